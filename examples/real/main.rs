@@ -1,5 +1,5 @@
-//! `cargo example real -- [FOLDER…]` says how right the shipped rules are on recordings that other operators made: those in `demos`, and
-//! those of the same kinds in the folders that are named. One set of rules and params for all; nothing is chosen by file.
+//! `cargo example real -- [FOLDER…]` measures the accuracy of the shipped rules on recordings of other operators: those in `demos`, and
+//! those of the same kinds in the named folders. All recordings are analyzed with the same rules and params.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 
 mod confidence;

@@ -77,7 +77,7 @@ pub struct Analysis {
     pub start_s: f64,
     /// When it ends, s.
     pub end_s: f64,
-    /// When the gap-free stretches that were analyzed start and end, s, in order.
+    /// Start and end times (s) of the analyzed gap-free intervals, in order.
     pub stretches: Vec<(f64, f64)>,
     /// The tracks that the recording has: left, right, both.
     pub tracks: Vec<Track>,
@@ -93,7 +93,7 @@ impl Analysis {
         self.tracks.iter().find(|track| track.who == who)
     }
 
-    /// Whose the only track is, which labels that name none are about.
+    /// Returns the owner of the only track. Labels without a track refer to it.
     pub fn only(&self) -> Option<Who> {
         match self.tracks.as_slice() {
             [track] => Some(track.who),

@@ -43,7 +43,7 @@ impl Naming<'_> {
         }
     }
 
-    /// When a stretch starts and ends, s.
+    /// Returns the start and end time (s) of an interval.
     pub fn span_s(&self, stretch: &Range<usize>) -> (f64, f64) {
         (self.time_s(stretch.start, stretch), self.time_s(stretch.end, stretch))
     }

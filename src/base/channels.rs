@@ -61,7 +61,7 @@ pub struct ChannelSpec {
 pub enum Absent {
     /// The log is refused.
     Refused,
-    /// A constant, in SI, in every component; the angle of a rotation, which is 0.
+    /// A constant in SI units for every component; for a rotation, its angle, which must be 0.
     Constant(f64),
     /// A hysteresis on the norm of another channel, element by element: true above `on` until below `off` (both SI).
     NormAbove {
@@ -126,7 +126,8 @@ const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'s
     Derived { name, per_hand: false, axis: None, shape, dimension, doc, is_averaged: false }
 }
 
-/// Whether distances show how near a hand is to its target. The engine knows it before the first frame, and leaves out what nothing asks for then.
+/// Whether the log contains the distance of a hand from its target. The engine knows the value before the first frame and omits conditions that it
+/// makes irrelevant.
 pub const DISTANCE_KNOWN: &str = "distance_known";
 
 /// Every derived channel. `stream` computes exactly these; the language knows their types from here.

@@ -55,20 +55,20 @@ impl Duplex {
         self.hang_up();
     }
 
-    /// Says that nothing more comes from here; what the other side sends can still be read.
+    /// Closes the sending direction. Data from the other side can still be read.
     pub fn close_writing(&self) {
         #[cfg(feature = "tls")]
         if let Some(tls) = &self.0.tls {
             let _turn = self.0.turn();
             tls.close(&self.0.tcp);
         }
-        // It may be gone already.
+        // The connection may already be closed.
         let _ = self.0.tcp.shutdown(Shutdown::Write);
     }
 
     /// Ends the connection at once.
     pub fn hang_up(&self) {
-        // It may be gone already.
+        // The connection may already be closed.
         let _ = self.0.tcp.shutdown(Shutdown::Both);
     }
 }

@@ -218,7 +218,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Err(failure) => failures.push(failure.of_log(log)),
         }
     }
-    // All are of one analysis: all are written or none.
+    // The files belong to one analysis, so either all of them are written or none.
     let mut written = Files::default();
     for (path, page) in args.report.iter().zip(&pages) {
         output::add(&mut written, path, page, &inputs)?;

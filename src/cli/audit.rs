@@ -84,7 +84,7 @@ enum KindArg {
     CutOff,
     /// A hand let go of an object without having moved it
     FailedGrasp,
-    /// It lacks a task that most have
+    /// The recording lacks a task that most recordings have
     LacksTask,
     /// Its steps are in another order than those of most
     OutOfOrder,

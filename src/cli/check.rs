@@ -271,7 +271,7 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
     let cost_of = |sides: &[Side], knows_distance: bool| -> Result<Cost, Failure> {
         Ok(instantiate(&graph, &usual_layout(sides, knows_distance), Width::Wide)?.cost())
     };
-    // At 1 kHz.
+    // One frame is 1 ms at 1 kHz.
     let milliseconds = |cost: &Cost| f64::from(cost.look_ahead_frames);
     let _ = writeln!(out, "at 1 kHz with five fingers a hand and six bodies to touch:");
     for (name, sides) in [("one hand", &[Side::Right][..]), ("two hands", &Side::BOTH[..])] {
@@ -290,10 +290,8 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
     }
     let without_distance = milliseconds(&cost_of(&[Side::Right], false)?);
     if without_distance > milliseconds(&cost_of(&[Side::Right], true)?) {
-        let _ = writeln!(
-            out,
-            "  where a log lacks positions of fingertips or objects: look-ahead {without_distance:.0} ms"
-        );
+        let _ =
+            writeln!(out, "  for logs without positions of fingertips or objects: look-ahead {without_distance:.0} ms");
     }
     let averaging = averaging_lag(&analysis::channels(rules), 1000.0);
     let _ = writeln!(

@@ -69,7 +69,7 @@ pub struct Args {
     #[cfg(feature = "net")]
     #[arg(long, value_name = "PORT", value_parser = server::address)]
     serve: Option<std::net::SocketAddr>,
-    /// A site whose pages may read what is served, such as https://app.foxglove.dev; may be repeated. Programs, and pages of this machine, always may
+    /// A site whose pages may read the labels, such as https://app.foxglove.dev; may be repeated. Programs and pages of this machine always may
     #[cfg(feature = "net")]
     #[arg(long, value_name = "ORIGIN", requires = "serve", value_parser = server::origin)]
     serve_origin: Vec<String>,
@@ -142,7 +142,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let outlet = outlet.clone();
         move || {
             outlet.stops.store(true, Ordering::Relaxed);
-            // Behind what has come already; another signal is not to wait for it.
+            // The stop request queues behind the received rows. It is sent from a thread so that the next signal is handled immediately.
             thread::spawn(move || outlet.send(Sent::Stop));
         }
     });

@@ -221,18 +221,19 @@ fn command() -> clap::Command {
     help::grouped(Cli::command())
 }
 
-/// On Ctrl-C, and on signals that ask for the end of the program, temporary files are removed before it ends.
+/// Installs handlers that remove temporary files when Ctrl-C or a termination signal ends the program.
 fn interruptible() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        // Where it cannot be, the next run removes them.
+        // Without the handler, the next run removes the files.
         let _ = ctrlc::set_handler(|| interrupted(|| std::process::exit(INTERRUPTED)));
         #[cfg(unix)]
         terminable();
     });
 }
 
-/// The same on SIGTERM, as of a service manager, and on SIGHUP, as of a terminal that is closed; then the program ends as by that signal.
+/// Installs the same handler for SIGTERM, which service managers send, and SIGHUP, which a closed terminal sends. The program then ends with the
+/// status of that signal.
 #[cfg(unix)]
 fn terminable() {
     use signal_hook::consts::{SIGHUP, SIGTERM};
@@ -248,7 +249,8 @@ fn terminable() {
     });
 }
 
-/// Whether a signal was ignored when the program began: `nohup` keeps programs running so when their terminal is closed. Only Linux says it.
+/// Whether a signal was ignored when the program started: `nohup` uses this to keep programs running after their terminal is closed. The state is
+/// available on Linux only.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -258,7 +260,7 @@ fn is_ignored(signal: i32) -> bool {
 }
 
 fn interrupted(end: impl FnOnce()) {
-    // A poisoned lock holds a whole value.
+    // The value behind a poisoned lock is complete.
     let stop = ON_INTERRUPT.lock().unwrap_or_else(PoisonError::into_inner).take();
     if let Some(stop) = stop {
         return stop();
@@ -267,10 +269,10 @@ fn interrupted(end: impl FnOnce()) {
     end();
 }
 
-/// What is done on the first signal that asks for the end of the program, instead of ending it.
+/// The action that the first termination signal runs instead of ending the program.
 static ON_INTERRUPT: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
 
-/// Does something on the first Ctrl-C, SIGTERM or SIGHUP instead of ending the program; the second one ends it.
+/// Runs `stop` on the first Ctrl-C, SIGTERM or SIGHUP instead of ending the program. The second signal ends it.
 fn on_interrupt(stop: impl FnOnce() + Send + 'static) {
     *ON_INTERRUPT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(stop));
 }

@@ -159,7 +159,7 @@ pub fn print(text: &str) -> Result<(), InputError> {
     put(&shortened(&printable(text, color())))
 }
 
-/// Prints text without color while it is being made, as [`print`]; returns whether anyone still reads.
+/// Prints a part of a growing text without color, like [`print`]. Returns whether the output still has a reader.
 ///
 /// # Errors
 /// As [`print`].
@@ -189,7 +189,7 @@ pub fn print_json(text: &str) -> Result<(), InputError> {
     print_json_more(text).map(|_| ())
 }
 
-/// Prints JSON while it is being made, as [`print_json`]; returns whether anyone still reads.
+/// Prints a part of growing JSON, like [`print_json`]. Returns whether the output still has a reader.
 ///
 /// # Errors
 /// As [`print`].

@@ -8,7 +8,7 @@ use super::{Failure, output};
 use crate::analysis::Analysis;
 use crate::analysis::difference::{changes, extent, tracks};
 use crate::analysis::score::{Comparison, Known, NameMap, Side, compare};
-use crate::graph::compare::{Additive, Compared, Difference, additive, declarations, differences};
+use crate::graph::compare::{Additive, Difference, TreeComparison, additive, declarations, differences};
 use crate::language::DEFAULT_HAND;
 use crate::session;
 use crate::session::files::all_logs;
@@ -36,7 +36,7 @@ pub struct ProveArgs {
 /// What can be proved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Claim {
-    /// The extension analyzes every recording as the base does, as far as no primitive of its own occurs
+    /// Base and extension analyze every recording alike until a primitive of the extension occurs
     Additive,
 }
 
@@ -89,14 +89,14 @@ pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
         }
         write_differences(&proof.trees, &mut printed);
         if proof.of_one_hand {
-            printed.push_str("  of recordings of one hand it is proved\n");
+            printed.push_str("  for recordings of one hand, it is proved\n");
         }
     }
     output::print(&printed)?;
     if proof.is_proved() { Ok(()) } else { Err(Failure::No) }
 }
 
-/// What is proved, and of what.
+/// Formats the result of a proof and the hand file that it holds for.
 fn write_proof(proof: &Additive, hand: Option<&str>, printed: &mut String) {
     let new = if proof.new.is_empty() { "none".to_string() } else { proof.new.join(", ") };
     let _ = writeln!(printed, "  new primitives: {new}");
@@ -107,8 +107,7 @@ fn write_proof(proof: &Additive, hand: Option<&str>, printed: &mut String) {
     for tree in &proof.trees.alone {
         let _ = writeln!(printed, "  {tree}: a new tree, which gives `separate` or a new primitive");
     }
-    printed
-        .push_str("  channels, params, signals, latches, primitives and settling of the base mean what they meant\n");
+    printed.push_str("  channels, params, signals, latches, primitives and settling of the base keep their meaning\n");
     printed.push_str("  relabeling and tasks are those of the base where no new primitive occurs\n");
     let hand = hand.map_or(String::new(), |hand| format!(" the hand file {hand} and"));
     let _ = writeln!(
@@ -116,7 +115,7 @@ fn write_proof(proof: &Additive, hand: Option<&str>, printed: &mut String) {
         "  this holds for every recording that both analyze, with{hand} the declared values of params;"
     );
     printed.push_str(
-        "  in a stretch without gaps, leaves are the same up to a new primitive: after it the leaf before is another one, and `from` with it\n",
+        "  in a gap-free interval, leaves are equal up to the first new primitive; after it, the previous leaf differs, and so may `from`\n",
     );
 }
 
@@ -174,7 +173,7 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
 }
 
 /// The cases in which trees differ.
-fn write_differences(compared: &Compared, printed: &mut String) {
+fn write_differences(compared: &TreeComparison, printed: &mut String) {
     for Difference { tree, conditions, before, one, other, place } in &compared.differences {
         let _ = writeln!(printed, "  {tree}: {one} becomes {other}   {place}");
         if let Some(before) = before {

@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Err(error) = commands.check() {
         output::print(&summary(&commands))?;
         output::print(&refused(&error))?;
-        output::print("nothing is written: no program reads such commands\n")?;
+        output::print("nothing is written: the commands are invalid\n")?;
         return Err(Failure::No);
     }
     let text = match args.format {
@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Formats why the robot cannot carry out commands.
+/// Formats the reason why the robot cannot execute the commands.
 fn refused(error: &InputError) -> String {
     format!("refused  {error}\n")
 }

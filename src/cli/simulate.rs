@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 
   teachtree simulate commands.json --robot both_hands --scene paper_box --fail-on not_done,forces -o robot.csv
 
-Exit status: 0 every object is where the demonstration left it, no link went deeper into something than 3 mm, and with `--rules` every task is recognized; 1 otherwise, or what --fail-on names; 2 bad input.")]
+Exit status: 0 every object is where the demonstration left it, no link penetrated something by more than 3 mm, and with `--rules` every task is recognized; 1 otherwise, or what --fail-on names; 2 bad input.")]
 pub struct Args {
     /// The commands that `teachtree retarget` wrote
     #[arg(value_name = "COMMANDS")]
@@ -63,7 +63,7 @@ pub struct Args {
     /// Where to write a page of what the robot did, to be played: pictures, forces, joints, manipulability
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Findings with which the exit status is 1
+    /// Faults for which the exit status is 1
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',', default_values_t = [FailOn::NotDone, FailOn::Collisions, FailOn::NotRecognized])]
     fail_on: Vec<FailOn>,
     /// What to print
@@ -71,22 +71,22 @@ pub struct Args {
     format: Format,
 }
 
-/// What may be wrong with what the robot did.
+/// A possible fault of the robot's execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 #[value(rename_all = "snake_case")]
 enum FailOn {
     /// An object is not where the demonstration left it
     NotDone,
-    /// A link went deeper into something than 3 mm
+    /// A link penetrated something by more than 3 mm
     Collisions,
-    /// `--rules` do not find a task in the robot's recording
+    /// The rules of `--rules` do not find a task in the robot's recording
     NotRecognized,
-    /// Forces are outside their profile
+    /// Forces are outside of their profile
     Forces,
 }
 
 impl FailOn {
-    /// Whether tasks have it.
+    /// Whether any of these tasks has the fault.
     fn is_found(self, outcomes: &[Outcome], recognized: Option<&[Option<bool>]>) -> bool {
         match self {
             Self::NotDone => outcomes.iter().any(|outcome| !outcome.done),
@@ -116,7 +116,7 @@ const MAX_POSTURE: u64 = 1 << 20;
 /// The largest file of commands that is read, bytes.
 const MAX_COMMANDS: u64 = 256 << 20;
 
-/// Runs `simulate`. Exit status 1 if an outcome is one that `--fail-on` names.
+/// Runs `simulate`. The exit status is 1 if a task has a fault that `--fail-on` names.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.commands.display().to_string();
     let text = text::read(&args.commands, MAX_COMMANDS)?;
@@ -321,7 +321,7 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
             let (deep, accepted) = (outcome.collision_m * 1e3, ACCEPTED_M * 1e3);
             let _ = writeln!(
                 text,
-                "         links went into something by up to {deep:.1} mm, {accepted:.0} mm are accepted"
+                "         links penetrated something by up to {deep:.1} mm, at most {accepted:.0} mm are accepted"
             );
         }
         let _ = writeln!(

@@ -16,7 +16,7 @@ const STANDS_RAD: f64 = 0.35;
 const STAYS_RAD: f64 = 0.1;
 /// What slips while it is lifted stays within this, m.
 const SLIPS_M: f64 = 0.040;
-/// What a hand keeps hold of moves less than this in it, m.
+/// Maximum displacement of a held object relative to the hand, m. An object that slips farther was lost.
 const KEPT_M: f64 = 0.010;
 /// What a hand does as it lifts something that slips: it falls, slides about, is pushed by the fingers that lose it.
 const LIFTS: [Meaning; 6] =
@@ -64,8 +64,8 @@ fn left_out(task: &Task, from: usize, why: &str) -> LeftOut {
     LeftOut { primitives, start_s, end_s: task.end_s, why: why.into() }
 }
 
-/// Leaves out what was only carried and dropped, or lost as it was lifted, when the same hand takes it up again and it still stands as it stood; `meant` are the
-/// hands and ends of tasks whose object was to fall.
+/// Leaves out tasks that only carried and dropped an object, or lost it while lifting, if the same hand picks the object up again and its orientation
+/// has not changed. `meant` contains the hands and end times of tasks with an intended fall.
 pub(super) fn without_drops(tasks: Vec<Task>, meant: &[(Side, f64)]) -> Vec<Task> {
     let was_meant = |task: &Task| meant.contains(&(task.track, task.end_s));
     let mut kept: Vec<Task> = Vec::new();
@@ -90,7 +90,7 @@ fn dropped(before: &Task, task: &Task) -> bool {
     ends.take(2).eq([Meaning::Open, Meaning::Carry]) && before.grasps.len() == 1 && stands(before, task)
 }
 
-/// Whether a task only lifted an object a little and did not set it down, and this one takes it up again on the spot.
+/// Whether task `before` lifted an object slightly without setting it down and `task` picks it up again in the same place.
 fn lost(before: &Task, task: &Task) -> bool {
     let has = |meaning: Meaning| before.segments.iter().any(|segment| segment.does == meaning);
     let touches = before.segments.iter().filter(|segment| segment.touching);
@@ -106,7 +106,8 @@ fn lost(before: &Task, task: &Task) -> bool {
         && stands(before, task)
 }
 
-/// Whether a hand had put down what it lets go of: it stands, and the fingers hold it where they took it. What is lost slips out of them.
+/// Whether the object was set down before the release: it stands still, and the fingers hold it where they grasped it. A lost object slips in the
+/// fingers instead.
 fn set_down(task: &Task) -> bool {
     let holds = |segment: &&Segment| segment.touching && !matches!(segment.does, Meaning::Close | Meaning::Open);
     let mut held = task.segments.iter().filter(holds);

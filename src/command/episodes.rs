@@ -1,8 +1,8 @@
 //! Which of a task's segments are commanded: tries that had an effect, without aborted approaches and pauses on the way.
 //!
-//! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again,
-//! or that carried and let go in the air before another try, was a mistake and is left out (the paper, section 2.1); so are a Move and an Approach that were
-//! followed by another Move. What the rules name by itself was meant: a second grasp that has another name than the first one, and a fall.
+//! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again, or that carried and
+//! let go in the air before another try, was a mistake and is left out (the paper, section 2.1); so are a Move and an Approach that were followed by another
+//! Move. Events that have a primitive of their own were intended: a second grasp with a different name, and a fall.
 
 use super::RATE_HZ;
 use super::form::LeftOut;
@@ -18,7 +18,7 @@ const PAUSE_S: f64 = 0.3;
 pub(super) const STAYS_M: f64 = 0.01;
 /// Fingertips stay within this, m, in a pause.
 const PAUSE_M: f64 = 0.005;
-/// An object fell when it came to rest farther than this from where it was let go, m and rad.
+/// Maximum distance (m) and angle (rad) between the pose at release and the pose at rest of an object that did not fall.
 pub(super) const FELL: (f64, f64) = (0.002, 0.035);
 /// Who touches again within this, m, of where the fingertips touched before has not gone away in between.
 const ON_THE_SPOT_M: f64 = 0.02;
@@ -26,7 +26,7 @@ const ON_THE_SPOT_M: f64 = 0.02;
 const COMES_OFF_S: f64 = 0.5;
 pub(super) const BRUSH_S: f64 = 0.35;
 
-/// How far two poses are apart, m and rad.
+/// Returns the distance (m) and the angle (rad) between two poses.
 pub(super) fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> (f64, f64) {
     let way = one.translation.vector - other.translation.vector;
     (way.norm(), one.rotation.angle_to(&other.rotation))
@@ -151,13 +151,13 @@ fn pushes(segment: &Segment) -> bool {
     does(segment).pushes()
 }
 
-/// The name of the grasp that a try begins with.
+/// Returns the name of the grasp at the start of an attempt.
 fn first_grasp<'a>(one: &[&'a Segment]) -> Option<&'a str> {
     let touch = one.iter().find(|segment| !is_free(segment))?;
     (does(touch) == Meaning::Close).then_some(touch.primitive.as_str())
 }
 
-/// Whether a try ends with a fall that the rules name: they have one name for letting go until the object has fallen, and another one from then on.
+/// Whether an attempt ends with a fall that the rules label: the primitive of the release differs from the primitive after the fall.
 fn lets_fall(one: &[&Segment], series: &Series) -> bool {
     let touching = one.iter().rev().skip_while(|segment| is_free(segment));
     let opens: Vec<&&Segment> = touching.take_while(|segment| lets_go(segment)).collect();

@@ -1,4 +1,4 @@
-//! Objects that fall and do not land: what a hand does after that is not about them any more, and their task ends there.
+//! Ends the task of an object that falls and does not land. Later motions of the hand do not concern the object.
 
 use super::columns::vectors;
 use super::form::LeftOut;
@@ -7,15 +7,16 @@ use crate::base::log_channel::{BodyPart, LogChannel};
 use crate::base::recording::Recording;
 use nalgebra::Vector3;
 
-/// What goes down faster than the first, and later at least as fast as the second, without being slower in between, falls, m/s: a free fall of 115 mm.
+/// Speed thresholds of a fall, m/s. An object falls if its downward speed exceeds the first threshold and then reaches the second one without dropping
+/// below the first in between. The second one corresponds to a free fall of 115 mm.
 const FALLS_M_S: f64 = 0.5;
 const FALLEN_M_S: f64 = 1.5;
-/// Speeds are taken over this time, s.
+/// Time over which speeds are averaged, s.
 const OVER_S: f64 = 0.05;
-/// Of a segment in which an object begins to fall, less than this is left out altogether, s.
+/// Minimum duration of the segment in which an object starts to fall, s. Shorter segments are left out.
 const SHORTEST_S: f64 = 0.05;
 
-/// Returns when an object begins to fall, s of the recording, if it still falls when the recording ends.
+/// Returns the time (s of the recording) at which an object starts to fall, if it is still falling at the end of the recording.
 pub(super) fn falls_s(recording: &Recording, object: &str) -> Option<f64> {
     let gravity = recording.scene.gravity();
     let down = gravity.try_normalize(1e-9)?;
@@ -35,12 +36,13 @@ pub(super) fn falls_s(recording: &Recording, object: &str) -> Option<f64> {
         .collect();
     let begins = speeds.iter().rposition(|speed| *speed < FALLS_M_S).map_or(0, |row| row + 1);
     let fastest = speeds.get(begins..)?.iter().copied().fold(0.0, f64::max);
-    // It had fallen for as long as it takes to be so fast.
+    // A free fall takes this long to reach the threshold.
     let since_s = FALLS_M_S / gravity.norm() + OVER_S / 2.0;
     (fastest >= FALLEN_M_S).then(|| (time[begins] - since_s).max(time[0]))
 }
 
-/// Returns the task up to a time at which its object begins to fall, s, and what comes after that; `None` for the task where nothing comes before.
+/// Splits a task at `fell_s`, the time (s) at which its object starts to fall. Returns the part before, `None` if it is empty, and the part that is
+/// left out.
 pub(super) fn ended(span: &TaskSpan, fell_s: f64) -> (Option<TaskSpan>, LeftOut) {
     let mut ended = span.clone();
     let after = span.segments.iter().filter(|segment| segment.end_s > fell_s);

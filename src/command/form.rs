@@ -183,7 +183,7 @@ pub struct Tip {
     pub position: Vec<[f64; 3]>,
     /// Desired force on the object, frame of the object, N; one a sample, zero without contact.
     pub force: Vec<[f64; 3]>,
-    /// The force on the object as it was recorded, frame of the object, N; one a sample, zero without contact. None where forces were not measured.
+    /// Recorded force on the object in the object's frame, N. One vector per sample, zero without contact. Empty if forces were not measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub demonstrated_force: Vec<[f64; 3]>,
 }
@@ -217,6 +217,7 @@ pub struct LeftOut {
     pub start_s: f64,
     /// Until when, s of the recording.
     pub end_s: f64,
-    /// Why: `aborted approach`, `failed try`, `dropped`, `pause`; `falls`, of an object that does not land; ``moves `NAME` ``, of one that the task is not about.
+    /// The reason: `aborted approach`, `failed try`, `dropped`, `pause`; `falls` for an object that does not land; ``moves `NAME` `` for an object
+    /// that the task does not handle.
     pub why: String,
 }

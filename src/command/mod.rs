@@ -101,7 +101,7 @@ pub fn commands(
     let mut handled: Vec<Handled<'_>> = Vec::new();
     for (side, hand, span, fell) in &spans {
         let Some((object, series, others)) = about(recording, (*side, hand), span, touch) else { continue };
-        // Who stands still while the other hand is at work waits for it.
+        // A hand that stands still while the other hand works is waiting for it.
         let others_of = analysis.tracks.iter().filter(|other| other.who != Who::Hand(*side));
         let waits = others_of.flat_map(|other| &other.tasks).any(|other| overlap(other, span));
         let mut this = Handled::new(span, *side, recording, object, series, waits);
@@ -126,10 +126,11 @@ pub fn commands(
     Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })
 }
 
-/// An object with the samples of a hand about it.
+/// An object with a hand's samples relative to it.
 type Touched<'a> = (&'a String, &'a Body, Series);
 
-/// The object that a task of a hand is about, which it touches for the longest time, with its samples; and the others that it touches.
+/// Returns the object that a hand's task handles, with its samples, and the other objects that the hand touches. The handled object is the one that
+/// is touched longest.
 fn about<'a>(
     recording: &'a Recording,
     (side, hand): (Side, &Hand),

@@ -43,7 +43,7 @@ impl Commands {
         Ok(commands)
     }
 
-    /// Refuses what cannot be commanded, as [`Self::read`] does, at its task.
+    /// Rejects invalid commands like [`Self::read`]; the error names the task.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -60,10 +60,10 @@ impl Commands {
     }
 }
 
-/// What commands are called in errors where no file is known.
+/// Name of the commands in errors without a file name.
 const COMMANDS: &str = "commands";
 
-/// Returns an error of commands with the name of their file: `task 2 (push)` and `commands` are what they are called where no file is known.
+/// Adds the file name to an error of [`Commands::check`], whose place is `task 2 (push)` or `commands`.
 pub fn in_file(file: &str, error: InputError) -> InputError {
     let place = match error.place.as_str() {
         COMMANDS => file.to_string(),
@@ -73,7 +73,7 @@ pub fn in_file(file: &str, error: InputError) -> InputError {
     InputError { place, ..error }
 }
 
-/// A frame, and how far away from its origin nothing is, m.
+/// Maximum distance (m) from the origin of a frame, and the name of the frame.
 type Frame = (f64, &'static str);
 const REFERENCE: Frame = (FARTHEST_M, "the reference frame");
 const OF_OBJECT: Frame = (BESIDE_M, "the frame of the object");
@@ -266,7 +266,7 @@ fn finite(values: &[f64]) -> Check {
     }
 }
 
-/// A place no farther away from the origin of a frame than may be.
+/// Requires a position within the maximum distance from the origin of a frame.
 fn within(place: &[f64], (most, frame): Frame) -> Check {
     match place.iter().find(|value| value.is_nan() || value.abs() > most) {
         Some(value) => Err(format!("has the number {}, expected one of at most {most} m in {frame}", Shown(*value))),

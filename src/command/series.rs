@@ -36,7 +36,7 @@ const SETTLES_S: f64 = 0.1;
 /// A try that counts.
 pub(super) struct Episode {
     pub(super) pieces: Vec<Piece>,
-    /// Whether its object is to fall in the end.
+    /// Whether the object falls intentionally at the end.
     pub(super) lets_fall: bool,
 }
 
@@ -76,7 +76,7 @@ pub(super) struct FingerSeries {
     /// Force on the object, frame of the object, N; and as it is to be, before smoothing.
     pub(super) force: Vec<Vector3<f64>>,
     pub(super) wanted_force: Vec<Vector3<f64>>,
-    /// The force on the object as it was recorded, the same frame; empty where it was not measured.
+    /// Recorded force on the object in the same frame; empty if it was not measured.
     recorded_force: Vec<Vector3<f64>>,
     pub(super) touches: Vec<bool>,
 }

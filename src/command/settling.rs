@@ -1,6 +1,6 @@
-//! What the operator lets fall a little, or moves while letting go, is put down where it came to rest. How it falls or is knocked is chance, and a robot that does
-//! that as well has another one (the paper, section 2.1: such error is inadvertent). A fall that the rules name was meant: the
-//! object is brought over where it came to rest, as high as it was, and falls there.
+//! What the operator lets fall a little, or moves while letting go, is put down where it came to rest. How it falls or is knocked is chance, and a robot that
+//! does that as well has another one (the paper, section 2.1: such error is inadvertent). A fall that the rules label was intended: the robot brings the object
+//! above its resting place, at the height of the demonstration, and drops it there.
 
 use super::episodes::{BRUSH_S, FELL, apart};
 use super::series::{Episode, RESTS_WITHIN_S, Series};
@@ -11,7 +11,7 @@ use crate::base::meaning::Meaning;
 use crate::base::recording::Recording;
 use nalgebra::{Isometry3, Translation3, Vector3};
 
-/// What came to rest farther than this from where it was let go, m and rad, was dropped, and that is left as it was.
+/// Distance (m) and angle (rad) between release and rest above which an object counts as dropped. Drops are left unchanged.
 const DROPPED: (f64, f64) = (0.040, 0.6);
 /// What was dropped from no higher than this, m, and came to rest the same way up is put down as well, from when on it was no farther than this from where it was
 /// let go, m.
@@ -112,7 +112,7 @@ pub(super) fn put_all_down(handled: &mut [Handled<'_>], recording: &Recording) {
     }
 }
 
-/// Brings the object in the end of each episode to where it came to rest, or over that place if it is to fall.
+/// Moves the object at the end of each episode to its resting pose, or above it if the fall is intended.
 fn put_down(series: &mut Series, recording: &Recording, object: &str, episodes: &[Episode], times: Times) {
     let up = recording.scene.up();
     for (number, episode) in episodes.iter().enumerate() {
@@ -133,7 +133,7 @@ fn put_down(series: &mut Series, recording: &Recording, object: &str, episodes: 
         if let (true, Some(rested), Some(wanted)) = (in_hole || episode.lets_fall, rested, series.wanted.last_mut()) {
             *wanted = rested;
         }
-        // What is let go in a hole falls along it.
+        // An object that is released in a hole falls along the axis of the hole.
         if in_hole {
             continue;
         }
@@ -169,7 +169,7 @@ fn put_down(series: &mut Series, recording: &Recording, object: &str, episodes: 
     }
 }
 
-/// The pose of an object that is as high as it was and falls to where it rests without turning; `up` is a unit vector, or zero without gravity.
+/// Returns the pose with the height of `was` from which an object falls to `rest` without rotation. `up` is a unit vector, or zero without gravity.
 fn above(rest: &Isometry3<f64>, was: &Isometry3<f64>, up: &Vector3<f64>) -> Isometry3<f64> {
     let height = up.dot(&(was.translation.vector - rest.translation.vector));
     Translation3::from(up * height) * rest

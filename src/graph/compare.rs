@@ -1,7 +1,8 @@
-//! Two rule sets compared: how they differ, and whether one only adds to the other.
+//! Compares two rule sets: lists their differences, and proves that one only adds to the other.
 //!
-//! Trees are compared by what they give (`trees`), all other declarations by what they say: `docs/proving.md` lists what can change the
-//! analysis of a recording, and how each is compared. What is not known to change nothing is a finding, so that a proof holds for every log.
+//! Trees are compared by their leaves (`trees`), all other declarations by their meaning. `docs/proving.md` lists everything that can change
+//! the analysis of a recording, and how each is compared. A difference that may change an analysis is a finding, so a proof holds for every
+//! log.
 
 mod declarations;
 mod labels;
@@ -9,42 +10,42 @@ mod relabels;
 mod tasks;
 mod trees;
 
-pub use trees::{Compared, Difference, differences};
+pub use trees::{Difference, TreeComparison, differences};
 
 use crate::language::rules::{RelabelKind, Rules, TreeScope};
-use labels::Shared;
+use labels::CommonLabels;
 
-/// A declaration that keeps one rule set from only adding to another one.
+/// A declaration because of which a rule set is not proved to only add to another one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// What it is, and what it may do.
+    /// The declaration and its possible effect.
     pub what: String,
-    /// Where it stands.
+    /// Its place in the rule file.
     pub place: String,
 }
 
 /// Whether a rule set only adds to another one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Additive {
-    /// The primitives that are new.
+    /// The new primitives.
     pub new: Vec<String>,
-    /// The trees; differences are those into a leaf that is not new.
-    pub trees: Compared,
-    /// The other declarations that may change the analysis of a recording in which no new primitive occurs.
+    /// The comparison of the trees. Differences have a leaf that is not new.
+    pub trees: TreeComparison,
+    /// The other declarations that may change the analysis of a recording without new primitives.
     pub findings: Vec<Finding>,
-    /// Where it is not proved: whether it is for recordings of one hand.
+    /// If the proof fails: whether it holds for recordings of one hand.
     pub of_one_hand: bool,
 }
 
 impl Additive {
-    /// Whether it is proved.
+    /// Whether the proof holds for every recording.
     pub fn is_proved(&self) -> bool {
         self.trees.differences.is_empty() && !self.trees.is_cut && self.findings.is_empty()
     }
 }
 
-/// Tries to prove that the analysis of every recording by the extension is that by the base, in each gap-free stretch in which no tree gives
-/// a primitive that is new; and that the trees give the base's leaves up to the first new one.
+/// Tries to prove that base and extension analyze every recording alike, in each gap-free interval in which no tree gives a new primitive,
+/// and that the trees give the base's leaves up to the first new primitive.
 pub fn additive(base: &Rules, extended: &Rules) -> Additive {
     let proof = proof(base, extended);
     let speaks_of_both = |rules: &Rules| {
@@ -58,7 +59,7 @@ pub fn additive(base: &Rules, extended: &Rules) -> Additive {
 }
 
 fn proof(base: &Rules, extended: &Rules) -> Additive {
-    let shared = Shared::new(extended, base);
+    let shared = CommonLabels::new(extended, base);
     let new = extended.primitives.iter().map(|primitive| primitive.name.clone());
     let new = new.filter(|name| base.primitive(name).is_none()).collect();
     let mut findings = declarations::changed(base, &shared);
@@ -69,7 +70,7 @@ fn proof(base: &Rules, extended: &Rules) -> Additive {
     Additive { new, trees: trees::trees(base, extended, &|label| shared.is_new(label)), findings, of_one_hand: false }
 }
 
-/// The rules as far as they have a part in a recording of one hand.
+/// Returns the rules that affect a recording of one hand.
 fn without_both(rules: &Rules) -> Rules {
     let mut rules = rules.clone();
     rules.trees.retain(|tree| tree.scope == TreeScope::EachHand);
@@ -77,13 +78,13 @@ fn without_both(rules: &Rules) -> Rules {
     rules
 }
 
-/// Whether a rule changes nothing where there is one hand only.
+/// Whether a rule has no effect on recordings of one hand.
 const fn is_of_both(kind: &RelabelKind) -> bool {
     matches!(kind, RelabelKind::BetweenInHands { .. } | RelabelKind::Separate { .. })
 }
 
-/// How the declarations of two rule sets differ, other than in what their trees give: what of the first one is gone, means something else or
-/// comes elsewhere in the second one, and what is new there.
+/// Lists the differences between the declarations of two rule sets, except in the leaves of their trees: declarations of the first set that
+/// are missing from the second one, have another meaning or another position there, and new declarations.
 pub fn declarations(one: &Rules, other: &Rules) -> Vec<String> {
     let mut lines = declarations::differences(one, other);
     lines.extend(tasks::differences(one, other));
@@ -91,7 +92,7 @@ pub fn declarations(one: &Rules, other: &Rules) -> Vec<String> {
     lines
 }
 
-/// Names of the second list that stand before one that they follow in the first one; each is in both lists once.
+/// Returns the names that precede a name in the second list which they follow in the first one. Each list contains a name at most once.
 fn moved<'n>(ours: &[&'n str], theirs: &[&'n str]) -> Vec<&'n str> {
     let mut last = None;
     let mut moved = Vec::new();

@@ -51,7 +51,7 @@ impl Audit<'_> {
         self.recordings.iter().filter(|(_, facts)| self.is_good(facts)).count()
     }
 
-    /// How many recordings have each task, the commonest first; nothing of one recording.
+    /// Formats the number of recordings per task, most frequent first; `None` for a single recording.
     fn by_task(&self) -> Option<String> {
         let all = self.recordings.len();
         let mut tasks: Vec<(&String, &usize)> = self.tasks.iter().collect();

@@ -12,15 +12,15 @@ use std::time::Duration;
 const MAX_HEAD: usize = 16 << 10;
 /// The most fields of a head.
 const MAX_FIELDS: usize = 64;
-/// Fields that decide, and have one value.
+/// Header fields that affect access or parsing and must have exactly one value.
 const ONCE: [&str; 6] = ["Host", "Origin", "Content-Type", "Content-Length", "Range", "Sec-WebSocket-Key"];
 /// The longest body, bytes.
 pub const MAX_BODY: usize = 8 << 20;
-/// How much of a request that was refused is read, so that the other side reads the answer, bytes.
+/// Maximum number of bytes that are read from a refused request so that the client can read the response.
 const MAX_LEFT: u64 = 1 << 30;
 /// How long a connection may be silent.
 const SILENCE: Duration = Duration::from_secs(30);
-/// The same of one whose request was refused.
+/// The maximum silence of a client whose request was refused.
 const LAST_SILENCE: Duration = Duration::from_secs(2);
 /// Nothing but what this server has: no script in the page itself, no frame around it, nothing from elsewhere. Colors of bars are attributes.
 const POLICY: &str = "default-src 'none'; style-src 'self'; style-src-attr 'unsafe-inline'; img-src 'self' data:; \
@@ -39,7 +39,7 @@ pub struct Request {
     pub host: String,
     /// The field `Origin`.
     pub origin: Option<String>,
-    /// The media type of the field `Content-Type`, without parameters, in small letters.
+    /// The media type of the field `Content-Type` in lower case, without parameters.
     pub content_type: String,
     /// The first and the last byte that are asked for, of a file.
     pub range: Option<Range>,
@@ -166,8 +166,7 @@ impl Connection {
         Ok(request)
     }
 
-    /// Reads what the other side still sends of a request that was refused, and does nothing with it: bytes that nobody has read would take the answer with
-    /// them when the connection ends.
+    /// Reads and discards the rest of a refused request. Unread bytes would reset the connection on close, and the client would lose the response.
     pub fn finish(&self) -> Result<()> {
         self.stream.close_writing();
         self.stream.tcp().set_read_timeout(Some(LAST_SILENCE))?;
@@ -254,16 +253,16 @@ fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, 
         Err(error) => return refused(400, &format!("no HTTP request: {error}")),
     };
     let fields = |name: &'static str| head.headers.iter().filter(move |field| field.name.eq_ignore_ascii_case(name));
-    // Of two values a proxy may have gone by the other one.
+    // A proxy may have checked the other one of two values.
     if let Some(name) = ONCE.into_iter().find(|name| fields(name).count() > 1) {
-        return refused(400, &format!("the head of the request has `{name}` twice"));
+        return refused(400, &format!("the request has the header field `{name}` twice"));
     }
     let field = |name| fields(name).next().map(|field| String::from_utf8_lossy(field.value).trim().to_string());
     if field("Transfer-Encoding").is_some() {
         return refused(411, "a body in chunks is not taken, expected `Content-Length`");
     }
     let body = field("Content-Length").map_or(Ok(0), |text| text.parse::<usize>());
-    let Ok(body) = body else { return refused(400, "`Content-Length` is no number") };
+    let Ok(body) = body else { return refused(400, "`Content-Length` is not a number") };
     let target = head.path.unwrap_or("/");
     let (path, query) = target.split_once('?').unwrap_or((target, ""));
     let Some(path) = decoded(path, false) else { return refused(400, "the path is not valid UTF-8") };
@@ -291,7 +290,7 @@ fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, 
     Ok(Some((request, length, body)))
 }
 
-/// The media type of `application/json; charset=utf-8`.
+/// Returns the media type in lower case without parameters, such as `application/json` for `application/json; charset=utf-8`.
 fn media_type(text: &str) -> String {
     text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase()
 }

@@ -65,7 +65,7 @@ impl FrameTable {
         files.commit().map_err(|error| Error::new(error, ErrorKind::Io))
     }
 
-    /// Adds the table, as [`write`](Self::write) writes it, to files that belong together.
+    /// Adds the table in the form of [`write`](Self::write) to a group of files.
     pub(crate) fn add(&self, files: &mut Files, path: &Path) -> Result<(), Error> {
         formats::check_name(path).map_err(|error| Error::new(error, ErrorKind::Argument))?;
         formats::add_table(files, &self.table, path).map_err(|error| Error::new(error, ErrorKind::Io))

@@ -1,13 +1,13 @@
-//! The folders that the links of a folder may lead to: the folder itself, and, of a snapshot in a cache of the Hugging Face hub, the `blobs` of that cache,
-//! where its files are.
+//! The folders that links in a folder may lead to: the folder itself and, for a snapshot in a Hugging Face hub cache, the `blobs` of that cache, which
+//! contain the snapshot's files.
 //!
 //! ```text
 //! hub/datasets--lerobot--pusht/blobs/4f1c…
 //! hub/datasets--lerobot--pusht/snapshots/7628…/data/chunk-000/file-000.parquet -> ../../../../../blobs/4f1c…
 //! ```
 //!
-//! A link that leads elsewhere or nowhere, a pipe, and a device are refused by name. What is opened is checked after it was opened, so that a link which takes
-//! the place of a file meanwhile is refused too.
+//! Links to other places, broken links, pipes and devices are refused; the error names the path. A file is checked after it is opened, so that a link that
+//! replaces the file in the meantime is refused too.
 
 use super::read::file;
 use crate::base::error::InputError;
@@ -16,20 +16,20 @@ use std::io::ErrorKind;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-/// The folders in which files may be.
+/// The folders in which files are allowed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AllowedFolders {
-    /// The folder as it is called in messages.
+    /// The folder's path for messages.
     shown: PathBuf,
-    /// The folders, without links.
+    /// The folders as canonical paths.
     real: Vec<PathBuf>,
 }
 
 impl AllowedFolders {
-    /// A folder, and the `blobs` of the cache that it is a snapshot of.
+    /// Allows a folder and, if the folder is a snapshot in a cache, the `blobs` of the cache.
     ///
     /// # Errors
-    /// When there is no such folder.
+    /// The folder does not exist.
     pub fn of(folder: &Path) -> Result<Self, InputError> {
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let unreadable = |error| InputError::unreadable(shown.display().to_string(), &error);
@@ -37,12 +37,12 @@ impl AllowedFolders {
         let is_snapshot = |path: &&Path| path.parent().is_some_and(|above| above.ends_with("snapshots"));
         let cache = own.ancestors().find(is_snapshot).and_then(|snapshot| snapshot.parent()?.parent());
         let blobs = cache.map(|cache| cache.join("blobs"));
-        // `blobs` that are elsewhere are none of this cache.
+        // A link to another place does not count as `blobs` of this cache.
         let blobs = blobs.filter(|blobs| std::fs::canonicalize(blobs).is_ok_and(|real| real == *blobs));
         Ok(Self { shown: shown.into(), real: std::iter::once(own).chain(blobs).collect() })
     }
 
-    /// Whether a folder, which may be a link, is among them.
+    /// Whether a folder, or the target of a link to a folder, is in an allowed one.
     pub fn has(&self, folder: &Path) -> bool {
         std::fs::canonicalize(folder).is_ok_and(|real| self.contain(&real))
     }
@@ -54,7 +54,7 @@ impl AllowedFolders {
     /// Opens a file.
     ///
     /// # Errors
-    /// When it is not there, is no file, or is in no folder of these.
+    /// The path does not exist, is not a file, or is outside of the allowed folders.
     pub fn open(&self, path: &Path) -> Result<File, InputError> {
         let is_gone = |error: &InputError| error.cause.as_ref().is_some_and(|it| it.kind() == ErrorKind::NotFound);
         let file = file::open(path).map_err(|error| match is_gone(&error) && path.is_symlink() {
@@ -64,10 +64,11 @@ impl AllowedFolders {
         if self.has_opened(&file, path) { Ok(file) } else { Err(self.leads_elsewhere(path)) }
     }
 
-    /// Refuses what [`open`](Self::open) refuses, and folders elsewhere; nothing is opened. Returns whether it is a folder.
+    /// Rejects paths that [`open`](Self::open) rejects, and folders outside of the allowed ones, without opening them. Returns whether the path is a
+    /// folder.
     ///
     /// # Errors
-    /// As said.
+    /// The path is rejected.
     pub fn check(&self, path: &Path) -> Result<bool, InputError> {
         let real = std::fs::canonicalize(path).map_err(|error| match error.kind() {
             ErrorKind::NotFound if path.is_symlink() => leads_nowhere(path),
@@ -86,11 +87,11 @@ impl AllowedFolders {
         }
     }
 
-    /// Where a file of this path is to be written: in the place of the file that a link leads to, else of the path itself. What is there is replaced or
-    /// removed by this place, not followed.
+    /// Returns the place to write a file to: the target of a link, otherwise the path itself. Writing or removing by this place follows no further
+    /// link.
     ///
     /// # Errors
-    /// When something is there that [`open`](Self::open) refuses, or a folder on the way leads elsewhere.
+    /// The path exists and [`open`](Self::open) rejects it, or a parent folder is a link out of the allowed folders.
     pub fn place(&self, path: &Path) -> Result<Place, InputError> {
         let unwritable = |error| InputError::unwritable(path.display().to_string(), &error);
         let folder_of = |path: &Path| path.parent().map(Path::to_path_buf).unwrap_or_default();
@@ -111,7 +112,7 @@ impl AllowedFolders {
         }
     }
 
-    /// Whether what was opened by this path is in one of the folders, or is one.
+    /// Whether the file or folder that was opened is in an allowed folder or is one.
     fn has_opened(&self, open: &File, path: &Path) -> bool {
         place_of(open, path).is_some_and(|place| self.contain(&place))
     }
@@ -128,7 +129,7 @@ fn leads_nowhere(path: &Path) -> InputError {
     InputError::new(path.display().to_string(), message).help("delete the link, or put the file in its place")
 }
 
-/// A place that a file is written into: a path, which leads to the same folder as long as this is held.
+/// The place of a file to be written: a path that refers to the same folder as long as the value lives.
 pub struct Place {
     path: PathBuf,
     _folder: Option<File>,
@@ -150,7 +151,7 @@ impl Place {
 }
 
 impl From<PathBuf> for Place {
-    /// A path that nobody else changes.
+    /// A path in a folder that no other program changes.
     fn from(path: PathBuf) -> Self {
         Self { path, _folder: None }
     }
@@ -164,9 +165,9 @@ impl Deref for Place {
     }
 }
 
-/// Where an open file is, without links; `None` where that cannot be found out.
+/// Returns the canonical path of an open file, `None` if it cannot be determined.
 fn place_of(open: &File, path: &Path) -> Option<PathBuf> {
-    // The system knows by which folder it was opened, whatever the path leads to by now.
+    // The kernel has the path of the open file, even if the original path has changed since.
     #[cfg(target_os = "linux")]
     {
         use std::os::fd::AsRawFd as _;

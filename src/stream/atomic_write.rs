@@ -223,10 +223,10 @@ impl Files {
         }
     }
 
-    /// Writes a file as [`add`](Self::add) does, but only into certain folders, and into nothing but a file.
+    /// Writes a file like [`add`](Self::add), but only into certain folders, and replaces only regular files.
     ///
     /// # Errors
-    /// When the place leads elsewhere or nowhere, is no file, or cannot be written.
+    /// The path is a link out of the folders or a broken link, is not a file, or cannot be written.
     #[cfg(feature = "studio")]
     pub fn add_in(
         &mut self,
@@ -240,10 +240,10 @@ impl Files {
         Ok(())
     }
 
-    /// Removes a file as [`remove`](Self::remove) does, but only from certain folders.
+    /// Removes a file like [`remove`](Self::remove), but only from certain folders.
     ///
     /// # Errors
-    /// When the place leads elsewhere or nowhere, or is no file.
+    /// The path is a link out of the folders or a broken link, or is not a file.
     #[cfg(feature = "studio")]
     pub fn remove_in(&mut self, folders: &AllowedFolders, path: &Path) -> std::result::Result<(), InputError> {
         let target = folders.place(path)?;
@@ -281,11 +281,11 @@ impl Files {
         self.replace(&[])
     }
 
-    /// Puts all files in their places after those of before were taken away: at no time are old and new ones there together, and after a kill in between some
-    /// are missing. For files that can be made again.
+    /// Moves the previous files away, then puts all new files in place. Old and new files never exist together; after a kill in between, some files are
+    /// missing. Use it for files that can be generated again.
     ///
     /// # Errors
-    /// When one cannot be put there; then those of before are there again.
+    /// A file cannot be put in place. The previous files are then restored.
     #[cfg(feature = "cli")]
     pub fn commit_anew(self) -> std::result::Result<(), InputError> {
         let there = self.parts.iter().filter(|part| self.parts.len() > 1 && part.target.is_file());
@@ -297,7 +297,7 @@ impl Files {
         self.replace(&aside)
     }
 
-    /// Puts all files in their places; files of before are moved to temporary ones first.
+    /// Puts all files in place after moving the previous ones to temporary paths.
     fn replace(self, aside: &[(PathBuf, Temporary)]) -> std::result::Result<(), InputError> {
         // Whoever wants to end the program waits for this.
         let mut state = state();
@@ -399,7 +399,7 @@ impl Temporary {
         }
     }
 
-    /// A temporary file beside its place, written and synchronized.
+    /// Writes and synchronizes a temporary file beside its target.
     fn filled(target: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>) -> Result<Self> {
         let mut file = Self::beside(target)?;
         let mut out = BufWriter::new(&mut file.0);

@@ -24,7 +24,7 @@ pub struct HandLayout {
     pub fingers: Vec<Finger>,
     /// The slots of `contacts`: the bodies that the target may touch.
     pub contacts: Vec<String>,
-    /// The channel [`DISTANCE_KNOWN`](crate::base::channels::DISTANCE_KNOWN), which a whole log has once.
+    /// The channel [`DISTANCE_KNOWN`](crate::base::channels::DISTANCE_KNOWN), which is constant over a log.
     pub knows_distance: bool,
 }
 

@@ -27,7 +27,7 @@ pub enum Against {
 }
 
 impl Against {
-    /// What the list shows of the result `now` of the rules and that of the others; labels are in the folders.
+    /// Returns the list's entry for the result `now` of the rules and the result of the other rules. Labels are read from `folders`.
     pub fn of(now: &Analysis, other: &Other, folders: &AllowedFolders) -> Self {
         let other = match other {
             Ok(other) => other,

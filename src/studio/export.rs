@@ -27,7 +27,8 @@ impl From<Error> for Refused {
     }
 }
 
-/// Keeps a file that is there, such as one that a person corrected in another program, unless it is to be replaced; refuses a link out of the folders.
+/// Rejects an export over an existing file, which a person may have corrected in another program, unless `replace` is set. Also rejects a link out of
+/// the folders.
 fn keep(path: &Path, replace: bool, folders: &AllowedFolders) -> Result<(), Refused> {
     let is_there = folders.place(path).map_err(argument)?.exists();
     if is_there && !replace { Err(Refused::There(path.to_path_buf())) } else { Ok(()) }

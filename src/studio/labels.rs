@@ -93,10 +93,10 @@ pub fn file(log: &Path) -> PathBuf {
     beside(log, "labels.csv")
 }
 
-/// The text of the label file of a recording, and its labels; `None` where it has no such file.
+/// Reads the label file of a recording and returns its text and its labels; `None` without such a file.
 ///
 /// # Errors
-/// A file that cannot be read as labels of this recording, or is in none of the folders.
+/// The file does not contain labels of this recording, or is outside of the folders.
 pub fn read_table(opened: &Opened, folders: &AllowedFolders) -> Result<Option<(String, labels::Labels)>, InputError> {
     let path = file(&opened.log);
     if path.symlink_metadata().is_err() {
@@ -107,10 +107,10 @@ pub fn read_table(opened: &Opened, folders: &AllowedFolders) -> Result<Option<(S
     Ok(Some((text, found)))
 }
 
-/// Reads the labels of a recording; none where it has no label file. Lines that name no track are about `only`.
+/// Reads the labels of a recording; without a label file there are none. Lines without a track refer to `only`.
 ///
 /// # Errors
-/// As [`read_table`]; labels that contradict each other.
+/// Those of [`read_table`], and labels that contradict each other.
 pub fn read(opened: &Opened, only: Option<Who>, folders: &AllowedFolders) -> Result<Labels, InputError> {
     let Some((text, found)) = read_table(opened, folders)? else { return Ok(Labels::default()) };
     let said = said(&text);
@@ -157,7 +157,7 @@ fn version(text: &str) -> String {
 /// same time.
 ///
 /// # Errors
-/// Where the file is of another version, a line is wrong, or the file cannot be written, or only outside of the folders.
+/// The file has another version, a line is invalid, or the file cannot be written or is outside of the folders.
 pub fn write(
     opened: &Opened,
     only: Option<Who>,

@@ -38,7 +38,7 @@ pub struct Loaded {
     pub now: Outcome,
     /// By the rules that these are held against, or why there is nothing.
     pub other: Option<Other>,
-    /// Where the files beside the recording are.
+    /// The folders of the files beside the recording.
     pub folders: AllowedFolders,
 }
 
@@ -104,10 +104,10 @@ impl Loaded {
         self.now.shown.found().only()
     }
 
-    /// The labels.
+    /// Returns the labels.
     ///
     /// # Errors
-    /// A label file that cannot be read.
+    /// The label file cannot be read.
     pub fn labels(&self) -> Result<Labels, Error> {
         let read = labels::read(self.log().opened()?, self.only(), &self.folders);
         read.map_err(|error| Error::new(error, ErrorKind::Argument))

@@ -85,14 +85,14 @@ pub struct Recording {
     pub log: PathBuf,
     /// Its name in the list.
     pub name: String,
-    /// Where it and the files beside it are.
+    /// The folders of the recording and the files beside it.
     folders: AllowedFolders,
-    /// Whether the command line names it.
+    /// Whether the command line names the recording.
     is_named: bool,
 }
 
 impl Recording {
-    /// A recording that was found at a path of the command line.
+    /// Creates a recording that was found at a path of the command line.
     fn new(name: String, log: PathBuf, path: &Path) -> Result<Self, InputError> {
         let file = formats::without_episode(&log);
         let above = file.parent().map(Path::to_path_buf).unwrap_or_default();
@@ -105,12 +105,12 @@ impl Recording {
         Ok(Self { log, name, folders, is_named })
     }
 
-    /// Refuses a recording with files that are elsewhere; the command line may name a link.
+    /// Rejects a recording with files outside of the folders. The command line may name a link.
     fn check(&self) -> Result<(), InputError> {
         let log = formats::without_episode(&self.log);
         if log.is_dir() {
             let folders = AllowedFolders::of(&log)?;
-            // What is wrong otherwise shows when it is opened.
+            // Other errors appear when the recording is opened.
             return formats::files_of(&self.log)
                 .unwrap_or_default()
                 .iter()

@@ -45,10 +45,10 @@ fn truth(analysis: &Analysis, folders: &AllowedFolders) -> Result<Option<(Truth,
     Ok(Some((truth, known)))
 }
 
-/// What labels say is true of a recording.
+/// Returns the ground truth that the labels contain.
 ///
 /// # Errors
-/// Labels of another time, or that name what the rules do not have.
+/// The labels have other times, or names that the rules do not declare.
 pub fn truth_of(labels: &Table, opened: &Opened, found: &Found, known: &Known) -> Result<Truth, InputError> {
     meets(labels, &opened.recording.time)?;
     Truth::of_labels(labels, found.only(), &NameMap::default(), known)

@@ -18,7 +18,7 @@ pub struct Video {
     pub file: PathBuf,
     /// What is added to a time of the recording for the time in the file, s.
     pub offset_s: f64,
-    /// Where the file is.
+    /// The folders that may contain the file.
     folders: AllowedFolders,
 }
 
@@ -26,7 +26,7 @@ impl Video {
     /// Opens the file.
     ///
     /// # Errors
-    /// When it cannot be opened, or is a link out of the folder of the recording.
+    /// The file cannot be opened, or is a link out of the recording's folder.
     pub fn open(&self) -> Result<File, InputError> {
         self.folders.open(&self.file)
     }
@@ -39,14 +39,14 @@ impl Video {
     }
 }
 
-/// The videos of a recording; those beside it are in the folders.
+/// Returns the videos of a recording. Files beside it must be in `folders`.
 ///
 /// # Errors
-/// A data set that is not as it should be.
+/// The data set is invalid.
 pub fn videos(log: &Log, folders: &AllowedFolders) -> Result<Vec<Video>, InputError> {
     let mut found = of_set(log)?;
     let own = KINDS.iter().map(|(ending, _)| beside(log.path(), ending));
-    // What cannot be opened is refused by its name.
+    // A file that cannot be opened is rejected by name.
     let own = own.filter(|file| file.symlink_metadata().is_ok_and(|there| !there.is_dir()));
     found.extend(own.map(|file| Video { camera: "video".into(), file, offset_s: 0.0, folders: folders.clone() }));
     Ok(found)

@@ -34,7 +34,7 @@ pub(super) struct Labeler {
     calibration: Calibration,
 }
 
-/// How the primitives are shown, by name.
+/// Returns the appearance of the primitives by name.
 fn looks(rules: &Rules) -> BTreeMap<String, Look> {
     let look = |name: &str, does: Option<Meaning>| Look {
         color: palette::color(name, does).hex(),

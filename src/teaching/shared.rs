@@ -24,7 +24,7 @@ pub struct Teaching {
     asked: Mutex<Asked>,
     newest: Mutex<Newest>,
     changed: Condvar,
-    /// How primitives are shown, by name.
+    /// The appearance of the primitives by name.
     pub(super) looks: BTreeMap<String, Look>,
     pub(super) tracks: Mutex<Tracks>,
     pub(super) takes: Mutex<Takes>,

@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 /// So many segments and tasks of a track are kept to show.
 const MOST_SHOWN: usize = 400;
 
-/// How a primitive is shown.
+/// The appearance of a primitive.
 pub(super) struct Look {
     /// `#rrggbb`.
     pub(super) color: String,
-    /// Whether the hand holds an object in it.
+    /// Whether the hand holds an object during the primitive.
     pub(super) holds: bool,
 }
 

@@ -1,5 +1,5 @@
-//! A real browser without a window, driven over a pipe by its DevTools protocol: messages in JSON, each ended by a zero byte. Tests share one browser of each
-//! kind; each has a page of its own, in a context of its own.
+//! Drives a real headless browser over a pipe by its DevTools protocol: JSON messages, each terminated by a zero byte. Tests share one browser of each kind.
+//! Each test has its own page in its own context.
 
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -15,7 +15,7 @@ const NAMES: [&str; 6] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "chrome-headless-shell"];
 /// Longer than any answer takes, also where many tests share few cores.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// WebGL without a graphics card, and a camera that shows a pattern.
+/// Flags for software WebGL and a camera with a test pattern.
 const DRAWING: [&str; 4] = [
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
@@ -23,19 +23,19 @@ const DRAWING: [&str; 4] = [
     "--use-fake-ui-for-media-stream",
 ];
 
-/// A running browser. It ends when its pipe closes, at the latest with this process, and its profile is deleted then.
+/// A running browser. It ends when its pipe closes, at the latest with this process; its profile is then deleted.
 struct Connection {
     to: Mutex<ChildStdin>,
     routes: Mutex<Routes>,
 }
 
-/// Where messages from the browser go.
+/// The receivers of messages from the browser.
 #[derive(Default)]
 struct Routes {
     calls: u64,
-    /// Answers to calls of the browser itself, by the number of the call.
+    /// Receivers of answers to calls of the browser itself, by the number of the call.
     answers: HashMap<u64, Sender<Value>>,
-    /// Answers and events of a page, by its session.
+    /// Receivers of the answers and events of a page, by session.
     sessions: HashMap<String, Sender<Value>>,
 }
 
@@ -68,7 +68,7 @@ impl Connection {
             let _ = writeln!(std::io::stderr(), "skipped: no Chromium is installed to open pages with");
             return None;
         };
-        // The browser reads from 3 and writes to 4. A process of its own deletes the profile: statics are not dropped.
+        // The browser reads from file descriptor 3 and writes to 4. A separate process deletes the profile, since statics are not dropped.
         const SCRIPT: &str = r#"profile=$(mktemp -d); "$0" "$@" --user-data-dir="$profile" about:blank 3<&0 4>&1 0</dev/null 1>/dev/null; rm -rf "$profile""#;
         let mut process = Command::new("sh")
             .args(["-c", SCRIPT])
@@ -76,7 +76,7 @@ impl Connection {
             .args(["--headless", "--remote-debugging-pipe", "--no-sandbox", "--disable-dev-shm-usage"])
             .args(flags)
             .args(["--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"])
-            // Pages that are not in front draw as fast as the one that is.
+            // Pages in the background draw as fast as the one in front.
             .args(["--disable-background-timer-throttling", "--disable-backgrounding-occluded-windows"])
             .arg("--disable-renderer-backgrounding")
             .stdin(Stdio::piped())
@@ -96,7 +96,7 @@ impl Connection {
                 connection.routes.lock().unwrap().route(serde_json::from_slice(&message).unwrap());
                 message.clear();
             }
-            // Who waits for an answer learns that none comes.
+            // Dropping the senders wakes all callers that wait for an answer.
             if let Some(connection) = reader.upgrade() {
                 *connection.routes.lock().unwrap() = Routes::default();
             }
@@ -138,7 +138,7 @@ impl Routes {
             Some(session) => self.sessions.get(session).cloned(),
             None => message["id"].as_u64().and_then(|id| self.answers.remove(&id)),
         };
-        // A page that is closed hears no more.
+        // A closed page receives no messages.
         let _ = to.map(|to| to.send(message));
     }
 }
@@ -150,13 +150,13 @@ impl Browser {
         Some(Self::new(PLAIN.get_or_init(|| Connection::start(&["--disable-gpu"])).clone()?))
     }
 
-    /// The same, for pages that draw by WebGL or look through a camera: without a graphics card, with a pattern that moves.
+    /// Opens a page in a browser with software WebGL and a camera that shows a moving pattern.
     pub fn start_drawing() -> Option<Self> {
         static SHARED: OnceLock<Option<Arc<Connection>>> = OnceLock::new();
         Some(Self::new(SHARED.get_or_init(|| Connection::start(&DRAWING)).clone()?))
     }
 
-    /// The same, in a browser of its own, whose camera shows a file of JPEG pictures.
+    /// Opens a page in a separate browser whose camera shows a file of JPEG pictures.
     pub fn start_with_camera(pictures: &Path) -> Option<Self> {
         let pictures = format!("--use-file-for-fake-video-capture={}", pictures.display());
         Some(Self::new(Connection::start(&[&DRAWING[..], &[&pictures]].concat())?))
@@ -346,14 +346,14 @@ impl Browser {
 impl Drop for Browser {
     fn drop(&mut self) {
         self.connection.routes.lock().unwrap().sessions.remove(&self.session);
-        // The browser may be gone already: nothing waits for an answer.
+        // The browser may have ended already, so no answer is awaited.
         let mut to = self.connection.to.lock().unwrap();
         let call = json!({ "id": 0, "method": "Target.disposeBrowserContext", "params": { "browserContextId": self.context } });
         let _ = to.write_all(format!("{call}\0").as_bytes());
     }
 }
 
-/// The script of axe; `None`, with a message, where the Python package that carries it is not installed.
+/// Returns the script of axe; `None`, with a message, if the Python package that contains it is not installed.
 fn axe() -> Option<&'static str> {
     const FIND: &str = "import importlib.util as u; print(u.find_spec('axe_playwright_python').submodule_search_locations[0] + '/axe.min.js')";
     static SCRIPT: OnceLock<Option<String>> = OnceLock::new();

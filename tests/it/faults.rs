@@ -34,7 +34,7 @@ fn put(folder: &Path, files: &Files) {
     }
 }
 
-/// How often a command is killed, and how often programs write at once.
+/// Number of kills per command, and number of concurrent writes.
 fn kills() -> u32 {
     std::env::var("TEACHTREE_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(1)
 }
@@ -119,7 +119,7 @@ fn a_kill_between_two_renames_is_detected() {
     assert!(done && mixed > 0, "the program was killed in between {mixed} times");
 }
 
-/// At each step of putting the files of an analysis in their places, the program is killed once: no old file is left beside a new one.
+/// Kills the program once at each step of putting the files of an analysis in place: no old file is left beside a new one.
 #[test]
 fn files_of_two_analyses_are_never_there_together() {
     let args = [
@@ -139,7 +139,7 @@ fn files_of_two_analyses_are_never_there_together() {
     let differ: Vec<&str> = outputs.into_iter().filter(|name| old.get(*name) != new.get(*name)).collect();
     assert!(differ.len() >= 4 && old.len() == 6 && new.len() == 6, "{differ:?}");
     let mut killed = 0;
-    // `strace` counts each call by itself.
+    // `strace` counts each system call separately.
     for (call, at) in ["rename", "renameat", "renameat2", "unlink", "unlinkat"]
         .into_iter()
         .flat_map(|call| (1..8).map(move |at| (call, at)))
@@ -159,19 +159,19 @@ fn files_of_two_analyses_are_never_there_together() {
             continue;
         }
         killed += 1;
-        // The next run leaves nothing of it.
+        // The next run removes all temporary files.
         run(folder.path(), &args);
         let (mut seen, hidden) = files(folder.path());
         seen.retain(|name, _| new.contains_key(name));
         assert_eq!((seen == new, hidden), (true, vec![]), "{inject}");
     }
-    // Six files are moved away, and six are put in their places.
+    // Six files are moved away and six are put in place.
     assert!(killed >= 12, "the program was killed in between {killed} times");
 }
 
-/// What cannot be put in its place leaves all files as they were.
+/// If a file cannot be put in place, all files stay unchanged.
 #[test]
-fn an_analysis_that_cannot_be_put_in_its_place_leaves_the_one_before() {
+fn an_analysis_that_cannot_be_put_in_place_leaves_the_previous_one() {
     let folder = tempfile::tempdir().unwrap();
     put(folder.path(), &recording("1"));
     let args = ["analyze", "log.csv", "--trace", "t.json", "--frames", "f.csv", "-o", "o.txt"];
@@ -186,7 +186,7 @@ fn an_analysis_that_cannot_be_put_in_its_place_leaves_the_one_before() {
             return says_skipped("no strace is here to let system calls fail");
         };
         if output.status.success() {
-            // There are fewer such calls.
+            // The program makes fewer such calls.
             put(folder.path(), &old);
             continue;
         }

@@ -157,9 +157,9 @@ fn no_command_prints_what_steers_a_terminal() {
     }
 }
 
-/// The events of a log are escaped in a pipe too, behind which a program such as `tee` writes them to a terminal.
+/// The events of a log are escaped in a pipe too, since a program such as `tee` may write them to a terminal.
 #[test]
-fn events_of_a_live_log_do_not_steer() {
+fn events_of_a_live_log_are_escaped_in_pipes() {
     let folder = tempfile::tempdir().unwrap();
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/logs");
     let log = std::fs::read_to_string(fixtures.join("whole.csv")).unwrap();

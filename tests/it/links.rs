@@ -1,4 +1,4 @@
-//! Links and pipes among the files of a data set: a copy has the files of the set, and of the cache that it is in, and no others.
+//! Links and pipes among the files of a data set: a copy contains only files of the set and of its cache.
 
 use crate::annotate::annotate;
 use crate::pipes::pipe;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-/// The files of a folder and its subfolders, by path.
+/// Collects the files of a folder and its subfolders by path.
 fn files(root: &Path, below: &Path, found: &mut BTreeMap<PathBuf, Vec<u8>>) {
     for entry in std::fs::read_dir(root.join(below)).unwrap() {
         let path = below.join(entry.unwrap().file_name());
@@ -28,11 +28,11 @@ fn all(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// What is put into a set, the path by which it is refused, and why.
+/// Each case has the change of a set, the path in the message, and the reason.
 type Case = (fn(&Path), &'static str, &'static str);
 
 #[test]
-fn what_leads_out_of_a_set_or_nowhere_is_refused_before_anything_is_written() {
+fn links_out_of_a_set_and_broken_links_are_refused_before_anything_is_written() {
     const FILE: &str = "set/data/chunk-000/file-000.parquet";
     let cases: [Case; 9] = [
         (|at| symlink(at.join("secret.txt"), at.join("set/notes")).unwrap(), "set/notes", "leads out of set"),
@@ -59,7 +59,7 @@ fn what_leads_out_of_a_set_or_nowhere_is_refused_before_anything_is_written() {
         ),
         (
             |at| {
-                // A link to a link, of which the second one leads out.
+                // A link to a link that leads out of the set.
                 symlink("two", at.join("set/notes")).unwrap();
                 symlink("../secret.txt", at.join("set/two")).unwrap();
             },
@@ -96,7 +96,7 @@ fn what_leads_out_of_a_set_or_nowhere_is_refused_before_anything_is_written() {
     }
 }
 
-/// As the cache of the Hugging Face hub has them, and links from one file of a set to another one.
+/// Links as in the cache of the Hugging Face hub, and links between files of a set.
 #[test]
 fn links_within_a_set_and_its_cache_are_followed() {
     let folder = with_set();
@@ -112,7 +112,7 @@ fn links_within_a_set_and_its_cache_are_followed() {
         let up = "../".repeat(path.components().count() + 1);
         symlink(format!("{up}blobs/{number:04x}"), snapshot.join(path)).unwrap();
     }
-    // By its place, and by a link to it.
+    // The set is opened by its path and by a link to it.
     symlink(&snapshot, folder.path().join("linked")).unwrap();
     for (set, out) in [("hub/datasets--a--b/snapshots/7628", "one"), ("linked", "two")] {
         let output = annotate(folder.path(), set, out, &[]);
@@ -127,7 +127,7 @@ fn links_within_a_set_and_its_cache_are_followed() {
     let three = all(&folder.path().join("three"));
     assert_eq!(three[Path::new("notes")], b"A set.");
     assert!(three.contains_key(Path::new("data/meta/info.json")));
-    // The cache of another set is none of this one.
+    // The cache of another set is not accessible.
     let other = folder.path().join("hub/datasets--c--d/blobs");
     std::fs::create_dir_all(&other).unwrap();
     std::fs::write(other.join("0000"), "another set").unwrap();

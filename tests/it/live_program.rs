@@ -125,7 +125,7 @@ fn started(args: &[&str]) -> Child {
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Ctrl-C, the end of a service, or of a terminal, while the program waits for a row: what is left is printed.
+/// SIGINT, SIGTERM or SIGHUP while the program waits for a row: the remaining events are printed.
 #[cfg(unix)]
 #[test]
 fn signals_end_the_log() {
@@ -136,7 +136,7 @@ fn signals_end_the_log() {
     }
 }
 
-/// Whether a set of signals of a process, as Linux lists it, has a signal.
+/// Whether a signal set in a Linux process status contains a signal.
 #[cfg(unix)]
 fn has_signal(status: &str, set: &str, number: i32) -> bool {
     let status = std::fs::read_to_string(status).unwrap_or_default();
@@ -144,7 +144,7 @@ fn has_signal(status: &str, set: &str, number: i32) -> bool {
     (u64::from_str_radix(mask.trim(), 16).unwrap() >> (number - 1)) & 1 == 1
 }
 
-/// Whether the tests ignore a signal, as under `nohup`: programs that they start do so too.
+/// Whether the tests ignore a signal, as under `nohup`. The programs that they start inherit this.
 #[cfg(unix)]
 fn is_ignored(number: i32) -> bool {
     has_signal("/proc/self/status", "SigIgn:", number)
@@ -171,7 +171,7 @@ fn ends_by(signal: &str) {
     assert!(rest.lines().any(|line| line.starts_with("segment right")), "{signal}: {rest}");
 }
 
-/// A program that `nohup` started goes on when its terminal is closed.
+/// A program that `nohup` started continues when its terminal is closed.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_ignored_signal_stays_ignored() {
@@ -198,7 +198,7 @@ fn an_ignored_signal_stays_ignored() {
     assert!(said.contains(TASK), "{said}");
 }
 
-/// Other commands remove their temporary files and end by the signal.
+/// Other commands remove their temporary files and end with the signal's status.
 #[cfg(unix)]
 #[test]
 fn other_commands_end_by_the_signal() {
@@ -208,7 +208,7 @@ fn other_commands_end_by_the_signal() {
             continue;
         }
         let mut child = started(&["analyze", "-"]);
-        // It waits for its log.
+        // The program waits for its log.
         let _open = child.stdin.take();
         let status = format!("/proc/{}/status", child.id());
         let caught = || has_signal(&status, "SigCgt:", number);

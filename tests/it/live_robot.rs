@@ -80,7 +80,7 @@ impl Robot {
         self.order(&serde_json::json!({ "op": "channel", "topic": topic, "encoding": encoding, "schema": schema }));
     }
 
-    /// Publishes messages, and waits until the robot has done so.
+    /// Publishes messages and waits until the robot has sent them.
     fn publish(&mut self, messages: &[Message]) {
         for message in messages {
             let data: String = encoded(message).iter().map(|byte| format!("{byte:02x}")).collect();
@@ -156,7 +156,7 @@ struct Cable {
     port: u16,
     is_cut: Arc<AtomicBool>,
     ends: Arc<Mutex<Vec<TcpStream>>>,
-    /// All bytes that it has handed to the program.
+    /// All bytes that were forwarded to the program.
     delivered: Arc<Mutex<Vec<u8>>>,
 }
 
@@ -202,7 +202,7 @@ impl Cable {
         }
     }
 
-    /// Waits until the program has been handed the last of these messages; those of a topic stay in order.
+    /// Waits until the last of these messages has been forwarded to the program. The messages of a topic stay in order.
     fn delivers(&self, messages: &[Message]) {
         for topic in ["/hand", "/touch", "/objects"] {
             let last = messages.iter().rfind(|message| message.topic == topic).map(encoded).unwrap();

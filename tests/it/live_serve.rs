@@ -114,7 +114,7 @@ fn run(python: &str, clients: &[(&str, i64)]) -> (Vec<Value>, Vec<Vec<Value>>) {
     let mut stdin = child.stdin.take().unwrap();
     let [one, other] = lines();
     stdin.write_all(one.as_bytes()).unwrap();
-    // A client that leaves comes again while the log goes on.
+    // A client reconnects while the log continues.
     until_ready(clients.iter().filter(|(_, leaves_after)| *leaves_after >= 0).count());
     stdin.write_all(other.as_bytes()).unwrap();
     drop(stdin);
@@ -189,7 +189,7 @@ fn who_comes_late_sees_what_is_so_now() {
     printing.join().unwrap();
 }
 
-/// The status of the answer to a page or a program that would read, with these fields.
+/// Returns the response status of a connection request with these header fields.
 fn asked(port: u16, fields: &str) -> String {
     let mut socket = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
     let request = format!(
@@ -240,7 +240,7 @@ fn pages_of_other_sites_may_not_read() {
     ] {
         assert_eq!(asked(port, &format!("Origin: {origin}\r\n")), "101", "{origin}");
     }
-    // A program that is no browser.
+    // A program other than a browser sends no origin.
     assert_eq!(asked(port, ""), "101");
     child.kill().unwrap();
     child.wait().unwrap();

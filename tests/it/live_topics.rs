@@ -187,16 +187,16 @@ fn topics_are_joined_as_in_the_whole_bag() {
     assert!(tasks >= 3, "only {tasks} tasks were compared");
 }
 
-/// Two drivers on one topic, each with some of the joints, that stamp their messages alike: what they say at an instant is one row.
+/// Two drivers on one topic, each with a part of the joints, use the same stamps: their messages with equal stamps form one row.
 #[test]
-fn messages_with_equal_stamps_about_different_things_are_one_row() {
+fn messages_with_equal_stamps_and_different_joints_form_one_row() {
     let folder = tempfile::tempdir().unwrap();
     let (log, name) = JOINED[1];
     let binding = binding(name, folder.path());
     let plain = messages(log);
     let split = plain.iter().flat_map(|message| {
         let fields = message.fields.as_object().unwrap();
-        // The one who stamps alike is recorded later, as of another process.
+        // The messages of the second driver are recorded later, like those of another process.
         [0, 1].map(|half| {
             let own = (0..)
                 .zip(fields)
@@ -220,7 +220,7 @@ fn messages_with_equal_stamps_about_different_things_are_one_row() {
     assert_eq!(issues, live(&[&plain, "--binding", &binding, "--calibration", &plain]).1);
 }
 
-/// One of two markers of a body is wrong in one message: it is taken out before their mean is made, also of a log that is being made.
+/// One of two markers of a body is wrong in one message: it is rejected before the mean is computed, in live logs too.
 #[test]
 fn a_wrong_cell_of_one_marker_is_taken_out_of_topics() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,18 +1,18 @@
-//! Pipes in the place of files: they are refused by name, and not waited for.
+//! Pipes in place of files are rejected by name and not waited for.
 
 use crate::program::{all_said, complained, teachtree_in};
 use crate::sets::with_set;
 use std::path::Path;
 use std::process::Command;
 
-/// A pipe. Whoever waits for its other end is not kept waiting for ever, so that the test fails instead of hanging.
+/// Creates a pipe. A thread opens the other end for writing, so that a program that waits for it makes the test fail instead of hang.
 pub fn pipe(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
     let path = path.to_path_buf();
     std::thread::spawn(move || drop(std::fs::OpenOptions::new().write(true).open(path)));
 }
 
-/// A folder with a log, its binding, and `pipe.csv`, `pipe.yaml` and so on, which are pipes.
+/// Returns a folder with a log, its binding, and pipes named `pipe.csv`, `pipe.yaml` and so on.
 fn folder() -> tempfile::TempDir {
     let folder = with_set();
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/logs");
@@ -74,7 +74,7 @@ fn a_pipe_in_the_place_of_a_file_is_refused_by_its_name() {
 fn a_pipe_among_the_files_of_a_log_is_not_waited_for() {
     let folder = folder();
     let path = |name: &str| folder.path().join(name);
-    // The mark of a log that was being replaced.
+    // The marker of a log whose replacement was interrupted.
     pipe(&path(".teachtree-log.csv.replacing"));
     pipe(&path("log.events.csv"));
     let output = teachtree_in(folder.path(), &["analyze", "log.csv"]);
@@ -98,7 +98,7 @@ fn a_pipe_among_the_files_of_a_log_is_not_waited_for() {
     }
 }
 
-/// What the shell hands over by the number of an open file is read, as before.
+/// A pipe that the shell passes as a file descriptor is still read.
 #[test]
 fn a_binding_may_come_through_a_pipe_of_the_shell() {
     let folder = folder();

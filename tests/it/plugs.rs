@@ -1,5 +1,5 @@
-//! Insertions by a gripper on a wrist force sensor, made from a script: a plug is taken from a table and put into a socket, or jams on its rim.
-//! The log has the tool point, the opening, the force on what is held, and the position of the plug, at 100 Hz.
+//! Scripted insertions by a gripper with a wrist force sensor: a plug is picked up from a table and inserted into a socket, or jams on its rim.
+//! The log has the tool point, the opening, the force on the held object, and the position of the plug, at 100 Hz.
 
 use crate::live_log::Rows;
 use crate::program::{all_said, said, teachtree_in};
@@ -10,16 +10,16 @@ use std::path::Path;
 use teachtree::stream::{OpenRequest, open};
 use teachtree::{Calibration, Live, Rules};
 
-/// What becomes of an insertion.
+/// The outcome of an insertion.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Outcome {
     Inserted,
     Jammed,
-    /// It is put down on the rim without force.
+    /// The plug is set down on the rim without force.
     Placed,
 }
 
-/// How a force sensor differs from the truth: its sign, its bias and the amplitude of its noise, N.
+/// Errors of a force sensor: its sign, its bias (N) and the amplitude of its noise (N).
 #[derive(Clone, Copy)]
 pub struct Sensor {
     sign: f64,
@@ -27,10 +27,10 @@ pub struct Sensor {
     noise: f64,
 }
 
-/// A good one.
+/// A sensor without errors except noise.
 pub const GOOD: Sensor = Sensor { sign: 1.0, bias: 0.0, noise: 0.05 };
 
-/// The binding and the scene. The plug has a clearance of 1.5 mm in its hole, so that it touches no wall of it.
+/// The binding and the scene. The plug has a clearance of 1.5 mm in its hole, so it touches no wall.
 pub const BINDING: &str = "
 hand_file: hand_gripper_wrist.rules
 time: time
@@ -56,7 +56,7 @@ scene:
   hands: {right: {fingers: [thumb, palm]}}
 ";
 
-/// A phase of an attempt: how long it takes, where the tool point is at its end, mm, the opening at its end, mm, and the upward force on the plug, N.
+/// A phase of an attempt: its duration, the tool point and the opening at its end (mm), and the upward force on the plug (N).
 struct Phase(f64, [f64; 3], f64, f64);
 
 /// The weight of the plug, N.
@@ -96,13 +96,13 @@ fn phases(outcome: Outcome, pace: f64) -> Vec<Phase> {
     phases
 }
 
-/// An attempt as a sensor sees it.
+/// Returns the log of an attempt with this sensor.
 pub fn log(outcome: Outcome, seed: u32, sensor: Sensor) -> String {
     let mut text = String::from(
         "time [s],tcp_x [mm],tcp_y [mm],tcp_z [mm],opening [mm],fx [N],fy [N],fz [N],plug_x [mm],plug_y [mm],plug_z [mm]\n",
     );
     let mut state = u64::from(seed) + 1;
-    // Even between -1 and 1.
+    // Uniform between -1 and 1.
     let mut noise = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 40) as f64 / f64::from(1_u32 << 23) - 1.0
@@ -137,7 +137,7 @@ pub fn log(outcome: Outcome, seed: u32, sensor: Sensor) -> String {
     text
 }
 
-/// A folder with the binding and recordings of these outcomes, `set/00.csv`, …
+/// Returns a folder with the binding and recordings with these outcomes, `set/00.csv`, …
 fn set(outcomes: &[Outcome]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("set")).unwrap();
@@ -158,7 +158,7 @@ fn parsed(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 
-/// What the analysis of a log with this binding says of forces.
+/// Returns the force issues in the analysis of a log with this binding.
 fn of_forces(log: &str, binding: &str) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("log.csv"), log).unwrap();
@@ -183,7 +183,7 @@ fn insertions_do_not_count_as_carries() {
     }
 }
 
-/// The bias of a sensor shows while the hand holds nothing.
+/// The bias of a sensor is visible while the hand is empty.
 #[test]
 fn an_untared_sensor_is_tared_before_its_sign_is_turned() {
     let noisy = Sensor { noise: 0.5, ..GOOD };
@@ -197,7 +197,7 @@ fn an_untared_sensor_is_tared_before_its_sign_is_turned() {
     );
 }
 
-/// The recordings that lack a usual task, and how many are good.
+/// Returns the recordings that lack a usual task, and the number of good recordings.
 fn lacking(folder: &Path) -> (Vec<String>, i64) {
     let document = parsed(&run(folder, &["audit", "set", "--each", "--binding", "b.yaml", "--format", "json"]));
     let lacks = |it: &&Value| it["findings"].as_array().unwrap().iter().any(|it| it["kind"] == "lacks_task");
@@ -206,12 +206,12 @@ fn lacking(folder: &Path) -> (Vec<String>, i64) {
 }
 
 #[test]
-fn an_audit_reports_insertions_that_jammed_however_many() {
+fn an_audit_reports_any_number_of_jammed_insertions() {
     let three = [Inserted, Jammed, Inserted, Inserted, Jammed, Inserted, Inserted, Jammed, Inserted, Inserted];
     let folder = set(&three);
     assert_eq!(lacking(folder.path()), (["set/01.csv", "set/04.csv", "set/07.csv"].map(String::from).to_vec(), 7));
     let text = run(folder.path(), &["audit", "set", "--each", "--binding", "b.yaml"]);
-    // Lines are broken where the terminal ends.
+    // Lines wrap at the width of the terminal.
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("tasks: peg_in_hole in 7 of 10, pick_and_place in 3 of 10"), "{text}");
     assert!(text.contains("lacks peg_in_hole, which 7 of 10 recordings have; has pick_and_place instead"), "{text}");
@@ -221,18 +221,18 @@ fn an_audit_reports_insertions_that_jammed_however_many() {
         teachtree_in(folder.path(), &args).status.code()
     };
     assert_eq!((status("lacks_task"), status("unlike")), (Some(1), Some(0)));
-    // Few recordings say so too; of two tasks that are equally frequent none is the usual one.
+    // Small sets are reported too. If two tasks are equally frequent, neither is the usual one.
     assert_eq!(lacking(set(&[Inserted, Jammed, Inserted]).path()), (vec!["set/01.csv".into()], 2));
     assert_eq!(lacking(set(&[Inserted, Jammed, Inserted, Jammed]).path()), (vec![], 4));
 }
 
-/// The binding with a hand file, with or without the position of the plug.
+/// Returns the binding with a hand file, with or without the position of the plug.
 fn bound(hand_file: &str, has_pose: bool) -> String {
     let binding = BINDING.replace("hand_gripper_wrist.rules", hand_file);
     if has_pose { binding } else { binding.replace("  plug.position: plug_<xyz>\n", "") }
 }
 
-/// When the tool point is for the first time within 50 mm of the ball about the plug, s.
+/// Returns the first time (s) at which the tool point is within 50 mm of the plug's bounding sphere.
 fn comes_near(log: &str) -> f64 {
     let radius = (12.5_f64.powi(2) * 2.0 + 30.0_f64.powi(2)).sqrt();
     let near = |line: &&str| {
@@ -244,7 +244,7 @@ fn comes_near(log: &str) -> f64 {
 }
 
 #[test]
-fn a_gripper_approaches_what_it_comes_near_where_distances_are_known() {
+fn an_approach_begins_near_the_target_where_distances_are_known() {
     let log = log(Inserted, 2, GOOD);
     for hand_file in ["hand_gripper.rules", "hand_gripper_wrist.rules"] {
         let found = |has_pose: bool| {
@@ -270,7 +270,7 @@ fn a_gripper_approaches_what_it_comes_near_where_distances_are_known() {
 }
 
 #[test]
-fn a_live_log_with_distances_waits_for_no_contact() {
+fn a_live_log_with_distances_does_not_wait_for_a_contact() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("log.csv"), log(Inserted, 2, GOOD)).unwrap();

@@ -34,7 +34,7 @@ impl Example {
         root().join("examples/primitives").join(self.folder).join(format!("{}.{ending}", self.folder))
     }
 
-    /// Lets the robot carry out in a folder what an operator shows, and finds it in the robot's recording.
+    /// Lets the robot execute an operator's demonstration in a folder, and finds the tasks in the robot's recording.
     fn carried_out_in(&self, folder: &Path, robot: &str, seed: &[&str]) {
         let (rules, operator) = (self.path("rules"), self.path("operator.yaml"));
         let (rules, operator) = (rules.to_str().unwrap(), operator.to_str().unwrap());
@@ -66,7 +66,7 @@ impl Example {
         assert!(said.contains("\nrecognized in the robot's recording: "), "{said}");
     }
 
-    /// Lets the robot carry out what operators show, given by seed or variation; the folder of the last one.
+    /// Lets the robot execute the demonstrations of operators, given by seed or variation. Returns the folder of the last one.
     fn carried_out_of(&self, robot: &str, seeds: &[[&str; 2]]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let rules = self.path("rules");
@@ -76,12 +76,12 @@ impl Example {
         folder
     }
 
-    /// The same of one who does not vary.
+    /// Lets the robot execute the demonstration of an operator without variation.
     fn carried_out(&self) -> tempfile::TempDir {
         self.carried_out_of("both_hands", &[["--variation", "0"]])
     }
 
-    /// The same of five who do.
+    /// Lets the robot execute the demonstrations of five operators.
     fn carried_out_of_five(&self, robot: &str) {
         self.carried_out_of(robot, &["7001", "7002", "7003", "7004", "7005"].map(|seed| ["--seed", seed]));
     }
@@ -141,14 +141,15 @@ fn unscrew_is_carried_out() {
     of("turn_knob", "unscrew", ["Unscrew", "turn", "unscrew"]).carried_out();
 }
 
-/// Of a peg that goes in without touching the hole nothing shows that the other hand helps: this operator's touches it.
+/// If a peg does not touch the hole, the log does not show that the other hand helps. The peg of this operator touches it.
 #[test]
 fn assist_is_carried_out() {
     let assist = of("hold_and_insert", "assist", ["Assist", "hold", "assist"]);
     assist.carried_out_of("both_hands", &[["--seed", "7001"]]);
 }
 
-/// Each hand does its part under one label, at one pace. Grasps of grippers are chosen fast; hands and arms show one seed that both robots failed at.
+/// Both hands work under one label at the same pace. The grasp search for grippers is fast, so they are tested with five seeds. The robot with hands
+/// is tested with one seed, at which both robots failed before.
 #[test]
 fn join_is_carried_out() {
     let join = of("ring_and_pole", "join", ["Join(right)", "insert", "join"]);
@@ -169,7 +170,7 @@ fn plug_is_carried_out_and_looks_for_the_hole() {
     assert!(said.contains("hole found"), "{said}");
 }
 
-/// The tasks that are commanded of what an operator without variation shows in `pick_and_place`, and why something was left out.
+/// Returns the commanded tasks for a demonstration of `pick_and_place` without variation, and the reasons for left-out parts.
 fn tasks_of(operator: &str, rules: &str) -> (Vec<String>, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("operator.yaml"), operator).unwrap();
@@ -187,18 +188,19 @@ fn tasks_of(operator: &str, rules: &str) -> (Vec<String>, Vec<String>) {
     (tasks.iter().map(|task| text(&task["task"])).collect(), left_out.map(|left| text(&left["why"])).collect())
 }
 
-/// What was set down was not lost, by whatever name the rules call the second grasp.
+/// An object that was set down was not lost, whatever the primitive of the second grasp.
 #[test]
-fn what_was_set_down_and_is_taken_again_was_not_lost() {
+fn an_object_that_was_set_down_and_grasped_again_was_not_lost() {
     let operator = include_str!("../../examples/primitives/regrasp/regrasp.operator.yaml");
     let (tasks, left_out) = tasks_of(operator, "contact.rules");
     assert_eq!(tasks, ["pick_and_place", "pick_and_place"]);
     assert!(left_out.is_empty(), "{left_out:?}");
 }
 
-/// What was dropped on purpose and taken up again is dropped by the robot too. Without a name for the fall it was a mistake, and is left out.
+/// The robot also drops an object that was dropped on purpose and picked up again. If the rules have no primitive for the fall, it counts as a
+/// mistake and is left out.
 #[test]
-fn a_fall_that_rules_name_was_meant() {
+fn a_fall_with_a_primitive_is_intended() {
     let shown = include_str!("../../examples/primitives/drop/drop.operator.yaml");
     let last = "      - {reach: {grip: pinch, opened: 25 mm, offset: [0 mm, 0 mm, 120 mm]}}\n";
     let again = "      - {reach: {grip: pinch, opened: 12 mm, speed: 180 mm/s}}

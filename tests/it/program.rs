@@ -23,8 +23,8 @@ pub fn teachtree(args: &[&str]) -> Output {
     teachtree_in(Path::new(env!("CARGO_MANIFEST_DIR")), args)
 }
 
-/// Writes what `teach SCENE OPERATOR OPTIONS` records as a CSV file, with its scene and its events beside it. Each shipped demonstration is made once by each build of the
-/// program, whichever test asks first, and copied from then on.
+/// Writes what `teach SCENE OPERATOR OPTIONS` records as a CSV file, with its scene and its events beside it. Each build of the program makes a shipped
+/// demonstration once, in the first test that needs it; other tests copy it.
 pub fn demonstrate(scene: &str, options: &[&str], log: impl AsRef<Path>) {
     let made = demonstrations().join([&[scene], options].concat().join("_"));
     fs::create_dir_all(&made).unwrap();
@@ -40,7 +40,7 @@ pub fn demonstrate(scene: &str, options: &[&str], log: impl AsRef<Path>) {
     }
 }
 
-/// The folder of the demonstrations of this build of the program; those of other builds are deleted.
+/// Returns the folder for demonstrations of this build of the program. Demonstrations of other builds are deleted.
 fn demonstrations() -> PathBuf {
     let program = fs::metadata(env!("CARGO_BIN_EXE_teachtree")).unwrap();
     let since = program.modified().unwrap().duration_since(SystemTime::UNIX_EPOCH).unwrap();
@@ -49,7 +49,7 @@ fn demonstrations() -> PathBuf {
     if !own.exists() {
         fs::create_dir_all(&own).unwrap();
         let others = fs::read_dir(&all).unwrap().flatten().filter(|entry| entry.path() != own);
-        // Another test may be deleting them too.
+        // Another test may delete them at the same time.
         others.for_each(|other| drop(fs::remove_dir_all(other.path())));
     }
     own

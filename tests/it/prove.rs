@@ -22,7 +22,7 @@ fn the_shipped_extensions_only_add() {
     }
 }
 
-/// Where both hands do something that one hand does too, its labels replace those of both.
+/// A tree over both hands that uses a primitive of one hand replaces the labels of each hand.
 #[test]
 fn a_tree_over_both_hands_with_old_leaves_adds_to_recordings_of_one_hand() {
     let (status, printed) = prove("contact.rules", "bimanual.rules");
@@ -30,18 +30,18 @@ fn a_tree_over_both_hands_with_old_leaves_adds_to_recordings_of_one_hand() {
     let told =
         "the tree `both_hands` is new, and its `Translate` replaces the labels of both hands   rules/bimanual.rules:";
     assert!(printed.contains(told), "{printed}");
-    assert!(printed.ends_with("  of recordings of one hand it is proved\n"), "{printed}");
+    assert!(printed.ends_with("  for recordings of one hand, it is proved\n"), "{printed}");
     let new_leaves = "primitive Share does share\ntree both for left, right { both.grasped and left.target == right.target => Share  else => separate }";
     let (status, printed) = compared(CONTACT, &format!("{CONTACT}{new_leaves}"));
     assert_eq!(status, Some(0), "{printed}");
 }
 
 const CONTACT: &str = "use \"contact.rules\"\n";
-/// A primitive that never comes, though no proof knows that.
+/// A primitive that never occurs, which a proof cannot use.
 const EXTRA: &str = "primitive Extra is Translate\nfor each hand { signal never_so = load > 900 N }\n\
                      extend single_hand first { never_so and not from(none) => Extra }\n";
 
-/// Two texts as `base.rules` and `mine.rules`: what `prove additive` says.
+/// Runs `prove additive` on two texts, `base.rules` and `mine.rules`.
 fn compared(base: &str, extended: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in [("base.rules", base), ("mine.rules", extended)] {
@@ -50,15 +50,15 @@ fn compared(base: &str, extended: &str) -> (Option<i32>, String) {
     let output = teachtree_in(folder.path(), &["prove", "additive", "base.rules", "mine.rules"]);
     let diff = all_said(&teachtree_in(folder.path(), &["diff", "base.rules", "mine.rules"]));
     let said = all_said(&output);
-    // What may change labels is a difference, too.
+    // A declaration that may change labels is a difference, too.
     let says_nothing = diff.lines().all(|line| line.contains("the same leaf on every frame"));
     assert!(output.status.success() || !says_nothing, "{said}\n{diff}");
     (output.status.code(), said)
 }
 
-/// What can change the analysis of a recording besides what the trees give (docs/proving.md): none of it passes.
+/// Declarations other than trees that can change the analysis of a recording (docs/proving.md): none is accepted.
 #[test]
-fn what_may_change_labels_without_a_new_primitive_refutes() {
+fn declarations_that_may_change_labels_without_a_new_primitive_refute() {
     let use_base = "use \"base.rules\"\n";
     let two_rules = "Slide between Grasp and Place becomes Place\nPlace between Grasp and Translate becomes Grasp";
     let swapped = "Place between Grasp and Translate becomes Grasp\nSlide between Grasp and Place becomes Place";
@@ -80,10 +80,10 @@ fn what_may_change_labels_without_a_new_primitive_refutes() {
             "task extra = Approach .. Release with Extra before turn_screw",
             "`extra` runs from Approach to Release",
         ),
-        // A new first or last primitive is no key.
+        // A new first or last primitive is not a key.
         (CONTACT, "task extra = Extra .. Release with Translate", "the task `extra` needs no new primitive"),
         (CONTACT, "task extra = Move .. Extra with Translate or Extra", "the task `extra` needs no new primitive"),
-        // Rules that another rule seems to cover.
+        // Rules that another rule only seems to cover.
         (&bounded, "relabel { Grasp shorter than 500 ms between Approach and Translate becomes Slide }", "may act"),
         (CONTACT, "relabel { Approach, Extra become Move }", "the rule `Approach, Extra become Move` may act"),
         (CONTACT, "relabel { Grasp between Approach and Translate becomes Extra }", "may act without a new primitive"),
@@ -92,7 +92,7 @@ fn what_may_change_labels_without_a_new_primitive_refutes() {
         // Tasks that are made of tasks, keys, and their order.
         (CONTACT, "task tour = pick_and_place, push", "the task `tour`, made of tasks, needs no new primitive"),
         (CONTACT, "extend task slide with Place", "the task `slide` asks for something else"),
-        // What a recording has: rows in which a channel is not measured, and what touching is.
+        // Data of a recording: rows in which a channel is not measured, and the contact channel.
         (
             CONTACT,
             "stream { for each hand { optional lamp.on : bool = false } }\nextend single_hand.held before Press { lamp.on => Extra }",
@@ -117,7 +117,7 @@ fn what_may_change_labels_without_a_new_primitive_refutes() {
         let (status, printed) = compared(base, &format!("{use_base}{EXTRA}{more}\n"));
         assert!(status == Some(1) && printed.contains(told), "{more}\n{printed}");
     }
-    // The same without what is said about a primitive that is new adds.
+    // Without declarations other than those about a new primitive, the same rules only add.
     for more in [
         "task extra = Move .. Release with Extra",
         "relabel { (Slide or Extra)+ between Approach and Grasp becomes Grasp }",

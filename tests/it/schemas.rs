@@ -20,7 +20,7 @@ fn schemas() -> Vec<(String, Value)> {
     files.iter().map(|file| (file.file_name().unwrap().to_str().unwrap().to_string(), read(file))).collect()
 }
 
-/// A Python process that validates the documents of all tests; its end follows that of the tests.
+/// A Python process that validates the documents of all tests and ends with them.
 struct Validator {
     pairs: ChildStdin,
     verdicts: BufReader<ChildStdout>,
@@ -57,7 +57,7 @@ for line in sys.stdin:
     }
 }
 
-/// Validates documents by Python's `jsonschema`; false, with a message, where it is not installed.
+/// Validates documents with Python's `jsonschema`. Returns false, with a message, if it is not installed.
 pub fn validated(pairs: &[(Value, Value)]) -> bool {
     static VALIDATOR: LazyLock<Option<Mutex<Validator>>> = LazyLock::new(|| Validator::start().map(Mutex::new));
     let Some(validator) = &*VALIDATOR else { return false };

@@ -299,9 +299,9 @@ fn links_of_pages_lead_to_files_and_headings() {
     assert!(found > 100, "only {found} links: the search for them has gone wrong");
 }
 
-/// Programs run neither the evaluator of single frames (feature `internals`) nor rules in 32 bits, so a user cannot measure a figure of them.
+/// Programs run neither the evaluator of single frames (feature `internals`) nor rules in 32 bits, so users cannot measure their speed.
 #[test]
-fn pages_give_no_speed_of_code_for_tests() {
+fn pages_contain_no_speed_of_code_for_tests() {
     let words =
         ["live frame", "live evaluator", "rules, 32 bits", "Rules in 32 bits", "All in 32 bits", "evaluate_in", "f32"];
     let mut wrong = Vec::new();

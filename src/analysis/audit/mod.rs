@@ -1,7 +1,8 @@
-//! What is wrong with recordings as demonstrations: those in which nothing happens, that are cut off, in which a grasp failed, that lack a task that most
-//! have, whose steps are in another order than those of most, and that are unlike the others. `analyze` says what is in a recording, an audit which of many to leave out.
+//! Finds recordings that are unsuitable as demonstrations: nothing happens in them, they are cut off, a grasp failed, a common task is missing, the steps are
+//! in an unusual order, or they differ from the others. `analyze` reports the content of one recording; an audit reports which recordings of a set to leave
+//! out.
 //!
-//! [`Facts::new`] looks at one recording; [`compare`] at what most of them have in common.
+//! [`Facts::new`] examines one recording; [`compare`] compares each recording with the majority.
 
 mod compare;
 mod motion;
@@ -16,9 +17,9 @@ use crate::base::recording::Recording;
 use motion::Motion;
 use serde::Serialize;
 
-/// The smallest set in which a majority defines the usual beginnings, endings and tasks.
+/// Minimum number of recordings for which the majority defines the usual beginnings, endings and tasks.
 const FEWEST_HALVES: usize = 3;
-/// The share of recordings with two steps in one order above which the opposite order is reported.
+/// Minimum share of recordings that have two steps in the same order for the opposite order to be reported.
 const ORDERED: f64 = 0.8;
 
 /// What may be wrong with a recording.
@@ -31,7 +32,7 @@ pub enum Kind {
     CutOff,
     /// A hand closed around an object and let go of it without having moved it.
     FailedGrasp,
-    /// It lacks a task that most have.
+    /// The recording lacks a task that most recordings have.
     LacksTask,
     /// Its steps are in another order than those of most.
     OutOfOrder,
@@ -85,9 +86,9 @@ pub struct Finding {
 /// A task or primitive with its object, as recordings are compared by it.
 #[derive(Clone, Debug, PartialEq)]
 struct Step {
-    /// The task or primitive alone.
+    /// The name of the task or primitive without its object.
     what: String,
-    /// With its object.
+    /// The name with its object.
     name: String,
     start_s: f64,
     duration_s: f64,
@@ -357,7 +358,7 @@ fn failed_by_poses(
     failed.then_some(moved.is_some())
 }
 
-/// A finding about a whole recording, with its number.
+/// Returns the index of a recording with a finding about the whole recording.
 fn finding(at: usize, kind: Kind, message: String) -> (usize, Finding) {
     (at, Finding { kind, track: None, span_s: None, message })
 }

@@ -1,19 +1,19 @@
-//! The tasks that most recordings of a set have, and the recordings that lack one of them. Tasks count by their names, since recordings may handle
-//! different objects.
+//! Finds the tasks that most recordings of a set have, and the recordings that lack one of them. Tasks are compared by name, since recordings may
+//! handle different objects.
 
 use super::{FEWEST_HALVES, Facts, Finding, Kind, ORDERED, finding};
 use crate::analysis::UNKNOWN;
 use std::collections::BTreeMap;
 
-/// A task that is usual in a set.
+/// A task that most recordings of a set have.
 struct Usual {
-    /// How often a recording has it at least.
+    /// The usual minimum number of occurrences per recording.
     times: usize,
-    /// The number of recordings that do.
+    /// The number of recordings with at least `times` occurrences.
     recordings: usize,
 }
 
-/// The number of recordings that have each task.
+/// Returns the number of recordings that have each task.
 pub fn counts(recordings: &[Facts]) -> BTreeMap<String, usize> {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for task in recordings.iter().flat_map(|facts| of(facts).into_keys()) {
@@ -22,7 +22,7 @@ pub fn counts(recordings: &[Facts]) -> BTreeMap<String, usize> {
     counts
 }
 
-/// How often a recording has each of its tasks.
+/// Returns the number of occurrences of each task in a recording.
 fn of(facts: &Facts) -> BTreeMap<&str, usize> {
     let mut times: BTreeMap<&str, usize> = BTreeMap::new();
     for step in &facts.tasks {
@@ -31,7 +31,7 @@ fn of(facts: &Facts) -> BTreeMap<&str, usize> {
     times
 }
 
-/// Recordings that lack a usual task, or have it less often than most.
+/// Returns the recordings that lack a usual task or have fewer occurrences of it than most.
 pub(super) fn lacking(recordings: &[Facts]) -> Vec<(usize, Finding)> {
     let usual = usual(recordings);
     let all = recordings.len();
@@ -70,7 +70,8 @@ fn often(times: usize) -> String {
     }
 }
 
-/// The tasks that more than half of the recordings have, each as often as nearly all of them do, or else once.
+/// Returns the tasks that more than half of the recordings have. The count of a task is the one that nearly all recordings share, or 1 if there is
+/// none.
 fn usual(recordings: &[Facts]) -> BTreeMap<&str, Usual> {
     let all = recordings.len();
     if all < FEWEST_HALVES {

@@ -102,7 +102,8 @@ impl Layout {
     }
 }
 
-/// The segments of a track as names with start and end, s; for both hands `separate` where nothing is coordinated in the time that was `analyzed`.
+/// Returns the segments of a track: name, start and end (s). A track of both hands is `separate` wherever the `analyzed` time has no coordinated
+/// primitive.
 pub(super) fn segments<'a>(
     track: &'a Track,
     segments: &'a [Segment],

@@ -90,10 +90,10 @@ impl Score {
         Self { stage, rows, all }
     }
 
-    /// An error where there is nothing to compare: no time has a true label and a result, and no recording has a task.
+    /// Rejects a score with nothing to compare: no time has both a true label and a result, and no recording has a task.
     ///
     /// # Errors
-    /// That error, at the first recording.
+    /// Nothing can be compared. The error names the first recording.
     pub fn or_nothing(self) -> Result<Self, InputError> {
         let has_tasks = self.all.tasks.as_ref().is_some_and(|tasks| !tasks.is_empty());
         let log = self.rows.first().map_or("the log", |row| &row.log);

@@ -32,10 +32,10 @@ pub fn address(text: &str) -> Result<SocketAddr, String> {
         .map_err(|_| "expected a port or an address, such as 8765 or 0.0.0.0:8765".to_string())
 }
 
-/// The origin of a site, as browsers write it.
+/// Normalizes the origin of a site to the form that browsers send.
 ///
 /// # Errors
-/// The text is none.
+/// The text is not an origin.
 pub fn origin(text: &str) -> Result<String, String> {
     let text = text.trim_end_matches('/').to_ascii_lowercase();
     let host = ["http://", "https://"].iter().find_map(|scheme| text.strip_prefix(scheme));
@@ -45,8 +45,8 @@ pub fn origin(text: &str) -> Result<String, String> {
     }
 }
 
-/// Whether pages of this origin may read what is served: those of this machine, a viewer that is a program of its own with pages in files, and sites that are
-/// named. Programs other than browsers send no origin.
+/// Whether pages of this origin may read the served labels: pages of this machine, of desktop viewers (`file://`) and of the sites in `named`. Programs other
+/// than browsers send no origin.
 fn may_read(origin: &str, named: &[String]) -> bool {
     let host = ["http://", "https://"].iter().find_map(|scheme| origin.strip_prefix(scheme)).unwrap_or_default();
     let host = match host.rsplit_once(':') {
@@ -56,10 +56,10 @@ fn may_read(origin: &str, named: &[String]) -> bool {
     origin == "file://" || ["localhost", "127.0.0.1", "[::1]"].contains(&host) || named.iter().any(|it| it == origin)
 }
 
-/// Begins to serve, also to pages of the origins that are named, and returns where.
+/// Starts the server, which also accepts pages of `origins`, and returns its address.
 ///
 /// # Errors
-/// The port cannot be had.
+/// The port is not available.
 pub fn begin(address: SocketAddr, origins: &[String], hub: &Arc<Hub>) -> Result<SocketAddr, InputError> {
     let failed = |error: std::io::Error| InputError::new(address.to_string(), format!("cannot be served on: {error}"));
     let listener = TcpListener::bind(address).map_err(failed)?;
@@ -121,7 +121,7 @@ fn serve(stream: TcpStream, origins: &[String], hub: &Arc<Hub>) -> tungstenite::
     written
 }
 
-/// Answers a request of a page that may read, with the protocol that both speak.
+/// Accepts the handshake of an allowed page with the common subprotocol.
 #[allow(clippy::result_large_err, reason = "the type is the library's")]
 fn greeted(request: &Request, mut response: Response, origins: &[String]) -> Result<Response, ErrorResponse> {
     let refused = |status: StatusCode, message: String| {

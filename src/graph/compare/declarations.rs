@@ -1,14 +1,15 @@
-//! Channels, params, signals, latches, primitives and settling of two rule sets, by name and meaning; and trees that only one of them has.
+//! Compares channels, params, signals, latches, primitives and settling times of two rule sets by name and meaning, and finds trees that only one of
+//! them has.
 
 use super::Finding;
-use super::labels::Shared;
+use super::labels::CommonLabels;
 use crate::base::channels::{Absent, Axis, ChannelSpec};
 use crate::base::log_channel::LogChannel;
 use crate::language::formula::written;
 use crate::language::rules::{Branch, ChannelId, Expr, ExprKind, Hand, PrimitiveId, Rules, Then, Tree, TreeScope};
 use std::collections::BTreeMap;
 
-/// A declaration.
+/// A declaration with its meaning as text.
 struct Declaration {
     kind: &'static str,
     name: String,
@@ -16,9 +17,9 @@ struct Declaration {
     place: String,
 }
 
-/// Declarations of the base that are gone in the extension, or mean something else there where no new primitive occurs.
-pub fn changed(base: &Rules, extended: &Shared) -> Vec<Finding> {
-    let ours = declared(&Shared::all(base), extended.rules);
+/// Returns the declarations of the base that the extension lacks, or to which it gives another meaning for recordings without new primitives.
+pub fn changed(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
+    let ours = declared(&CommonLabels::all(base), extended.rules);
     let theirs = by_name(declared(extended, base));
     let finding = |ours: Declaration| {
         let (kind, name) = (ours.kind, &ours.name);
@@ -33,11 +34,12 @@ pub fn changed(base: &Rules, extended: &Shared) -> Vec<Finding> {
     ours.into_iter().filter_map(finding).collect()
 }
 
-/// How these declarations differ.
+/// Lists the differences between these declarations.
 pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
-    let mut lines: Vec<String> = changed(one, &Shared::all(other)).into_iter().map(|finding| finding.what).collect();
-    let known = by_name(declared(&Shared::all(one), other));
-    let theirs = declared(&Shared::all(other), one);
+    let mut lines: Vec<String> =
+        changed(one, &CommonLabels::all(other)).into_iter().map(|finding| finding.what).collect();
+    let known = by_name(declared(&CommonLabels::all(one), other));
+    let theirs = declared(&CommonLabels::all(other), one);
     let new = theirs.iter().filter(|it| !known.contains_key(&(it.kind, it.name.clone())));
     lines.extend(new.map(|it| format!("the {} `{}` is new", it.kind, it.name)));
     lines
@@ -47,8 +49,8 @@ fn by_name(declared: Vec<Declaration>) -> BTreeMap<(&'static str, String), Decla
     declared.into_iter().map(|it| ((it.kind, it.name.clone()), it)).collect()
 }
 
-/// What a rule set declares besides trees, tasks and rules.
-fn declared(shared: &Shared, other: &Rules) -> Vec<Declaration> {
+/// Returns the declarations of a rule set except trees, tasks and relabeling rules.
+fn declared(shared: &CommonLabels, other: &Rules) -> Vec<Declaration> {
     let rules = shared.rules;
     let place = |span| rules.sources.place(span);
     let of = |kind, name: &str, meaning: String, place: String| Declaration { kind, name: name.into(), meaning, place };
@@ -76,7 +78,7 @@ fn declared(shared: &Shared, other: &Rules) -> Vec<Declaration> {
         all.push(of("primitive", &primitive.name, meaning, place(primitive.span)));
     }
     for tree in &rules.trees {
-        // A tree that the other one lacks is reported as such.
+        // A tree that the other rule set lacks is reported separately.
         if other.tree(tree.scope).is_some() {
             let settle = tree.settle.as_ref().map_or("none".to_string(), |settle| format!("{:e}", settle.value));
             all.push(of("settling of", &tree.name, settle, place(tree.span)));
@@ -89,19 +91,19 @@ const fn this(per_hand: bool) -> Hand {
     if per_hand { Hand::This } else { Hand::Nobody }
 }
 
-/// What a channel is, and what stands for it in a log without it.
+/// Formats the type of a channel and its default.
 fn channel_meaning(channel: &ChannelSpec) -> String {
     let absent = match &channel.absent {
         Absent::Refused | Absent::Derived => "needed".to_string(),
         Absent::Constant(value) => format!("{value:e}"),
-        // Whether a rule reads it decides only whether a log without both is refused.
+        // `needed` only determines whether a log without both channels is refused.
         Absent::NormAbove { channel, on, off, needed: _ } => format!("norm {channel} {on:e} {off:e}"),
     };
     let ChannelSpec { per_hand, axis, shape, dimension, .. } = channel;
     format!("{per_hand} {axis:?} {shape:?} {dimension:?} {absent}")
 }
 
-/// Where a channel is read first.
+/// Returns the place at which a channel is first read.
 fn read_at(rules: &Rules, channel: ChannelId) -> String {
     let signals = rules.signals.iter().map(|signal| &signal.expr);
     let latches = rules.latches.iter().flat_map(|latch| [&latch.set, &latch.clear]);
@@ -118,9 +120,9 @@ fn read_at(rules: &Rules, channel: ChannelId) -> String {
     found.map_or(String::new(), |span| rules.sources.place(span))
 }
 
-/// An expression without new primitives in what `from` lists: while none of them has occurred, the leaf before is none of them.
-fn without_new(expr: &Expr, shared: &Shared) -> Expr {
-    fn cut(expr: &mut Expr, shared: &Shared) {
+/// Removes new primitives from the arguments of `from`: as long as none of them has occurred, the previous leaf is not one of them.
+fn without_new(expr: &Expr, shared: &CommonLabels) -> Expr {
+    fn cut(expr: &mut Expr, shared: &CommonLabels) {
         if let ExprKind::From { labels, .. } = &mut expr.kind {
             labels.retain(|label| !shared.is_new(*label));
         }
@@ -131,12 +133,12 @@ fn without_new(expr: &Expr, shared: &Shared) -> Expr {
     expr
 }
 
-/// Returns the raw channels that only the extension reads and that can change the analysis. A log column without a canonical name is read only if a rule names it,
-/// and rows without a sample of it are then left out. Contact flags decide which object a hand handles.
+/// Returns the raw channels that only the extension reads and that can change the analysis. A log column without a canonical name is read only if a rule names
+/// it, and rows without a sample of it are left out. Contact flags determine the object that a hand handles.
 pub fn new_channels(base: &Rules, extended: &Rules) -> Vec<Finding> {
     let why = |channel: &ChannelSpec| {
         if channel.name == "fingers.contact" {
-            return Some("decides what a hand handles");
+            return Some("determines the object that a hand handles");
         }
         let canonical = match (channel.per_hand, channel.axis, channel.name.strip_prefix("fingers.")) {
             (true, Some(Axis::Fingers), Some(quantity)) => Some(format!("left.thumb.{quantity}")),
@@ -159,8 +161,8 @@ pub fn new_channels(base: &Rules, extended: &Rules) -> Vec<Finding> {
     new.filter_map(finding).collect()
 }
 
-/// What trees that the base does not have say about the hands without a new primitive; and trees of the base that are gone.
-pub fn new_trees(base: &Rules, extended: &Shared) -> Vec<Finding> {
+/// Returns the trees of the base that the extension lacks, and the new trees that may label hands without a new primitive.
+pub fn new_trees(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
     let rules = extended.rules;
     let mut findings = Vec::new();
     for tree in base.trees.iter().filter(|tree| rules.tree(tree.scope).is_none()) {
@@ -188,8 +190,8 @@ pub fn new_trees(base: &Rules, extended: &Shared) -> Vec<Finding> {
     findings
 }
 
-/// The leaves of a new tree over both hands that the base has: they replace those of both hands.
-fn old_leaves(branch: &Branch, tree: &Tree, extended: &Shared, findings: &mut Vec<Finding>) {
+/// Finds primitives of the base in a new tree over both hands. They replace the labels of each hand.
+fn old_leaves(branch: &Branch, tree: &Tree, extended: &CommonLabels, findings: &mut Vec<Finding>) {
     for choice in &branch.choices {
         match &choice.then {
             Then::Primitive(label) if !extended.is_new(*label) => {

@@ -1,16 +1,16 @@
-//! Relabeling rules of two rule sets: whether those of one of them rewrite what those of the other do, in the same order.
+//! Compares the relabeling rules of two rule sets: whether both make the same changes in the same order.
 //!
-//! Rules are applied in rounds, one after the other, so that a rule more, or another order, may change what the rules behind it find. A rule
-//! of the extension counts as idle only where it never matches: without a new primitive, or since a rule before it has taken all
-//! that it would match, and no rule in between makes a match again.
+//! Rules are applied in rounds, one after the other, so an additional rule or another order may change the matches of later rules. A rule of
+//! the extension counts as inactive only if it never matches: it requires a new primitive, or an earlier rule has rewritten all of its
+//! matches and no rule in between creates a new match.
 
 use super::Finding;
-use super::labels::{Names, Shared};
+use super::labels::{CommonLabels, Names};
 use crate::base::units::Dimension;
 use crate::language::rules::{Constant, Relabel, RelabelKind, Repeat, Rules, TreeScope};
 use std::collections::BTreeMap;
 
-/// What a rule does as long as no new primitive occurs.
+/// The effect of a rule as long as no new primitive occurs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Form {
     Between { what: What, between: (Names, Names), becomes: String },
@@ -20,7 +20,7 @@ enum Form {
     Separate { what: Names, without: Names },
 }
 
-/// What is rewritten between two neighbors.
+/// The segments that are rewritten between two neighbors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct What {
     labels: Names,
@@ -28,7 +28,7 @@ struct What {
     shorter: Option<(Dimension, u64)>,
 }
 
-/// A rule that may change something.
+/// A rule that may have an effect.
 #[derive(PartialEq)]
 struct ActiveRule<'r> {
     text: &'r str,
@@ -36,7 +36,7 @@ struct ActiveRule<'r> {
     place: String,
 }
 
-/// The rules for all tasks, and those for each task, that may change something without a new primitive.
+/// The rules for all tasks, and the rules per task, that may have an effect without a new primitive.
 struct Scopes<'r> {
     general: Vec<ActiveRule<'r>>,
     of_task: BTreeMap<&'r str, Vec<ActiveRule<'r>>>,
@@ -44,7 +44,7 @@ struct Scopes<'r> {
 
 impl<'r> Scopes<'r> {
     /// `coordinated`: whether a tree labels both hands without a new primitive.
-    fn new(shared: &Shared<'r>, coordinated: bool) -> Self {
+    fn new(shared: &CommonLabels<'r>, coordinated: bool) -> Self {
         let mut scopes = Self { general: Vec::new(), of_task: BTreeMap::new() };
         for rule in &shared.rules.relabels {
             let Some(form) = form(&rule.kind, shared, coordinated) else { continue };
@@ -58,31 +58,32 @@ impl<'r> Scopes<'r> {
     }
 }
 
-/// Rules of the extension that may act where no new primitive occurs, and rules of the base that do no longer what they did.
-pub fn acts(base: &Rules, extended: &Shared) -> Vec<Finding> {
-    // A tree that only the extension has is judged by itself: it gives nothing without a new primitive, or is a finding.
+/// Returns the rules of the extension that may have an effect without a new primitive, and the rules of the base that the extension changes.
+pub fn acts(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
+    // A tree that only the extension has is checked separately: without a new primitive it has no effect, or it is a finding.
     let coordinated = base.tree(TreeScope::BothHands).is_some();
-    let (mut ours, mut theirs) = (Scopes::new(&Shared::all(base), coordinated), Scopes::new(extended, coordinated));
+    let (mut ours, mut theirs) =
+        (Scopes::new(&CommonLabels::all(base), coordinated), Scopes::new(extended, coordinated));
     let mut findings = Vec::new();
     let general = Kept::new(&ours.general, &theirs.general, None, &mut findings);
     for task in &base.tasks {
         let (ours, theirs) = (ours.of_task.remove(task.name.as_str()), theirs.of_task.remove(task.name.as_str()));
         Kept::new(&ours.unwrap_or_default(), &theirs.unwrap_or_default(), Some(&general), &mut findings);
     }
-    // What is left is of tasks that the base does not have: they need a new primitive, or are findings.
+    // The remaining rules belong to tasks that the base lacks: these need a new primitive, or are findings.
     findings
 }
 
-/// The rules of the extension that are those of the base, in their order.
+/// The rules of the extension that equal those of the base, in order.
 struct Kept<'a>(Vec<&'a Form>);
 
 impl<'a> Kept<'a> {
-    /// Reports each rule besides them that may act, and where they are not those of the base. In spans of a task the rules for all tasks have come to an
-    /// end before.
+    /// Reports each additional rule that may have an effect, and each difference from the rules of the base. In the spans of a task, the rules for all
+    /// tasks are applied first, until nothing changes.
     fn new(ours: &[ActiveRule], theirs: &'a [ActiveRule], before: Option<&Kept>, findings: &mut Vec<Finding>) -> Self {
         let mut open = ours.iter();
         let mut next = open.next();
-        // The rules that are kept, and how many of them stand in front of each of the others.
+        // The kept rules, and for each other rule the number of kept rules before it.
         let (mut kept, mut others): (Vec<&Form>, Vec<(usize, &ActiveRule)>) = (Vec::new(), Vec::new());
         for rule in theirs {
             match next {
@@ -111,7 +112,7 @@ impl<'a> Kept<'a> {
                 })
             };
             let in_round = taken(kept.get(..at).unwrap_or_default(), &[]);
-            // Where coordination is given back to the hands, their lanes are fresh, whatever the rules have done before.
+            // A rule that separates the hands restores their original tracks, without the changes of earlier rules.
             let before = before.filter(|before| !before.0.iter().any(|form| form.separates()));
             if !in_round && !before.is_some_and(|before| taken(&before.0, &kept)) {
                 findings.push(may_act(rule));
@@ -125,7 +126,7 @@ fn may_act(rule: &ActiveRule) -> Finding {
     Finding { what: format!("the rule `{}` may act without a new primitive", rule.text), place: rule.place.clone() }
 }
 
-/// The segments that a rule removes, and the neighbors that they must have.
+/// The segments that a rule removes, and their required neighbors.
 struct Pattern<'a> {
     what: &'a Names,
     before: &'a Names,
@@ -133,23 +134,24 @@ struct Pattern<'a> {
 }
 
 impl<'a> Pattern<'a> {
-    /// What a rule leaves none of, if that covers all that another rule would match. With a bound, a rule leaves what is longer, whose parts are shorter again
-    /// when other rules change the rest of it.
+    /// Returns the pattern of which a rule leaves no segment, if the pattern covers all matches of another rule. A rule with a bound leaves longer segments,
+    /// and these become shorter when other rules change a part of them.
     fn all_taken(form: &'a Form, wanted: &What, (before, after): &(Names, Names)) -> Option<Self> {
         let Form::Between { what, between, becomes } = form else { return None };
         let covers = wanted.labels.is_subset(&what.labels)
             && before.is_subset(&between.0)
             && after.is_subset(&between.1)
             && (what.run || !wanted.run);
-        // What it makes does not match again: within a run neighbors are taken along, single segments become the neighbors of others.
+        // The result of the rule must not match again. In a run, all neighbors are rewritten together; a single segment can become the neighbor of
+        // another one.
         let becomes_neighbor = !what.run && (between.0.contains(becomes) || between.1.contains(becomes));
         let leaves_none = what.shorter.is_none() && !what.labels.contains(becomes) && !becomes_neighbor;
         (covers && leaves_none).then_some(Self { what: &what.labels, before: &between.0, after: &between.1 })
     }
 
-    /// Whether a rule may make such a segment where there was none: of one that it rewrites, or by rewriting a neighbor of it that was none.
+    /// Whether a rule may create a match: by rewriting a segment to a label of the pattern, or by rewriting its neighbor to a required one.
     fn may_be_made_by(&self, form: &Form) -> bool {
-        // The neighbors of what is rewritten; `None` for any.
+        // The neighbors of the rewritten segments; `None` for any.
         let anything = (None, None);
         let (rewritten, becomes, (before, after)) = match form {
             Form::Between { what, between, becomes } => {
@@ -161,7 +163,7 @@ impl<'a> Pattern<'a> {
             }
             Form::Become { what, becomes } => (what.clone(), becomes, anything),
             Form::Sequence { elements, becomes } => (all_of(elements), becomes, anything),
-            // Where these change something, the round ends.
+            // A change by one of these rules ends the round.
             Form::InHands { becomes: None, .. } | Form::Separate { .. } => return false,
         };
         let meets = |neighbors: Option<Names>| neighbors.is_none_or(|neighbors| !neighbors.is_disjoint(self.what));
@@ -172,7 +174,7 @@ impl<'a> Pattern<'a> {
 }
 
 impl Form {
-    /// Whether it gives coordination back to the hands.
+    /// Whether the rule separates the hands.
     const fn separates(&self) -> bool {
         matches!(self, Self::InHands { becomes: None, .. } | Self::Separate { .. })
     }
@@ -186,8 +188,8 @@ fn task_of<'r>(rule: &Relabel, rules: &'r Rules) -> Option<&'r str> {
     rule.task.and_then(|task| rules.tasks.get(task.index())).map(|task| task.name.as_str())
 }
 
-/// What a rule does without new primitives; `None` where it does nothing then.
-fn form(kind: &RelabelKind, shared: &Shared, coordinated: bool) -> Option<Form> {
+/// Returns the effect of a rule without new primitives; `None` if it has none.
+fn form(kind: &RelabelKind, shared: &CommonLabels, coordinated: bool) -> Option<Form> {
     let names = |labels: &[crate::language::rules::Label]| shared.names(labels.iter().copied());
     let some = |labels: &[crate::language::rules::Label]| Some(names(labels)).filter(|names| !names.is_empty());
     let label = |label| shared.rules.label_name(label);
@@ -219,7 +221,7 @@ fn form(kind: &RelabelKind, shared: &Shared, coordinated: bool) -> Option<Form> 
             for (labels, repeat) in elements {
                 match some(labels) {
                     Some(names) => old.push((names, *repeat)),
-                    // It is left out: none of it is enough.
+                    // The element is optional and can be left out.
                     None if *repeat == Repeat::Any => {}
                     None => return None,
                 }
@@ -234,16 +236,16 @@ fn form(kind: &RelabelKind, shared: &Shared, coordinated: bool) -> Option<Form> 
     })
 }
 
-/// A rule with its task and what it does.
+/// The text of a rule, its task and its effect.
 type Written<'r> = (&'r str, Option<&'r str>, Option<Form>);
 
 fn all(rules: &Rules) -> Vec<Written<'_>> {
-    let shared = Shared::all(rules);
+    let shared = CommonLabels::all(rules);
     let written = |rule: &Relabel| form(&rule.kind, &shared, true);
     rules.relabels.iter().map(|rule| (rule.text.as_str(), task_of(rule, rules), written(rule))).collect()
 }
 
-/// How rules differ.
+/// Lists the differences between the rules.
 pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
     let (ours, theirs) = (all(one), all(other));
     let mut left: Vec<&_> = theirs.iter().collect();

@@ -1,13 +1,13 @@
-//! Tasks of two rule sets: what they ask for, in which order they are tried, from where to where they run, and what is made of them.
+//! Compares the tasks of two rule sets: their conditions, their order, their first and last primitives, and the tasks that are composed of them.
 
-use super::labels::{Names, Shared};
+use super::labels::{CommonLabels, Names};
 use super::{Finding, moved};
 use crate::language::rules::{Composite, Constant, Pattern, Rules, Task};
 
-/// What tasks of the extension may do where no new primitive occurs.
-pub fn acts(base: &Rules, extended: &Shared) -> Vec<Finding> {
+/// Returns the tasks that may change the analysis of a recording without new primitives.
+pub fn acts(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
     let rules = extended.rules;
-    let all = Shared::all(base);
+    let all = CommonLabels::all(base);
     let place = |task: &Task| rules.sources.place(task.span);
     let mut findings = Vec::new();
     for task in &base.tasks {
@@ -32,7 +32,7 @@ pub fn acts(base: &Rules, extended: &Shared) -> Vec<Finding> {
     for task in rules.tasks.iter().filter(|task| !is_known(task) && !needs_new(task, extended)) {
         findings.push(Finding { what: format!("the task `{}` needs no new primitive", task.name), place: place(task) });
     }
-    // A span that ends with the last primitive of a task and has the keys of none is `unknown`.
+    // A span that ends with the last primitive of a task but has no task's keys is `unknown`.
     let (ours, theirs) = (ends(&all), ends(extended));
     let others = theirs.iter().zip(ours.iter().map(Some).chain(std::iter::repeat(None)));
     let other =
@@ -48,7 +48,7 @@ pub fn acts(base: &Rules, extended: &Shared) -> Vec<Finding> {
     findings
 }
 
-/// What tasks that are made of tasks may do while the tasks that `never` come do not.
+/// Returns the composite tasks that may change the analysis while the tasks selected by `never` do not occur.
 fn composites(base: &Rules, rules: &Rules, never: &dyn Fn(&Task) -> bool) -> Vec<Finding> {
     let place = |it: &Composite| rules.sources.place(it.span);
     let mut findings = Vec::new();
@@ -80,9 +80,10 @@ fn composites(base: &Rules, rules: &Rules, never: &dyn Fn(&Task) -> bool) -> Vec
     findings
 }
 
-/// How tasks differ.
+/// Lists the differences between the tasks.
 pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
-    let (all, with_new, without_new) = (Shared::all(one), Shared::all(other), Shared::new(other, one));
+    let (all, with_new, without_new) =
+        (CommonLabels::all(one), CommonLabels::all(other), CommonLabels::new(other, one));
     let mut lines = Vec::new();
     for task in &one.tasks {
         let name = &task.name;
@@ -123,7 +124,7 @@ fn composite_names(rules: &Rules) -> Vec<&str> {
     rules.composites.iter().map(|it| it.name.as_str()).collect()
 }
 
-/// The tasks that a task is made of.
+/// Returns the tasks that a composite task consists of.
 fn made<'r>(composite: &Composite, rules: &'r Rules) -> Vec<(&'r str, bool)> {
     let name = |part: &crate::language::rules::Part| {
         (rules.tasks.get(part.task.index()).map_or("", |task| task.name.as_str()), part.many)
@@ -131,7 +132,7 @@ fn made<'r>(composite: &Composite, rules: &'r Rules) -> Vec<(&'r str, bool)> {
     composite.parts.iter().map(name).collect()
 }
 
-/// What a task asks for, as long as no new primitive occurs.
+/// The condition of a task as long as no new primitive occurs.
 #[derive(PartialEq)]
 struct TaskCondition {
     ends: (Names, Names),
@@ -141,13 +142,13 @@ struct TaskCondition {
     joined: bool,
 }
 
-fn asks(task: &Task, shared: &Shared) -> TaskCondition {
+fn asks(task: &Task, shared: &CommonLabels) -> TaskCondition {
     let value = |constant: &Option<Constant>| constant.as_ref().map(|constant| constant.value.to_bits());
     let keys = task
         .keys
         .iter()
         .map(|key| (pattern(&key.label, shared), [value(&key.lasting), value(&key.travelling), value(&key.turning)]));
-    // A key that is never found makes no difference where any key is enough.
+    // A key that never occurs has no effect if any one key is sufficient.
     let keys = keys.filter(|(names, _)| task.all_keys || !names.is_empty()).collect();
     TaskCondition {
         ends: (pattern(&task.first, shared), pattern(&task.last, shared)),
@@ -158,19 +159,19 @@ fn asks(task: &Task, shared: &Shared) -> TaskCondition {
     }
 }
 
-fn pattern(pattern: &Pattern, shared: &Shared) -> Names {
+fn pattern(pattern: &Pattern, shared: &CommonLabels) -> Names {
     shared.names(pattern.labels())
 }
 
-/// Whether no span has the keys of a task unless a new primitive occurs. (A span without its first or last primitive may still have them.)
-fn needs_new(task: &Task, shared: &Shared) -> bool {
+/// Whether the keys of a task require a new primitive. (A span may have the keys of a task without its first or last primitive.)
+fn needs_new(task: &Task, shared: &CommonLabels) -> bool {
     let is_new = |key: &crate::language::rules::Key| pattern(&key.label, shared).is_empty();
     if task.all_keys { task.keys.iter().any(is_new) } else { task.keys.iter().all(is_new) }
 }
 
-/// From what to what spans without a key run, by priority, with the task that says so. Where a lane is divided depends on the last primitive
-/// alone, so of several tasks with one the first counts; one that never comes ends nothing.
-fn ends<'r>(shared: &Shared<'r>) -> Vec<(&'r Task, Names, Names)> {
+/// Returns the first and last primitives of spans without a key, by priority, each with its task. A track is divided by the last primitive
+/// alone, so of several tasks with the same one only the first counts. A last primitive that never occurs ends no span.
+fn ends<'r>(shared: &CommonLabels<'r>) -> Vec<(&'r Task, Names, Names)> {
     let mut ends: Vec<(&Task, Names, Names)> = Vec::new();
     for task in &shared.rules.tasks {
         let (first, last) = (pattern(&task.first, shared), pattern(&task.last, shared));

@@ -1,15 +1,15 @@
-//! Where the trees of two rule sets give different leaves.
+//! Finds cases in which the trees of two rule sets give different leaves.
 //!
-//! Every way through one tree is paired with every way through the other. A pair with different leaves counts only if its conditions can
-//! hold together (`formula`), so a proof holds for every log; a difference comes with the case that shows it.
+//! Every path through one tree is paired with every path through the other. A pair with different leaves counts only if its conditions
+//! can hold together (`formula`), so a proof holds for every log. Each difference has an example case.
 
 use crate::language::formula::{Answer, Formula, Reader, possible, written};
 use crate::language::rules::{self, Expr, Hand, Label, Rules, Then, Tree, TreeScope};
 use std::collections::BTreeSet;
 
-/// Differences of one pair of trees that are reported.
+/// Maximum number of reported differences for a pair of trees.
 const MAX_TOLD: usize = 20;
-/// Pairs of ways that may be too much work; the rest is not looked at then.
+/// Maximum number of undecided pairs of paths. The comparison then stops.
 const MAX_CUT: usize = 10;
 
 /// A case in which two trees give different leaves on a frame.
@@ -17,37 +17,37 @@ const MAX_CUT: usize = 10;
 pub struct Difference {
     /// The tree.
     pub tree: String,
-    /// What holds and what does not, as it is written.
+    /// The text of each condition, and whether it holds.
     pub conditions: Vec<(String, bool)>,
-    /// A leaf before, where it matters.
+    /// The previous leaf, if it matters.
     pub before: Option<String>,
-    /// What the first rule set gives.
+    /// The leaf of the first rule set.
     pub one: String,
-    /// What the second one gives.
+    /// The leaf of the second rule set.
     pub other: String,
-    /// Where the second one says so.
+    /// The place of that leaf in the second rule set.
     pub place: String,
 }
 
-/// What came of comparing two trees.
+/// The comparison of the trees of two rule sets.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Compared {
-    /// The trees that were compared, by name.
+pub struct TreeComparison {
+    /// The names of the compared trees.
     pub trees: Vec<String>,
     /// The trees that only one of them has.
     pub alone: Vec<String>,
-    /// Where they differ.
+    /// The cases in which the leaves differ.
     pub differences: Vec<Difference>,
-    /// Whether some pair of ways was too much work: then unreported trees may differ too.
+    /// Whether the comparison stopped early, or some pair of paths was undecided. The trees may then differ in further cases.
     pub is_cut: bool,
 }
 
-/// Where the trees of two rule sets give different leaves.
-pub fn differences(one: &Rules, other: &Rules) -> Compared {
+/// Finds cases in which the trees of two rule sets give different leaves.
+pub fn differences(one: &Rules, other: &Rules) -> TreeComparison {
     trees(one, other, &|_| false)
 }
 
-/// A way through a tree.
+/// A path through a tree.
 struct Way<'a> {
     asked: Vec<(String, &'a Expr, bool)>,
     /// The label, or `stay`, or `separate`.
@@ -56,9 +56,9 @@ struct Way<'a> {
     place: String,
 }
 
-/// The same, without leaves of the second rule set that are new.
-pub(super) fn trees(one: &Rules, other: &Rules, is_new: &dyn Fn(Label) -> bool) -> Compared {
-    let mut compared = Compared::default();
+/// Compares the trees, ignoring leaves of the second rule set that are new.
+pub(super) fn trees(one: &Rules, other: &Rules, is_new: &dyn Fn(Label) -> bool) -> TreeComparison {
+    let mut compared = TreeComparison::default();
     for scope in [TreeScope::EachHand, TreeScope::BothHands] {
         let this = if scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
         match (one.tree(scope), other.tree(scope)) {
@@ -73,7 +73,7 @@ pub(super) fn trees(one: &Rules, other: &Rules, is_new: &dyn Fn(Label) -> bool) 
     compared
 }
 
-/// One of two trees.
+/// One of the two trees.
 struct Half<'a> {
     reader: Reader<'a>,
     name: &'a str,
@@ -100,8 +100,8 @@ impl<'a> Half<'a> {
     }
 }
 
-fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compared: &mut Compared) {
-    // The leaves before: those that the first tree gives.
+fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compared: &mut TreeComparison) {
+    // The possible previous leaves are those of the first tree.
     let mut leaves: BTreeSet<String> = one.ways.iter().filter_map(|way| way.label.map(|_| way.leaf.clone())).collect();
     leaves.insert("none".into());
     if one.ways.iter().any(|way| way.leaf == "separate") {
@@ -116,7 +116,7 @@ fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compa
             if ours.leaf == theirs.leaf || opposite(ours, theirs) {
                 continue;
             }
-            // `stay` is the leaf before: it differs only after another one, and never stands after none.
+            // `stay` gives the previous leaf: it differs only after another leaf, and it requires a previous leaf.
             let mut before = leaves.clone();
             for (stays, gives) in [(ours, theirs), (theirs, ours)] {
                 if stays.leaf == "stay" {
@@ -161,7 +161,7 @@ fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compa
     }
 }
 
-/// Whether two ways ask the same condition to come out differently.
+/// Whether two paths require opposite values of the same condition.
 fn opposite(one: &Way, other: &Way) -> bool {
     one.asked
         .iter()

@@ -130,7 +130,7 @@ impl Resolver {
                 let angle = self.constant(default, Some(Dimension::ANGLE), Scope::NOBODY)?;
                 if angle.value != 0.0 {
                     self.report(
-                        Diagnostic::error(codes::NOT_CONSTANT, "this cannot stand for a rotation that a log lacks")
+                        Diagnostic::error(codes::NOT_CONSTANT, "invalid default of a rotation")
                             .at(default.span, "an angle without an axis")
                             .help("write `0 deg`, the rotation of the reference frame"),
                     );

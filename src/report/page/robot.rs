@@ -249,7 +249,7 @@ impl<'t> Frames<'t> {
         body.map_or(force, |pose| pose * force)
     }
 
-    /// Forces as they were demonstrated, are commanded and exerted, and joints.
+    /// Returns the demonstrated, commanded and exerted forces, and the joints.
     fn signals(&self) -> Vec<Value> {
         let mut signals = Vec::new();
         let mut signal = |group: usize, limb: &Limb, title: &str, unit: &str, curves: BTreeMap<String, Vec<f64>>| {

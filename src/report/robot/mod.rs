@@ -182,16 +182,16 @@ fn zeros() -> [Vector3<f64>; 3] {
     [Vector3::zeros(); 3]
 }
 
-/// A force as demonstrated, commanded and exerted; without numbers where the first was not measured.
+/// Returns the demonstrated, commanded and exerted force; the first is NaN if it was not measured.
 fn three(force: &FingerForce) -> [Vector3<f64>; 3] {
     [force.demonstrated.unwrap_or_else(|| Vector3::repeat(f64::NAN)), force.commanded, force.exerted]
 }
 
-/// The lines of a plot of forces: their names, places among the colors, and how they are drawn.
+/// The lines of a force plot: name, index of the color, and stroke.
 const FORCES: [(&str, usize, Stroke); 3] =
     [("demonstrated", 2, Stroke::Dotted), ("commanded", 1, Stroke::Dashed), ("exerted", 0, Stroke::Solid)];
 
-/// A plot of a force, demonstrated, commanded and exerted, for each component.
+/// Returns a plot per component with the demonstrated, commanded and exerted force.
 fn forces(title: &str, moments: &[&Moment], of: impl Fn(&Moment) -> [Vector3<f64>; 3]) -> Vec<Plot> {
     let all: Vec<[Vector3<f64>; 3]> = moments.iter().map(|moment| of(moment)).collect();
     let plot = |(axis, name): (usize, &str)| {
@@ -199,7 +199,7 @@ fn forces(title: &str, moments: &[&Moment], of: impl Fn(&Moment) -> [Vector3<f64
             let values: Vec<f64> = all.iter().map(|three| three[which][axis]).collect();
             values.iter().any(|value| !value.is_nan()).then(|| Line { name: name.into(), color, stroke, values })
         };
-        // What is exerted is drawn first, and below.
+        // The exerted force is drawn first, below the other lines.
         let lines = FORCES.into_iter().enumerate().rev().filter_map(line).collect();
         Plot { title: format!("{title}, {name}, N"), lines, shortest: 0.2 }
     };

@@ -18,13 +18,13 @@ pub(super) struct Line {
     pub name: String,
     /// Which of the colours.
     pub color: usize,
-    /// How it is drawn.
+    /// The stroke of the line.
     pub stroke: Stroke,
     /// A value a moment.
     pub values: Vec<f64>,
 }
 
-/// How a line is drawn.
+/// The stroke of a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stroke {
     Solid,
@@ -33,7 +33,7 @@ pub(super) enum Stroke {
 }
 
 impl Stroke {
-    /// The class of the page's style.
+    /// Returns the CSS class of the page's style sheet.
     const fn class(self) -> &'static str {
         match self {
             Self::Solid => "",

@@ -50,7 +50,7 @@ pub(crate) trait Behavior {
     /// Corrects the target of a step of `dt_s`, s, by what is sensed, and returns whether the plan goes on.
     fn apply(&mut self, sensed: &Sensed<'_>, target: &mut Target, dt_s: f64) -> Progress;
 
-    /// Returns what it makes of the strength of the grip now, if that is its concern and the hand holds.
+    /// Returns the current grip force, if the behavior controls it and the hand holds an object.
     fn grip(&self) -> Option<Grip> {
         None
     }
@@ -61,14 +61,14 @@ pub(crate) trait Behavior {
     }
 }
 
-/// The sum of the forces of the fingertips that hold, N.
+/// Sums of the forces of the holding fingertips, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Grip {
-    /// As it was asked for.
+    /// The requested sum.
     pub(crate) asked: f64,
-    /// As far as the hand may press.
+    /// The sum within the hand's force limit.
     pub(crate) within_limits: f64,
-    /// As the slip reflex has raised it.
+    /// The sum after the slip reflex has raised it.
     pub(crate) raised: f64,
 }
 

@@ -81,7 +81,8 @@ impl Jaws {
 }
 
 impl Taken {
-    /// The jaw's tip through a segment: the middle of the fingers' tips, and what they press with together; as demonstrated where that was measured of all.
+    /// Returns the tip of the jaw during a segment: the center of the fingertips and the sum of their forces. The demonstrated force is present if it was
+    /// measured for all fingers.
     fn tip(&self, segment: &Segment) -> Tip {
         let tips: Vec<&Tip> = segment.tips.iter().filter(|tip| self.fingers.contains(&tip.finger)).collect();
         let normal = Vector3::from(self.contact.normal);

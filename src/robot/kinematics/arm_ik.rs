@@ -11,7 +11,7 @@ const STEP: f64 = 0.2;
 const REACHED: PoseError = PoseError { m: 1e-3, rad: 1e-2 };
 /// A pose is reached exactly when less than this is missing, m and rad.
 const EXACT: f64 = 1e-7;
-/// A joint this near to its limit is at it, rad or m.
+/// A joint within this distance (rad or m) of its limit counts as at the limit.
 const AT_LIMIT: f64 = 1e-3;
 /// Postures that differ by less are the same, rad or m.
 const SAME: f64 = 1e-4;
@@ -42,14 +42,14 @@ pub struct PostureAlong {
     pub off_middle: f64,
 }
 
-/// Where an arm that cannot go a way comes to an end.
+/// The pose at which an arm fails to follow a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WayMissed {
-    /// The index of the pose of the way to which it does not bring the palm.
+    /// Index of the first pose of the path that the palm does not reach.
     pub pose: usize,
-    /// What is missing there.
+    /// The remaining error of the palm pose.
     pub missing: PoseError,
-    /// The degree of freedom that is at its limit then, if one is.
+    /// The degree of freedom that is at its limit at this pose, if any.
     pub at_limit: Option<usize>,
 }
 
@@ -144,8 +144,8 @@ impl Arm<'_> {
         })
     }
 
-    /// Where it comes to an end on a way that it cannot go, from the same starts as in [`Self::postures_along`]: of the start from which it comes farthest. `None` for a
-    /// way that it can go, and without poses.
+    /// Returns the pose at which the arm fails to follow a path. Tries the same start postures as [`Self::postures_along`] and returns the failure of the one
+    /// that gets farthest. `None` if the arm can follow the path or the path is empty.
     pub fn missed_along(
         &self,
         root: &Isometry3<f64>,
@@ -180,7 +180,7 @@ impl Arm<'_> {
         farthest
     }
 
-    /// The values of all degrees of freedom from which the arm starts to look for a pose; those that are not the arm's are as in `q`.
+    /// Returns the start values of all degrees of freedom for the inverse kinematics. Those outside the arm are taken from `q`.
     fn start(&self, q: &[f64], index: usize) -> Vec<f64> {
         let mut start = q.to_vec();
         for (place, &dof) in self.dofs.iter().enumerate() {

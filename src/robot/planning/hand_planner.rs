@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
-/// What helps where an arm cannot go its way.
+/// The help text for an arm that cannot follow its path.
 const ELSEWHERE: &str = "place the arm elsewhere, by `at:` and `turned:` in the robot file, or the objects in the scene; or take an arm that reaches farther";
 /// Where the arm begins, the way through all tasks is looked at this often, s.
 const WAY_S: f64 = 0.1;

@@ -39,7 +39,7 @@ const DROPPING_S: f64 = 0.15;
 const CLOSING_S: f64 = 0.9;
 /// Letting go and going away take at least this long, s.
 const LEAVING_S: f64 = 1.0;
-/// Before it goes into a socket, or falls, an object comes to rest, s.
+/// Time for which an object rests before an insertion or an intended fall, s.
 const STEADIES_S: f64 = 1.0;
 /// Into a socket it goes no faster, m/s: hasty operators' hands give way where a robot's jam.
 const INSERTS_M_S: f64 = 0.04;
@@ -120,7 +120,7 @@ pub struct Plan<'a> {
     transfer: f64,
     /// By how much the middle of the way to the task is lifted, reference frame, m.
     lifted: Vector3<f64>,
-    /// From when to when other hands insert something into the object, s of the recording.
+    /// Intervals (s of the recording) in which another hand inserts something into the object.
     insertions: Vec<[f64; 2]>,
 }
 
@@ -164,8 +164,8 @@ enum Role {
 }
 
 impl<'a> Plan<'a> {
-    /// The plan of a task whose object is found where `found` says, for a palm that is at `palm` now (or begins where the task does). Other hands insert something
-    /// into the object in the times of `insertions`, s of the recording.
+    /// Plans a task whose object is at `found`. `palm` is the current palm pose; without it, the plan starts at the task's first pose. `insertions` are the
+    /// intervals (s of the recording) in which other hands insert something into the object.
     ///
     /// # Errors
     /// A grasp that was not mapped; a task without segments.

@@ -107,13 +107,13 @@ impl Start {
     }
 }
 
-/// Where a place is, in words.
+/// Formats a position for messages.
 fn place_of(pose: &Isometry3<f64>) -> String {
     let at = pose.translation.vector * 1e3;
     format!("{:.0}, {:.0}, {:.0} mm in the reference frame", at.x, at.y, at.z)
 }
 
-/// Where an arm that cannot go the way of a plan, from a time on (s), comes to an end, in words.
+/// Formats the pose at which an arm fails to follow a plan's path from a time on, s.
 fn missed(robot: &Robot, hand: &HandModel, plan: &Plan<'_>, from_s: f64, way: &[Isometry3<f64>]) -> Option<String> {
     let (root, rest) = (Isometry3::identity(), vec![0.0; robot.tree.dofs.len()]);
     let arm = hand.arm_on(&robot.tree);

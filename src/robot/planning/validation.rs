@@ -1,4 +1,4 @@
-//! What of commands a robot cannot carry out, before it begins: those who make commands ask the same as those who carry them out.
+//! Rejects commands that a robot cannot execute, before execution. `retarget` and `simulate` use the same checks.
 
 use super::hand_planner::HandPlanner;
 use super::schedule::{first_to_touch, groups, sides};
@@ -9,11 +9,11 @@ use crate::robot::model::robot::Robot;
 use nalgebra::Isometry3;
 use std::collections::BTreeMap;
 
-/// Refuses commands with mapped grasps that a robot cannot begin to carry out in a scene whose objects stand where they were demonstrated: those that
-/// [`Commands::read`] would refuse, and those that [`crate::robot::simulation::run::simulate`] would.
+/// Rejects commands (with mapped grasps) that [`Commands::read`] or [`crate::robot::simulation::run::simulate`] would reject at the start, with all
+/// objects at their demonstrated poses.
 ///
 /// # Errors
-/// As both.
+/// The same as those of the two functions.
 pub fn validate(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
     commands.check()?;
     let tasks = &commands.tasks;
@@ -41,7 +41,7 @@ pub fn validate(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<(),
     Ok(())
 }
 
-/// Brings the objects of some tasks that the scene has to where they were when the first of these touched them.
+/// Sets the pose of each object of these tasks to its pose when the first of them touched it, if the scene contains the object.
 fn as_demonstrated<'t>(places: &mut BTreeMap<&'t str, Isometry3<f64>>, tasks: &'t [Task], those: &[usize]) {
     for &number in those {
         let object = &tasks[number].object;

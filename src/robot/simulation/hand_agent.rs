@@ -20,9 +20,9 @@ use nalgebra::{Isometry3, Vector3};
 pub(super) struct HandAgent<'t> {
     pub(super) planner: HandPlanner,
     pub(super) executor: Executor,
-    /// What it is to do now, as its behaviors have corrected it.
+    /// The current target, with the corrections of the behaviors.
     pub(super) target: Target,
-    /// The forces that its plan has now, before any correction.
+    /// The currently planned forces, without corrections.
     pub(super) planned: Vec<PlannedForce>,
     /// The pose of the palm that its plan has now, before any correction.
     pub(super) planned_palm: Isometry3<f64>,
@@ -44,7 +44,7 @@ pub(super) struct Doing<'t> {
     pub(super) primitive: &'t str,
     /// What the hand does.
     pub(super) does: Meaning,
-    /// The index of the segment, while the forces of its plan are those of the commands.
+    /// Index of the segment while the planned forces equal the commanded ones.
     pub(super) holds_in: Option<usize>,
     /// Whether the object is lost, so that nothing is done about it.
     pub(super) lost: bool,
@@ -164,7 +164,7 @@ impl<'t> HandAgent<'t> {
         self.executor.set_target(&self.target, &forces);
     }
 
-    /// Returns what its behaviors make of the strength of its grip now; `None` where it does not hold.
+    /// Returns the current grip force after the behaviors; `None` if the hand holds nothing.
     pub(super) fn grip(&self) -> Option<Grip> {
         self.behaviors.iter().find_map(|behavior| behavior.grip())
     }

@@ -63,9 +63,9 @@ pub struct Moment {
 pub struct FingerForce {
     /// Which.
     pub finger: Finger,
-    /// As it was demonstrated; `None` where that was not measured.
+    /// The demonstrated force; `None` if it was not measured.
     pub demonstrated: Option<Vector3<f64>>,
-    /// As in the commands, without what the hand adds when it feels the object slip.
+    /// The commanded force, without the part that the slip reflex adds.
     pub commanded: Vector3<f64>,
     /// As it is.
     pub exerted: Vector3<f64>,

@@ -87,7 +87,7 @@ enum State {
 /// The rows until the calibration.
 struct Beginning {
     rows: InMemoryTable,
-    /// The order of the stamps, and how long the rows last without gaps, s.
+    /// The order of the stamps, and the duration of the rows without gaps, s.
     order: StampOrder,
     lasts_s: f64,
     /// Bytes of the lines.

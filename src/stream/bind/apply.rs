@@ -117,7 +117,7 @@ fn trim(recording: &mut Recording, bridge: f64) {
     }
 }
 
-/// Adds what the binding adds to every stamp.
+/// Adds the time offset of the binding to every stamp.
 fn shift(time: &mut [f64], row_time: &mut [f64], file: &BindingFile) {
     time.iter_mut().chain(row_time).for_each(|stamp| *stamp += file.binding.time_offset.0);
 }
@@ -142,7 +142,7 @@ pub struct BoundColumns {
     pub wants: Vec<Want>,
     /// The rotations whose angles are taken for radians.
     in_radians: Vec<String>,
-    /// The columns that others are computed of.
+    /// The columns that other columns are computed from.
     pub sources: Vec<ColumnSource>,
 }
 

@@ -1,4 +1,4 @@
-//! What a binding names in the header of a foreign table: the columns of each channel, with the factors that make them SI.
+//! Resolves the names of a binding in the header of a foreign table: the columns of each channel, with the factors that convert them to SI.
 
 use super::pattern::{Columns, Filling, Form, Pattern};
 use super::{BindingFile, Template, Threshold};
@@ -14,21 +14,21 @@ use crate::stream::read::table::Source;
 use indexmap::IndexMap;
 use std::f64::consts::PI;
 
-/// One canonical column and what it is made of.
+/// One canonical column and its source terms.
 pub(super) struct Bound {
     pub name: String,
-    /// The channel or joint that it is a component of, and what the components make.
+    /// The channel or joint of which the column is a component, and the form of the components.
     pub channel: String,
     pub form: Form,
     pub dimension: Dimension,
-    /// Flags are joined, numbers added.
+    /// Flags are combined with "or", numbers are added.
     pub flag: bool,
     pub terms: Vec<Term>,
-    /// How much each term counts.
+    /// The weight of each term.
     pub weight: f64,
 }
 
-/// A column of the table, times a factor that makes it SI and turns its sign; without a column the factor is the value.
+/// A column of the table times a factor for the SI unit and the sign. Without a column, the factor is the value.
 pub(super) struct Term {
     pub column: Option<usize>,
     pub factor: f64,
@@ -36,7 +36,7 @@ pub(super) struct Term {
 }
 
 impl Term {
-    /// Whether an angle is taken for radians.
+    /// Whether an angle is assumed to be in radians.
     pub fn is_of_radians(&self) -> bool {
         self.column.is_none() || self.factor.abs() > 2.0 * (PI / 180.0)
     }
@@ -47,14 +47,14 @@ impl Term {
     }
 }
 
-/// The header of a foreign table: names, and units where they are given as ours are.
+/// The header of a foreign table: names, and units in the syntax of this project.
 pub struct Header {
     pub(super) titles: Vec<String>,
-    /// Where a name is: several columns may have one.
+    /// The columns of each name; several columns may share one.
     columns: IndexMap<String, Vec<usize>>,
-    /// The unit of each column, where the header says one.
+    /// The unit of each column, if the header contains one.
     units: Vec<Option<String>>,
-    /// The names of the sheets, and how many columns each has.
+    /// The name and the number of columns of each sheet.
     sheets: Vec<(String, usize)>,
     /// Sheets that cannot be read, with the reason.
     refused: Vec<(String, String)>,
@@ -67,7 +67,8 @@ impl Header {
         Self::of(source.header(), sheets, source.refused.clone())
     }
 
-    /// The full names of all columns, the names of the sheets with how many columns each has, and sheets that cannot be read with the reason.
+    /// Creates a header from the full names of all columns, the name and number of columns of each sheet, and the unreadable sheets with their
+    /// reasons.
     pub fn of(titles: Vec<String>, sheets: Vec<(String, usize)>, refused: Vec<(String, String)>) -> Self {
         let mut columns: IndexMap<String, Vec<usize>> = IndexMap::new();
         let mut units = vec![];
@@ -79,7 +80,7 @@ impl Header {
         Self { titles, columns, units, sheets, refused }
     }
 
-    /// The columns of time: the one of this name, else the one of each sheet.
+    /// Returns the time columns: the one that the binding names, otherwise one per sheet.
     pub(super) fn times(&self, file: &BindingFile) -> Result<Vec<Term>, InputError> {
         let pattern = &file.binding.time;
         let name = pattern.name.fill(Filling::default());
@@ -104,10 +105,10 @@ impl Header {
         }
     }
 
-    /// The column of this name, if the log has it. Of columns that share a name, a unit may single out one.
+    /// Returns the column of this name, if the log has it. If several columns share the name, a unit may select one.
     ///
     /// # Errors
-    /// Several columns have the name: their numbers.
+    /// Several columns have the name. The message contains their numbers.
     pub(super) fn find(&self, name: &str, unit: Option<&str>) -> Result<Option<usize>, String> {
         let whole = || (0..).zip(&self.titles).filter(|(_, title)| *title == name).map(|(at, _)| at).collect();
         let mut found: Vec<usize> = self.columns.get(name).cloned().unwrap_or_else(whole);
@@ -125,12 +126,12 @@ impl Header {
         ))
     }
 
-    /// The name of a column.
+    /// Returns the name of a column.
     pub(super) fn title(&self, column: usize) -> &str {
         self.titles.get(column).map_or("", |title| names::split_known_unit(title).0)
     }
 
-    /// The number of a column in its sheet, counted from 1.
+    /// Returns the number of a column in its sheet, counted from 1.
     fn number(&self, column: usize) -> usize {
         let mut first = 0;
         let ends = self.sheets.iter().map(|(_, width)| {
@@ -156,7 +157,7 @@ impl Header {
         }
     }
 
-    /// The column that a filled pattern names, if the log has it.
+    /// Returns the column of a pattern with filled placeholders, if the log has it.
     fn term(&self, pattern: &Pattern, filling: Filling, dimension: Dimension) -> Result<Option<Term>, String> {
         let name = pattern.name.fill(filling);
         if let Some((value, found)) = pattern.constant {
@@ -180,7 +181,7 @@ impl Header {
                 }
                 to_si
             }
-            // A number in metres where millimetres are expected makes a flag that never changes, without any message.
+            // A threshold in meters for values in millimeters would produce a constant flag without any message.
             (None, None) if pattern.threshold.is_some() && dimension != Dimension::NONE => {
                 return Err(format!(
                     "the column `{name}` has no unit to compare with the limit's, expected `{name} [unit]`"
@@ -191,7 +192,7 @@ impl Header {
         Ok(Some(Term { column: Some(column), factor: to_si * pattern.sign, threshold: pattern.threshold }))
     }
 
-    /// The column of a joint.
+    /// Returns the column of a joint.
     pub(super) fn joint(&self, name: String, columns: &Columns, dimension: Dimension) -> Result<Bound, String> {
         let (patterns, weight) = match columns {
             Columns::Pattern(_) | Columns::Mean(_) => columns.component(0),
@@ -209,7 +210,7 @@ impl Header {
         Ok(Bound { name, channel, form: Form::Scalar, dimension, flag: false, terms, weight })
     }
 
-    /// The canonical columns of one key of `channels`.
+    /// Returns the canonical columns of one key of `channels`.
     pub(super) fn channel(&self, key: &str, columns: &Columns, objects: &[&str]) -> Result<Vec<Bound>, String> {
         let name = Template::parse(key)?;
         let mut bound = vec![];
@@ -221,7 +222,7 @@ impl Header {
             if !flag && columns.patterns().iter().any(|pattern| pattern.threshold.is_some()) {
                 return Err(format!("`{channel}` is no flag, only flags have a threshold"));
             }
-            // An object that stands on the right only: its columns are joined.
+            // The object placeholder is on the right-hand side only: the columns of all objects are combined.
             let joined: Vec<Filling> =
                 match (columns.patterns().iter().any(|pattern| pattern.name.has_object()), name.has_object()) {
                     (true, false) => objects.iter().map(|object| Filling { object, ..filling }).collect(),
@@ -241,7 +242,7 @@ impl Header {
                         None => missing = missing.or_else(|| Some(pattern.name.fill(filling))),
                     }
                 }
-                // Of a mean, all or none.
+                // A mean requires all of its columns or none.
                 if patterns.len() > 1 && !part.terms.is_empty() && part.terms.len() < joined.len() * patterns.len() {
                     return Err(missing.map_or_else(String::new, |name| self.lacks(&name)));
                 }
@@ -249,7 +250,7 @@ impl Header {
             }
             let widths: Vec<usize> = parts.iter().map(|part| part.terms.len()).collect();
             match (widths.iter().min(), widths.iter().max()) {
-                // No column for this object: other objects may have one.
+                // This object has no column; other objects may have one.
                 (_, Some(0)) => {}
                 (least, most) if least == most => bound.append(&mut parts),
                 _ => return Err(missing.map_or_else(String::new, |name| self.lacks(&name))),
@@ -265,7 +266,7 @@ impl Header {
     }
 }
 
-/// What the placeholders of a name can stand for.
+/// Returns all values of the placeholders of a name.
 fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<Filling<'a>> {
     match (name.has_object(), name.has_other()) {
         (false, _) => vec![Filling::default()],
@@ -280,12 +281,12 @@ fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<Filling<'a>> {
     }
 }
 
-/// Whether a channel is 0 or 1.
+/// Whether the values of a channel are 0 and 1.
 fn is_flag(channel: &str) -> bool {
     LogChannel::parse(channel).is_some_and(|channel| channel.shape() == Shape::Bool)
 }
 
-/// What the columns of a channel make, and their dimension: from its name, else from its columns.
+/// Returns the form and dimension of a channel: from its name, otherwise from its columns.
 fn form_of(channel: &str, columns: &Columns) -> Result<(Form, Dimension), String> {
     let (wanted, dimension) = match LogChannel::parse(channel) {
         Some(channel) => (Some(channel.shape()), channel.dimension()),

@@ -1,7 +1,7 @@
 //! Messages of several topics as rows: a row for each stamp that any topic has, as soon as no topic can add to it.
 //!
-//! Several may write to a topic, each about other elements: the stamps of each rise. So a row is whole when every writer has sent a later message; one is
-//! awaited for a limited time. What a topic has sent once only, such as a transform that never changes, holds all along.
+//! A topic may have several writers, each with its own elements and increasing stamps. A row is complete when every writer has sent a later message or
+//! its waiting time is over. A message that a writer sends only once, such as a static transform, holds for the whole log.
 
 use crate::base::error::InputError;
 use crate::base::shown::Shown;
@@ -43,9 +43,9 @@ pub struct Join {
 pub struct Topic {
     /// The names of its columns, without that of the topic.
     pub titles: IndexSet<String>,
-    /// Which of them are bound; all where that is not known yet.
+    /// The columns that are bound; all until the binding is known.
     bound: Vec<bool>,
-    /// The messages that are not in a row yet, in the order of their stamps, s, with values by column.
+    /// The messages that are not yet part of a row, ordered by stamp (s), with values by column.
     waiting: VecDeque<(f64, Vec<Value>)>,
     /// The first message of each writer.
     only: Vec<Value>,
@@ -54,19 +54,19 @@ pub struct Topic {
     writers: Writers<Writer>,
 }
 
-/// One of those who write to a topic.
+/// A writer of a topic.
 #[derive(Clone, Default)]
 struct Writer {
-    /// How many messages have come, the stamp of the newest, s, and that of the one before.
+    /// Number of messages, stamp of the newest one (s) and of the one before.
     messages: u64,
     newest_s: Option<f64>,
     before_s: f64,
-    /// The order of the stamps; those up to the rows that were made are too late as well.
+    /// The order of the stamps. Stamps up to the last finished row are too late as well.
     order: StampOrder,
     /// Whether the last message was left out.
     is_left_out: bool,
     is_silent: bool,
-    /// Whether messages lack columns that others of it have: then several may make one row.
+    /// Whether a message lacks columns of the writer's other messages, so that several messages may form one row.
     is_partial: bool,
 }
 
@@ -79,7 +79,7 @@ impl Writer {
         self.is_partial = true;
     }
 
-    /// Up to which stamp nothing can come any more, s, or up to `first_s` where nothing has come.
+    /// Returns the stamp (s) up to which the writer's messages are complete; `first_s` before the first message.
     fn whole_s(&self, first_s: f64) -> f64 {
         if self.is_partial && self.messages > 1 { self.before_s } else { self.newest_s.unwrap_or(first_s) }
     }
@@ -107,7 +107,7 @@ impl Join {
         &self.topics
     }
 
-    /// Marks the columns that are bound, by the number of the topic and their own; the others are not awaited.
+    /// Marks the bound columns by topic and column index. Rows do not wait for the others.
     pub fn mark(&mut self, is_bound: impl Fn(usize, usize) -> bool) {
         for (at, topic) in self.topics.values_mut().enumerate() {
             topic.bound = (0..topic.titles.len()).map(|column| is_bound(at, column)).collect();
@@ -148,10 +148,10 @@ impl Join {
         let (values, columns) = (values(&topic.titles, row), topic.columns(row));
         let writer = topic.writers.of(&columns, Writer::merge);
         let (messages, newest_s) = (writer.messages, writer.newest_s.unwrap_or(f64::NEG_INFINITY));
-        // Rows without topics are whole.
+        // Rows without topics are complete.
         let has_others = |first: &usize| topic.writers.columns_with(*first).count() > columns.len();
         let is_partial = !name.is_empty() && columns.first().is_some_and(has_others);
-        // What nobody reads may be late.
+        // Columns that are not bound may be late.
         let is_bound = columns.iter().any(|column| topic.bound.get(*column).copied().unwrap_or(true));
         if time_s > given_s && time_s == newest_s && topic.add(time_s, &values) {
             topic.writers.of(&columns, Writer::merge).is_partial |= is_partial;
@@ -289,7 +289,7 @@ impl Join {
         self.first_s = None;
     }
 
-    /// Whether there is no other writer to wait for.
+    /// Whether rows wait for no other writer.
     fn is_alone(&self) -> bool {
         self.used().map(|topic| topic.used().count().max(1)).sum::<usize>() <= 1
     }
@@ -308,28 +308,28 @@ impl Join {
 }
 
 impl Topic {
-    /// Whether anything of it is bound.
+    /// Whether any column of the topic is bound.
     fn is_used(&self) -> bool {
         self.bound.len() < self.titles.len() || self.bound.contains(&true) || self.titles.is_empty()
     }
 
-    /// Those who write what is bound.
+    /// Returns the writers of bound columns.
     fn used(&self) -> impl Iterator<Item = &Writer> {
         self.writers.with(|column| self.bound.get(column).copied().unwrap_or(true))
     }
 
-    /// How many messages the one who writes most has sent.
+    /// Returns the maximum number of messages of a writer.
     fn messages(&self) -> u64 {
         self.used().map(|writer| writer.messages).max().unwrap_or(0)
     }
 
-    /// The columns that a message has, those of its head left out.
+    /// Returns the columns of a message without its header.
     fn columns(&self, row: &InMemoryTable) -> Vec<usize> {
         let of_body = row.columns().keys().filter(|title| !is_of_head(title));
         of_body.filter_map(|title| self.titles.get_index_of(title)).collect()
     }
 
-    /// Adds a message to one that waits with the same stamp, if they say different things.
+    /// Merges a message into a waiting one with the same stamp if their elements differ.
     fn add(&mut self, time_s: f64, values: &[Value]) -> bool {
         let Some((_, waiting)) = self.waiting.iter_mut().find(|(stamp, _)| *stamp == time_s) else { return false };
         let mut whole = waiting.clone();
@@ -349,7 +349,7 @@ impl Topic {
         is_new
     }
 
-    /// Puts a message among those that wait.
+    /// Inserts a message into the waiting ones.
     fn insert(&mut self, time_s: f64, values: Vec<Value>) {
         if self.add(time_s, &values) {
             return;
@@ -360,7 +360,7 @@ impl Topic {
 }
 
 impl Writer {
-    /// Leaves out a message that comes after a later one, of its own or when the rows up to `given_s` were made.
+    /// Leaves out a message that is older than the writer's newest one or than the finished rows, which end at `given_s`.
     fn leave_out(&mut self, name: &str, time_s: f64, given_s: f64) -> Pushed {
         let newest_s = self.newest_s.unwrap_or(f64::NEG_INFINITY).max(given_s);
         self.order.raise(given_s);
@@ -402,12 +402,12 @@ impl Value {
         }
     }
 
-    /// Puts another value where none is.
+    /// Fills missing elements of the value from another one.
     fn add(&mut self, other: &Self, addition: &mut Addition) {
         match (&mut *self, other) {
             (Self::Number(kept), Self::Number(other)) => addition.number(kept, *other),
             (Self::Text(kept), Self::Text(other)) => addition.text(kept, other),
-            // Not measured, or a text in a column of numbers.
+            // The value was not measured, or is a text in a numeric column.
             (kept, other) if kept.is_empty() => kept.clone_from(other),
             _ => {}
         }

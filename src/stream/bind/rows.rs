@@ -42,7 +42,7 @@ pub struct RowBinder {
     refused: Vec<(String, String)>,
     /// Which columns are what, once all that the binding names have come.
     bound: Option<BoundColumns>,
-    /// Where columns are computed of others.
+    /// The spike filter for columns that are computed from others.
     screen: Option<SourceScreen>,
     /// Where some sensor has an offset; there is a resampler then.
     shifter: Option<Shifter>,
@@ -409,7 +409,7 @@ impl RowBinder {
         Ok(())
     }
 
-    /// Takes the rows that wait since one of their samples may be out.
+    /// Releases the rows that wait for the spike filter.
     fn release(&mut self, made: &mut BoundRows) -> Result<(), InputError> {
         let Some(screen) = &mut self.screen else { return Ok(()) };
         let (rows, issues) = screen.finish();
@@ -417,7 +417,7 @@ impl RowBinder {
         self.apply(rows, made)
     }
 
-    /// Makes channels of the columns of rows.
+    /// Computes the channels of rows from their columns.
     fn apply(&mut self, rows: Vec<Table>, made: &mut BoundRows) -> Result<(), InputError> {
         for row in rows {
             let Some(bound) = &self.bound else { return Ok(()) };

@@ -1,8 +1,8 @@
-//! Samples that cannot be, of columns that others are computed of: the markers of a mean, the parts of a sum, the ends of a distance, a frame and the
-//! points in it, the joints before a link.
+//! Rejects spikes in columns that other columns are computed from: the markers of a mean, the terms of a sum, the ends of a distance, a frame and its
+//! points, and the joints of a kinematic chain.
 //!
-//! They are taken out of the columns themselves. What is computed would spread one wrong cell over values that are right: half of a jump of one marker
-//! of two may be as far as a hand moves.
+//! Spikes are rejected before the computation, which would spread one wrong cell over correct values. In the mean of two markers, a jump of one marker
+//! is halved and may be small enough for a hand motion.
 
 use super::header::{Bound, Header};
 use super::pattern::{Columns, Form};
@@ -16,20 +16,20 @@ use crate::stream::live::screen::{Screen, WIDTH};
 use crate::stream::read::table::Table;
 use std::collections::{BTreeSet, VecDeque};
 
-/// Columns of a table that measure one thing: a position, a rotation, a force, an angle or a length.
+/// Columns of a table that form one quantity: a position, a rotation, a force, an angle or a length.
 #[derive(Clone)]
 pub struct ColumnSource {
-    /// The channel or joint that is computed of them.
+    /// The channel or joint that is computed from the columns.
     channel: String,
-    /// The first of them, as the log calls it.
+    /// The name of the first column in the log.
     title: String,
     kind: Kind,
     form: Form,
-    /// For each component the column, none for a constant, and the factor that makes it SI.
+    /// For each component, its column (`None` for a constant) and the factor that converts it to SI.
     parts: Vec<(Option<usize>, f64)>,
 }
 
-/// The columns that others are computed of.
+/// Returns the columns that other columns are computed from.
 pub(super) fn of(bound: &[Bound], header: &Header, file: &BindingFile) -> Vec<ColumnSource> {
     let used = used(file);
     let mut sources = vec![];
@@ -48,7 +48,7 @@ pub(super) fn of(bound: &[Bound], header: &Header, file: &BindingFile) -> Vec<Co
     sources
 }
 
-/// The channels and joints that channels of the binding are computed of.
+/// Returns the channels and joints that channels of the binding are computed from.
 fn used(file: &BindingFile) -> BTreeSet<String> {
     let mut used = BTreeSet::new();
     for columns in file.binding.channels.values() {
@@ -64,7 +64,7 @@ fn used(file: &BindingFile) -> BTreeSet<String> {
     used
 }
 
-/// What a channel measures, where it is known what cannot be.
+/// Returns the quantity of a channel, if its physical limits are known.
 fn kind(of: &Bound) -> Option<Kind> {
     match (of.form, of.dimension) {
         (Form::Quaternion | Form::Angles | Form::Matrix, _) => Some(Kind::Turn),
@@ -76,7 +76,7 @@ fn kind(of: &Bound) -> Option<Kind> {
 }
 
 impl ColumnSource {
-    /// The sample of a row: a quaternion, or a vector with zeros behind its components.
+    /// Returns the sample of a row: a quaternion, or a vector padded with zeros.
     fn sample(&self, numbers: &[Vec<f64>], row: usize) -> [f64; WIDTH] {
         let value = |(column, factor): &(Option<usize>, f64)| match column {
             Some(column) => numbers.get(*column).and_then(|values| values.get(row)).map_or(f64::NAN, |it| it * factor),
@@ -98,16 +98,16 @@ impl ColumnSource {
         }
     }
 
-    /// An issue of one of its samples, with its name.
+    /// Adds the name of the source to an issue of its samples.
     fn named(&self, issue: Issue) -> Issue {
         Issue { channel: self.channel.clone(), message: format!("`{}`: {}", self.title, issue.message), ..issue }
     }
 }
 
-/// Rows whose samples cannot be, and the issue that names them.
+/// The rows of spikes and the issue that reports them.
 type Spikes = Option<(Vec<usize>, Issue)>;
 
-/// Makes unmeasured what is out in a table; an issue for each source that has such samples.
+/// Marks the spikes of a table as not measured. Returns an issue for each source with spikes.
 pub fn reject(sources: &[ColumnSource], table: &mut Table) -> Vec<Issue> {
     let mut issues = vec![];
     let recording = Recording { time: table.time.clone(), ..Recording::default() };
@@ -137,7 +137,7 @@ pub fn reject(sources: &[ColumnSource], table: &mut Table) -> Vec<Issue> {
     issues
 }
 
-/// The rows of a log that is being made, each a table. A row waits only while one of its samples may be out.
+/// The online spike filter: takes rows of a live log, each as a table. A row waits only while one of its samples may be a spike.
 pub struct SourceScreen {
     sources: Vec<ColumnSource>,
     screen: Screen,
@@ -145,14 +145,14 @@ pub struct SourceScreen {
 }
 
 impl SourceScreen {
-    /// No rows yet; a source is measured in one of so many rows. `None` where nothing is computed of columns.
+    /// Creates an empty filter for sources that are sampled in one of `one_of` rows. `None` without sources.
     pub fn new(sources: &[ColumnSource], one_of: usize) -> Option<Self> {
         let vectors = (0..).zip(sources).map(|(at, source): (usize, _)| (at.to_string(), source.kind)).collect();
         let screen = Screen::of_vectors(vectors, one_of);
         (!sources.is_empty()).then(|| Self { sources: sources.to_vec(), screen, rows: VecDeque::new() })
     }
 
-    /// Takes a row; returns the rows of which everything is known, and what is wrong.
+    /// Takes a row. Returns the rows that are decided, and their issues.
     pub fn push(&mut self, row: Table) -> (Vec<Table>, Vec<Issue>) {
         let values: Vec<f64> = self.sources.iter().flat_map(|source| source.sample(&row.numbers, 0)).collect();
         let issues = self.screen.push(row.time.first().copied().unwrap_or(f64::NAN), &values);
@@ -160,7 +160,7 @@ impl SourceScreen {
         self.released(issues)
     }
 
-    /// No row comes any more, or later ones begin anew: all that wait.
+    /// Ends the log or restarts it. Returns all waiting rows.
     pub fn finish(&mut self) -> (Vec<Table>, Vec<Issue>) {
         let issues = self.screen.finish();
         self.released(issues)

@@ -85,7 +85,7 @@ pub(in crate::stream) enum Kind {
     Bear,
     Speed,
     Spin,
-    /// An angle or a length of one component.
+    /// A scalar angle or length.
     Angle,
     Slide,
 }
@@ -156,7 +156,7 @@ impl Kind {
                 4.0 * (along.min(against).sqrt() / 2.0).min(1.0).asin()
             }
             Self::Angle => {
-                // A whole turn more is the same angle.
+                // Angles that differ by a full turn are equal.
                 let apart = (a.value[0] - b.value[0]).rem_euclid(TAU);
                 apart.min(TAU - apart)
             }
@@ -228,7 +228,7 @@ impl Jumps {
         Kind::of(channel.shape(), channel.dimension(), channel.bodies()).map(Self::new)
     }
 
-    /// Of what measures this.
+    /// Creates an empty detector for a quantity.
     pub(in crate::stream) fn new(kind: Kind) -> Self {
         Self { kind, recent: vec![], rows: 0, first: Some(vec![]), settled: false }
     }
@@ -410,7 +410,8 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
     issues
 }
 
-/// The rows of a channel's components that are out, and what is said of them. What a body does besides is in the recording.
+/// Returns the rows of spikes in a channel's components, and the issue that reports them. Forces and speeds are checked against the other channels of
+/// the recording.
 pub(in crate::stream) fn find_out(
     recording: &Recording,
     channel: &str,
@@ -459,14 +460,14 @@ fn reject_lengths(recording: &mut Recording, channels: &[(String, Jumps)]) -> Ve
     issues
 }
 
-/// The rows of a quaternion that are far longer or shorter than the others, and what is said of them.
+/// Returns the rows in which a quaternion's length differs much from the usual one, and the issue that reports them.
 pub(in crate::stream) fn find_other_lengths(
     time: &[f64],
     channel: &str,
     parts: &[&[f64]],
 ) -> Option<(Vec<usize>, Issue)> {
     let length = |row: usize| parts.iter().map(|part| part.get(row).map_or(0.0, |it| it * it)).sum::<f64>().sqrt();
-    // One without direction was not measured, which is seen elsewhere.
+    // A zero quaternion was not measured; another check handles it.
     let lengths: Vec<(usize, f64)> =
         (0..time.len()).map(|row| (row, length(row))).filter(|(_, length)| *length >= NO_ROTATION).collect();
     let mut sorted: Vec<f64> = lengths.iter().map(|(_, length)| *length).collect();
@@ -474,7 +475,7 @@ pub(in crate::stream) fn find_other_lengths(
     let usual = sorted.get(sorted.len() / 2).copied()?;
     let out: Vec<(usize, f64)> = lengths.into_iter().filter(|(_, length)| is_other_length(*length, usual)).collect();
     let ((first, length), (last, _)) = (out.first()?, out.last()?);
-    // Lengths that vary all along are another fault, of which the usual length says enough.
+    // Lengths that vary throughout are another fault, which the check of the usual length reports.
     if out.len() > sorted.len() / 10 {
         return None;
     }

@@ -49,7 +49,8 @@ pub fn fingers(measured: &CleanLog, side: Side) -> Vec<Finger> {
     if fingers.is_empty() { vec![Finger::Thumb, Finger::Index] } else { fingers }
 }
 
-/// Whether the distance of a hand from its target is known all along: what a hand holds all the time is its target wherever it goes.
+/// Whether the distance of a hand from its target is known on all frames. An object that is fixed to the hand hides the distance, since it is always
+/// the target.
 pub fn knows_distance(measured: &CleanLog, side: Side) -> bool {
     let tips = Finger::ALL.into_iter().filter(|finger| *finger != Finger::Palm);
     let mut placed = tips.filter(|finger| measured.vec3(&format!("{side}.{finger}.position")).is_some());

@@ -48,7 +48,7 @@ pub struct Findings {
     pushes: BTreeMap<(Side, Finger), Push>,
 }
 
-/// The force upward of a hand while it carries something, and while it holds nothing, N.
+/// The upward force of a hand while it carries an object and while it is empty, N.
 #[derive(Default)]
 struct Carrier {
     carries: Found,
@@ -209,7 +209,8 @@ pub fn wrong_signs(derivation: &Derivation, objects: &[usize], findings: &mut Fi
     }
 }
 
-/// When a hand surely holds nothing: its gripper is open, and its fingertips are far from every object, as far as the log has either.
+/// Detects frames on which a hand certainly holds nothing: its gripper is open and its fingertips are far from every object, as far as the log
+/// contains these values.
 struct Empty<'a> {
     closed: Option<&'a [f64]>,
     tips: Vec<[&'a [f64]; 3]>,
@@ -247,7 +248,7 @@ impl<'a> Empty<'a> {
     }
 }
 
-/// The frames that are enough for a mean, the same ones in windows of a log.
+/// Returns the frames that are sampled for a mean. They are the same if the log is read in windows.
 fn sampled(measured: &CleanLog) -> Vec<usize> {
     let step = every(measured);
     match &measured.window {
@@ -256,7 +257,7 @@ fn sampled(measured: &CleanLog) -> Vec<usize> {
     }
 }
 
-/// Finds how each finger of a hand pushes on what it touches, or pulls.
+/// Determines whether each finger of a hand pushes or pulls the touched object.
 pub fn pushes(measured: &CleanLog, motions: &[Motion], fingers: &[Finger], track: &HandTrack, findings: &mut Findings) {
     let (frames, side) = (sampled(measured), track.side);
     for finger in fingers.iter().filter(|finger| **finger != Finger::Palm) {

@@ -32,7 +32,7 @@ pub fn read(
         slots.iter().map(|slot| columns(measured, spec, slot)).collect::<Result<_, _>>()?;
     let any = found.iter().any(Option::is_some);
     let constant = |value: f64| -> Vec<Vec<f64>> {
-        // The rotation by no angle is 1, 0, 0, 0.
+        // The identity rotation is 1, 0, 0, 0.
         let of = |component: &&str| if *component == "w" { 1.0 } else { value };
         spec.shape.components().iter().map(|component| vec![of(component); measured.len()]).collect()
     };

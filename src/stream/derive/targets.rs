@@ -154,7 +154,8 @@ impl<'a> Derivation<'a> {
         self.sockets.get(plugged?.socket.get(frame).copied().flatten()?)
     }
 
-    /// Whether a body is in a socket or searches for one, or another body is in a socket of it: it is pushed there, not carried alone.
+    /// Whether a body is in or at a socket, or another body is in a socket of this one. The force then contains the insertion force in addition to
+    /// the weight.
     pub(super) fn is_at_socket(&self, body: usize, frame: usize) -> bool {
         let plugged = self.plugged.get(&body);
         self.socket(frame, plugged).is_some()

@@ -35,11 +35,11 @@ pub struct Admission {
     bounds: Vec<(f64, bool)>,
     /// The frame before.
     last: Option<(f64, Vec<f64>)>,
-    /// The order of the stamps of all rows, also of those that were left out.
+    /// The order of the stamps of all rows, including rows that were left out.
     order: StampOrder,
     /// The channel that lacked a value in a row that was left out, since the last frame.
     lacking: Option<usize>,
-    /// Whether the row before came too late.
+    /// Whether the previous row came too late.
     is_late: bool,
     pace: Pace,
     /// Since when steps are counted, s.

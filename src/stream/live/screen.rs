@@ -13,9 +13,9 @@ use crate::stream::clean::spikes::{self, Jumps, Kind, LASTS, Out, is_contradicte
 use crate::stream::issue::Issue;
 use std::collections::VecDeque;
 
-/// More rows never wait.
+/// Maximum number of waiting rows.
 const MOST_ROWS: usize = 2 * LASTS + 1;
-/// How many values a vector has here: as many as a quaternion.
+/// Number of values per vector: the size of a quaternion.
 pub const WIDTH: usize = 4;
 
 /// A row: its stamp, s, and a value for each column, SI.
@@ -34,7 +34,7 @@ pub struct Screen {
     newest_s: f64,
     /// The memory of rows that are no longer needed.
     spare: Vec<Vec<f64>>,
-    /// More rows never wait.
+    /// Maximum number of waiting rows.
     most: usize,
 }
 
@@ -94,7 +94,7 @@ impl Screen {
         Self::with(columns.to_vec(), channels, MOST_ROWS)
     }
 
-    /// Rows with these vectors of `WIDTH` values each: the name of each, and what it measures. A vector is measured in one of so many rows.
+    /// Creates a filter for rows of vectors with `WIDTH` values each, given by name and quantity. A vector is sampled in one of `one_of` rows.
     pub(in crate::stream) fn of_vectors(vectors: Vec<(String, Kind)>, one_of: usize) -> Self {
         let channel = |(at, (name, kind)): (usize, (String, Kind))| {
             let columns = (WIDTH * at..WIDTH * (at + 1)).collect();

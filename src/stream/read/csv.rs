@@ -349,7 +349,7 @@ pub fn source(recording: &Recording, name: &Path) -> Result<Source, InputError> 
     Ok(Source { scene: Some(scene), events: recording.events.clone(), ..source })
 }
 
-/// Adds the columns and labels of a recording, and nothing beside the file.
+/// Adds the columns and labels of a recording, without further files beside the table.
 pub(in crate::stream) fn add_table(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     check_lengths(recording, path)?;
     files.add(path, |out| write_log(out, recording))

@@ -1,4 +1,4 @@
-//! Opening files to be read. What is no file, such as a pipe, of which opening may wait for ever, is refused.
+//! Opens files for reading. Rejects pipes, whose opening may block forever, and everything else that is not a regular file.
 
 use crate::base::error::InputError;
 use std::fs::{File, FileType, OpenOptions};
@@ -7,10 +7,10 @@ use std::path::Path;
 
 const PIPE: &str = "a pipe";
 
-/// Opens a file. A pipe, a device or a socket in its place is refused, and not waited for.
+/// Opens a file. Rejects a pipe, a device or a socket without waiting for it.
 ///
 /// # Errors
-/// When it cannot be opened, or is no file.
+/// The path cannot be opened or is not a file.
 pub fn open(path: &Path) -> Result<File, InputError> {
     let name = || path.display().to_string();
     let failed = |error: Error| InputError::unreadable(name(), &error);
@@ -25,10 +25,10 @@ pub fn open(path: &Path) -> Result<File, InputError> {
         }
         None => Ok(()),
     };
-    // Some devices act when they are opened, and a socket cannot be.
+    // Opening a device may have side effects, and a socket cannot be opened.
     checked(std::fs::metadata(path).map_err(failed)?.file_type())?;
     let file = at_once(path).map_err(failed)?;
-    // A pipe may have taken its place since then.
+    // A pipe may have replaced the file in the meantime.
     checked(file.metadata().map_err(failed)?.file_type())?;
     Ok(file)
 }
@@ -36,13 +36,13 @@ pub fn open(path: &Path) -> Result<File, InputError> {
 /// Opens a folder.
 ///
 /// # Errors
-/// When it cannot be opened, or is none.
+/// The path cannot be opened or is not a folder.
 pub fn open_folder(path: &Path) -> std::io::Result<File> {
     let folder = at_once(path)?;
     if folder.metadata()?.is_dir() { Ok(folder) } else { Err(ErrorKind::NotADirectory.into()) }
 }
 
-/// Opens what is there without waiting for the other end of a pipe.
+/// Opens a path without waiting for the other end of a pipe.
 fn at_once(path: &Path) -> std::io::Result<File> {
     let mut options = OpenOptions::new();
     #[cfg(unix)]
@@ -50,7 +50,7 @@ fn at_once(path: &Path) -> std::io::Result<File> {
     options.read(true).open(path)
 }
 
-/// Whether an open file has this name.
+/// Whether the path refers to the open file.
 pub fn is_at(file: &File, path: &Path) -> bool {
     #[cfg(unix)]
     {
@@ -66,7 +66,7 @@ pub fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// What stands in the place of a file; `None` for a file.
+/// Returns the name of a file type that is not a regular file; `None` for a regular file.
 pub fn what_else(kind: FileType) -> Option<&'static str> {
     #[cfg(unix)]
     {

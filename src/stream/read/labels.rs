@@ -123,7 +123,7 @@ pub fn read(path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputEr
     table(file::open(path)?, path, log, row_time)
 }
 
-/// Reads a table of labels of this name, as [`read`] does.
+/// Reads the table of labels at `path`, like [`read`].
 ///
 /// # Errors
 /// As [`read`].

@@ -10,7 +10,7 @@ use crate::stream::read::table::{
 use indexmap::IndexMap;
 use std::sync::Arc;
 
-/// Stands behind the key of a column whose name another column has already.
+/// Suffix of the key of a column whose name is already in use.
 const AGAIN: char = '\0';
 
 /// The column that numbers the episodes of a data set.
@@ -45,7 +45,7 @@ impl Cells {
         }
     }
 
-    /// Puts the value of a row into another one, where that has none.
+    /// Fills the missing values of row `before` from another row.
     fn add(&mut self, row: usize, before: usize, addition: &mut Addition) {
         match self.own() {
             Self::Numbers(values) => {
@@ -107,7 +107,7 @@ pub struct InMemoryTable {
     lines: Vec<(usize, u64)>,
     /// The column of the values that come next, since rows mostly repeat the order of the row before.
     next: usize,
-    /// What was wrong with the order of the rows.
+    /// Issues about the order of the rows.
     pub issues: Vec<Issue>,
 }
 
@@ -182,13 +182,13 @@ impl InMemoryTable {
         })
     }
 
-    /// The columns that the last row has a value in, those of the head of a message left out.
+    /// Returns the columns with a value in the last row, without those of the message header.
     pub fn filled(&self) -> Vec<usize> {
         let is_filled = |(name, cells): (&String, &Cells)| cells.rows() == self.rows && !is_of_head(name);
         (0..).zip(&self.columns).filter(|(_, column)| is_filled(*column)).map(|(at, _)| at).collect()
     }
 
-    /// Adds a whole column; it may be shorter than others. Another one may have its name.
+    /// Adds a column. It may be shorter than other columns and may share its name with one.
     pub fn push_column(&mut self, mut name: String, cells: Cells) {
         self.rows = self.rows.max(cells.rows());
         while self.columns.contains_key(&name) {
@@ -305,7 +305,7 @@ impl Rows for InMemoryTable {
         };
         let mut stamps = Stamps::default();
         let mut kept = Vec::with_capacity(rows);
-        // Rows with the stamp of the one that was kept before.
+        // Rows with the same stamp as the last kept row.
         let mut equal = vec![];
         for row in 0..rows {
             let at = number_of(row);

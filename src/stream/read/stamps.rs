@@ -1,23 +1,23 @@
-//! The order of stamps, checked the same way for tables, bags and live logs: which stamp comes later, which repeats one, and when a clock was set back.
+//! Checks the order of stamps in tables, bags and live logs: later stamps, repeated stamps, and clocks that were set back.
 
 use crate::base::error::InputError;
 use crate::base::shown::Shown;
 use crate::stream::issue::{Issue, IssueKind};
 use std::collections::BTreeMap;
 
-/// How many stamps in order that all come too late show that the clock was set back.
+/// Number of increasing stamps in a row, all of them too late, that indicates a clock that was set back.
 pub const SET_BACK: usize = 10;
 
-/// What a stamp is after those before it.
+/// The relation of a stamp to the previous ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Later than all of them.
+    /// Later than all previous stamps.
     Later,
-    /// The same as the newest one.
+    /// Equal to the newest stamp.
     Equal,
-    /// Earlier than that.
+    /// Earlier than the newest stamp.
     Earlier,
-    /// One of so many too early ones in order that the clock was set back; the next stamps are compared with this one.
+    /// The last of [`SET_BACK`] late stamps in a row: the clock was set back. The next stamps are compared with this one.
     SetBack,
 }
 
@@ -26,7 +26,7 @@ pub enum Order {
 pub struct StampOrder {
     /// The newest stamp, s.
     newest_s: f64,
-    /// How many stamps in order came too late, one after the other, and the last of them.
+    /// Number of late but increasing stamps in a row, and the last of them, s.
     late: (usize, f64),
 }
 
@@ -42,12 +42,12 @@ impl StampOrder {
         self.newest_s
     }
 
-    /// How many stamps in order came too late, up to the last one.
+    /// Returns the number of late but increasing stamps in a row, including the last one.
     pub fn late(&self) -> usize {
         self.late.0
     }
 
-    /// Stamps up to here, s, come too late whatever came before.
+    /// Marks stamps up to `to_s` (s) as late.
     pub fn raise(&mut self, to_s: f64) {
         self.newest_s = self.newest_s.max(to_s);
     }
@@ -68,32 +68,32 @@ impl StampOrder {
     }
 }
 
-/// What is said of a clock that was set back.
+/// Formats the message about a clock that was set back.
 pub fn set_back(from_s: f64, to_s: f64, then: &str) -> String {
     let [from, to] = [from_s, to_s].map(|time| Shown((time * 1e6).round() / 1e6));
     format!("the clock was set back from {from} s to {to} s; {then}")
 }
 
-/// How the stamps of a table go on: one by one, each kept or left out.
+/// The stamps of a table: takes them one by one and keeps or drops each.
 #[derive(Default)]
 pub(in crate::stream) struct Stamps {
     /// The stamps that were kept, s.
     pub time: Vec<f64>,
     /// The stamps of all rows, s.
     pub row_time: Vec<f64>,
-    /// How many rows repeat a stamp, the first of them, and the stamps of the first and the last.
+    /// Number of rows that repeat a stamp, the first of these rows, and the stamps of the first and the last one.
     repeated: Option<(usize, u64, f64, f64)>,
-    /// How many stamps were kept; the lists may have been taken away since.
+    /// Number of kept stamps, including those already taken.
     kept: usize,
     order: StampOrder,
 }
 
 impl Stamps {
-    /// Takes the stamp of a row; whether the row is kept. One that is not has the stamp of the row before, and either adds to that or is
-    /// [`repeated`](Self::repeats).
+    /// Takes the stamp of a row and returns whether the row is kept. A row that is not kept has the stamp of the previous row: it is
+    /// either merged into that row or counted as [`repeated`](Self::repeats).
     ///
     /// # Errors
-    /// When time runs backwards, what is to be said about it.
+    /// Time runs backwards. The message describes where.
     pub fn push(&mut self, seconds: f64) -> Result<bool, String> {
         let last = self.order.newest_s();
         let order = self.order.push(seconds);
@@ -108,27 +108,27 @@ impl Stamps {
         Ok(order == Order::Later)
     }
 
-    /// Counts a row that repeats what the row before says, by its number in the file and its stamp, s.
+    /// Counts a row that repeats the previous row, by its number in the file and its stamp, s.
     pub fn repeats(&mut self, row: u64, seconds: f64) {
         let (count, first_row, start, _) = self.repeated.unwrap_or((0, row, seconds, seconds));
         self.repeated = Some((count + 1, first_row, start, seconds));
     }
 
-    /// The stamps since the last time, those that were kept and all of them.
+    /// Takes the stamps since the last call: the kept ones and all.
     #[cfg(feature = "parquet")]
     pub fn take(&mut self) -> (Vec<f64>, Vec<f64>) {
         (std::mem::take(&mut self.time), std::mem::take(&mut self.row_time))
     }
 
-    /// The last stamp that was kept, s.
+    /// Returns the last kept stamp, s.
     pub fn last(&self) -> Option<f64> {
         (self.kept > 0).then_some(self.order.newest_s())
     }
 
-    /// The message about stamps that were repeated.
+    /// Returns the issue about repeated stamps.
     ///
     /// # Errors
-    /// When all rows of `place` have the same stamp.
+    /// All rows of `place` have the same stamp.
     pub fn issue(&self, place: &str) -> Result<Option<Issue>, InputError> {
         let Some((count, row, start_s, end_s)) = self.repeated else { return Ok(None) };
         if self.kept == 1 {
@@ -145,7 +145,7 @@ impl Stamps {
     }
 }
 
-/// What a row adds to another one with the same stamp: rows that name different elements are one, as of two drivers that publish on one topic.
+/// The result of merging two rows with the same stamp. Rows with different elements, such as those of two drivers on one topic, form one row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Addition {
     adds: bool,
@@ -153,7 +153,7 @@ pub struct Addition {
 }
 
 impl Addition {
-    /// Puts a number where none was measured.
+    /// Merges a number; it replaces a value that was not measured.
     pub fn number(&mut self, kept: &mut f64, other: f64) {
         if kept.is_nan() && !other.is_nan() {
             (*kept, self.adds) = (other, true);
@@ -161,7 +161,7 @@ impl Addition {
         self.differs |= !other.is_nan() && *kept != other;
     }
 
-    /// Puts a text where none is.
+    /// Merges a text; it replaces an empty one.
     pub fn text(&mut self, kept: &mut String, other: &str) {
         if kept.is_empty() && !other.is_empty() {
             kept.push_str(other);
@@ -170,23 +170,23 @@ impl Addition {
         self.differs |= !other.is_empty() && kept != other;
     }
 
-    /// What is true of either is true of both.
+    /// Combines the results of two merges.
     pub fn join(&mut self, other: Self) {
         (self.adds, self.differs) = (self.adds || other.adds, self.differs || other.differs);
     }
 
-    /// Whether something of the row is left out, or all of it was there already.
+    /// Whether the row differs from the kept one or adds nothing to it.
     pub fn is_repeat(self) -> bool {
         self.differs || !self.adds
     }
 }
 
-/// Whether a column is of the head of a message, which says nothing of what the message is about.
+/// Whether a column belongs to the header of a message, which does not identify the element.
 pub fn is_of_head(column: &str) -> bool {
     column.starts_with("header.")
 }
 
-/// Those who write to a topic. Messages that have a column in common are of one of them.
+/// The writers of a topic. Messages with a common column come from the same writer.
 #[derive(Clone, Debug, Default)]
 pub struct Writers<T> {
     of_column: BTreeMap<usize, usize>,
@@ -194,13 +194,13 @@ pub struct Writers<T> {
 }
 
 impl<T: Default> Writers<T> {
-    /// The writer of a message with these columns. Writers that turn out to be one are merged.
+    /// Returns the writer of a message with these columns. Merges writers that the columns show to be the same.
     pub fn of(&mut self, columns: &[usize], merge: impl Fn(&mut T, T)) -> &mut T {
         let mut known: Vec<usize> = columns.iter().filter_map(|column| self.of_column.get(column)).copied().collect();
         let is_known = known.len() == columns.len();
         known.sort_unstable();
         known.dedup();
-        // A writer is called by the first column that it was seen with.
+        // The key of a writer is the first column of its first message.
         let own = known.first().or(columns.first()).copied().unwrap_or(usize::MAX);
         if known.len() > 1 {
             self.of_column.values_mut().filter(|of| known.contains(of)).for_each(|of| *of = own);
@@ -214,23 +214,23 @@ impl<T: Default> Writers<T> {
         writer
     }
 
-    /// The columns of the writer that has this one.
+    /// Returns the columns of the writer of this column.
     pub fn columns_with(&self, column: usize) -> impl Iterator<Item = usize> + '_ {
         let own = self.of_column.get(&column).copied();
         self.of_column.iter().filter(move |(_, of)| Some(**of) == own).map(|(column, _)| *column)
     }
 
-    /// All writers.
+    /// Returns all writers.
     pub fn all(&self) -> impl Iterator<Item = &T> {
         self.writers.values()
     }
 
-    /// All writers, to be changed.
+    /// Returns all writers, mutably.
     pub fn all_mut(&mut self) -> impl Iterator<Item = &mut T> {
         self.writers.values_mut()
     }
 
-    /// The writers of which a column is meant.
+    /// Returns the writers with a column that `is_meant` selects.
     pub fn with(&self, is_meant: impl Fn(usize) -> bool) -> impl Iterator<Item = &T> {
         let meant: std::collections::BTreeSet<usize> =
             self.of_column.iter().filter(|(column, _)| is_meant(**column)).map(|(_, of)| *of).collect();

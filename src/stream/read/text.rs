@@ -14,7 +14,7 @@ pub fn read(path: &Path, most: u64) -> Result<String, InputError> {
     whole(&opened(path)?, path, most)
 }
 
-/// Reads the text of an open file of this name, of at most `most` bytes.
+/// Reads the text of an open file of at most `most` bytes. `path` is its name in messages.
 ///
 /// # Errors
 /// As [`read`].
@@ -34,7 +34,7 @@ pub fn whole(file: &File, path: &Path, most: u64) -> Result<String, InputError> 
     Ok(text)
 }
 
-/// Opens a file, or a pipe that the shell made and calls by its place among the open files.
+/// Opens a file, or a pipe that the shell passes as a file descriptor (`<(…)`).
 fn opened(path: &Path) -> Result<File, InputError> {
     if !["/dev/fd", "/dev/stdin", "/proc/self/fd"].iter().any(|place| path.starts_with(place)) {
         return file::open(path);

@@ -22,8 +22,8 @@ const STAYS_NEAR_M: f64 = 0.070;
 const NEARER_BY_M: f64 = 0.010;
 /// An object is in a socket when its plug point is this far below the rim, m.
 const INSIDE_M: f64 = 0.001;
-/// It goes into a socket or comes out when its depth, without tremor, changes by this before it changes back by as much, m, however long that takes. The motion has
-/// begun when it is this far from where it rested, m; less deep than a stroke it comes from outside, or leaves.
+/// Minimum change of a plug's depth (without tremor) in one direction that counts as an insertion or extraction, m, at any speed. The motion starts at
+/// `RESTS_WITHIN_M` from the resting depth. A plug less deep than a stroke enters from outside or leaves.
 const STROKE_M: f64 = 0.002;
 const RESTS_WITHIN_M: f64 = 0.0005;
 /// It searches for the socket when the plug point is within this of the hole, m, and from this far below to this far above the rim.
@@ -69,7 +69,7 @@ pub(super) struct Facts {
     /// It is in a socket; in a thread.
     pub(super) inside: bool,
     pub(super) threaded: bool,
-    /// How deep its plug point is in the socket, m.
+    /// Depth of the plug point in the socket, m.
     depth: Option<f64>,
     /// It goes into the socket, or comes out.
     pub(super) sinking: bool,
@@ -122,8 +122,8 @@ pub(super) fn facts(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<Facts
     facts
 }
 
-/// What goes into a socket or comes out of it by its depth alone: a slow motion does so too. What is too short for that goes by its speed, and what is in a thread
-/// by its turn.
+/// Derives insertions and extractions from the depth alone, so that slow motions count. Shorter motions are derived from the speed, and motions in a thread
+/// from the rotation.
 fn enter_and_leave(facts: &mut [Facts]) {
     let socket = |facts: &Facts| (facts.inside && !facts.threaded).then_some(facts.target);
     let sockets: Vec<Option<usize>> = facts.iter().map(socket).collect();

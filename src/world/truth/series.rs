@@ -27,7 +27,7 @@ pub(super) fn debounce(series: &mut [bool], bridge: usize, blip: usize) {
     }
 }
 
-/// The mean of a series over so many values before and after each, as far as there are any.
+/// Returns the moving average over `around` values before and after each value; the window is truncated at both ends.
 pub(super) fn means(series: &[f64], around: usize) -> Vec<f64> {
     let mut sums = vec![0.0];
     let mut sum = 0.0;
@@ -42,10 +42,11 @@ pub(super) fn means(series: &[f64], around: usize) -> Vec<f64> {
     (0..series.len()).map(mean).collect()
 }
 
-/// The strokes of a series: stretches from one extreme to the next, where the way back from each is `least` or more; with whether the values grow.
+/// Returns the strokes of a series and whether each rises. A stroke runs from one extremum to the next; the reversal after each extremum is at least
+/// `least`.
 pub(super) fn strokes(values: &[f64], least: f64) -> Vec<(Range<usize>, bool)> {
     let mut strokes = Vec::new();
-    // The lowest and the highest value since the last extreme; which of them is the extreme that the present stroke comes from.
+    // The lowest and the highest value since the last extremum, and which of them is the extremum at which the current stroke starts.
     let (mut low, mut high, mut grows) = (0, 0, None);
     for (at, &value) in values.iter().enumerate() {
         if value < values[low] {

@@ -1,5 +1,5 @@
-//! What `prove additive` and `diff` say of whole rule sets, checked by analyzing random recordings: texts of rules with all kinds of declarations, one of
-//! which extends or changes the other. A pair that contradicts a proof is made smaller before it is shown.
+//! Checks the results of `prove additive` and `diff` for whole rule sets against analyses of random recordings. The rule sets contain all kinds of
+//! declarations, and one of them extends or changes the other. A pair that contradicts a proof is minimized before it is printed.
 
 mod recordings;
 mod texts;
@@ -19,16 +19,16 @@ use teachtree::stream;
 use teachtree::stream::frames::Frames;
 use texts::{Pair, pair};
 
-/// How many recordings there are.
+/// Number of recordings.
 const RECORDINGS: u64 = 40;
 
-/// What came of some pairs.
+/// The results for a number of pairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Count {
     pairs: usize,
     proved: usize,
     same: usize,
-    /// Runs of a proved pair over a recording, and those of them in which a new primitive occurs nowhere in some stretch.
+    /// Number of analyses of a recording by a proved pair, and number of those with an interval without a new primitive.
     runs: usize,
     without_new: usize,
 }
@@ -46,14 +46,14 @@ impl Count {
 }
 
 #[test]
-fn what_is_proved_of_whole_rule_sets_holds_on_recordings() {
+fn proofs_for_whole_rule_sets_hold_on_recordings() {
     let count = of_seeds(0, 500, 3);
-    // Both answers are given, and recordings are there that could contradict a proof.
+    // Both answers must occur, and some recordings must be able to contradict a proof.
     let Count { pairs, proved, without_new, .. } = count;
     assert!(pairs == 500 && (100..450).contains(&proved) && without_new > 300, "{count:?}");
 }
 
-/// As many pairs as `PAIRS` says, from `SEED` on, on all cores.
+/// Checks `PAIRS` pairs from `SEED` on, on all cores.
 #[test]
 #[ignore = "minutes: `PAIRS=100000 cargo test --release --test it -- --ignored --nocapture many_pairs`"]
 fn many_pairs_of_rule_sets_hold_on_recordings() {
@@ -71,7 +71,7 @@ fn of_seeds(first: u64, pairs: u64, recordings: u64) -> Count {
     all.reduce(Count::default, Count::plus)
 }
 
-/// Fails where the analyses of a recording contradict what is said of a pair of rule sets.
+/// Fails if the analyses of a recording contradict the proof for a pair of rule sets.
 fn checked(seed: u64, recordings: u64) -> Count {
     let mut random = Random::new(seed.wrapping_mul(0x5851_F42D_4C95_7F2D));
     let mut loaded = None;
@@ -107,12 +107,12 @@ fn checked(seed: u64, recordings: u64) -> Count {
     count
 }
 
-/// What is said of a pair without a recording.
+/// The results for a pair without a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Said {
-    /// By `prove additive`.
+    /// Whether `prove additive` proves the pair.
     adds: bool,
-    /// By `diff`, which lists nothing.
+    /// Whether `diff` lists no difference.
     same: bool,
 }
 
@@ -124,7 +124,7 @@ impl Said {
     }
 }
 
-/// What a pair and a recording become when whatever is not needed for the contradiction is left out.
+/// Minimizes a pair and a recording that contradict each other.
 fn smaller(mut pair: Pair, mut cut: Cut) -> (Pair, Cut) {
     let fails = |pair: &Pair, cut: &Cut| {
         pair.loaded().is_some_and(|(base, extended)| {
@@ -144,14 +144,14 @@ fn smaller(mut pair: Pair, mut cut: Cut) -> (Pair, Cut) {
 }
 
 impl Pair {
-    /// Both rule sets, if they have no error.
+    /// Loads both rule sets; `None` if one has an error.
     fn loaded(&self) -> Option<(Rules, Rules)> {
         let rules = |items: &[String]| load_text("pair.rules", &items.join("\n")).rules;
         Some((rules(&self.base)?, rules(&self.extended)?)).filter(|(base, _)| !base.trees.is_empty())
     }
 }
 
-/// The analyses of a recording by both: whether some stretch has no new primitive, or how they differ where they must not.
+/// Analyzes a recording by both rule sets. Returns whether an interval has no new primitive; the error describes an inadmissible difference.
 fn contradiction(base: &Rules, extended: &Rules, cut: &Cut) -> Result<bool, String> {
     let recording = recording(cut);
     let run = |rules: &Rules| -> Option<(Frames, Vec<Leaves>)> {
@@ -160,7 +160,7 @@ fn contradiction(base: &Rules, extended: &Rules, cut: &Cut) -> Result<bool, Stri
         let leaves = evaluate(&lower(rules), &frames).ok()?;
         Some((frames, leaves))
     };
-    // What one of them refuses is not compared.
+    // Recordings that one of them refuses are not compared.
     let (Some((ours, our_leaves)), Some((theirs, their_leaves))) = (run(base), run(extended)) else { return Ok(false) };
     if ours.stretches != theirs.stretches {
         return Err(format!("stretches {:?} become {:?}", ours.stretches, theirs.stretches));
@@ -199,7 +199,7 @@ fn tracks(leaves: &Leaves) -> impl Iterator<Item = &Vec<Run>> {
     leaves.hands.values().chain([&leaves.both])
 }
 
-/// The leaves of a frame by name; of both hands, where there is no tree over them, as where it says `separate`.
+/// Returns the names of a frame's leaves. Without a tree over both hands, their leaf is `separate`.
 fn names(rules: &Rules, leaves: &Leaves, frame: usize) -> Vec<String> {
     let label = |runs: &Vec<Run>| -> Option<Label> {
         runs.iter().find(|run| (run.start..run.end).contains(&frame)).and_then(|run| run.label)
@@ -228,9 +228,9 @@ fn shown(tracks: &[Track]) -> String {
     text
 }
 
-/// Pairs with a fault that was found by hand, in the words of the generator: none is proved.
+/// Pairs with a known fault, as texts of the generator: none is proved.
 #[test]
-fn faults_that_were_found_are_not_proved() {
+fn known_faults_are_not_proved() {
     for (base, more) in texts::FOUND {
         let items = |text: &str| text.lines().map(str::to_string).collect::<Vec<_>>();
         let (base, more) = (items(base), items(more));

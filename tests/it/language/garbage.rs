@@ -4,7 +4,7 @@ use super::report;
 use proptest::prelude::*;
 use teachtree::language::{self, SHIPPED};
 
-/// Loads a text and draws what is found. A text that takes exponential time would not end.
+/// Loads a text and formats its diagnostics. A text that takes exponential time would not end.
 fn survives(text: &str) {
     let loaded = language::load_text("garbage.rules", text);
     let drawn = report(&loaded);

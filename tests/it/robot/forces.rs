@@ -1,4 +1,4 @@
-//! Forces that are demonstrated, commanded and exerted: what `simulate` reports of them is what the recordings and `commands.json` have.
+//! Demonstrated, commanded and exerted forces: the values that `simulate` reports match the recordings and `commands.json`.
 
 use crate::program::{all_said, said, teachtree};
 use serde_json::Value;
@@ -15,7 +15,7 @@ fn run(args: &[&str]) -> String {
     said(&output)
 }
 
-/// The mean strength of a force, N, from one time of a recording to another one, s.
+/// Returns the mean magnitude of a force (N) between two times of a recording (s).
 fn mean(recording: &Recording, finger: &str, [from_s, to_s]: [f64; 2]) -> f64 {
     let parts = ["x", "y", "z"].map(|part| &recording.columns[&format!("right.{finger}.force.{part}")].values);
     let rows = recording.time.iter().enumerate().filter(|(_, time)| (from_s..to_s).contains(*time));
@@ -27,13 +27,13 @@ fn is_near(one: f64, other: f64, share: f64) -> bool {
     (one - other).abs() <= share * other
 }
 
-/// A scene, the seed of its operator, the primitives that are compared; whether the hand, which feels the object about to slip, holds so much more firmly that this is not
-/// what the commands ask for.
+/// Each case has a scene, the seed of its operator, the compared primitives, and whether the slip reflex raises the grip so much that the forces are outside of
+/// their profile.
 const CASES: [(&str, &str, &[&str], bool); 2] =
     [("pick_and_press", "7001", &["Translate", "Press"], true), ("pick_and_place", "7003", &["Translate"], false)];
 
 #[test]
-fn forces_are_judged_by_the_commands_and_the_reflex_is_told() {
+fn forces_are_compared_with_the_commands_and_the_reflex_is_reported() {
     for (scene, seed, compared, is_firmer) in CASES {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
@@ -97,7 +97,7 @@ fn forces_are_judged_by_the_commands_and_the_reflex_is_told() {
     }
 }
 
-/// Where a recording has no forces, none is demonstrated.
+/// A recording without forces has no demonstrated forces.
 #[test]
 fn forces_that_were_not_measured_are_not_demonstrated() {
     let folder = tempfile::tempdir().unwrap();

@@ -315,7 +315,7 @@ fn no_finger_presses_harder_than_the_hand_may() {
     teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
     let Performance { outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
     let (outcome, forces) = (&outcomes[0], &outcomes[0].forces);
-    // The hand cannot exert what is commanded, and that is reported.
+    // The hand cannot exert the commanded force, and this is reported.
     assert!(outcome.done && !forces.kept(), "{outcome:?}");
     assert!(forces.largest <= limit && forces.allowed == limit && forces.largest > 0.8 * limit, "{outcome:?}");
 }

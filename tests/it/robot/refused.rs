@@ -1,11 +1,12 @@
-//! What the robot cannot carry out is said where the commands are made, and not only where they are carried out.
+//! Commands that the robot cannot execute are rejected when they are created, not only when they are executed.
 
 use crate::program::{all_said, said, teachtree};
 use serde_json::Value;
 use std::process::Output;
 use teachtree::command::Commands;
 
-/// Teaches a shipped operator and retargets it; the exit status, what was said, and the names of the files of the recording, the commands and the robot's recording.
+/// Records a shipped operator and retargets the recording. Returns the output and the file names of the recording, the commands and the robot's
+/// recording.
 fn retargeted(scene: &str, seed: &str, folder: &tempfile::TempDir) -> (Output, [String; 3]) {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let files = ["log.csv", "commands.json", "robot.csv"].map(path);
@@ -14,9 +15,9 @@ fn retargeted(scene: &str, seed: &str, folder: &tempfile::TempDir) -> (Output, [
     (teachtree(&["retarget", &files[0], "-o", &files[1]]), files)
 }
 
-/// This person's way leads the arm to a joint's limit.
+/// The path of this operator leads the arm to a joint limit.
 #[test]
-fn a_way_that_the_arm_cannot_go_is_refused_where_it_is_commanded() {
+fn retarget_refuses_a_path_that_the_arm_cannot_follow() {
     let folder = tempfile::tempdir().unwrap();
     let (output, [_, commands, robot]) = retargeted("peg_in_hole_tight", "7003", &folder);
     assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
@@ -29,7 +30,7 @@ fn a_way_that_the_arm_cannot_go_is_refused_where_it_is_commanded() {
     for part in [" mm in the reference frame", " degrees are missing", "`at:`"] {
         assert!(refusal.contains(part), "{part}: {text}");
     }
-    // Who carries them out says the same.
+    // `simulate` reports the same.
     let refused = teachtree(&["simulate", &commands, "--scene", "peg_in_hole_tight", "-o", &robot]);
     assert_eq!(refused.status.code(), Some(2), "{}", all_said(&refused));
     let reason = refusal.lines().next().unwrap();
@@ -37,15 +38,15 @@ fn a_way_that_the_arm_cannot_go_is_refused_where_it_is_commanded() {
     assert!(!std::path::Path::new(&robot).exists());
 }
 
-/// This person flicks the left box off the table, where it falls for half a minute.
+/// This operator knocks the left box off the table, and it falls for half a minute.
 #[test]
-fn an_object_that_falls_for_good_ends_its_task() {
+fn an_object_that_does_not_land_ends_its_task() {
     let folder = tempfile::tempdir().unwrap();
     let (output, [log, file, robot]) = retargeted("independent", "7002", &folder);
     let text = std::fs::read_to_string(&file).unwrap();
     let commands = Commands::read(&text, &file).unwrap();
     let task = commands.tasks.iter().find(|task| task.object == "left_box").unwrap();
-    // The fall, from the recording: the last time at which the box is at its height on the table.
+    // Start of the fall in the recording: the last time at which the box has its height on the table.
     let recording = teachtree::stream::open(&teachtree::stream::OpenRequest { log: log.into(), ..Default::default() });
     let recording = recording.unwrap().recording;
     let heights = &recording.columns["left_box.position.z"].values;
@@ -59,7 +60,7 @@ fn an_object_that_falls_for_good_ends_its_task() {
         assert!(segment.object.iter().all(|pose| pose[2] > 0.02), "{}", segment.primitive);
         assert!(segment.quality.jerk_after < 2e4, "{:?}", segment.quality);
     }
-    // What one makes the other one takes.
+    // `simulate` accepts the commands of `retarget`.
     let simulated = teachtree(&["simulate", &file, "--scene", "independent", "-o", &robot, "--format", "json"]);
     assert_eq!(output.status.success(), simulated.status.code() != Some(2), "{}", all_said(&simulated));
     let document: Value = serde_json::from_str(&said(&simulated)).unwrap();

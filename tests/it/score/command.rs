@@ -154,9 +154,9 @@ fn a_score_below_the_least_one_is_a_negative_answer() {
     assert!(!complained.contains("frames right"), "{complained}");
 }
 
-/// Rules with a tree over both hands alone label no hand; what is not coordinated is `separate` there, too.
+/// Rules with only a tree over both hands label no single hand. Uncoordinated time is `separate` there, too.
 #[test]
-fn rules_of_both_hands_alone_are_scored() {
+fn rules_with_only_a_tree_over_both_hands_are_scored() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).unwrap();
     let row = |at: usize| format!("{:.2},1,{}\n", at as f64 / 100.0, u8::from((100..200).contains(&at)));
@@ -174,7 +174,7 @@ fn rules_of_both_hands_alone_are_scored() {
     let all = &scored["results"][0]["all"];
     let near = |name: &str, wanted: f64| (all[name].as_f64().unwrap() - wanted).abs() < 1e-5;
     assert!(near("scored_s", 3.0) && near("accuracy", 2.5 / 3.0), "{all}");
-    // Where nothing can be compared, that is an error.
+    // If nothing can be compared, `score` fails.
     let masked = score(&["--map", "Share=mask,separate=mask"]);
     assert_eq!(masked.status.code(), Some(2), "{}", complained(&masked));
     assert!(complained(&masked).contains("nothing can be scored"), "{}", complained(&masked));

@@ -291,7 +291,8 @@ fn a_jump_is_found_wherever_it_is() {
     }
 }
 
-/// One cell of one column is wrong, in logs of 1 kHz. What is computed of it moves by less than 20 mm, as far as a hand may: only the column itself shows it.
+/// One cell of one column is wrong, in logs at 1 kHz. The computed value moves by less than 20 mm, which a hand motion may reach, so only the column itself
+/// shows the spike.
 #[test]
 fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
     const ROW: usize = 30;
@@ -301,7 +302,7 @@ fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
     let scene =
         "scene: {bodies: {cube: {role: object}, ball: {role: object}}, hands: {right: {fingers: [thumb, index]}}}\n";
     let arm = "robots: {arm: {urdf: arm.urdf, joints: {wrist: j}}}\n";
-    // The wrong cells and by how much, what is bound, the column that is computed, the channel that is reported, and the first of its columns.
+    // Each case has the wrong cells with their errors, the binding, the computed column, the reported channel, and the first of its columns.
     type Case<'a> = (&'a [&'a str], f64, &'a str, &'a str, &'a str, &'a str);
     let cases: [Case; 8] = [
         (&["ax"], 0.03, "cube.position: {mean: [a<xyz>, b<xyz>]}", "cube.position.x", "cube.position", "ax"),
@@ -389,7 +390,7 @@ fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
     }
 }
 
-/// The shipped capture, of which one marker of a body is wrong in one cell: the labels are those of the whole file.
+/// The shipped capture with one wrong cell in one marker of a body: the labels equal those of the unchanged file.
 #[test]
 fn one_wrong_cell_of_a_marker_changes_no_segment() {
     let folder = tempfile::tempdir().unwrap();
@@ -398,7 +399,7 @@ fn one_wrong_cell_of_a_marker_changes_no_segment() {
     let text = std::fs::read_to_string(root.join("dfki_hand/recording_excerpt.tsv")).unwrap();
     std::fs::write(folder.path().join("log.tsv"), &text).unwrap();
     let wanted = segments(folder.path(), "log.tsv", &["--binding", &binding]);
-    // The frame, the column, and by how many millimetres: the second one alone made a task of it.
+    // The frame, the column and the error in millimeters. The second error alone used to create a task.
     for (frame, column, by) in [(300, 17, 140.0), (682, 25, -78.653), (900, 20, 2000.0)] {
         let line = |line: &str| {
             let mut cells: Vec<String> = line.split('\t').map(str::to_string).collect();

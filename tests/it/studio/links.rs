@@ -1,4 +1,4 @@
-//! Links and pipes beside recordings: nothing outside of the folder is written or shown, whatever changes meanwhile.
+//! Links and pipes beside recordings: nothing outside of the folder is written or shown, even if a path changes during a request.
 
 use super::labels::line;
 use super::{OPENED, Studio, folder};
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 const SECRET: &str = "TOP SECRET";
 
-/// Recordings, and beside their folder a secret, labels of other people, and a recording.
+/// Returns a folder with recordings. A secret, labels of other people and a recording are beside it.
 fn with_secrets() -> tempfile::TempDir {
     let folder = folder();
     let path = |name: &str| folder.path().join(name);
@@ -27,7 +27,7 @@ fn labels() -> Value {
 }
 
 #[test]
-fn what_leads_out_of_the_folder_is_neither_written_nor_shown() {
+fn links_out_of_the_folder_are_neither_written_nor_shown() {
     let folder = with_secrets();
     let path = |name: &str| folder.path().join(name);
     for (to, link) in [
@@ -69,7 +69,7 @@ fn what_leads_out_of_the_folder_is_neither_written_nor_shown() {
     );
     std::fs::remove_file(path("logs/b.labels.csv")).unwrap();
     refused(studio.change("POST", "api/recording/1/export/elan", &replace), "logs/b.eaf: leads out of logs");
-    // Videos, whole and in part.
+    // Videos, complete and by range.
     for range in ["", "Range: bytes=0-2\r\n"] {
         refused(studio.get_with("video/0/0", range), "logs/a.mp4: leads out of logs");
     }
@@ -126,9 +126,9 @@ fn pipes_are_refused_and_not_waited_for() {
     }
 }
 
-/// The annotations of a data set, and a film that one of its episodes is said to have.
+/// The annotations of a data set, and the declared video of an episode.
 #[test]
-fn a_data_set_is_held_to_its_own_folder() {
+fn a_data_set_is_confined_to_its_folder() {
     let folder = with_set();
     let path = |name: &str| folder.path().join(name);
     symlink("../../planted.json", path("set/meta/lerobot_annotations.json")).unwrap();
@@ -149,16 +149,16 @@ fn a_data_set_is_held_to_its_own_folder() {
     assert!(error.contains(&format!("{data}: leads out of set")), "{error}");
 }
 
-/// Says that something has ended, also if it fails.
-struct Ended<'a>(&'a AtomicBool);
+/// Signals the end of an action on drop, also if the action fails.
+struct EndSignal<'a>(&'a AtomicBool);
 
-impl Drop for Ended<'_> {
+impl Drop for EndSignal<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
 }
 
-/// Puts a link to `to` and a plain file in a place by turns, as long as something is done.
+/// Replaces a path alternately by a link to `to` and by a regular file while `done` runs.
 fn while_changing(place: &Path, to: &str, plain: &str, done: impl FnOnce()) {
     let (ended, beside) = (AtomicBool::new(false), place.with_extension("next"));
     std::thread::scope(|scope| {
@@ -170,13 +170,13 @@ fn while_changing(place: &Path, to: &str, plain: &str, done: impl FnOnce()) {
                 std::fs::rename(&beside, place).unwrap();
             }
         });
-        let _ended = Ended(&ended);
+        let _ended = EndSignal(&ended);
         done();
     });
 }
 
 #[test]
-fn a_link_that_comes_meanwhile_changes_nothing() {
+fn a_link_that_appears_during_a_request_is_not_followed() {
     let folder = with_secrets();
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("logs/a.mp4"), "a film").unwrap();
@@ -200,7 +200,7 @@ fn a_link_that_comes_meanwhile_changes_nothing() {
                 let answer = studio.change("PUT", "api/recording/1/labels", &json!({ "base": base, "lines": lines }));
                 let said = answer.json();
                 assert!(!said.to_string().contains("SECRET"), "{said}");
-                // The version of now, also after a conflict.
+                // The current version, also after a conflict.
                 base = said.get("version").cloned().unwrap_or(base);
             }
         });

@@ -66,7 +66,7 @@ fn requests_are_bounded() {
     assert_eq!(send(&format!("{head}Content-Type: application/json\nContent-Length: 100000000000\n\n")), 413);
     assert_eq!(send(&format!("{head}Content-Type: application/json\nTransfer-Encoding: chunked\n\n0\n\n")), 411);
     assert_eq!(send(&format!("{head}Content-Type: application/json\nContent-Length: -1\n\n")), 400);
-    // What a form of another page can send without asking, and what only begins as JSON is called.
+    // Media types that a form of another page can send without a preflight request, and types that only begin with that of JSON.
     for kind in ["text/plain", "application/jsonx", "application/json-patch+json", "text/plain; application/json", ""] {
         assert_eq!(send(&format!("{head}Content-Type: {kind}\nContent-Length: 2\n\n{{}}")), 415, "{kind}");
     }
@@ -75,7 +75,7 @@ fn requests_are_bounded() {
         let head = head.replace("api/list", "api/rules");
         assert_eq!(send(&format!("{head}{kind}")), 200, "{kind}");
     }
-    // A field that decides has one value.
+    // A header field that affects access must have one value.
     let own = format!("Host: {host}");
     for field in ["Host: example.org", &own, "Content-Type: application/json", "Content-Length: 2"] {
         let twice = format!("{head}Content-Type: application/json\nContent-Length: 2\n{field}\n\n{{}}");
@@ -94,7 +94,7 @@ fn requests_are_bounded() {
     assert_eq!(studio.list()["recordings"].as_array().unwrap().len(), 3);
 }
 
-/// A program that sends all of its body before it reads, as most do, reads why the body was refused.
+/// A client that sends its whole body before reading, as most do, can read the reason for the refusal.
 #[test]
 fn the_answer_to_a_long_body_is_read() {
     use std::io::{Read as _, Write as _};

@@ -1,15 +1,15 @@
-//! The truth of an insertion: a peg goes in by its depth in the hole, at any speed.
+//! The ground truth of an insertion follows from the depth of the peg in the hole, at any speed.
 
 use teachtree::base::recording::Recording;
 use teachtree::world::{self, Operator};
 
-/// The rim of the hole of both scenes, and how far the plug point is below the middle of its peg, m.
+/// Height of the rim in both scenes, and distance of the plug point below the center of the peg, m.
 const RIM_M: f64 = 0.040;
 const PLUG_M: f64 = 0.040;
-/// Where the hole is, and how far the middle of a peg that goes in may be beside it, m.
+/// Position of the hole, and maximum lateral distance of the center of an inserted peg, m.
 const HOLE_M: [f64; 2] = [0.090, 0.020];
 const BESIDE_M: f64 = 0.006;
-/// Nothing is asked for so near to the rim and to the depth at which the peg comes to rest, m: the hand trembles by a millimeter.
+/// Distance from the rim and from the resting depth within which labels are not checked, m. The hand trembles by a millimeter.
 const MARGIN_M: f64 = 0.004;
 
 fn taught(scene: &str, from: &str, to: &str, seed: u64) -> Recording {
@@ -19,7 +19,7 @@ fn taught(scene: &str, from: &str, to: &str, seed: u64) -> Recording {
     world::teach(&world::scene(scene).unwrap(), &operator, seed).unwrap()
 }
 
-/// What the hand did while the peg was over the hole or in it and had not been let go, and how deep the plug point was below the rim, m.
+/// Returns the primitive and the depth of the plug point below the rim (m) while the peg is over or in the hole and not released.
 fn depths(recording: &Recording) -> Vec<(&str, f64)> {
     let [x, y, z] = ["x", "y", "z"].map(|part| &recording.columns[&format!("peg.position.{part}")].values);
     let rows = recording.labels["right.label"].iter().map(String::as_str).enumerate();
@@ -47,7 +47,7 @@ fn a_peg_goes_in_at_any_speed() {
     }
 }
 
-/// It comes out as slowly.
+/// Slow extractions.
 #[test]
 fn a_peg_comes_out_at_any_speed() {
     for speed in [4, 40] {

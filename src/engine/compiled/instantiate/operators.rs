@@ -169,7 +169,7 @@ impl Instantiation<'_> {
         })
     }
 
-    /// A condition that is the same on every frame, if this is one.
+    /// Returns the value of a condition that is the same on every frame, `None` for any other.
     pub(super) fn known(&self, item: Item) -> Option<bool> {
         match item {
             Item::Bit(bit) => match self.plan.conditions[bit.index()].0 {
@@ -184,8 +184,8 @@ impl Instantiation<'_> {
         Item::Bit(self.bit(Condition::Constant(value), 0))
     }
 
-    /// The conditions that decide whether all hold (any, if `neutral` is false); `None` where a constant decides. Constants are left out, so that a run
-    /// does not wait for a condition that has no effect.
+    /// Returns the conditions that decide whether all hold (whether any holds, if `neutral` is false), `None` if a constant decides. Constants are left
+    /// out, so that a run does not wait for a condition without effect.
     fn undecided(&self, items: &[Item], neutral: bool) -> Option<Vec<Item>> {
         let decides = |item: &Item| self.known(*item) == Some(!neutral);
         let is_open = |item: &&Item| self.known(**item).is_none();

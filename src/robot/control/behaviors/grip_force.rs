@@ -41,7 +41,7 @@ pub(crate) struct GripForce {
     limits: Vec<(Finger, f64)>,
     /// As a share of the commanded forces.
     more: f64,
-    /// What it made of the grip in the last step.
+    /// The grip force of the last step.
     grip: Option<Grip>,
 }
 

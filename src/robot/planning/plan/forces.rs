@@ -1,4 +1,4 @@
-//! The forces of a plan: those of its commands, and those that the operator exerted.
+//! The forces of a plan: the commanded ones, and the ones that the operator exerted.
 
 use super::segments::{firmest, has_closed};
 use super::{Phase, Plan, Role, Target, pace};
@@ -8,26 +8,26 @@ use crate::command::Segment;
 use crate::robot::planning::interpolation::between;
 use nalgebra::Vector3;
 
-/// The force of a fingertip on the object at a time of a plan, frame of the object, N.
+/// The force of a fingertip on the object at one time of a plan, in the object's frame, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlannedForce {
-    /// Which.
+    /// The finger.
     pub finger: Finger,
-    /// As commanded; while a hand closes and lets go, what its plan has of that.
+    /// The commanded force; while the hand closes or lets go, the planned share of it.
     pub commanded: Vector3<f64>,
-    /// As it was demonstrated; `None` where that was not measured.
+    /// The demonstrated force; `None` if it was not measured.
     pub demonstrated: Option<Vector3<f64>>,
 }
 
 impl Phase<'_> {
-    /// Whether it is a closing before a push, which stands at the beginning of what is pushed.
+    /// Whether the phase closes the hand before a push; it takes place at the start of the push.
     fn waits(&self) -> bool {
         self.role == Role::Close && self.segment.does != Meaning::Close
     }
 }
 
 impl Plan<'_> {
-    /// Returns how much of a phase is gone after a time, s, 0 to 1.
+    /// Returns the completed share of a phase (0 to 1) after a time, s.
     pub(super) fn share(&self, phase: &Phase<'_>, local: f64) -> f64 {
         let share = local / phase.duration;
         match (phase.role, phase.segment.does) {
@@ -37,7 +37,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Returns the index of the segment at a time, s, if its forces are those of the commands at each instant then: the hand has closed, and does not let go.
+    /// Returns the index of the segment at a time (s) at which the planned forces equal the commanded ones: the hand has closed and is not letting go.
     pub(in crate::robot) fn commands_forces(&self, time: f64) -> Option<usize> {
         let local = time - self.transfer;
         let phase = &self.phases[self.index_at(local)];
@@ -47,7 +47,7 @@ impl Plan<'_> {
         (local >= 0.0 && holds).then(number)?
     }
 
-    /// Returns the forces of the fingertips that take part, at a time, s, of which `target` is the target.
+    /// Returns the forces of the participating fingertips at a time, s. `target` is the hand's target at that time.
     pub(in crate::robot) fn forces(&self, time: f64, target: &Target) -> Vec<PlannedForce> {
         let local = time - self.transfer;
         let phase = &self.phases[self.index_at(local)];
@@ -95,7 +95,7 @@ impl Plan<'_> {
     }
 }
 
-/// The force of a finger at a share of a segment, frame of the object: as commanded, or as demonstrated.
+/// Returns the commanded or demonstrated force of a finger at a share of a segment, in the object's frame.
 fn force_at(segment: &Segment, finger: Finger, share: f64, demonstrated: bool) -> Option<Vector3<f64>> {
     let tip = segment.tips.iter().find(|tip| tip.finger == finger)?;
     let forces = if demonstrated { &tip.demonstrated_force } else { &tip.force };

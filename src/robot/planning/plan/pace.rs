@@ -1,17 +1,17 @@
-//! The pace of an insertion, from rest to rest. The hand that inserts an object has it, and so has the hand that moves the object with the hole meanwhile: at paces
-//! of their own, one would pull out what the other one puts in.
+//! The pace of an insertion, from rest to rest. The inserting hand and the hand that moves the object with the hole use the same pace. With different paces,
+//! one hand would pull out the object that the other one inserts.
 
 use super::segments::ends_s;
 use crate::base::meaning::Meaning;
 use crate::base::scene::Scene;
 use crate::command::Task;
 
-/// The share of the way at a share of the time.
+/// Returns the completed share of the path at a share of the time.
 pub(super) fn eased(share: f64) -> f64 {
     share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU
 }
 
-/// From when to when other hands insert something into the object of a task of a group, s of the recording.
+/// Returns the intervals (s of the recording) in which other hands of a group insert something into a task's object.
 pub(in crate::robot::planning) fn insertions(
     tasks: &[Task],
     group: &[usize],
@@ -29,7 +29,8 @@ pub(in crate::robot::planning) fn insertions(
     others.filter(enters).flat_map(of).collect()
 }
 
-/// The share of its way at a share of its time of what is held from one time of the recording to another one, while something is inserted into it.
+/// Returns the completed share of the path at a share of the time, for an object that is held from `from` to `to` (times of the recording) while
+/// something is inserted into it.
 pub(super) fn beside(share: f64, [from, to]: [f64; 2], insertions: &[[f64; 2]]) -> f64 {
     let time = from + (to - from) * share;
     let Some([begins, ends]) = insertions.iter().find(|[begins, ends]| *begins < time && time < *ends) else {

@@ -18,14 +18,14 @@ const BROUGHT: (f64, f64) = (0.010, 0.087);
 /// What is let go and then goes down faster than this falls, m/s: the hand does not go with it, as it does with what the other hand takes.
 const FALLS_M_S: f64 = 0.5;
 
-/// When a segment was over, s of the recording: samples have their own beginning in each task.
+/// Returns the end time of a segment, s of the recording. Sample times start at zero in each task.
 pub(super) fn ends_s(segments: &[Segment], index: usize) -> f64 {
     let ends = segments[index].demonstrated_start_s + segments[index].duration_s;
     let next = segments.get(index + 1).map(|next| next.demonstrated_start_s);
     next.filter(|next| (next - ends).abs() < SAMPLE_S).unwrap_or(ends)
 }
 
-/// When a way with precedence is gone, s of the recording: all of it when its first segment was begun, or when its last one was over.
+/// Returns the time (s of the recording) at which a path with precedence is executed: the start of its first segment or the end of its last one.
 pub(super) fn precedence_s(segments: &[Segment], at: usize, precedence: Precedence) -> f64 {
     let same = |segment: &&Segment| segment.precedence == Some(precedence);
     match precedence {

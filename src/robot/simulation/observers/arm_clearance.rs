@@ -10,8 +10,8 @@ use crate::robot::simulation::observer::{Observer, Step};
 use crate::robot::simulation::trace::Limb;
 use crate::world::STEP_S;
 
-/// What a simulated link may be deep in something, m: deeper, and the robot was not done without a collision. Less may be shapes that are larger than the links
-/// that they stand for.
+/// Maximum penetration depth of a simulated link, m. A deeper one counts as a collision. A smaller one can result from collision shapes that are larger than
+/// their links.
 pub const ACCEPTED_M: f64 = 0.003;
 
 /// Where two arms with their hands came nearest to each other.
@@ -71,7 +71,7 @@ const LOOKED_AT: usize = 10;
 pub(in crate::robot::simulation) struct ArmClearance {
     pub(in crate::robot::simulation) nearest: Option<MinDistance>,
     pub(in crate::robot::simulation) collisions: Vec<Collision>,
-    /// How deep links were in something at most while each task was done, and how near the two arms came then, m.
+    /// Per task, the maximum penetration depth of the links and the minimum distance of the two arms, m.
     deepest: Vec<f64>,
     gaps: Vec<f64>,
     /// The shapes of the bodies of the scene with their names, frames of the bodies.
@@ -93,7 +93,7 @@ impl ArmClearance {
         Self { nearest: None, collisions: Vec::new(), deepest, gaps, bodies, arms }
     }
 
-    /// Returns how deep links were in something at most while a task was done, m: in the scene, in their own arm, in the other arm.
+    /// Returns the maximum penetration depth of the links during a task, m: into the scene, their own arm or the other arm.
     pub(in crate::robot::simulation) fn depth_m(&self, task: usize) -> f64 {
         self.deepest[task].max(depth(self.gaps[task]))
     }
@@ -138,7 +138,7 @@ impl Observer for ArmClearance {
         let all: Vec<usize> = step.hands.iter().filter_map(doing).collect();
         for arm in 0..self.arms.len() {
             for met in self.meetings(arm, step) {
-                // What moves into an arm that does nothing does so in the tasks of the others.
+                // A collision with an idle arm counts for the tasks of the other arm.
                 let own = doing(&step.hands[arm]);
                 for task in own.as_ref().map_or(all.as_slice(), std::slice::from_ref) {
                     self.deepest[*task] = self.deepest[*task].max(met.depth_m);

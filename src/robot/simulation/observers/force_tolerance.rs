@@ -1,13 +1,14 @@
-//! The tolerance of contact forces: what the operator pressed with, as the commands have it, and as far as a robot may be from it.
+//! Compares contact forces with the commanded ones, which come from the operator, within a tolerance.
 //!
-//! A task keeps its profile when
-//! - each fingertip presses into the surface as it is commanded to, within [`WITHIN_N`] or [`WITHIN`] of that, for [`MOSTLY`] of the time;
-//! - the total force of the hand on the object is as near to the commanded one, for as long; of that, the shares count of what the fingers press with;
-//! - in each segment of [`LASTS_S`] or more the mean force of each fingertip is as near to the commanded mean;
-//! - no fingertip presses harder than the hardest that is commanded, times [`FIRMER`] and [`WITHIN_N`] more, nor than the hand may.
+//! A task keeps its force profile if
+//! - the normal force of each fingertip is within [`WITHIN_N`] or [`WITHIN`] of the commanded one for [`MOSTLY`] of the time;
+//! - the total force of the hand on the object is within the same tolerance for the same share of the time, where the relative part refers to the sum
+//!   of the finger forces;
+//! - the mean force of each fingertip is within the same tolerance in each segment of [`LASTS_S`] or more;
+//! - no fingertip exceeds the largest commanded force times [`FIRMER`] plus [`WITHIN_N`], or the hand's limit.
 //!
-//! Forces are compared with those of the commands while the hand has closed and does not let go, in the frame of the object. What the hand adds of itself, where it
-//! feels the object about to slip (`grip_force`), is reported, and is no part of what is commanded.
+//! Forces are compared in the object's frame while the hand has closed and is not letting go. The force that the slip reflex (`grip_force`) adds is reported;
+//! it is not part of the commanded force.
 
 use crate::base::hands::Finger;
 use crate::command::Task;
@@ -18,27 +19,27 @@ use crate::world::{STEP_S, TipState};
 use nalgebra::{Isometry3, Vector3};
 use std::fmt;
 
-/// Forces may be this much off, N, or this share of what is commanded.
+/// Accepted deviation of a force, N, and as a share of the commanded force.
 pub const WITHIN_N: f64 = 0.3;
 /// The share.
 pub const WITHIN: f64 = 0.3;
 /// For at least this share of the time.
 pub const MOSTLY: f64 = 0.9;
-/// A hand that feels slip may press this many times as hard as the hardest that is commanded.
+/// The slip reflex may raise a force to this multiple of the largest commanded one.
 pub const FIRMER: f64 = 2.5;
-/// The means of what is shorter are not compared, s.
+/// Minimum duration of a segment for its mean forces to be compared, s.
 pub const LASTS_S: f64 = 0.1;
-/// Less than this is not commanded, N.
+/// A smaller force does not count as commanded, N.
 const COMMANDED_N: f64 = 0.05;
-/// A grip that is changed by less than this share is not said to be.
+/// Minimum relative change of the grip force that is reported.
 const CHANGED: f64 = 0.005;
 
-/// How a task's forces were beside those of its commands.
+/// The comparison of a task's forces with the commanded ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Forces {
-    /// The share of the time, over all fingers, in which one pressed as commanded.
+    /// Share of the time, over all fingers, with a force within the tolerance.
     pub fingers: f64,
-    /// The share of the time in which the total force was as commanded.
+    /// Share of the time with a total force within the tolerance.
     pub total: f64,
     /// How hard the fingertip pressed that did so most above what it might, or least below, N.
     pub largest: f64,
@@ -46,7 +47,7 @@ pub struct Forces {
     pub allowed: f64,
     /// Whether no fingertip pressed harder than it might.
     pub below: bool,
-    /// The mean over time and fingers of how far the forces are from the commanded ones, N.
+    /// Mean distance from the commanded forces over time and fingers, N.
     pub error: f64,
     /// The segments in which the hand holds or pushes, in order.
     pub segments: Vec<SegmentForces>,
@@ -55,13 +56,13 @@ pub struct Forces {
 /// The forces in a segment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SegmentForces {
-    /// Its index among those of the task.
+    /// Index among the segments of the task.
     pub segment: usize,
-    /// Its primitive.
+    /// The primitive of the segment.
     pub primitive: String,
-    /// How long it took, s.
+    /// Duration of the segment, s.
     pub lasts_s: f64,
-    /// The fingertips that take part.
+    /// The participating fingertips.
     pub fingers: Vec<MeanForce>,
     grip: GripSums,
 }
@@ -69,22 +70,22 @@ pub struct SegmentForces {
 /// The mean force of a fingertip over a segment, N.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeanForce {
-    /// Which.
+    /// The finger.
     pub finger: Finger,
-    /// As it was demonstrated; `None` where that was not measured.
+    /// The demonstrated force; `None` if it was not measured.
     pub demonstrated: Option<f64>,
-    /// As in the commands.
+    /// The commanded force.
     pub commanded: f64,
-    /// As it was exerted.
+    /// The exerted force.
     pub exerted: f64,
 }
 
-/// What the hand made of the strength of its grip in a primitive.
+/// The change of the grip force in a primitive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GripChange {
     /// The primitive.
     pub primitive: String,
-    /// By which share it was raised; negative where it was lowered.
+    /// Relative change; negative if the grip was lowered.
     pub by: f64,
 }
 
@@ -94,7 +95,7 @@ impl Forces {
         self.below && self.fingers >= MOSTLY && self.total >= MOSTLY && self.off().is_none()
     }
 
-    /// Returns the mean force that is farthest from the commanded one, of those that are too far from it, with its segment.
+    /// Returns the mean force outside the tolerance with the largest deviation, and its segment.
     pub fn off(&self) -> Option<(&SegmentForces, &MeanForce)> {
         let lasting = self.segments.iter().filter(|segment| segment.lasts_s >= LASTS_S);
         let all = lasting.flat_map(|segment| segment.fingers.iter().map(move |mean| (segment, mean)));
@@ -103,8 +104,7 @@ impl Forces {
         too_far.max_by(|(_, one), (_, other)| off(one).total_cmp(&off(other)))
     }
 
-    /// Returns the mean forces over all segments and fingers, N: as demonstrated, where that was measured, as commanded, and as exerted. `None` where the hand neither
-    /// holds nor pushes.
+    /// Returns the demonstrated (if measured), commanded and exerted mean force over all segments and fingers, N. `None` if the hand neither holds nor pushes.
     pub fn means(&self) -> Option<(Option<f64>, f64, f64)> {
         let all = || self.segments.iter().flat_map(|it| it.fingers.iter().map(move |mean| (it.lasts_s, mean)));
         let whole: f64 = all().map(|(lasts_s, _)| lasts_s).sum();
@@ -116,7 +116,7 @@ impl Forces {
         (whole > 0.0).then(|| (mean(&|it| it.demonstrated), commanded, exerted))
     }
 
-    /// Returns by how much the hand held firmer or less firm than commanded, for each primitive in order of time.
+    /// Returns the change of the grip force for each primitive, in order of time.
     pub fn grip_changes(&self) -> Vec<GripChange> {
         let mut primitives: Vec<(&str, GripSums)> = Vec::new();
         for segment in &self.segments {
@@ -134,13 +134,13 @@ impl Forces {
 }
 
 impl SegmentForces {
-    /// Returns the share by which the slip reflex raised the grip.
+    /// Returns the relative change of the grip force by the slip reflex.
     pub fn raised(&self) -> f64 {
         self.grip.raised()
     }
 }
 
-/// As a message for the user.
+/// Formats the change as a message.
 impl fmt::Display for GripChange {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (share, primitive) = (self.by.abs() * 100.0, &self.primitive);
@@ -152,12 +152,12 @@ impl fmt::Display for GripChange {
     }
 }
 
-/// Whether a force that is off by so much is near enough to a commanded one, N.
+/// Whether a deviation is within the tolerance of a commanded force, N.
 fn is_within(off: f64, commanded: f64) -> bool {
     off.abs() <= WITHIN_N.max(WITHIN * commanded)
 }
 
-/// The sums of the strength of a grip over steps, N.
+/// Sums of the grip force over steps, N.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct GripSums {
     asked: f64,
@@ -224,7 +224,7 @@ impl Observer for ForceTolerance {
 struct Tally {
     fingers: Share,
     total: Share,
-    /// The sum of how far forces are from commanded ones, N, and how many there were.
+    /// Sum of the distances from the commanded forces, N, and number of forces.
     error: f64,
     compared: f64,
     /// How hard the worst fingertip pressed, and how hard it might, N.
@@ -262,7 +262,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// A step of it, with the fingertips on `body`.
+    /// Adds a step with the fingertips on `body`.
     fn note(&mut self, planned: &[PlannedForce], tips: &[TipState], body: usize) {
         self.steps += 1.0;
         for PlannedForce { finger, commanded, demonstrated } in planned {
@@ -308,7 +308,7 @@ impl Tally {
         self.hardest_commanded * FIRMER + WITHIN_N
     }
 
-    /// Notes the fingertip on `body` that presses most above what it may.
+    /// Records the fingertip on `body` with the largest excess over its limit.
     fn note_largest(&mut self, hand: &HandAgent<'_>, tips: &[TipState], body: usize) {
         for tip in tips {
             let exerted = tip.force_on(body).norm();
@@ -320,7 +320,7 @@ impl Tally {
         }
     }
 
-    /// Compares the fingertips on a body, which is at a pose, with what is commanded.
+    /// Compares the forces of the fingertips on a body with the commanded ones.
     fn compare(&mut self, planned: &[PlannedForce], tips: &[TipState], (body, object): (usize, &Isometry3<f64>)) {
         let (mut commanded_total, mut total, mut sum) = (Vector3::zeros(), Vector3::zeros(), 0.0);
         for tip in tips {
@@ -343,7 +343,7 @@ impl Tally {
         }
     }
 
-    /// The sums of a segment, which are none where it has just begun.
+    /// Returns the sums of a segment, which are zero at its start.
     fn sums(&mut self, segment: usize, primitive: &str) -> &mut Sums {
         let at = self.segments.iter().position(|sums| sums.segment == segment).unwrap_or_else(|| {
             let (primitive, grip) = (primitive.into(), GripSums::default());

@@ -39,13 +39,13 @@ pub struct Outcome {
     pub palm_error: f64,
     /// The largest force of a fingertip, N.
     pub largest_force: f64,
-    /// How contact forces were beside those of the commands.
+    /// The comparison of the contact forces with the commanded ones.
     pub forces: Forces,
     /// What came of feeling for a hole that was not where it was expected; `None` where that was not needed.
     pub searched: Option<Searched>,
     /// When the object fell off for good, s of the recording: it is far below everything then, and nothing more is done with it.
     pub fell_s: Option<f64>,
-    /// How deep links were in something at most while it was done, m.
+    /// Maximum penetration depth of the links during the task, m.
     pub collision_m: f64,
     /// Whether the object is where the operator left it.
     pub done: bool,
@@ -53,19 +53,19 @@ pub struct Outcome {
     pub causes: Vec<Cause>,
 }
 
-/// What is said of a task in a word.
+/// The verdict on a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The object is where the operator left it.
+    /// The object is at the operator's final pose.
     Done,
-    /// It is, and links went deeper into something than is accepted: a real robot would have been stopped.
+    /// The object is there, but a link exceeded the accepted penetration depth: a real robot would have been stopped.
     DoneWithCollisions,
-    /// It is elsewhere.
+    /// The object is elsewhere.
     NotDone,
 }
 
 impl Verdict {
-    /// The word, as it is written.
+    /// Returns the name of the verdict in text and JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Done => "done",
@@ -76,7 +76,7 @@ impl Verdict {
 }
 
 impl Outcome {
-    /// Returns what came of it in a word.
+    /// Returns the verdict on the task.
     pub fn verdict(&self) -> Verdict {
         match (self.done, self.collides()) {
             (false, _) => Verdict::NotDone,
@@ -85,7 +85,7 @@ impl Outcome {
         }
     }
 
-    /// Whether links were deeper in something than is accepted.
+    /// Whether a link exceeded the accepted penetration depth.
     pub fn collides(&self) -> bool {
         self.collision_m > ACCEPTED_M
     }

@@ -31,22 +31,22 @@ pub(super) trait Values {
     /// When they cannot be read.
     fn texts(&self) -> Result<Vec<String>, InputError>;
 
-    /// What of them the file lacks.
+    /// Returns the rows that the file lacks.
     fn missing(&self) -> Option<Missing> {
         None
     }
 }
 
-/// Rows of an array that the file lacks.
+/// Missing rows of an array.
 pub(super) struct Missing {
-    /// From the first to the last of them.
+    /// The range from the first to the last missing row.
     pub rows: Range<usize>,
-    /// What is missing, and what is read in its place.
+    /// The missing part and its replacement.
     pub message: String,
 }
 
 impl Missing {
-    /// The issue about an array; each row of the file has a stamp, s.
+    /// Returns the issue about an array. `row_time` has the stamp (s) of each row.
     fn issue(self, array: String, row_time: &[f64]) -> Issue {
         let stamp = |row: usize| row_time.get(row).or(row_time.last()).copied().unwrap_or_default();
         let (start_s, end_s) = (stamp(self.rows.start), stamp(self.rows.end.saturating_sub(1)));
@@ -236,7 +236,7 @@ impl Recording {
         Sheet { name: name.into(), header, rows: Box::new(self) }
     }
 
-    /// The columns of which something is wanted; the others are empty. With them, the arrays of which rows are missing.
+    /// Reads the requested columns; the others are empty. Also returns the arrays with missing rows.
     fn memory(self, wants: &[Want]) -> Result<(InMemoryTable, Vec<(String, Missing)>), InputError> {
         let wanted = wants.iter().filter(|want| **want != Want::Nothing).count();
         check_size(&self.place, self.rows, wanted)?;

@@ -251,18 +251,17 @@ fn array(
     Array::new(name, *rows, dimensions, texts, values).map(Some)
 }
 
-/// Refuses a data set whose chunks lie outside of the file, or have more bytes than it in all: the library takes the memory for a chunk first.
+/// Rejects a data set whose chunks lie outside of the file or are larger than the file in total: the library allocates memory for a chunk before it
+/// reads the chunk.
 fn check_chunks(dataset: &Dataset, file_size: u64) -> Result<(), String> {
-    // What has no index that can be listed cannot be read either.
+    // A data set without a readable chunk index cannot be read either.
     let chunks = if dataset.is_chunked() { dataset.chunks().unwrap_or_default() } else { vec![] };
     let mut left = file_size;
     for chunk in chunks {
         let (size, at) = (chunk.storage_size, chunk.address);
         let is_inside = at.checked_add(size).is_some_and(|end| end <= file_size);
         left = left.checked_sub(size).filter(|_| is_inside).ok_or_else(|| {
-            format!(
-                "a chunk is said to have {size} bytes at byte {at}, and the file has {file_size}, other chunks included"
-            )
+            format!("a chunk declares {size} bytes at byte {at}, but the file has {file_size} bytes with all chunks")
         })?;
     }
     Ok(())

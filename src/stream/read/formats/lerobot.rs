@@ -231,7 +231,7 @@ impl Set {
         if column == "timestamp" {
             return "time [s]".into();
         }
-        // The stamps of the set are its time; a column of that name is another one.
+        // The time comes from the set's stamps; a column named `time` is a different quantity.
         if names::split_known_unit(column).0 == "time" {
             return format!("table.{column}");
         }

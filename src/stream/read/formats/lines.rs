@@ -287,7 +287,7 @@ impl Blocks for Reading {
     }
 }
 
-/// Puts what a row says into the row that has its stamp: the row `before` of the same part, or the last one of the table so far.
+/// Merges a row into the row with the same stamp: row `before` of the same part, or the last row of the table so far.
 fn added(
     row: usize,
     before: Option<usize>,
@@ -305,7 +305,7 @@ fn added(
         };
         slot.into_iter().for_each(|slot| addition.number(slot, value));
     }
-    // Of columns that are only looked at, texts are not by row.
+    // Columns that are only sniffed have no texts per row.
     let columns = texts.iter_mut().zip(&mut table.texts).zip(wants).filter(|(_, want)| **want == Want::Text);
     for ((column, whole), _) in columns {
         let Some(value) = column.get(row).cloned() else { continue };

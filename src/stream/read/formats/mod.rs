@@ -154,10 +154,10 @@ pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), 
     }
 }
 
-/// Adds the columns and labels of a recording as one table, without its scene and events, to files: Parquet or CSV, by the name.
+/// Adds the columns and labels of a recording, without its scene and events, to a group of files as one table: Parquet or CSV, depending on the name.
 ///
 /// # Errors
-/// When the file cannot be written, or a column is not as long as the time.
+/// The file cannot be written, or the length of a column differs from that of the time.
 pub fn add_table(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     match ending(path).as_str() {
         #[cfg(feature = "parquet")]

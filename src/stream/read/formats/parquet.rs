@@ -40,7 +40,7 @@ pub const MAX_LIST: usize = 256;
 const BATCH: usize = 8192;
 /// For how many rows there is room before they are seen: a damaged file may promise more than any machine holds.
 const MAX_RESERVED: usize = 1 << 24;
-/// The length of what a file ends with.
+/// Length of the trailer of a file, bytes.
 const END: u64 = 8;
 /// Keys of the metadata.
 const SCENE: &str = "teachtree.scene";
@@ -54,7 +54,7 @@ pub fn source(file: File, name: String) -> Result<Source, InputError> {
     let opened = Opened::new(file, &name, |_| true)?;
     let (scene, events) = (opened.key(SCENE), opened.key(EVENTS));
     let titles: Vec<String> = opened.leaves.iter().map(|(_, leaf)| leaf.title()).collect();
-    // How many columns a list makes is known when it is read.
+    // The number of columns of a list is known only after reading it.
     let mut source = if opened.leaves.iter().all(|(_, leaf)| leaf.max_rep == 0) {
         Source::one(&name, titles, Box::new(opened))
     } else {
@@ -93,7 +93,7 @@ impl ChunkReader for Whole {
         let mut file = self.file.try_clone()?;
         file.seek(SeekFrom::Start(start))?;
         let mut bytes = BufReader::new(file);
-        // What stands at the end of a file is no page.
+        // The trailer is not a page.
         if start + END < self.length {
             page_head::check(bytes.fill_buf()?, Budget::new(self.length).whole).map_err(ParquetError::General)?;
         }

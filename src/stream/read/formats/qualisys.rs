@@ -111,9 +111,10 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
         sheet.push_column(title, Cells::Numbers(values));
     }
     let mut source = Source::one(&file, sheet.header(), Box::new(sheet));
-    let lacks = header.frames.filter(|frames| *frames > rows).map(|frames| {
-        format!("the head says that there are {frames} frames, found {rows}: the file ends before its recording does")
-    });
+    let lacks = header
+        .frames
+        .filter(|frames| *frames > rows)
+        .map(|frames| format!("the header declares {frames} frames, found {rows}: the file is incomplete"));
     let found: Vec<String> = [cut, lacks].into_iter().flatten().collect();
     if !found.is_empty() {
         source.issues.push(super::truncated(end_s, found.join("; ")));

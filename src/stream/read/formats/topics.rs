@@ -1,8 +1,8 @@
 //! Topics of a bag: messages one by one in, a sheet a topic out.
 //!
-//! The stamp of a message is the one in its header, the time at which it was recorded where it has none: bags are written in batches.
-//! Times count from the earliest stamp of the bag, and the rows of a topic are in the order of their stamps. Several may write to a topic, each in its own order; a
-//! clock that was set back, which lays two stretches over each other, refuses the topic.
+//! The stamp of a message is the one in its header, the time at which it was recorded where it has none: bags are written in batches. Times count from the
+//! earliest stamp of the bag, and the rows of a topic are in the order of their stamps. A topic may have several writers, each with its own order. A topic
+//! whose clock was set back is refused, since its two stretches overlap.
 
 #[cfg(feature = "mcap")]
 use super::rosmsg::Wire;
@@ -93,7 +93,7 @@ const FAR_BEHIND_S: f64 = 1.0;
 struct Writer {
     order: StampOrder,
     messages: usize,
-    /// The first of the last messages that came too late, ns.
+    /// Stamp of the first message in the current run of late messages, ns.
     late_from: i64,
     /// How many of them are not counted yet: a single one that is a little late is not.
     uncounted: usize,
@@ -108,7 +108,7 @@ impl Writer {
         self.disordered = self.disordered.or(other.disordered);
     }
 
-    /// Takes a stamp, ns, which comes so long after the first one of its topic, s; whether the clock was set back.
+    /// Takes a stamp (ns), `after_s` seconds after the first one of the topic. Returns whether the clock was set back.
     fn push(&mut self, stamp: i64, after_s: f64) -> bool {
         self.messages += 1;
         let behind_s = self.order.newest_s() - after_s;
@@ -179,7 +179,7 @@ impl Topics {
                 if writer.push(stamp, after_s) {
                     let by_s = newest_s - after(writer.late_from);
                     topic.refused = Some(format!(
-                        "the clock was set back by {} s before message {}: the stretches before and after would lie over each other; cut the bag there, or follow it with `teachtree live`",
+                        "the clock was set back by {} s before message {}: the stretches before and after it overlap; cut the bag there, or follow it with `teachtree live`",
                         Shown((by_s * 1e6).round() / 1e6),
                         topic.stamps.len() + 1 - SET_BACK
                     ));
@@ -209,17 +209,20 @@ impl Topics {
                 Some(why) => refused.push((name, why)),
                 None => {
                     delays.extend(of_topic);
-                    // What each has said once, such as transforms that never change, is one row.
+                    // Messages that each writer sends only once, such as static transforms, form one row.
                     if writers.all().all(|writer| writer.messages == 1) {
                         let first = stamps.iter().min().copied().unwrap_or_default();
                         stamps.fill(first);
                     }
                     let seconds = |stamp: &i64| stamp.saturating_sub(origin) as f64 * 1e-9;
-                    rows.issues.extend(writers.all().filter_map(|writer| writer.disordered).map(|(count, from, to)| {
-                        let message = format!("{count} messages came after one with a later stamp; they are put in the order of their stamps");
-                        let (start_s, end_s) = (seconds(&from), seconds(&to));
-                        Issue { kind: IssueKind::DUPLICATE_STAMP, start_s, end_s, channel: name.clone(), message }
-                    }));
+                    rows.issues.extend(writers.all().filter_map(|writer| writer.disordered).map(
+                        |(count, from, to)| {
+                            let message =
+                                format!("{count} messages came after one with a later stamp; they are sorted by stamp");
+                            let (start_s, end_s) = (seconds(&from), seconds(&to));
+                            Issue { kind: IssueKind::DUPLICATE_STAMP, start_s, end_s, channel: name.clone(), message }
+                        },
+                    ));
                     rows.push_first("time [s]", Cells::Numbers(stamps.iter().map(seconds).collect()));
                     rows.sort_by("time [s]");
                     sheets.push(Sheet { name, header: rows.header(), rows: Box::new(rows) });

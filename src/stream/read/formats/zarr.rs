@@ -151,7 +151,7 @@ impl Container {
             return Err(wrong(Budget::REFUSED.into()));
         }
         if array.missing(&(0..array.rows())).is_some() {
-            return Err(wrong("lacks chunks, which say where episodes end".into()));
+            return Err(wrong("lacks chunks with the ends of the episodes".into()));
         }
         let values = array.numbers(0..array.rows())?;
         let mut ends: Vec<usize> = Vec::with_capacity(values.len());

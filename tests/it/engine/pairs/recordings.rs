@@ -1,4 +1,4 @@
-//! Random recordings: fingers that touch, an object that moves, and rows that are missing, each for random times.
+//! Generates random recordings. Finger contacts, motions of an object and missing rows have random durations.
 
 use crate::engine::random::Random;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use teachtree::stream::read::csv::parse_scene;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cut {
     seed: u64,
-    /// The rows; all of them when there are fewer.
+    /// The range of rows, which may exceed the recording.
     rows: Range<usize>,
 }
 
@@ -22,7 +22,7 @@ impl Cut {
         Self { seed, rows: 0..MOST_ROWS }
     }
 
-    /// Shorter parts of it.
+    /// Returns shorter parts of the recording.
     pub fn shorter(&self) -> Vec<Self> {
         let (start, end) = (self.rows.start, self.rows.end.min(recording(&Self::whole(self.seed)).time.len()));
         let parts = [2, 4, 16, 64].map(|part| (end - start) / part).into_iter().filter(|less| *less > 0);
@@ -40,12 +40,12 @@ static SCENE: LazyLock<Scene> = LazyLock::new(|| {
     parse_scene(text, "pairs.yaml").unwrap()
 });
 
-/// The recording of a seed: always the same.
+/// Returns the recording of a seed.
 pub fn recording(cut: &Cut) -> Recording {
     let mut random = Random::new(cut.seed);
     let rows = 150 + random.below(MOST_ROWS - 150);
     let mut made = Recording { scene: SCENE.clone(), ..Recording::default() };
-    // A hole in some of them divides the recording.
+    // In some recordings, a gap divides the rows.
     let hole = if random.chance(25) { 1.0 } else { 0.0 };
     made.time = (0..rows).map(|row| row as f64 / RATE_HZ + if row > rows / 2 { hole } else { 0.0 }).collect();
     let mut add = |name: String, dimension: Dimension, values: Vec<f64>| {
@@ -67,7 +67,7 @@ pub fn recording(cut: &Cut) -> Recording {
             let touches = telegraph(&mut random, rows, &[0.0, 1.0]);
             let pressed = telegraph(&mut random, rows, &[0.2, 0.8, 2.0]);
             let near = telegraph(&mut random, rows, &[0.03, 0.04, 0.4]);
-            // A sensor has noise.
+            // Sensor noise.
             let force: Vec<[f64; 3]> = (0..rows)
                 .map(|row| {
                     let noise = 1e-3 * random.below(10) as f64;
@@ -85,7 +85,7 @@ pub fn recording(cut: &Cut) -> Recording {
             add(format!("{hand}.{finger}.contact"), Dimension::NONE, touches);
         }
         add(format!("{hand}.gripper.closed"), Dimension::NONE, telegraph(&mut random, rows, &[0.0, 1.0]));
-        // A flag that only some rules read, and that is not always measured.
+        // A flag that only some rules read and that some rows lack.
         let values: &[f64] = if random.chance(50) { &[0.0, 1.0, f64::NAN] } else { &[0.0, 1.0] };
         let flag = telegraph(&mut random, rows, values);
         // Of a body that the scene lacks.
@@ -108,7 +108,7 @@ pub fn recording(cut: &Cut) -> Recording {
     made
 }
 
-/// One of some values after the other, each for 20 ms to 800 ms.
+/// Returns a random sequence of the values, each for 20 ms to 800 ms.
 fn telegraph(random: &mut Random, rows: usize, values: &[f64]) -> Vec<f64> {
     let mut all = Vec::with_capacity(rows);
     while all.len() < rows {

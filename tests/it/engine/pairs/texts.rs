@@ -1,10 +1,10 @@
-//! Random pairs of rule sets as texts: one with all kinds of declarations, and the same with more declarations, or with one of them changed. A base is
-//! generated, or uses a shipped file.
+//! Generates random pairs of rule sets as texts: a base with all kinds of declarations, and the same rule set with additional or changed declarations.
+//! A base is generated or uses a shipped file.
 
 use crate::engine::random::Random;
 use std::fmt;
 
-/// Two rule sets, each as its declarations.
+/// Two rule sets as lists of declarations.
 #[derive(Clone, Debug)]
 pub struct Pair {
     pub base: Vec<String>,
@@ -12,7 +12,7 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// The pair without one of its declarations: of the extension, or of both.
+    /// Returns all pairs with one declaration less, in the extension or in both rule sets.
     pub fn shorter(&self) -> impl Iterator<Item = Self> + '_ {
         let without = |items: &[String], at: usize| {
             items.iter().enumerate().filter(|(other, _)| *other != at).map(|(_, item)| item.clone()).collect::<Vec<_>>()
@@ -34,7 +34,7 @@ impl fmt::Display for Pair {
     }
 }
 
-/// Faults that were found by hand, as base and what is added: ends of tasks, and a rule that another one seems to cover.
+/// Known faults as base and addition: other ends of tasks, and a rule that another one only seems to cover.
 pub const FOUND: &[(&str, &str)] = &[
     (
         "use \"stream.rules\"\nprimitive A, B, C, D, E\nfor each hand { signal s1 = fingers.contact[thumb]  signal s2 = fingers.contact[index] }\n\
@@ -49,23 +49,23 @@ pub const FOUND: &[(&str, &str)] = &[
     ),
 ];
 
-/// What an extension may name.
-struct Known {
+/// The names that an extension may use.
+struct Vocabulary {
     primitives: Vec<String>,
     signals: Vec<String>,
     /// Places where the tree of a hand can be extended.
     branches: Vec<String>,
     tasks: Vec<String>,
-    rules: Vec<Between>,
-    /// Whether there is a tree over both hands.
+    rules: Vec<BetweenRule>,
+    /// Whether the rules have a tree over both hands.
     both: bool,
-    /// How many names were made.
+    /// Number of generated names.
     made: usize,
 }
 
-/// A rule that rewrites what stands between two neighbors.
+/// A relabeling rule for segments between two neighbors.
 #[derive(Clone)]
-struct Between {
+struct BetweenRule {
     what: Vec<String>,
     run: bool,
     shorter_ms: Option<usize>,
@@ -74,7 +74,7 @@ struct Between {
     becomes: String,
 }
 
-impl fmt::Display for Between {
+impl fmt::Display for BetweenRule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let any = |labels: &[String]| match labels {
             [one] => one.clone(),
@@ -87,7 +87,7 @@ impl fmt::Display for Between {
     }
 }
 
-/// A pair. (Some have an error: a name that a branch lacks, a task before itself.)
+/// Returns a random pair. (Some have an error: an undeclared name, or a task before itself.)
 pub fn pair(random: &mut Random) -> Pair {
     let (base, mut known) = if random.chance(5) { shipped(random) } else { generated(random) };
     let mut extended = base.clone();
@@ -119,19 +119,19 @@ fn owned(words: &str) -> Vec<String> {
     words.split_whitespace().map(str::to_string).collect()
 }
 
-/// A base that uses a shipped file.
-fn shipped(random: &mut Random) -> (Vec<String>, Known) {
+/// Returns a base that uses a shipped file.
+fn shipped(random: &mut Random) -> (Vec<String>, Vocabulary) {
     let (file, primitives, tasks) = match random.below(3) {
         0 => ("single_hand.rules", "", ""),
         1 => ("contact.rules", "Press Follow Push Trace", "pick_and_press push"),
         _ => ("bimanual.rules", "Press Push EqualGrasp Pass Fit", "pick_and_press push fit"),
     };
-    let known = Known {
+    let known = Vocabulary {
         primitives: owned(&format!("Move Approach Grasp Translate Slide Release Place Turn {primitives}")),
         signals: owned("touching grasped moving supported near lifted leaving"),
         branches: owned("single_hand single_hand.apart single_hand.inside"),
         tasks: owned(&format!("turn_screw pick_and_place slide {tasks}")),
-        rules: vec![Between {
+        rules: vec![BetweenRule {
             what: owned("Grasp Translate"),
             run: true,
             shorter_ms: Some(500),
@@ -149,8 +149,8 @@ fn shipped(random: &mut Random) -> (Vec<String>, Known) {
     (base, known)
 }
 
-/// A base of its own.
-fn generated(random: &mut Random) -> (Vec<String>, Known) {
+/// Returns a generated base.
+fn generated(random: &mut Random) -> (Vec<String>, Vocabulary) {
     let mut base = vec![
         "use \"stream.rules\"".into(),
         "param p0 = 60 ms in 10 ms .. 1 s".into(),
@@ -160,7 +160,7 @@ fn generated(random: &mut Random) -> (Vec<String>, Known) {
         "for each hand { signal s3 = gripper.closed  signal s4 = norm(target.velocity) above 20 mm/s until below 10 mm/s }".into(),
         "for each hand { signal s5 = (s1) within last p0  signal s6 = load > 0.5 N }".into(),
     ];
-    let mut known = Known {
+    let mut known = Vocabulary {
         primitives: owned("A B C D E"),
         signals: owned("s0 s1 s2 s3 s4 s5 s6"),
         branches: owned("hand hand.inner"),
@@ -201,7 +201,7 @@ fn generated(random: &mut Random) -> (Vec<String>, Known) {
     (base, known)
 }
 
-fn tree(random: &mut Random, known: &Known) -> String {
+fn tree(random: &mut Random, known: &Vocabulary) -> String {
     let settle = [0, 20, 50][random.below(3)];
     let leaf = |random: &mut Random| {
         if random.chance(10) { "stay".to_string() } else { one(random, &known.primitives).to_string() }
@@ -222,8 +222,8 @@ fn tree(random: &mut Random, known: &Known) -> String {
     format!("tree hand for each hand, settle {settle} ms {{ {} }}", choices.join("  "))
 }
 
-/// A condition of a hand.
-fn condition(random: &mut Random, known: &Known) -> String {
+/// Returns a condition of a hand.
+fn condition(random: &mut Random, known: &Vocabulary) -> String {
     let atom = |random: &mut Random| {
         let signal = one(random, &known.signals).to_string();
         match random.below(8) {
@@ -237,13 +237,13 @@ fn condition(random: &mut Random, known: &Known) -> String {
     if random.chance(40) { format!("{first} and {}", atom(random)) } else { first }
 }
 
-fn new_name(known: &mut Known, prefix: &str) -> String {
+fn new_name(known: &mut Vocabulary, prefix: &str) -> String {
     known.made += 1;
     format!("{prefix}{}", known.made)
 }
 
-/// A new primitive and where it comes.
-fn new_primitive(random: &mut Random, known: &mut Known) -> Vec<String> {
+/// Returns a new primitive and its case in a tree.
+fn new_primitive(random: &mut Random, known: &mut Vocabulary) -> Vec<String> {
     let name = new_name(known, "N");
     let kind = match random.below(3) {
         0 => String::new(),
@@ -251,7 +251,7 @@ fn new_primitive(random: &mut Random, known: &mut Known) -> Vec<String> {
         _ => format!(" is {}", one(random, &known.primitives)),
     };
     let branch = one(random, &known.branches).to_string();
-    // Of most of them no recording has any, though no proof knows that.
+    // Most of these conditions never hold in a recording, but a proof cannot use that.
     let rare = if random.chance(60) { "load > 900 N".to_string() } else { condition(random, known) };
     known.primitives.push(name.clone());
     vec![
@@ -260,20 +260,20 @@ fn new_primitive(random: &mut Random, known: &mut Known) -> Vec<String> {
     ]
 }
 
-/// The new primitive, if there is one, rather than another one.
-fn label(random: &mut Random, known: &Known) -> String {
+/// Returns a label, preferably the new primitive.
+fn label(random: &mut Random, known: &Vocabulary) -> String {
     let newest = &known.primitives[known.primitives.len() - 1];
     if newest.starts_with('N') && random.chance(30) { newest.clone() } else { one(random, &known.primitives).into() }
 }
 
-fn labels(random: &mut Random, known: &Known) -> Vec<String> {
+fn labels(random: &mut Random, known: &Vocabulary) -> Vec<String> {
     let mut labels: Vec<String> = (0..1 + random.below(2)).map(|_| label(random, known)).collect();
     labels.sort();
     labels.dedup();
     labels
 }
 
-fn task(random: &mut Random, known: &mut Known) -> String {
+fn task(random: &mut Random, known: &mut Vocabulary) -> String {
     let name = new_name(known, "t");
     let (first, last) = match random.below(10) {
         0..=5 if known.primitives[0] == "A" => ("A".into(), "E".into()),
@@ -300,7 +300,7 @@ fn key(random: &mut Random, label: String) -> String {
     }
 }
 
-fn composite(random: &mut Random, known: &mut Known) -> String {
+fn composite(random: &mut Random, known: &mut Vocabulary) -> String {
     let name = new_name(known, "c");
     let (first, second) = (one(random, &known.tasks).to_string(), one(random, &known.tasks));
     match random.below(3) {
@@ -310,8 +310,8 @@ fn composite(random: &mut Random, known: &mut Known) -> String {
     }
 }
 
-/// A relabeling rule, for all tasks or for one.
-fn relabel(random: &mut Random, known: &mut Known, task: Option<&str>) -> String {
+/// Returns a relabeling rule for all tasks or for one.
+fn relabel(random: &mut Random, known: &mut Vocabulary, task: Option<&str>) -> String {
     let head = task.map_or("relabel".to_string(), |task| format!("relabel {task}"));
     let rule = match random.below(12) {
         0 => format!("{}, {} become {}", label(random, known), label(random, known), label(random, known)),
@@ -344,7 +344,7 @@ fn relabel(random: &mut Random, known: &mut Known, task: Option<&str>) -> String
                 what.sort();
                 what.dedup();
             }
-            let rule = Between {
+            let rule = BetweenRule {
                 what,
                 run,
                 shorter_ms: if random.chance(60) { Some(30 + 10 * random.below(40)) } else { None },
@@ -359,8 +359,8 @@ fn relabel(random: &mut Random, known: &mut Known, task: Option<&str>) -> String
     format!("{head} {{ {rule} }}")
 }
 
-/// A rule that matches less than another one, at first sight.
-fn narrower(random: &mut Random, rule: Between, known: &Known) -> Between {
+/// Returns a rule that seems to match less than another one.
+fn narrower(random: &mut Random, rule: BetweenRule, known: &Vocabulary) -> BetweenRule {
     let fewer = |random: &mut Random, mut labels: Vec<String>| {
         if labels.len() > 1 && random.chance(50) {
             labels.remove(random.below(labels.len()));
@@ -376,7 +376,7 @@ fn narrower(random: &mut Random, rule: Between, known: &Known) -> Between {
         None if random.chance(30) => Some(30 + 10 * random.below(30)),
         same => same,
     };
-    Between {
+    BetweenRule {
         what: fewer(random, rule.what),
         run: rule.run && random.chance(70),
         shorter_ms,
@@ -386,8 +386,8 @@ fn narrower(random: &mut Random, rule: Between, known: &Known) -> Between {
     }
 }
 
-/// Something that an extension declares besides a new primitive.
-fn addition(random: &mut Random, known: &mut Known) -> Vec<String> {
+/// Returns an additional declaration of an extension other than a new primitive.
+fn addition(random: &mut Random, known: &mut Vocabulary) -> Vec<String> {
     let tree = known.branches[0].clone();
     let text = match random.below(24) {
         0..=6 => task(random, known),
@@ -434,7 +434,7 @@ fn addition(random: &mut Random, known: &mut Known) -> Vec<String> {
     vec![text]
 }
 
-/// Changes one declaration: its numbers or a name, its place, or whether it is there.
+/// Changes a declaration's number, name or position, or removes it.
 fn changed(random: &mut Random, items: &mut Vec<String>) {
     let at = random.below(items.len());
     match random.below(5) {

@@ -182,11 +182,11 @@ fn a_recording_of_robosuite_is_analyzed_as_it_is() {
     assert_eq!(found.len(), wanted.len());
 }
 
-/// The library takes the memory for chunks that lie one behind the other before it sees that they are not all there.
+/// The library allocates memory for consecutive chunks before it detects that some are missing.
 #[test]
 fn a_chunk_that_is_longer_than_the_file_is_refused_before_it_is_read() {
     let whole = std::fs::read(file("robomimic.hdf5")).unwrap();
-    // Leaves of the trees of chunks; behind their heads of 24 bytes stands the size of the first chunk.
+    // Leaves of the chunk B-trees. The size of the first chunk follows the header of 24 bytes.
     let leaves: Vec<usize> = (0..whole.len() - 28).filter(|at| whole[*at..].starts_with(b"TREE\x01\x00")).collect();
     assert_eq!(leaves.len(), 9);
     for size in [1_042_375_863_u32, whole.len() as u32] {
@@ -201,7 +201,7 @@ fn a_chunk_that_is_longer_than_the_file_is_refused_before_it_is_read() {
             "rate: 20 Hz\nchannels: {right.gripper.opening: 'actions[6]'}\n",
         );
         let message = message.unwrap_err();
-        assert!(message.contains(&format!("a chunk is said to have {size} bytes at byte")), "{message}");
+        assert!(message.contains(&format!("a chunk declares {size} bytes at byte")), "{message}");
     }
 }
 

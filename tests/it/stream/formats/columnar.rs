@@ -60,14 +60,14 @@ fn values_that_were_not_measured_stay_so() {
     assert!(opened.recording.columns["cube.position.z"].values[2].is_nan());
 }
 
-/// The library takes the memory for a page, and for the values of a dictionary, before it sees that they are not there.
+/// The library allocates memory for a page and for the values of a dictionary before it detects that they are missing.
 #[test]
-fn a_page_that_promises_more_than_the_file_can_hold_is_refused() {
+fn a_page_that_declares_more_than_the_file_can_hold_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.parquet");
     formats::write(&log(), &path).unwrap();
     let whole = std::fs::read(&path).unwrap();
-    // A head begins with its type and the length when it is unpacked, each a byte for the field and a number in steps of seven bits.
+    // A header begins with its type and the uncompressed length, each as a field byte and a varint.
     assert!(whole[4..].starts_with(&[0x15]) && whole[6] == 0x15, "{:?}", &whole[4..12]);
     let number = whole[7..].iter().position(|byte| *byte < 0x80).unwrap() + 1;
     let huge = [0xfe, 0xff, 0xff, 0xff, 0x0f];
@@ -75,7 +75,7 @@ fn a_page_that_promises_more_than_the_file_can_hold_is_refused() {
     std::fs::write(&path, bytes).unwrap();
     let used = allocation_counter::measure(|| {
         let error = open(&OpenRequest { log: path.clone(), ..OpenRequest::default() }).unwrap_err().to_string();
-        assert!(error.contains("a page is said to have 2147483647 bytes when it is unpacked"), "{error}");
+        assert!(error.contains("a page declares 2147483647 uncompressed bytes"), "{error}");
     });
     assert!(used.bytes_max < 100 << 20, "{} bytes at a time", used.bytes_max);
 }

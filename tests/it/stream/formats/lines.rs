@@ -20,9 +20,9 @@ fn an_object_a_line_is_a_row() {
     assert_eq!(issues[0].kind, "truncated");
 }
 
-/// Rows and cells of several sources with equal stamps are one row, whatever the format.
+/// Rows with equal stamps and cells of different sources form one row in every format.
 #[test]
-fn rows_with_equal_stamps_that_say_different_things_are_one() {
+fn rows_with_equal_stamps_and_different_cells_form_one_row() {
     let lines = "{\"time\": 0, \"a\": 1}\n{\"time\": 0, \"b\": 2}\n{\"time\": 0.1, \"a\": 3}\n{\"time\": 0.1, \"b\": 4}\n{\"time\": 0.1, \"b\": 5}\n";
     let cells = "time,a,b\n0,1,\n0,,2\n0.1,3,\n0.1,,4\n0.1,,5\n";
     let binding = "channels: {right.gripper.opening: a, right.palm.level: b}\n";
@@ -30,7 +30,7 @@ fn rows_with_equal_stamps_that_say_different_things_are_one() {
         let (recording, issues) = bound_text(name, text, binding).unwrap();
         assert_eq!(values(&recording, "right.gripper.opening"), [1.0, 3.0], "{name}");
         assert_eq!(values(&recording, "right.palm.level"), [2.0, 4.0], "{name}");
-        // What differs from what is there is left out.
+        // A row with a different value for a filled cell is left out.
         assert!(issues.len() == 1 && issues[0].message.starts_with("1 row repeats"), "{name}: {issues:?}");
     }
 }

@@ -333,22 +333,22 @@ channels:
     assert_eq!(values(&recording, "right.gripper.opening"), [10.0, 11.0, 12.0, 13.0, 14.0, 15.0]);
 }
 
-/// A topic with messages in JSON, each with the time at which it was recorded, s.
+/// Returns a topic with JSON messages, each with its recording time (s).
 fn json_topic<'a>(name: &'a str, messages: Vec<(f64, String)>) -> Topic<'a> {
     (name, "json", "", "", messages.into_iter().map(|(at, text)| (at, text.into_bytes())).collect())
 }
 
 #[test]
-fn messages_with_equal_stamps_that_name_different_elements_are_one_row() {
+fn messages_with_equal_stamps_and_different_elements_form_one_row() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
-    // Each driver tells of its own frame, at the same instants; the second one is recorded in one go at the end.
+    // Each driver publishes its own frame with the same stamps. The messages of the second driver are recorded together at the end.
     let [cube, tip] = [("cube", 1.0), ("tip", -1.0)].map(|(child, sign)| {
         (10..16).map(move |half| (f64::from(half) / 2.0, transforms(half, &[(child, sign * f64::from(half))])))
     });
-    // Of two who publish transforms that never change, the second one comes later.
+    // Two writers publish static transforms; the second message comes later.
     let fixed = vec![(3.0, transforms(3, &[("table", 7.0)])), (4.0, transforms(4, &[("wall", 8.0)]))];
-    // Both tell of the finger, and agree; each counts its own messages.
+    // Both drivers publish the finger with equal values; each numbers its own messages.
     let joints = (10..16).flat_map(|half| {
         let (arm, hand) =
             ([("elbow", 1.0), ("finger", f64::from(half))], [("finger", f64::from(half)), ("thumb", 2.0)]);
@@ -402,7 +402,7 @@ channels:
     ] {
         assert_eq!(values(&recording, name), wanted, "{name}");
     }
-    // A message that says something else of the same element is left out, and reported.
+    // A message with another value for the same element is left out and reported.
     let wrenches = [0, 1, 1, 2, 3].iter().zip(0..).map(|(at, force)| {
         let stamp_s = 5.0 + f64::from(*at) * 0.01;
         (stamp_s, wrench(stamp_s, [f64::from(force), 0.0, 0.0], true))
@@ -413,7 +413,7 @@ channels:
     insta::assert_snapshot!(issues[0].message, @"1 row repeats the time stamp of the row before, first in row 3; the first of equal stamps is kept");
 }
 
-/// Sorted by their stamps, the messages of two stretches would alternate.
+/// If the messages were sorted by stamp, those of the two stretches would alternate.
 #[test]
 fn a_clock_that_was_set_back_refuses_its_topic() {
     let folder = tempfile::tempdir().unwrap();
@@ -429,15 +429,15 @@ fn a_clock_that_was_set_back_refuses_its_topic() {
         || json_topic("/grip", (0..60).map(|at| (5.0 + f64::from(at) * 0.01, format!("{{\"width\":{at}}}"))).collect());
     write(&path, None, &[wrenches(20), other()]);
     let force = "channels: {right.thumb.force: /wrench.force.<xyz>}\n";
-    insta::assert_snapshot!(bound(&path, force).unwrap_err(), @"binding.yaml:1:12: `/wrench` cannot be read: the clock was set back by 0.19 s before message 31: the stretches before and after would lie over each other; cut the bag there, or follow it with `teachtree live`");
+    insta::assert_snapshot!(bound(&path, force).unwrap_err(), @"binding.yaml:1:12: `/wrench` cannot be read: the clock was set back by 0.19 s before message 31: the stretches before and after it overlap; cut the bag there, or follow it with `teachtree live`");
     assert_eq!(bound(&path, "channels: {right.gripper.opening: /grip.width}\n").unwrap().0.time.len(), 60);
-    // A few messages that come late are put in their places, which is reported.
+    // A few late messages are sorted in and reported.
     write(&path, None, &[wrenches(5), other()]);
     let (recording, issues) = bound(&path, force).unwrap();
     assert_eq!(recording.time.len(), 55);
     let said = issues.iter().map(|it| format!("{} {:.2}–{:.2} s: {}", it.kind, it.start_s, it.end_s, it.message));
     insta::assert_snapshot!(said.collect::<Vec<_>>().join("\n"), @"
-    duplicate_stamp 0.25–0.28 s: 4 messages came after one with a later stamp; they are put in the order of their stamps
+    duplicate_stamp 0.25–0.28 s: 4 messages came after one with a later stamp; they are sorted by stamp
     duplicate_stamp 0.25–0.29 s: 5 rows repeat the time stamp of the row before, first in row 27; the first of equal stamps is kept
     ");
     // Two clocks that take turns.

@@ -113,9 +113,9 @@ fn episodes_of_a_replay_buffer_are_recordings() {
     assert!(failed.contains("8 failed") && failed.contains("umi.zarr.zip#1: the episode has no rows"), "{failed}");
 }
 
-/// A writer leaves out chunks in which every value is the fill value; of a copy that lost files that is not true.
+/// A writer omits chunks in which every value is the fill value; in a copy that lost files, the missing chunks had other values.
 #[test]
-fn chunks_that_are_not_there_are_reported() {
+fn missing_chunks_are_reported() {
     let folder = folder(&[]);
     let store = folder.path().join("replay_buffer.zarr");
     copy(&file("replay_buffer.zarr"), &store);
@@ -123,16 +123,16 @@ fn chunks_that_are_not_there_are_reported() {
     let log = folder.path().join("replay_buffer.zarr#2");
     let (whole, issues) = bound(&log, binding).unwrap();
     assert_eq!(issues, []);
-    // Episode 2 has the rows 7 to 17, the last two of them in the third chunk of 8 rows.
+    // Episode 2 has rows 7 to 17; the last two are in the third chunk of 8 rows.
     std::fs::remove_file(store.join("data/action/2.0")).unwrap();
     std::fs::remove_file(store.join("data/state/2.0")).unwrap();
     let (cut, issues) = bound(&log, binding).unwrap();
     let said =
         issues.iter().map(|it| format!("{} {} {}–{} s: {}", it.kind, it.channel, it.start_s, it.end_s, it.message));
-    insta::assert_snapshot!(said.collect::<Vec<_>>().join("\n"), @"missing_chunk action 0.9–1 s: chunks that are not there: 1 of 3, first `data/action/2.0`; they read as the fill value 0, which is right only if the writer left them out since every value is that");
+    insta::assert_snapshot!(said.collect::<Vec<_>>().join("\n"), @"missing_chunk action 0.9–1 s: missing chunks: 1 of 3, first `data/action/2.0`; they read as the fill value 0, which is correct only if the writer omitted them because all values are equal to that");
     assert_eq!(values(&cut, "cube.position.x"), values(&whole, "cube.position.x"));
     std::fs::remove_file(store.join("meta/episode_ends/0")).unwrap();
-    insta::assert_snapshot!(bound(&log, binding).unwrap_err(), @"replay_buffer.zarr array meta/episode_ends: lacks chunks, which say where episodes end");
+    insta::assert_snapshot!(bound(&log, binding).unwrap_err(), @"replay_buffer.zarr array meta/episode_ends: lacks chunks with the ends of the episodes");
 }
 
 #[test]

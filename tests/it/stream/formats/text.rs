@@ -118,7 +118,7 @@ fn qualisys_markers_that_were_lost_are_not_measured() {
 }
 
 #[test]
-fn a_qualisys_file_with_fewer_frames_than_its_head_says_is_cut() {
+fn a_qualisys_file_with_fewer_frames_than_declared_is_truncated() {
     let frames = "1\t0.00\t1\t2\t3\t4\t5\t6\n2\t0.02\t1\t2\t3\t4\t5\t6\n";
     let titles = "Frame\tTime\ttip X\ttip Y\ttip Z\tpillow X\tpillow Y\tpillow Z\n";
     let issues = |frames: &str| {
@@ -126,8 +126,8 @@ fn a_qualisys_file_with_fewer_frames_than_its_head_says_is_cut() {
         let (_, issues) = bound_text("capture.tsv", &format!("{CAPTURE}{titles}{frames}"), binding).unwrap();
         issues.iter().map(|it| format!("{} {} s: {}", it.kind, it.start_s, it.message)).collect::<Vec<_>>().join("\n")
     };
-    insta::assert_snapshot!(issues(frames), @"truncated 0.02 s: the head says that there are 3 frames, found 2: the file ends before its recording does");
-    insta::assert_snapshot!(issues(&format!("{frames}3\t0.04\t1")), @"truncated 0.02 s: row 7, the last one, is cut short (found 3 fields, expected 8); it is left out; the head says that there are 3 frames, found 2: the file ends before its recording does");
+    insta::assert_snapshot!(issues(frames), @"truncated 0.02 s: the header declares 3 frames, found 2: the file is incomplete");
+    insta::assert_snapshot!(issues(&format!("{frames}3\t0.04\t1")), @"truncated 0.02 s: row 7, the last one, is cut short (found 3 fields, expected 8); it is left out; the header declares 3 frames, found 2: the file is incomplete");
     assert_eq!(issues(&format!("{frames}3\t0.04\t1\t2\t3\t4\t5\t6\n")), "");
 }
 
@@ -141,7 +141,7 @@ fn qualisys_frames_without_stamps_have_the_rate_of_the_header() {
     .unwrap();
     assert_eq!(recording.time, [0.0, 0.02]);
     assert_eq!(issues.len(), 1);
-    insta::assert_snapshot!(issues[0].message, @"row 6, the last one, is cut short (found 2 fields, expected 6); it is left out; the head says that there are 3 frames, found 2: the file ends before its recording does");
+    insta::assert_snapshot!(issues[0].message, @"row 6, the last one, is cut short (found 2 fields, expected 6); it is left out; the header declares 3 frames, found 2: the file is incomplete");
     let refused = |rows: &str| bound_text("capture.tsv", &format!("{CAPTURE}{rows}"), "").unwrap_err();
     insta::assert_snapshot!(refused("1\t2\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found 2 fields, expected 6");
     insta::assert_snapshot!(refused("1\t2\t3\t4\t5\tfar\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found `far`, expected a number");
@@ -390,15 +390,15 @@ fn a_last_row_that_is_cut_short_is_left_out_of_many() {
     insta::assert_snapshot!(issues.iter().map(|it| format!("{} {}", it.kind, it.message)).collect::<Vec<_>>().join("\n"), @"truncated row 60000, the last one, is cut short (3 of 5 fields); it is left out");
 }
 
-/// Of two columns with one name, none is bound: neither silently the first nor the last one.
+/// If two columns share a name, neither is bound silently.
 #[test]
-fn a_name_that_two_columns_have_is_refused_with_both() {
+fn a_name_that_occurs_twice_is_refused_with_both_columns() {
     let rows = "0,0.1,0.2,0.3,5,6,7\n0.01,0.1,0.2,0.3,5,6,7\n0.02,0.1,0.2,0.3,5,6,7\n";
     let log = format!("t,x,y,z,x,y,z\n{rows}");
     let position = "time: t\nchannels: {cube.position: <xyz>}\n";
     let refused = |name: &str, log: &str, binding: &str| bound_text(name, log, binding).unwrap_err();
     let twice = |binding: &str| refused("log.csv", &log, binding);
-    // A column of time, of text, of a mean, an optional one, and one with a limit.
+    // A time column, a text column, a column of a mean, an optional one, and one with a threshold.
     let stamps = format!("t,t,x,y,z\n{}", "0,0,1,2,3\n");
     let words = "time: t\nchannels: {right.gripper.opening: t, right.label: x}\n";
     let mean = "time: t\nchannels: {right.gripper.opening: {mean: [t, x]}}\n";
@@ -420,7 +420,7 @@ fn a_name_that_two_columns_have_is_refused_with_both() {
     binding.yaml:2:12: `z` is the name of columns 4 and 7, expected a name that one column has: rename the others in the log
     binding.yaml:1:12: `a X` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
     ");
-    // What nobody binds may have any names, and a unit tells columns from each other.
+    // Columns that are not bound may share a name, and units distinguish columns with one name.
     let alone = log.replace("x,y,z\n", "x,y,w\n");
     let (recording, _) = bound_text("log.csv", &alone, "channels: {right.gripper.opening: w}\ntime: t\n").unwrap();
     assert_eq!(values(&recording, "right.gripper.opening"), [7.0; 3]);

@@ -66,11 +66,11 @@ pub struct Request<'a> {
 /// A set that labels can be written into.
 pub struct Annotated {
     folder: PathBuf,
-    /// Where its files are.
+    /// The folders of the set's files.
     folders: AllowedFolders,
     set: Set,
     is_v2: bool,
-    /// All files, by their paths in the set.
+    /// The paths of all files, relative to the set.
     all: Vec<PathBuf>,
     /// The data files.
     files: BTreeSet<PathBuf>,
@@ -116,9 +116,9 @@ impl Annotated {
     /// Opens a set, and reads its stamps and the language that it has.
     ///
     /// # Errors
-    /// When it is no set, is damaged, has a link that leads out of it or nowhere, or a pipe, or a data file has no stamps.
+    /// The folder is not a set, is damaged, contains a pipe, a broken link or a link that leads out of it, or has a data file without stamps.
     pub fn open(folder: &Path) -> Result<Self, InputError> {
-        // What a copy cannot have is found before anything is read or written.
+        // Files that cannot be copied are detected before anything is read or written.
         let folders = AllowedFolders::of(folder)?;
         let all = files::files_of(folder, &folders)?;
         let set = Set::read(folder)?;
@@ -325,7 +325,7 @@ impl Annotated {
         self.folders.open(path)
     }
 
-    /// Writes a file of the copy with other columns, and compares it with that of the set.
+    /// Writes a file of the copy with changed columns and compares it with the original.
     fn rewritten(
         &self,
         from: &Path,
@@ -338,7 +338,7 @@ impl Annotated {
         let new = File::create_new(to).map_err(|error| cannot(copy, &error))?;
         let mut out = files::Noted { out: BufWriter::new(new), failed: None };
         let written = rewrite::write(self.opened(from)?, &name, columns, keys, &mut out);
-        // The writer of the format calls a full disk a damaged file.
+        // The library's writer reports a full disk as a damaged file.
         if let Some(error) = &out.failed {
             return Err(cannot(copy, error));
         }

@@ -124,7 +124,7 @@ fn opened(path: &Path) -> std::result::Result<Box<dyn Read + Send>, InputError> 
         };
         let mut magic = [0; MAGIC.len()];
         bytes.read_exact(&mut magic)?;
-        if magic == MAGIC { Ok(bytes) } else { Err(Error::other("it does not begin as MCAP")) }
+        if magic == MAGIC { Ok(bytes) } else { Err(Error::other("it does not begin with the MCAP magic")) }
     };
     begun().map_err(|error| InputError::unreadable(path.display().to_string(), &error))
 }

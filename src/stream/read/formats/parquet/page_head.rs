@@ -1,20 +1,21 @@
-//! What the head of a page promises: how long it is when it is unpacked, and how many values a dictionary has. The library takes the memory for both before
-//! it sees them.
+//! Checks the sizes in a page header: the uncompressed length, and the number of values of a dictionary. The library allocates memory for both before it
+//! reads the data.
 //!
-//! A head is a `PageHeader` in Thrift's compact protocol (parquet.thrift; thrift-compact-protocol.md): for each field a byte with the step of its number and
-//! its type, and its value.
+//! The header is a `PageHeader` in Thrift's compact protocol (parquet.thrift; thrift-compact-protocol.md). Each field has a byte with the increment of the
+//! field number and the type, followed by the value.
 
-/// Fields of a head: the length when it is unpacked, and the head of a dictionary, whose first field is the number of values.
+/// Field numbers of a header: the uncompressed length, and the dictionary header, whose first field is the number of values.
 const UNPACKED: u64 = 2;
 const DICTIONARY: u64 = 7;
 /// Types of fields.
 const I32: u8 = 5;
 const STRUCT: u8 = 12;
 
-/// Refuses a head that promises a page of more than `most` bytes, or a dictionary with more values than its page has bytes. What is no head passes.
+/// Rejects a header that declares a page of more than `most` bytes, or a dictionary with more values than its page has bytes. Accepts bytes that are
+/// not a header.
 ///
 /// # Errors
-/// What it promises.
+/// The declared size is too large.
 pub fn check(head: &[u8], most: u64) -> Result<(), String> {
     let (mut rest, mut field, mut unpacked) = (head, 0, 0);
     while let Some(kind) = next(&mut rest, &mut field) {
@@ -25,7 +26,7 @@ pub fn check(head: &[u8], most: u64) -> Result<(), String> {
                     _ => 0,
                 };
                 if values > unpacked {
-                    return Err(format!("a dictionary is said to have {values} values in {unpacked} bytes"));
+                    return Err(format!("a dictionary declares {values} values in {unpacked} bytes"));
                 }
                 return Ok(());
             }
@@ -36,22 +37,22 @@ pub fn check(head: &[u8], most: u64) -> Result<(), String> {
                 }
                 if unpacked > most {
                     return Err(format!(
-                        "a page is said to have {unpacked} bytes when it is unpacked, at most {most} are expected of a file of this size"
+                        "a page declares {unpacked} uncompressed bytes, expected at most {most} in a file of this size"
                     ));
                 }
             }
-            // The length comes before all other kinds of fields.
+            // The length precedes fields of all other types.
             _ => return Ok(()),
         }
     }
     Ok(())
 }
 
-/// The type of the next field, whose number is made that of this one; none at the end.
+/// Returns the type of the next field and advances `field` to its number; `None` at the end.
 fn next(rest: &mut &[u8], field: &mut u64) -> Option<u8> {
     let (byte, after) = rest.split_first()?;
     let step = u64::from(byte >> 4);
-    // A field without step says its number, as no head does.
+    // A field without an increment contains its number. Page headers do not use this form.
     if *byte == 0 || step == 0 {
         return None;
     }
@@ -59,7 +60,7 @@ fn next(rest: &mut &[u8], field: &mut u64) -> Option<u8> {
     Some(byte & 15)
 }
 
-/// A number of variable length, of which every other one is negative; those count as 0.
+/// Reads a zigzag varint. Negative numbers count as 0.
 fn number(rest: &mut &[u8]) -> Option<u64> {
     let length = rest.iter().take(5).position(|byte| byte & 128 == 0)? + 1;
     let (bytes, after) = rest.split_at_checked(length)?;

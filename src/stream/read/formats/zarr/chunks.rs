@@ -135,7 +135,7 @@ impl Chunked {
         self.each(&rows, String::new(), Element::text)
     }
 
-    /// The chunks of some rows that are not there.
+    /// Returns the missing chunks of a range of rows.
     pub fn missing(&self, rows: &Range<usize>) -> Option<Missing> {
         let chunks: Vec<Vec<usize>> = places(&self.grid(rows)).collect();
         let missing: Vec<&Vec<usize>> = chunks.iter().filter(|chunk| !self.store.has(&self.key(chunk))).collect();
@@ -146,7 +146,7 @@ impl Chunked {
         let (key, fill) = (self.key(first), self.layout.fill);
         let read = if fill.is_nan() { "not measured".to_string() } else { format!("the fill value {fill}") };
         let message = format!(
-            "chunks that are not there: {} of {}, first `{key}`; they read as {read}, which is right only if the writer left them out since every value is that",
+            "missing chunks: {} of {}, first `{key}`; they read as {read}, which is correct only if the writer omitted them because all values are equal to that",
             missing.len(),
             chunks.len()
         );

@@ -94,7 +94,7 @@ impl Store {
         Ok(Some(bytes))
     }
 
-    /// Whether a file is there.
+    /// Whether a file exists.
     pub fn has(&self, key: &str) -> bool {
         match &self.kind {
             Kind::Folder(folder) => folder.join(key).is_file(),

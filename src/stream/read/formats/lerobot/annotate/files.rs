@@ -46,10 +46,10 @@ impl<W: std::io::Write> std::io::Write for Noted<W> {
     }
 }
 
-/// The files of a set, by their paths in it. Links that lead to files of the set, or of the cache that it is in, are followed.
+/// Returns the paths of a set's files, relative to the set. Links to files of the set, or of the cache that contains it, are followed.
 ///
 /// # Errors
-/// What is no such file, by its name: a link that leads elsewhere or nowhere, a pipe.
+/// A pipe, a broken link or a link that leads elsewhere, by name.
 pub(super) fn files_of(root: &Path, folders: &AllowedFolders) -> Result<Vec<PathBuf>, InputError> {
     let mut found = vec![];
     files_in(root, Path::new(""), folders, 0, &mut found)?;
