@@ -206,6 +206,14 @@ fn tree(random: &mut Random, known: &Vocabulary) -> String {
     let leaf = |random: &mut Random| {
         if random.chance(10) { "stay".to_string() } else { one(random, &known.primitives).to_string() }
     };
+    // In a tree over two contacts each leaf occurs in most recordings, in many orders.
+    if random.chance(40) {
+        let leaves: Vec<String> = (0..5).map(|_| leaf(random)).collect();
+        return format!(
+            "tree hand for each hand, settle {settle} ms {{ from(none) => A  s1 and s2 => {}  s1 => {}  inner: s2 {{ s3 => {}  else => {} }}  else => {} }}",
+            leaves[0], leaves[1], leaves[2], leaves[3], leaves[4]
+        );
+    }
     let mut choices = vec!["from(none) => A".to_string()];
     for _ in 0..1 + random.below(4) {
         choices.push(format!("{} => {}", condition(random, known), leaf(random)));
