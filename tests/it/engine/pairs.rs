@@ -50,7 +50,7 @@ fn proofs_for_whole_rule_sets_hold_on_recordings() {
     let count = of_seeds(0, 500, 3);
     // Both answers must occur, and some recordings must be able to contradict a proof.
     let Count { pairs, proved, without_new, .. } = count;
-    assert!(pairs == 500 && (100..450).contains(&proved) && without_new > 300, "{count:?}");
+    assert!(pairs == 500 && (80..450).contains(&proved) && without_new > 200, "{count:?}");
 }
 
 /// Checks `PAIRS` pairs from `SEED` on, on all cores.
