@@ -195,3 +195,48 @@ fn an_audit_leaves_out_failed_grasps_where_no_carry_can_be_detected() {
     let output = teachtree_in(folder.path(), &audit);
     assert!(!said(&output).contains("not checked"), "{}", said(&output));
 }
+
+/// Segments of a log that `analyze` finds, and those that `live` reports as final.
+fn segments(folder: &Path, log: &str, more: &[&str]) -> [Vec<String>; 2] {
+    let run = |command: &[&str]| {
+        let output = teachtree_in(folder, &[command, more, &["--format", "json"]].concat());
+        assert!(output.status.success(), "{}", complained(&output));
+        said(&output)
+    };
+    let span = |of: &Value| {
+        let time = |key: &str| of[key].as_f64().unwrap();
+        format!("{} {:.3} – {:.3} s", of["primitive"].as_str().unwrap(), time("start_s"), time("end_s"))
+    };
+    let analysis: Value = serde_json::from_str(&run(&["analyze", log])).unwrap();
+    let whole = analysis["tracks"][0]["relabeled"].as_array().unwrap().iter().map(span).collect();
+    let events = run(&["live", log, "--no-labels"]);
+    let events = events.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let is_final = |event: &Value| event["event"] == "segment" && event["final"] == true;
+    [whole, events.filter(is_final).map(|event| span(&event)).collect()]
+}
+
+/// One cell of the opening is 5 m off while the box is carried. The opening is bound twice, as a number and as a flag by a threshold.
+#[test]
+fn one_wrong_cell_of_the_opening_changes_no_segment() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let spoil = |(row, line): (usize, &str)| match line.split_once(",40.000,") {
+        Some((time, rest)) if row == 151 => format!("{time},5040.000,{rest}\n"),
+        _ => format!("{line}\n"),
+    };
+    let spoiled: String = arm().lines().enumerate().map(spoil).collect();
+    assert_ne!(spoiled, arm());
+    std::fs::write(path("spoiled.csv"), spoiled).unwrap();
+    for resample in ["", "resample: 60 Hz\n"] {
+        std::fs::write(path("arm.yaml"), format!("{resample}{}", binding("thumb"))).unwrap();
+        let bound = ["--binding", "arm.yaml"];
+        let wanted = segments(folder.path(), "arm.csv", &bound);
+        assert!(wanted.iter().all(|segments| segments.len() == 7), "{wanted:?}");
+        assert_eq!(segments(folder.path(), "spoiled.csv", &bound), wanted, "{resample}");
+        for command in ["analyze", "live"] {
+            let output = all_said(&teachtree_in(folder.path(), &[command, "spoiled.csv", "--binding", "arm.yaml"]));
+            let named = "impossible_jump right.gripper.closed";
+            assert_eq!(output.matches(named).count(), 1, "{command}: {output}");
+        }
+    }
+}

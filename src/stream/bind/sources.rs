@@ -1,10 +1,10 @@
 //! Rejects spikes in columns that other columns are computed from: the markers of a mean, the terms of a sum, the ends of a distance, a frame and its
-//! points, and the joints of a kinematic chain.
+//! points, the joints of a kinematic chain, and the numbers that a threshold turns into a flag.
 //!
 //! Spikes are rejected before the computation, which would spread one wrong cell over correct values. In the mean of two markers, a jump of one marker
-//! is halved and may be small enough for a hand motion.
+//! is halved and may be small enough for a hand motion. A flag does not show how far its number has jumped.
 
-use super::header::{Bound, Header};
+use super::header::{Bound, Header, Term};
 use super::pattern::{Columns, Form};
 use super::rotations;
 use super::{BindingFile, robots};
@@ -34,13 +34,21 @@ pub(super) fn of(bound: &[Bound], header: &Header, file: &BindingFile) -> Vec<Co
     let used = used(file);
     let mut sources = vec![];
     for group in bound.chunk_by(|one, next| one.channel == next.channel) {
-        let Some(first) = group.first().filter(|first| !first.flag) else { continue };
+        let Some(first) = group.first() else { continue };
         let is_combined = first.terms.len() > 1 || used.contains(&first.channel);
-        let Some(kind) = kind(first).filter(|_| is_combined) else { continue };
-        for term in 0..first.terms.len() {
+        for (term, of_first) in first.terms.iter().enumerate() {
+            let is_computed = is_combined || of_first.threshold.is_some();
+            let Some(kind) = kind(first, of_first).filter(|_| is_computed) else { continue };
             let terms = group.iter().filter_map(|part| part.terms.get(term));
             let parts: Vec<(Option<usize>, f64)> = terms.map(|term| (term.column, term.factor)).collect();
             let Some(column) = parts.iter().find_map(|(column, _)| *column) else { continue };
+            // The number behind a flag may be bound to another channel too.
+            let is_same = |source: &ColumnSource| {
+                source.kind == kind && source.parts.iter().map(|part| part.0).eq(parts.iter().map(|part| part.0))
+            };
+            if sources.iter().any(is_same) {
+                continue;
+            }
             let (channel, title) = (first.channel.clone(), header.title(column).to_string());
             sources.push(ColumnSource { channel, title, kind, form: first.form, parts });
         }
@@ -64,13 +72,14 @@ fn used(file: &BindingFile) -> BTreeSet<String> {
     used
 }
 
-/// Returns the quantity of a channel, if its physical limits are known.
-fn kind(of: &Bound) -> Option<Kind> {
-    match (of.form, of.dimension) {
+/// Returns the quantity of a term of a channel, if its physical limits are known. The number behind a flag has the dimension of its threshold.
+fn kind(of: &Bound, term: &Term) -> Option<Kind> {
+    match (of.form, term.threshold.map_or(of.dimension, |threshold| threshold.dimension)) {
         (Form::Quaternion | Form::Angles | Form::Matrix, _) => Some(Kind::Turn),
         (Form::Vector, _) => Jumps::of(&of.channel).map(|jumps| jumps.kind),
         (Form::Scalar, Dimension::ANGLE) => Some(Kind::Angle),
         (Form::Scalar, Dimension::LENGTH) => Some(Kind::Slide),
+        (Form::Scalar, Dimension::FORCE) => Some(Kind::Load),
         (Form::Scalar, _) => None,
     }
 }

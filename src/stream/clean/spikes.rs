@@ -85,9 +85,10 @@ pub(in crate::stream) enum Kind {
     Bear,
     Speed,
     Spin,
-    /// A scalar angle or length.
+    /// A scalar angle, length or force.
     Angle,
     Slide,
+    Load,
 }
 
 impl Kind {
@@ -108,7 +109,7 @@ impl Kind {
         match self {
             Self::Place | Self::Slide => PLACE,
             Self::Turn | Self::Angle => TURN,
-            Self::Press => PRESS,
+            Self::Press | Self::Load => PRESS,
             Self::Bear => BEAR,
             Self::Speed => SPEED,
             Self::Spin => SPIN,
@@ -562,6 +563,7 @@ pub(in crate::stream) fn issue(channel: &str, kind: Kind, samples: &[Sample], wo
         Kind::Turn => (format!("{}°", Shown(worst.jump.to_degrees().round())), format!("({a}, {b}, {c}, {d})")),
         Kind::Angle => (format!("{}°", Shown(worst.jump.to_degrees().round())), format!("{a} rad")),
         Kind::Slide => (format!("{} mm", Shown((worst.jump * 1e3).round())), format!("{a} m")),
+        Kind::Load => (format!("{} N", Shown(worst.jump.round())), format!("{a} N")),
     };
     let at_s = rounded(shown.time);
     let (cannot, are) = match samples.len() {

@@ -291,8 +291,8 @@ fn a_jump_is_found_wherever_it_is() {
     }
 }
 
-/// One cell of one column is wrong, in logs at 1 kHz. The computed value moves by less than 20 mm, which a hand motion may reach, so only the column itself
-/// shows the spike.
+/// One cell of one column is wrong, in logs at 1 kHz. The computed value moves by less than 20 mm, which a hand motion may reach, or is a flag, so only the
+/// column itself shows the spike.
 #[test]
 fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
     const ROW: usize = 30;
@@ -304,7 +304,7 @@ fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
     let arm = "robots: {arm: {urdf: arm.urdf, joints: {wrist: j}}}\n";
     // Each case has the wrong cells with their errors, the binding, the computed column, the reported channel, and the first of its columns.
     type Case<'a> = (&'a [&'a str], f64, &'a str, &'a str, &'a str, &'a str);
-    let cases: [Case; 8] = [
+    let cases: [Case; 12] = [
         (&["ax"], 0.03, "cube.position: {mean: [a<xyz>, b<xyz>]}", "cube.position.x", "cube.position", "ax"),
         (&["bz"], -0.05, "cube.position: {mean: [a<xyz>, b<xyz>, c<xyz>]}", "cube.position.z", "cube.position", "bx"),
         (
@@ -354,6 +354,31 @@ fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
             "right.gripper.closed",
             "right.thumb.position",
             "ax",
+        ),
+        (
+            &["ax"],
+            0.03,
+            "right.gripper.opening: ax\n  right.gripper.closed: ax [m] < 120 mm",
+            "right.gripper.closed",
+            "right.gripper.closed",
+            "ax",
+        ),
+        (
+            &["ax"],
+            0.03,
+            "right.gripper.closed: ax [m] < 120 mm\n  right.gripper.opening: {mean: [ax, bx]}",
+            "right.gripper.opening",
+            "right.gripper.closed",
+            "ax",
+        ),
+        (&["j"], 2.0, "right.gripper.closed: -j [rad] < -1 rad", "right.gripper.closed", "right.gripper.closed", "j"),
+        (
+            &["cube_z"],
+            150.0,
+            "right.thumb.contact: <object>_z [N] > 5 N",
+            "right.thumb.contact",
+            "right.thumb.contact",
+            "cube_z",
         ),
     ];
     let titles = "t,ax,ay,az,bx,by,bz,cx,cy,cz,qw,qx,qy,qz,rw,rx,ry,rz,j,cube_z,ball_z";
