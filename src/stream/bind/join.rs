@@ -335,10 +335,11 @@ impl Topic {
         let mut whole = waiting.clone();
         let mut addition = Addition::default();
         whole.resize(values.len().max(whole.len()), Value::Number(f64::NAN));
-        for ((kept, other), title) in whole.iter_mut().zip(values).zip(&self.titles) {
+        for (at, ((kept, other), title)) in whole.iter_mut().zip(values).zip(&self.titles).enumerate() {
             let mut of_column = Addition::default();
             kept.add(other, &mut of_column);
-            if !is_of_head(title) {
+            // Columns that are not bound may differ, as in a whole log.
+            if self.bound.get(at).copied().unwrap_or(true) && !is_of_head(title) {
                 addition.join(of_column);
             }
         }

@@ -150,6 +150,8 @@ impl Stamps {
 pub struct Addition {
     adds: bool,
     differs: bool,
+    /// Whether the other row has a value.
+    has_values: bool,
 }
 
 impl Addition {
@@ -159,6 +161,7 @@ impl Addition {
             (*kept, self.adds) = (other, true);
         }
         self.differs |= !other.is_nan() && *kept != other;
+        self.has_values |= !other.is_nan();
     }
 
     /// Merges a text; it replaces an empty one.
@@ -168,16 +171,20 @@ impl Addition {
             self.adds = true;
         }
         self.differs |= !other.is_empty() && kept != other;
+        self.has_values |= !other.is_empty();
     }
 
     /// Combines the results of two merges.
     pub fn join(&mut self, other: Self) {
-        (self.adds, self.differs) = (self.adds || other.adds, self.differs || other.differs);
+        self.adds |= other.adds;
+        self.differs |= other.differs;
+        self.has_values |= other.has_values;
     }
 
-    /// Whether the row differs from the kept one or adds nothing to it.
+    /// Whether the row differs from the kept one or has only values that the kept one has. A row without values, such as the message of a driver that publishes
+    /// other elements than those that are read, repeats nothing.
     pub fn is_repeat(self) -> bool {
-        self.differs || !self.adds
+        self.differs || self.has_values && !self.adds
     }
 }
 

@@ -7,7 +7,7 @@
 use crate::base::error::{ErrorKind, InputError};
 use crate::base::recording::Event;
 use crate::base::scene::Scene;
-use crate::stream::issue::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 
 /// The most columns that a sheet may have.
@@ -280,7 +280,11 @@ impl Source {
                 ));
             }
             let table = sheet.rows.read(&sheet.header, wants, rate_hz);
-            parts.push((columns.start, table.map_err(|error| error.or_kind(ErrorKind::Format))?));
+            let mut table = table.map_err(|error| error.or_kind(ErrorKind::Format))?;
+            // Rows of several sheets are not told from each other by their numbers.
+            let of_rows = |issue: &&mut Issue| issue.kind == IssueKind::DUPLICATE_STAMP && issue.channel.is_empty();
+            table.issues.iter_mut().filter(of_rows).for_each(|issue| issue.channel.clone_from(&sheet.name));
+            parts.push((columns.start, table));
         }
         let mut table = match <[(usize, Table); 1]>::try_from(parts) {
             Ok([(start, table)]) => spread(table, start, width),

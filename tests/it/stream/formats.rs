@@ -9,6 +9,8 @@ mod joined;
 mod lines;
 #[cfg(feature = "mcap")]
 mod messages;
+#[cfg(feature = "mcap")]
+mod publishers;
 #[cfg(feature = "arrays")]
 mod stores;
 mod text;

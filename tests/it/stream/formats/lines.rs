@@ -33,6 +33,15 @@ fn rows_with_equal_stamps_and_different_cells_form_one_row() {
         // A row with a different value for a filled cell is left out.
         assert!(issues.len() == 1 && issues[0].message.starts_with("1 row repeats"), "{name}: {issues:?}");
     }
+    // A row with cells that are not bound repeats nothing.
+    let lines =
+        "{\"time\": 0, \"a\": 1}\n{\"time\": 0, \"c\": 2}\n{\"time\": 0.1, \"c\": 3}\n{\"time\": 0.1, \"a\": 4}\n";
+    let cells = "time,a,c\n0,1,\n0,,2\n0.1,,3\n0.1,4,\n";
+    for (name, text) in [("log.jsonl", lines), ("log.csv", cells)] {
+        let (recording, issues) = bound_text(name, text, "channels: {right.gripper.opening: a}\n").unwrap();
+        assert_eq!(values(&recording, "right.gripper.opening"), [1.0, 4.0], "{name}");
+        assert_eq!(issues, [], "{name}");
+    }
 }
 
 #[test]

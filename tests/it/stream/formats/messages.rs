@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// A stamped wrench as ROS defines it, cut short to what counts.
-const WRENCH: &str = "std_msgs/Header header
+pub(super) const WRENCH: &str = "std_msgs/Header header
 geometry_msgs/Vector3 force   # N
 ================================================================================
 MSG: std_msgs/Header
@@ -30,7 +30,7 @@ uint8[] image
 ";
 
 /// A wrench in CDR; an odd frame id shows whether values stand on their grid.
-fn wrench(stamp_s: f64, force: [f64; 3], little: bool) -> Vec<u8> {
+pub(super) fn wrench(stamp_s: f64, force: [f64; 3], little: bool) -> Vec<u8> {
     let nanos = (stamp_s * 1e9).round() as u64;
     let (sec, nanosec) = ((nanos / 1_000_000_000) as u32, (nanos % 1_000_000_000) as u32);
     let u32_of = |value: u32| if little { value.to_le_bytes() } else { value.to_be_bytes() };
@@ -68,9 +68,9 @@ fn joints(position: [f32; 2], closed: bool) -> Vec<u8> {
 }
 
 /// A topic: name, encoding, type, definition, and its messages with the time at which each was recorded, s.
-type Topic<'a> = (&'a str, &'a str, &'a str, &'a str, Vec<(f64, Vec<u8>)>);
+pub(super) type Topic<'a> = (&'a str, &'a str, &'a str, &'a str, Vec<(f64, Vec<u8>)>);
 
-fn write(path: &Path, compression: Option<Compression>, topics: &[Topic]) {
+pub(super) fn write(path: &Path, compression: Option<Compression>, topics: &[Topic]) {
     let file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
     let mut writer =
         WriteOptions::new().chunk_size(Some(256)).compression(compression).profile("ros2").create(file).unwrap();
@@ -221,7 +221,7 @@ fn a_topic_that_cannot_be_read_does_not_hide_the_others() {
 }
 
 /// Transforms as ROS defines them.
-const TRANSFORMS: &str = "geometry_msgs/TransformStamped[] transforms
+pub(super) const TRANSFORMS: &str = "geometry_msgs/TransformStamped[] transforms
 ================================================================================
 MSG: geometry_msgs/TransformStamped
 std_msgs/Header header
@@ -239,7 +239,7 @@ float64 z
 ";
 
 /// The state of joints as ROS defines it, without header and effort.
-const JOINT_STATE: &str = "string[] name
+pub(super) const JOINT_STATE: &str = "string[] name
 float64[] position
 ";
 
@@ -275,7 +275,7 @@ impl Cdr {
 }
 
 /// The stamp is in half seconds.
-fn transforms(halves: u32, of: &[(&str, f64)]) -> Vec<u8> {
+pub(super) fn transforms(halves: u32, of: &[(&str, f64)]) -> Vec<u8> {
     let begin = Cdr::default().u32(of.len() as u32);
     let put = |cdr: Cdr, (child, x): &(&str, f64)| {
         cdr.u32(halves / 2).u32(halves % 2 * 500_000_000).text("world").text(child).f64(*x).f64(0.0).f64(0.5)
@@ -283,7 +283,7 @@ fn transforms(halves: u32, of: &[(&str, f64)]) -> Vec<u8> {
     of.iter().fold(begin, put).message()
 }
 
-fn joint_state(of: &[(&str, f64)]) -> Vec<u8> {
+pub(super) fn joint_state(of: &[(&str, f64)]) -> Vec<u8> {
     let names = of.iter().fold(Cdr::default().u32(of.len() as u32), |cdr, (name, _)| cdr.text(name));
     of.iter().fold(names.u32(of.len() as u32), |cdr, (_, position)| cdr.f64(*position)).message()
 }
