@@ -78,3 +78,9 @@ pub fn split_known_unit(title: &str) -> (&str, Option<&str>) {
         _ => (title, None),
     }
 }
+
+/// Whether a title is that of a channel or of labels.
+pub fn is_canonical(title: &str) -> bool {
+    let (name, _) = split_unit(title);
+    meaning(name).is_some() || is_label(name)
+}

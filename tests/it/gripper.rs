@@ -1,7 +1,7 @@
 //! A gripper of which only the opening and one point are known, as a new user meets it: the skeleton of its binding, and what can be found.
 
 use crate::program::{all_said, complained, said, teachtree_in};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use teachtree::{Log, Rules};
@@ -238,5 +238,76 @@ fn one_wrong_cell_of_the_opening_changes_no_segment() {
             let named = "impossible_jump right.gripper.closed";
             assert_eq!(output.matches(named).count(), 1, "{command}: {output}");
         }
+    }
+}
+
+/// The gripper sends a line of its own for each stamp. The two lines of a stamp form one row, also where lines are taken one by one.
+#[test]
+fn lines_with_one_stamp_about_different_columns_form_one_row() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("arm.yaml"), binding("thumb")).unwrap();
+    let text = arm();
+    let (titles, rows) = text.split_once('\n').unwrap();
+    let (mut cells, mut objects) = (format!("{titles}\n"), String::new());
+    let scene = json!({"scene": {
+        "bodies": {
+            "box": {"role": "object", "parts": [{"box": ["40 mm", "40 mm", "40 mm"]}]},
+            "table": {"role": "support", "position": ["200 mm", "0 mm", "-10 mm"], "parts": [{"box": ["1 m", "1 m", "20 mm"]}]}
+        },
+        "hands": {"right": {"fingers": ["thumb"]}}
+    }});
+    let (mut whole, mut split) = (format!("{scene}\n"), format!("{scene}\n"));
+    for row in rows.lines() {
+        let fields: Vec<&str> = row.split(',').collect();
+        let [time, width, point @ ..] = &fields[..] else { panic!("{row}") };
+        let _ = writeln!(cells, "{time},{width},,,,,,\n{time},,{}", point.join(","));
+        // The numbers of the lines differ; they are not bound.
+        let columns = titles.split(',').skip(2);
+        let named: Vec<String> = columns.zip(point).map(|(title, cell)| format!("\"{title}\":{cell}")).collect();
+        let _ = writeln!(objects, "{{\"time\":{time},\"gripper_width_mm\":{width},\"line\":1}}");
+        let _ = writeln!(objects, "{{\"time\":{time},\"line\":2,{}}}", named.join(","));
+        let meters = |cell: &&str| cell.parse::<f64>().unwrap() / 1e3;
+        let (opening, point) = (meters(width), point.iter().map(meters).collect::<Vec<_>>());
+        let of_gripper = format!("\"right.gripper.opening\":{opening},\"right.gripper.closed\":{}", opening < 0.06);
+        let of_arm = format!("\"right.thumb.position\":{:?},\"box.position\":{:?}", &point[..3], &point[3..]);
+        let _ = writeln!(whole, "{{\"time\":{time},{of_gripper},{of_arm}}}");
+        let _ = writeln!(split, "{{\"time\":{time},{of_arm}}}\n{{\"time\":{time},{of_gripper}}}");
+    }
+    for (name, text) in
+        [("cells.csv", cells), ("objects.jsonl", objects), ("whole.jsonl", whole), ("split.jsonl", split)]
+    {
+        std::fs::write(path(name), text).unwrap();
+    }
+    let (bound, own) = (["--binding", "arm.yaml"], ["--hand", "hand_gripper.rules"]);
+    for (log, of, more) in
+        [("cells.csv", "arm.csv", &bound), ("objects.jsonl", "arm.csv", &bound), ("split.jsonl", "whole.jsonl", &own)]
+    {
+        let wanted = segments(folder.path(), of, more);
+        assert!(wanted.iter().all(|segments| segments.len() == 7), "{wanted:?}");
+        assert_eq!(segments(folder.path(), log, more), wanted, "{log}");
+        for command in ["analyze", "live"] {
+            let output = all_said(&teachtree_in(folder.path(), &[&[command, log], &more[..]].concat()));
+            assert!(!output.contains("duplicate_stamp") && !output.contains("not_a_number"), "{command}: {output}");
+        }
+    }
+}
+
+/// A line that repeats the stamp and the values of another one is left out and reported, in order.
+#[test]
+fn a_line_that_repeats_another_one_is_reported() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("arm.yaml"), binding("thumb")).unwrap();
+    let text = arm();
+    let lines: Vec<&str> = text.lines().collect();
+    // After the calibration, which takes 3 s.
+    let again = [&lines[..=200], &lines[200..]].concat().join("\n");
+    std::fs::write(path("again.csv"), again).unwrap();
+    let bound = ["--binding", "arm.yaml"];
+    assert_eq!(segments(folder.path(), "again.csv", &bound), segments(folder.path(), "arm.csv", &bound));
+    for command in ["analyze", "live"] {
+        let output = all_said(&teachtree_in(folder.path(), &[&[command, "again.csv"], &bound[..]].concat()));
+        assert_eq!(output.matches("duplicate_stamp").count(), 1, "{command}: {output}");
     }
 }

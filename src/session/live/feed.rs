@@ -1,28 +1,22 @@
 //! Lines of a live log: JSON objects or CSV, told from each other by the first line. The first seconds are kept to calibrate with, then each line is a row.
 
+use super::beginning::{Beginning, MOST_PENDING, cell};
 use super::{Calibration, Live, LiveEvent};
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::error::Error;
 use crate::session::log::{Log, Scene};
 use crate::session::rules::RulesOptions;
 use crate::stream::OpenRequest;
-use crate::stream::bind::{BoundRows, RowBinder};
+use crate::stream::bind::{BoundRows, LiveLine, RowBinder, SameStamp};
 use crate::stream::issue::{Issue, IssueKind};
-use crate::stream::names::split_unit;
+use crate::stream::names::{is_canonical, split_unit};
 use crate::stream::read::formats::jsonl::{Line, Lines, push};
 use crate::stream::read::sheet::{Cells, InMemoryTable};
-use crate::stream::read::stamps::{Order, StampOrder, set_back};
-use crate::stream::read::table::{Source, number};
+use crate::stream::read::table::Source;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The most lines in a row that are no rows: then it is no log.
 const MOST_BAD: usize = 1000;
-/// The most bytes of lines, and of cells, that are kept to calibrate with.
-const MOST_BYTES: usize = 128 << 20;
-/// The most issues that wait for the calibration; further ones are counted.
-const MOST_PENDING: usize = 100;
-/// A longer step is a gap, in which nothing is learned, s.
-const LONGEST_STEP_S: f64 = 1.0;
 
 /// What a live log is made of.
 pub struct FeedOptions {
@@ -62,6 +56,8 @@ pub struct Feed {
     /// The scene of the first line.
     scene: Option<Scene>,
     line: u64,
+    /// The lines that wait for others with their stamp.
+    same_stamp: SameStamp,
     /// The stamp of the first message of a topic, ns.
     origin_ns: Option<i64>,
     bad: usize,
@@ -84,89 +80,6 @@ enum State {
     Running(Vec<String>, Box<Live>),
 }
 
-/// The rows until the calibration.
-struct Beginning {
-    rows: InMemoryTable,
-    /// The order of the stamps, and the duration of the rows without gaps, s.
-    order: StampOrder,
-    lasts_s: f64,
-    /// Bytes of the lines.
-    bytes: usize,
-    issues: Vec<Issue>,
-    /// How many more issues there were.
-    more: usize,
-}
-
-impl Beginning {
-    fn new(name: &str) -> Self {
-        Self {
-            rows: InMemoryTable::new(name),
-            order: StampOrder::default(),
-            lasts_s: 0.0,
-            bytes: 0,
-            issues: vec![],
-            more: 0,
-        }
-    }
-
-    fn report(&mut self, issue: Issue) {
-        if self.issues.len() < MOST_PENDING {
-            self.issues.push(issue);
-        } else {
-            self.more += 1;
-        }
-    }
-
-    /// Where the newest row is, s.
-    fn at_s(&self) -> f64 {
-        let newest_s = self.order.newest_s();
-        if newest_s.is_finite() { newest_s } else { 0.0 }
-    }
-
-    /// Keeps a row that comes after the others.
-    fn keep(&mut self, row: &InMemoryTable, bytes: usize) -> Result<(), String> {
-        let stamp_s = stamp_s(row).ok_or("the row has no stamp, expected a number as `time`")?;
-        let last_s = self.order.newest_s();
-        match self.order.push(stamp_s) {
-            Order::Later => {}
-            Order::Equal | Order::Earlier => {
-                return Err(format!("the row of {stamp_s} s came after the row of {last_s} s"));
-            }
-            Order::SetBack => {
-                let message = set_back(last_s, stamp_s, "calibration restarts");
-                let at_s = last_s;
-                self.report(Issue {
-                    kind: IssueKind::GAP,
-                    start_s: at_s,
-                    end_s: at_s,
-                    channel: String::new(),
-                    message,
-                });
-                let (issues, more, order) = (std::mem::take(&mut self.issues), self.more, self.order);
-                *self = Self { issues, more, order, ..Self::new(&self.rows.place) };
-            }
-        }
-        let step_s = stamp_s - last_s;
-        if (0.0..=LONGEST_STEP_S).contains(&step_s) {
-            self.lasts_s += step_s;
-        }
-        self.bytes += bytes;
-        self.rows.begin_row().map_err(|error| error.message)?;
-        for (name, cells) in row.columns() {
-            if let Some(value) = cell(cells) {
-                self.rows.put(name, value).map_err(|error| error.message)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether there are enough rows, or as many as are kept.
-    fn is_enough(&self, lasts_s: f64) -> bool {
-        let cells = self.rows.rows() * self.rows.columns().len();
-        self.rows.rows() > 1 && (self.lasts_s >= lasts_s || self.bytes.max(cells * size_of::<f64>()) >= MOST_BYTES)
-    }
-}
-
 impl Feed {
     /// Nothing was read yet.
     pub fn new(mut options: FeedOptions) -> Self {
@@ -176,7 +89,19 @@ impl Feed {
             options.rules = options.rules.or_of_binding(binder.hand_file(), binder.params());
         }
         let (is_bound, said) = (options.binder.is_none(), BTreeSet::new());
-        Self { options, is_bound, said, scene: None, line: 0, origin_ns: None, bad: 0, form: Form::Unknown, state }
+        let same_stamp = SameStamp::new(options.binder.as_ref().map_or("time".into(), RowBinder::time_column));
+        Self {
+            options,
+            is_bound,
+            said,
+            scene: None,
+            line: 0,
+            same_stamp,
+            origin_ns: None,
+            bad: 0,
+            form: Form::Unknown,
+            state,
+        }
     }
 
     /// Takes a line. A line that is no row is an issue.
@@ -195,24 +120,37 @@ impl Feed {
             self.form = Form::Csv(titles.map_err(|message| self.error(message))?);
             return Ok(vec![]);
         }
-        let read = match self.row(line) {
+        match self.row(line) {
             Ok(Some(row)) => {
                 self.find_scene()?;
-                match &mut self.options.binder {
-                    None => self.take(&row, line.len()),
-                    Some(binder) => match binder.bind(&row) {
-                        Ok(bound) => {
-                            self.is_bound = true;
-                            self.take_bound(bound)
-                        }
-                        Err(error) => Err(self.not_bound(error)),
-                    },
-                }
+                let line = LiveLine { row, bytes: line.len(), number: self.line };
+                let binder = self.options.binder.as_ref();
+                let is_read = |title: &str| binder.map_or_else(|| is_canonical(title), |binder| binder.reads(title));
+                let rows = self.same_stamp.push(line, is_read);
+                self.rows(rows)
             }
-            Ok(None) => return Ok(vec![]),
-            Err(message) => Err(Refused::Line(message)),
-        };
-        self.read("line", read)
+            Ok(None) => Ok(vec![]),
+            Err(message) => self.read("line", self.line, Err(Refused::Line(message))),
+        }
+    }
+
+    /// Takes rows to which no later line adds.
+    fn rows(&mut self, rows: Vec<LiveLine>) -> Result<Vec<LiveEvent>, Error> {
+        let mut events = vec![];
+        for LiveLine { row, bytes, number } in rows {
+            let read = match &mut self.options.binder {
+                None => self.take(&row, bytes),
+                Some(binder) => match binder.bind(&row) {
+                    Ok(bound) => {
+                        self.is_bound = true;
+                        self.take_bound(bound)
+                    }
+                    Err(error) => Err(self.not_bound(error)),
+                },
+            };
+            events.extend(self.read("line", number, read)?);
+        }
+        Ok(events)
     }
 
     /// Takes the message of a topic: its stamp, ns, from which on times count if it is the first one, and the only row of a table. A message that cannot be
@@ -232,7 +170,7 @@ impl Feed {
             }
             Err(error) => Err(self.not_bound(error)),
         };
-        self.read("message", read)
+        self.read("message", self.line, read)
     }
 
     /// A message of a topic that cannot be read.
@@ -241,7 +179,7 @@ impl Feed {
     /// Too many in a row cannot.
     pub fn unreadable(&mut self, topic: &str, why: &str) -> Result<Vec<LiveEvent>, Error> {
         self.line += 1;
-        self.read("message", Err(Refused::Line(format!("{topic}: {why}"))))
+        self.read("message", self.line, Err(Refused::Line(format!("{topic}: {why}"))))
     }
 
     /// No message of a topic can be read.
@@ -259,8 +197,10 @@ impl Feed {
     /// # Errors
     /// As [`line`](Self::line).
     pub fn interrupted(&mut self, message: String) -> Result<Vec<LiveEvent>, Error> {
+        let rows = self.same_stamp.finish();
+        let mut events = self.rows(rows)?;
         let rest = self.options.binder.as_mut().map(RowBinder::interrupt);
-        let mut events = self.rest(rest)?;
+        events.extend(self.rest(rest)?);
         events.extend(self.issue(IssueKind::DISCONNECTED, message));
         if let State::Running(_, live) = &mut self.state {
             events.extend(live.interrupt()?);
@@ -273,8 +213,13 @@ impl Feed {
         self.issue(IssueKind::DISCONNECTED, message)
     }
 
-    /// What became of a line or message.
-    fn read(&mut self, what: &str, read: Result<Vec<LiveEvent>, Refused>) -> Result<Vec<LiveEvent>, Error> {
+    /// What became of a line or message, with its number.
+    fn read(
+        &mut self,
+        what: &str,
+        number: u64,
+        read: Result<Vec<LiveEvent>, Refused>,
+    ) -> Result<Vec<LiveEvent>, Error> {
         match read {
             Ok(events) => {
                 self.bad = 0;
@@ -286,7 +231,7 @@ impl Feed {
                 if self.bad > MOST_BAD {
                     return Err(self.error(format!("more than {MOST_BAD} {what}s in a row are no rows; {message}")));
                 }
-                Ok(self.issue(IssueKind::UNREADABLE_ROW, format!("{what} {} is left out: {message}", self.line)))
+                Ok(self.issue(IssueKind::UNREADABLE_ROW, format!("{what} {number} is left out: {message}")))
             }
         }
     }
@@ -296,7 +241,7 @@ impl Feed {
         let Some(rest) = rest else { return Ok(vec![]) };
         let rest = rest.map_err(|error| Error::new(error, ErrorKind::Binding))?;
         let read = self.take_bound(rest);
-        self.read("row", read)
+        self.read("row", self.line, read)
     }
 
     /// The log has ended.
@@ -304,8 +249,10 @@ impl Feed {
     /// # Errors
     /// As [`line`](Self::line).
     pub fn finish(mut self) -> Result<Vec<LiveEvent>, Error> {
+        let rows = self.same_stamp.finish();
+        let mut events = self.rows(rows)?;
         let rest = self.options.binder.as_mut().map(RowBinder::finish);
-        let mut events = self.rest(rest)?;
+        events.extend(self.rest(rest)?);
         if matches!(self.state, State::Calibrating(_)) {
             events.extend(self.calibrate()?);
         }
@@ -502,26 +449,6 @@ enum Refused {
 
 fn at(cells: &Cells, row: usize) -> f64 {
     cells.numbers().and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
-}
-
-/// The number in the only row of a column; `None` where it is text.
-fn cell(cells: &Cells) -> Option<f64> {
-    match cells {
-        Cells::Texts(texts) => number(texts.first()?),
-        numbers => numbers.numbers()?.first().copied(),
-    }
-}
-
-/// The stamp of the only row, s.
-fn stamp_s(row: &InMemoryTable) -> Option<f64> {
-    let (title, cells) = row.columns().iter().find(|(title, _)| split_unit(title).0 == "time")?;
-    let per_unit = match split_unit(title).1 {
-        Some("ms") => 1e-3,
-        Some("us") => 1e-6,
-        Some("ns") => 1e-9,
-        _ => 1.0,
-    };
-    cell(cells).map(|stamp| stamp * per_unit).filter(|stamp| stamp.is_finite())
 }
 
 /// The titles of a table.

@@ -4,6 +4,8 @@
 //! later row can change them: then they are those of the analysis of the whole log, with the same calibration. Between two tasks everything before is
 //! forgotten, so that memory does not grow.
 
+#[cfg(feature = "cli")]
+mod beginning;
 mod event;
 #[cfg(feature = "cli")]
 mod feed;

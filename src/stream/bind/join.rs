@@ -396,7 +396,7 @@ impl Writer {
 }
 
 impl Value {
-    fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         match self {
             Self::Number(number) => number.is_nan(),
             Self::Text(text) => text.is_empty(),
@@ -404,12 +404,17 @@ impl Value {
     }
 
     /// Fills missing elements of the value from another one.
-    fn add(&mut self, other: &Self, addition: &mut Addition) {
+    pub(super) fn add(&mut self, other: &Self, addition: &mut Addition) {
         match (&mut *self, other) {
             (Self::Number(kept), Self::Number(other)) => addition.number(kept, *other),
             (Self::Text(kept), Self::Text(other)) => addition.text(kept, other),
             // The value was not measured, or is a text in a numeric column.
-            (kept, other) if kept.is_empty() => kept.clone_from(other),
+            (kept, other) if kept.is_empty() => {
+                kept.clone_from(other);
+                if !other.is_empty() {
+                    addition.fill();
+                }
+            }
             _ => {}
         }
     }

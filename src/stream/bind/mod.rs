@@ -14,6 +14,7 @@ mod resampler;
 mod robots;
 mod rotations;
 mod rows;
+mod same_stamp;
 mod sensors;
 mod shifter;
 mod sources;
@@ -23,6 +24,7 @@ mod tool;
 
 pub use apply::bind;
 pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};
+pub use same_stamp::{LiveLine, SameStamp};
 
 pub use pattern::{Columns, Filling, LinkPoint, Offset, Pattern, Span, Template, Threshold};
 use robots::Robot;

@@ -250,6 +250,21 @@ impl Template {
         self.0.iter().map(text).collect()
     }
 
+    /// Whether the name with the placeholders filled may be this one. `<object>` and `<other>` stand for one of `objects`.
+    pub fn fits(&self, name: &str, objects: &[&str]) -> bool {
+        Self::rest_fits(&self.0, name, objects)
+    }
+
+    fn rest_fits(pieces: &[Piece], name: &str, objects: &[&str]) -> bool {
+        let Some((piece, rest)) = pieces.split_first() else { return name.is_empty() };
+        let fits = |text: &str| name.strip_prefix(text).is_some_and(|name| Self::rest_fits(rest, name, objects));
+        match piece {
+            Piece::Text(text) => fits(text),
+            Piece::Object | Piece::Other => objects.iter().any(|object| fits(object)),
+            Piece::Component(_, texts) => texts.iter().any(|text| fits(text)),
+        }
+    }
+
     /// Whether `<object>` occurs.
     pub fn has_object(&self) -> bool {
         self.0.contains(&Piece::Object)

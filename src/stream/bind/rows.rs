@@ -13,9 +13,10 @@ use super::tare::{FirstRows, Rest};
 use super::{BindingFile, Columns, Filling, Pattern, ToolMass, sensors};
 use crate::base::error::InputError;
 use crate::base::recording::{Column, Recording};
-use crate::base::scene::Scene;
+use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
 use crate::stream::issue::Issue;
+use crate::stream::names;
 use crate::stream::open::hand_file_of;
 use crate::stream::read::csv::{self, Clock, Read};
 use crate::stream::read::sheet::InMemoryTable;
@@ -175,9 +176,28 @@ impl RowBinder {
 
     /// Which topics may have columns that are bound.
     pub fn topics(&self) -> TopicFilter {
+        TopicFilter(self.patterns().map(|pattern| pattern.name.start().to_string()).collect())
+    }
+
+    /// The name of the column that has the stamps of rows.
+    pub fn time_column(&self) -> String {
+        self.file.binding.time.name.fill(Filling::default())
+    }
+
+    /// Whether a column is bound, or canonical where no channel is bound.
+    pub fn reads(&self, title: &str) -> bool {
+        if self.file.binding.channels.is_empty() {
+            return names::is_canonical(title);
+        }
+        let objects = self.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
+        let objects: Vec<&str> = objects.map(|(name, _)| name.as_str()).collect();
+        let name = names::split_known_unit(title).0;
+        self.patterns().any(|pattern| [name, title].iter().any(|name| pattern.name.fits(name, &objects)))
+    }
+
+    fn patterns(&self) -> impl Iterator<Item = &Pattern> {
         let joints = self.file.binding.robots.values().flat_map(|robot| robot.joints.values());
-        let patterns = self.file.binding.channels.values().chain(joints).flat_map(Columns::patterns);
-        TopicFilter(patterns.map(|pattern| pattern.name.start().to_string()).collect())
+        self.file.binding.channels.values().chain(joints).flat_map(Columns::patterns)
     }
 
     /// The messages of a topic cannot be read, because of `why`.

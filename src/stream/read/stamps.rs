@@ -174,6 +174,11 @@ impl Addition {
         self.has_values |= !other.is_empty();
     }
 
+    /// Notes that a value replaced one that was not measured.
+    pub fn fill(&mut self) {
+        (self.adds, self.has_values) = (true, true);
+    }
+
     /// Combines the results of two merges.
     pub fn join(&mut self, other: Self) {
         self.adds |= other.adds;
