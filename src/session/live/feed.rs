@@ -179,6 +179,7 @@ impl Feed {
     /// Too many in a row cannot.
     pub fn unreadable(&mut self, topic: &str, why: &str) -> Result<Vec<LiveEvent>, Error> {
         self.line += 1;
+        self.options.binder.iter_mut().for_each(|binder| binder.unreadable(topic, why));
         self.read("message", self.line, Err(Refused::Line(format!("{topic}: {why}"))))
     }
 

@@ -200,6 +200,13 @@ impl RowBinder {
         self.file.binding.channels.values().chain(joints).flat_map(Columns::patterns)
     }
 
+    /// A message of a topic cannot be read, because of `why`. If none can, this is why the topic lacks the columns of the binding.
+    pub fn unreadable(&mut self, topic: &str, why: &str) {
+        if !self.refused.iter().any(|(known, _)| known == topic) {
+            self.refused.push((topic.to_string(), why.to_string()));
+        }
+    }
+
     /// The messages of a topic cannot be read, because of `why`.
     ///
     /// # Errors
@@ -319,7 +326,8 @@ impl RowBinder {
             titles.extend(topic.titles.iter().map(title));
         }
         let sheets = self.join.topics().iter().map(|(name, topic)| (name.clone(), topic.titles.len())).collect();
-        let header = Header::of(titles, sheets, self.refused.clone());
+        let refused = self.refused.iter().filter(|(topic, _)| !self.join.topics().contains_key(topic));
+        let header = Header::of(titles, sheets, refused.cloned().collect());
         let is_of_topics = !self.join.topics().contains_key("");
         let bound = match is_of_topics {
             true => BoundColumns::of_stamped(&header, &self.file, &self.scene)?,

@@ -5,7 +5,8 @@
 //! of an array by its place, `poses[0].position.x`; arrays longer than [`MAX_ARRAY`] (images, point clouds) are passed over.
 //!
 //! Where a message says what its elements are called, the place is no name, since it differs from message to message: joints are called
-//! as in the array `name` beside them, `position.finger_joint`, and transforms by their child frame, `transforms.cube.transform`.
+//! as in the array `name` beside them, `position.finger_joint`, and transforms by their child frame, `transforms.cube.transform`. A message in which a
+//! name occurs twice is refused.
 
 use crate::base::error::InputError;
 use crate::stream::read::sheet::InMemoryTable;
@@ -209,6 +210,31 @@ fn resolve(base: &str, parent: &str, names: &[&str]) -> Result<usize, String> {
         .ok_or_else(|| format!("its definition names the type `{base}` and does not define it"))
 }
 
+/// What a message calls the elements of its arrays.
+#[derive(Default)]
+struct Names {
+    /// The names in their order; none if an element has no name.
+    all: Vec<String>,
+    /// A name that two elements have.
+    twice: Option<String>,
+}
+
+impl Names {
+    fn of(texts: &[String]) -> Self {
+        if texts.iter().any(String::is_empty) {
+            return Self::default();
+        }
+        let mut seen = BTreeSet::new();
+        let twice = texts.iter().find(|name| !seen.insert(*name)).cloned();
+        Self { all: texts.to_vec(), twice }
+    }
+}
+
+/// The error about an element that occurs twice in a message: nobody knows which of its values is meant.
+fn twice(path: &str) -> Failure {
+    Failure::Message(format!("`{path}` is there twice"))
+}
+
 /// A message on its way into a row.
 struct Decoder<'a> {
     types: &'a [Vec<Field>],
@@ -240,7 +266,7 @@ impl Decoder<'_> {
         let names_itself = self.path.ends_with(']') && fields.iter().any(|field| field.name == CHILD);
         let muted = self.muted;
         self.muted |= names_itself;
-        let mut names = vec![];
+        let (mut names, mut parent) = (Names::default(), None);
         for field in fields {
             let length = self.path.len();
             if length > 0 {
@@ -257,18 +283,19 @@ impl Decoder<'_> {
             self.muted = before;
             self.path.truncate(length);
             if says_names {
-                let distinct: BTreeSet<&String> = self.texts.iter().filter(|name| !name.is_empty()).collect();
-                names = if distinct.len() == self.texts.len() { self.texts.clone() } else { vec![] };
+                names = Names::of(&self.texts);
             }
             if names_itself && field.name == "header" {
-                names.clone_from(&self.texts);
+                parent = self.texts.last().cloned();
             }
             if names_itself && field.name == CHILD {
                 self.muted = muted;
                 self.path.truncate(self.path.rfind('[').unwrap_or(length));
                 self.path.push_str(&format!(".{}", self.texts.last().map_or("?", String::as_str)));
-                if let (false, Some(parent)) = (self.muted, names.pop()) {
-                    self.row.put_text(&format!("{}.header.frame_id", self.path), &parent)?;
+                if let (false, Some(parent)) = (self.muted, parent.take())
+                    && !self.row.put_text(&format!("{}.header.frame_id", self.path), &parent)?
+                {
+                    return Err(twice(&self.path));
                 }
             }
         }
@@ -277,7 +304,7 @@ impl Decoder<'_> {
     }
 
     /// Reads a field; its elements have these `names`, if they are as many.
-    fn field(&mut self, field: &Field, depth: usize, names: &[String]) -> Result<(), Failure> {
+    fn field(&mut self, field: &Field, depth: usize, names: &Names) -> Result<(), Failure> {
         let count = match field.count {
             Count::One => return self.value(field.kind, depth),
             Count::Fixed(count) => count,
@@ -293,12 +320,15 @@ impl Decoder<'_> {
         }
         let muted = self.muted;
         self.muted |= count > MAX_ARRAY;
+        if let (false, Some(name)) = (self.muted || names.all.len() != count, &names.twice) {
+            return Err(twice(&format!("{}.{name}", self.path)));
+        }
         if let (true, Kind::Bool | Kind::Unsigned(1) | Kind::Signed(1)) = (self.muted, field.kind) {
             self.bytes.skip(count)?;
         } else {
             let length = self.path.len();
             for place in 0..count {
-                match names.get(place).filter(|_| names.len() == count) {
+                match names.all.get(place).filter(|_| names.all.len() == count) {
                     _ if self.muted => {}
                     Some(name) => self.path.push_str(&format!(".{name}")),
                     None => self.path.push_str(&format!("[{place}]")),
@@ -325,16 +355,16 @@ impl Decoder<'_> {
             Kind::Time => return self.time(),
             Kind::Text | Kind::WideText => {
                 let text = if matches!(kind, Kind::Text) { self.bytes.text()? } else { self.bytes.wide_text()? };
-                if !self.muted {
-                    self.row.put_text(&self.path, &text)?;
+                if !self.muted && !self.row.put_text(&self.path, &text)? {
+                    return Err(twice(&self.path));
                 }
                 self.texts.push(text);
                 return Ok(());
             }
             Kind::Message(kind) => return self.message(kind, depth + 1),
         };
-        if !self.muted {
-            self.row.put(&self.path, if number.is_finite() { number } else { f64::NAN })?;
+        if !self.muted && !self.row.put(&self.path, if number.is_finite() { number } else { f64::NAN })? {
+            return Err(twice(&self.path));
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use super::messages::{JOINT_STATE, TRANSFORMS, Topic, joint_state, transforms, write};
 use super::{bound, values};
+use crate::program::{all_said, complained, teachtree_in};
 use teachtree::base::recording::Recording;
 use teachtree::stream::issue::Issue;
 
@@ -59,4 +60,29 @@ fn publishers_of_elements_that_are_not_bound_repeat_nothing() {
     assert_eq!(issues.len(), 1, "{issues:?}");
     assert_eq!((issues[0].kind.name(), issues[0].channel.as_str()), ("duplicate_stamp", "/tf"));
     assert!(issues[0].message.starts_with("1 row repeats the time stamp"), "{issues:?}");
+}
+
+/// Of two values that one name has in a message, nobody knows which is meant.
+#[test]
+fn an_element_that_is_twice_in_a_message_is_refused() {
+    let x = f64::from;
+    let cubes = || (10..16).map(|half| (half, vec![("cube", x(half)), ("lamp", 1.0), ("cube", 0.0)]));
+    let cube = || (10..16).map(|half| (half, vec![("cube", x(half))]));
+    let fingers = || (10..16).map(|half| (half, vec![("finger", x(half)), ("elbow", 1.0), ("finger", 0.0)]));
+    let finger = || (10..16).map(|half| (half, vec![("finger", x(half))]));
+    let of_cube = "`/tf` cannot be read: message 1: `transforms.cube` is there twice";
+    let of_finger = "`/joint_states` cannot be read: message 1: `position.finger` is there twice";
+    for (topics, why) in
+        [([poses(cubes()), joints(finger())], of_cube), ([poses(cube()), joints(fingers())], of_finger)]
+    {
+        let refused = read(&topics).unwrap_err();
+        assert!(refused.ends_with(why), "{refused}");
+        let folder = tempfile::tempdir().unwrap();
+        write(&folder.path().join("log.mcap"), None, &topics);
+        std::fs::write(folder.path().join("b.yaml"), format!("{BINDING}{}", super::SCENE)).unwrap();
+        let output = teachtree_in(folder.path(), &["live", "log.mcap", "--binding", "b.yaml"]);
+        assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
+        let why = why.replace("message 1: ", "");
+        assert!(complained(&output).contains(&why), "{}", complained(&output));
+    }
 }
