@@ -17,9 +17,9 @@ mod source;
 use super::rules::RuleArgs;
 use super::{Failure, output};
 use crate::base::error::InputError;
-use crate::session::{Calibration, Feed, FeedOptions, Known, LiveEvent, Log, Scene};
+use crate::session::{Calibration, Error, Feed, FeedOptions, Known, LiveEvent, Log, Scene};
 use crate::stream::bind::{RowBinder, WAIT_S};
-use crate::stream::read::text;
+use crate::stream::read::{csv, text};
 use source::{Kind, MAX_LINE, Outlet, Sent};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -122,7 +122,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         name: if args.source == "-" { "standard input".into() } else { args.source.clone() },
         rules: args.rules.options(),
         scene,
-        beside: beside(&args.source, kind)?,
+        beside: beside(&args.source, kind),
         binder,
         calibrate_s: args.calibrate,
         calibration,
@@ -307,8 +307,8 @@ fn line(event: &LiveEvent) -> String {
     format!("{mark} {event}")
 }
 
-/// The scene beside a file.
-fn beside(source: &str, kind: Kind) -> Result<Option<Scene>, Failure> {
-    let path = Path::new(source).with_extension("scene.yaml");
-    if source != "-" && !kind.is_timed() && path.is_file() { Ok(Some(Scene::open(path)?)) } else { Ok(None) }
+/// The scene file beside a file, or why it cannot be read: it may be a pipe.
+fn beside(source: &str, kind: Kind) -> Option<Result<Scene, Error>> {
+    let path = csv::scene_file_beside(Path::new(source));
+    path.filter(|_| source != "-" && !kind.is_timed()).map(Scene::open)
 }

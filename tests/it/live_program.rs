@@ -97,6 +97,26 @@ fn what_is_no_log_is_refused() {
     insta::assert_snapshot!(said.join("\n"));
 }
 
+/// The first line has a scene that cannot be read: the program says why, not that there is none.
+#[test]
+fn a_wrong_scene_of_the_first_line_is_named() {
+    let (scene, lines) = json(&demonstration("pick_and_place"));
+    for (wrong, why) in [
+        (scene.replace("\"block\"", "\"blo,ck\""), "standard input row 1: scene.bodies: `blo,ck` cannot name a body"),
+        (format!("{}\n", scene.trim_end().trim_end_matches('}')), "standard input row 1: found no JSON object"),
+    ] {
+        assert_ne!(wrong, scene);
+        let said = refused(&[], &format!("{wrong}{}", lines.concat()));
+        assert!(said.contains(why), "{said}");
+    }
+    // The scene that is named counts.
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cell.scene.yaml");
+    std::fs::write(&file, serde_json::to_string(&demonstration("pick_and_place").scene).unwrap()).unwrap();
+    let said = live(&["--scene", file.to_str().unwrap()], &format!("{{\"scene\": 1}}\n{}", lines.concat()));
+    assert!(said.contains(TASK), "{said}");
+}
+
 /// Without the feature the program says how it is had.
 #[cfg(not(feature = "zenoh"))]
 #[test]

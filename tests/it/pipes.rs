@@ -31,6 +31,8 @@ fn a_pipe_in_the_place_of_a_file_is_refused_by_its_name() {
     let path = |name: &str| folder.path().join(name);
     std::fs::create_dir(path("tests")).unwrap();
     pipe(&path("tests/a.expect"));
+    std::fs::copy(path("log.csv"), path("side.csv")).unwrap();
+    pipe(&path("side.scene.yaml"));
     std::fs::write(path("of_pipe.expect"), "log: pipe.csv\n").unwrap();
     std::fs::write(path("by_pipe.expect"), "log: log.csv\nbinding: pipe.yaml\n").unwrap();
     let commands: &[(&[&str], &str)] = &[
@@ -50,6 +52,8 @@ fn a_pipe_in_the_place_of_a_file_is_refused_by_its_name() {
         (&["agree", "pipe.csv", "pipe.csv", "log.csv"], "pipe.csv"),
         (&["fmt", "pipe.rules"], "pipe.rules"),
         (&["live", "log.csv", "--calibration", "pipe.json"], "pipe.json"),
+        (&["analyze", "side.csv"], "side.scene.yaml"),
+        (&["live", "side.csv"], "side.scene.yaml"),
         (&["retarget", "pipe.csv", "-o", "c.json"], "pipe.csv"),
         (&["simulate", "pipe.json", "--scene", "push", "-o", "s.csv"], "pipe.json"),
         (&["studio", "pipe.csv", "--no-open"], "pipe.csv"),

@@ -17,6 +17,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The most lines in a row that are no rows: then it is no log.
 const MOST_BAD: usize = 1000;
+/// What a line with a scene contains.
+const SCENE_KEY: &[u8] = b"\"scene\"";
 
 /// What a live log is made of.
 pub struct FeedOptions {
@@ -26,8 +28,8 @@ pub struct FeedOptions {
     pub rules: RulesOptions,
     /// The bodies, whatever the log says.
     pub scene: Option<Scene>,
-    /// The bodies where no line of the log has them.
-    pub beside: Option<Scene>,
+    /// The bodies where no line of the log has them, or why the scene file beside the log cannot be read.
+    pub beside: Option<Result<Scene, Error>>,
     /// How the rows of another log become channels.
     pub binder: Option<RowBinder>,
     /// For how long rows are kept to calibrate with, s.
@@ -55,6 +57,8 @@ pub struct Feed {
     said: BTreeSet<String>,
     /// The scene of the first line.
     scene: Option<Scene>,
+    /// Why the scene of the first line cannot be read.
+    wrong_scene: Option<Error>,
     line: u64,
     /// The lines that wait for others with their stamp.
     same_stamp: SameStamp,
@@ -95,6 +99,7 @@ impl Feed {
             is_bound,
             said,
             scene: None,
+            wrong_scene: None,
             line: 0,
             same_stamp,
             origin_ns: None,
@@ -330,7 +335,14 @@ impl Feed {
         let mut whole = line.to_vec();
         whole.push(b'\n');
         let mut lines = Lines::new(whole.as_slice(), self.options.name.clone());
-        match lines.line().map_err(|error| error.message)? {
+        let read = lines.line().map_err(|error| {
+            if is_first && line.windows(SCENE_KEY.len()).any(|part| part == SCENE_KEY) {
+                let place = format!("{} row {}", self.options.name, self.line);
+                self.wrong_scene = Some(Error::new(InputError::new(place, &error.message), ErrorKind::Scene));
+            }
+            error.message
+        });
+        match read? {
             Some(Line::Row(object)) => push(&object, &mut row).map(|()| Some(row)),
             Some(Line::Scene(scene)) if is_first => {
                 self.scene = Some(Scene::of(*scene));
@@ -370,10 +382,14 @@ impl Feed {
     /// The scene that was named, else that of the first line, else the one beside the log.
     fn find_scene(&self) -> Result<&Scene, Error> {
         let Self { options, scene, .. } = self;
-        options.scene.as_ref().or(scene.as_ref()).or(options.beside.as_ref()).ok_or_else(|| {
-            let help = "name the scene with --scene, or send it in the first line: {\"scene\": {…}}";
-            Error::new(InputError::new(&options.name, "carries no scene").help(help), ErrorKind::Scene)
-        })
+        match (options.scene.as_ref().or(scene.as_ref()), &options.beside, &self.wrong_scene) {
+            (Some(scene), ..) | (None, Some(Ok(scene)), _) => Ok(scene),
+            (None, _, Some(error)) | (None, Some(Err(error)), None) => Err(error.clone()),
+            (None, None, None) => {
+                let help = "name the scene with --scene, or send it in the first line: {\"scene\": {…}}";
+                Err(Error::new(InputError::new(&options.name, "carries no scene").help(help), ErrorKind::Scene))
+            }
+        }
     }
 
     fn take(&mut self, row: &InMemoryTable, bytes: usize) -> Result<Vec<LiveEvent>, Refused> {

@@ -73,18 +73,22 @@ pub(in crate::stream) fn read_source(
 /// # Errors
 /// When there is none beside the log, or it is wrong.
 pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
-    let places = beside(log, "scene.yaml");
-    if let Some(file) = places.iter().find(|file| file.is_file()) {
-        return read_scene(file);
+    if let Some(file) = scene_file_beside(log) {
+        return read_scene(&file);
     }
     let help = "name the scene with --scene, or a binding with --binding";
     if log == Path::new("-") {
         return Err(InputError::new("standard input", "carries no scene").help(help).or_kind(ErrorKind::Scene));
     }
-    let mut wanted = places.map(|file| format!("`{}`", file.display())).to_vec();
+    let mut wanted = beside(log, "scene.yaml").map(|file| format!("`{}`", file.display())).to_vec();
     wanted.dedup();
     let message = format!("the log has no scene beside it, expected {}", wanted.join(" or "));
     Err(InputError::new(log.display().to_string(), message).help(help).or_kind(ErrorKind::Scene))
+}
+
+/// Returns the scene file beside a log, if there is one. It may be a pipe or a link that leads nowhere, which reading it refuses by name.
+pub fn scene_file_beside(log: &Path) -> Option<PathBuf> {
+    beside(log, "scene.yaml").into_iter().find(|file| file.symlink_metadata().is_ok())
 }
 
 /// Reads a scene file.
