@@ -16,7 +16,7 @@ use crate::robot::planning::goal::goals;
 use crate::robot::planning::posture::Posture;
 use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
 use crate::robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
-use crate::robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce, SegmentForces};
+use crate::robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce};
 use crate::robot::simulation::warnings::warnings;
 use crate::robot::simulation::{Outcome, Performance, simulate};
 use crate::session::{Analysis, Log};
@@ -391,9 +391,10 @@ fn told_forces(forces: &Forces) -> String {
             faults.push(format!("{what} as commanded for {share:.0} % of the time, expected {mostly:.0} %"));
         }
     }
-    if let Some((SegmentForces { primitive, .. }, MeanForce { finger, commanded, exerted, .. })) = forces.off() {
+    if let Some((segment, MeanForce { finger, commanded, exerted, .. })) = forces.off() {
+        let segment = forces.name(segment);
         faults.push(format!(
-            "the {finger} exerts {exerted:.2} N in {primitive} on average, commanded are {commanded:.2} N"
+            "the {finger} exerts {exerted:.2} N in {segment} on average, commanded are {commanded:.2} N"
         ));
     }
     if faults.is_empty() {

@@ -81,6 +81,7 @@ fn segment(segment: &SegmentForces) -> Value {
     json!({
         "segment": segment.segment,
         "primitive": segment.primitive,
+        "start_s": exact(segment.start_s),
         "duration_s": exact(segment.lasts_s),
         "grip_raised": exact(segment.raised()),
         "fingers": segment.fingers.iter().map(finger).collect::<Vec<_>>(),

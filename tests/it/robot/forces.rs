@@ -27,6 +27,31 @@ fn is_near(one: f64, other: f64, share: f64) -> bool {
     (one - other).abs() <= share * other
 }
 
+/// Returns how `simulate` names a segment: by its primitive, and by its start where its primitive occurs more than once.
+fn name(segments: &[Value], segment: &Value) -> String {
+    let primitive = segment["primitive"].as_str().unwrap();
+    let count = segments.iter().filter(|it| it["primitive"] == primitive).count();
+    let start_s = segment["start_s"].as_f64().unwrap();
+    if count == 1 { primitive.into() } else { format!("{primitive} at {start_s:.1} s") }
+}
+
+fn sentence_on_raised(segments: &[Value], segment: &Value) -> String {
+    let raised = segment["grip_raised"].as_f64().unwrap() * 100.0;
+    format!("grip raised by {raised:.0} % in {}: fingers were about to slip", name(segments, segment))
+}
+
+/// Returns the sum of a force over the fingers of a segment, N.
+fn sum(segment: &Value, force: &str) -> f64 {
+    segment["fingers"].as_array().unwrap().iter().map(|finger| finger[force].as_f64().unwrap()).sum()
+}
+
+/// Runs `simulate`; returns its text and the segments of its only task.
+fn simulated(commands: &str, scene: &[&str], out: &str) -> (String, Vec<Value>) {
+    let args = [&["simulate", commands], scene, &["-o", out]].concat();
+    let document: Value = serde_json::from_str(&run(&[&args[..], &["--format", "json"]].concat())).unwrap();
+    (run(&args), document["tasks"][0]["segments"].as_array().unwrap().clone())
+}
+
 /// Each case has a scene, the seed of its operator, the compared primitives, and whether the slip reflex raises the grip so much that the forces are outside of
 /// their profile.
 const CASES: [(&str, &str, &[&str], bool); 2] =
@@ -61,6 +86,8 @@ fn forces_are_compared_with_the_commands_and_the_reflex_is_reported() {
                     outcome["segments"].as_array().unwrap().iter().find(|it| it["segment"] == index).unwrap();
                 let begins_s = segment.demonstrated_start_s;
                 let [from_s, to_s] = ["start_s", "end_s"].map(|key| again[key].as_f64().unwrap());
+                let start_s = reported["start_s"].as_f64().unwrap();
+                assert!((start_s - from_s).abs() < 0.5, "{scene} {primitive}: begins after {from_s} s, {reported}");
                 for finger in FINGERS {
                     let tip = segment.tips.iter().find(|tip| tip.finger.name() == finger).unwrap();
                     let norms = tip.force.iter().map(|force| force.iter().map(|part| part * part).sum::<f64>().sqrt());
@@ -84,8 +111,11 @@ fn forces_are_compared_with_the_commands_and_the_reflex_is_reported() {
         }
         assert_eq!(are_far, is_firmer, "{scene}: {outcome:#}");
         assert_eq!(outcome["forces_kept"], !is_firmer, "{scene}: {outcome:#}");
-        let told =
-            |text: &str| compared.iter().all(|it| text.contains(&format!(" % in {it}: fingers were about to slip")));
+        let of_compared = |it: &&Value| compared.iter().any(|primitive| it["primitive"] == *primitive);
+        let segments = outcome["segments"].as_array().unwrap();
+        let raised: Vec<String> =
+            segments.iter().filter(of_compared).map(|it| sentence_on_raised(segments, it)).collect();
+        let told = |text: &str| raised.iter().all(|sentence| text.contains(sentence));
         assert_eq!(told(&text), is_firmer, "{text}");
         assert_eq!(text.contains("forces outside their profile: "), is_firmer, "{text}");
         assert!(text.contains(" N demonstrated, ") && text.contains(" N commanded, "), "{text}");
@@ -94,6 +124,58 @@ fn forces_are_compared_with_the_commands_and_the_reflex_is_reported() {
         for line in [">demonstrated</text>", ">commanded</text>", ">exerted</text>", "[\"demonstrated\","] {
             assert!(page.contains(line), "{line}");
         }
+    }
+}
+
+/// Two segments of one primitive are reported separately, and each sentence says which of them it is about.
+#[test]
+fn segments_of_one_primitive_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let [log, file, robot] = ["log.csv", "commands.json", "robot.csv"].map(path);
+    run(&["teach", "pick_and_press", "pick_and_press", "--seed", "9101", "-o", &log]);
+    run(&["retarget", &log, "-o", &file]);
+    let (text, segments) = simulated(&file, &["--scene", "pick_and_press"], &robot);
+    let translates: Vec<&Value> = segments.iter().filter(|it| it["primitive"] == "Translate").collect();
+    assert_eq!(translates.len(), 2, "{text}");
+    let worst = |it: &&&Value| sum(it, "exerted_n") - sum(it, "commanded_n");
+    let worst = translates.iter().max_by(|one, other| worst(one).total_cmp(&worst(other))).unwrap();
+    let thumb = &worst["fingers"][0];
+    let [commanded, exerted] = ["commanded_n", "exerted_n"].map(|key| thumb[key].as_f64().unwrap());
+    let place = name(&segments, worst);
+    let expected = format!("the thumb exerts {exerted:.2} N in {place} on average, commanded are {commanded:.2} N");
+    assert!(text.contains(&expected), "{expected}: {text}");
+    for segment in &segments {
+        let is_raised = segment["grip_raised"].as_f64().unwrap() >= 0.005;
+        assert_eq!(text.contains(&sentence_on_raised(&segments, segment)), is_raised, "{segment}: {text}");
+    }
+}
+
+const LIMITED: &str = "the hand may not press harder";
+
+/// The limit of the hand is named as the cause only where a command exceeds it.
+#[test]
+fn the_limit_of_the_hand_is_a_cause_where_a_command_exceeds_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let [log, file, robot] = ["log.csv", "commands.json", "robot.csv"].map(path);
+    // The commands of this recording are at the limit of 5 N.
+    let demos = concat!(env!("CARGO_MANIFEST_DIR"), "/demos/robosuite");
+    let [lift, binding, scene] =
+        ["lift_demo_1.csv", "panda_lift.binding.yaml", "panda_lift.scene.yaml"].map(|name| format!("{demos}/{name}"));
+    let from = ["--binding", &binding, "--scene", &scene, "--robot", "parallel_jaw", "-o", &file];
+    run(&[&["retarget", &lift][..], &from].concat());
+    let (text, segments) = simulated(&file, &["--scene", &scene, "--robot", "parallel_jaw"], &robot);
+    let carried = segments.iter().find(|it| it["primitive"] == "Translate").unwrap();
+    let less = (1.0 - sum(carried, "exerted_n") / sum(carried, "commanded_n")) * 100.0;
+    let expected = format!("fingers exert {less:.0} % less than commanded in Translate\n");
+    assert!(text.contains(&expected) && !text.contains(LIMITED), "{expected}: {text}");
+    // These commands ask the thumb for 4.75 N; its limit is 4 N.
+    run(&["teach", "peg_in_hole_tight", "peg_in_hole_tight", "--seed", "9712", "-o", &log]);
+    run(&["retarget", &log, "-o", &file]);
+    let (text, _) = simulated(&file, &["--scene", "peg_in_hole_tight"], &robot);
+    for primitive in ["Translate", "Insert"] {
+        assert!(text.contains(&format!(" % in {primitive}: {LIMITED}")), "{text}");
     }
 }
 

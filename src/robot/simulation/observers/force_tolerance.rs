@@ -12,6 +12,7 @@
 
 use crate::base::hands::Finger;
 use crate::command::Task;
+use crate::robot::control::behavior::Grip;
 use crate::robot::planning::plan::PlannedForce;
 use crate::robot::simulation::hand_agent::HandAgent;
 use crate::robot::simulation::observer::{Observer, Step};
@@ -31,8 +32,10 @@ pub const FIRMER: f64 = 2.5;
 pub const LASTS_S: f64 = 0.1;
 /// A smaller force does not count as commanded, N.
 const COMMANDED_N: f64 = 0.05;
-/// Minimum relative change of the grip force that is reported.
+/// Minimum relative change of the grip force that is reported. A commanded force that exceeds the hand's limit by less is at the limit.
 const CHANGED: f64 = 0.005;
+/// Minimum relative lack of exerted force that is reported.
+const LESS: f64 = 0.05;
 
 /// The comparison of a task's forces with the commanded ones.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,6 +63,8 @@ pub struct SegmentForces {
     pub segment: usize,
     /// The primitive of the segment.
     pub primitive: String,
+    /// When the robot began the segment, s since the beginning of the simulation.
+    pub start_s: f64,
     /// Duration of the segment, s.
     pub lasts_s: f64,
     /// The participating fingertips.
@@ -80,13 +85,26 @@ pub struct MeanForce {
     pub exerted: f64,
 }
 
-/// The change of the grip force in a primitive.
+/// A change of the grip force in a segment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GripChange {
-    /// The primitive.
-    pub primitive: String,
-    /// Relative change; negative if the grip was lowered.
+    /// The name of the segment, see [`Forces::name`].
+    pub segment: String,
+    /// What changed.
+    pub kind: ChangeKind,
+    /// Relative change, greater than 0.
     pub by: f64,
+}
+
+/// Kinds of changes of the grip force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChangeKind {
+    /// The target force was lowered, because the command is above the limit of the hand.
+    Lowered,
+    /// The slip reflex raised the target force.
+    Raised,
+    /// The fingers exert less than commanded; the cause is not determined.
+    Less,
 }
 
 impl Forces {
@@ -116,18 +134,23 @@ impl Forces {
         (whole > 0.0).then(|| (mean(&|it| it.demonstrated), commanded, exerted))
     }
 
-    /// Returns the change of the grip force for each primitive, in order of time.
+    /// Returns the name of a segment: its primitive, and its start if several segments have this primitive.
+    pub fn name(&self, segment: &SegmentForces) -> String {
+        let primitive = &segment.primitive;
+        let is_repeated = self.segments.iter().filter(|other| other.primitive == *primitive).nth(1).is_some();
+        if is_repeated { format!("{primitive} at {:.1} s", segment.start_s) } else { primitive.clone() }
+    }
+
+    /// Returns the changes of the grip force in each segment, in order of time.
     pub fn grip_changes(&self) -> Vec<GripChange> {
-        let mut primitives: Vec<(&str, GripSums)> = Vec::new();
-        for segment in &self.segments {
-            match primitives.iter_mut().find(|(primitive, _)| *primitive == segment.primitive) {
-                Some((_, sums)) => sums.add(&segment.grip),
-                None => primitives.push((&segment.primitive, segment.grip)),
-            }
-        }
-        let changes = primitives.into_iter().flat_map(|(primitive, sums)| {
-            let changes = [sums.lowered(), sums.raised()].into_iter().filter(|by| by.abs() >= CHANGED);
-            changes.map(|by| GripChange { primitive: primitive.into(), by }).collect::<Vec<_>>()
+        let changes = self.segments.iter().flat_map(|segment| {
+            let kinds = [
+                (ChangeKind::Lowered, segment.grip.lowered(), CHANGED),
+                (ChangeKind::Raised, segment.raised(), CHANGED),
+                (ChangeKind::Less, segment.less(), LESS),
+            ];
+            let changes = kinds.into_iter().filter(|(_, by, least)| by >= least);
+            changes.map(|(kind, by, _)| GripChange { segment: self.name(segment), kind, by })
         });
         changes.collect()
     }
@@ -138,16 +161,27 @@ impl SegmentForces {
     pub fn raised(&self) -> f64 {
         self.grip.raised()
     }
+
+    /// Returns by what share the fingers exert less than commanded. 0 for short segments and for a lack that the limit of the hand explains.
+    fn less(&self) -> f64 {
+        let sum = |of: fn(&MeanForce) -> f64| self.fingers.iter().map(of).sum::<f64>();
+        let (commanded, exerted) = (sum(|mean| mean.commanded), sum(|mean| mean.exerted));
+        let expected = commanded * (1.0 - self.grip.lowered());
+        let lacks = exerted < expected * (1.0 - LESS) && expected - exerted >= COMMANDED_N;
+        if lacks && self.lasts_s >= LASTS_S { 1.0 - exerted / commanded } else { 0.0 }
+    }
 }
 
 /// Formats the change as a message.
 impl fmt::Display for GripChange {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (share, primitive) = (self.by.abs() * 100.0, &self.primitive);
-        if self.by > 0.0 {
-            write!(to, "grip raised by {share:.0} % in {primitive}: fingers were about to slip")
-        } else {
-            write!(to, "grip lowered by {share:.0} % in {primitive}: the hand may not press harder")
+        let (share, segment) = (self.by * 100.0, &self.segment);
+        match self.kind {
+            ChangeKind::Lowered => {
+                write!(to, "grip lowered by {share:.0} % in {segment}: the hand may not press harder")
+            }
+            ChangeKind::Raised => write!(to, "grip raised by {share:.0} % in {segment}: fingers were about to slip"),
+            ChangeKind::Less => write!(to, "fingers exert {share:.0} % less than commanded in {segment}"),
         }
     }
 }
@@ -163,22 +197,40 @@ struct GripSums {
     asked: f64,
     within_limits: f64,
     raised: f64,
+    /// How much less than asked, in the steps in which a commanded force is above the limit of the hand.
+    above_limit: f64,
 }
 
 impl GripSums {
-    fn add(&mut self, other: &Self) {
-        self.asked += other.asked;
-        self.within_limits += other.within_limits;
-        self.raised += other.raised;
+    fn add(&mut self, grip: &Grip, is_above_limit: bool) {
+        self.asked += grip.asked;
+        self.within_limits += grip.within_limits;
+        self.raised += grip.raised;
+        if is_above_limit {
+            self.above_limit += grip.asked - grip.within_limits;
+        }
     }
 
     fn raised(&self) -> f64 {
         if self.within_limits > 0.0 { self.raised / self.within_limits - 1.0 } else { 0.0 }
     }
 
+    /// Returns the share by which the limit of the hand lowered the grip.
     fn lowered(&self) -> f64 {
-        if self.asked > 0.0 { self.within_limits / self.asked - 1.0 } else { 0.0 }
+        if self.asked > 0.0 { self.above_limit / self.asked } else { 0.0 }
     }
+}
+
+/// Whether a commanded force is above the limit of its finger.
+fn is_above_limit(hand: &HandAgent<'_>) -> bool {
+    hand.planned
+        .iter()
+        .any(|PlannedForce { finger, commanded, .. }| commanded.norm() > limit(hand, *finger) * (1.0 + CHANGED))
+}
+
+/// Returns the limit of a finger, N.
+fn limit(hand: &HandAgent<'_>, finger: Finger) -> f64 {
+    hand.planner.hand.finger(finger).map_or(f64::INFINITY, |finger| finger.force)
 }
 
 /// The forces of each task.
@@ -207,11 +259,10 @@ impl Observer for ForceTolerance {
                 tally.note_largest(hand, &felt.tips, doing.body);
                 if let Some(segment) = doing.holds_in.filter(|_| !doing.lost) {
                     tally.compare(&hand.planned, &felt.tips, (doing.body, object));
-                    let sums = tally.sums(segment, doing.primitive);
+                    let sums = tally.sums(segment, doing.primitive, step.time_s());
                     sums.note(&hand.planned, &felt.tips, doing.body);
                     if let Some(grip) = hand.grip() {
-                        let (asked, within_limits, raised) = (grip.asked, grip.within_limits, grip.raised);
-                        sums.grip.add(&GripSums { asked, within_limits, raised });
+                        sums.grip.add(&grip, is_above_limit(hand));
                     }
                 }
             }
@@ -256,6 +307,7 @@ impl Share {
 struct Sums {
     segment: usize,
     primitive: String,
+    start_s: f64,
     steps: f64,
     fingers: Vec<MeanForce>,
     grip: GripSums,
@@ -289,6 +341,7 @@ impl Sums {
         SegmentForces {
             segment: self.segment,
             primitive: self.primitive.clone(),
+            start_s: self.start_s,
             lasts_s: self.steps * STEP_S,
             fingers: self.fingers.iter().map(mean).collect(),
             grip: self.grip,
@@ -312,8 +365,7 @@ impl Tally {
     fn note_largest(&mut self, hand: &HandAgent<'_>, tips: &[TipState], body: usize) {
         for tip in tips {
             let exerted = tip.force_on(body).norm();
-            let limit = hand.planner.hand.finger(tip.finger).map_or(f64::INFINITY, |finger| finger.force);
-            let limit = limit.min(self.allowed());
+            let limit = limit(hand, tip.finger).min(self.allowed());
             if self.worst.is_none_or(|[pressed, might]| exerted - limit > pressed - might) {
                 self.worst = Some([exerted, limit]);
             }
@@ -343,11 +395,11 @@ impl Tally {
         }
     }
 
-    /// Returns the sums of a segment, which are zero at its start.
-    fn sums(&mut self, segment: usize, primitive: &str) -> &mut Sums {
+    /// Returns the sums of a segment. They are zero when it is new, and it then begins at the given time.
+    fn sums(&mut self, segment: usize, primitive: &str, start_s: f64) -> &mut Sums {
         let at = self.segments.iter().position(|sums| sums.segment == segment).unwrap_or_else(|| {
             let (primitive, grip) = (primitive.into(), GripSums::default());
-            self.segments.push(Sums { segment, primitive, steps: 0.0, fingers: Vec::new(), grip });
+            self.segments.push(Sums { segment, primitive, start_s, steps: 0.0, fingers: Vec::new(), grip });
             self.segments.len() - 1
         });
         &mut self.segments[at]
