@@ -128,13 +128,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         calibration,
         confidence: args.confidence,
     });
-    let mut sink = Sink::new(args)?;
-    #[cfg(feature = "zenoh")]
-    let network = args.zenoh.open(kind == Kind::Samples)?;
-    #[cfg(feature = "zenoh")]
-    if let Some(network) = &network {
-        sink.publish(network)?;
-    }
     let (sender, lines) = sync_channel(kind.most_waiting());
     let stops = Arc::new(AtomicBool::new(false));
     let outlet = Outlet { sender, waiting: Arc::default(), stops };
@@ -146,6 +139,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             thread::spawn(move || outlet.send(Sent::Stop));
         }
     });
+    // Signals end the log as soon as the sink has reported its address.
+    let mut sink = Sink::new(args)?;
+    #[cfg(feature = "zenoh")]
+    let network = args.zenoh.open(kind == Kind::Samples)?;
+    #[cfg(feature = "zenoh")]
+    if let Some(network) = &network {
+        sink.publish(network)?;
+    }
     let waiting = Arc::clone(&outlet.waiting);
     match (kind, topics) {
         #[cfg(feature = "zenoh")]
@@ -155,7 +156,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
         }
         #[cfg(feature = "mcap")]
-        (Kind::Bag, Some(topics)) => source::begin_bag(&args.source, topics, args.follow, outlet)?,
+        (Kind::Bag, Some(topics)) => source::begin_bag(&args.source, topics, args.follow, outlet),
         #[cfg(feature = "net")]
         (Kind::Robot, Some(topics)) => foxglove::Robot::new(&args.source, topics)?.begin(outlet)?,
         _ => source::begin(&args.source, kind, outlet)?,

@@ -5,6 +5,8 @@ use crate::program::{complained, program, said, teachtree_fed};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+#[cfg(all(unix, feature = "net"))]
+use std::time::{Duration, Instant};
 use teachtree::base::recording::Recording;
 
 fn object(rows: &Rows, row: &[f64]) -> String {
@@ -35,6 +37,10 @@ fn refused(args: &[&str], input: &str) -> String {
 }
 
 const TASK: &str = "task    right pick_and_place";
+
+/// How long a program that was sent a signal may take to end on a busy machine.
+#[cfg(all(unix, feature = "net"))]
+const PATIENCE: Duration = Duration::from_secs(120);
 
 #[test]
 fn lines_that_are_no_rows_are_left_out() {
@@ -189,6 +195,65 @@ fn ends_by(signal: &str) {
     stdout.read_to_string(&mut rest).unwrap();
     assert!(child.wait().unwrap().success(), "{signal}");
     assert!(rest.lines().any(|line| line.starts_with("segment right")), "{signal}: {rest}");
+}
+
+/// Starts the program on a pipe that no writer has opened; returns when it handles signals. It serves labels, because it reports that in a line.
+#[cfg(all(unix, feature = "net"))]
+fn awaiting(pipe: &str, args: &[&str]) -> Child {
+    let mut child = started(&[&["live", pipe, "--serve", "0"], args].concat());
+    let mut line = String::new();
+    BufReader::new(child.stderr.as_mut().unwrap()).read_line(&mut line).unwrap();
+    assert!(line.starts_with("serving labels on "), "{line}");
+    child
+}
+
+/// SIGINT, SIGTERM or SIGHUP while no writer has opened the pipe.
+#[cfg(all(unix, feature = "net"))]
+#[test]
+fn signals_end_the_wait_for_a_writer() {
+    let folder = tempfile::tempdir().unwrap();
+    let binding = crate::live_topics::binding("panda_lift.binding.yaml", folder.path());
+    for (name, args) in [("pipe", &[][..]), ("pipe.mcap", &["--binding", &binding])] {
+        let pipe = folder.path().join(name).to_str().unwrap().to_string();
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        for (signal, number) in [("-INT", 2), ("-TERM", 15), ("-HUP", 1)] {
+            if is_ignored(number) {
+                continue;
+            }
+            let mut child = awaiting(&pipe, args);
+            assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+            let until = Instant::now() + PATIENCE;
+            let status = loop {
+                match child.try_wait().unwrap() {
+                    Some(status) => break status,
+                    None if Instant::now() > until => {
+                        child.kill().unwrap();
+                        panic!("{signal} does not end the wait for a writer of {name}");
+                    }
+                    None => std::thread::sleep(Duration::from_millis(5)),
+                }
+            };
+            // The log ended without a row.
+            assert_eq!(status.code(), Some(2), "{name} {signal}");
+        }
+    }
+}
+
+/// A pipe is a log from its first writer to the end of that one.
+#[cfg(all(unix, feature = "net"))]
+#[test]
+fn a_pipe_is_read_from_its_writer_to_the_end() {
+    let (scene, lines) = json(&demonstration("pick_and_place"));
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe").to_str().unwrap().to_string();
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let mut child = awaiting(&pipe, &["--no-labels"]);
+    let writing = std::thread::spawn(move || std::fs::write(pipe, format!("{scene}{}", lines.concat())));
+    let mut said = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut said).unwrap();
+    assert!(child.wait().unwrap().success(), "{said}");
+    writing.join().unwrap().unwrap();
+    assert!(said.contains(TASK), "{said}");
 }
 
 /// A program that `nohup` started continues when its terminal is closed.

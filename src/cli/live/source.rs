@@ -185,22 +185,29 @@ pub fn begin(source: &str, kind: Kind, outlet: Outlet) -> Result<(), InputError>
         thread::spawn(move || datagrams(&socket, &outlet));
         return Ok(());
     }
-    let name = if source == "-" { "standard input".to_string() } else { source.to_string() };
-    let bytes: Box<dyn Read + Send> = if source == "-" { Box::new(std::io::stdin()) } else { Box::new(open(source)?) };
-    thread::spawn(move || read(BufReader::new(bytes), &name, &outlet));
+    if source == "-" {
+        thread::spawn(move || read(BufReader::new(std::io::stdin()), "standard input", &outlet));
+        return Ok(());
+    }
+    open(source, outlet, |file, name, outlet| read(BufReader::new(file), name, outlet));
     Ok(())
 }
 
-fn open(source: &str) -> Result<File, InputError> {
-    File::open(source).map_err(|error| InputError::new(source, format!("cannot be opened: {error}")))
+/// Opens a file and reads it in a thread of its own: a pipe cannot be opened until it has a writer, and a signal ends the log also while that is awaited.
+fn open(source: &str, outlet: Outlet, read: impl FnOnce(File, &str, &Outlet) + Send + 'static) {
+    let name = source.to_string();
+    thread::spawn(move || match File::open(&name) {
+        Ok(file) => read(file, &name, &outlet),
+        Err(error) => {
+            outlet.send(Sent::Failed(InputError::new(name, format!("cannot be opened: {error}"))));
+        }
+    });
 }
 
 /// Begins to read a file of messages; while it is being written if it is `followed`.
 #[cfg(feature = "mcap")]
-pub fn begin_bag(source: &str, topics: TopicFilter, followed: bool, outlet: Outlet) -> Result<(), InputError> {
-    let (file, name) = (open(source)?, source.to_string());
-    thread::spawn(move || bag::play(file, &name, &topics, followed, &outlet));
-    Ok(())
+pub fn begin_bag(source: &str, topics: TopicFilter, followed: bool, outlet: Outlet) {
+    open(source, outlet, move |file, name, outlet| bag::play(file, name, &topics, followed, outlet));
 }
 
 /// A message as it is sent on; it was recorded or received at a time, ns, which counts where it has no stamp.
