@@ -121,8 +121,11 @@ pub fn score(truth: &Truth, analysis: &Analysis, stage: Stage, meta: &Meta) -> R
     let rows = truth.tracks.iter().map(|truth| {
         let track = analysis.track(truth.who).ok_or_else(|| {
             let found: Vec<String> = analysis.tracks.iter().map(|track| track.who.to_string()).collect();
-            let message = format!("the truth is about the track `{}`, the analysis has {}", truth.who, found.join(", "));
-            InputError::new(&meta.log, message)
+            let found = if found.is_empty() { "no track".into() } else { found.join(", ") };
+            let message = format!("the truth is about the track `{}`, the analysis has {found}", truth.who);
+            InputError::new(&meta.log, message).help(
+                "use rules with a tree for this track; a tree `for left, right` analyzes recordings of both hands only",
+            )
         })?;
         let tally = tally(truth, track, analysis, stage, &named).ok_or_else(|| {
             let message = format!(
