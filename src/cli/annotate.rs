@@ -14,7 +14,7 @@ use super::{Failure, output};
 use crate::analysis::json::VERSION;
 use crate::base::error::InputError;
 use crate::session::Analysis;
-use crate::stream::read::formats;
+use crate::stream::read::{file, formats};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -121,6 +121,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return Err(InputError::new(place, message).help(format!("name the set: {}", set.display())).into());
         }
         return Err(InputError::unreadable(place, &std::io::ErrorKind::NotFound.into()).into());
+    }
+    if file::is_there(&args.data) {
+        file::open(&args.data)?;
     }
     Err(InputError::new(place, "is no data set, expected the folder of a LeRobot set, or an HDF5 file").into())
 }

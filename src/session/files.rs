@@ -4,6 +4,7 @@ use super::error::Error;
 use crate::base::error::{ErrorKind, InputError};
 use crate::stream::names;
 use crate::stream::read::csv::beside;
+use crate::stream::read::file;
 use crate::stream::read::formats;
 use crate::stream::read::table::Source;
 use std::collections::BTreeSet;
@@ -94,8 +95,7 @@ pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
 }
 
 fn nothing(folder: &Path) -> InputError {
-    let message = format!("the folder holds no log: no data set, and no file that ends in {}", LOG_ENDINGS.join(", "));
-    InputError::new(folder.display().to_string(), message)
+    file::no_log(folder, &format!(": no data set, and no file that ends in {}", LOG_ENDINGS.join(", ")))
 }
 
 /// The same where a folder may also be one recording in several files, as [`formats::open`] reads it. With `each` it never is. Otherwise it is with a

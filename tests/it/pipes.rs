@@ -57,6 +57,7 @@ fn a_pipe_in_the_place_of_a_file_is_refused_by_its_name() {
         (&["retarget", "pipe.csv", "-o", "c.json"], "pipe.csv"),
         (&["simulate", "pipe.json", "--scene", "push", "-o", "s.csv"], "pipe.json"),
         (&["studio", "pipe.csv", "--no-open"], "pipe.csv"),
+        (&["annotate", "pipe.hdf5", "-o", "copy"], "pipe.hdf5"),
     ];
     for (args, name) in commands {
         let output = teachtree_in(folder.path(), args);
@@ -64,13 +65,37 @@ fn a_pipe_in_the_place_of_a_file_is_refused_by_its_name() {
         let said = complained(&output);
         assert!(said.contains(&format!("{name}: found a pipe, expected a file")), "{args:?}: {said}");
     }
-    for (args, name) in [
-        (&["annotate", "pipe.hdf5", "-o", "copy"][..], "pipe.hdf5: is no data set"),
-        (&["check", "pipe.rules"], "it is no file"),
-    ] {
-        let output = teachtree_in(folder.path(), args);
-        assert!(matches!(output.status.code(), Some(1 | 2)), "{args:?}: {}", all_said(&output));
-        assert!(all_said(&output).contains(name), "{args:?}: {}", all_said(&output));
+    let output = teachtree_in(folder.path(), &["check", "pipe.rules"]);
+    assert!(matches!(output.status.code(), Some(1 | 2)), "{}", all_said(&output));
+    assert!(all_said(&output).contains("it is no file"), "{}", all_said(&output));
+}
+
+#[test]
+fn a_pipe_in_the_place_of_a_scene_is_found() {
+    let folder = folder();
+    std::fs::remove_file(folder.path().join("log.scene.yaml")).unwrap();
+    pipe(&folder.path().join("log.scene.yaml"));
+    for command in ["analyze", "live", "audit", "score"] {
+        let output = teachtree_in(folder.path(), &[command, "log.csv"]);
+        let said = complained(&output);
+        assert_eq!(output.status.code(), Some(2), "{command}: {said}");
+        assert!(said.contains("log.scene.yaml: found a pipe, expected a file"), "{command}: {said}");
+    }
+}
+
+#[test]
+fn a_pipe_in_the_place_of_the_only_log_of_a_folder_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(folder.path().join("set/below")).unwrap();
+    for name in ["set/log.csv", "set/below/log.csv"] {
+        pipe(&folder.path().join(name));
+        for command in ["analyze", "audit", "score"] {
+            let output = teachtree_in(folder.path(), &[command, "set"]);
+            let said = complained(&output);
+            assert_eq!(output.status.code(), Some(2), "{command}: {said}");
+            assert!(said.contains(&format!("set: the folder holds no log: `{name}` is a pipe")), "{command}: {said}");
+        }
+        std::fs::remove_file(folder.path().join(name)).unwrap();
     }
 }
 

@@ -42,7 +42,7 @@ pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     }
     files.retain(|file| text_ending(file) && !is_beside(file));
     if files.is_empty() {
-        return Err(InputError::new(name, "the folder holds no log"));
+        return Err(file::no_log(path, ""));
     }
     let mut sheets = vec![];
     let mut refused = vec![];
