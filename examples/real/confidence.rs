@@ -43,7 +43,7 @@ pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<Sure>, S
     }
     let binding = root.join("demos").join(format!("{}.binding.yaml", kind.binding()));
     let analysis = analyzed(path, Some(&binding))?;
-    let request = OpenRequest { log: path.to_path_buf(), binding: Some(binding), scene: None };
+    let request = OpenRequest { log: path.to_path_buf(), binding: Some(binding), ..OpenRequest::default() };
     let opened = stream::open(&request).map_err(|error| error.to_string())?;
     let mut starts: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     let mut within = RIGHT_S;

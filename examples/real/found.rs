@@ -76,7 +76,8 @@ pub struct Original<'a> {
 }
 
 pub fn opened(log: &Path, binding: &Path) -> Result<Opened, String> {
-    let request = OpenRequest { log: log.to_path_buf(), binding: Some(binding.to_path_buf()), scene: None };
+    let request =
+        OpenRequest { log: log.to_path_buf(), binding: Some(binding.to_path_buf()), ..OpenRequest::default() };
     stream::open(&request).map_err(|error| error.to_string())
 }
 

@@ -2,6 +2,7 @@
 
 use super::error::Error;
 use crate::base::error::{ErrorKind, InputError};
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::names;
 use crate::stream::read::csv::beside;
 use crate::stream::read::file;
@@ -85,7 +86,7 @@ pub fn without_companions(paths: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
 pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     let mut logs = Vec::new();
     for path in without_companions(paths) {
-        let mut found = logs_of(path)?;
+        let mut found = logs_of(path, &AllowedFolders::default())?;
         if found.is_empty() {
             return Err(nothing(path));
         }
@@ -104,13 +105,26 @@ fn nothing(folder: &Path) -> InputError {
 /// # Errors
 /// A folder that cannot be read, or holds no log.
 pub fn recordings(paths: &[PathBuf], binding: Option<&Path>, each: bool) -> Result<Vec<Found>, InputError> {
+    recordings_within(paths, binding, each, &AllowedFolders::default())
+}
+
+/// Returns the logs like [`recordings`]; files that are opened to find them must be in `folders`.
+///
+/// # Errors
+/// As [`recordings`], and a data set that is named and has files outside of the folders.
+pub fn recordings_within(
+    paths: &[PathBuf],
+    binding: Option<&Path>,
+    each: bool,
+    folders: &AllowedFolders,
+) -> Result<Vec<Found>, InputError> {
     let mut logs = Vec::new();
     for path in without_companions(paths) {
-        let found = logs_of(path)?;
+        let found = logs_of(path, folders)?;
         let several = |folder: &Path| {
             each || match binding {
                 Some(_) => !formats::is_one_log(folder),
-                None => found.iter().any(|found| is_canonical(&found.log)),
+                None => found.iter().any(|found| is_canonical(&found.log, folders)),
             }
         };
         if !path.is_dir() || is_store(path) || several(path) {
@@ -149,15 +163,15 @@ pub fn chosen(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
 }
 
 /// Whether the columns of a log are called as ours are.
-fn is_canonical(log: &Path) -> bool {
+fn is_canonical(log: &Path, folders: &AllowedFolders) -> bool {
     let named =
         |source: Source| source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
-    formats::open(log).is_ok_and(named)
+    formats::open_within(log, folders).is_ok_and(named)
 }
 
 /// The recordings of a path: those in a folder, those that a choice stands for, or the path itself.
-fn logs_of(path: &Path) -> Result<Vec<Found>, InputError> {
-    if let Some(logs) = formats::chosen(path)? {
+fn logs_of(path: &Path, folders: &AllowedFolders) -> Result<Vec<Found>, InputError> {
+    if let Some(logs) = formats::chosen_within(path, folders)? {
         return Ok(logs.into_iter().map(|log| Found::new(log, Path::new(""))).collect());
     }
     // A data set by itself is one recording if it has one; which one of several is meant has to be said.
@@ -165,12 +179,18 @@ fn logs_of(path: &Path) -> Result<Vec<Found>, InputError> {
         return Ok(vec![Found::new(path.to_path_buf(), Path::new(""))]);
     }
     let mut found = Vec::new();
-    logs_in(path, Path::new(""), 0, &mut found)?;
+    logs_in(path, Path::new(""), 0, folders, &mut found)?;
     Ok(found)
 }
 
 /// Finds the logs in a folder and its subfolders, by name. Hidden ones are left out, and links to folders are not followed.
-fn logs_in(folder: &Path, below: &Path, depth: usize, found: &mut Vec<Found>) -> Result<(), InputError> {
+fn logs_in(
+    folder: &Path,
+    below: &Path,
+    depth: usize,
+    folders: &AllowedFolders,
+    found: &mut Vec<Found>,
+) -> Result<(), InputError> {
     let place = || folder.display().to_string();
     let fail = |error: std::io::Error| InputError::new(place(), format!("the folder cannot be read: {error}"));
     if depth > DEEPEST {
@@ -194,10 +214,10 @@ fn logs_in(folder: &Path, below: &Path, depth: usize, found: &mut Vec<Found>) ->
         }
         if is_folder && !is_store(&path) && !formats::is_bag(&path) {
             let name = path.file_name().unwrap_or_default();
-            logs_in(&path, &below.join(name), depth + 1, found)?;
+            logs_in(&path, &below.join(name), depth + 1, folders, found)?;
         } else if is_folder || is_log(&path) {
             // What cannot be read is reported where it is opened.
-            let several = formats::all_of(&path).ok().flatten();
+            let several = formats::all_of_within(&path, folders).ok().flatten();
             let logs = several.unwrap_or_else(|| vec![path]);
             found.extend(logs.into_iter().map(|log| Found::new(log, below)));
         }

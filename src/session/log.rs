@@ -10,6 +10,7 @@ use crate::base::scene::Scene as Bodies;
 use crate::stream;
 use crate::stream::OpenRequest;
 use crate::stream::Opened;
+use crate::stream::allowed_folders::LogFolders;
 use crate::stream::read::csv;
 use crate::stream::read::formats;
 use crate::stream::read::sheet::{Cells, InMemoryTable, SharedNumbers};
@@ -168,9 +169,16 @@ impl Log {
 pub struct LogOptions {
     binding: Option<PathBuf>,
     scene: Option<PathBuf>,
+    folders: LogFolders,
 }
 
 impl LogOptions {
+    /// The folders that the files of the log and the files beside it must be in.
+    #[must_use]
+    pub(crate) fn within(self, folders: LogFolders) -> Self {
+        Self { folders, ..self }
+    }
+
     /// The file that says which columns of a foreign log are which channels (docs/bindings.md).
     #[must_use]
     pub fn binding(mut self, path: impl Into<PathBuf>) -> Self {
@@ -191,8 +199,7 @@ impl LogOptions {
     /// # Errors
     /// [`ErrorKind::Format`], when a line is no JSON object; as [`Rules::analyze`](super::Rules::analyze); what `on_segment` returns.
     pub fn follow(self, lines: impl BufRead, rules: &RulesOptions, on_segment: OnSegment) -> Result<Analysis, Error> {
-        let Self { binding, scene } = self;
-        follow::follow(lines, &OpenRequest { log: "-".into(), binding, scene }, rules, on_segment)
+        follow::follow(lines, &self.request("-".into()), rules, on_segment)
     }
 
     /// A log of columns in memory, as [`Log::from_columns`]; with a binding the columns have the names that the binding expects. The scene is that
@@ -206,14 +213,14 @@ impl LogOptions {
         columns: impl IntoIterator<Item = Column>,
         scene: Option<&Scene>,
     ) -> Result<Log, Error> {
-        let Some(binding) = self.binding else {
+        if self.binding.is_none() {
             let own = self.scene.map(Scene::open).transpose()?;
             return Log::from_columns(name, columns, own.as_ref().or(scene).unwrap_or(&Scene::default()));
-        };
+        }
         let name = name.into();
         let source = source(&name, columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
         let source = Source { scene: scene.map(|scene| scene.0.clone()), ..source };
-        Log::open_source(source, &OpenRequest { log: name.into(), binding: Some(binding), scene: self.scene })
+        Log::open_source(source, &self.request(name.into()))
     }
 
     /// Opens a log.
@@ -221,8 +228,12 @@ impl LogOptions {
     /// # Errors
     /// As [`Log::open`], and [`ErrorKind::Binding`].
     pub fn open(self, path: impl AsRef<Path>) -> Result<Log, Error> {
-        let Self { binding, scene } = self;
-        Log::open_request(OpenRequest { log: path.as_ref().into(), binding, scene })
+        Log::open_request(self.request(path.as_ref().into()))
+    }
+
+    fn request(self, log: PathBuf) -> OpenRequest {
+        let Self { binding, scene, folders } = self;
+        OpenRequest { log, binding, scene, folders }
     }
 }
 

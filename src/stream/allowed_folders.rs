@@ -7,7 +7,8 @@
 //! ```
 //!
 //! Links to other places, broken links, pipes and devices are refused; the error names the path. A file is checked after it is opened, so that a link that
-//! replaces the file in the meantime is refused too.
+//! replaces the file in the meantime is refused too. Readers of logs open each file by [`AllowedFolders::open`] and list each folder by
+//! [`AllowedFolders::list`]; by default these allow all folders.
 
 use super::read::file;
 use crate::base::error::InputError;
@@ -16,13 +17,24 @@ use std::io::ErrorKind;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-/// The folders in which files are allowed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The folders in which files are allowed, by default all folders.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AllowedFolders {
     /// The folder's path for messages.
     shown: PathBuf,
-    /// The folders as canonical paths.
-    real: Vec<PathBuf>,
+    /// The folders as canonical paths; `None` allows all folders.
+    real: Option<Vec<PathBuf>>,
+    /// A file that is allowed wherever a link at its path leads.
+    named: Option<PathBuf>,
+}
+
+/// The folders in which the files of a log are allowed, by default all folders.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LogFolders {
+    /// The folders of the log itself.
+    pub log: AllowedFolders,
+    /// The folders of the files beside it: scene, events, labels, exports, videos.
+    pub beside: AllowedFolders,
 }
 
 impl AllowedFolders {
@@ -39,16 +51,18 @@ impl AllowedFolders {
         let blobs = cache.map(|cache| cache.join("blobs"));
         // A link to another place does not count as `blobs` of this cache.
         let blobs = blobs.filter(|blobs| std::fs::canonicalize(blobs).is_ok_and(|real| real == *blobs));
-        Ok(Self { shown: shown.into(), real: std::iter::once(own).chain(blobs).collect() })
+        let real = Some(std::iter::once(own).chain(blobs).collect());
+        Ok(Self { shown: shown.into(), real, named: None })
     }
 
-    /// Whether a folder, or the target of a link to a folder, is in an allowed one.
-    pub fn has(&self, folder: &Path) -> bool {
-        std::fs::canonicalize(folder).is_ok_and(|real| self.contain(&real))
+    /// Also allows a file that the command line names. If its path is a link, the link may lead to any folder.
+    #[must_use]
+    pub fn with_named(self, file: &Path) -> Self {
+        Self { named: Some(file.into()), ..self }
     }
 
     fn contain(&self, real: &Path) -> bool {
-        self.real.iter().any(|folder| real.starts_with(folder))
+        self.real.as_ref().is_none_or(|folders| folders.iter().any(|folder| real.starts_with(folder)))
     }
 
     /// Opens a file.
@@ -61,7 +75,45 @@ impl AllowedFolders {
             true => leads_nowhere(path),
             false => error,
         })?;
-        if self.has_opened(&file, path) { Ok(file) } else { Err(self.leads_elsewhere(path)) }
+        let is_named = self.named.as_deref() == Some(path);
+        if is_named || self.has_opened(&file, path) { Ok(file) } else { Err(self.leads_elsewhere(path)) }
+    }
+
+    /// Whether a path is to be opened: it is a file or, unless all folders are allowed, a broken link, pipe or device, which [`open`](Self::open) rejects
+    /// by name.
+    pub fn has(&self, path: &Path) -> bool {
+        if self.real.is_none() { path.is_file() } else { path.symlink_metadata().is_ok() && !path.is_dir() }
+    }
+
+    /// Opens a file like [`open`](Self::open), or returns `None` if the folders do not [have](Self::has) it.
+    ///
+    /// # Errors
+    /// [`open`](Self::open) rejects the path.
+    pub fn open_if_there(&self, path: &Path) -> Result<Option<File>, InputError> {
+        if self.has(path) { self.open(path).map(Some) } else { Ok(None) }
+    }
+
+    /// Returns the paths in a folder, in no particular order.
+    ///
+    /// # Errors
+    /// The folder cannot be read or is outside of the allowed folders.
+    pub fn list(&self, folder: &Path) -> Result<impl Iterator<Item = Result<PathBuf, InputError>>, InputError> {
+        let folder = folder.to_path_buf();
+        let failed = |error| InputError::unreadable(folder.display().to_string(), &error);
+        let entries = if self.real.is_none() {
+            std::fs::read_dir(&folder)
+        } else {
+            let opened = file::open_folder(&folder).map_err(failed)?;
+            if !self.has_opened(&opened, &folder) {
+                return Err(self.leads_elsewhere(&folder));
+            }
+            std::fs::read_dir(by_number(&opened).unwrap_or_else(|| folder.clone()))
+        };
+        let entries = entries.map_err(failed)?;
+        Ok(entries.map(move |entry| {
+            let failed = |error| InputError::unreadable(folder.display().to_string(), &error);
+            Ok(folder.join(entry.map_err(failed)?.file_name()))
+        }))
     }
 
     /// Rejects paths that [`open`](Self::open) rejects, and folders outside of the allowed ones, without opening them. Returns whether the path is a
@@ -114,7 +166,7 @@ impl AllowedFolders {
 
     /// Whether the file or folder that was opened is in an allowed folder or is one.
     fn has_opened(&self, open: &File, path: &Path) -> bool {
-        place_of(open, path).is_some_and(|place| self.contain(&place))
+        self.real.is_none() || place_of(open, path).is_some_and(|place| self.contain(&place))
     }
 
     fn leads_elsewhere(&self, path: &Path) -> InputError {
@@ -138,15 +190,8 @@ pub struct Place {
 impl Place {
     /// A file in a folder.
     fn new(folder: File, real: &Path) -> Self {
-        #[cfg(target_os = "linux")]
-        {
-            use std::os::fd::AsRawFd as _;
-            let by_number = PathBuf::from(format!("/proc/self/fd/{}", folder.as_raw_fd()));
-            if let (true, Some(name)) = (by_number.is_dir(), real.file_name()) {
-                return Self { path: by_number.join(name), _folder: Some(folder) };
-            }
-        }
-        Self { path: real.into(), _folder: Some(folder) }
+        let path = by_number(&folder).zip(real.file_name()).map(|(folder, name)| folder.join(name));
+        Self { path: path.unwrap_or_else(|| real.into()), _folder: Some(folder) }
     }
 }
 
@@ -162,6 +207,20 @@ impl Deref for Place {
 
     fn deref(&self) -> &Path {
         &self.path
+    }
+}
+
+/// Returns a path that refers to an open folder as long as it is open, `None` if the system has no such path.
+fn by_number(folder: &File) -> Option<PathBuf> {
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::fd::AsRawFd as _;
+        Some(PathBuf::from(format!("/proc/self/fd/{}", folder.as_raw_fd()))).filter(|path| path.is_dir())
+    }
+    #[cfg(not(target_os = "linux"))]
+    {
+        let _ = folder;
+        None
     }
 }
 

@@ -4,6 +4,7 @@ use crate::base::channels::ChannelSpec;
 use crate::base::error::{ErrorKind, InputError};
 use crate::base::hands::Side;
 use crate::base::recording::Recording;
+use crate::stream::allowed_folders::LogFolders;
 use crate::stream::bind::{Binding, BindingFile, bind};
 use crate::stream::clean::gap_filling;
 use crate::stream::clean::spikes;
@@ -24,6 +25,8 @@ pub struct OpenRequest {
     pub binding: Option<PathBuf>,
     /// A scene instead of the one that the log or the binding carries.
     pub scene: Option<PathBuf>,
+    /// The folders that the files of the log and the files beside it must be in. `binding` and `scene` may be in any folder.
+    pub folders: LogFolders,
 }
 
 /// An opened log.
@@ -56,7 +59,7 @@ pub struct Opened {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
-    open_source(formats::open(&request.log)?, request)
+    open_source(formats::open_within(&request.log, &request.folders.log)?, request)
 }
 
 /// Opens a log whose columns are known already.
@@ -67,7 +70,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     let log = request.log.clone();
     let clock = source.clock;
     let Some(binding) = &request.binding else {
-        let read = csv::read_source(source, &log, request.scene.as_deref())?;
+        let read = csv::read_source(source, &log, request.scene.as_deref(), &request.folders.beside)?;
         return Ok(Opened { clock, ..canonical(read, log) });
     };
     let in_binding = |error: InputError| error.or_kind(ErrorKind::Binding);
@@ -76,7 +79,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
         (Some(path), ..) => csv::read_scene(path)?,
         (None, Some(scene), _) => scene.clone(),
         (None, None, Some(own)) => own,
-        (None, None, None) => csv::scene_beside(&log)?,
+        (None, None, None) => csv::scene_beside(&log, &request.folders.beside)?,
     };
     let suspicious_channels = file.check(&scene).map_err(in_binding)?;
     // Of a name that nobody knows, anything else that is wrong with it is no news.

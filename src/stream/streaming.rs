@@ -14,6 +14,7 @@ use crate::base::log_channel::LogChannel;
 use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 use crate::base::units::Dimension;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::clean::dropouts;
 use crate::stream::clean::gap_filling;
 use crate::stream::clean::preprocess::{CleanLog, Columns, Window, span, whole_vectors};
@@ -42,6 +43,8 @@ const WINDOW: usize = 32 * ANCHOR;
 /// A log that can be read again and again, as far as its head shows.
 pub struct Flow {
     log: PathBuf,
+    /// The folders that the log must be in.
+    folders: AllowedFolders,
     scene: Scene,
     /// The columns, and what is read of them.
     columns: Vec<(String, Dimension, Want)>,
@@ -79,18 +82,18 @@ impl Flow {
         if request.binding.is_some() || !request.log.is_file() {
             return None;
         }
-        let mut source = formats::open(&request.log).ok()?;
+        let mut source = formats::open_within(&request.log, &request.folders.log).ok()?;
         let scene = match (&request.scene, source.scene.take()) {
             (Some(scene), _) => csv::read_scene(scene).ok()?,
             (None, Some(own)) => own,
-            (None, None) => csv::scene_beside(&request.log).ok()?,
+            (None, None) => csv::scene_beside(&request.log, &request.folders.beside).ok()?,
         };
         let [sheet] = source.sheets.as_slice() else { return None };
         if !sheet.rows.comes_in_blocks() {
             return None;
         }
         let columns = csv::wanted(&source, &Clock::canonical()).ok()?;
-        Some(Self { log: request.log.clone(), scene, columns })
+        Some(Self { log: request.log.clone(), folders: request.folders.log.clone(), scene, columns })
     }
 
     /// The hands that the log measures, left first.
@@ -112,7 +115,7 @@ impl Flow {
             _ => Want::Nothing,
         };
         let wants: Vec<Want> = self.columns.iter().map(want).collect();
-        let header = formats::open(&self.log).ok()?;
+        let header = formats::open_within(&self.log, &self.folders).ok()?;
         let issues = header.issues.is_empty();
         let [sheet] = <[_; 1]>::try_from(header.sheets).ok()?;
         sheet.rows.blocks(&sheet.header, &wants, None).ok()?.filter(|_| issues)

@@ -58,9 +58,9 @@ fn argument(error: InputError) -> Error {
 /// A file that is there without `replace`, labels that cannot be read, a place that cannot be written.
 pub fn elan(loaded: &Loaded, replace: bool) -> Result<PathBuf, Refused> {
     let path = beside(loaded.log().path(), "eaf");
-    keep(&path, replace, &loaded.folders)?;
+    keep(&path, replace, &loaded.folders.beside)?;
     let text = eaf(&found(loaded)?, loaded.now.shown.meta());
-    write(&path, text.as_bytes(), &loaded.folders)?;
+    write(&path, text.as_bytes(), &loaded.folders.beside)?;
     Ok(path)
 }
 
@@ -85,9 +85,9 @@ pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Ref
         return Err(argument(error.help("the other recordings are exported for ELAN")).into());
     }
     let file = folder.join(FILE);
-    let folders = AllowedFolders::of(&folder).map_err(argument)?;
-    keep(&file, replace, &folders)?;
-    let phrasing = phrasing(&file).map_err(argument)?;
+    let folders = &recording.folders.log;
+    keep(&file, replace, folders)?;
+    let phrasing = phrasing(&file, folders).map_err(argument)?;
     let mut all: BTreeMap<usize, Vec<Label>> = BTreeMap::new();
     for (number, one) in studio.recordings.iter().enumerate().filter(|(_, one)| without_episode(&one.log) == folder) {
         let episode = recording_of(&one.log).map_or(Some(0), |text| text.parse().ok());
@@ -108,8 +108,9 @@ pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Ref
         labels: &all,
         provenance: &serde_json::Value::Null,
     };
-    let bytes = Annotated::open(&folder).and_then(|set| set.prelabels(&request)).map_err(argument)?;
-    write(&file, &bytes, &folders)?;
+    let bytes =
+        Annotated::open_within(&folder, folders.clone()).and_then(|set| set.prelabels(&request)).map_err(argument)?;
+    write(&file, &bytes, folders)?;
     Ok(file)
 }
 

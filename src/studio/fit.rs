@@ -97,7 +97,7 @@ impl Studio {
             if own.digest() != rules.digest() {
                 continue;
             }
-            let Some((_, labels)) = labels::read_table(log.opened()?, &loaded.folders).map_err(argument)? else {
+            let Some((_, labels)) = labels::read_table(log.opened()?, &loaded.folders.beside).map_err(argument)? else {
                 continue;
             };
             let truth = |opened: &Opened, found: &Found| truth_of(&labels, opened, found, &Known::new(own.set()));

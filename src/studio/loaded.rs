@@ -12,7 +12,7 @@ use crate::base::diagnostic::Sources;
 use crate::base::error::ErrorKind;
 use crate::language::{self, Request, Survey};
 use crate::session::{Analysis, Error, Log};
-use crate::stream::allowed_folders::AllowedFolders;
+use crate::stream::allowed_folders::LogFolders;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -38,8 +38,8 @@ pub struct Loaded {
     pub now: Outcome,
     /// By the rules that these are held against, or why there is nothing.
     pub other: Option<Other>,
-    /// The folders of the files beside the recording.
-    pub folders: AllowedFolders,
+    /// The folders that the files of the recording must be in.
+    pub folders: LogFolders,
 }
 
 /// What came of rules.
@@ -109,7 +109,7 @@ impl Loaded {
     /// # Errors
     /// The label file cannot be read.
     pub fn labels(&self) -> Result<Labels, Error> {
-        let read = labels::read(self.log().opened()?, self.only(), &self.folders);
+        let read = labels::read(self.log().opened()?, self.only(), &self.folders.beside);
         read.map_err(|error| Error::new(error, ErrorKind::Argument))
     }
 
@@ -118,7 +118,7 @@ impl Loaded {
         let read = || {
             let labels = self.labels()?;
             let tally =
-                |rules: &Outcome| rules.runs().ok().map_or(Ok(None), |rules| score::tally(rules, &self.folders));
+                |rules: &Outcome| rules.runs().ok().map_or(Ok(None), |rules| score::tally(rules, &self.folders.beside));
             let now = tally(&self.now)?;
             let is_same = self.base.shown.meta() == self.now.shown.meta();
             let base = if is_same { now.clone() } else { tally(&self.base)? };

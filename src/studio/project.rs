@@ -13,8 +13,8 @@ use crate::base::diagnostic::Source;
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::files;
 use crate::session::{Analysis, Error, LogOptions, RulesOptions};
-use crate::stream::allowed_folders::AllowedFolders;
-use crate::stream::read::{csv, formats};
+use crate::stream::allowed_folders::{AllowedFolders, LogFolders};
+use crate::stream::read::formats;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -85,41 +85,22 @@ pub struct Recording {
     pub log: PathBuf,
     /// Its name in the list.
     pub name: String,
-    /// The folders of the recording and the files beside it.
-    folders: AllowedFolders,
-    /// Whether the command line names the recording.
-    is_named: bool,
+    /// The folders that its files must be in.
+    pub(super) folders: LogFolders,
 }
 
 impl Recording {
-    /// Creates a recording that was found at a path of the command line.
-    fn new(name: String, log: PathBuf, path: &Path) -> Result<Self, InputError> {
+    /// Creates a recording that was found at a path of the command line, in `named`.
+    fn new(name: String, log: PathBuf, path: &Path, named: &AllowedFolders) -> Result<Self, InputError> {
         let file = formats::without_episode(&log);
-        let above = file.parent().map(Path::to_path_buf).unwrap_or_default();
-        let named = if path.is_dir() { Some(AllowedFolders::of(path)?) } else { None };
-        let folders = match named.filter(|folders| folders.has(&Path::new(".").join(&above))) {
-            Some(folders) => folders,
-            None => AllowedFolders::of(&above)?,
+        let folders = if file != formats::without_episode(path) {
+            LogFolders { log: named.clone(), beside: named.clone() }
+        } else {
+            let beside = AllowedFolders::of(file.parent().unwrap_or(Path::new("")))?;
+            let log = if file.is_dir() { named.clone() } else { beside.clone().with_named(&file) };
+            LogFolders { log, beside }
         };
-        let is_named = file == formats::without_episode(path);
-        Ok(Self { log, name, folders, is_named })
-    }
-
-    /// Rejects a recording with files outside of the folders. The command line may name a link.
-    fn check(&self) -> Result<(), InputError> {
-        let log = formats::without_episode(&self.log);
-        if log.is_dir() {
-            let folders = AllowedFolders::of(&log)?;
-            // Other errors appear when the recording is opened.
-            return formats::files_of(&self.log)
-                .unwrap_or_default()
-                .iter()
-                .try_for_each(|file| folders.check(file).map(drop));
-        }
-        let own = Some(log.clone()).filter(|_| !self.is_named);
-        let around = ["scene.yaml", "events.csv"].into_iter().flat_map(|ending| csv::beside(&log, ending));
-        let mut there = own.into_iter().chain(around).filter(|file| file.symlink_metadata().is_ok());
-        there.try_for_each(|file| self.folders.check(&file).map(drop))
+        Ok(Self { log, name, folders })
     }
 }
 
@@ -191,17 +172,22 @@ impl Studio {
         let Options { paths, source, binding, each, rules, against, who } = options;
         let mut found = Vec::new();
         for path in &paths {
+            let folder = Some(formats::without_episode(path)).filter(|path| path.is_dir());
+            // The command line may name a file that is a link.
+            let named = folder.map_or_else(|| Ok(AllowedFolders::default()), |folder| AllowedFolders::of(&folder))?;
             // A set or a file of several recordings stands for all of them.
-            let several = if formats::recording_of(path).is_none() { formats::all_of(path)? } else { None };
+            let is_whole = formats::recording_of(path).is_none();
+            let several = if is_whole { formats::all_of_within(path, &named)? } else { None };
             let logs: Vec<(String, PathBuf)> = match several {
                 Some(logs) => logs.into_iter().map(|log| (formats::stem(&log), log)).collect(),
                 None => {
-                    let logs = files::recordings(std::slice::from_ref(path), binding.as_deref(), each)?;
+                    let paths = std::slice::from_ref(path);
+                    let logs = files::recordings_within(paths, binding.as_deref(), each, &named)?;
                     logs.into_iter().map(|one| (one.name.display().to_string(), one.log)).collect()
                 }
             };
             for (name, log) in logs {
-                found.push(Recording::new(name, log, path)?);
+                found.push(Recording::new(name, log, path, &named)?);
             }
         }
         if found.len() > MAX_RECORDINGS {
@@ -285,8 +271,7 @@ impl Studio {
             (None, Some(known)) => by(&known.base.shown, &self.rules)?,
             (None, None) => {
                 let recording = self.recording(at)?;
-                recording.check().map_err(|error| Error::new(error, ErrorKind::Io))?;
-                let log = self.source.clone().open(&recording.log)?;
+                let log = self.source.clone().within(recording.folders.clone()).open(&recording.log)?;
                 log.read()?;
                 let found = self.rules.clone().for_log(&log).and_then(|rules| rules.analyze(&log));
                 Outcome::of(found, &log, &self.rules.clone().request_for(&log))?
@@ -321,8 +306,9 @@ impl Studio {
         let ran = loaded.as_ref().map_err(Error::clone).and_then(|loaded| loaded.now.runs());
         let outcome = ran.map(summary).map_err(|error| error.to_string());
         let agreement = loaded.as_ref().map(|loaded| loaded.agreement()).unwrap_or_default();
-        let both =
-            |loaded: &Arc<Loaded>| Some(Against::of(loaded.now.runs().ok()?, loaded.other.as_ref()?, &loaded.folders));
+        let both = |loaded: &Arc<Loaded>| {
+            Some(Against::of(loaded.now.runs().ok()?, loaded.other.as_ref()?, &loaded.folders.beside))
+        };
         let against = loaded.as_ref().ok().and_then(both);
         let mut state = self.state();
         let generation = loaded.as_ref().map_or(state.generation, |loaded| loaded.generation);
@@ -419,7 +405,7 @@ impl Studio {
         let saved = {
             let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
             let known = Known::new(loaded.now.set());
-            labels::write(loaded.log().opened()?, loaded.only(), base, lines, &known, &loaded.folders)
+            labels::write(loaded.log().opened()?, loaded.only(), base, lines, &known, &loaded.folders.beside)
         };
         self.refresh(at)?;
         Ok(saved)

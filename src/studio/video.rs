@@ -3,7 +3,7 @@
 use super::labels::beside;
 use crate::base::error::InputError;
 use crate::session::Log;
-use crate::stream::allowed_folders::AllowedFolders;
+use crate::stream::allowed_folders::{AllowedFolders, LogFolders};
 use std::fs::File;
 use std::path::PathBuf;
 
@@ -39,12 +39,13 @@ impl Video {
     }
 }
 
-/// Returns the videos of a recording. Files beside it must be in `folders`.
+/// Returns the videos of a recording whose files must be in `folders`.
 ///
 /// # Errors
-/// The data set is invalid.
-pub fn videos(log: &Log, folders: &AllowedFolders) -> Result<Vec<Video>, InputError> {
-    let mut found = of_set(log)?;
+/// The data set is invalid, or a file of it is outside of the folders.
+pub fn videos(log: &Log, folders: &LogFolders) -> Result<Vec<Video>, InputError> {
+    let mut found = of_set(log, &folders.log)?;
+    let folders = &folders.beside;
     let own = KINDS.iter().map(|(ending, _)| beside(log.path(), ending));
     // A file that cannot be opened is rejected by name.
     let own = own.filter(|file| file.symlink_metadata().is_ok_and(|there| !there.is_dir()));
@@ -53,16 +54,15 @@ pub fn videos(log: &Log, folders: &AllowedFolders) -> Result<Vec<Video>, InputEr
 }
 
 #[cfg(feature = "parquet")]
-fn of_set(log: &Log) -> Result<Vec<Video>, InputError> {
+fn of_set(log: &Log, folders: &AllowedFolders) -> Result<Vec<Video>, InputError> {
     use crate::stream::read::formats;
     use crate::stream::read::formats::lerobot::video::Video as Stored;
     let folder = formats::without_episode(log.path());
     if !formats::is_set(&folder) {
         return Ok(Vec::new());
     }
-    let folders = AllowedFolders::of(&folder)?;
     let episode = formats::recording_of(log.path());
-    let videos = formats::lerobot::video::videos(&folder, episode.as_deref())?;
+    let videos = formats::lerobot::video::videos(&folder, episode.as_deref(), folders)?;
     // Stamps of a set begin at 0 with each episode.
     let zero = log.zero_stamp_s();
     let shown =
@@ -71,6 +71,6 @@ fn of_set(log: &Log) -> Result<Vec<Video>, InputError> {
 }
 
 #[cfg(not(feature = "parquet"))]
-fn of_set(_: &Log) -> Result<Vec<Video>, InputError> {
+fn of_set(_: &Log, _: &AllowedFolders) -> Result<Vec<Video>, InputError> {
     Ok(Vec::new())
 }

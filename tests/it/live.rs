@@ -11,7 +11,8 @@ const BINDING: &str = "demos/robosuite/sawyer_nut_assembly.binding.yaml";
 
 /// The log as JSON lines: its scene first.
 fn lines() -> Vec<String> {
-    let opened = open(&OpenRequest { log: LOG.into(), binding: Some(BINDING.into()), scene: None }).unwrap();
+    let opened =
+        open(&OpenRequest { log: LOG.into(), binding: Some(BINDING.into()), ..OpenRequest::default() }).unwrap();
     let recording = opened.recording;
     let mut lines = vec![json!({"scene": recording.scene}).to_string()];
     for (row, time) in recording.time.iter().enumerate() {

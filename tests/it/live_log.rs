@@ -190,8 +190,11 @@ fn contacts_from_shapes_are_those_of_the_whole_log() {
         let binding = format!("demos/{binding}.binding.yaml");
         let bound = Log::options().binding(&binding).open(format!("demos/{log}")).unwrap();
         let rules = Rules::for_log(&bound).unwrap();
-        let recording =
-            open(&OpenRequest { log: format!("demos/{log}").into(), binding: Some(binding.into()), scene: None });
+        let recording = open(&OpenRequest {
+            log: format!("demos/{log}").into(),
+            binding: Some(binding.into()),
+            ..OpenRequest::default()
+        });
         let rows = Rows::of(&recording.unwrap().recording);
         let whole_log = rows.log();
         // A log that has to be mended is mended otherwise while it is being made.

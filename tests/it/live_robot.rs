@@ -158,34 +158,46 @@ struct Cable {
     ends: Arc<Mutex<Vec<TcpStream>>>,
     /// All bytes that were forwarded to the program.
     delivered: Arc<Mutex<Vec<u8>>>,
+    /// All bytes that were forwarded to the robot.
+    answered: Arc<Mutex<Vec<u8>>>,
 }
 
 /// Copies what a connection receives to another one and to a record, until it ends.
-fn forward(mut from: TcpStream, mut to: TcpStream, record: Option<Arc<Mutex<Vec<u8>>>>) {
+fn forward(mut from: TcpStream, mut to: TcpStream, record: Arc<Mutex<Vec<u8>>>) {
     let mut bytes = [0; 1 << 16];
     while let Ok(count @ 1..) = from.read(&mut bytes) {
         if to.write_all(&bytes[..count]).is_err() {
             break;
         }
-        if let Some(record) = &record {
-            record.lock().unwrap().extend_from_slice(&bytes[..count]);
-        }
+        record.lock().unwrap().extend_from_slice(&bytes[..count]);
     }
     let _ = to.shutdown(Shutdown::Both);
+}
+
+/// Whether bytes that a client sent contain a pong with this payload (RFC 6455, sections 5.2 and 5.3: a client masks what it sends).
+fn has_pong(bytes: &[u8], payload: &[u8]) -> bool {
+    bytes.windows(6 + payload.len()).any(|frame| {
+        let (head, masked) = frame.split_at(6);
+        let mask = head[2..].iter().cycle();
+        head[..2] == [0x8a, 0x80 | payload.len() as u8]
+            && masked.iter().zip(mask).map(|(byte, key)| byte ^ key).eq(payload.iter().copied())
+    })
 }
 
 impl Cable {
     fn to(robot: u16) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
-        let cable = Self { port, is_cut: Arc::default(), ends: Arc::default(), delivered: Arc::default() };
+        let (delivered, answered) = (Arc::default(), Arc::default());
+        let cable = Self { port, is_cut: Arc::default(), ends: Arc::default(), delivered, answered };
         let (is_cut, ends) = (Arc::clone(&cable.is_cut), Arc::clone(&cable.ends));
-        let delivered = Arc::clone(&cable.delivered);
+        let (delivered, answered) = (Arc::clone(&cable.delivered), Arc::clone(&cable.answered));
         std::thread::spawn(move || {
             for near in listener.incoming().flatten() {
                 let far = TcpStream::connect(("127.0.0.1", robot)).ok().filter(|_| !is_cut.load(Ordering::SeqCst));
                 let Some(far) = far else { continue };
-                for (from, to, record) in [(&near, &far, None), (&far, &near, Some(Arc::clone(&delivered)))] {
+                for (from, to, record) in [(&near, &far, &answered), (&far, &near, &delivered)] {
+                    let record = Arc::clone(record);
                     let (from, to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
                     std::thread::spawn(move || forward(from, to, record));
                 }
@@ -202,13 +214,25 @@ impl Cable {
         }
     }
 
-    /// Waits until the last of these messages has been forwarded to the program. The messages of a topic stay in order.
+    /// Waits until the program has taken these messages. The messages of a topic stay in order. When all of them have been forwarded, the proxy sends a
+    /// ping: the program reads a connection in order, so it has taken the messages once it answers.
     fn delivers(&self, messages: &[Message]) {
         for topic in ["/hand", "/touch", "/objects"] {
             let last = messages.iter().rfind(|message| message.topic == topic).map(encoded).unwrap();
             while memchr::memmem::find(&self.delivered.lock().unwrap(), &last).is_none() {
                 std::thread::sleep(std::time::Duration::from_millis(10));
             }
+        }
+        // Each ping has a payload of its own.
+        let payload = self.delivered.lock().unwrap().len().to_be_bytes();
+        let ping = [&[0x89, payload.len() as u8], payload.as_slice()].concat();
+        let mut near = match self.ends.lock().unwrap().as_slice() {
+            [.., near, _] => near.try_clone().unwrap(),
+            _ => panic!("the program is not connected"),
+        };
+        near.write_all(&ping).unwrap();
+        while !has_pong(&self.answered.lock().unwrap(), &payload) {
+            std::thread::sleep(std::time::Duration::from_millis(10));
         }
     }
 

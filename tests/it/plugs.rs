@@ -277,7 +277,7 @@ fn a_live_log_with_distances_does_not_wait_for_a_contact() {
     for hand_file in ["hand_gripper.rules", "hand_gripper_wrist.rules"] {
         let lag = |has_pose: bool| {
             std::fs::write(path("b.yaml"), bound(hand_file, has_pose)).unwrap();
-            let request = OpenRequest { log: path("log.csv"), binding: Some(path("b.yaml")), scene: None };
+            let request = OpenRequest { log: path("log.csv"), binding: Some(path("b.yaml")), ..OpenRequest::default() };
             let rows = Rows::of(&open(&request).unwrap().recording);
             let rules = Rules::options().file("contact.rules").hand_file(hand_file).load().unwrap();
             let calibration = Calibration::of_whole(&rows.log(), &rules).unwrap();

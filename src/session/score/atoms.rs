@@ -13,6 +13,7 @@ use crate::base::hands::{Side, Who};
 use crate::base::json;
 use crate::report::words::{Named, Phrasing, Style};
 use crate::stream::Opened;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::formats::lerobot::annotate::prelabels::{self, Atom};
 use crate::stream::read::formats::recording_of;
 use crate::stream::read::labels::{self, Interval, Kind, Labels};
@@ -33,7 +34,7 @@ pub(super) fn read(path: &Path, opened: &Opened, map: &NameMap, known: &Known) -
         None => 0,
     };
     let atoms = episodes.get(&episode).ok_or_else(|| wrong(format!("has no labels of episode {episode}")))?;
-    let phrasing = phrasing(path)?;
+    let phrasing = phrasing(path, &AllowedFolders::default())?;
     let mut intervals: Vec<Interval> = Vec::new();
     for style in Style::ALL {
         let mut spoken: Vec<Spoken> = Vec::new();
@@ -147,14 +148,12 @@ fn done(task: Interval, motions: &[Interval], map: &NameMap, known: &Known) -> V
     tasks
 }
 
-/// The templates of the set: `words` of `info.json` beside the file.
-pub(crate) fn phrasing(path: &Path) -> Result<Phrasing, InputError> {
+/// The templates of the set: `words` of `info.json` beside the file, which must be in `folders`.
+pub(crate) fn phrasing(path: &Path, folders: &AllowedFolders) -> Result<Phrasing, InputError> {
     let info = path.with_file_name("info.json");
-    if !info.is_file() {
-        return Ok(Phrasing::default());
-    }
+    let Some(file) = folders.open_if_there(&info)? else { return Ok(Phrasing::default()) };
     let place = info.display().to_string();
-    let whole: Value = json::read(&text::read(&info, MAX_INFO)?, &place)?;
+    let whole: Value = json::read(&text::whole(&file, &info, MAX_INFO)?, &place)?;
     let words = whole.get("teachtree").and_then(|of| of.get("words")).and_then(Value::as_array);
     let words: Vec<String> = words.into_iter().flatten().filter_map(Value::as_str).map(str::to_string).collect();
     Phrasing::read(&words)

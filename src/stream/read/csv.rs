@@ -10,14 +10,16 @@ use crate::base::scene::Scene;
 use crate::base::shown::Shown;
 use crate::base::units::{Dimension, compound};
 use crate::base::yaml;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::atomic_write::Files;
 use crate::stream::issue::Issue;
 use crate::stream::names;
 use crate::stream::read::formats::{self, delimited::unreadable};
 use crate::stream::read::table::{Source, Want};
-use crate::stream::read::{file, text};
+use crate::stream::read::text;
 use indexmap::IndexMap;
 use std::borrow::Cow;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// A recording with what was dropped while it was read.
@@ -37,14 +39,15 @@ pub struct Read {
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 #[cfg(feature = "internals")]
 pub fn read(path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
-    read_source(formats::open(path)?, path, scene)
+    read_source(formats::open(path)?, path, scene, &AllowedFolders::default())
 }
 
-/// The same of a log that is opened already.
+/// The same of a log that is opened already. The files beside it must be in `folders`.
 pub(in crate::stream) fn read_source(
     mut source: Source,
     path: &Path,
     scene: Option<&Path>,
+    folders: &AllowedFolders,
 ) -> Result<Read, InputError> {
     let is_untitled = |(at, title): (usize, &String)| *title == (at + 1).to_string();
     let header = source.header();
@@ -57,24 +60,24 @@ pub(in crate::stream) fn read_source(
     let scene = match (scene, own) {
         (Some(scene), _) => read_scene(scene)?,
         (None, Some(own)) => own,
-        (None, None) => scene_beside(path)?,
+        (None, None) => scene_beside(path, folders)?,
     };
     let mut read = columns(source, &Clock::canonical())?;
     read.recording.scene = scene;
-    read.recording.events = match beside(path, "events.csv").into_iter().find(|file| file.is_file()) {
-        Some(file) if events.is_empty() => read_events(&file)?,
+    read.recording.events = match beside(path, "events.csv").into_iter().find(|file| folders.has(file)) {
+        Some(file) if events.is_empty() => read_events(&file, folders)?,
         _ => events,
     };
     Ok(read)
 }
 
-/// Reads the scene that a log carries.
+/// Reads the scene that a log carries, from a file in `folders`.
 ///
 /// # Errors
-/// When there is none beside the log, or it is wrong.
-pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
+/// When there is none beside the log, it is outside of the folders, or it is wrong.
+pub fn scene_beside(log: &Path, folders: &AllowedFolders) -> Result<Scene, InputError> {
     if let Some(file) = scene_file_beside(log) {
-        return read_scene(&file);
+        return scene_of(folders.open(&file), &file);
     }
     let help = "name the scene with --scene, or a binding with --binding";
     if log == Path::new("-") {
@@ -96,10 +99,13 @@ pub fn scene_file_beside(log: &Path) -> Option<PathBuf> {
 /// # Errors
 /// When it cannot be read, or says something that a scene cannot mean, at `file:line:column`.
 pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
-    let name = path.display().to_string();
-    let in_scene = |error: InputError| error.or_kind(ErrorKind::Scene);
-    let text = text::read(path, yaml::MAX_BYTES as u64).map_err(in_scene)?;
-    parse_scene(&text, &name).map_err(in_scene)
+    scene_of(text::opened(path), path)
+}
+
+/// Reads the scene in an open file. `path` is its name in messages.
+fn scene_of(file: Result<File, InputError>, path: &Path) -> Result<Scene, InputError> {
+    let read = || parse_scene(&text::whole(&file?, path, yaml::MAX_BYTES as u64)?, &path.display().to_string());
+    read().map_err(|error| error.or_kind(ErrorKind::Scene))
 }
 
 /// Reads the text of a scene file; `name` is its name in messages.
@@ -279,10 +285,10 @@ pub fn beside(log: &Path, ending: &str) -> [PathBuf; 2] {
     [log.with_extension(ending), PathBuf::from(whole)]
 }
 
-fn read_events(path: &Path) -> Result<Vec<Event>, InputError> {
+fn read_events(path: &Path, folders: &AllowedFolders) -> Result<Vec<Event>, InputError> {
     let name = path.display().to_string();
     let unreadable = |error: ::csv::Error| unreadable(&name, &error);
-    let mut reader = ::csv::Reader::from_reader(file::open(path)?);
+    let mut reader = ::csv::Reader::from_reader(folders.open(path)?);
     if reader.headers().map_err(unreadable)?.iter().ne(EVENT_COLUMNS) {
         return Err(InputError::new(
             format!("{name} row 1"),

@@ -35,7 +35,10 @@ pub fn whole(file: &File, path: &Path, most: u64) -> Result<String, InputError> 
 }
 
 /// Opens a file, or a pipe that the shell passes as a file descriptor (`<(…)`).
-fn opened(path: &Path) -> Result<File, InputError> {
+///
+/// # Errors
+/// The path cannot be opened, or is neither.
+pub(super) fn opened(path: &Path) -> Result<File, InputError> {
     if !["/dev/fd", "/dev/stdin", "/proc/self/fd"].iter().any(|place| path.starts_with(place)) {
         return file::open(path);
     }

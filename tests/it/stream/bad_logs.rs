@@ -62,8 +62,8 @@ fn each_fault_of_a_log_is_reported() {
     let scene = Some("tests/fixtures/logs/box.yaml".into());
     insta::assert_snapshot!(reports("tests/fixtures/logs", "csv", |log| OpenRequest {
         log,
-        binding: None,
-        scene: scene.clone()
+        scene: scene.clone(),
+        ..OpenRequest::default()
     }));
 }
 
@@ -73,7 +73,7 @@ fn each_fault_of_a_binding_is_reported() {
     insta::assert_snapshot!(reports("tests/fixtures/bindings", "yaml", |binding| OpenRequest {
         log: log.clone(),
         binding: Some(binding),
-        scene: None
+        ..OpenRequest::default()
     }));
 }
 
@@ -88,7 +88,7 @@ fn a_log_that_is_not_there_is_refused() {
     let request = OpenRequest {
         log: "no/such/log.csv".into(),
         scene: Some("tests/fixtures/logs/box.yaml".into()),
-        binding: None,
+        ..OpenRequest::default()
     };
     insta::assert_snapshot!(report(&request));
     insta::assert_snapshot!(report(&OpenRequest { log: "demonstration.mcap".into(), ..request }));
@@ -109,7 +109,7 @@ fn brackets_that_stand_too_deep_are_refused_at_once() {
     for (text, place) in [("[".repeat(100_000), "1:"), ("{a: ".repeat(100_000), "1:"), ("- '['\n".repeat(100), "")] {
         std::fs::write(&binding, text).unwrap();
         let log = "tests/fixtures/bindings/foreign.csv".into();
-        let error = open(&OpenRequest { log, binding: Some(binding.clone()), scene: None }).unwrap_err();
+        let error = open(&OpenRequest { log, binding: Some(binding.clone()), ..OpenRequest::default() }).unwrap_err();
         let too_deep = error.message == "the brackets stand more than 64 deep in each other";
         // Brackets in quotes are text.
         assert_eq!(too_deep, !place.is_empty(), "{error}");

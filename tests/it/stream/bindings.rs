@@ -15,7 +15,7 @@ use teachtree::world::{shipped, teach};
 
 fn opened() -> Opened {
     let [log, binding] = ["foreign.csv", "whole.yaml"].map(|file| format!("tests/fixtures/bindings/{file}").into());
-    open(&OpenRequest { log, binding: Some(binding), scene: None }).unwrap()
+    open(&OpenRequest { log, binding: Some(binding), ..OpenRequest::default() }).unwrap()
 }
 
 /// The value of a column at a time, s.
@@ -80,7 +80,8 @@ fn a_trusted_force_counts_although_it_is_constant() {
     let binding = folder.path().join("trust.yaml");
     std::fs::write(&binding, "trust: [right.thumb.force]\n").unwrap();
     let stuck = |binding| {
-        let opened = open(&OpenRequest { log: log.clone(), binding, scene: scene.clone() }).unwrap();
+        let opened =
+            open(&OpenRequest { log: log.clone(), binding, scene: scene.clone(), ..OpenRequest::default() }).unwrap();
         let frames = opened.frames(&[super::ask("load")]).unwrap();
         let printed =
             frames.issues.iter().any(|issue| issue.kind == "stuck_sensor" && issue.channel == "right.thumb.force");
@@ -103,7 +104,7 @@ fn what_a_resampled_log_does_not_bridge_stays_a_gap() {
         let text = format!("time: t [s]\n{more}\nchannels: {{box.position: '<xyz> [m]'}}\n{scene}\n");
         std::fs::write(path("log.binding.yaml"), text).unwrap();
         let binding = Some(path("log.binding.yaml"));
-        let opened = open(&OpenRequest { log: path("log.csv"), binding, scene: None }).unwrap();
+        let opened = open(&OpenRequest { log: path("log.csv"), binding, ..OpenRequest::default() }).unwrap();
         (opened.recording.time.len(), opened.issues.iter().any(|issue| issue.kind == "missing_row"))
     };
     assert_eq!(opened(""), (40, true));

@@ -13,7 +13,7 @@ fn opened(folder: &Path, channels: &str) -> Result<Recording, InputError> {
     let [log, file] = ["log.csv", "b.yaml"].map(|name| folder.join(name));
     std::fs::write(&log, LOG).unwrap();
     std::fs::write(&file, binding).unwrap();
-    open(&OpenRequest { log, binding: Some(file), scene: None }).map(|opened| opened.recording)
+    open(&OpenRequest { log, binding: Some(file), ..OpenRequest::default() }).map(|opened| opened.recording)
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn steps_of_the_bridge_itself_are_bridged() {
     let [log, file] = ["log.csv", "b.yaml"].map(|name| folder.path().join(name));
     std::fs::write(&log, text).unwrap();
     std::fs::write(&file, "resample: 20 Hz\nchannels: {block.position: [x, x, x]}\nscene: {bodies: {block: {role: object, radius: 30 mm}}}\n").unwrap();
-    let recording = open(&OpenRequest { log, binding: Some(file), scene: None }).unwrap().recording;
+    let recording = open(&OpenRequest { log, binding: Some(file), ..OpenRequest::default() }).unwrap().recording;
     assert_eq!(recording.time.len(), 99);
     assert!(recording.columns["block.position.x"].values.iter().all(|value| !value.is_nan()));
 }

@@ -108,7 +108,7 @@ fn angles(folder: &std::path::Path, unit: &str, angle: impl Fn(f64) -> f64) -> V
          scene:\n  bodies:\n    cube: {{role: object, radius: 60 mm}}\n"
     );
     std::fs::write(&binding, text).unwrap();
-    let opened = open(&OpenRequest { log, binding: Some(binding), scene: None }).unwrap();
+    let opened = open(&OpenRequest { log, binding: Some(binding), ..OpenRequest::default() }).unwrap();
     opened.issues.iter().map(|issue| format!("{} {}: {}", issue.kind, issue.channel, issue.message)).collect()
 }
 

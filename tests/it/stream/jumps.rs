@@ -173,7 +173,7 @@ fn a_bad_sample_is_taken_out_before_a_log_is_resampled() {
         add(&mut log, "right.thumb.position.x", row, 0.3);
     }
     formats::write(&log, &folder.path().join("log.csv")).unwrap();
-    let request = OpenRequest { log: folder.path().join("log.csv"), binding: Some(binding), scene: None };
+    let request = OpenRequest { log: folder.path().join("log.csv"), binding: Some(binding), ..OpenRequest::default() };
     let opened = open(&request).unwrap();
     assert_eq!(opened.issues.iter().filter(|issue| issue.kind == "impossible_jump").count(), 1, "{:?}", opened.issues);
     assert_eq!(segments(folder.path(), "log.csv", &["--binding", "binding.yaml"]), wanted);
@@ -401,7 +401,7 @@ fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
         std::fs::write(&log, format!("{titles}\n{}", (0..60).map(row).collect::<String>())).unwrap();
         let robot = if channels.contains("link") { arm } else { "" };
         std::fs::write(&binding, format!("time: t\n{robot}channels:\n  {channels}\n{scene}")).unwrap();
-        let opened = open(&OpenRequest { log, binding: Some(binding), scene: None }).unwrap();
+        let opened = open(&OpenRequest { log, binding: Some(binding), ..OpenRequest::default() }).unwrap();
         let values = &opened.recording.columns[computed].values;
         let measured: Vec<usize> = (0..60).filter(|row| !values[*row].is_nan()).collect();
         assert_eq!(measured, (0..60).filter(|row| *row != ROW).collect::<Vec<_>>(), "{channels}: {:?}", opened.issues);

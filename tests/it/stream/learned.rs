@@ -44,7 +44,7 @@ scene: {bodies: {table: {role: support}}}
     let [log, file] = [folder.join("wrist.csv"), folder.join("wrist.yaml")];
     std::fs::write(&log, text).unwrap();
     std::fs::write(&file, binding).unwrap();
-    open(&OpenRequest { log, binding: Some(file), scene: None }).unwrap()
+    open(&OpenRequest { log, binding: Some(file), ..OpenRequest::default() }).unwrap()
 }
 
 fn force(recording: &Recording, row: usize) -> Vector3<f64> {

@@ -13,7 +13,7 @@ use teachtree::{analysis, engine, graph, language};
 fn request(log: &str, binding: &str) -> OpenRequest {
     let [log, binding] = [format!("{log}.csv"), format!("{binding}.binding.yaml")]
         .map(|file| PathBuf::from("demos/robosuite").join(file));
-    OpenRequest { log, binding: Some(binding), scene: None }
+    OpenRequest { log, binding: Some(binding), ..OpenRequest::default() }
 }
 
 fn frames(log: &str, binding: &str) -> Frames {

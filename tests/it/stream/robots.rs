@@ -42,7 +42,7 @@ fn opened(folder: &Path, binding: &str) -> Result<Opened, InputError> {
     std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
     std::fs::write(&log, LOG).unwrap();
     std::fs::write(&file, binding).unwrap();
-    open(&OpenRequest { log, binding: Some(file), scene: None })
+    open(&OpenRequest { log, binding: Some(file), ..OpenRequest::default() })
 }
 
 #[test]
@@ -116,8 +116,11 @@ fn each_fault_of_a_robot_is_one_error_with_its_place() {
     assert!(error.to_string().contains("a joint has neither a threshold nor a `?`"), "{error}");
     std::fs::write(folder.path().join("arm.urdf"), "<robot").unwrap();
     std::fs::write(folder.path().join("b.yaml"), BINDING).unwrap();
-    let request =
-        OpenRequest { log: folder.path().join("log.csv"), binding: Some(folder.path().join("b.yaml")), scene: None };
+    let request = OpenRequest {
+        log: folder.path().join("log.csv"),
+        binding: Some(folder.path().join("b.yaml")),
+        ..OpenRequest::default()
+    };
     let error = open(&request).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("arm.urdf:1:") && error.contains("is no XML"), "{error}");
 }
@@ -132,7 +135,7 @@ fn degrees_that_are_read_as_radians_are_reported() {
         std::fs::write(folder.path().join("arm.urdf"), ARM).unwrap();
         std::fs::write(&log, format!("time,q0,q1,q2,width\n{rows}")).unwrap();
         std::fs::write(&file, binding).unwrap();
-        let opened = open(&OpenRequest { log, binding: Some(file), scene: None }).unwrap();
+        let opened = open(&OpenRequest { log, binding: Some(file), ..OpenRequest::default() }).unwrap();
         let issues: Vec<_> = opened.issues.iter().filter(|it| it.channel == "robots.arm.shoulder").collect();
         assert_eq!(issues.len(), reported, "{issues:?}");
         assert!(issues.iter().all(|it| it.message.contains("in another unit (`[deg]`")), "{issues:?}");

@@ -3,11 +3,16 @@
 use super::labels::line;
 use super::{OPENED, Studio, folder};
 use crate::pipes::pipe;
-use crate::sets::with_set;
+use crate::sets::{copy, with_set};
 use serde_json::{Value, json};
 use std::os::unix::fs::symlink;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use teachtree::base::error::InputError;
+use teachtree::stream::allowed_folders::{AllowedFolders, LogFolders};
+use teachtree::stream::read::formats;
+use teachtree::stream::read::table::Want;
+use teachtree::stream::{OpenRequest, open};
 
 const SECRET: &str = "TOP SECRET";
 
@@ -207,4 +212,154 @@ fn a_link_that_appears_during_a_request_is_not_followed() {
         assert!(!path("planted.csv").exists());
         assert_eq!(std::fs::read_to_string(path("others.csv")).unwrap(), before);
     }
+}
+
+/// Reads a log and returns the bits of the values of all its columns.
+fn read(log: &Path, folders: &AllowedFolders) -> Result<Vec<u64>, InputError> {
+    let mut values = vec![];
+    for sheet in formats::open_within(log, folders)?.sheets {
+        let wants = vec![Want::Optional(1.0); sheet.header.len()];
+        let table = sheet.rows.read(&sheet.header, &wants, Some(1.0))?;
+        values.extend(table.numbers.iter().flatten().map(|value| value.to_bits()));
+    }
+    Ok(values)
+}
+
+/// Returns the files and folders in a folder and in its subfolders, relative to it.
+fn paths_in(folder: &Path, below: &Path) -> Vec<PathBuf> {
+    let names = std::fs::read_dir(folder.join(below)).unwrap().map(|entry| below.join(entry.unwrap().file_name()));
+    let of = |path: PathBuf| {
+        let inner = if folder.join(&path).is_dir() { paths_in(folder, &path) } else { vec![] };
+        std::iter::once(path).chain(inner)
+    };
+    let mut paths: Vec<PathBuf> = names.flat_map(of).collect();
+    paths.sort();
+    paths
+}
+
+/// A link that takes the place of a file or folder after a check of its path: a reader decides by the file that it opened.
+#[test]
+fn a_reader_opens_no_file_outside_of_its_folders() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (from, recording) in [
+        ("demos/robosuite/lift_demo_1.csv", ""),
+        ("tests/fixtures/formats/arrays/isaac.hdf5", "#0"),
+        ("tests/fixtures/formats/stores/arrays.npz", ""),
+        ("tests/fixtures/formats/stores/table.npy", ""),
+        ("tests/fixtures/formats/stores/folder", ""),
+        ("tests/fixtures/formats/stores/umi.zarr.zip", "#0"),
+        ("tests/fixtures/formats/stores/demos_2_by_3.zarr", "#0"),
+        ("tests/fixtures/formats/stores/demos_3_by_3.zarr", "#0"),
+        ("tests/fixtures/formats/lerobot_v30", "#0"),
+        ("tests/fixtures/formats/rosbag2/cdr_test_0.mcap", ""),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (logs, away) = (folder.path().join("logs"), folder.path().join("away"));
+        std::fs::create_dir(&logs).unwrap();
+        let name = Path::new(from).file_name().unwrap().to_str().unwrap();
+        match root.join(from).is_dir() {
+            true => copy(&root.join(from), &logs.join(name)),
+            false => _ = std::fs::copy(root.join(from), logs.join(name)).unwrap(),
+        }
+        let (log, folders) = (logs.join(format!("{name}{recording}")), AllowedFolders::of(&logs).unwrap());
+        let any = AllowedFolders::default();
+        let values = read(&log, &folders).unwrap_or_else(|error| panic!("{error}"));
+        for path in paths_in(&logs, Path::new("")) {
+            let path = logs.join(path);
+            std::fs::rename(&path, &away).unwrap();
+            symlink(&away, &path).unwrap();
+            // By default all folders are allowed.
+            assert_eq!(read(&log, &any).unwrap(), values, "{}", path.display());
+            match read(&log, &folders) {
+                Err(error) => assert!(error.message.contains("leads out of"), "{}: {error}", path.display()),
+                // The recording does not need the content of this file.
+                Ok(_) => {
+                    let content = std::fs::read(&away).unwrap();
+                    std::fs::write(&away, "").unwrap();
+                    assert_eq!(read(&log, &any).unwrap(), values, "{}", path.display());
+                    std::fs::write(&away, content).unwrap();
+                }
+            }
+            std::fs::remove_file(&path).unwrap();
+            std::fs::rename(&away, &path).unwrap();
+        }
+    }
+}
+
+/// Scenes and events are in files beside a log.
+#[test]
+fn files_beside_a_log_are_not_read_outside_of_its_folders() {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/logs");
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::create_dir(path("logs")).unwrap();
+    std::fs::copy(fixtures.join("whole.csv"), path("logs/a.csv")).unwrap();
+    std::fs::copy(fixtures.join("box.yaml"), path("a.yaml")).unwrap();
+    std::fs::write(path("a.events"), "time,event,subjects\n").unwrap();
+    let allowed = AllowedFolders::of(&path("logs")).unwrap();
+    let opened = |folders: LogFolders| open(&OpenRequest { log: path("logs/a.csv"), folders, ..Default::default() });
+    let refused = |words: &str| {
+        let folders = LogFolders { log: allowed.clone(), beside: allowed.clone() };
+        let error = opened(folders).unwrap_err().to_string();
+        assert!(error.contains(words), "{words}: {error}");
+    };
+    symlink("../a.yaml", path("logs/a.scene.yaml")).unwrap();
+    refused("a.scene.yaml: leads out of");
+    opened(LogFolders::default()).unwrap();
+    std::fs::remove_file(path("logs/a.scene.yaml")).unwrap();
+    symlink("nowhere", path("logs/a.scene.yaml")).unwrap();
+    refused("a.scene.yaml: is a link to nowhere, which is not there");
+    std::fs::remove_file(path("logs/a.scene.yaml")).unwrap();
+    pipe(&path("logs/a.scene.yaml"));
+    refused("a.scene.yaml: found a pipe, expected a file");
+    std::fs::remove_file(path("logs/a.scene.yaml")).unwrap();
+    std::fs::copy(fixtures.join("box.yaml"), path("logs/a.scene.yaml")).unwrap();
+    symlink("../a.events", path("logs/a.events.csv")).unwrap();
+    refused("a.events.csv: leads out of");
+}
+
+/// A link that takes the place of `meta/info.json` after the set was read does not name a video.
+#[test]
+fn the_videos_of_a_set_are_not_listed_by_a_file_outside() {
+    let folder = with_set();
+    let path = |name: &str| folder.path().join(name);
+    let studio = Studio::start(folder.path(), &["set", "--binding", "b.yaml"]);
+    assert_eq!(studio.list()["recordings"][0]["status"], "done");
+    let info = json!({
+        "codebase_version": "v2.1", "total_episodes": 3, "chunks_size": 1000, "video_path": "LICENSE",
+        "features": { "camera": { "dtype": "video" } },
+    });
+    std::fs::write(path("info.json"), info.to_string()).unwrap();
+    std::fs::remove_file(path("set/meta/info.json")).unwrap();
+    symlink("../../info.json", path("set/meta/info.json")).unwrap();
+    assert_eq!(studio.get_with("video/0/0", "").status, 404);
+    let answer = studio.change("POST", "api/recording/0/export/lerobot", &json!({}));
+    assert!(answer.json()["error"].as_str().unwrap().contains("info.json: leads out of set"), "{}", answer.json());
+    // A file in the set is read.
+    std::fs::remove_file(path("set/meta/info.json")).unwrap();
+    std::fs::rename(path("info.json"), path("set/meta/info.json")).unwrap();
+    assert_eq!(studio.get_with("video/0/0", "").status, 200);
+}
+
+/// A recording that fails is read by each request.
+#[test]
+fn a_recording_that_is_replaced_during_a_request_is_not_read_outside() {
+    let folder = with_secrets();
+    let path = |name: &str| folder.path().join(name);
+    let log = std::fs::read_to_string(path("far.csv")).unwrap();
+    let (header, rows) = log.split_once('\n').unwrap();
+    let with = |cell: &str| format!("{header}\n{}\n{rows}", vec![cell; header.split(',').count()].join(","));
+    std::fs::write(path("secret.csv"), with(SECRET)).unwrap();
+    let plain = with("plain");
+    std::fs::write(path("logs/a.csv"), &plain).unwrap();
+    let studio = Studio::start(folder.path(), &OPENED);
+    let list = studio.list();
+    assert!(list["recordings"][0]["error"].as_str().unwrap().contains("found `plain`"), "{list}");
+    while_changing(&path("logs/a.csv"), "../secret.csv", &plain, || {
+        for _ in 0..600 {
+            let answer = studio.get_with("api/recording/0", "");
+            let text = String::from_utf8(answer.body).unwrap();
+            assert!(!text.contains("SECRET"), "{text}");
+        }
+    });
 }

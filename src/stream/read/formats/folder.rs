@@ -2,6 +2,7 @@
 
 use super::{delimited, is_set, text_ending};
 use crate::base::error::InputError;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::file;
 use crate::stream::read::table::{Sheet, Source};
 use std::io::BufReader;
@@ -10,18 +11,18 @@ use std::path::{Path, PathBuf};
 /// The most files that a folder may have to be taken for a log.
 const MAX_FILES: usize = 200;
 
-/// Opens a folder; `episode` chooses one of a data set.
+/// Opens a folder whose files must be in `folders`; `episode` chooses one of a data set.
 ///
 /// # Errors
 /// When there is nothing in it that is a log.
-pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
+pub fn open(path: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
     let name = path.display().to_string();
     if is_set(path) {
-        return data_set(path, episode);
+        return data_set(path, episode, folders);
     }
     #[cfg(feature = "arrays")]
     if super::is_zarr(path) {
-        return super::zarr::open(path, episode);
+        return super::zarr::open(path, episode, folders);
     }
     if let Some(episode) = episode {
         return Err(InputError::new(
@@ -32,13 +33,13 @@ pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
         ));
     }
     if is_bag(path) {
-        return bag(path);
+        return bag(path, folders);
     }
-    let mut files = files(path)?;
+    let mut files = files(path, folders)?;
     #[cfg(feature = "arrays")]
     if !files.iter().any(|file| text_ending(file)) && files.iter().any(|file| is_array(file)) {
         files.retain(|file| is_array(file));
-        return super::npy::open_folder(path, &files);
+        return super::npy::open_folder(path, &files, folders);
     }
     files.retain(|file| text_ending(file) && !is_beside(file));
     if files.is_empty() {
@@ -49,7 +50,7 @@ pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     for path in files {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let place = path.display().to_string();
-        let bytes = file::open(&path)?;
+        let bytes = folders.open(&path)?;
         // A file that is no table does not keep the others from being read.
         match delimited::source(Box::new(BufReader::new(bytes)), place) {
             Ok(source) => sheets.extend(source.sheets.into_iter().map(|sheet| Sheet { name: stem.clone(), ..sheet })),
@@ -71,7 +72,7 @@ pub fn is_bag(path: &Path) -> bool {
 /// Whether a folder can be one log: a bag, or tables of text or arrays of NumPy that are parts of one.
 pub fn is_one_log(path: &Path) -> bool {
     let is_part = |file: &PathBuf| is_array(file) || text_ending(file) && !is_beside(file);
-    is_bag(path) || files(path).is_ok_and(|files| files.iter().any(is_part))
+    is_bag(path) || files(path, &AllowedFolders::default()).is_ok_and(|files| files.iter().any(is_part))
 }
 
 /// Whether a file is an array of NumPy, by its name.
@@ -80,22 +81,22 @@ fn is_array(file: &Path) -> bool {
 }
 
 #[cfg(feature = "mcap")]
-fn bag(path: &Path) -> Result<Source, InputError> {
-    super::mcap::folder(path)
+fn bag(path: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
+    super::mcap::folder(path, folders)
 }
 
 #[cfg(not(feature = "mcap"))]
-fn bag(path: &Path) -> Result<Source, InputError> {
+fn bag(path: &Path, _: &AllowedFolders) -> Result<Source, InputError> {
     Err(InputError::new(path.display().to_string(), "this build cannot read bags, its feature `mcap` is off"))
 }
 
 #[cfg(feature = "parquet")]
-fn data_set(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
-    super::lerobot::open(path, episode)
+fn data_set(path: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
+    super::lerobot::open(path, episode, folders)
 }
 
 #[cfg(not(feature = "parquet"))]
-fn data_set(path: &Path, _: Option<&str>) -> Result<Source, InputError> {
+fn data_set(path: &Path, _: Option<&str>, _: &AllowedFolders) -> Result<Source, InputError> {
     let message = "this build cannot read data sets, its feature `parquet` is off";
     Err(InputError::new(path.display().to_string(), message))
 }
@@ -109,13 +110,12 @@ fn is_beside(file: &Path) -> bool {
 ///
 /// # Errors
 /// When it cannot be read, or has too many.
-pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
+pub(super) fn files(folder: &Path, folders: &AllowedFolders) -> Result<Vec<PathBuf>, InputError> {
     let name = folder.display().to_string();
-    let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
     let mut files = vec![];
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if path.is_file() {
+    for path in folders.list(folder)? {
+        let path = path?;
+        if folders.has(&path) {
             files.push(path);
         }
         if files.len() > MAX_FILES {

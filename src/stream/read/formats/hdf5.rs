@@ -15,9 +15,10 @@ use super::budget::Budget;
 use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::file;
 use crate::stream::read::table::{MAX_COLUMNS, Source};
-use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, VlenStringReadOptions};
+use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, ReadSeekSource, VlenStringReadOptions};
 use mujoco::Model;
 use serde_json::Value;
 use std::io::Read as _;
@@ -28,14 +29,14 @@ const DEEPEST: usize = 12;
 /// The first bytes of a file.
 pub(super) const MAGIC: [u8; 8] = [0x89, b'H', b'D', b'F', b'\r', b'\n', 0x1a, b'\n'];
 
-/// Opens a recording of a file: `demo_3`, or `3`.
+/// Opens a recording of a file, which must be in `folders`: `demo_3`, or `3`.
 ///
 /// # Errors
-/// When the file is no HDF5, is damaged, or it is not said which of its recordings is meant.
-pub(super) fn open(path: &Path, recording: Option<&str>) -> Result<Source, InputError> {
+/// When the file is no HDF5, is damaged, is outside of the folders, or it is not said which of its recordings is meant.
+pub(super) fn open(path: &Path, recording: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
     let name = path.display().to_string();
     guarded(&name, || {
-        let container = Container::open(path)?;
+        let container = Container::open(path, folders)?;
         let chosen = choose(&container.place, "file", &container.names, recording)?;
         container.source(chosen.and_then(|chosen| container.names.get(chosen)).map(String::as_str))
     })
@@ -56,29 +57,31 @@ pub(super) fn is_hdf5(path: &Path) -> Result<bool, InputError> {
 ///
 /// # Errors
 /// When the file is damaged, or a link stands in the place of a recording: `hdf5_pure` passes over links.
-pub(super) fn names(path: &Path) -> Result<Vec<String>, InputError> {
-    guarded(&path.display().to_string(), || Ok(Container::open(path)?.names))
+pub(super) fn names(path: &Path, folders: &AllowedFolders) -> Result<Vec<String>, InputError> {
+    guarded(&path.display().to_string(), || Ok(Container::open(path, folders)?.names))
 }
 
 /// A file, and which of its groups are recordings.
 struct Container {
     place: String,
     file: File,
+    /// The folders that the file must be in.
+    folders: AllowedFolders,
     /// The path of the group that holds the recordings, with a slash behind it.
     parent: &'static str,
     names: Vec<String>,
 }
 
 impl Container {
-    fn open(path: &Path) -> Result<Self, InputError> {
-        Self::read(path).map_err(|error| links::explained(path, error))
+    fn open(path: &Path, folders: &AllowedFolders) -> Result<Self, InputError> {
+        Self::read(path, folders).map_err(|error| links::explained(path, folders, error))
     }
 
-    fn read(path: &Path) -> Result<Self, InputError> {
+    fn read(path: &Path, folders: &AllowedFolders) -> Result<Self, InputError> {
         let place = path.display().to_string();
-        file::open(path)?;
-        let file = File::open_streaming(path).map_err(|error| damaged(&place, &error))?;
         let failed = |error: Error| damaged(&place, &error);
+        let source = ReadSeekSource::new(folders.open(path)?).map_err(|error| failed(error.into()))?;
+        let file = File::from_source(source).map_err(failed)?;
         let root = file.root();
         let groups = root.groups().map_err(failed)?;
         let numbered = |groups: Vec<String>| -> Vec<String> {
@@ -86,7 +89,7 @@ impl Container {
         };
         let (mut parent, mut names) = ("", vec![]);
         let has_data = groups.iter().any(|name| name == "data");
-        links::refuse_recordings(path, if has_data { "data" } else { "" })?;
+        links::refuse_recordings(path, folders, if has_data { "data" } else { "" })?;
         if has_data {
             let data = file.group("data").map_err(failed)?;
             (parent, names) = ("data/", numbered(data.groups().map_err(failed)?));
@@ -103,7 +106,7 @@ impl Container {
             ));
         }
         names.sort_by(|a, b| number_of(a).cmp(&number_of(b)).then_with(|| a.cmp(b)));
-        Ok(Self { place, file, parent, names })
+        Ok(Self { place, file, folders: folders.clone(), parent, names })
     }
 
     /// A recording as a log.
@@ -116,7 +119,7 @@ impl Container {
         };
         let mut found = vec![];
         walk(&group, "", 0, &mut found).map_err(|error| match error {
-            Walk::Hdf5(error) => links::explained(Path::new(&self.place), failed(*error)),
+            Walk::Hdf5(error) => links::explained(Path::new(&self.place), &self.folders, failed(*error)),
             Walk::Limit(message) => InputError::new(&place, message),
         })?;
         found.sort_by(|(a, _), (b, _)| a.cmp(b));

@@ -10,8 +10,8 @@ use super::many::MAX_RECORDINGS;
 use super::parquet;
 use crate::base::error::InputError;
 use crate::base::json;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::names;
-use crate::stream::read::file;
 use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::Source;
 use crate::stream::read::text;
@@ -30,16 +30,16 @@ fn info(folder: &Path) -> PathBuf {
     folder.join("meta").join("info.json")
 }
 
-/// Opens an episode of a data set.
+/// Opens an episode of a data set whose files must be in `folders`.
 ///
 /// # Errors
-/// When the set is not as it should be, or it is not said which of its episodes is meant.
-pub fn open(folder: &Path, episode: Option<&str>) -> Result<Source, InputError> {
-    let set = Set::read(folder)?;
+/// When the set is not as it should be, a file is outside of the folders, or it is not said which of its episodes is meant.
+pub fn open(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
+    let set = Set::read(folder, folders)?;
     let episode = set.meant(episode)?;
     let path = set.data_file(episode)?;
     let name = path.display().to_string();
-    let bytes = || file::open(&path);
+    let bytes = || folders.open(&path);
     // A file may have hundreds of episodes: only the rows of this one are read.
     let numbers = parquet::read(bytes()?, &name, |column| column == "episode_index")?;
     let rows = rows_of(&numbers, episode, &name)?;
@@ -59,9 +59,10 @@ pub fn open(folder: &Path, episode: Option<&str>) -> Result<Source, InputError> 
 /// # Errors
 /// As [`open`].
 pub(super) fn files(folder: &Path, episode: Option<&str>) -> Result<Vec<PathBuf>, InputError> {
-    let set = Set::read(folder)?;
+    let folders = AllowedFolders::default();
+    let set = Set::read(folder, &folders)?;
     let lists = folder.join("meta").join("episodes");
-    let mut files = if lists.is_dir() { lists_in(&lists)? } else { vec![] };
+    let mut files = if lists.is_dir() { lists_in(&lists, &folders)? } else { vec![] };
     files.extend([info(folder), set.data_file(set.meant(episode)?)?]);
     Ok(files)
 }
@@ -70,8 +71,8 @@ pub(super) fn files(folder: &Path, episode: Option<&str>) -> Result<Vec<PathBuf>
 ///
 /// # Errors
 /// When the set is not as it should be.
-pub(super) fn count(folder: &Path) -> Result<usize, InputError> {
-    let set = Set::read(folder)?;
+pub(super) fn count(folder: &Path, folders: &AllowedFolders) -> Result<usize, InputError> {
+    let set = Set::read(folder, folders)?;
     let count = set.count("total_episodes")?;
     match count {
         0 => Err(set.wrong("the data set has no episode, expected at least one")),
@@ -86,17 +87,19 @@ type Listed = Result<(usize, usize), InputError>;
 /// A data set as it describes itself.
 struct Set {
     folder: PathBuf,
+    /// The folders that its files must be in.
+    folders: AllowedFolders,
     place: String,
     info: Value,
 }
 
 impl Set {
-    fn read(folder: &Path) -> Result<Self, InputError> {
+    fn read(folder: &Path, folders: &AllowedFolders) -> Result<Self, InputError> {
         let path = info(folder);
         let place = path.display().to_string();
-        let text = text::read(&path, MAX_INFO)?;
+        let text = text::whole(&folders.open(&path)?, &path, MAX_INFO)?;
         let info: Value = json::read(&text, &place)?;
-        let set = Self { folder: folder.to_path_buf(), place, info };
+        let set = Self { folder: folder.to_path_buf(), folders: folders.clone(), place, info };
         let version = set.text("codebase_version")?;
         if !matches!(version.split('.').next(), Some("v2" | "v3")) {
             return Err(set.wrong(format!("found a data set of version `{version}`, expected v2.0, v2.1 or v3.0")));
@@ -179,9 +182,9 @@ impl Set {
     fn all_listed(&self) -> Result<BTreeMap<usize, Listed>, InputError> {
         let wanted = ["episode_index", "data/chunk_index", "data/file_index"];
         let mut all = BTreeMap::new();
-        for path in lists_in(&self.folder.join("meta").join("episodes"))? {
+        for path in lists_in(&self.folder.join("meta").join("episodes"), &self.folders)? {
             let name = path.display().to_string();
-            let list = parquet::read(file::open(&path)?, &name, |column| wanted.contains(&column))?;
+            let list = parquet::read(self.folders.open(&path)?, &name, |column| wanted.contains(&column))?;
             let mut columns = vec![];
             for column in wanted {
                 match list.columns().get(column) {
@@ -280,17 +283,15 @@ fn is(number: f64, episode: usize) -> bool {
 }
 
 /// The files with lists of episodes, in order.
-fn lists_in(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
-    let failed =
-        |error: std::io::Error| InputError::new(folder.display().to_string(), format!("cannot be opened: {error}"));
+fn lists_in(folder: &Path, folders: &AllowedFolders) -> Result<Vec<PathBuf>, InputError> {
     let mut files = vec![];
-    for chunk in std::fs::read_dir(folder).map_err(failed)? {
-        let chunk = chunk.map_err(failed)?.path();
+    for chunk in folders.list(folder)? {
+        let chunk = chunk?;
         if !chunk.is_dir() {
             continue;
         }
-        for file in std::fs::read_dir(&chunk).map_err(failed)? {
-            let file = file.map_err(failed)?.path();
+        for file in folders.list(&chunk)? {
+            let file = file?;
             if file.extension().is_some_and(|ending| ending == "parquet") && files.len() < MAX_LISTS {
                 files.push(file);
             }

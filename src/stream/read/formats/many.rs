@@ -2,6 +2,7 @@
 
 use super::split;
 use crate::base::error::InputError;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::file;
 use std::path::{Path, PathBuf};
 
@@ -32,11 +33,19 @@ impl Choice {
 /// # Errors
 /// When there is no data set, no store and no HDF5 file at the path, or it does not have what is chosen.
 pub fn chosen(path: &Path) -> Result<Option<Vec<PathBuf>>, InputError> {
+    chosen_within(path, &AllowedFolders::default())
+}
+
+/// Returns the recordings like [`chosen`]; the files of the data set, store or file must be in `folders`.
+///
+/// # Errors
+/// As [`chosen`], and a file that is outside of the folders.
+pub fn chosen_within(path: &Path, folders: &AllowedFolders) -> Result<Option<Vec<PathBuf>>, InputError> {
     let (log, Some(text)) = split(path) else { return Ok(None) };
     let Some(choice) = Choice::read(&text) else { return Ok(None) };
     let place = log.display().to_string();
     let wrong = |message: String| InputError::new(&place, message);
-    let Some(names) = recordings(&log)? else {
+    let Some(names) = recordings(&log, folders)? else {
         let message = format!(
             "found one recording, expected a LeRobot data set, a Zarr store or an HDF5 file with several for `#{text}`"
         );
@@ -65,7 +74,15 @@ pub fn chosen(path: &Path) -> Result<Option<Vec<PathBuf>>, InputError> {
 /// # Errors
 /// When the data set or file cannot be read.
 pub fn all_of(path: &Path) -> Result<Option<Vec<PathBuf>>, InputError> {
-    Ok(recordings(path)?.map(|names| all(path, &names)))
+    all_of_within(path, &AllowedFolders::default())
+}
+
+/// Returns all recordings like [`all_of`]; the files of the data set, store or file must be in `folders`.
+///
+/// # Errors
+/// As [`all_of`], and a file that is outside of the folders.
+pub fn all_of_within(path: &Path, folders: &AllowedFolders) -> Result<Option<Vec<PathBuf>>, InputError> {
+    Ok(recordings(path, folders)?.map(|names| all(path, &names)))
 }
 
 /// The files that a log is read from, with what belongs to it beside it.
@@ -78,7 +95,7 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, InputError> {
         return match () {
             () if is_set(&log) => files_of_episode(&log, recording.as_deref()),
             () if is_zarr(&log) => files_of_store(&log, recording.as_deref()),
-            () => super::folder::files(&log),
+            () => super::folder::files(&log, &AllowedFolders::default()),
         };
     }
     if !log.is_file() {
@@ -158,17 +175,17 @@ pub(super) fn choose(
 }
 
 /// The names of the recordings of a data set, a Zarr store or an HDF5 file.
-fn recordings(path: &Path) -> Result<Option<Vec<String>>, InputError> {
+fn recordings(path: &Path, folders: &AllowedFolders) -> Result<Option<Vec<String>>, InputError> {
     if path.is_dir() && is_set(path) {
-        return episodes(path).map(Some);
+        return episodes(path, folders).map(Some);
     }
     if is_zarr(path) {
-        return in_store(path);
+        return in_store(path, folders);
     }
     if path.is_dir() {
         return Ok(None);
     }
-    if path.is_file() { groups(path) } else { Err(missing(path)) }
+    if path.is_file() { groups(path, folders) } else { Err(missing(path)) }
 }
 
 /// Whether a folder or file is a Zarr store, and is read by this build.
@@ -177,8 +194,8 @@ pub fn is_zarr(path: &Path) -> bool {
     if path.is_dir() {
         return super::zarr::is_folder(path);
     }
-    let is_archive = super::begins_with(path, &super::zipped::MAGIC).unwrap_or(false);
-    is_archive && super::zipped::has(path, super::zarr::is_metadata).unwrap_or(false)
+    let has_metadata = || super::zipped::has(path, super::zarr::is_metadata, &AllowedFolders::default());
+    super::begins_with(path, &super::zipped::MAGIC) && has_metadata().unwrap_or(false)
 }
 
 /// Whether a folder or file is a Zarr store, and is read by this build.
@@ -188,12 +205,12 @@ pub fn is_zarr(_: &Path) -> bool {
 }
 
 #[cfg(feature = "arrays")]
-fn in_store(path: &Path) -> Result<Option<Vec<String>>, InputError> {
-    Ok(Some(super::zarr::names(path)?).filter(|names| !names.is_empty()))
+fn in_store(path: &Path, folders: &AllowedFolders) -> Result<Option<Vec<String>>, InputError> {
+    Ok(Some(super::zarr::names(path, folders)?).filter(|names| !names.is_empty()))
 }
 
 #[cfg(not(feature = "arrays"))]
-fn in_store(_: &Path) -> Result<Option<Vec<String>>, InputError> {
+fn in_store(_: &Path, _: &AllowedFolders) -> Result<Option<Vec<String>>, InputError> {
     Ok(None)
 }
 
@@ -213,13 +230,13 @@ fn missing(path: &Path) -> InputError {
 }
 
 #[cfg(feature = "parquet")]
-fn episodes(path: &Path) -> Result<Vec<String>, InputError> {
-    let count = super::lerobot::count(path)?;
+fn episodes(path: &Path, folders: &AllowedFolders) -> Result<Vec<String>, InputError> {
+    let count = super::lerobot::count(path, folders)?;
     Ok((0..count).map(|episode| episode.to_string()).collect())
 }
 
 #[cfg(not(feature = "parquet"))]
-fn episodes(path: &Path) -> Result<Vec<String>, InputError> {
+fn episodes(path: &Path, _: &AllowedFolders) -> Result<Vec<String>, InputError> {
     let message = "this build cannot read data sets, its feature `parquet` is off";
     Err(InputError::new(path.display().to_string(), message))
 }
@@ -244,13 +261,13 @@ pub fn is_hdf5(_: &Path) -> Result<bool, InputError> {
 
 /// The recordings of an HDF5 file; `None` for another file, and for one that is a recording by itself.
 #[cfg(feature = "hdf5")]
-fn groups(path: &Path) -> Result<Option<Vec<String>>, InputError> {
-    let names = if super::hdf5::is_hdf5(path)? { super::hdf5::names(path)? } else { vec![] };
+fn groups(path: &Path, folders: &AllowedFolders) -> Result<Option<Vec<String>>, InputError> {
+    let names = if super::hdf5::is_hdf5(path)? { super::hdf5::names(path, folders)? } else { vec![] };
     Ok((!names.is_empty()).then_some(names))
 }
 
 #[cfg(not(feature = "hdf5"))]
-fn groups(_: &Path) -> Result<Option<Vec<String>>, InputError> {
+fn groups(_: &Path, _: &AllowedFolders) -> Result<Option<Vec<String>>, InputError> {
     Ok(None)
 }
 

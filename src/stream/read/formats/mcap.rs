@@ -11,8 +11,9 @@ use super::topics::{Reading, Topics};
 use super::truncated;
 use crate::base::error::InputError;
 use crate::base::yaml;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::table::Source;
-use crate::stream::read::{file, text};
+use crate::stream::read::text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
@@ -43,14 +44,14 @@ struct Information {
     storage_identifier: String,
 }
 
-/// Reads a folder with `metadata.yaml`, whose files are one log.
+/// Reads a folder with `metadata.yaml`, whose files are one log and must be in `folders`.
 ///
 /// # Errors
 /// As for a file.
-pub fn folder(folder: &Path) -> Result<Source, InputError> {
+pub fn folder(folder: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
     let path = folder.join("metadata.yaml");
     let name = path.display().to_string();
-    let text = text::read(&path, yaml::MAX_BYTES as u64)?;
+    let text = text::whole(&folders.open(&path)?, &path, yaml::MAX_BYTES as u64)?;
     let Metadata { rosbag2_bagfile_information: information } = yaml::read(&text, &name)?;
     if information.storage_identifier != "mcap" {
         let found = information.storage_identifier;
@@ -65,7 +66,7 @@ pub fn folder(folder: &Path) -> Result<Source, InputError> {
         }
         let path = folder.join(part);
         let place = path.display().to_string();
-        cut = read(file::open(&path)?, &place, &mut topics)?.or(cut);
+        cut = read(folders.open(&path)?, &place, &mut topics)?.or(cut);
     }
     finish(topics, cut)
 }

@@ -36,16 +36,16 @@ mod zarr;
 mod zipped;
 
 pub use folder::{is_bag, is_one_log};
-pub use many::{all_of, chosen, files_of, is_hdf5, is_set, is_zarr, recording_of, stem};
+pub use many::{all_of, all_of_within, chosen, chosen_within, files_of, is_hdf5, is_set, is_zarr, recording_of, stem};
 
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::atomic_write::{self, Files};
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::read::counted::Counted;
 use crate::stream::read::table::Source;
 use crate::stream::read::{csv, file};
-use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -58,6 +58,14 @@ const TEXT_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "dat", "log", "tab", "asc"
 /// # Errors
 /// When it cannot be opened, is of no format that is read here, or its head is wrong.
 pub fn open(path: &Path) -> Result<Source, InputError> {
+    open_within(path, &AllowedFolders::default())
+}
+
+/// Opens a log like [`open`] whose files must be in `folders`.
+///
+/// # Errors
+/// As [`open`], and a file that is outside of the folders.
+pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
     if path == Path::new("-") {
         return jsonl::read(std::io::stdin().lock(), "standard input".into());
     }
@@ -66,21 +74,23 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
     let name = path.display().to_string();
     let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
     if path.is_dir() {
-        return folder::open(&path, recording);
+        return folder::open(&path, recording, folders);
     }
     atomic_write::refuse_unfinished(&path)?;
-    let mut bytes = file::open(&path)?;
+    let mut bytes = folders.open(&path)?;
     let mut magic = vec![];
     bytes.by_ref().take(16).read_to_end(&mut magic).map_err(failed)?;
     bytes.seek(SeekFrom::Start(0)).map_err(failed)?;
     #[cfg(feature = "hdf5")]
     if magic.starts_with(&hdf5::MAGIC) {
-        return hdf5::open(&path, recording);
+        return hdf5::open(&path, recording, folders);
     }
     #[cfg(feature = "arrays")]
-    if (magic.starts_with(&zipped::MAGIC) || magic.starts_with(&zipped::EMPTY)) && !zipped::has(&path, is_array)? {
-        if zipped::has(&path, zarr::is_metadata)? {
-            return zarr::open(&path, recording);
+    if (magic.starts_with(&zipped::MAGIC) || magic.starts_with(&zipped::EMPTY))
+        && !zipped::has(&path, is_array, folders)?
+    {
+        if zipped::has(&path, zarr::is_metadata, folders)? {
+            return zarr::open(&path, recording, folders);
         }
         let message = "the archive holds no arrays of NumPy (`.npy`) and no Zarr store";
         return Err(InputError::new(name, message).help("unpack it and name the log in it"));
@@ -100,9 +110,9 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
         #[cfg(feature = "parquet")]
         [b'P', b'A', b'R', b'1', ..] => parquet::source(bytes, name),
         #[cfg(feature = "arrays")]
-        magic if magic.starts_with(&npy::MAGIC) => npy::open(&path),
+        magic if magic.starts_with(&npy::MAGIC) => npy::open(&path, folders),
         #[cfg(feature = "arrays")]
-        magic if magic.starts_with(&zipped::MAGIC) => npy::open_archive(&path),
+        magic if magic.starts_with(&zipped::MAGIC) => npy::open_archive(&path, folders),
         [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(counted(bytes)), name),
         [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
             jsonl::read(BufReader::new(counted(bytes)), name)
@@ -179,12 +189,10 @@ fn is_array(name: &str) -> bool {
 
 /// Whether a file begins with these bytes.
 #[cfg(feature = "arrays")]
-fn begins_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
+fn begins_with(path: &Path, magic: &[u8]) -> bool {
     let mut begin = vec![];
-    if path.is_file() {
-        File::open(path)?.take(magic.len() as u64).read_to_end(&mut begin)?;
-    }
-    Ok(begin == magic)
+    let read = file::open(path).map(|file| file.take(magic.len() as u64).read_to_end(&mut begin).is_ok());
+    read.is_ok_and(|is_read| is_read) && begin == magic
 }
 
 /// Whether a file that begins like this may be text.

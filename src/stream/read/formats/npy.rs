@@ -7,7 +7,7 @@ use super::budget::Budget;
 use super::elements::Element;
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
-use crate::stream::read::file;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::table::{MAX_COLUMNS, Source};
 use npyz::{DType, NpyHeader, Order};
 use std::io::{BufReader, Read};
@@ -24,27 +24,27 @@ const UNNAMED: &str = "arr_0";
 const RATES: [&str; 6] = ["fps", "control_freq", "rate", "hz", "rate_hz", "frequency"];
 const STEPS: [&str; 2] = ["dt", "timestep"];
 
-/// Opens a file with one array.
+/// Opens a file with one array, which must be in `folders`.
 ///
 /// # Errors
-/// When it is damaged, or holds no array with a row a sample.
-pub(super) fn open(path: &Path) -> Result<Source, InputError> {
+/// When it is damaged, is outside of the folders, or holds no array with a row a sample.
+pub(super) fn open(path: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
     let place = path.display().to_string();
-    guarded(&place, || arrays(&place, vec![(UNNAMED.into(), Place::File(path.into()))], size_of(path)?))
+    guarded(&place, || arrays(&place, vec![(UNNAMED.into(), Place::new(path, None, folders))], size_of(path)?))
 }
 
 /// Opens a file with several arrays, by their names in the archive.
 ///
 /// # Errors
 /// As [`open`].
-pub(super) fn open_archive(path: &Path) -> Result<Source, InputError> {
+pub(super) fn open_archive(path: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
     let place = path.display().to_string();
     guarded(&place, || {
-        let archive = super::zipped::open(path)?;
+        let archive = super::zipped::open(path, folders)?;
         let found: Vec<(String, usize)> = (0..archive.len())
             .filter_map(|at| Some((archive.name_for_index(at)?.ok()?.strip_suffix(".npy")?.to_string(), at)))
             .collect();
-        let in_archive = |(name, at)| (name, Place::Archive(path.into(), at));
+        let in_archive = |(name, at)| (name, Place::new(path, Some(at), folders));
         arrays(&place, found.into_iter().map(in_archive).collect(), size_of(path)?)
     })
 }
@@ -53,11 +53,12 @@ pub(super) fn open_archive(path: &Path) -> Result<Source, InputError> {
 ///
 /// # Errors
 /// As [`open`].
-pub(super) fn open_folder(folder: &Path, files: &[PathBuf]) -> Result<Source, InputError> {
+pub(super) fn open_folder(folder: &Path, files: &[PathBuf], folders: &AllowedFolders) -> Result<Source, InputError> {
     let place = folder.display().to_string();
     guarded(&place, || {
         let name = |file: &PathBuf| file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        let found: Vec<_> = files.iter().filter_map(|file| Some((name(file)?, Place::File(file.clone())))).collect();
+        let place_of = |file: &PathBuf| Place::new(file, None, folders);
+        let found: Vec<_> = files.iter().filter_map(|file| Some((name(file)?, place_of(file)))).collect();
         let size = files.iter().map(|file| size_of(file)).sum::<Result<u64, InputError>>()?;
         arrays(&place, found, size)
     })
@@ -70,20 +71,26 @@ fn size_of(path: &Path) -> Result<u64, InputError> {
 
 /// Where an array is.
 #[derive(Clone)]
-enum Place {
-    File(PathBuf),
-    /// The number of the file in an archive.
-    Archive(PathBuf, usize),
+struct Place {
+    path: PathBuf,
+    /// The number of the file, if the path is an archive.
+    in_archive: Option<usize>,
+    /// The folders that the path must be in.
+    folders: AllowedFolders,
 }
 
 impl Place {
+    fn new(path: &Path, in_archive: Option<usize>, folders: &AllowedFolders) -> Self {
+        Self { path: path.into(), in_archive, folders: folders.clone() }
+    }
+
     /// Does something with the bytes.
     fn with<T>(&self, place: &str, read: impl FnOnce(&mut dyn Read) -> Result<T, InputError>) -> Result<T, InputError> {
-        match self {
-            Self::File(path) => read(&mut BufReader::new(file::open(path)?)),
-            Self::Archive(path, at) => {
-                let mut archive: super::zipped::Archive = super::zipped::open(path)?;
-                let mut file = archive.by_index(*at).map_err(|error| super::zipped::damaged(place, &error))?;
+        match self.in_archive {
+            None => read(&mut BufReader::new(self.folders.open(&self.path)?)),
+            Some(at) => {
+                let mut archive: super::zipped::Archive = super::zipped::open(&self.path, &self.folders)?;
+                let mut file = archive.by_index(at).map_err(|error| super::zipped::damaged(place, &error))?;
                 read(&mut file)
             }
         }

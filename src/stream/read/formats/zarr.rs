@@ -15,6 +15,7 @@ use super::budget::Budget;
 use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::table::Source;
 use chunks::Chunked;
 use metadata::{Described, attributes};
@@ -30,14 +31,14 @@ const EPISODE_ENDS: [&str; 2] = ["meta/episode_ends", "episode_ends"];
 /// The group that recordings or their arrays are in.
 const DATA: &str = "data/";
 
-/// Opens a recording of a store.
+/// Opens a recording of a store whose files must be in `folders`.
 ///
 /// # Errors
-/// When the store is damaged, or it is not said which of its recordings is meant.
-pub(super) fn open(path: &Path, recording: Option<&str>) -> Result<Source, InputError> {
+/// When the store is damaged or outside of the folders, or it is not said which of its recordings is meant.
+pub(super) fn open(path: &Path, recording: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
     let place = path.display().to_string();
     guarded(&place, || {
-        let container = Container::open(path)?;
+        let container = Container::open(path, folders)?;
         container.source(container.choose(recording)?)
     })
 }
@@ -46,8 +47,8 @@ pub(super) fn open(path: &Path, recording: Option<&str>) -> Result<Source, Input
 ///
 /// # Errors
 /// When it is damaged.
-pub(super) fn names(path: &Path) -> Result<Vec<String>, InputError> {
-    guarded(&path.display().to_string(), || Ok(Container::open(path)?.names))
+pub(super) fn names(path: &Path, folders: &AllowedFolders) -> Result<Vec<String>, InputError> {
+    guarded(&path.display().to_string(), || Ok(Container::open(path, folders)?.names))
 }
 
 /// The files that a recording of a folder is read from.
@@ -56,7 +57,7 @@ pub(super) fn names(path: &Path) -> Result<Vec<String>, InputError> {
 /// When the store is damaged, or it is not said which of its recordings is meant.
 pub(super) fn files(path: &Path, recording: Option<&str>) -> Result<Vec<PathBuf>, InputError> {
     guarded(&path.display().to_string(), || {
-        let container = Container::open(path)?;
+        let container = Container::open(path, &AllowedFolders::default())?;
         let chosen = container.choose(recording)?;
         let mut keys: Vec<String> = container.groups(chosen).iter().flat_map(|group| metadata::keys(group)).collect();
         if let Some(array) = container.episode_ends()? {
@@ -96,9 +97,9 @@ enum Kind {
 }
 
 impl Container {
-    fn open(path: &Path) -> Result<Self, InputError> {
+    fn open(path: &Path, folders: &AllowedFolders) -> Result<Self, InputError> {
         let place = path.display().to_string();
-        let store = Rc::new(Store::open(path)?);
+        let store = Rc::new(Store::open(path, folders)?);
         let arrays = store.arrays()?;
         let mut container = Self { place, store, arrays, names: vec![], kind: Kind::One };
         let parent = if container.arrays.iter().any(|path| path.starts_with(DATA)) { DATA } else { "" };

@@ -1,7 +1,7 @@
 //! Archives: NumPy's `.npz`, and Zarr stores in one file.
 
 use crate::base::error::InputError;
-use crate::stream::read::file;
+use crate::stream::allowed_folders::AllowedFolders;
 use ::zip::ZipArchive;
 use ::zip::result::ZipError;
 use std::fs::File;
@@ -15,12 +15,12 @@ pub(super) const EMPTY: [u8; 4] = *b"PK\x05\x06";
 /// An archive that is open.
 pub(super) type Archive = ZipArchive<BufReader<File>>;
 
-/// Opens an archive.
+/// Opens an archive, which must be in `folders`.
 ///
 /// # Errors
-/// When it is none, or is damaged.
-pub(super) fn open(path: &Path) -> Result<Archive, InputError> {
-    ZipArchive::new(BufReader::new(file::open(path)?)).map_err(|error| damaged(&path.display().to_string(), &error))
+/// When it is none, is damaged, or is outside of the folders.
+pub(super) fn open(path: &Path, folders: &AllowedFolders) -> Result<Archive, InputError> {
+    ZipArchive::new(BufReader::new(folders.open(path)?)).map_err(|error| damaged(&path.display().to_string(), &error))
 }
 
 /// What keeps a file in an archive from being read.
@@ -31,8 +31,8 @@ pub(super) fn damaged(place: &str, error: &ZipError) -> InputError {
 /// Whether a file is an archive with a name in it that is like this.
 ///
 /// # Errors
-/// When it is an archive that is damaged.
-pub(super) fn has(path: &Path, like: impl Fn(&str) -> bool) -> Result<bool, InputError> {
-    let archive = open(path)?;
+/// As [`open`].
+pub(super) fn has(path: &Path, like: impl Fn(&str) -> bool, folders: &AllowedFolders) -> Result<bool, InputError> {
+    let archive = open(path, folders)?;
     Ok(archive.file_names().any(|name| name.is_ok_and(|name| like(&name))))
 }

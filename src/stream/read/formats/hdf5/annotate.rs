@@ -7,6 +7,7 @@
 use super::{Container, DEEPEST, check_chunks, damaged, links, located};
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::atomic_write::Folder;
 use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, RepackOptions, VlenStringReadOptions, repack};
 use std::collections::{BTreeMap, BTreeSet};
@@ -85,7 +86,7 @@ pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), Input
     let name = Path::new("copy");
     let target = folder.path().join(name);
     guarded(&place, || {
-        let container = Container::open(path)?;
+        let container = Container::open(path, &AllowedFolders::default())?;
         let paths = Paths::new(&container, request)?;
         links::refuse(path)?;
         for (name, dataset) in all(&container.file, &place)? {
@@ -109,7 +110,7 @@ pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), Input
 pub fn bodies(path: &Path) -> Result<Vec<String>, InputError> {
     let place = path.display().to_string();
     guarded(&place, || {
-        let Container { file, parent, names, .. } = Container::open(path)?;
+        let Container { file, parent, names, .. } = Container::open(path, &AllowedFolders::default())?;
         let groups = [format!("{MIMICGEN}/object_poses"), format!("{ISAAC}/object_pose")];
         let first = names.first().map(|name| format!("{parent}{name}")).unwrap_or_default();
         let found = groups.iter().find_map(|group| file.group(&format!("{first}/{group}")).ok());
@@ -146,7 +147,7 @@ struct Paths {
 
 impl Paths {
     fn new(container: &Container, request: &Request) -> Result<Self, InputError> {
-        let Container { place, file, parent, names } = container;
+        let Container { place, file, parent, names, .. } = container;
         let mut paths = Self {
             new: BTreeMap::new(),
             old: BTreeSet::new(),

@@ -3,6 +3,7 @@
 
 use super::{DEEPEST, damaged, number_of};
 use crate::base::error::InputError;
+use crate::stream::allowed_folders::AllowedFolders;
 use ::hdf5_pure::{Error, File, FormatError, Group, ReadSeekSource, Source};
 use std::ops::Range;
 use std::path::Path;
@@ -20,7 +21,7 @@ const EXTERNAL: u8 = 64;
 /// When it has one, or cannot be read.
 pub(super) fn refuse(path: &Path) -> Result<(), InputError> {
     let place = path.display().to_string();
-    let links = found(path, "", DEEPEST).map_err(|error| damaged(&place, &error))?;
+    let links = found(path, &AllowedFolders::default(), "", DEEPEST)?;
     let Some(Link { words: link, .. }) = links.first() else { return Ok(()) };
     let help = "put what it leads to in its place, as `h5copy` of the HDF5 tools does";
     Err(InputError::new(place, format!("has {link}, which a copy would lack")).help(help))
@@ -30,18 +31,17 @@ pub(super) fn refuse(path: &Path) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it has one, or cannot be read.
-pub(super) fn refuse_recordings(path: &Path, parent: &str) -> Result<(), InputError> {
-    let place = path.display().to_string();
-    let links = found(path, parent, 0).map_err(|error| damaged(&place, &error))?;
+pub(super) fn refuse_recordings(path: &Path, folders: &AllowedFolders, parent: &str) -> Result<(), InputError> {
+    let links = found(path, folders, parent, 0)?;
     match links.into_iter().find(|link| link.name.as_deref().is_some_and(|name| number_of(name).is_some())) {
-        Some(link) => Err(unread(place, &link)),
+        Some(link) => Err(unread(path.display().to_string(), &link)),
         None => Ok(()),
     }
 }
 
 /// What keeps a file from being read: a soft link in a group of the first version does.
-pub(super) fn explained(path: &Path, error: InputError) -> InputError {
-    match found(path, "", DEEPEST) {
+pub(super) fn explained(path: &Path, folders: &AllowedFolders, error: InputError) -> InputError {
+    match found(path, folders, "", DEEPEST) {
         Ok(links) => links.first().map_or_else(|| error.clone(), |link| unread(error.place.clone(), link)),
         Err(_) => error,
     }
@@ -60,10 +60,12 @@ struct Link {
 }
 
 /// The links in a group of a file and in those in it, down to a depth; `""` is the whole file.
-fn found(path: &Path, group: &str, deepest: usize) -> Result<Vec<Link>, Error> {
-    let source = || Ok::<_, Error>(ReadSeekSource::new(std::fs::File::open(path)?)?);
+fn found(path: &Path, folders: &AllowedFolders, group: &str, deepest: usize) -> Result<Vec<Link>, InputError> {
+    let place = path.display().to_string();
+    let failed = |error: Error| damaged(&place, &error);
+    let source = || ReadSeekSource::new(folders.open(path)?).map_err(|error| failed(error.into()));
     let ranges = Arc::new(Mutex::new(Vec::new()));
-    let file = File::from_source(Recorded { source: source()?, ranges: Arc::clone(&ranges) })?;
+    let file = File::from_source(Recorded { source: source()?, ranges: Arc::clone(&ranges) }).map_err(failed)?;
     // A link may be why it fails.
     let visited = if group.is_empty() { Ok(file.root()) } else { file.group(group) };
     if deepest == 0 {
@@ -76,10 +78,11 @@ fn found(path: &Path, group: &str, deepest: usize) -> Result<Vec<Link>, Error> {
     let source = source()?;
     let mut links = vec![];
     for Range { start, end } in merged(ranges) {
-        let bytes = source.read_exact_at(start, usize::try_from(end - start).unwrap_or(usize::MAX))?;
+        let bytes = source.read_exact_at(start, usize::try_from(end - start).unwrap_or(usize::MAX));
+        let bytes = bytes.map_err(|error| failed(error.into()))?;
         links.extend((0..bytes.len()).filter_map(|at| link(bytes.get(at..)?)));
     }
-    if links.is_empty() { visited.map(|()| links) } else { Ok(links) }
+    if links.is_empty() { visited.map(|()| links).map_err(failed) } else { Ok(links) }
 }
 
 /// A file of which is known what was read.

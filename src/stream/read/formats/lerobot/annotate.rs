@@ -118,14 +118,21 @@ impl Annotated {
     /// # Errors
     /// The folder is not a set, is damaged, contains a pipe, a broken link or a link that leads out of it, or has a data file without stamps.
     pub fn open(folder: &Path) -> Result<Self, InputError> {
+        Self::open_within(folder, AllowedFolders::of(folder)?)
+    }
+
+    /// Opens a set like [`open`](Self::open) whose files must be in `folders`.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), for a link that leads out of the folders.
+    pub fn open_within(folder: &Path, folders: AllowedFolders) -> Result<Self, InputError> {
         // Files that cannot be copied are detected before anything is read or written.
-        let folders = AllowedFolders::of(folder)?;
         let all = files::files_of(folder, &folders)?;
-        let set = Set::read(folder)?;
+        let set = Set::read(folder, &folders)?;
         let is_v2 = set.text("codebase_version")?.starts_with("v2");
         let mut files = BTreeSet::new();
         if is_v2 {
-            for episode in 0..super::count(folder)? {
+            for episode in 0..super::count(folder, &folders)? {
                 files.insert(set.data_file(episode)?);
             }
         } else {
@@ -219,7 +226,7 @@ impl Annotated {
                     }
                 }
                 Form::Prelabels => {
-                    let known = prelabels::read_if_there(&self.folder)?;
+                    let known = prelabels::read_if_there(&self.folder, &self.folders)?;
                     let ours = |atom: &&prelabels::Atom| atom.is_ours(styles);
                     if let Some((episode, atom)) =
                         known.iter().find_map(|(episode, atoms)| Some((episode, atoms.iter().find(ours)?)))
@@ -254,7 +261,7 @@ impl Annotated {
 
     /// The lists of episodes.
     fn lists(&self) -> Result<Vec<PathBuf>, InputError> {
-        if self.is_v2 { Ok(vec![]) } else { lists_in(&self.folder.join("meta").join("episodes")) }
+        if self.is_v2 { Ok(vec![]) } else { lists_in(&self.folder.join("meta").join("episodes"), &self.folders) }
     }
 
     /// Writes a copy of the set with labels; those of the same styles that were there in the same form are left out. `progress` is called with a part of
@@ -275,7 +282,7 @@ impl Annotated {
                 Form::Legacy => legacy::add(&mut changes, &self.stamps, request)?,
                 Form::Gr00t => gr00t::add(&mut changes, &self.folder, &self.stamps, request)?,
                 Form::Sarm => sarm::add(&mut changes, &self.stamps, request)?,
-                Form::Prelabels => prelabels::add(&mut changes, &self.folder, &self.stamps, request)?,
+                Form::Prelabels => prelabels::add(&mut changes, &self.folder, &self.folders, &self.stamps, request)?,
             }
         }
         let described = info(Path::new(""));
@@ -316,7 +323,7 @@ impl Annotated {
     /// A file of this name that cannot be read.
     pub fn prelabels(&self, request: &Request) -> Result<Vec<u8>, InputError> {
         let mut changes = Changes::default();
-        prelabels::add(&mut changes, &self.folder, &self.stamps, request)?;
+        prelabels::add(&mut changes, &self.folder, &self.folders, &self.stamps, request)?;
         Ok(changes.files.remove(Path::new(prelabels::FILE)).unwrap_or_default())
     }
 

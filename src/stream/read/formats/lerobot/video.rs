@@ -5,7 +5,7 @@
 use super::super::parquet;
 use super::{Set, is, lists_in};
 use crate::base::error::InputError;
-use crate::stream::read::file;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::sheet::Cells;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -21,12 +21,12 @@ pub struct Video {
     pub from_s: f64,
 }
 
-/// The videos of an episode that are there, by the names of their cameras.
+/// The videos of an episode that are there, by the names of their cameras. The files that describe the set must be in `folders`.
 ///
 /// # Errors
-/// When the set is not as it should be.
-pub fn videos(folder: &Path, episode: Option<&str>) -> Result<Vec<Video>, InputError> {
-    let set = Set::read(folder)?;
+/// When the set is not as it should be, or a file is outside of the folders.
+pub fn videos(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Result<Vec<Video>, InputError> {
+    let set = Set::read(folder, folders)?;
     let features = set.info.get("features").and_then(Value::as_object);
     let is_video = |feature: &Value| feature.get("dtype").and_then(Value::as_str) == Some("video");
     let cameras: Vec<&String> =
@@ -50,7 +50,7 @@ pub fn videos(folder: &Path, episode: Option<&str>) -> Result<Vec<Video>, InputE
             let Some((chunk, file, from_s)) = listed(&set, camera, episode)? else { continue };
             (set.path(&template, &[("chunk_index", chunk), ("file_index", file)])?, from_s)
         };
-        if file.is_file() {
+        if set.folders.has(&file) {
             found.push(Video { camera: camera.clone(), file, from_s });
         }
     }
@@ -61,9 +61,10 @@ pub fn videos(folder: &Path, episode: Option<&str>) -> Result<Vec<Video>, InputE
 fn listed(set: &Set, camera: &str, episode: usize) -> Result<Option<(usize, usize, f64)>, InputError> {
     let key = |what: &str| format!("videos/{camera}/{what}");
     let wanted = ["episode_index".to_string(), key("chunk_index"), key("file_index"), key("from_timestamp")];
-    for path in lists_in(&set.folder.join("meta").join("episodes"))? {
+    for path in lists_in(&set.folder.join("meta").join("episodes"), &set.folders)? {
         let name = path.display().to_string();
-        let list = parquet::read(file::open(&path)?, &name, |column| wanted.iter().any(|wanted| wanted == column))?;
+        let list =
+            parquet::read(set.folders.open(&path)?, &name, |column| wanted.iter().any(|wanted| wanted == column))?;
         let column = |name: &String| match list.columns().get(name) {
             Some(Cells::Numbers(values)) => Some(values),
             _ => None,

@@ -3,9 +3,9 @@
 use super::super::zipped::{self, Archive};
 use super::metadata::is_array;
 use crate::base::error::InputError;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::read::table::MAX_COLUMNS;
 use std::cell::{OnceCell, RefCell};
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -31,6 +31,8 @@ pub(in super::super) fn is_metadata(name: &str) -> bool {
 pub(super) struct Store {
     place: String,
     kind: Kind,
+    /// The folders that its files must be in.
+    folders: AllowedFolders,
     /// The bytes of all its files, once they are counted.
     size: OnceCell<u64>,
 }
@@ -46,19 +48,19 @@ impl Store {
     ///
     /// # Errors
     /// When it cannot be read.
-    pub fn open(path: &Path) -> Result<Self, InputError> {
-        let place = path.display().to_string();
+    pub fn open(path: &Path, folders: &AllowedFolders) -> Result<Self, InputError> {
+        let (place, folders) = (path.display().to_string(), folders.clone());
         if path.is_dir() {
-            return Ok(Self { place, kind: Kind::Folder(path.into()), size: OnceCell::new() });
+            return Ok(Self { place, kind: Kind::Folder(path.into()), folders, size: OnceCell::new() });
         }
-        let archive = zipped::open(path)?;
+        let archive = zipped::open(path, &folders)?;
         let described = archive.file_names().filter_map(Result::ok).filter(|name| is_metadata(name));
         let folder =
             described.map(|name| name.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/")));
         let Some(folder) = folder.min_by_key(|folder| folder.len()) else {
             return Err(InputError::new(place, "the archive holds no Zarr store"));
         };
-        Ok(Self { place, kind: Kind::Archive(RefCell::new(archive), folder), size: OnceCell::new() })
+        Ok(Self { place, kind: Kind::Archive(RefCell::new(archive), folder), folders, size: OnceCell::new() })
     }
 
     /// The bytes of a file, if it is there.
@@ -71,15 +73,8 @@ impl Store {
         let mut bytes = vec![];
         match &self.kind {
             Kind::Folder(folder) => {
-                let path = folder.join(key);
-                if !path.is_file() {
-                    return Ok(None);
-                }
-                File::open(path)
-                    .map_err(failed)?
-                    .take(most.saturating_add(1))
-                    .read_to_end(&mut bytes)
-                    .map_err(failed)?;
+                let Some(file) = self.folders.open_if_there(&folder.join(key))? else { return Ok(None) };
+                file.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
             }
             Kind::Archive(archive, folder) => {
                 let mut archive = archive.borrow_mut();
@@ -195,18 +190,17 @@ impl Store {
 
     /// What is in a folder, by name; hidden files are left out.
     fn entries(&self, folder: &Path, seen: &mut usize) -> Result<Vec<(String, PathBuf)>, InputError> {
-        let failed = |error: std::io::Error| InputError::unreadable(folder.display().to_string(), &error);
         let mut entries = vec![];
-        for entry in std::fs::read_dir(folder).map_err(failed)? {
-            let entry = entry.map_err(failed)?;
+        for path in self.folders.list(folder)? {
+            let path = path?;
             *seen += 1;
             if *seen > MAX_FILES {
                 let message = format!("has more than {MAX_FILES} files, the most that are looked at");
                 return Err(InputError::new(&self.place, message));
             }
-            let name = entry.file_name().to_string_lossy().into_owned();
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if !name.starts_with('.') {
-                entries.push((name, entry.path()));
+                entries.push((name, path));
             }
         }
         entries.sort();

@@ -9,10 +9,12 @@ use super::files::printed;
 use super::{Changes, ROLE, Request, timeline};
 use crate::base::error::InputError;
 use crate::base::json;
-use crate::stream::read::text;
+use crate::stream::allowed_folders::AllowedFolders;
+use crate::stream::read::{file, text};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
 
 /// The file in a set.
@@ -55,8 +57,13 @@ pub type Atoms = BTreeMap<usize, Vec<Atom>>;
 /// # Errors
 /// When it cannot be read, or is no such file.
 pub fn read(path: &Path) -> Result<Atoms, InputError> {
+    atoms_of(&file::open(path)?, path)
+}
+
+/// Reads an open file. `path` is its name in messages.
+fn atoms_of(file: &File, path: &Path) -> Result<Atoms, InputError> {
     let place = path.display().to_string();
-    let whole: Value = json::read(&text::read(path, MAX_BYTES)?, &place)?;
+    let whole: Value = json::read(&text::whole(file, path, MAX_BYTES)?, &place)?;
     let wrong = |message: String| InputError::new(&place, message);
     if let Some(version) = whole.get("version").filter(|version| **version != json!(VERSION)) {
         return Err(wrong(format!("found version {version}, expected {VERSION}")));
@@ -84,20 +91,21 @@ pub fn read(path: &Path) -> Result<Atoms, InputError> {
     Ok(all)
 }
 
-/// The atoms of a set; none where it has no such file.
-pub(super) fn read_if_there(folder: &Path) -> Result<Atoms, InputError> {
+/// The atoms of a set, whose file must be in `folders`; none where it has no such file.
+pub(super) fn read_if_there(folder: &Path, folders: &AllowedFolders) -> Result<Atoms, InputError> {
     let path = folder.join(FILE);
-    if path.exists() { read(&path) } else { Ok(Atoms::new()) }
+    folders.open_if_there(&path)?.map_or_else(|| Ok(Atoms::new()), |file| atoms_of(&file, &path))
 }
 
 /// Adds the file, with the atoms of other styles that there are.
 pub(super) fn add(
     changes: &mut Changes,
     folder: &Path,
+    folders: &AllowedFolders,
     stamps: &BTreeMap<usize, Vec<f64>>,
     request: &Request,
 ) -> Result<(), InputError> {
-    let mut all = read_if_there(folder)?;
+    let mut all = read_if_there(folder, folders)?;
     for (episode, stamps) in stamps {
         let own = all.entry(*episode).or_default();
         own.retain(|atom| !atom.is_ours(request.styles));
