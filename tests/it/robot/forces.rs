@@ -32,7 +32,7 @@ fn name(segments: &[Value], segment: &Value) -> String {
     let primitive = segment["primitive"].as_str().unwrap();
     let count = segments.iter().filter(|it| it["primitive"] == primitive).count();
     let start_s = segment["start_s"].as_f64().unwrap();
-    if count == 1 { primitive.into() } else { format!("{primitive} at {start_s:.1} s") }
+    if count == 1 { primitive.into() } else { format!("{primitive} at {:.1} s", start_s + 1e-6) }
 }
 
 fn sentence_on_raised(segments: &[Value], segment: &Value) -> String {
