@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 use teachtree::base::hands::{Finger, Side};
 use teachtree::engine::compiled::instantiate::instantiate;
 use teachtree::engine::compiled::plan::Plan;
-use teachtree::engine::width::Width;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{self, Request};
 use teachtree::stream::frames::{HandLayout, Layout};
@@ -41,7 +40,7 @@ pub fn section() {
     let graph = lower(&rules);
     figure("of that: read and checked", milliseconds(ROUNDS, || drop(load(Path::new(SHIPPED)))), "ms", Wanted::Nothing);
     figure("of that: lowered", milliseconds(ROUNDS, || drop(lower(&rules))), "ms", Wanted::Nothing);
-    let opened = milliseconds(ROUNDS, || drop(instantiate(&graph, &layout(), Width::Wide)));
+    let opened = milliseconds(ROUNDS, || drop(instantiate(&graph, &layout())));
     figure("of that: opened for two hands", opened, "ms", Wanted::Nothing);
 
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -54,7 +53,7 @@ pub fn section() {
         let read = start.elapsed().as_secs_f64();
         let graph = lower(&rules);
         let lowered = start.elapsed().as_secs_f64();
-        let plan = instantiate(&graph, &layout(), Width::Wide).expect("1 kHz suits the rules");
+        let plan = instantiate(&graph, &layout()).expect("1 kHz suits the rules");
         let opened = start.elapsed().as_secs_f64();
         figure("read and checked", read, "s", Wanted::Nothing);
         figure("lowered", lowered - read, "s", Wanted::Nothing);
@@ -122,7 +121,7 @@ fn load(main: &Path) -> language::Rules {
 }
 
 fn compiled(main: &Path) -> Plan {
-    instantiate(&lower(&load(main)), &layout(), Width::Wide).expect("1 kHz suits the rules")
+    instantiate(&lower(&load(main)), &layout()).expect("1 kHz suits the rules")
 }
 
 /// The slots of two hands with five fingers each and six bodies to touch, at 1 kHz.

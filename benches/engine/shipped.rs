@@ -9,11 +9,11 @@ use by_hand::LABELS;
 use rows::rows;
 use std::hint::black_box;
 use teachtree::base::hands::Finger;
-use teachtree::engine::evaluator::evaluate_in;
+use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{self, Request};
 use teachtree::report;
-use teachtree::stream::frames::{Column, Frames, Values};
+use teachtree::stream::frames::Frames;
 use teachtree::world::{shipped, teach};
 
 /// Scenes with one hand.
@@ -51,18 +51,17 @@ impl Shipped {
     }
 
     pub fn run(&self) {
-        drop(black_box(evaluate_in::<f32>(&self.graph, &self.frames, usize::MAX).expect("1 kHz suits the rules")));
+        drop(black_box(evaluate(&self.graph, &self.frames).expect("1 kHz suits the rules")));
     }
 }
 
-/// Repeats a log without a gap, in columns of 32 bits.
+/// Repeats a log without a gap, with numbers as a sensor of 32 bits gives them, which the rows have too.
 fn repeated(log: &Frames, frames: usize) -> Frames {
     let times = frames.div_ceil(log.len);
-    let column =
-        |values: Values<'_>| -> Column { values.iter().map(|v| v as f32).collect::<Vec<f32>>().repeat(times).into() };
+    let column = |values: &[f64]| values.iter().map(|v| f64::from(*v as f32)).collect::<Vec<f64>>().repeat(times);
     let len = times * log.len;
     Frames {
-        columns: log.columns.iter().map(|(key, values)| (*key, column(values.values()))).collect(),
+        columns: log.columns.iter().map(|(key, values)| (*key, column(values))).collect(),
         len,
         time: (0..len).map(|frame| frame as f64 / log.layout.rate_hz).collect(),
         stretches: std::iter::once(0..len).collect(),
@@ -82,7 +81,7 @@ pub fn one_hand() {
 fn against_by_hand(scene: &str, job: &Shipped) {
     let rows = rows::<CONTACTS>(&job.frames).expect("no scene has more bodies to touch");
     let [narrow, wide] = [by_hand::in_rows::<f32, CONTACTS>(&rows), by_hand::in_rows::<f64, CONTACTS>(&rows)];
-    let by_rules = runs_by_rules::<f32>(&job.graph, &job.frames, &LABELS);
+    let by_rules = runs_by_rules(&job.graph, &job.frames, &LABELS);
     let kinds = by_rules.iter().fold(0_u32, |kinds, (label, _)| kinds | 1 << label).count_ones();
     let printed = |what: &str| format!("{scene}: {what}");
     figure(&printed("kinds of leaves"), f64::from(kinds), "", Wanted::Nothing);
@@ -105,12 +104,12 @@ fn against_by_hand(scene: &str, job: &Shipped) {
     figure(&printed("by hand, arithmetic in f64"), wide, "M frames/s", Wanted::Nothing);
     figure(&printed("by hand, arithmetic in f32"), narrow, "M frames/s", Wanted::Nothing);
     figure(&printed("rules"), rules, "M frames/s", Wanted::Nothing);
-    figure(&printed("rules to the faster one by hand"), rules / wide.max(narrow), "", Wanted::AtLeast(0.6));
+    figure(&printed("rules to the one by hand, f64"), rules / wide, "", Wanted::AtLeast(0.6));
 }
 
 /// Compares all three rule files with two hands with the row loop of the job with twelve predicates.
 pub fn two_hands() {
-    heading(&format!("all three rule files with two hands, {FRAMES_TWO_HANDS} frames a scene, columns of 32 bits"));
+    heading(&format!("all three rule files with two hands, {FRAMES_TWO_HANDS} frames a scene"));
     let rows = job::data::rows(FRAMES_TWO_HANDS, 1);
     let wide: Vec<[f64; job::data::CHANNELS]> = rows.iter().map(|row| row.map(f64::from)).collect();
     let jobs = TWO_HANDS.map(|scene| Shipped::new("rules/bimanual.rules", scene, FRAMES_TWO_HANDS));
@@ -127,7 +126,7 @@ pub fn two_hands() {
     }
     for (scene, speed) in TWO_HANDS.iter().zip(&speeds[2..]) {
         let wanted = Wanted::AtLeast((1.0_f64 / 3.0 * 1000.0).floor() / 1000.0);
-        figure(&format!("{scene} to the row loop, f32"), speed / speeds[0], "", wanted);
-        figure(&format!("{scene} to the row loop, f64"), speed / speeds[1], "", Wanted::Nothing);
+        figure(&format!("{scene} to the row loop, f32"), speed / speeds[0], "", Wanted::Nothing);
+        figure(&format!("{scene} to the row loop, f64"), speed / speeds[1], "", wanted);
     }
 }

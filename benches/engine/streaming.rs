@@ -4,7 +4,6 @@ use crate::measure::{Wanted, figure, heading, median};
 use crate::shipped::{Shipped, TWO_HANDS};
 use std::time::{Duration, Instant};
 use teachtree::engine::live::Stepper;
-use teachtree::stream::frames::Values;
 
 const FRAMES: usize = 100_000;
 const WEEK: usize = 7 * 24 * 3_600_000;
@@ -62,7 +61,7 @@ pub fn at(sorted: &[u64], share: f64) -> f64 {
 /// A log that is replayed frame by frame, repeatedly.
 struct Live<'a> {
     stepper: Stepper,
-    columns: Vec<Values<'a>>,
+    columns: Vec<&'a [f64]>,
     row: Vec<f64>,
     runs: u64,
 }
@@ -71,14 +70,14 @@ impl<'a> Live<'a> {
     fn new(job: &'a Shipped) -> Self {
         let stepper = Stepper::new(&job.graph, &job.frames.layout).expect("1 kHz suits the rules");
         let inputs = &stepper.plan().inputs;
-        let columns: Vec<Values> = inputs.iter().map(|key| job.frames.column(*key).unwrap_or(Values::NONE)).collect();
+        let columns: Vec<&[f64]> = inputs.iter().map(|key| job.frames.column(*key).unwrap_or(&[])).collect();
         Self { row: vec![0.0; columns.len()], columns, stepper, runs: 0 }
     }
 
     /// Processes one frame and returns its time.
     fn frame(&mut self, frame: usize) -> Duration {
         for (value, column) in self.row.iter_mut().zip(&self.columns) {
-            *value = column.get(frame).unwrap_or_default();
+            *value = column.get(frame).copied().unwrap_or_default();
         }
         let start = Instant::now();
         self.stepper.push(&self.row, &mut |_, _| self.runs += 1);

@@ -8,7 +8,7 @@ use std::hint::black_box;
 use teachtree::engine::evaluator::Evaluator;
 use teachtree::graph::lower;
 use teachtree::language;
-use teachtree::stream::frames::{Frames, Values};
+use teachtree::stream::frames::Frames;
 
 const FRAMES: usize = 500_000;
 const ROUNDS: usize = 11;
@@ -56,22 +56,18 @@ struct Job {
 }
 
 impl Job {
-    fn new(rules: &str, columns: &[Vec<f32>]) -> Self {
+    fn new(rules: &str, columns: &[Vec<f64>]) -> Self {
         let loaded = language::load_text("windows.rules", rules);
         let rules = loaded.rules.unwrap_or_else(|| panic!("{:#?}", loaded.diagnostics));
         let frames = job::frames(&rules, columns);
-        Self {
-            evaluator: Evaluator::<f64>::new(&lower(&rules), &frames.layout).expect("1 kHz suits the rules"),
-            frames,
-        }
+        Self { evaluator: Evaluator::new(&lower(&rules), &frames.layout).expect("1 kHz suits the rules"), frames }
     }
 
     /// Returns the number of runs of leaves.
     fn run(&self) -> usize {
         let (mut evaluator, mut runs) = (self.evaluator.clone(), 0);
         let inputs = evaluator.plan().inputs.clone();
-        let columns: Vec<Values<'_>> =
-            inputs.iter().map(|key| self.frames.column(*key).unwrap_or(Values::NONE)).collect();
+        let columns: Vec<&[f64]> = inputs.iter().map(|key| self.frames.column(*key).unwrap_or(&[])).collect();
         evaluator.push(&columns, 0, self.frames.len, &mut |_, _| runs += 1);
         evaluator.finish(&mut |_, _| runs += 1);
         runs
@@ -86,7 +82,7 @@ fn race_of(jobs: &[Job]) -> Vec<f64> {
 }
 
 pub fn section() {
-    let columns = job::data::columns::<f32>(&job::data::rows(FRAMES, 1));
+    let columns = job::data::columns::<f64>(&job::data::rows(FRAMES, 1));
 
     heading("windows: the same rules with short and with long ones");
     let all: Vec<&str> = OPERATORS.iter().map(|(_, condition)| *condition).collect();

@@ -10,7 +10,6 @@ use crate::base::hands::{Finger, Side};
 use crate::base::yaml::is_yaml;
 use crate::engine::compiled::instantiate::instantiate;
 use crate::engine::compiled::plan::Cost;
-use crate::engine::width::Width;
 use crate::graph::lower;
 use crate::language::{self, Loaded, Request, Rules, codes};
 use crate::stream::averaging_lag;
@@ -269,7 +268,7 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
     let settle =
         rules.trees.iter().filter_map(|tree| tree.settle.as_ref()).map(|settle| settle.value).fold(0.0, f64::max);
     let cost_of = |sides: &[Side], knows_distance: bool| -> Result<Cost, Failure> {
-        Ok(instantiate(&graph, &usual_layout(sides, knows_distance), Width::Wide)?.cost())
+        Ok(instantiate(&graph, &usual_layout(sides, knows_distance))?.cost())
     };
     // One frame is 1 ms at 1 kHz.
     let milliseconds = |cost: &Cost| f64::from(cost.look_ahead_frames);

@@ -6,10 +6,9 @@
 mod functions;
 mod summary;
 
-use self::functions::{Value, each, nothing, numbers, pairs, scalar, truth};
+use self::functions::{Value, arithmetic, call, each, nothing, numbers, pairs, scalar, truth};
 use super::runs::{Leaves, Run, append};
 use super::semantics::{changes, internal, per_second, samples, slots, target_of};
-use super::width::Width;
 use crate::base::channels::{Shape, reads_target};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -18,25 +17,17 @@ use crate::language::rules::{
     Arithmetic, Branch, ChannelId, Comparison, Constant, Expr, ExprKind, Label, LatchId, Rules, SignalId, Then, Tree,
     TreeScope,
 };
-use crate::stream::frames::{ColumnKey, Frames, Values};
+use crate::stream::frames::{ColumnKey, Frames};
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
-/// Evaluates a whole log, stretch by stretch, in 64 bits.
+/// Evaluates a whole log, stretch by stretch.
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
 pub fn evaluate(rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
-    evaluate_in(Width::Wide, rules, frames)
-}
-
-/// The same with every number rounded to a width.
-///
-/// # Errors
-/// When the rate of the log cannot honour a duration of the rules.
-pub fn evaluate_in(width: Width, rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
-    frames.stretches.iter().map(|stretch| Reference::new(width, rules, frames, stretch.clone()).run()).collect()
+    frames.stretches.iter().map(|stretch| Reference::new(rules, frames, stretch.clone()).run()).collect()
 }
 
 /// A leaf on a frame; `None` for `separate`.
@@ -51,7 +42,6 @@ type Declared = (bool, u32, Option<Side>);
 type Known<Id, T> = HashMap<(Id, Option<Side>, usize), T>;
 
 struct Reference<'a> {
-    width: Width,
     rules: &'a Rules,
     frames: &'a Frames,
     stretch: Range<usize>,
@@ -68,9 +58,8 @@ struct Reference<'a> {
 }
 
 impl<'a> Reference<'a> {
-    fn new(width: Width, rules: &'a Rules, frames: &'a Frames, stretch: Range<usize>) -> Self {
+    fn new(rules: &'a Rules, frames: &'a Frames, stretch: Range<usize>) -> Self {
         Self {
-            width,
             rules,
             frames,
             stretch,
@@ -154,8 +143,8 @@ impl<'a> Reference<'a> {
     /// beginning of the stretch.
     fn beginning(&self, exprs: &[&Expr], this: Option<Side>, frame: usize) -> usize {
         let targets = self.targets(exprs, this);
-        let targets: Vec<Values<'_>> = targets.iter().filter_map(|side| target_of(self.frames, *side)).collect();
-        let changed = |frame: usize| targets.iter().any(|target| changes(*target, frame));
+        let targets: Vec<&[f64]> = targets.iter().filter_map(|side| target_of(self.frames, *side)).collect();
+        let changed = |frame: usize| targets.iter().any(|target| changes(target, frame));
         (self.stretch.start + 1..=frame).rev().find(|frame| changed(*frame)).unwrap_or(self.stretch.start)
     }
 
@@ -191,7 +180,7 @@ impl<'a> Reference<'a> {
         targets
     }
 
-    /// The value of a number that is the same on every frame: worked out in 64 bits whatever the width is, and rounded once.
+    /// The value of a number that is the same on every frame.
     fn constant(&self, expr: &Expr) -> Option<f64> {
         match &expr.kind {
             ExprKind::Number(number) => Some(*number),
@@ -205,7 +194,7 @@ impl<'a> Reference<'a> {
 
     fn value(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
         if let Some(constant) = self.constant(expr) {
-            return Ok(Value::Number(self.width.round(constant)));
+            return Ok(Value::Number(constant));
         }
         let arg = |expr: &Expr| self.value(expr, this, frame);
         Ok(match &expr.kind {
@@ -241,9 +230,7 @@ impl<'a> Reference<'a> {
                 other => other.clone(),
             }),
             ExprKind::Negate(number) => each(&arg(number)?, &|number| numbers(number, |number| -number)),
-            ExprKind::Arithmetic(operation, a, b) => {
-                pairs(&arg(a)?, &arg(b)?, &|a, b| self.width.arithmetic(*operation, a, b))
-            }
+            ExprKind::Arithmetic(operation, a, b) => pairs(&arg(a)?, &arg(b)?, &|a, b| arithmetic(*operation, a, b)),
             ExprKind::Compare(comparison, a, b) if a.ty.shape == Shape::Object => pairs(&arg(a)?, &arg(b)?, &|a, b| {
                 let same = scalar(a) >= 0.0 && scalar(a).to_bits() == scalar(b).to_bits();
                 Value::Bool(same == (*comparison == Comparison::Equal))
@@ -256,7 +243,7 @@ impl<'a> Reference<'a> {
             ExprKind::Or(any) => self.fold(any, this, frame, false, |a, b| a || b)?,
             ExprKind::Call(function, args) => {
                 let args = args.iter().map(arg).collect::<Outcome<Vec<Value>>>()?;
-                self.width.call(*function, &args, expr)
+                call(*function, &args, expr)
             }
             ExprKind::Hysteresis { .. } | ExprKind::Temporal(..) | ExprKind::Rate(..) | ExprKind::Summary(..) => {
                 self.remembered(expr, this, frame)?
@@ -298,7 +285,7 @@ impl<'a> Reference<'a> {
                 let slot = u32::try_from(slot).unwrap_or(0);
                 let component = u32::try_from(component).unwrap_or(0);
                 let column = self.frames.column(ColumnKey { channel: channel.0, side, slot, component });
-                self.width.round(column.and_then(|column| column.get(frame)).unwrap_or(0.0))
+                column.and_then(|column| column.get(frame)).copied().unwrap_or(0.0)
             };
             match spec.shape {
                 Shape::Bool => Value::Bool(component(0) > 0.5),
@@ -360,7 +347,7 @@ impl<'a> Reference<'a> {
                 let beginning = self.beginning(&[value], this, frame);
                 let now = self.value(value, this, frame)?;
                 let mut state = each(&now, &|_| Value::Bool(false));
-                let [on, off] = [on, off].map(|threshold| self.width.round(threshold.value));
+                let [on, off] = [on, off].map(|threshold| threshold.value);
                 for past in beginning..=frame {
                     let value = self.value(value, this, past)?;
                     let beyond =
@@ -382,10 +369,10 @@ impl<'a> Reference<'a> {
                     return Ok(each(&now, &|number| numbers(number, |_| 0.0)));
                 }
                 let then = self.value(number, this, frame - n as usize)?;
-                let per_second = self.width.round(per_second(rate, n));
-                let difference = |now: &Value, then: &Value| self.width.arithmetic(Arithmetic::Subtract, now, then);
+                let per_second = per_second(rate, n);
+                let difference = |now: &Value, then: &Value| arithmetic(Arithmetic::Subtract, now, then);
                 Ok(pairs(&now, &then, &|now, then| {
-                    self.width.arithmetic(Arithmetic::Multiply, &difference(now, then), &Value::Number(per_second))
+                    arithmetic(Arithmetic::Multiply, &difference(now, then), &Value::Number(per_second))
                 }))
             }
             _ => Err(internal("an operator without memory was asked to remember")),

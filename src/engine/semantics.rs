@@ -6,7 +6,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::shown::Shown;
 use crate::language::rules::{LEAST_SAMPLES, MOST_TIMES};
-use crate::stream::frames::{ColumnKey, Frames, Layout, Values};
+use crate::stream::frames::{ColumnKey, Frames, Layout};
 
 /// The longest window, in samples: more than an hour at 1 kHz.
 const MAX_WINDOW: f64 = 4e6;
@@ -82,13 +82,13 @@ pub fn slots(layout: &Layout, axis: Option<Axis>, side: Option<Side>) -> usize {
 }
 
 /// The column of the target of a hand. Where it changes, whatever reads the target begins anew.
-pub fn target_of(frames: &Frames, side: Side) -> Option<Values<'_>> {
+pub fn target_of(frames: &Frames, side: Side) -> Option<&[f64]> {
     frames.column(ColumnKey { channel: frames.channel("target")?, side: Some(side), slot: 0, component: 0 })
 }
 
 /// Whether a target is another one than on the frame before, which is a frame of the same stretch. Objects are counted, not measured: they are compared
 /// by their bits.
-pub fn changes(target: Values<'_>, frame: usize) -> bool {
-    let bits = |frame| target.get(frame).map(f64::to_bits);
+pub fn changes(target: &[f64], frame: usize) -> bool {
+    let bits = |frame: usize| target.get(frame).map(|target| target.to_bits());
     frame.checked_sub(1).is_some_and(|before| bits(frame) != bits(before))
 }

@@ -4,37 +4,36 @@
 //! piece before, put together from its end, and what has come of this piece, from its beginning. So a frame costs the same however long the window is,
 //! nothing is ever taken away from a sum, and the memory is one ring of `n` numbers: the samples of this piece overwrite what is not needed any more.
 
-use super::width::Real;
 use crate::language::ops::{Samples, Summary};
 
 /// What is made of which samples; a window is in samples, at least 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Over<R> {
+pub struct Over {
     /// What is made of them.
     pub summary: Summary,
     /// The rate of the log, Hz.
-    pub rate: R,
+    pub rate: f64,
 }
 
 /// What is kept from one frame to the next.
 #[derive(Clone, Debug)]
-pub enum State<R> {
+pub enum State {
     /// Of the last samples.
     Last {
         /// In front of `at` the samples of this piece; from there on the piece before, each number put together with all that follow in it. (Of
         /// [`Summary::Earliest`] the samples themselves.)
-        ring: Box<[R]>,
+        ring: Box<[f64]>,
         /// How many samples of this piece there are, fewer than the ring has.
         at: usize,
         /// Whether there is a piece before.
         full: bool,
         /// The samples of this piece, put together.
-        running: R,
+        running: f64,
     },
     /// Of the samples since a condition began.
     Since {
         /// Those samples, put together.
-        running: R,
+        running: f64,
         /// How many; 0 until it has begun.
         count: u64,
         /// Whether it held on the frame before.
@@ -44,9 +43,9 @@ pub enum State<R> {
 
 /// A frame: the number, whether the condition of `since` holds, and whether what came before is forgotten.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame<R> {
+pub struct Frame {
     /// The number.
-    pub now: R,
+    pub now: f64,
     /// Whether the condition holds.
     pub holds: bool,
     /// Whether the memory begins here.
@@ -55,7 +54,7 @@ pub struct Frame<R> {
 
 /// What two numbers make together, the second one being that of the frame that is further away from where the first one began.
 #[inline(always)]
-fn joined<R: Real>(summary: Summary, one: R, other: R) -> R {
+fn joined(summary: Summary, one: f64, other: f64) -> f64 {
     match summary {
         Summary::Mean | Summary::Integral => one + other,
         Summary::Min => one.min(other),
@@ -64,10 +63,10 @@ fn joined<R: Real>(summary: Summary, one: R, other: R) -> R {
     }
 }
 
-impl<R: Real> Over<R> {
+impl Over {
     /// What is made of so many samples that were put together.
     #[inline(always)]
-    fn result(self, joined: R, count: u64) -> R {
+    fn result(self, joined: f64, count: u64) -> f64 {
         match self.summary {
             Summary::Mean => joined / counted(count),
             Summary::Integral => joined / self.rate,
@@ -78,22 +77,18 @@ impl<R: Real> Over<R> {
 
 /// How many, as a number.
 #[inline(always)]
-fn counted<R: Real>(count: u64) -> R {
-    #[allow(clippy::cast_precision_loss, reason = "no log has 2^53 frames")]
-    R::of(count as f64)
+fn counted(count: u64) -> f64 {
+    count as f64
 }
 
-impl<R: Real> State<R> {
+impl State {
     /// The state before the first frame.
     pub fn new<C>(samples: &Samples<u32, C>) -> Self {
         match samples {
-            Samples::Last(frames) => Self::Last {
-                ring: vec![R::ZERO; (*frames).max(1) as usize].into(),
-                at: 0,
-                full: false,
-                running: R::ZERO,
-            },
-            Samples::Since(_) => Self::Since { running: R::ZERO, count: 0, held: false },
+            Samples::Last(frames) => {
+                Self::Last { ring: vec![0.0; (*frames).max(1) as usize].into(), at: 0, full: false, running: 0.0 }
+            }
+            Samples::Since(_) => Self::Since { running: 0.0, count: 0, held: false },
         }
     }
 
@@ -107,7 +102,7 @@ impl<R: Real> State<R> {
 
     /// What is made of the samples up to this frame.
     #[inline(always)]
-    pub fn value(&self, over: Over<R>, frame: Frame<R>) -> R {
+    pub fn value(&self, over: Over, frame: Frame) -> f64 {
         let Over { summary, .. } = over;
         match self {
             Self::Last { ring, at, full, running } => {
@@ -120,7 +115,7 @@ impl<R: Real> State<R> {
             }
             Self::Since { running, count, .. } => match self.since(frame) {
                 // It has not begun so far.
-                None if summary == Summary::Integral => R::ZERO,
+                None if summary == Summary::Integral => 0.0,
                 None => frame.now,
                 Some(true) => over.result(frame.now, 1),
                 Some(false) => over.result(joined(summary, *running, frame.now), count + 1),
@@ -130,7 +125,7 @@ impl<R: Real> State<R> {
 
     /// Whether the condition of `since` begins on this frame; `None` when it has not begun so far.
     #[inline(always)]
-    const fn since(&self, frame: Frame<R>) -> Option<bool> {
+    const fn since(&self, frame: Frame) -> Option<bool> {
         let Self::Since { count, held, .. } = self else { return None };
         if frame.holds && (frame.anew || !*held) {
             Some(true)
@@ -143,7 +138,7 @@ impl<R: Real> State<R> {
 
     /// Goes on to the next frame.
     #[inline(always)]
-    pub fn advance(&mut self, over: Over<R>, frame: Frame<R>) {
+    pub fn advance(&mut self, over: Over, frame: Frame) {
         let summary = over.summary;
         let begins = self.since(frame);
         match self {
@@ -175,7 +170,7 @@ impl<R: Real> State<R> {
     /// The results of a block, whose numbers stand in `out`: `at` says of a frame of it whether the condition of `since` holds, and whether the memory
     /// begins there.
     #[inline(always)]
-    pub fn block(&mut self, over: Over<R>, out: &mut [R], at: impl Fn(usize) -> (bool, bool)) {
+    pub fn block(&mut self, over: Over, out: &mut [f64], at: impl Fn(usize) -> (bool, bool)) {
         // Which summary it is, is decided once.
         match over.summary {
             Summary::Mean => self.each(Over { summary: Summary::Mean, ..over }, out, at),
@@ -187,7 +182,7 @@ impl<R: Real> State<R> {
     }
 
     #[inline(always)]
-    fn each(&mut self, over: Over<R>, out: &mut [R], at: impl Fn(usize) -> (bool, bool)) {
+    fn each(&mut self, over: Over, out: &mut [f64], at: impl Fn(usize) -> (bool, bool)) {
         for (place, out) in out.iter_mut().enumerate() {
             let (holds, anew) = at(place);
             let frame = Frame { now: *out, holds, anew };
@@ -198,7 +193,7 @@ impl<R: Real> State<R> {
 }
 
 /// Puts each number of a piece together with all that follow.
-fn join_from_the_end<R: Real>(summary: Summary, piece: &mut [R]) {
+fn join_from_the_end(summary: Summary, piece: &mut [f64]) {
     // Of the first one the samples are asked for as they are.
     if summary == Summary::Earliest {
         return;

@@ -5,7 +5,7 @@ use crate::base::channels::{Absent, Axis, ChannelSpec, Derived, Shape, derived};
 use crate::base::hands::{Finger, Side};
 use crate::base::units::Dimension;
 use crate::language::rules::Rules;
-use crate::stream::frames::{ColumnKey, Frames, Values};
+use crate::stream::frames::{ColumnKey, Frames};
 
 /// The channels that the report draws.
 pub const CHANNELS: &[&str] = &[
@@ -83,7 +83,7 @@ pub(super) struct Signals<'a> {
 }
 
 /// Three columns.
-type Vector<'a> = [Values<'a>; 3];
+type Vector<'a> = [&'a [f64]; 3];
 
 impl<'a> Signals<'a> {
     /// The signals of a hand.
@@ -107,7 +107,7 @@ impl<'a> Signals<'a> {
     pub fn touches(&self) -> Vec<Touch> {
         let Some(hand) = self.frames.layout.hand(self.side) else { return Vec::new() };
         let touch = |(slot, finger): (u32, &Finger)| {
-            let touches = self.column("fingers.contact", slot, 0)?.iter().map(|touches| touches > 0.5).collect();
+            let touches = self.column("fingers.contact", slot, 0)?.iter().map(|touches| *touches > 0.5).collect();
             Some(Touch { finger: finger.name(), touches })
         };
         (0..).zip(&hand.fingers).filter_map(touch).collect()
@@ -119,7 +119,7 @@ impl<'a> Signals<'a> {
         let target = self.vector("target.position", 0)?;
         let known = self.column("target", 0, 0);
         one(self.curve(|frame| {
-            if known.is_some_and(|target| target.get(frame).is_some_and(|target| target < 0.0)) {
+            if known.is_some_and(|target| target.get(frame).is_some_and(|target| *target < 0.0)) {
                 return f64::NAN;
             }
             let measured = tips.iter().map(|tip| at(*tip, frame)).filter(|tip| tip.iter().all(|part| part.is_finite()));
@@ -162,7 +162,7 @@ impl<'a> Signals<'a> {
         (0..self.frames.len).map(value).collect()
     }
 
-    fn column(&self, name: &str, slot: u32, component: u32) -> Option<Values<'a>> {
+    fn column(&self, name: &str, slot: u32, component: u32) -> Option<&'a [f64]> {
         let channel = self.frames.channel(name)?;
         self.frames.column(ColumnKey { channel, side: Some(self.side), slot, component })
     }
@@ -204,7 +204,7 @@ fn one(values: Vec<f64>) -> Option<Vec<Curve>> {
 }
 
 fn at(vector: Vector, frame: usize) -> [f64; 3] {
-    vector.map(|axis| axis.get(frame).unwrap_or(f64::NAN))
+    vector.map(|axis| axis.get(frame).copied().unwrap_or(f64::NAN))
 }
 
 fn add(one: [f64; 3], other: [f64; 3]) -> [f64; 3] {

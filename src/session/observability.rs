@@ -192,7 +192,7 @@ fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
                 }
                 continue;
             }
-            let mut values = columns.flat_map(|column| column.values().iter());
+            let mut values = columns.flatten().copied();
             let Some(first) = values.next() else { continue };
             // What is measured may stand still by chance; a number that is worked out from the scene does not.
             let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;

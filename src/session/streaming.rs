@@ -7,7 +7,7 @@ use crate::engine::evaluator::Evaluator;
 use crate::engine::runs::{Leaves, Run, append};
 use crate::graph::{Graph, lower};
 use crate::language::Rules;
-use crate::stream::frames::{ColumnKey, Frames, Layout, Values};
+use crate::stream::frames::{ColumnKey, Frames, Layout};
 use crate::stream::issue::Issue;
 use crate::stream::spilled_columns::SpilledColumns;
 use crate::stream::streaming::{Chunk, FirstPass, Flow};
@@ -72,16 +72,15 @@ impl Running {
         let Chunk { frames, core, ends, .. } = part;
         let evaluator = match &mut self.evaluator {
             Some(evaluator) => evaluator,
-            none => none.insert(Evaluator::<f64>::new(&self.graph, &frames.layout)?),
+            none => none.insert(Evaluator::new(&self.graph, &frames.layout)?),
         };
         for (key, column) in &frames.columns {
             if self.kept.contains(&key.channel) {
-                let values = column.values().part(core.clone()).unwrap_or(Values::NONE);
-                self.spilled.push(*key, &values.to_vec())?;
+                self.spilled.push(*key, column.get(core.clone()).unwrap_or(&[]))?;
             }
         }
         let inputs: Vec<ColumnKey> = evaluator.plan().inputs.clone();
-        let columns: Vec<Values> = inputs.iter().map(|key| frames.column(*key).unwrap_or(Values::NONE)).collect();
+        let columns: Vec<&[f64]> = inputs.iter().map(|key| frames.column(*key).unwrap_or(&[])).collect();
         let sides: Vec<_> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
         let Some(leaves) = self.leaves.get_mut(stretch) else { return Ok(()) };
         let first = leaves.frames.start;

@@ -48,107 +48,6 @@ pub struct ColumnKey {
     pub component: u32,
 }
 
-/// A column: a number per frame.
-///
-/// Numbers that a sensor gives in 32 bits may be kept in 32 bits, in half the memory; in how many bits is worked with them is another matter
-/// ([`crate::engine::width`]).
-#[derive(Clone, Debug, PartialEq)]
-pub enum Column {
-    /// In 64 bits.
-    Wide(Vec<f64>),
-    /// In 32 bits.
-    Narrow(Vec<f32>),
-}
-
-/// Some numbers of a column, one after the other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Values<'a> {
-    /// In 64 bits.
-    Wide(&'a [f64]),
-    /// In 32 bits.
-    Narrow(&'a [f32]),
-}
-
-impl From<Vec<f64>> for Column {
-    fn from(values: Vec<f64>) -> Self {
-        Self::Wide(values)
-    }
-}
-
-impl From<Vec<f32>> for Column {
-    fn from(values: Vec<f32>) -> Self {
-        Self::Narrow(values)
-    }
-}
-
-impl FromIterator<f64> for Column {
-    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
-        Self::Wide(values.into_iter().collect())
-    }
-}
-
-impl Column {
-    /// All numbers.
-    pub fn values(&self) -> Values<'_> {
-        match self {
-            Self::Wide(values) => Values::Wide(values),
-            Self::Narrow(values) => Values::Narrow(values),
-        }
-    }
-}
-
-impl<'a> Values<'a> {
-    /// No numbers.
-    pub const NONE: Self = Self::Wide(&[]);
-
-    /// How many.
-    #[inline]
-    pub const fn len(self) -> usize {
-        match self {
-            Self::Wide(values) => values.len(),
-            Self::Narrow(values) => values.len(),
-        }
-    }
-
-    /// Whether there are none.
-    #[cfg(feature = "internals")]
-    pub const fn is_empty(self) -> bool {
-        self.len() == 0
-    }
-
-    /// The number of a frame, `None` beyond the last.
-    #[inline]
-    pub fn get(self, frame: usize) -> Option<f64> {
-        match self {
-            Self::Wide(values) => values.get(frame).copied(),
-            Self::Narrow(values) => values.get(frame).copied().map(f64::from),
-        }
-    }
-
-    /// The numbers of some frames, `None` when not all of them are there.
-    #[inline]
-    pub fn part(self, frames: Range<usize>) -> Option<Self> {
-        Some(match self {
-            Self::Wide(values) => Self::Wide(values.get(frames)?),
-            Self::Narrow(values) => Self::Narrow(values.get(frames)?),
-        })
-    }
-
-    /// The numbers, one by one.
-    pub fn iter(self) -> impl ExactSizeIterator<Item = f64> + Clone + 'a {
-        // Positions rather than two kinds of iterators, of which every number would ask which it is.
-        (0..self.len()).map(move |frame| self.get(frame).unwrap_or_default())
-    }
-
-    /// The numbers in 64 bits.
-    pub fn to_vec(self) -> Vec<f64> {
-        match self {
-            Self::Wide(values) => values.to_vec(),
-            Self::Narrow(values) => values.iter().copied().map(f64::from).collect(),
-        }
-    }
-}
-
 /// A whole log as the rules see it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frames {
@@ -157,7 +56,7 @@ pub struct Frames {
     /// The channels, in the order that `ColumnKey::channel` counts.
     pub channels: Vec<ChannelSpec>,
     /// The columns, each with `len` values, SI; bools are 0.0 and 1.0, objects their index in `objects` or -1.0. No NaN inside a stretch.
-    pub columns: BTreeMap<ColumnKey, Column>,
+    pub columns: BTreeMap<ColumnKey, Vec<f64>>,
     /// Number of frames.
     pub len: usize,
     /// Start time of each frame, s. Within a stretch the step is `1 / rate_hz`.
@@ -176,8 +75,8 @@ pub struct Frames {
 
 impl Frames {
     /// A column by its key.
-    pub fn column(&self, key: ColumnKey) -> Option<Values<'_>> {
-        self.columns.get(&key).map(Column::values)
+    pub fn column(&self, key: ColumnKey) -> Option<&[f64]> {
+        self.columns.get(&key).map(Vec::as_slice)
     }
 
     /// The position of a channel by name.

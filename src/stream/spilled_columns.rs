@@ -1,7 +1,7 @@
 //! Columns that can be looked into long after they were made: those of frames in memory, or spilled down in a file that has no name.
 
 use crate::base::error::InputError;
-use crate::stream::frames::{ColumnKey, Frames, Values};
+use crate::stream::frames::{ColumnKey, Frames};
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -24,11 +24,7 @@ impl Series for Frames {
     }
 
     fn part(&self, key: ColumnKey, frames: Range<usize>) -> Cow<'_, [f64]> {
-        match self.column(key).and_then(|column| column.part(frames)) {
-            Some(Values::Wide(values)) => Cow::Borrowed(values),
-            Some(narrow) => Cow::Owned(narrow.to_vec()),
-            None => Cow::Borrowed(&[]),
-        }
+        Cow::Borrowed(self.column(key).and_then(|column| column.get(frames)).unwrap_or(&[]))
     }
 }
 

@@ -9,15 +9,14 @@ use rayon::prelude::*;
 use std::ops::Range;
 use teachtree::analysis::channels;
 use teachtree::base::hands::Side;
-use teachtree::engine::evaluator::{Evaluator, evaluate, evaluate_in};
+use teachtree::engine::evaluator::{Evaluator, evaluate, evaluate_in_blocks};
 use teachtree::engine::live::Stepper;
 use teachtree::engine::reference;
 use teachtree::engine::runs::{Leaves, Run, append};
-use teachtree::engine::width::Width;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{Request, load, load_text};
 use teachtree::stream;
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout, Values};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 use teachtree::world;
 
 proptest! {
@@ -34,19 +33,19 @@ proptest! {
         prop_assert_eq!(&whole, &expected);
         let stepped = stepped(&graph, &frames);
         prop_assert_eq!(&stepped, &expected);
-        let blocks = evaluate_in::<f64>(&graph, &frames, block).unwrap();
+        let blocks = evaluate_in_blocks(&graph, &frames, block).unwrap();
         prop_assert_eq!(&blocks, &expected);
     }
 
-    /// In 32 bits as well, on numbers that need rounding.
+    /// On numbers that need rounding as well.
     #[test]
-    fn compiled_equals_reference_in_32_bits(seed in any::<u64>(), depth in 1_u32..5, block in 1_usize..80) {
+    fn compiled_equals_reference_on_rough_numbers(seed in any::<u64>(), depth in 1_u32..5, block in 1_usize..80) {
         let (rules, frames) = random::case_of_rough_numbers(seed, depth);
-        let expected = reference::evaluate_in(Width::Narrow, &rules, &frames).unwrap();
+        let expected = reference::evaluate(&rules, &frames).unwrap();
         let graph = lower(&rules);
-        let whole = evaluate_in::<f32>(&graph, &frames, usize::MAX).unwrap();
+        let whole = evaluate(&graph, &frames).unwrap();
         prop_assert_eq!(&whole, &expected);
-        let blocks = evaluate_in::<f32>(&graph, &frames, block).unwrap();
+        let blocks = evaluate_in_blocks(&graph, &frames, block).unwrap();
         prop_assert_eq!(&blocks, &expected);
     }
 }
@@ -67,14 +66,14 @@ fn many_programs_and_logs() {
             let expected = reference::evaluate(&rules, &frames).unwrap();
             assert_eq!(evaluate(&graph, &frames).unwrap(), expected, "seed {seed}");
             assert_eq!(stepped(&graph, &frames), expected, "seed {seed}, frame by frame");
-            assert_eq!(evaluate_in::<f64>(&graph, &frames, block).unwrap(), expected, "seed {seed}, blocks of {block}");
+            assert_eq!(evaluate_in_blocks(&graph, &frames, block).unwrap(), expected, "seed {seed}, blocks of {block}");
             let (rules, frames) = random::case_of_rough_numbers(seed, depth);
-            let narrow = evaluate_in::<f32>(&lower(&rules), &frames, block).unwrap();
-            assert_eq!(narrow, reference::evaluate_in(Width::Narrow, &rules, &frames).unwrap(), "seed {seed}, 32 bits");
+            let rough = evaluate_in_blocks(&lower(&rules), &frames, block).unwrap();
+            assert_eq!(rough, reference::evaluate(&rules, &frames).unwrap(), "seed {seed}, rough numbers");
             frames.len
         })
         .sum();
-    let report = format!("{programs} programs in 64 and 32 bits, {frames} frames: the engine equals the reference\n");
+    let report = format!("twice {programs} programs, {frames} frames: the engine equals the reference\n");
     std::io::Write::write_all(&mut std::io::stderr(), report.as_bytes()).unwrap();
 }
 
@@ -94,16 +93,13 @@ fn blocks_of_a_long_log_join() {
         let (rules, mut frames) = random::case(seed, 3);
         let times = 9000 / frames.len + 1;
         for column in frames.columns.values_mut() {
-            *column = match &*column {
-                Column::Wide(values) => values.repeat(times).into(),
-                Column::Narrow(values) => values.repeat(times).into(),
-            };
+            *column = column.repeat(times);
         }
         frames.len *= times;
         frames.stretches = std::iter::once(0..frames.len).collect();
         let graph = lower(&rules);
         let whole = evaluate(&graph, &frames).unwrap();
-        assert_eq!(whole, evaluate_in::<f64>(&graph, &frames, 700).unwrap(), "seed {seed}");
+        assert_eq!(whole, evaluate_in_blocks(&graph, &frames, 700).unwrap(), "seed {seed}");
         assert_eq!(whole, stepped(&graph, &frames), "seed {seed}");
     }
 }
@@ -130,9 +126,11 @@ pub fn stepped(graph: &Graph, frames: &Frames) -> Vec<Leaves> {
 
 /// A log frame by frame, as a run wants it.
 fn rows(frames: &Frames, stepper: &Stepper) -> Vec<Vec<f64>> {
-    let column = |key: &ColumnKey| frames.column(*key).unwrap_or(Values::NONE);
-    let columns: Vec<Values<'_>> = stepper.plan().inputs.iter().map(column).collect();
-    (0..frames.len).map(|frame| columns.iter().map(|column| column.get(frame).unwrap_or(0.0)).collect()).collect()
+    let column = |key: &ColumnKey| frames.column(*key).unwrap_or(&[]);
+    let columns: Vec<&[f64]> = stepper.plan().inputs.iter().map(column).collect();
+    (0..frames.len)
+        .map(|frame| columns.iter().map(|column| column.get(frame).copied().unwrap_or(0.0)).collect())
+        .collect()
 }
 
 /// All shipped rules over a hand-over, frame by frame: the same leaves, and no memory is asked for once the run is made.
@@ -178,7 +176,7 @@ fn thresholds_take_no_columns() {
     let layout = Layout { rate_hz: 1000.0, hands: vec![hand] };
     let graph = lower(&rules);
     let mut evaluator = None;
-    let asked = allocation_counter::measure(|| evaluator = Some(Evaluator::<f64>::new(&graph, &layout).unwrap()));
+    let asked = allocation_counter::measure(|| evaluator = Some(Evaluator::new(&graph, &layout).unwrap()));
     assert!(evaluator.unwrap().plan().conditions.len() >= 4000);
     // The bits of a block are half a kilobyte a condition; a column is 32 kB.
     assert!(asked.bytes_max < 4000 * 4096, "{} bytes", asked.bytes_max);
@@ -193,7 +191,7 @@ fn random_cases_are_worth_testing() {
         let (rules, frames) = random::case(seed, 3);
         let leaves = evaluate(&lower(&rules), &frames).unwrap();
         changes += leaves.iter().flat_map(|leaves| leaves.hands.values()).map(|runs| runs.len() - 1).sum::<usize>();
-        windows += teachtree::engine::compiled::instantiate::instantiate(&lower(&rules), &frames.layout, Width::Wide)
+        windows += teachtree::engine::compiled::instantiate::instantiate(&lower(&rules), &frames.layout)
             .unwrap()
             .cost()
             .state_bytes;

@@ -6,7 +6,6 @@ use std::fmt::Write;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::engine::compiled::instantiate::instantiate;
 use teachtree::engine::compiled::plan::Plan;
-use teachtree::engine::width::Width;
 use teachtree::graph::{Graph, lower, text};
 use teachtree::language::{Request, load, load_text};
 use teachtree::stream::frames::{HandLayout, Layout};
@@ -79,7 +78,7 @@ fn open_at(graph: &Graph, rate_hz: f64) -> Result<Plan, String> {
     let hand =
         HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new(), knows_distance: false };
     let layout = Layout { rate_hz, hands: vec![hand] };
-    instantiate(graph, &layout, Width::Wide).map_err(|error| error.to_string())
+    instantiate(graph, &layout).map_err(|error| error.to_string())
 }
 
 /// A chain of declarations is as long as its author likes: nothing recurses along it, and nothing walks it again for each of its members.

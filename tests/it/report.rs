@@ -17,7 +17,7 @@ use teachtree::base::units::Dimension;
 use teachtree::engine::runs::Leaves;
 use teachtree::language::rules::Rules;
 use teachtree::report::{CHANNELS, channels};
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 use teachtree::stream::issue::Issue;
 
 const RATE_HZ: f64 = 1000.0;
@@ -201,8 +201,7 @@ fn elements_are_closed_in_order() {
 fn noise(frames: &mut Frames) {
     for (key, column) in &mut frames.columns {
         let mut state = u64::from(key.channel) * 31 + u64::from(key.slot) * 7 + u64::from(key.component) + 1;
-        let Column::Wide(values) = column else { unreachable!("made above") };
-        for value in values {
+        for value in column {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             *value = (state >> 33) as f64 / f64::from(u32::MAX);
         }
@@ -355,7 +354,7 @@ fn noise_is_drawn_as_bands_that_hold_what_the_log_holds() {
     noise(&mut frames);
     let force = frames.channel("fingers.force").unwrap();
     let key = ColumnKey { channel: force, side: Some(Side::Right), slot: 0, component: 2 };
-    let Some(Column::Wide(values)) = frames.columns.get_mut(&key) else { unreachable!("made above") };
+    let Some(values) = frames.columns.get_mut(&key) else { unreachable!("made above") };
     values[31_234] = 25.0;
     // A part is not noisy: there is a line, also beside the noise.
     values[50_000..80_000].fill(0.5);
@@ -406,15 +405,14 @@ fn long_page() -> (String, Vec<f64>) {
     let force = frames.channel("fingers.force").unwrap();
     let mut size = Vec::new();
     for (key, column) in frames.columns.iter_mut().filter(|(key, _)| key.channel == force) {
-        let Column::Wide(values) = column else { unreachable!("made above") };
         match (key.slot, key.component) {
             (0, 2) => {
-                values.iter_mut().enumerate().for_each(|(at, value)| *value += if at < 180_000 { 3.0 } else { 9.0 })
+                column.iter_mut().enumerate().for_each(|(at, value)| *value += if at < 180_000 { 3.0 } else { 9.0 })
             }
-            _ => values.fill(0.0),
+            _ => column.fill(0.0),
         }
         if (key.side, key.slot, key.component) == (Some(Side::Right), 0, 2) {
-            size.clone_from(values);
+            size.clone_from(column);
         }
     }
     let rules = chapter();
@@ -427,7 +425,7 @@ fn knocked_page(knocks: &[(Range<usize>, f64)]) -> String {
     let (analysis, mut frames, leaves) = experiment();
     let force = frames.channel("contacts.force").unwrap();
     let key = ColumnKey { channel: force, side: Some(Side::Right), slot: 0, component: 2 };
-    let Some(Column::Wide(values)) = frames.columns.get_mut(&key) else { unreachable!("made above") };
+    let Some(values) = frames.columns.get_mut(&key) else { unreachable!("made above") };
     for (at, newtons) in knocks {
         values[at.clone()].fill(*newtons);
     }
@@ -484,7 +482,7 @@ fn without_poses() -> String {
     let position = frames.channel("fingers.position").unwrap();
     for (key, column) in &mut frames.columns {
         if key.channel == position {
-            *column = vec![f64::NAN; frames.len].into();
+            *column = vec![f64::NAN; frames.len];
         }
     }
     let normal = frames.channel("contacts.normal").unwrap();

@@ -26,7 +26,7 @@ use teachtree::base::hands::Side;
 use teachtree::base::recording::{Column, Recording};
 use teachtree::base::units::Dimension;
 use teachtree::base::yaml;
-use teachtree::stream::frames::{ColumnKey, Frames, Values};
+use teachtree::stream::frames::{ColumnKey, Frames};
 use teachtree::stream::names;
 
 /// A recording of `rows` samples at `rate` Hz in this scene; columns by canonical name, each a function of time.
@@ -81,8 +81,5 @@ fn ask_fingers(quantity: &str, shape: Shape, dimension: Dimension) -> ChannelSpe
 fn column<'f>(frames: &'f Frames, name: &str, slot: u32, component: u32) -> &'f [f64] {
     let channel = frames.channel(name).unwrap();
     let side = frames.channels[channel as usize].per_hand.then_some(Side::Right);
-    match frames.column(ColumnKey { channel, side, slot, component }).unwrap() {
-        Values::Wide(values) => values,
-        Values::Narrow(_) => unreachable!("a log is read in 64 bits"),
-    }
+    frames.column(ColumnKey { channel, side, slot, component }).unwrap()
 }

@@ -1,7 +1,7 @@
 //! The inputs of the shipped rules as rows: all values of a frame are adjacent in memory, in 32 bits.
 
 use teachtree::base::hands::{Finger, Side};
-use teachtree::stream::frames::{ColumnKey, Frames, Values};
+use teachtree::stream::frames::{ColumnKey, Frames};
 
 /// A frame with five fingers and `CONTACTS` bodies that the target may touch; a missing body has zero force.
 #[derive(Clone)]
@@ -42,7 +42,7 @@ pub fn rows<const CONTACTS: usize>(frames: &Frames) -> Option<Vec<Row<CONTACTS>>
     if hand.contacts.len() > CONTACTS {
         return None;
     }
-    let column = |name: &str, slot: usize, component: usize| -> Values<'_> {
+    let column = |name: &str, slot: usize, component: usize| -> &[f64] {
         let channel = frames.channel(name).unwrap_or_else(|| panic!("no channel {name}"));
         let key = ColumnKey { channel, side: Some(Side::Right), slot: slot as u32, component: component as u32 };
         frames.column(key).unwrap_or_else(|| panic!("no column {name}"))
@@ -51,9 +51,9 @@ pub fn rows<const CONTACTS: usize>(frames: &Frames) -> Option<Vec<Row<CONTACTS>>
     let vector = |name: &str| [0, 1, 2].map(|part| column(name, 0, part));
     let fingers = |name: &str| [0, 1, 2].map(|part| [0, 1, 2, 3, 4].map(|slot| column(name, slot, part)));
     let contact = |name: &str, slot: usize, part: usize| {
-        if slot < hand.contacts.len() { column(name, slot, part) } else { Values::NONE }
+        if slot < hand.contacts.len() { column(name, slot, part) } else { &[] }
     };
-    let contacts = |name: &str| -> [[Values<'_>; CONTACTS]; 3] {
+    let contacts = |name: &str| -> [[&[f64]; CONTACTS]; 3] {
         [0, 1, 2].map(|part| std::array::from_fn(|slot| contact(name, slot, part)))
     };
     let (tips, forces) = (fingers("fingers.position"), fingers("fingers.force"));
@@ -63,9 +63,9 @@ pub fn rows<const CONTACTS: usize>(frames: &Frames) -> Option<Vec<Row<CONTACTS>>
     let (position, velocity, push) = (vector("target.position"), vector("target.velocity"), vector("push"));
     let (contact_forces, normals) = (contacts("contacts.force"), contacts("contacts.normal"));
     let velocities = contacts("contacts.velocity");
-    let handled: [Values<'_>; CONTACTS] = std::array::from_fn(|slot| contact("contacts.handled", slot, 0));
+    let handled: [&[f64]; CONTACTS] = std::array::from_fn(|slot| contact("contacts.handled", slot, 0));
     let row = |frame: usize| {
-        let at = |values: Values<'_>| values.get(frame).unwrap_or_default() as f32;
+        let at = |values: &[f64]| values.get(frame).copied().unwrap_or_default() as f32;
         Row {
             tips: tips.map(|parts| parts.map(at)),
             forces: forces.map(|parts| parts.map(at)),

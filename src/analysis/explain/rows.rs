@@ -6,7 +6,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::inspect::Inspector;
 use crate::language::rules::{Expr, ExprKind, Hand};
-use crate::stream::frames::{ColumnKey, Frames, Values};
+use crate::stream::frames::{ColumnKey, Frames};
 
 /// One number per frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +73,7 @@ pub fn of_channel(at: u32, side: Option<Side>, frames: &Frames) -> Vec<Row> {
     for (number, slot) in (0..).zip(&names) {
         for (place, component) in (0..).zip(components) {
             let key = ColumnKey { channel: at, side, slot: number, component: place };
-            let values = frames.column(key).map(Values::to_vec);
+            let values = frames.column(key).map(<[f64]>::to_vec);
             rows.extend(values.map(|values| Row { slot: slot.clone(), component, values }));
         }
     }

@@ -3,9 +3,6 @@
 //! Bits beyond the end of a block are garbage: whoever looks at single bits masks them away ([`frames_of`]).
 //! A *restart* bit makes its frame the first one: what came before is forgotten.
 
-use crate::engine::width::{Reads, Real};
-use crate::stream::frames::Values;
-
 /// The most frames that are evaluated at once.
 pub const BLOCK: usize = 4096;
 /// Words of a block.
@@ -171,61 +168,47 @@ fn up_to(bits: &[u64], end: usize) -> u64 {
 
 /// A delay line of numbers: what goes in comes out `frames` frames later, 0 before.
 #[derive(Clone, Debug)]
-pub struct NumberDelay<R> {
-    ring: Vec<R>,
+pub struct NumberDelay {
+    ring: Vec<f64>,
     at: usize,
 }
 
-impl<R: Real> NumberDelay<R> {
+impl NumberDelay {
     /// A line of this many frames, at least 1.
     pub fn new(frames: usize) -> Self {
-        Self { ring: vec![R::ZERO; frames], at: 0 }
+        Self { ring: vec![0.0; frames], at: 0 }
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        self.ring.fill(R::ZERO);
+        self.ring.fill(0.0);
         self.at = 0;
     }
 
     /// Moves a block through.
-    pub fn run(&mut self, numbers: Values<'_>, out: &mut [R]) {
+    pub fn run(&mut self, numbers: &[f64], out: &mut [f64]) {
         let (frames, len) = (self.ring.len(), numbers.len());
         let mut done = 0;
         while done < len {
             let step = (frames - self.at).min(len - done);
             let held = &mut self.ring[self.at..self.at + step];
             out[done..done + step].copy_from_slice(held);
-            copy(numbers, done, held);
+            held.copy_from_slice(&numbers[done..done + step]);
             self.at = (self.at + step) % frames;
             done += step;
         }
     }
 
     /// Moves a block through whose outcome nobody asks for.
-    pub fn pass(&mut self, numbers: Values<'_>) {
+    pub fn pass(&mut self, numbers: &[f64]) {
         // Only what is still inside afterwards counts.
         let frames = self.ring.len();
         let mut done = numbers.len().saturating_sub(frames);
         while done < numbers.len() {
             let step = (frames - self.at).min(numbers.len() - done);
-            copy(numbers, done, &mut self.ring[self.at..self.at + step]);
+            self.ring[self.at..self.at + step].copy_from_slice(&numbers[done..done + step]);
             self.at = (self.at + step) % frames;
             done += step;
         }
-    }
-}
-
-/// Some numbers from a frame on.
-fn copy<R: Real>(numbers: Values<'_>, from: usize, to: &mut [R]) {
-    match numbers {
-        Values::Wide(numbers) => read(&numbers[from..], to),
-        Values::Narrow(numbers) => read(&numbers[from..], to),
-    }
-}
-
-fn read<R: Real, T: Reads>(numbers: &[T], to: &mut [R]) {
-    for (to, number) in to.iter_mut().zip(numbers) {
-        *to = number.read();
     }
 }

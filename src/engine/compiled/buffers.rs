@@ -3,12 +3,11 @@
 
 use super::bits::BLOCK;
 use super::plan::{Condition, Number, NumberId, Plan, Step, position};
-use crate::engine::width::Real;
 
 /// The buffers of a plan, a block long each.
 #[derive(Clone, Debug)]
-pub struct Buffers<R> {
-    buffers: Vec<Vec<R>>,
+pub struct Buffers {
+    buffers: Vec<Vec<f64>>,
     /// The buffer of each number.
     place: Vec<u32>,
 }
@@ -28,7 +27,7 @@ fn columns_read(plan: &Plan, step: Step) -> Vec<NumberId> {
     read
 }
 
-impl<R: Real> Buffers<R> {
+impl Buffers {
     /// Room for the numbers of a plan; constants are filled in.
     pub fn new(plan: &Plan) -> Self {
         let mut last_read = vec![None; plan.numbers.len()];
@@ -45,7 +44,7 @@ impl<R: Real> Buffers<R> {
                 last_read[id.index()] = Some(plan.steps.len());
             }
         }
-        let mut buffers: Vec<Vec<R>> = Vec::new();
+        let mut buffers: Vec<Vec<f64>> = Vec::new();
         let (mut place, mut free) = (vec![0; plan.numbers.len()], Vec::new());
         for (at, step) in plan.steps.iter().enumerate() {
             if let Step::Number(id) = step {
@@ -53,7 +52,7 @@ impl<R: Real> Buffers<R> {
                     Number::Input(_) => continue,
                     // Rules have many thresholds, and hardly one is read as a column.
                     Number::Constant(_) if last_read[id.index()].is_none() => continue,
-                    Number::Constant(number) => Some(R::of(number.get())),
+                    Number::Constant(number) => Some(number.get()),
                     _ => None,
                 };
                 let reused = if constant.is_none() { free.pop() } else { None };
@@ -75,19 +74,19 @@ impl<R: Real> Buffers<R> {
 
     /// The first `len` values of a number.
     #[inline(always)]
-    pub fn get(&self, id: NumberId, len: usize) -> &[R] {
+    pub fn get(&self, id: NumberId, len: usize) -> &[f64] {
         &self.buffers[self.place[id.index()] as usize][..len]
     }
 
     /// A number's buffer, to be written while others are read.
     #[inline(always)]
-    pub fn take(&mut self, id: NumberId) -> Vec<R> {
+    pub fn take(&mut self, id: NumberId) -> Vec<f64> {
         std::mem::take(&mut self.buffers[self.place[id.index()] as usize])
     }
 
     /// The buffer that was taken.
     #[inline(always)]
-    pub fn put_back(&mut self, id: NumberId, buffer: Vec<R>) {
+    pub fn put_back(&mut self, id: NumberId, buffer: Vec<f64>) {
         self.buffers[self.place[id.index()] as usize] = buffer;
     }
 }

@@ -3,41 +3,38 @@
 use super::bits::{BLOCK, BitDelay, Bits, NumberDelay, WORDS, flip_flop, frames_of, get, words};
 use super::buffers::Buffers;
 use super::kernels::{
-    Of, Several, Sum, add, at_least, compare, compare_both, dot, squared_distance, squares, stands_still, with_slices,
-    write,
+    Of, Sum, add, at_least, compare, compare_both, dot, squared_distance, squares, stands_still, write,
 };
 use super::plan::{BitId, Condition, Number, NumberId, Plan, Step, Vector};
 use crate::engine::semantics::{mismatched, per_second};
 use crate::engine::summary;
 use crate::engine::temporal::State;
-use crate::engine::width::Real;
 use crate::language::rules::{Arithmetic, Comparison};
-use crate::stream::frames::Values;
 use pulp::{Arch, NullaryFnOnce};
 
 /// The columns of one block and the memory between blocks. Allocates when it is made and never again.
 #[derive(Clone, Debug)]
-pub struct Columns<R: Real> {
-    numbers: Buffers<R>,
+pub struct Columns {
+    numbers: Buffers,
     conditions: Vec<Bits>,
-    pub(super) memory: Memory<R>,
+    pub(super) memory: Memory,
 }
 
 /// What is kept from one block to the next.
 #[derive(Clone, Debug)]
-pub struct Memory<R> {
-    numbers: Vec<NumberMemory<R>>,
+pub struct Memory {
+    numbers: Vec<NumberMemory>,
     conditions: Vec<ConditionMemory>,
     /// Frames before this block.
     now: u64,
 }
 
 #[derive(Clone, Debug)]
-enum NumberMemory<R> {
+enum NumberMemory {
     None,
-    Rate { past: NumberDelay<R>, age: u32 },
-    Summary(summary::State<R>),
-    Delay(NumberDelay<R>),
+    Rate { past: NumberDelay, age: u32 },
+    Summary(summary::State),
+    Delay(NumberDelay),
 }
 
 #[derive(Clone, Debug)]
@@ -53,7 +50,7 @@ enum ConditionMemory {
 #[derive(Clone, Copy, Debug)]
 pub struct Block<'a> {
     /// The columns; at least `start + len` long each.
-    pub columns: &'a [Values<'a>],
+    pub columns: &'a [&'a [f64]],
     /// The first frame of the block in the columns.
     pub start: usize,
     /// How many frames, 1 to [`BLOCK`].
@@ -68,21 +65,21 @@ pub struct Block<'a> {
 
 impl<'a> Block<'a> {
     #[inline(always)]
-    fn column(&self, at: u32) -> Values<'a> {
-        self.earlier(at, 0).unwrap_or(Values::Wide(&ZEROS[..self.len]))
+    fn column(&self, at: u32) -> &'a [f64] {
+        self.earlier(at, 0).unwrap_or(&ZEROS[..self.len])
     }
 
     /// The column so many frames before, when it is known.
     #[inline(always)]
-    fn earlier(&self, at: u32, frames: usize) -> Option<Values<'a>> {
+    fn earlier(&self, at: u32, frames: usize) -> Option<&'a [f64]> {
         let start = self.start.checked_sub(frames).filter(|_| frames <= self.known)?;
-        self.columns.get(at as usize)?.part(start..start + self.len)
+        self.columns.get(at as usize)?.get(start..start + self.len)
     }
 }
 
 static ZEROS: [f64; BLOCK] = [0.0; BLOCK];
 
-impl<R: Real> Columns<R> {
+impl Columns {
     /// Room for the columns of a plan.
     pub fn new(plan: &Plan) -> Self {
         let number_memory = plan.numbers.iter().map(|(number, _)| match number {
@@ -136,17 +133,17 @@ impl<R: Real> Columns<R> {
     }
 
     /// The numbers of a step over the block that was run last, which are neither an input nor constant.
-    pub fn number_of(&self, id: NumberId, len: usize) -> &[R] {
+    pub fn number_of(&self, id: NumberId, len: usize) -> &[f64] {
         self.numbers.get(id, len)
     }
 
     /// What is kept for the next block.
-    pub fn memory(&self) -> Memory<R> {
+    pub fn memory(&self) -> Memory {
         self.memory.clone()
     }
 
     /// Goes on as after the block whose memory this was.
-    pub fn resume(&mut self, memory: &Memory<R>) {
+    pub fn resume(&mut self, memory: &Memory) {
         self.memory.clone_from(memory);
     }
 
@@ -169,58 +166,44 @@ impl<R: Real> Columns<R> {
         let memory = &mut self.memory.numbers[id.index()];
         match number {
             Number::Input(_) | Number::Constant(_) => {}
-            Number::Negate(a) => with_slices!([a = arg(a);] write(Of((a,), |a: R| -a), out)),
-            Number::Abs(a) => with_slices!([a = arg(a);] write(Of((a,), |a: R| a.abs()), out)),
+            Number::Negate(a) => write(Of((arg(a),), |a: f64| -a), out),
+            Number::Abs(a) => write(Of((arg(a),), |a: f64| a.abs()), out),
             Number::Arithmetic(operation, a, b) => match (plan.constant(*a), plan.constant(*b)) {
-                (None, Some(b)) => {
-                    let b = R::of(b);
-                    with_slices!([a = arg(a);] match operation {
-                    Arithmetic::Add => write(Of((a,), |a: R| a + b), out),
-                    Arithmetic::Subtract => write(Of((a,), |a: R| a - b), out),
-                    Arithmetic::Multiply => write(Of((a,), |a: R| a * b), out),
-                    Arithmetic::Divide => write(Of((a,), |a: R| a / b), out),
-                    })
-                }
-                _ => with_slices!([a = arg(a); b = arg(b);] match operation {
-                    Arithmetic::Add => write(Of((a, b), |a: R, b: R| a + b), out),
-                    Arithmetic::Subtract => write(Of((a, b), |a: R, b: R| a - b), out),
-                    Arithmetic::Multiply => write(Of((a, b), |a: R, b: R| a * b), out),
-                    Arithmetic::Divide => write(Of((a, b), |a: R, b: R| a / b), out),
-                }),
+                (None, Some(b)) => match operation {
+                    Arithmetic::Add => write(Of((arg(a),), |a: f64| a + b), out),
+                    Arithmetic::Subtract => write(Of((arg(a),), |a: f64| a - b), out),
+                    Arithmetic::Multiply => write(Of((arg(a),), |a: f64| a * b), out),
+                    Arithmetic::Divide => write(Of((arg(a),), |a: f64| a / b), out),
+                },
+                _ => match operation {
+                    Arithmetic::Add => write(Of((arg(a), arg(b)), |a: f64, b: f64| a + b), out),
+                    Arithmetic::Subtract => write(Of((arg(a), arg(b)), |a: f64, b: f64| a - b), out),
+                    Arithmetic::Multiply => write(Of((arg(a), arg(b)), |a: f64, b: f64| a * b), out),
+                    Arithmetic::Divide => write(Of((arg(a), arg(b)), |a: f64, b: f64| a / b), out),
+                },
             },
             Number::Sum(all) => sum(all, arg, out),
-            Number::Dot(a, b) => {
-                with_slices!([a = each a.each_ref().map(arg); b = each b.each_ref().map(arg);] write(dot(a, b), out));
-            }
-            Number::MulSub(a, b, c) => with_slices!([a = arg(a); b = arg(b); c = arg(c);]
-                write(Of((a, b, c), |a: R, b: R, c: R| a - b * c), out)),
-            Number::Norm(Vector { of, minus: None }) => with_slices!([of = each of.each_ref().map(arg);]
-                write(Of((squares(of),), R::sqrt), out)),
+            Number::Dot(a, b) => write(dot(a.each_ref().map(arg), b.each_ref().map(arg)), out),
+            Number::MulSub(a, b, c) => write(Of((arg(a), arg(b), arg(c)), |a: f64, b: f64, c: f64| a - b * c), out),
+            Number::Norm(Vector { of, minus: None }) => write(Of((squares(of.each_ref().map(arg)),), f64::sqrt), out),
             Number::Norm(Vector { of, minus: Some(minus) }) => {
-                with_slices!([of = each of.each_ref().map(arg); minus = each minus.each_ref().map(arg);]
-                    write(Of((squared_distance(of, minus),), R::sqrt), out));
+                write(Of((squared_distance(of.each_ref().map(arg), minus.each_ref().map(arg)),), f64::sqrt), out);
             }
-            Number::Min(a, b) => {
-                with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: R, b: R| a.min(b)), out));
-            }
-            Number::Max(a, b) => {
-                with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: R, b: R| a.max(b)), out));
-            }
-            Number::Atan2(y, x) => {
-                with_slices!([y = arg(y); x = arg(x);] write(Of((y, x), |y: R, x: R| y.atan2(x)), out));
-            }
+            Number::Min(a, b) => write(Of((arg(a), arg(b)), |a: f64, b: f64| a.min(b)), out),
+            Number::Max(a, b) => write(Of((arg(a), arg(b)), |a: f64, b: f64| a.max(b)), out),
+            Number::Atan2(y, x) => write(Of((arg(y), arg(x)), |y: f64, x: f64| y.atan2(x)), out),
             Number::Count(bits) => {
-                out.fill(R::ZERO);
+                out.fill(0.0);
                 for bits in bits {
                     let bits = &self.conditions[bits.index()];
                     for (at, out) in out.iter_mut().enumerate() {
-                        *out = *out + R::of(if get(bits, at) { 1.0 } else { 0.0 });
+                        *out += if get(bits, at) { 1.0 } else { 0.0 };
                     }
                 }
             }
             Number::Rate { number, frames, restart } => {
                 let NumberMemory::Rate { past, age } = memory else { return mismatched() };
-                let (now, per_second) = (arg(number), R::of(per_second(plan.layout.rate_hz, *frames)));
+                let (now, per_second) = (arg(number), per_second(plan.layout.rate_hz, *frames));
                 let before = match plan.numbers[number.index()].0 {
                     Number::Input(column) if *age >= *frames => block.earlier(column, *frames as usize),
                     _ => None,
@@ -232,8 +215,7 @@ impl<R: Real> Columns<R> {
                     // Read where it is; the delay line only learns what comes last.
                     Some(before) => {
                         past.pass(now);
-                        with_slices!([now = now; before = before;]
-                            write(Of((now, before), |now: R, before: R| (now - before) * per_second), out));
+                        write(Of((now, before), |now: f64, before: f64| (now - before) * per_second), out);
                     }
                     None => {
                         past.run(now, out);
@@ -241,7 +223,7 @@ impl<R: Real> Columns<R> {
                             if restart.is_some_and(|bits| get(bits, at)) {
                                 *age = 0;
                             }
-                            *out = if *age >= *frames { (R::of(now) - *out) * per_second } else { R::ZERO };
+                            *out = if *age >= *frames { (*now - *out) * per_second } else { 0.0 };
                             *age = (*age + 1).min(*frames);
                         }
                     }
@@ -249,8 +231,8 @@ impl<R: Real> Columns<R> {
             }
             Number::Summary { summary, number, samples, restart } => {
                 let NumberMemory::Summary(state) = memory else { return mismatched() };
-                let over = summary::Over { summary: *summary, rate: R::of(plan.layout.rate_hz) };
-                with_slices!([number = arg(number);] write(Of((number,), |number: R| number), out));
+                let over = summary::Over { summary: *summary, rate: plan.layout.rate_hz };
+                write(arg(number), out);
                 let bits = |id: &BitId| &self.conditions[id.index()];
                 match (samples.since().map(bits), restart.as_ref().map(bits)) {
                     (None, None) => state.block(over, out, |_| (false, false)),
@@ -278,8 +260,7 @@ impl<R: Real> Columns<R> {
         let now = self.memory.now;
         let memory = &mut self.memory.conditions[id.index()];
         match &plan.conditions[id.index()].0 {
-            Condition::Input(column) => with_slices!([column = block.column(*column);]
-                compare(Comparison::Greater, column, R::of(0.5), len, out)),
+            Condition::Input(column) => compare(Comparison::Greater, block.column(*column), 0.5, len, out),
             Condition::Constant(value) => out.fill(if *value { u64::MAX } else { 0 }),
             Condition::Leaf(at) => match block.leaves.get(*at as usize) {
                 Some(bits) => out.copy_from_slice(&bits[..words]),
@@ -293,35 +274,34 @@ impl<R: Real> Columns<R> {
             Condition::Changes(column) => {
                 let ConditionMemory::Number(last) = memory else { return mismatched() };
                 let column = block.column(*column);
-                let mut before = if now == 0 { column.get(0).unwrap_or_default() } else { *last };
+                let mut before = if now == 0 { column.first().copied().unwrap_or_default() } else { *last };
                 out.fill(0);
                 // Compared by bits: objects are counted, not measured. Most columns stand still.
-                if block.inside && with_slices!([column = column;] !stands_still(column, before, len)) {
+                if block.inside && !stands_still(column, before, len) {
                     for (at, now) in column.iter().enumerate() {
                         out[at / 64] |= u64::from(now.to_bits() != before.to_bits()) << (at % 64);
-                        before = now;
+                        before = *now;
                     }
                 }
-                *last = column.get(len - 1).unwrap_or(before);
+                *last = column.get(len - 1).copied().unwrap_or(before);
             }
             Condition::Compare(comparison, a, b) => {
                 let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
                 match (plan.constant(*a), plan.constant(*b)) {
                     (Some(a), Some(b)) => out.fill(if comparison.holds(a, b) { u64::MAX } else { 0 }),
-                    (None, Some(b)) => with_slices!([a = arg(a);] compare(*comparison, a, R::of(b), len, out)),
-                    (Some(a), None) => with_slices!([b = arg(b);] compare(comparison.swapped(), b, R::of(a), len, out)),
-                    (None, None) => {
-                        with_slices!([a = arg(a); b = arg(b);] compare_both::<R>(*comparison, a, b, len, out))
-                    }
+                    (None, Some(b)) => compare(*comparison, arg(a), b, len, out),
+                    (Some(a), None) => compare(comparison.swapped(), arg(b), a, len, out),
+                    (None, None) => compare_both(*comparison, arg(a), arg(b), len, out),
                 }
             }
             Condition::NormSquaredCmp(comparison, Vector { of, minus }, threshold) => {
                 let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
-                let (of, threshold) = (of.each_ref().map(arg), R::of(threshold.get()));
+                let (of, threshold) = (of.each_ref().map(arg), threshold.get());
                 match minus {
-                    None => with_slices!([of = each of;] compare(*comparison, squares(of), threshold, len, out)),
-                    Some(minus) => with_slices!([of = each of; minus = each minus.each_ref().map(arg);]
-                        compare(*comparison, squared_distance(of, minus), threshold, len, out)),
+                    None => compare(*comparison, squares(of), threshold, len, out),
+                    Some(minus) => {
+                        compare(*comparison, squared_distance(of, minus.each_ref().map(arg)), threshold, len, out)
+                    }
                 }
             }
             Condition::Not(a) => {
@@ -368,13 +348,13 @@ impl<R: Real> Columns<R> {
 }
 
 /// All steps of a plan over one block.
-struct Steps<'a, 'b, R: Real> {
-    columns: &'a mut Columns<R>,
+struct Steps<'a, 'b> {
+    columns: &'a mut Columns,
     plan: &'a Plan,
     block: &'a Block<'b>,
 }
 
-impl<R: Real> NullaryFnOnce for Steps<'_, '_, R> {
+impl NullaryFnOnce for Steps<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -390,10 +370,10 @@ impl<R: Real> NullaryFnOnce for Steps<'_, '_, R> {
 }
 
 #[inline(always)]
-fn number_column<'a, R: Real>(plan: &Plan, numbers: &'a Buffers<R>, id: NumberId, block: &Block<'a>) -> Values<'a> {
+fn number_column<'a>(plan: &Plan, numbers: &'a Buffers, id: NumberId, block: &Block<'a>) -> &'a [f64] {
     match plan.numbers[id.index()].0 {
         Number::Input(column) => block.column(column),
-        _ => R::values(numbers.get(id, block.len)),
+        _ => numbers.get(id, block.len),
     }
 }
 
@@ -431,19 +411,19 @@ fn fold<'a>(
 
 /// The sum of some columns, from the first to the last: in one go for the fingers of a hand.
 #[inline(always)]
-fn sum<'a, R: Real>(all: &[NumberId], arg: impl Fn(&NumberId) -> Values<'a> + Copy, out: &mut [R]) {
+fn sum<'a>(all: &[NumberId], arg: impl Fn(&NumberId) -> &'a [f64] + Copy, out: &mut [f64]) {
     let rest = match all {
         [] => return,
         [a, b, c, d, e, rest @ ..] => {
-            with_slices!([all = each [a, b, c, d, e].map(arg);] write(Sum(all), out));
+            write(Sum([a, b, c, d, e].map(arg)), out);
             rest
         }
-        [a, b, c, d] => return with_slices!([all = each [a, b, c, d].map(arg);] write(Sum(all), out)),
-        [a, b, c] => return with_slices!([all = each [a, b, c].map(arg);] write(Sum(all), out)),
-        [a, b] => return with_slices!([all = each [a, b].map(arg);] write(Sum(all), out)),
-        [a] => return with_slices!([a = arg(a);] write(a, out)),
+        [a, b, c, d] => return write(Sum([a, b, c, d].map(arg)), out),
+        [a, b, c] => return write(Sum([a, b, c].map(arg)), out),
+        [a, b] => return write(Sum([a, b].map(arg)), out),
+        [a] => return write(arg(a), out),
     };
     for a in rest {
-        with_slices!([a = arg(a);] add(a, out));
+        add(arg(a), out);
     }
 }

@@ -7,27 +7,26 @@ use super::machine::Machine;
 use super::plan::Plan;
 use crate::base::error::InputError;
 use crate::engine::runs::{Leaves, Run, append};
-use crate::engine::width::Real;
 use crate::graph::Graph;
-use crate::stream::frames::{Frames, Layout, Values};
+use crate::stream::frames::{Frames, Layout};
 
-/// A run in progress, in numbers of one [width](crate::engine::width).
+/// A run in progress.
 #[derive(Clone, Debug)]
-pub struct Evaluator<R: Real = f64> {
+pub struct Evaluator {
     plan: Plan,
-    columns: Columns<R>,
+    columns: Columns,
     machine: Machine,
     /// Frames taken in since the stretch began.
     taken: usize,
 }
 
-impl<R: Real> Evaluator<R> {
+impl Evaluator {
     /// Instantiates a graph for a log with these slots.
     ///
     /// # Errors
     /// When the rate cannot honour a duration of the rules.
     pub fn new(graph: &Graph, layout: &Layout) -> Result<Self, InputError> {
-        let plan = instantiate(graph, layout, R::WIDTH)?;
+        let plan = instantiate(graph, layout)?;
         Ok(Self { columns: Columns::new(&plan), machine: Machine::new(&plan), plan, taken: 0 })
     }
 
@@ -38,7 +37,7 @@ impl<R: Real> Evaluator<R> {
 
     /// Takes frames `start..start + len` of columns in the order of `Plan::inputs`. Runs of leaves that end are given to `emit` with the
     /// position of their tree in `Plan::trees`; frames are counted from the beginning of the stretch.
-    pub fn push(&mut self, columns: &[Values<'_>], start: usize, len: usize, emit: &mut impl FnMut(usize, Run)) {
+    pub fn push(&mut self, columns: &[&[f64]], start: usize, len: usize, emit: &mut impl FnMut(usize, Run)) {
         for offset in (0..len).step_by(BLOCK) {
             let len = BLOCK.min(len - offset);
             self.block(&Block { columns, start: start + offset, len, known: offset, inside: true, leaves: &[] }, emit);
@@ -77,22 +76,22 @@ impl<R: Real> Evaluator<R> {
     }
 }
 
-/// Evaluates a whole log, stretch by stretch, in 64 bits, whatever its columns have.
+/// Evaluates a whole log, stretch by stretch.
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
 pub fn evaluate(graph: &Graph, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
-    evaluate_in::<f64>(graph, frames, usize::MAX)
+    evaluate_in_blocks(graph, frames, usize::MAX)
 }
 
-/// The same in numbers of a width, pushing at most `block` frames at a time: the leaves do not depend on that.
+/// The same, pushing at most `block` frames at a time: the leaves do not depend on that.
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
-pub fn evaluate_in<R: Real>(graph: &Graph, frames: &Frames, block: usize) -> Result<Vec<Leaves>, InputError> {
-    let mut evaluator = Evaluator::<R>::new(graph, &frames.layout)?;
+pub fn evaluate_in_blocks(graph: &Graph, frames: &Frames, block: usize) -> Result<Vec<Leaves>, InputError> {
+    let mut evaluator = Evaluator::new(graph, &frames.layout)?;
     let inputs = evaluator.plan().inputs.clone();
-    let columns: Vec<Values<'_>> = inputs.iter().map(|key| frames.column(*key).unwrap_or(Values::NONE)).collect();
+    let columns: Vec<&[f64]> = inputs.iter().map(|key| frames.column(*key).unwrap_or(&[])).collect();
     let sides: Vec<_> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
     let mut all = Vec::with_capacity(frames.stretches.len());
     for stretch in &frames.stretches {

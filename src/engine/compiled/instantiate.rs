@@ -14,7 +14,6 @@ use crate::base::channels::{Axis, DISTANCE_KNOWN, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::semantics::{absent, internal, samples, slots};
-use crate::engine::width::Width;
 use crate::graph::{Decision, FloatBits, Graph, Op, Test, Tree, ValueId};
 use crate::language::rules::{Function, Label, LatchId, TreeScope};
 use crate::stream::frames::{ColumnKey, Layout};
@@ -25,12 +24,12 @@ use std::rc::Rc;
 /// The most memory from one frame to the next, in bytes.
 const MAX_STATE: usize = 256 << 20;
 
-/// Instantiates a graph for the slots of a log, and for numbers of a width.
+/// Instantiates a graph for the slots of a log.
 ///
 /// # Errors
 /// When the rate cannot honour a duration: shorter than one sample.
-pub fn instantiate(graph: &Graph, layout: &Layout, width: Width) -> Result<Plan, InputError> {
-    let mut instantiation = Instantiation::new(graph, layout, width);
+pub fn instantiate(graph: &Graph, layout: &Layout) -> Result<Plan, InputError> {
+    let mut instantiation = Instantiation::new(graph, layout);
     let trees = instantiation.list_trees();
     // The trees are known before their tests: `from` names a tree by its position.
     let empty = |root| Decision { tests: Vec::new(), root };
@@ -80,8 +79,7 @@ pub fn instantiate_outputs(
     layout: &Layout,
     values: &[(ValueId, Option<Side>)],
 ) -> Result<(Plan, Vec<Output>), InputError> {
-    let mut instantiation =
-        Instantiation { leaves: Some(HashMap::new()), ..Instantiation::new(graph, layout, Width::Wide) };
+    let mut instantiation = Instantiation { leaves: Some(HashMap::new()), ..Instantiation::new(graph, layout) };
     instantiation.make_all(values.to_vec())?;
     let mut outputs = Vec::with_capacity(values.len());
     for (id, side) in values {
@@ -125,7 +123,6 @@ impl Slots {
 
 struct Instantiation<'a> {
     graph: &'a Graph,
-    width: Width,
     plan: Plan,
     numbers: HashMap<Number, NumberId>,
     conditions: HashMap<Condition, BitId>,
@@ -156,10 +153,9 @@ fn share<K: Clone + Eq + Hash, V>(
 }
 
 impl<'a> Instantiation<'a> {
-    fn new(graph: &'a Graph, layout: &Layout, width: Width) -> Self {
+    fn new(graph: &'a Graph, layout: &Layout) -> Self {
         Self {
             graph,
-            width,
             plan: Plan { layout: layout.clone(), ..Plan::default() },
             numbers: HashMap::new(),
             conditions: HashMap::new(),
@@ -250,7 +246,7 @@ impl<'a> Instantiation<'a> {
     }
 
     fn constant(&mut self, number: f64) -> NumberId {
-        self.number(Number::Constant(FloatBits::new(self.width.round(number))), 0)
+        self.number(Number::Constant(FloatBits::new(number)), 0)
     }
 
     fn input(&mut self, key: ColumnKey) -> u32 {

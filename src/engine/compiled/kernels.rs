@@ -1,12 +1,9 @@
 //! Loops over a block that the compiler turns into vector instructions. They are inlined into [`super::columns::Columns::run`], which is compiled
 //! once for every instruction set of the processor family and picks one at run time; no product is fused with a sum, so all give the same bits.
 //!
-//! What a loop computes is put together from [`Lanes`] and written once, for numbers of either [width](crate::engine::width): columns of the other one are converted
-//! in a register, and the differences and squares of a length are never written down.
+//! What a loop computes is put together from [`Lanes`]: the differences and squares of a length are never written down.
 
-use crate::engine::width::{Reads, Real};
 use crate::language::rules::Comparison;
-use crate::stream::frames::Values;
 
 /// Frames that a loop takes at once: what the widest registers hold.
 pub const ROW: usize = 8;
@@ -14,25 +11,25 @@ pub const ROW: usize = 8;
 /// A number per frame of a block: a column, or what is made of some.
 ///
 /// Loops go over rows by their position: iterators are not always inlined into code for other instructions than the program's own.
-pub trait Lanes<R: Real>: Copy {
+pub trait Lanes: Copy {
     /// The frames, a row at a time.
-    type Rows: Rows<R>;
+    type Rows: Rows;
     /// The first `count` rows; all of them are there.
     fn rows(self, count: usize) -> Self::Rows;
     /// The first `len` frames; all of them are there.
     fn first(self, len: usize) -> Self;
     /// The number of a frame.
-    fn at(self, frame: usize) -> R;
+    fn at(self, frame: usize) -> f64;
 }
 
 /// Rows of [`ROW`] frames.
-pub trait Rows<R: Real>: Copy {
+pub trait Rows: Copy {
     /// The numbers of a row.
-    fn row(self, at: usize) -> [R; ROW];
+    fn row(self, at: usize) -> [f64; ROW];
 }
 
-impl<'a, R: Real, T: Reads> Lanes<R> for &'a [T] {
-    type Rows = &'a [[T; ROW]];
+impl<'a> Lanes for &'a [f64] {
+    type Rows = &'a [[f64; ROW]];
 
     #[inline(always)]
     fn rows(self, count: usize) -> Self::Rows {
@@ -45,47 +42,15 @@ impl<'a, R: Real, T: Reads> Lanes<R> for &'a [T] {
     }
 
     #[inline(always)]
-    fn at(self, frame: usize) -> R {
-        self[frame].read()
+    fn at(self, frame: usize) -> f64 {
+        self[frame]
     }
 }
 
-impl<R: Real, T: Reads> Rows<R> for &[[T; ROW]] {
+impl Rows for &[[f64; ROW]] {
     #[inline(always)]
-    fn row(self, at: usize) -> [R; ROW] {
-        let mut row = [R::ZERO; ROW];
-        let mut lane = 0;
-        while lane < ROW {
-            row[lane] = self[at][lane].read();
-            lane += 1;
-        }
-        row
-    }
-}
-
-/// Columns of different widths, which are asked one by one: for the few vectors that are made of such.
-impl<'a, R: Real> Lanes<R> for Values<'a> {
-    type Rows = Values<'a>;
-
-    #[inline(always)]
-    fn rows(self, _: usize) -> Self::Rows {
-        self
-    }
-
-    #[inline(always)]
-    fn first(self, _: usize) -> Self {
-        self
-    }
-
-    #[inline(always)]
-    fn at(self, frame: usize) -> R {
-        R::of(self.get(frame).unwrap_or_default())
-    }
-}
-
-impl<R: Real> Rows<R> for Values<'_> {
-    fn row(self, at: usize) -> [R; ROW] {
-        std::array::from_fn(|lane| R::of(self.get(at * ROW + lane).unwrap_or_default()))
+    fn row(self, at: usize) -> [f64; ROW] {
+        self[at]
     }
 }
 
@@ -94,8 +59,8 @@ impl<R: Real> Rows<R> for Values<'_> {
 pub struct Of<L, F>(pub L, pub F);
 
 macro_rules! of {
-    ($($part:ident: $kind:ident $number:ident),+) => {
-        impl<R: Real, $($kind: Lanes<R>,)+ F: Copy + Fn($($number),+) -> R> Lanes<R> for Of<($($kind,)+), F> {
+    ($($part:ident: $kind:ident $number:ty),+) => {
+        impl<$($kind: Lanes,)+ F: Copy + Fn($($number),+) -> f64> Lanes for Of<($($kind,)+), F> {
             type Rows = Of<($($kind::Rows,)+), F>;
 
             #[inline(always)]
@@ -111,18 +76,18 @@ macro_rules! of {
             }
 
             #[inline(always)]
-            fn at(self, frame: usize) -> R {
+            fn at(self, frame: usize) -> f64 {
                 let Self(($($part,)+), f) = self;
                 f($($part.at(frame)),+)
             }
         }
 
-        impl<R: Real, $($kind: Rows<R>,)+ F: Copy + Fn($($number),+) -> R> Rows<R> for Of<($($kind,)+), F> {
+        impl<$($kind: Rows,)+ F: Copy + Fn($($number),+) -> f64> Rows for Of<($($kind,)+), F> {
             #[inline(always)]
-            fn row(self, at: usize) -> [R; ROW] {
+            fn row(self, at: usize) -> [f64; ROW] {
                 let Self(($($part,)+), f) = self;
                 $(let $part = $part.row(at);)+
-                let mut row = [R::ZERO; ROW];
+                let mut row = [0.0; ROW];
                 let mut lane = 0;
                 while lane < ROW {
                     row[lane] = f($($part[lane]),+);
@@ -134,16 +99,16 @@ macro_rules! of {
     };
 }
 
-of!(a: A R);
-of!(a: A R, b: B R);
-of!(a: A R, b: B R, c: C R);
-of!(a: A R, b: B R, c: C R, d: D R, e: E R, g: G R);
+of!(a: A f64);
+of!(a: A f64, b: B f64);
+of!(a: A f64, b: B f64, c: C f64);
+of!(a: A f64, b: B f64, c: C f64, d: D f64, e: E f64, g: G f64);
 
 /// The sum of some lanes, from the first to the last.
 #[derive(Clone, Copy)]
 pub struct Sum<L, const N: usize>(pub [L; N]);
 
-impl<R: Real, L: Lanes<R>, const N: usize> Lanes<R> for Sum<L, N> {
+impl<L: Lanes, const N: usize> Lanes for Sum<L, N> {
     type Rows = Sum<L::Rows, N>;
 
     #[inline(always)]
@@ -157,27 +122,27 @@ impl<R: Real, L: Lanes<R>, const N: usize> Lanes<R> for Sum<L, N> {
     }
 
     #[inline(always)]
-    fn at(self, frame: usize) -> R {
+    fn at(self, frame: usize) -> f64 {
         let mut sum = self.0[0].at(frame);
         let mut part = 1;
         while part < N {
-            sum = sum + self.0[part].at(frame);
+            sum += self.0[part].at(frame);
             part += 1;
         }
         sum
     }
 }
 
-impl<R: Real, L: Rows<R>, const N: usize> Rows<R> for Sum<L, N> {
+impl<L: Rows, const N: usize> Rows for Sum<L, N> {
     #[inline(always)]
-    fn row(self, at: usize) -> [R; ROW] {
+    fn row(self, at: usize) -> [f64; ROW] {
         let mut sums = self.0[0].row(at);
         let mut part = 1;
         while part < N {
             let row = self.0[part].row(at);
             let mut lane = 0;
             while lane < ROW {
-                sums[lane] = sums[lane] + row[lane];
+                sums[lane] += row[lane];
                 lane += 1;
             }
             part += 1;
@@ -186,73 +151,20 @@ impl<R: Real, L: Rows<R>, const N: usize> Rows<R> for Sum<L, N> {
     }
 }
 
-/// Runs an expression with columns as slices of the width that they have. Lists of columns are of one width, or else asked one by one.
-macro_rules! with_slices {
-    ([] $body:expr) => { $body };
-    ([$name:ident = each $columns:expr; $($rest:tt)*] $body:expr) => {{
-        let columns = $columns;
-        if let Some($name) = columns.wide() {
-            with_slices!([$($rest)*] $body)
-        } else if let Some($name) = columns.narrow() {
-            with_slices!([$($rest)*] $body)
-        } else {
-            let $name = columns;
-            with_slices!([$($rest)*] $body)
-        }
-    }};
-    ([$name:ident = $column:expr; $($rest:tt)*] $body:expr) => {
-        match $column {
-            Values::Wide($name) => with_slices!([$($rest)*] $body),
-            Values::Narrow($name) => with_slices!([$($rest)*] $body),
-        }
-    };
-}
-pub(super) use with_slices;
-
-/// Several columns.
-pub trait Several<'a, const N: usize> {
-    /// Their slices, when all are of 64 bits.
-    fn wide(&self) -> Option<[&'a [f64]; N]>;
-    /// Their slices, when all are of 32 bits.
-    fn narrow(&self) -> Option<[&'a [f32]; N]>;
-}
-
-impl<'a, const N: usize> Several<'a, N> for [Values<'a>; N] {
-    #[inline(always)]
-    fn wide(&self) -> Option<[&'a [f64]; N]> {
-        let mut slices: [&[f64]; N] = [&[]; N];
-        for (slice, values) in slices.iter_mut().zip(self) {
-            let Values::Wide(values) = values else { return None };
-            *slice = values;
-        }
-        Some(slices)
-    }
-
-    #[inline(always)]
-    fn narrow(&self) -> Option<[&'a [f32]; N]> {
-        let mut slices: [&[f32]; N] = [&[]; N];
-        for (slice, values) in slices.iter_mut().zip(self) {
-            let Values::Narrow(values) = values else { return None };
-            *slice = values;
-        }
-        Some(slices)
-    }
-}
-
 /// Writes lanes down.
 #[inline(always)]
-pub fn write<R: Real>(lanes: impl Lanes<R>, out: &mut [R]) {
+pub fn write(lanes: impl Lanes, out: &mut [f64]) {
     put(lanes, out, |_, number| number);
 }
 
 /// Adds lanes to what is written.
 #[inline(always)]
-pub fn add<R: Real>(lanes: impl Lanes<R>, out: &mut [R]) {
+pub fn add(lanes: impl Lanes, out: &mut [f64]) {
     put(lanes, out, |sum, number| sum + number);
 }
 
 #[inline(always)]
-fn put<R: Real>(lanes: impl Lanes<R>, out: &mut [R], f: impl Fn(R, R) -> R) {
+fn put(lanes: impl Lanes, out: &mut [f64], f: impl Fn(f64, f64) -> f64) {
     let len = out.len();
     let numbers = lanes.first(len);
     let mut frame = 0;
@@ -264,17 +176,14 @@ fn put<R: Real>(lanes: impl Lanes<R>, out: &mut [R], f: impl Fn(R, R) -> R) {
 
 /// `x² + y² + z²`.
 #[inline(always)]
-pub fn squares<R: Real, L: Lanes<R>>([x, y, z]: [L; 3]) -> impl Lanes<R> {
-    Of((x, y, z), |x: R, y: R, z: R| x * x + y * y + z * z)
+pub fn squares<L: Lanes>([x, y, z]: [L; 3]) -> impl Lanes {
+    Of((x, y, z), |x: f64, y: f64, z: f64| x * x + y * y + z * z)
 }
 
 /// The squared length of a difference.
 #[inline(always)]
-pub fn squared_distance<R: Real, A: Lanes<R>, B: Lanes<R>>(
-    [ax, ay, az]: [A; 3],
-    [bx, by, bz]: [B; 3],
-) -> impl Lanes<R> {
-    Of((ax, ay, az, bx, by, bz), |ax: R, ay: R, az: R, bx: R, by: R, bz: R| {
+pub fn squared_distance<A: Lanes, B: Lanes>([ax, ay, az]: [A; 3], [bx, by, bz]: [B; 3]) -> impl Lanes {
+    Of((ax, ay, az, bx, by, bz), |ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64| {
         let (x, y, z) = (ax - bx, ay - by, az - bz);
         x * x + y * y + z * z
     })
@@ -282,13 +191,13 @@ pub fn squared_distance<R: Real, A: Lanes<R>, B: Lanes<R>>(
 
 /// `ax * bx + ay * by + az * bz`.
 #[inline(always)]
-pub fn dot<R: Real, A: Lanes<R>, B: Lanes<R>>([ax, ay, az]: [A; 3], [bx, by, bz]: [B; 3]) -> impl Lanes<R> {
-    Of((ax, ay, az, bx, by, bz), |ax: R, ay: R, az: R, bx: R, by: R, bz: R| ax * bx + ay * by + az * bz)
+pub fn dot<A: Lanes, B: Lanes>([ax, ay, az]: [A; 3], [bx, by, bz]: [B; 3]) -> impl Lanes {
+    Of((ax, ay, az, bx, by, bz), |ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64| ax * bx + ay * by + az * bz)
 }
 
 /// `lanes op constant` on the first `len` frames, a bit a frame.
 #[inline(always)]
-pub fn compare<R: Real>(comparison: Comparison, lanes: impl Lanes<R>, constant: R, len: usize, out: &mut [u64]) {
+pub fn compare(comparison: Comparison, lanes: impl Lanes, constant: f64, len: usize, out: &mut [u64]) {
     match comparison {
         Comparison::Less => test(lanes, len, out, |number| number < constant),
         Comparison::LessEqual => test(lanes, len, out, |number| number <= constant),
@@ -301,50 +210,47 @@ pub fn compare<R: Real>(comparison: Comparison, lanes: impl Lanes<R>, constant: 
 
 /// `lanes op lanes` on the first `len` frames, a bit a frame. Which comparison it is must be known outside of the loop.
 #[inline(always)]
-pub fn compare_both<R: Real>(comparison: Comparison, a: impl Lanes<R>, b: impl Lanes<R>, len: usize, out: &mut [u64]) {
-    let one = |holds: bool| R::of(if holds { 1.0 } else { 0.0 });
-    let is_one = |number: R| number > R::ZERO;
+pub fn compare_both(comparison: Comparison, a: impl Lanes, b: impl Lanes, len: usize, out: &mut [u64]) {
+    let one = |holds: bool| if holds { 1.0 } else { 0.0 };
+    let is_one = |number: f64| number > 0.0;
     match comparison {
-        Comparison::Less => test(Of((a, b), |a: R, b: R| one(a < b)), len, out, is_one),
-        Comparison::LessEqual => test(Of((a, b), |a: R, b: R| one(a <= b)), len, out, is_one),
-        Comparison::Greater => test(Of((a, b), |a: R, b: R| one(a > b)), len, out, is_one),
-        Comparison::GreaterEqual => test(Of((a, b), |a: R, b: R| one(a >= b)), len, out, is_one),
-        Comparison::Equal => test(Of((a, b), |a: R, b: R| one(a == b)), len, out, is_one),
-        Comparison::NotEqual => test(Of((a, b), |a: R, b: R| one(a != b)), len, out, is_one),
+        Comparison::Less => test(Of((a, b), |a: f64, b: f64| one(a < b)), len, out, is_one),
+        Comparison::LessEqual => test(Of((a, b), |a: f64, b: f64| one(a <= b)), len, out, is_one),
+        Comparison::Greater => test(Of((a, b), |a: f64, b: f64| one(a > b)), len, out, is_one),
+        Comparison::GreaterEqual => test(Of((a, b), |a: f64, b: f64| one(a >= b)), len, out, is_one),
+        Comparison::Equal => test(Of((a, b), |a: f64, b: f64| one(a == b)), len, out, is_one),
+        Comparison::NotEqual => test(Of((a, b), |a: f64, b: f64| one(a != b)), len, out, is_one),
     }
 }
 
-/// Each lane of a row gathers the bits of its own frames in as many bits as its numbers have, so that nothing goes from lane to lane but at the end of a mask.
+/// Each lane of a row gathers the bits of its own frames, so that nothing goes from lane to lane but at the end of a word.
 #[inline(always)]
-fn test<R: Real>(lanes: impl Lanes<R>, len: usize, out: &mut [u64], f: impl Fn(R) -> bool) {
+fn test(lanes: impl Lanes, len: usize, out: &mut [u64], f: impl Fn(f64) -> bool) {
     let count = len / ROW;
     let rows = lanes.rows(count);
-    let mut mask = 0;
-    while mask * R::FRAMES < len {
-        let (mut gathered, mut bits) = ([R::NONE; ROW], [R::FIRST; ROW]);
+    let mut word = 0;
+    while word * 64 < len {
+        let (mut gathered, mut bits) = ([0_u64; ROW], [1_u64; ROW]);
         let mut lane = 1;
         while lane < ROW {
             bits[lane] = bits[lane - 1] << 1;
             lane += 1;
         }
-        let end = count.min((mask + 1) * (R::FRAMES / ROW));
-        let mut at = mask * (R::FRAMES / ROW);
+        let end = count.min((word + 1) * (64 / ROW));
+        let mut at = word * (64 / ROW);
         while at < end {
             let row = rows.row(at);
             let mut lane = 0;
             while lane < ROW {
-                gathered[lane] |= if f(row[lane]) { bits[lane] } else { R::NONE };
-                bits[lane] = bits[lane] << ROW as u32;
+                gathered[lane] |= if f(row[lane]) { bits[lane] } else { 0 };
+                bits[lane] <<= ROW;
                 lane += 1;
             }
             at += 1;
         }
         let [a, b, c, d, e, f, g, h] = gathered;
-        let found: u64 = (a | b | c | d | e | f | g | h).into();
-        let first = mask * R::FRAMES;
-        // A mask of half a word comes after the other half.
-        out[first / 64] = if first % 64 == 0 { found } else { out[first / 64] | found << (first % 64) };
-        mask += 1;
+        out[word] = a | b | c | d | e | f | g | h;
+        word += 1;
     }
     for frame in count * ROW..len {
         out[frame / 64] |= u64::from(f(lanes.at(frame))) << (frame % 64);
@@ -353,7 +259,7 @@ fn test<R: Real>(lanes: impl Lanes<R>, len: usize, out: &mut [u64], f: impl Fn(R
 
 /// Whether all frames are one number, bit for bit.
 #[inline(always)]
-pub fn stands_still(lanes: impl Lanes<f64>, number: f64, len: usize) -> bool {
+pub fn stands_still(lanes: impl Lanes, number: f64, len: usize) -> bool {
     let lanes = lanes.first(len);
     let (mut differs, mut frame) = (0, 0);
     while frame < len {

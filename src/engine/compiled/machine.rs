@@ -7,7 +7,6 @@ use super::plan::{Plan, StatefulId, StatefulNode};
 use crate::engine::runs::Run;
 use crate::engine::semantics::mismatched;
 use crate::engine::temporal::State;
-use crate::engine::width::Real;
 use crate::graph::{Decision, Leaf, Target};
 use crate::language::rules::Label;
 
@@ -98,14 +97,7 @@ impl Machine {
 
     /// Runs the block that `columns` holds, but for its first `skip` frames, which lie before the machine's first one.
     /// Runs of leaves that end are given to `emit` with the position of their tree; frames are counted from the stretch's beginning.
-    pub fn run<R: Real>(
-        &mut self,
-        plan: &Plan,
-        columns: &Columns<R>,
-        skip: usize,
-        len: usize,
-        emit: &mut impl FnMut(usize, Run),
-    ) {
+    pub fn run(&mut self, plan: &Plan, columns: &Columns, skip: usize, len: usize, emit: &mut impl FnMut(usize, Run)) {
         if skip >= len {
             return;
         }

@@ -15,7 +15,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::graph::{ValueId, lower_values};
 use crate::language::rules::{Branch, Expr, ExprKind, Hand, Label, Rules, Then, Tree, TreeScope};
-use crate::stream::frames::{Frames, Values};
+use crate::stream::frames::Frames;
 use replay::{Replay, runs_of};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -159,9 +159,9 @@ impl<'a> Inspector<'a> {
                 sides.extend(reads_target(&self.rules.channels[channel.index()].name, hand.side(this)));
             }
         });
-        let targets: Vec<Values<'_>> = sides.into_iter().filter_map(|side| target_of(self.frames, side)).collect();
+        let targets: Vec<&[f64]> = sides.into_iter().filter_map(|side| target_of(self.frames, side)).collect();
         let start = self.leaves.frames.start;
-        let changed = |frame: &usize| targets.iter().any(|target| changes(*target, *frame));
+        let changed = |frame: &usize| targets.iter().any(|target| changes(target, *frame));
         (start + 1..=frame).rev().find(changed).unwrap_or(start)
     }
 

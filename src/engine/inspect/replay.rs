@@ -9,7 +9,7 @@ use crate::engine::compiled::instantiate::{Output, instantiate_outputs};
 use crate::engine::compiled::plan::{BitId, LeafBefore, NumberId, Plan, Step};
 use crate::engine::runs::{Leaves, Run};
 use crate::graph::{Graph, ValueId};
-use crate::stream::frames::{Frames, Values};
+use crate::stream::frames::Frames;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::rc::Rc;
@@ -23,14 +23,14 @@ pub(super) struct Replay<'a> {
     plan: Plan,
     outputs: Vec<Output>,
     /// The columns of the log over the stretch, in the order of the plan's inputs.
-    inputs: Vec<Values<'a>>,
+    inputs: Vec<&'a [f64]>,
     /// The blocks in which the stretch is evaluated, those after its end among them.
     blocks: Vec<Range<usize>>,
-    columns: Columns<f64>,
+    columns: Columns,
     /// The block that `columns` holds.
     held: usize,
     /// The state before every `spacing`th block.
-    states: Vec<Memory<f64>>,
+    states: Vec<Memory>,
     spacing: usize,
     /// By position in the plan: the conditions among the outputs.
     bits: BTreeMap<u32, Rc<Bits>>,
@@ -57,7 +57,7 @@ impl<'a> Replay<'a> {
     ) -> Result<Self, InputError> {
         let (plan, outputs) = instantiate_outputs(graph, &frames.layout, values)?;
         let stretch = leaves.frames.clone();
-        let input = |key| frames.column(key).and_then(|column| column.part(stretch.clone())).unwrap_or(Values::NONE);
+        let input = |key| frames.column(key).and_then(|column| column.get(stretch.clone())).unwrap_or(&[]);
         let inputs = plan.inputs.iter().map(|key| input(*key)).collect();
         let delays = outputs.iter().flat_map(|output| output.slots.iter().flatten()).map(|node| plan.delay_of(*node));
         let (len, delay) = (stretch.len(), delays.max().unwrap_or(0) as usize);
@@ -93,11 +93,10 @@ impl<'a> Replay<'a> {
     fn run(&mut self, at: usize) {
         let Some(block) = self.blocks.get(at).cloned() else { return };
         let inside = block.start < self.leaves.frames.len();
-        let columns: Vec<Values<'_>> =
-            self.inputs.iter().map(|input| input.part(block.clone()).unwrap_or(Values::NONE)).collect();
+        let columns: Vec<&[f64]> = self.inputs.iter().map(|input| input.get(block.clone()).unwrap_or(&[])).collect();
         let leaves: Vec<Vec<u64>> =
             self.plan.leaves.iter().map(|before| bits_before(before, self.leaves, &block)).collect();
-        let columns: &[Values<'_>] = if inside { &columns } else { &[] };
+        let columns: &[&[f64]] = if inside { &columns } else { &[] };
         let block = Block { columns, start: 0, len: block.len(), known: 0, inside, leaves: &leaves };
         self.columns.run(&self.plan, &block);
         self.held = at;
@@ -151,7 +150,7 @@ impl<'a> Replay<'a> {
         }
         let delay = self.plan.delay_of(Step::Number(id)) as usize;
         if let Some(input) = self.plan.input_of(id).and_then(|input| self.inputs.get(input)) {
-            places.zip(frames).for_each(|(place, frame)| *place = input.get(frame).unwrap_or(0.0));
+            places.zip(frames).for_each(|(place, frame)| *place = input.get(frame).copied().unwrap_or(0.0));
             return;
         }
         let mut frame = frames.start;

@@ -12,7 +12,6 @@ use super::compiled::instantiate::instantiate;
 use super::compiled::machine::Machine;
 use super::compiled::plan::Plan;
 use super::runs::Run;
-use super::width::Width;
 use crate::base::error::InputError;
 use crate::graph::Graph;
 use crate::stream::frames::Layout;
@@ -44,7 +43,7 @@ impl Stepper {
     /// # Errors
     /// When the rate cannot honour a duration of the rules.
     pub fn new(graph: &Graph, layout: &Layout) -> Result<Self, InputError> {
-        let plan = instantiate(graph, layout, Width::Wide)?;
+        let plan = instantiate(graph, layout)?;
         let ranks = ranks::Ranks::of(&plan);
         let mut stepper = Self {
             ranks: (0..=ranks.highest())

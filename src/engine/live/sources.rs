@@ -66,12 +66,12 @@ struct Summary {
     number: Place,
     since: Option<BitId>,
     restart: Option<BitId>,
-    over: summary::Over<f64>,
-    state: summary::State<f64>,
+    over: summary::Over,
+    state: summary::State,
 }
 
 impl Summary {
-    fn frame(&self, values: &[f64], bits: &[bool]) -> summary::Frame<f64> {
+    fn frame(&self, values: &[f64], bits: &[bool]) -> summary::Frame {
         let is = |id: Option<BitId>| id.is_some_and(|id| bits[id.index()]);
         summary::Frame { now: values[self.number as usize], holds: is(self.since), anew: is(self.restart) }
     }

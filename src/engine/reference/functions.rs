@@ -2,7 +2,6 @@
 
 use crate::base::channels::Shape;
 use crate::engine::semantics::absent;
-use crate::engine::width::Width;
 use crate::language::rules::{Arithmetic, Expr, Function};
 
 /// The value of an expression on a frame.
@@ -69,109 +68,105 @@ pub(super) fn numbers(value: &Value, f: impl Fn(f64) -> f64) -> Value {
     }
 }
 
-/// Arithmetic, each operation rounded.
-impl Width {
-    pub(super) fn arithmetic(self, operation: Arithmetic, a: &Value, b: &Value) -> Value {
-        let f = |a: f64, b: f64| self.round(operation.apply(a, b));
-        match (a, b) {
-            (Value::Vector(a), Value::Vector(b)) => Value::Vector(a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()),
-            (Value::Vector(_), b) => numbers(a, |a| f(a, scalar(b))),
-            (a, Value::Vector(_)) => numbers(b, |b| f(scalar(a), b)),
-            (a, b) => Value::Number(f(scalar(a), scalar(b))),
+pub(super) fn arithmetic(operation: Arithmetic, a: &Value, b: &Value) -> Value {
+    let f = |a: f64, b: f64| operation.apply(a, b);
+    match (a, b) {
+        (Value::Vector(a), Value::Vector(b)) => Value::Vector(a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()),
+        (Value::Vector(_), b) => numbers(a, |a| f(a, scalar(b))),
+        (a, Value::Vector(_)) => numbers(b, |b| f(scalar(a), b)),
+        (a, b) => Value::Number(f(scalar(a), scalar(b))),
+    }
+}
+
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let products = a.iter().zip(b).map(|(a, b)| a * b);
+    products.reduce(|sum, product| sum + product).unwrap_or(0.0)
+}
+
+fn cross(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let part = |at: usize| {
+        let (next, last) = ((at + 1) % 3, (at + 2) % 3);
+        a[next] * b[last] - a[last] * b[next]
+    };
+    (0..3).map(part).collect()
+}
+
+/// The angle between two vec3, or of the turn between two rotations.
+fn angle(a: &[f64], b: &[f64]) -> f64 {
+    let ([aw, a_xyz @ ..], [bw, b_xyz @ ..]) = (a, b) else { return 0.0 };
+    if a_xyz.len() < 3 {
+        return norm(&cross(a, b)).atan2(dot(a, b));
+    }
+    let across = cross(a_xyz, b_xyz).into_iter().zip(a_xyz.iter().zip(b_xyz));
+    let turn = across.map(|(across, (a, b))| aw * b - bw * a - across);
+    let half = norm(&turn.collect::<Vec<f64>>()).atan2(dot(a, b).abs());
+    half + half
+}
+
+/// A vec3 turned by the quaternion `(w, u)`: `v + w t + u × t` with `t = 2 u × v`.
+fn turned(v: &Value, w: f64, u: &[f64]) -> Value {
+    let twice: Vec<f64> = cross(u, vector(v)).into_iter().map(|part| part + part).collect();
+    let across = cross(u, &twice).into_iter();
+    let parts = vector(v).iter().zip(&twice).zip(across);
+    Value::Vector(parts.map(|((v, t), across)| v + w * t + across).collect())
+}
+
+pub(super) fn norm(vector: &[f64]) -> f64 {
+    dot(vector, vector).sqrt()
+}
+
+pub(super) fn sum(slots: &[Value], shape: Shape) -> Value {
+    let mut slots = slots.iter().cloned();
+    let first = slots.next().unwrap_or_else(|| nothing(shape));
+    slots.fold(first, |sum, slot| arithmetic(Arithmetic::Add, &sum, &slot))
+}
+
+pub(super) fn call(function: Function, args: &[Value], expr: &Expr) -> Value {
+    let slots = |at: usize| if let Some(Value::Array(slots)) = args.get(at) { slots.as_slice() } else { &[] };
+    let nowhere = Value::Number(0.0);
+    let (first, second) = (args.first().unwrap_or(&nowhere), args.get(1).unwrap_or(&nowhere));
+    let bools = || slots(0).iter().map(truth);
+    match function {
+        Function::Abs => each(first, &|number| numbers(number, f64::abs)),
+        Function::Norm => each(first, &|value| Value::Number(norm(vector(value)))),
+        Function::Dot => pairs(first, second, &|a, b| Value::Number(dot(vector(a), vector(b)))),
+        Function::Tangential => pairs(first, second, &|v, n| {
+            let along = Value::Number(dot(vector(v), vector(n)));
+            arithmetic(Arithmetic::Subtract, v, &arithmetic(Arithmetic::Multiply, n, &along))
+        }),
+        Function::Vec3 => {
+            let third = args.get(2).unwrap_or(&nowhere);
+            let two = pairs(first, second, &|x, y| Value::Vector(vec![scalar(x), scalar(y)]));
+            pairs(&two, third, &|two, z| Value::Vector([vector(two), &[scalar(z)]].concat()))
         }
-    }
-
-    pub(super) fn dot(self, a: &[f64], b: &[f64]) -> f64 {
-        let products = a.iter().zip(b).map(|(a, b)| self.round(a * b));
-        products.reduce(|sum, product| self.round(sum + product)).unwrap_or(0.0)
-    }
-
-    fn cross(self, a: &[f64], b: &[f64]) -> Vec<f64> {
-        let part = |at: usize| {
-            let (next, last) = ((at + 1) % 3, (at + 2) % 3);
-            self.round(self.round(a[next] * b[last]) - self.round(a[last] * b[next]))
-        };
-        (0..3).map(part).collect()
-    }
-
-    /// The angle between two vec3, or of the turn between two rotations.
-    fn angle(self, a: &[f64], b: &[f64]) -> f64 {
-        let ([aw, a_xyz @ ..], [bw, b_xyz @ ..]) = (a, b) else { return 0.0 };
-        if a_xyz.len() < 3 {
-            return self.round(self.norm(&self.cross(a, b)).atan2(self.dot(a, b)));
+        Function::Cross => pairs(first, second, &|a, b| Value::Vector(cross(vector(a), vector(b)))),
+        Function::Angle => pairs(first, second, &|a, b| Value::Number(angle(vector(a), vector(b)))),
+        Function::InFrame => pairs(first, second, &|v, r| {
+            let [w, x, y, z] = rotation(r);
+            turned(v, w, &[-x, -y, -z])
+        }),
+        Function::FromFrame => pairs(first, second, &|v, r| {
+            let [w, x, y, z] = rotation(r);
+            turned(v, w, &[x, y, z])
+        }),
+        Function::Sum => sum(slots(0), expr.ty.shape),
+        Function::Mean => {
+            #[allow(clippy::cast_precision_loss, reason = "a handful of slots")]
+            let count = slots(0).len().max(1) as f64;
+            arithmetic(Arithmetic::Divide, &sum(slots(0), expr.ty.shape), &Value::Number(count))
         }
-        let across = self.cross(a_xyz, b_xyz).into_iter().zip(a_xyz.iter().zip(b_xyz));
-        let turn =
-            across.map(|(across, (a, b))| self.round(self.round(self.round(aw * b) - self.round(bw * a)) - across));
-        let half = self.round(self.norm(&turn.collect::<Vec<f64>>()).atan2(self.dot(a, b).abs()));
-        self.round(half + half)
-    }
-
-    /// A vec3 turned by the quaternion `(w, u)`: `v + w t + u × t` with `t = 2 u × v`.
-    fn turned(self, v: &Value, w: f64, u: &[f64]) -> Value {
-        let twice: Vec<f64> = self.cross(u, vector(v)).into_iter().map(|part| self.round(part + part)).collect();
-        let across = self.cross(u, &twice).into_iter();
-        let parts = vector(v).iter().zip(&twice).zip(across);
-        Value::Vector(parts.map(|((v, t), across)| self.round(self.round(v + self.round(w * t)) + across)).collect())
-    }
-
-    pub(super) fn norm(self, vector: &[f64]) -> f64 {
-        self.round(self.dot(vector, vector).sqrt())
-    }
-
-    pub(super) fn sum(self, slots: &[Value], shape: Shape) -> Value {
-        let mut slots = slots.iter().cloned();
-        let first = slots.next().unwrap_or_else(|| nothing(shape));
-        slots.fold(first, |sum, slot| self.arithmetic(Arithmetic::Add, &sum, &slot))
-    }
-
-    pub(super) fn call(self, function: Function, args: &[Value], expr: &Expr) -> Value {
-        let slots = |at: usize| if let Some(Value::Array(slots)) = args.get(at) { slots.as_slice() } else { &[] };
-        let nowhere = Value::Number(0.0);
-        let (first, second) = (args.first().unwrap_or(&nowhere), args.get(1).unwrap_or(&nowhere));
-        let bools = || slots(0).iter().map(truth);
-        match function {
-            Function::Abs => each(first, &|number| numbers(number, f64::abs)),
-            Function::Norm => each(first, &|value| Value::Number(self.norm(vector(value)))),
-            Function::Dot => pairs(first, second, &|a, b| Value::Number(self.dot(vector(a), vector(b)))),
-            Function::Tangential => pairs(first, second, &|v, n| {
-                let along = Value::Number(self.dot(vector(v), vector(n)));
-                self.arithmetic(Arithmetic::Subtract, v, &self.arithmetic(Arithmetic::Multiply, n, &along))
-            }),
-            Function::Vec3 => {
-                let third = args.get(2).unwrap_or(&nowhere);
-                let two = pairs(first, second, &|x, y| Value::Vector(vec![scalar(x), scalar(y)]));
-                pairs(&two, third, &|two, z| Value::Vector([vector(two), &[scalar(z)]].concat()))
-            }
-            Function::Cross => pairs(first, second, &|a, b| Value::Vector(self.cross(vector(a), vector(b)))),
-            Function::Angle => pairs(first, second, &|a, b| Value::Number(self.angle(vector(a), vector(b)))),
-            Function::InFrame => pairs(first, second, &|v, r| {
-                let [w, x, y, z] = rotation(r);
-                self.turned(v, w, &[-x, -y, -z])
-            }),
-            Function::FromFrame => pairs(first, second, &|v, r| {
-                let [w, x, y, z] = rotation(r);
-                self.turned(v, w, &[x, y, z])
-            }),
-            Function::Sum => self.sum(slots(0), expr.ty.shape),
-            Function::Mean => {
-                #[allow(clippy::cast_precision_loss, reason = "a handful of slots")]
-                let count = slots(0).len().max(1) as f64;
-                self.arithmetic(Arithmetic::Divide, &self.sum(slots(0), expr.ty.shape), &Value::Number(count))
-            }
-            Function::Min if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).min(scalar(b)))),
-            Function::Max if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).max(scalar(b)))),
-            Function::Min => Value::Number(slots(0).iter().map(scalar).fold(f64::INFINITY, f64::min)),
-            Function::Max => Value::Number(slots(0).iter().map(scalar).fold(f64::NEG_INFINITY, f64::max)),
-            Function::Count => Value::Number(bools().map(|bool| if bool { 1.0 } else { 0.0 }).sum()),
-            Function::Any => Value::Bool(bools().any(|bool| bool)),
-            Function::All => Value::Bool(bools().all(|bool| bool)),
-            Function::SqueezeOf => {
-                let forces: Vec<Value> = slots(0).iter().chain(slots(1)).cloned().collect();
-                let norms: Vec<Value> = forces.iter().map(|force| Value::Number(self.norm(vector(force)))).collect();
-                let (norms, total) = (self.sum(&norms, Shape::Scalar), self.sum(&forces, Shape::Vec3));
-                Value::Number(self.round(self.round(scalar(&norms) - self.norm(vector(&total))) / 2.0))
-            }
+        Function::Min if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).min(scalar(b)))),
+        Function::Max if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).max(scalar(b)))),
+        Function::Min => Value::Number(slots(0).iter().map(scalar).fold(f64::INFINITY, f64::min)),
+        Function::Max => Value::Number(slots(0).iter().map(scalar).fold(f64::NEG_INFINITY, f64::max)),
+        Function::Count => Value::Number(bools().map(|bool| if bool { 1.0 } else { 0.0 }).sum()),
+        Function::Any => Value::Bool(bools().any(|bool| bool)),
+        Function::All => Value::Bool(bools().all(|bool| bool)),
+        Function::SqueezeOf => {
+            let forces: Vec<Value> = slots(0).iter().chain(slots(1)).cloned().collect();
+            let norms: Vec<Value> = forces.iter().map(|force| Value::Number(norm(vector(force)))).collect();
+            let (norms, total) = (sum(&norms, Shape::Scalar), sum(&forces, Shape::Vec3));
+            Value::Number((scalar(&norms) - norm(vector(&total))) / 2.0)
         }
     }
 }

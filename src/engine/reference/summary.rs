@@ -4,7 +4,7 @@
 //! to the last; the last `n` in two parts, with frames counted from the beginning of the memory and cut into pieces of `n`: the part that lies in an earlier
 //! piece from its last sample to its first, the other one from its first to its last, and then both together.
 
-use super::{Outcome, Reference, Value, each, numbers, pairs, scalar, truth};
+use super::{Outcome, Reference, Value, arithmetic, each, numbers, pairs, scalar, truth};
 use crate::base::hands::Side;
 use crate::engine::semantics::samples;
 use crate::language::ops::{Samples, Summary};
@@ -104,7 +104,7 @@ impl Reference<'_> {
 
     fn joined(&self, summary: Summary, one: &Value, other: &Value) -> Value {
         pairs(one, other, &|one, other| match summary {
-            Summary::Mean | Summary::Integral => self.width.arithmetic(Arithmetic::Add, one, other),
+            Summary::Mean | Summary::Integral => arithmetic(Arithmetic::Add, one, other),
             Summary::Min => Value::Number(scalar(one).min(scalar(other))),
             Summary::Max => Value::Number(scalar(one).max(scalar(other))),
             Summary::Earliest => one.clone(),
@@ -118,8 +118,8 @@ impl Reference<'_> {
             Summary::Integral => self.frames.layout.rate_hz,
             Summary::Min | Summary::Max | Summary::Earliest => return all.clone(),
         };
-        let divisor = Value::Number(self.width.round(divisor));
-        each(all, &|all| self.width.arithmetic(Arithmetic::Divide, all, &divisor))
+        let divisor = Value::Number(divisor);
+        each(all, &|all| arithmetic(Arithmetic::Divide, all, &divisor))
     }
 }
 

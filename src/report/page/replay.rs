@@ -5,7 +5,7 @@ use super::decimate::{Keep, Thinning, curve, rounded, toggles};
 use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Part, Role, Shape};
-use crate::stream::frames::{ColumnKey, Frames, HandLayout, Values};
+use crate::stream::frames::{ColumnKey, Frames, HandLayout};
 use serde_json::{Value, json};
 use std::cell::Cell;
 
@@ -176,10 +176,10 @@ impl Moved<'_> {
         let finger = |(slot, finger): (u32, &Finger)| {
             let position = self.vector("fingers.position", side, slot)?;
             position.iter().all(|axis| axis.iter().any(|value| value.is_finite())).then_some(())?;
-            let position: Vec<Value> = position.iter().map(|axis| self.curve(&axis.to_vec(), Of::Position)).collect();
+            let position: Vec<Value> = position.iter().map(|axis| self.curve(axis, Of::Position)).collect();
             let force = self.force(self.vector("fingers.force", side, slot));
             let touches = self.channel("fingers.contact", side, slot, 0).map(|touches| {
-                let touches: Vec<bool> = touches.iter().map(|touches| touches > 0.5).collect();
+                let touches: Vec<bool> = touches.iter().map(|touches| *touches > 0.5).collect();
                 toggles(&touches)
             });
             Some(json!({ "name": finger.name(), "position": position, "force": force, "touches": touches }))
@@ -194,7 +194,7 @@ impl Moved<'_> {
                 return None;
             }
             let normal = self.vector("contacts.normal", side, slot)?;
-            let normal: Vec<Value> = normal.iter().map(|axis| self.curve(&axis.to_vec(), Of::Normal)).collect();
+            let normal: Vec<Value> = normal.iter().map(|axis| self.curve(axis, Of::Normal)).collect();
             Some(json!({ "name": name, "force": force, "normal": normal }))
         };
         let contacts: Vec<Value> = (0..).zip(&hand.contacts).filter_map(contact).collect();
@@ -206,7 +206,7 @@ impl Moved<'_> {
 
     /// Which object is the target, wherever it changes: `[frame, position among the objects]`.
     fn target(&self, side: Side) -> Vec<Value> {
-        let column = self.channel("target", side, 0, 0).unwrap_or(Values::NONE);
+        let column = self.channel("target", side, 0, 0).unwrap_or(&[]);
         let mut changes = Vec::new();
         let mut last = f64::NAN;
         for (frame, target) in column.iter().enumerate() {
@@ -214,28 +214,28 @@ impl Moved<'_> {
                 return Vec::new();
             }
             if target.to_bits() != last.to_bits() {
-                changes.push(json!([frame, rounded(target)]));
-                last = target;
+                changes.push(json!([frame, rounded(*target)]));
+                last = *target;
             }
         }
         changes
     }
 
     /// A force as three curves; nothing of one that is never felt.
-    fn force(&self, force: Option<[Values<'_>; 3]>) -> Value {
-        let felt = |axis: &Values<'_>| axis.iter().any(|value| value.abs() > LEAST_FORCE);
+    fn force(&self, force: Option<[&[f64]; 3]>) -> Value {
+        let felt = |axis: &&[f64]| axis.iter().any(|value| value.abs() > LEAST_FORCE);
         match force.filter(|force| force.iter().any(felt)) {
-            Some(force) => force.iter().map(|axis| self.curve(&axis.to_vec(), Of::Force)).collect(),
+            Some(force) => force.iter().map(|axis| self.curve(axis, Of::Force)).collect(),
             None => Value::Null,
         }
     }
 
-    fn channel(&self, name: &str, side: Side, slot: u32, component: u32) -> Option<Values<'_>> {
+    fn channel(&self, name: &str, side: Side, slot: u32, component: u32) -> Option<&[f64]> {
         let channel = self.frames.channel(name)?;
         self.frames.column(ColumnKey { channel, side: Some(side), slot, component })
     }
 
-    fn vector(&self, name: &str, side: Side, slot: u32) -> Option<[Values<'_>; 3]> {
+    fn vector(&self, name: &str, side: Side, slot: u32) -> Option<[&[f64]; 3]> {
         let axis = |component| self.channel(name, side, slot, component);
         Some([axis(0)?, axis(1)?, axis(2)?])
     }

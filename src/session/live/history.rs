@@ -8,7 +8,7 @@ use crate::engine::evaluator::Evaluator;
 use crate::engine::runs::{Leaves, Run, append};
 use crate::language::Rules;
 use crate::language::rules::Label;
-use crate::stream::frames::{ColumnKey, Frames, Values};
+use crate::stream::frames::{ColumnKey, Frames};
 use crate::stream::live::LiveChunk;
 use crate::stream::spilled_columns::Series;
 use std::borrow::Cow;
@@ -65,8 +65,7 @@ impl History {
         }
         self.frames.time.extend_from_slice(time);
         for (key, column) in frames.columns.iter().filter(|(key, _)| keeps(key.channel)) {
-            let values = column.values().part(core.clone()).unwrap_or(Values::NONE);
-            self.columns.entry(*key).or_default().extend(values.to_vec());
+            self.columns.entry(*key).or_default().extend(column.get(core.clone()).unwrap_or(&[]));
         }
     }
 
@@ -210,6 +209,6 @@ pub fn sides(evaluator: &Evaluator) -> Vec<Option<Side>> {
 /// Gives frames to an evaluator.
 pub fn push(evaluator: &mut Evaluator, frames: &Frames, range: &Range<usize>, emit: &mut impl FnMut(usize, Run)) {
     let inputs = evaluator.plan().inputs.clone();
-    let columns: Vec<Values> = inputs.iter().map(|key| frames.column(*key).unwrap_or(Values::NONE)).collect();
+    let columns: Vec<&[f64]> = inputs.iter().map(|key| frames.column(*key).unwrap_or(&[])).collect();
     evaluator.push(&columns, range.start, range.len(), emit);
 }

@@ -359,7 +359,7 @@ impl Live {
         let each = &mut |chunk: stream::LiveChunk| {
             let evaluator = match &mut *known {
                 Some(evaluator) => evaluator,
-                none => none.insert(Evaluator::<f64>::new(graph, &chunk.frames.layout)?),
+                none => none.insert(Evaluator::new(graph, &chunk.frames.layout)?),
             };
             history.take(&chunk, |channel| kept.get(channel as usize).copied().unwrap_or(false));
             let sides = history::sides(evaluator);

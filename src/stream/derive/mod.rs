@@ -234,7 +234,7 @@ pub fn derived_frames(
             };
             for (slot, columns) in (0..).zip(slots) {
                 for (component, column) in (0..).zip(columns) {
-                    frames.columns.insert(ColumnKey { channel: index, side, slot, component }, column.into());
+                    frames.columns.insert(ColumnKey { channel: index, side, slot, component }, column);
                 }
             }
         }

@@ -7,7 +7,7 @@ use teachtree::base::hands::{Finger, FingerPick, Side};
 use teachtree::base::units::Dimension;
 use teachtree::language::ops::{Samples, Summary, Temporal};
 use teachtree::language::rules::*;
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 
 /// A rule set and a log from a seed; `depth` bounds expressions and branches.
 pub fn case(seed: u64, depth: u32) -> (Rules, Frames) {
@@ -19,7 +19,7 @@ pub fn case(seed: u64, depth: u32) -> (Rules, Frames) {
     (rules, frames)
 }
 
-/// The same with numbers that need rounding in 32 bits, in columns as in rules; counts are compared with what is nearly a whole number.
+/// The same with numbers that need rounding, in columns as in rules; counts are compared with what is nearly a whole number.
 pub fn case_of_rough_numbers(seed: u64, depth: u32) -> (Rules, Frames) {
     const UNIT: f64 = 0.3;
     let mut random = Random { state: seed };
@@ -27,10 +27,7 @@ pub fn case_of_rough_numbers(seed: u64, depth: u32) -> (Rules, Frames) {
     let mut frames = frames(&mut random, &channels);
     for (key, column) in &mut frames.columns {
         if matches!(channels[key.channel as usize].shape, Shape::Scalar | Shape::Vec3) {
-            *column = match &*column {
-                Column::Wide(values) => values.iter().map(|value| value * UNIT).collect::<Vec<f64>>().into(),
-                Column::Narrow(values) => values.iter().map(|value| value * UNIT as f32).collect::<Vec<f32>>().into(),
-            };
+            column.iter_mut().for_each(|value| *value *= UNIT);
         }
     }
     let rules = Rules { channels, ..Rules::default() };
@@ -134,13 +131,13 @@ fn frames(random: &mut Random, channels: &[ChannelSpec]) -> Frames {
                 let key = ColumnKey { channel, side, slot: slot as u32, component: component as u32 };
                 let known = side.and_then(|side| layout.hand(side)).is_some_and(|hand| hand.knows_distance);
                 if spec.name == DISTANCE_KNOWN {
-                    columns.insert(key, vec![f64::from(u8::from(known)); len].into());
+                    columns.insert(key, vec![f64::from(u8::from(known)); len]);
                     continue;
                 }
                 let values = column(random, spec.shape, len);
-                // The reference sees the same numbers, whatever the width in which they are kept.
-                let narrow = || values.iter().map(|value| *value as f32).collect::<Vec<f32>>().into();
-                columns.insert(key, if random.chance(50) { narrow() } else { values.into() });
+                // Half of the columns are as a sensor of 32 bits gives them.
+                let of_sensor = |value: &f64| f64::from(*value as f32);
+                columns.insert(key, if random.chance(50) { values.iter().map(of_sensor).collect() } else { values });
             }
         }
     }

@@ -8,7 +8,7 @@ use teachtree::engine::reference;
 use teachtree::graph::{lower, text as plan};
 use teachtree::language::rules::Rules;
 use teachtree::language::{self, codes};
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 
 fn rules(text: &str) -> Rules {
     let loaded = language::load_text("my.rules", text);
@@ -124,7 +124,7 @@ fn log(rules: &Rules, loads: &[(Side, Vec<f64>)]) -> Frames {
     let channel = rules.channels.iter().position(|channel| channel.name == "load").unwrap() as u32;
     let column = |(side, load): &(Side, Vec<f64>)| {
         let key = ColumnKey { channel, side: Some(*side), slot: 0, component: 0 };
-        (key, Column::from(load.clone()))
+        (key, load.clone())
     };
     Frames {
         layout: Layout { rate_hz: 1000.0, hands: loads.iter().map(hand).collect() },

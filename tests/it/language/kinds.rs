@@ -12,7 +12,7 @@ use teachtree::engine::reference;
 use teachtree::graph::lower;
 use teachtree::language::rules::*;
 use teachtree::language::{self, codes};
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 
 fn rules(text: &str) -> Rules {
     let loaded = language::load_text("my.rules", text);
@@ -103,7 +103,7 @@ fn log(rules: &Rules, speeds: &[f64]) -> Frames {
     Frames {
         layout: Layout { rate_hz: 100.0, hands: vec![hand] },
         channels: rules.channels.clone(),
-        columns: BTreeMap::from([(key, Column::from(values))]),
+        columns: BTreeMap::from([(key, values)]),
         len,
         time: (0..len).map(|frame| frame as f64 / 100.0).collect(),
         stretches: std::iter::once(0..len).collect(),

@@ -16,7 +16,7 @@ use teachtree::language::mutate::mutants;
 use teachtree::language::ops::{self, Becomes, Kind, OPERATORS, Operator, Takes};
 use teachtree::language::rules::{Expr, Rules, TreeScope};
 use teachtree::language::{self, Loaded};
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 
 const FILE: &str = "operators.rules";
 
@@ -64,7 +64,7 @@ fn log(rules: &Rules, len: usize, mut value: impl FnMut(Shape) -> Vec<f64>) -> F
                 (0..slots).flat_map(|slot| (0..spec.shape.components().len()).map(move |c| (slot, c)))
             {
                 let key = ColumnKey { channel, side, slot: slot as u32, component: component as u32 };
-                columns.insert(key, Column::from(value(spec.shape)));
+                columns.insert(key, value(spec.shape));
             }
         }
     }
@@ -222,7 +222,7 @@ fn a_condition_is_counted_where_it_begins() {
     frames.stretches = vec![0..25, 25..60];
     let channel = frames.channel("target.velocity").unwrap();
     for side in Side::BOTH {
-        frames.columns.insert(ColumnKey { channel, side: Some(side), slot: 0, component: 2 }, speed.clone().into());
+        frames.columns.insert(ColumnKey { channel, side: Some(side), slot: 0, component: 2 }, speed.clone());
     }
     let leaves = evaluate(&lower(&rules), &frames).unwrap();
     let held: Vec<(usize, usize)> = leaves

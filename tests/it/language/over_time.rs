@@ -45,7 +45,7 @@ fn on_frames(value: &str, x: &[f64], targets: &[f64]) -> Vec<f64> {
                     "target.velocity" if component == 2 => x.to_vec(),
                     _ => vec![0.0; x.len()],
                 };
-                columns.insert(key, column.into());
+                columns.insert(key, column);
             }
         }
     }

@@ -8,7 +8,7 @@ use teachtree::base::units::UNITS;
 use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::lower;
 use teachtree::language::{self, SHIPPED, codes};
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 
 const REFERENCE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/grammar/README.md"));
 
@@ -80,7 +80,7 @@ fn a_latch_that_looks_ahead_dates_a_rest_back_to_its_beginning() {
         (0..len).map(|at| if rests.iter().any(|rest| rest.contains(&at)) { 0.0 } else { 0.1 }).collect();
     let column = |component: u32| {
         let key = ColumnKey { channel: 0, side: Some(Side::Right), slot: 0, component };
-        (key, Column::from(if component == 0 { speed.clone() } else { vec![0.0; len] }))
+        (key, if component == 0 { speed.clone() } else { vec![0.0; len] })
     };
     let hand =
         HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new(), knows_distance: false };

@@ -14,7 +14,7 @@ use teachtree::language::formula::{Frame, written};
 use teachtree::language::lints::choices::dead_choices;
 use teachtree::language::rules::*;
 use teachtree::language::tree::gaps::gaps;
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 
 /// A log of a frame, with the frame before that gives the leaf before, and rules whose conditions read that log.
 struct Replay<'a> {
@@ -175,9 +175,9 @@ impl Replay<'_> {
             if frames == 2 && channel as usize + 1 == self.values.len() {
                 values[0] = 0.0;
             }
-            (key, Column::from(values))
+            (key, values)
         };
-        let columns: BTreeMap<ColumnKey, Column> = self.values.iter().zip(0..).map(column).collect();
+        let columns: BTreeMap<ColumnKey, Vec<f64>> = self.values.iter().zip(0..).map(column).collect();
         let log = Frames {
             layout: Layout { rate_hz: 100.0, hands },
             channels: self.channels.clone(),

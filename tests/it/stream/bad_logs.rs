@@ -26,10 +26,7 @@ fn report(request: &OpenRequest) -> String {
                 format!("{} frames at {} Hz, stretches {:?}", frames.len, frames.layout.rate_hz, frames.stretches);
             let touching = |frame: &usize| {
                 let contact = frames.channel("fingers.contact").unwrap();
-                frames
-                    .columns
-                    .iter()
-                    .any(|(key, column)| key.channel == contact && column.values().get(*frame) > Some(0.5))
+                frames.columns.iter().any(|(key, column)| key.channel == contact && column.get(*frame) > Some(&0.5))
             };
             write!(text, ", touched in {}", (0..frames.len).filter(touching).count()).unwrap();
             for issue in &frames.issues {

@@ -2,12 +2,14 @@
 
 use super::Instantiation;
 use crate::engine::compiled::plan::{BitId, Condition, Number, NumberId};
-use crate::engine::width::{Real, Width};
 use crate::graph::FloatBits;
 use crate::language::rules::Comparison;
+use std::ops::RangeInclusive;
 
 /// So many conditions are counted in binary digits, at most.
 const COUNTED: usize = 255;
+/// Between these, the square of a number has all its digits.
+const SQUARES: RangeInclusive<f64> = 1e-150..=1e150;
 
 impl Instantiation<'_> {
     /// `a op b`.
@@ -21,11 +23,9 @@ impl Instantiation<'_> {
             _ => return self.bit(Condition::Compare(comparison, a, b), delay),
         };
         let simpler = match number {
-            Number::Norm(vector) => match self.width {
-                Width::Wide => squared::<f64>(towards, constant),
-                Width::Narrow => squared::<f32>(towards, constant),
-            }
-            .map(|threshold| self.bit(Condition::NormSquaredCmp(towards, vector, FloatBits::new(threshold)), delay)),
+            Number::Norm(vector) => squared(towards, constant).map(|threshold| {
+                self.bit(Condition::NormSquaredCmp(towards, vector, FloatBits::new(threshold)), delay)
+            }),
             Number::Count(conditions) if conditions.len() <= COUNTED => {
                 self.counted(towards, &conditions, constant, delay)
             }
@@ -59,11 +59,10 @@ impl Instantiation<'_> {
 }
 
 /// The threshold on the square that compares as this one on the root: roots are rounded, so it is the last or the first number whose root does.
-fn squared<R: Real>(comparison: Comparison, threshold: f64) -> Option<f64> {
-    if threshold != 0.0 && !R::SQUARES.contains(&threshold) {
+fn squared(comparison: Comparison, threshold: f64) -> Option<f64> {
+    if threshold != 0.0 && !SQUARES.contains(&threshold) {
         return None;
     }
-    let threshold = R::of(threshold);
     let mut square = threshold * threshold;
     match comparison {
         // The largest square whose root is not above.
@@ -80,11 +79,11 @@ fn squared<R: Real>(comparison: Comparison, threshold: f64) -> Option<f64> {
             while square.sqrt() < threshold {
                 square = square.next_up();
             }
-            while square > R::ZERO && square.next_down().sqrt() >= threshold {
+            while square > 0.0 && square.next_down().sqrt() >= threshold {
                 square = square.next_down();
             }
         }
         Comparison::Equal | Comparison::NotEqual => return None,
     }
-    Some(square.wide())
+    Some(square)
 }
