@@ -95,8 +95,14 @@ def used(metadata):
         return [dep["pkg"] for dep in nodes[id]["deps"] if any(kind["kind"] in (None, "build") for kind in dep["dep_kinds"])]
 
     brings = {}
-    for direct in below(root):
-        if direct == root or names[direct] not in DOES:
+    own, todo = set(), [root]
+    while todo:
+        id = todo.pop()
+        if id not in own:
+            own.add(id)
+            todo += [dep for dep in below(id) if names[dep].startswith("teachtree")]
+    for direct in sorted({dep for id in own for dep in below(id)} - own):
+        if names[direct] not in DOES:
             continue
         open_ids = [direct]
         while open_ids:

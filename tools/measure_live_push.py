@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures what a row costs in `teachtree.Live.push`, to be compared with `cargo bench --bench engine -- live` on the same recordings.
+"""Measures what a row costs in `teachtree.Live.push`, to be compared with `cargo bench -p teachtree-measure --bench engine -- live` on the same recordings.
 
     teachtree teach hand_over_left_to_right hand_over_left_to_right -o log.csv
     python tools/measure_live_push.py log.csv

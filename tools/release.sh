@@ -28,7 +28,7 @@ if cargo cyclonedx --version >/dev/null 2>&1; then
     cargo cyclonedx --format json --target "$host" --override-filename "$name" --quiet
     sed "s|path+file://$here|path+file:///teachtree|g" "$name.json" > "$out/$name.cdx.json"
     rm "$name.json"
-    rm -f ./*/"$name.json"
+    rm -f ./*/"$name.json" ./crates/*/"$name.json"
 else
     echo "cargo cyclonedx is not installed: no list of what the program is made of" >&2
 fi

@@ -3,12 +3,12 @@
 use crate::repository;
 use std::io::Cursor;
 use std::sync::LazyLock;
-use teachtree::analysis::expect::{Expectation, Line, compare, pending};
-use teachtree::graph::compare::{additive, declarations, differences};
-use teachtree::graph::{lower, text};
-use teachtree::language::{self, load_text};
-use teachtree::lsp::{Settings, serve};
-use teachtree::stream::read::csv::parse_scene;
+use teachtree_analysis::expect::{Expectation, Line, compare, pending};
+use teachtree_language::graph::compare::{additive, declarations, differences};
+use teachtree_language::graph::{lower, text};
+use teachtree_language::{self as language, load_text};
+use teachtree_lsp::{Settings, serve};
+use teachtree_logs::read::csv::parse_scene;
 use teachtree::{Log, Question, Rules, Style};
 
 /// What stands between two texts of an input.

@@ -3,8 +3,8 @@
 use crate::{Tree, file, repository};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
-use teachtree::stream::inspect::inspect;
-use teachtree::stream::read::formats;
+use teachtree_frames::inspect::inspect;
+use teachtree_logs::read::formats;
 use teachtree::{Calibration, Column, Live, Log, Rules, RulesOptions, Scene};
 
 /// How many recordings of a file are read.

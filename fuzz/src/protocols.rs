@@ -5,12 +5,12 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
-use teachtree::foxglove::{FromClient, FromServer, message_data};
-use teachtree::serve::{Page, Server};
-use teachtree::stream::read::sheet::InMemoryTable;
-use teachtree::studio::Studio;
-use teachtree::teaching::{self, Shown};
-use teachtree::world::shipped;
+use teachtree_logs::foxglove::{FromClient, FromServer, message_data};
+use teachtree_serve::{Page, Server};
+use teachtree_logs::read::sheet::InMemoryTable;
+use teachtree_studio::Studio;
+use teachtree_teaching::{self as teaching, Shown};
+use teachtree_world::shipped;
 use teachtree::{LogOptions, RulesOptions};
 
 /// How long a page may take to answer.
@@ -88,7 +88,7 @@ pub fn studio(data: &[u8]) {
         let fixtures = repository().join("tests/fixtures/logs");
         let copy = |from: &str, to: &str| file(to, &std::fs::read(fixtures.join(from)).expect("a fixture"));
         copy("box.yaml", "steady_grip.scene.yaml");
-        let studio = Studio::new(teachtree::studio::Options {
+        let studio = Studio::new(teachtree_studio::Options {
             paths: vec![copy("steady_grip.csv", "steady_grip.csv")],
             source: LogOptions::default(),
             binding: None,

@@ -4,16 +4,16 @@ use crate::{file, repository, scratch};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 use std::sync::LazyLock;
-use teachtree::base::scene::Scene;
-use teachtree::command::Commands;
-use teachtree::description::tree::KinematicTree;
-use teachtree::description::urdf as description;
-use teachtree::robot;
-use teachtree::stream::bind::RowBinder;
-use teachtree::stream::read::csv::parse_scene;
-use teachtree::stream::read::labels as read_labels;
-use teachtree::stream::read::sheet::InMemoryTable;
-use teachtree::world::{Fingertips, Operator, World, shipped, teach_with_progress};
+use teachtree_base::scene::Scene;
+use teachtree_command::Commands;
+use teachtree_description::tree::KinematicTree;
+use teachtree_description::urdf as description;
+use teachtree_robot as robot;
+use teachtree_frames::bind::RowBinder;
+use teachtree_logs::read::csv::parse_scene;
+use teachtree_logs::read::labels as read_labels;
+use teachtree_logs::read::sheet::InMemoryTable;
+use teachtree_world::{Fingertips, Operator, World, shipped, teach_with_progress};
 use teachtree::{Log, Rules};
 
 /// How many steps a scene of an input is simulated.

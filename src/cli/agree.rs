@@ -5,20 +5,21 @@ use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::truth::{TrackArg, labeled};
 use super::{Failure, output};
-use crate::analysis::Who;
-use crate::analysis::agreement::json::{Kinds, json};
-use crate::analysis::agreement::{Agreement, Span};
-use crate::analysis::number::fixed;
-use crate::analysis::score::{Known, NameMap};
-use crate::base::error::InputError;
-use crate::session::Labels;
-use crate::session::files::{all_logs, label_file};
-use crate::session::score::{is_of_set, is_of_several, read_labels};
-use crate::stream::atomic_write::Files;
-use crate::stream::read::labels::Kind;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::Who;
+use teachtree_analysis::agreement::json::{Kinds, json};
+use teachtree_analysis::agreement::{Agreement, Span};
+use teachtree_analysis::number::fixed;
+use teachtree_analysis::score::{Known, NameMap};
+use teachtree_base::error::InputError;
+use teachtree_logs::atomic_write::Files;
+use teachtree_logs::read::labels::Kind;
+use teachtree_session::Labels;
+use teachtree_session::files::{all_logs, label_file};
+use teachtree_session::score::{is_of_set, is_of_several, read_labels};
+use teachtree_session::{LabelsInternals, LogInternals, RulesInternals};
 
 /// Options of `agree`.
 #[derive(clap::Args)]

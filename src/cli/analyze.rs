@@ -1,23 +1,22 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
 use super::many::{Issues, ManyArgs};
-#[cfg(feature = "mcap")]
 use super::mcap;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, batch, output, trace};
-use crate::analysis::Subject;
-use crate::base::error::{ErrorKind, InputError};
-use crate::report::Style;
-use crate::session::files::recordings;
-use crate::session::{Analysis, ClosedSegment, Error, FrameTable};
-use crate::stream::atomic_write::Files;
-use crate::stream::issue::IssueKind;
-use crate::stream::read::formats;
-#[cfg(feature = "mcap")]
-use crate::stream::read::formats::mcap::copy::file_of;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::Subject;
+use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_logs::atomic_write::Files;
+use teachtree_logs::issue::IssueKind;
+use teachtree_logs::read::formats;
+use teachtree_logs::read::formats::mcap::copy::file_of;
+use teachtree_report::Style;
+use teachtree_session::files::recordings;
+use teachtree_session::{Analysis, ClosedSegment, Error, FrameTable};
+use teachtree_session::{ErrorInternals, FrameTableInternals};
 
 /// Options of `analyze`.
 #[derive(clap::Args)]
@@ -65,11 +64,9 @@ pub struct Args {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     signals: Vec<String>,
     /// Also write labels, signals and poses for viewers, and beside it a layout for Foxglove (one recording only)
-    #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE.mcap")]
     mcap: Option<PathBuf>,
     /// Also copy all messages of the log, an MCAP file, into the file of `--mcap`, so that it can replace the log
-    #[cfg(feature = "mcap")]
     #[arg(long, requires = "mcap")]
     into: bool,
     /// Also write segments and tasks as events for Perfetto or `about:tracing`, a thread for each track (one recording only)
@@ -153,7 +150,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .help("name one: --frames FILE, --mcap FILE.mcap, or --trace FILE.json")
             .into());
     }
-    #[cfg(feature = "mcap")]
     if let Some(path) = &args.mcap {
         mcap::check_name(path)?;
         if logs.len() > 1 {
@@ -172,7 +168,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut out = String::new();
     let mut failures = Vec::new();
     let (mut pages, mut tables, mut traces) = (Vec::new(), Vec::new(), Vec::new());
-    #[cfg(feature = "mcap")]
     let mut lanes = Vec::new();
     let mut issues = Issues::default();
     let mut done = 0;
@@ -183,20 +178,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for (log, found) in logs.iter().zip(found) {
         match found {
             // A table has one header.
-            Ok(Output {
-                text,
-                kinds,
-                page,
-                frames,
-                trace,
-                #[cfg(feature = "mcap")]
-                    lanes: of_log,
-            }) => {
+            Ok(Output { text, kinds, page, frames, trace, lanes: of_log }) => {
                 done += 1;
                 pages.extend(page);
                 tables.extend(frames);
                 traces.extend(trace);
-                #[cfg(feature = "mcap")]
                 lanes.extend(of_log);
                 let header = if args.format == Format::Csv && !out.is_empty() {
                     text.find('\n').map_or(0, |at| at + 1)
@@ -229,7 +215,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for (path, trace) in args.trace.iter().zip(&traces) {
         output::add(&mut written, path, trace, &inputs)?;
     }
-    #[cfg(feature = "mcap")]
     for (path, lanes) in args.mcap.iter().zip(&lanes) {
         written.add(path, |out| lanes.write(out))?;
         output::add(&mut written, &mcap::layout_of(path), &lanes.layout(), &inputs)?;
@@ -256,23 +241,15 @@ pub struct Output {
     page: Option<String>,
     frames: Option<FrameTable>,
     trace: Option<String>,
-    #[cfg(feature = "mcap")]
     lanes: Option<mcap::Lanes>,
 }
 
 /// The files for viewers.
-#[cfg(feature = "mcap")]
 fn views(args: &Args) -> Vec<PathBuf> {
     args.mcap.iter().flat_map(|path| [path.clone(), mcap::layout_of(path)]).collect()
 }
 
-#[cfg(not(feature = "mcap"))]
-fn views(_: &Args) -> Vec<PathBuf> {
-    Vec::new()
-}
-
 /// What is written for viewers.
-#[cfg(feature = "mcap")]
 fn lanes(args: &Args, log: &Path, analysis: &Analysis) -> Result<Option<mcap::Lanes>, Failure> {
     if args.mcap.is_none() {
         return Ok(None);
@@ -310,15 +287,7 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
         *kinds.entry(issue.kind).or_default() += 1;
     }
     let trace = args.trace.as_ref().map(|_| trace::trace(&analysis, &args.signals)).transpose()?;
-    Ok(Output {
-        text,
-        kinds,
-        page,
-        frames,
-        trace,
-        #[cfg(feature = "mcap")]
-        lanes: lanes(args, log, &analysis)?,
-    })
+    Ok(Output { text, kinds, page, frames, trace, lanes: lanes(args, log, &analysis)? })
 }
 
 /// An error about a folder that was taken for one recording in parts, with what else it may be.

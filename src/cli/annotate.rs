@@ -1,22 +1,20 @@
 //! `teachtree annotate`: the labels of all recordings of a data set, in a copy of it that people train with.
 
-#[cfg(feature = "hdf5")]
 mod hdf5;
-#[cfg(feature = "parquet")]
 mod lerobot;
-#[cfg(feature = "hdf5")]
 mod task_spec;
 
 use super::many::ManyArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
-use crate::analysis::json::VERSION;
-use crate::base::error::InputError;
-use crate::session::Analysis;
-use crate::stream::read::{file, formats};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use teachtree_analysis::json::VERSION;
+use teachtree_base::error::InputError;
+use teachtree_logs::read::{file, formats};
+use teachtree_session::Analysis;
+use teachtree_session::AnalysisInternals;
 
 /// Options of `annotate`.
 #[derive(clap::Args)]
@@ -104,14 +102,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let signals = signals || args.task_spec.is_some() || !args.object_ref.is_empty();
         let message = "--signal, --start-signal, --task-spec, --object-ref and --layout are of HDF5 files";
         refuse_options(args, signals, message)?;
-        #[cfg(feature = "parquet")]
         return lerobot::run(args);
     }
     if args.data.is_file() && formats::is_hdf5(&args.data)? {
         let forms = args.language || args.legacy || args.sarm || args.gr00t || args.prelabels;
         let words = forms || !args.words.is_empty() || !args.style.is_empty();
         refuse_options(args, words, "--words, --style and the forms of labels are of LeRobot sets")?;
-        #[cfg(feature = "hdf5")]
         return hdf5::run(args);
     }
     if args.data.symlink_metadata().is_err() {

@@ -4,16 +4,17 @@ use super::many::ManyArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
-use crate::analysis::audit::{Facts, Kind, compare, task_counts, unchecked};
-use crate::analysis::json::{Meta, VERSION, printed};
-use crate::base::error::InputError;
-use crate::base::hands::Who;
-use crate::report::audit::{Audit, page, text};
-use crate::session::files::recordings;
-use crate::stream::atomic_write::Files;
-use crate::stream::read::formats;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
+use teachtree_analysis::audit::{Facts, Kind, compare, task_counts, unchecked};
+use teachtree_analysis::json::{Meta, VERSION, printed};
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Who;
+use teachtree_logs::atomic_write::Files;
+use teachtree_logs::read::formats;
+use teachtree_report::audit::{Audit, page, text};
+use teachtree_session::files::recordings;
+use teachtree_session::{AnalysisInternals, LogInternals};
 
 /// The schema of the JSON document.
 const SCHEMA: &str = "teachtree.audit/1";
@@ -44,7 +45,6 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     keep: Option<PathBuf>,
     /// One HDF5 file: also write a copy of it with the names of the good recordings in `mask/teachtree_audit`
-    #[cfg(feature = "hdf5")]
     #[arg(long, value_name = "COPY.hdf5")]
     mask: Option<PathBuf>,
     /// Findings that do not keep a recording from being good
@@ -193,7 +193,6 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
 
 fn outputs(args: &Args) -> Vec<&Path> {
     let outputs = args.out.iter().chain(&args.page).chain(&args.keep);
-    #[cfg(feature = "hdf5")]
     let outputs = outputs.chain(&args.mask);
     outputs.map(PathBuf::as_path).collect()
 }
@@ -205,7 +204,6 @@ fn check_places(args: &Args, logs: &[PathBuf]) -> Result<(), InputError> {
     let files = if outputs.is_empty() { Vec::new() } else { read_by(&args.source, &args.rules) };
     let inputs: Vec<&Path> = logs.iter().chain(&files).map(PathBuf::as_path).collect();
     outputs.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
-    #[cfg(feature = "hdf5")]
     if let Some(mask) = &args.mask {
         let is_file = matches!(args.logs.as_slice(), [file] if file.is_file() && formats::is_hdf5(file)?);
         if !is_file || formats::all_of(first(args))?.is_none() {
@@ -221,7 +219,6 @@ fn check_places(args: &Args, logs: &[PathBuf]) -> Result<(), InputError> {
     Ok(())
 }
 
-#[cfg(feature = "hdf5")]
 fn first(args: &Args) -> &Path {
     args.logs.first().map_or(Path::new(""), PathBuf::as_path)
 }
@@ -244,7 +241,6 @@ fn write(args: &Args, audit: &Audit, audited: &[Audited], meta: &Meta, logs: &[P
     if let Some(path) = &args.out {
         output::add(&mut written, path, &text, &inputs)?;
     }
-    #[cfg(feature = "hdf5")]
     if let Some(copy) = &args.mask {
         mask(first(args), copy, audit, audited, meta)?;
     }
@@ -284,9 +280,8 @@ fn keep(path: &Path, audit: &Audit, audited: &[Audited]) -> String {
 }
 
 /// Writes a copy of a file with the names of the good recordings, as robomimic's filter keys.
-#[cfg(feature = "hdf5")]
 fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[Audited], meta: &Meta) -> Result<(), InputError> {
-    use crate::stream::read::formats::hdf5::annotate::{AUDITED, Request, annotate};
+    use teachtree_logs::read::formats::hdf5::annotate::{AUDITED, Request, annotate};
     let names: Vec<String> = good(audit, audited).filter_map(|it| formats::recording_of(&it.log)).collect();
     let provenance = json!({ "version": VERSION, "rules": { "files": meta.rules, "digest": meta.digest } }).to_string();
     let signals = std::collections::BTreeMap::new();
@@ -343,7 +338,7 @@ fn csv(audit: &Audit) -> Result<String, InputError> {
     let mut writer = ::csv::Writer::from_writer(Vec::new());
     let mut row = |cells: [String; 7]| writer.write_record(cells).map_err(|error| failed(&error));
     row(["log", "good", "kind", "track", "start_s", "end_s", "message"].map(str::to_string))?;
-    let number = crate::analysis::number::number;
+    let number = teachtree_analysis::number::number;
     for (name, facts) in audit.recordings {
         let good = u8::from(audit.is_good(facts)).to_string();
         if facts.findings.is_empty() {

@@ -3,20 +3,20 @@
 use super::fmt::all_rules;
 use super::rules::name_and_value;
 use super::{Failure, inputs, output};
-use crate::analysis;
-use crate::base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
-use crate::base::error::InputError;
-use crate::base::hands::{Finger, Side};
-use crate::base::yaml::is_yaml;
-use crate::engine::compiled::instantiate::instantiate;
-use crate::engine::compiled::plan::Cost;
-use crate::graph::lower;
-use crate::language::{self, Loaded, Request, Rules, codes};
-use crate::stream::averaging_lag;
-use crate::stream::frames::{HandLayout, Layout};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use teachtree_analysis as analysis;
+use teachtree_base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
+use teachtree_base::error::InputError;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::yaml::is_yaml;
+use teachtree_engine::compiled::instantiate::instantiate;
+use teachtree_engine::compiled::plan::Cost;
+use teachtree_frames::averaging_lag;
+use teachtree_frames::frames::{HandLayout, Layout};
+use teachtree_language::graph::lower;
+use teachtree_language::{self as language, Loaded, Request, Rules, codes};
 
 /// Options of `check`.
 #[derive(clap::Args)]

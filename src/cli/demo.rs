@@ -6,17 +6,17 @@ use super::retarget::{open_robot, summary, touch_forces};
 use super::simulate::{format_clearance, format_outcomes, perform};
 use super::teach::record;
 use super::{Failure, output};
-use crate::base::recording::Recording;
-use crate::command;
-use crate::report;
-use crate::robot;
-use crate::robot::simulation::Performance;
-use crate::robot::simulation::warnings::warnings;
-use crate::session::{Analysis, Log, Rules, Track};
-use crate::stream::OpenRequest;
-use crate::stream::atomic_write::Files;
-use crate::stream::read::csv;
 use std::path::{Path, PathBuf};
+use teachtree_base::recording::Recording;
+use teachtree_command as command;
+use teachtree_frames::OpenRequest;
+use teachtree_logs::atomic_write::Files;
+use teachtree_logs::read::csv;
+use teachtree_robot as robot;
+use teachtree_robot::simulation::Performance;
+use teachtree_robot::simulation::warnings::warnings;
+use teachtree_session::{Analysis, Log, Rules, Track};
+use teachtree_session::{AnalysisInternals, LogInternals};
 
 /// The paper's box of section 3.2; the hand-over of section 4.3. Each is a scene and its operator.
 const ONE_HAND: &str = "paper_box";
@@ -86,7 +86,7 @@ fn carry_out(files: &mut Files, folder: &Path, analysis: &Analysis) -> Result<[P
     output::add(
         files,
         &page,
-        &report::robot::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
+        &teachtree_robot_report::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
         &[],
     )?;
     output::print(&format!(

@@ -4,9 +4,9 @@ use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::truth::TrackArg;
 use super::{Failure, output};
-use crate::base::units::time;
-use crate::session::Question;
 use std::path::PathBuf;
+use teachtree_base::units::time;
+use teachtree_session::Question;
 
 /// Options of `explain`.
 #[derive(clap::Args)]

@@ -6,17 +6,18 @@ use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::truth::TruthArgs;
 use super::{Failure, output};
-use crate::analysis::fit::{self, Fit, MIN_LOGS, Verdict};
-use crate::analysis::score::{Known, NameMap, Stage};
-use crate::base::error::InputError;
-use crate::base::nearest::nearest;
-use crate::language::param_sites::{ParamSite, param_sites};
-use crate::language::{Request, Rules};
-use crate::report;
-use crate::session::files::all_logs;
-use crate::session::fitting::{Recording, Runner, fitted, space};
-use crate::session::patch::{Patch, patch};
 use std::path::{Path, PathBuf};
+use teachtree_analysis::fit::{self, Fit, MIN_LOGS, Verdict};
+use teachtree_analysis::score::{Known, NameMap, Stage};
+use teachtree_base::error::InputError;
+use teachtree_base::nearest::nearest;
+use teachtree_language::param_sites::{ParamSite, param_sites};
+use teachtree_language::{Request, Rules};
+use teachtree_report as report;
+use teachtree_session::files::all_logs;
+use teachtree_session::fitting::{Recording, Runner, fitted, space};
+use teachtree_session::patch::{Patch, patch};
+use teachtree_session::{LabelsInternals, RulesInternals, RulesOptionsInternals};
 
 /// Groups in which recordings are held out unless an option says otherwise, at most.
 const GROUPS: usize = 8;

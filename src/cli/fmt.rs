@@ -1,13 +1,13 @@
 //! `teachtree fmt`: rule files in one style.
 
 use super::{Failure, output};
-use crate::base::diagnostic::{Source, Sources, render};
-use crate::base::error::InputError;
-use crate::language::MAX_BYTES;
-use crate::language::format::format;
-use crate::stream::read::text;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use teachtree_base::diagnostic::{Source, Sources, render};
+use teachtree_base::error::InputError;
+use teachtree_language::MAX_BYTES;
+use teachtree_language::format::format;
+use teachtree_logs::read::text;
 
 /// Options of `fmt`.
 #[derive(clap::Args)]

@@ -4,16 +4,17 @@ use super::rules::{RuleArgs, load_files, name_and_value, read_by};
 use super::source::SourceArgs;
 use super::truth::TrackArg;
 use super::{Failure, output};
-use crate::analysis::Who;
-use crate::analysis::explain::{self, Moment, moment};
-use crate::base::error::InputError;
-use crate::base::units::time;
-use crate::graph::transitions::{NONE, SEPARATE, transitions};
-use crate::graph::{lower, text};
-use crate::language::rules::{Label, TreeScope};
-use crate::report::diagram::{self, Form, Now, Outline, Taken};
-use crate::session::{Analysis, Track};
 use std::path::{Path, PathBuf};
+use teachtree_analysis::Who;
+use teachtree_analysis::explain::{self, Moment, moment};
+use teachtree_base::error::InputError;
+use teachtree_base::units::time;
+use teachtree_language::graph::transitions::{NONE, SEPARATE, transitions};
+use teachtree_language::graph::{lower, text};
+use teachtree_language::rules::{Label, TreeScope};
+use teachtree_report::diagram::{self, Form, Now, Outline, Taken};
+use teachtree_session::{Analysis, Track};
+use teachtree_session::{AnalysisInternals, RulesInternals};
 
 /// Options of `graph`.
 #[derive(clap::Args)]

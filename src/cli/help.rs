@@ -64,7 +64,7 @@ pub struct ManArgs {
 
 /// Prints a manual page.
 pub fn man(args: &ManArgs, mut command: Command) -> Result<(), Failure> {
-    use crate::base::error::InputError;
+    use teachtree_base::error::InputError;
     let failed = |error: std::io::Error| InputError::new("the manual", error.to_string());
     command.build();
     let page = match &args.command {

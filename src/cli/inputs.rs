@@ -1,13 +1,13 @@
 //! YAML files that people write, scenes, operators, bindings and robots: which kind a file is, and what is wrong with it.
 
-use crate::base::error::InputError;
-use crate::base::yaml;
-#[cfg(feature = "world")]
-use crate::robot::{self, CollisionShape, Link, Robot};
-use crate::session::{Error, Scene};
-use crate::stream::bind::BindingFile;
-use crate::stream::read::text;
 use std::path::Path;
+use teachtree_base::error::InputError;
+use teachtree_base::yaml;
+use teachtree_frames::bind::BindingFile;
+use teachtree_logs::read::text;
+use teachtree_robot::{self as robot, CollisionShape, Link, Robot};
+use teachtree_session::ErrorInternals;
+use teachtree_session::{Error, Scene};
 
 /// A kind of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,12 +15,10 @@ pub enum Kind {
     /// Bodies and hands.
     Scene,
     /// Who demonstrates.
-    #[cfg(feature = "world")]
     Operator,
     /// How the columns of a foreign log become channels.
     Binding,
     /// Links, joints and fingers.
-    #[cfg(feature = "world")]
     Robot,
 }
 
@@ -29,10 +27,8 @@ impl Kind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Scene => "a scene",
-            #[cfg(feature = "world")]
             Self::Operator => "an operator script",
             Self::Binding => "a binding",
-            #[cfg(feature = "world")]
             Self::Robot => "a robot file",
         }
     }
@@ -48,13 +44,10 @@ pub fn kind(path: &Path, text: &str) -> Option<Kind> {
     match () {
         () if named("scene") => Some(Kind::Scene),
         () if named("binding") => Some(Kind::Binding),
-        #[cfg(feature = "world")]
         () if named("operator") || has(&["grips"]) => Some(Kind::Operator),
-        #[cfg(feature = "world")]
         () if named("robot") || has(&["links", "urdf"]) => Some(Kind::Robot),
         () if has(&["channels"]) => Some(Kind::Binding),
         () if has(&["bodies"]) => Some(Kind::Scene),
-        #[cfg(feature = "world")]
         () if has(&["parts"]) => Some(Kind::Robot),
         () => None,
     }
@@ -69,9 +62,7 @@ pub fn read(kind: Kind, path: &Path, text: &str) -> Result<String, InputError> {
     match kind {
         Kind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input)?,
         Kind::Binding => BindingFile::parse(text.into(), name).map(drop)?,
-        #[cfg(feature = "world")]
-        Kind::Operator => crate::world::Operator::read(text, &name).map(drop)?,
-        #[cfg(feature = "world")]
+        Kind::Operator => teachtree_world::Operator::read(text, &name).map(drop)?,
         Kind::Robot => {
             let robot = robot(&name, text, true)?;
             return Ok(pieces(&robot) + &jerks(&robot));
@@ -81,7 +72,6 @@ pub fn read(kind: Kind, path: &Path, text: &str) -> Result<String, InputError> {
 }
 
 /// How many convex pieces the meshes of a robot became.
-#[cfg(feature = "world")]
 fn pieces(robot: &Robot) -> String {
     let rounded = |shape: &CollisionShape| match shape {
         CollisionShape::Piece(_, polytope) => Some(polytope.radius),
@@ -98,7 +88,6 @@ fn pieces(robot: &Robot) -> String {
 }
 
 /// How many joints of a robot have a limit of jerk.
-#[cfg(feature = "world")]
 fn jerks(robot: &Robot) -> String {
     let dofs = &robot.tree.dofs;
     match dofs.iter().filter(|dof| dof.jerk.is_finite()).count() {
@@ -108,7 +97,6 @@ fn jerks(robot: &Robot) -> String {
 }
 
 /// Reads a text as a robot file, with its meshes or without them.
-#[cfg(feature = "world")]
 fn robot(name: &str, text: &str, meshes: bool) -> Result<Robot, InputError> {
     let text_of = |file: &str| match file == name {
         true => Ok(text.into()),
@@ -130,7 +118,6 @@ pub fn text(path: &Path) -> Result<String, InputError> {
 pub fn wrong(path: &Path, text: &str) -> Option<InputError> {
     match kind(path, text)? {
         // An editor asks after each change: meshes would take too long.
-        #[cfg(feature = "world")]
         Kind::Robot => robot(&path.display().to_string(), text, false).err(),
         kind => read(kind, path, text).err(),
     }

@@ -3,20 +3,20 @@
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
-use crate::base::error::InputError;
-use crate::session::files::chosen;
-use crate::session::{Calibration, Error, Observability, TrackObservability};
-use crate::stream::bind::BindingFile;
-use crate::stream::bind::template::skeleton;
-use crate::stream::inspect::{ColumnReport, Inspection, Kind, SheetReport, inspect};
-use crate::stream::issue::Issue;
-use crate::stream::names;
-use crate::stream::read::formats;
-use crate::stream::read::table::SEEN;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use teachtree_base::error::InputError;
+use teachtree_frames::bind::BindingFile;
+use teachtree_frames::bind::template::skeleton;
+use teachtree_frames::inspect::{ColumnReport, Inspection, Kind, SheetReport, inspect};
+use teachtree_logs::issue::Issue;
+use teachtree_logs::names;
+use teachtree_logs::read::formats;
+use teachtree_logs::read::table::SEEN;
+use teachtree_session::files::chosen;
+use teachtree_session::{Calibration, Error, Observability, TrackObservability};
 
 /// Options of `inspect`.
 #[derive(clap::Args)]

@@ -1,10 +1,10 @@
 //! `teachtree list` and `teachtree show`: the files that are in the program.
 
 use super::{Failure, output};
-use crate::base::error::InputError;
-use crate::base::nearest::nearest;
-use crate::language::{SHIPPED, shipped};
 use std::fmt::Write;
+use teachtree_base::error::InputError;
+use teachtree_base::nearest::nearest;
+use teachtree_language::{SHIPPED, shipped};
 
 macro_rules! bindings {
     ($($folder:literal / $name:literal),+ $(,)?) => {
@@ -112,19 +112,14 @@ impl Kind {
             Self::Rules => named(SHIPPED),
             Self::Bindings => named(BINDINGS),
             Self::Schemas => named(SCHEMAS),
-            #[cfg(feature = "world")]
             Self::Scenes => {
-                crate::world::shipped::texts().map(|(name, scene, _)| (format!("{name}.yaml"), scene)).collect()
+                teachtree_world::shipped::texts().map(|(name, scene, _)| (format!("{name}.yaml"), scene)).collect()
             }
-            #[cfg(feature = "world")]
             Self::Operators => {
-                let texts = crate::world::shipped::texts();
+                let texts = teachtree_world::shipped::texts();
                 texts.map(|(name, _, operator)| (format!("{name}.operator.yaml"), operator)).collect()
             }
-            #[cfg(feature = "world")]
-            Self::Robots => crate::robot::texts().map(|(name, text)| (format!("{name}.yaml"), text)).collect(),
-            #[cfg(not(feature = "world"))]
-            _ => Vec::new(),
+            Self::Robots => teachtree_robot::texts().map(|(name, text)| (format!("{name}.yaml"), text)).collect(),
         }
     }
 }

@@ -1,31 +1,26 @@
 //! `teachtree live`: labels while the log is being made.
 
-#[cfg(feature = "mcap")]
 mod bag;
-#[cfg(feature = "net")]
 mod foxglove;
-#[cfg(feature = "net")]
 mod hub;
-#[cfg(feature = "net")]
-pub mod protocol;
 #[cfg(feature = "zenoh")]
 mod pubsub;
-#[cfg(feature = "net")]
 mod server;
 mod source;
 
 use super::rules::RuleArgs;
 use super::{Failure, output};
-use crate::base::error::InputError;
-use crate::session::{Calibration, Error, Feed, FeedOptions, Known, LiveEvent, Log, Scene};
-use crate::stream::bind::{RowBinder, WAIT_S};
-use crate::stream::read::{csv, text};
 use source::{Kind, MAX_LINE, Outlet, Sent};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
+use teachtree_base::error::InputError;
+use teachtree_frames::bind::{RowBinder, WAIT_S};
+use teachtree_logs::read::{csv, text};
+use teachtree_session::SceneInternals;
+use teachtree_session::{Calibration, Error, Feed, FeedOptions, Known, LiveEvent, Log, Scene};
 
 /// The largest calibration file, bytes.
 const MAX_CALIBRATION: u64 = 16 << 20;
@@ -66,11 +61,9 @@ pub struct Args {
     calibration: Option<PathBuf>,
     /// Serve labels, tasks and all events to viewers and controllers by the Foxglove protocol, on this port of this machine, or on an address such as
     /// 0.0.0.0:8766
-    #[cfg(feature = "net")]
     #[arg(long, value_name = "PORT", value_parser = server::address)]
     serve: Option<std::net::SocketAddr>,
     /// A site whose pages may read the labels, such as https://app.foxglove.dev; may be repeated. Programs and pages of this machine always may
-    #[cfg(feature = "net")]
     #[arg(long, value_name = "ORIGIN", requires = "serve", value_parser = server::origin)]
     serve_origin: Vec<String>,
     #[cfg(feature = "zenoh")]
@@ -155,9 +148,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 network.begin(&args.source, outlet)?;
             }
         }
-        #[cfg(feature = "mcap")]
         (Kind::Bag, Some(topics)) => source::begin_bag(&args.source, topics, args.follow, outlet),
-        #[cfg(feature = "net")]
         (Kind::Robot, Some(topics)) => foxglove::Robot::new(&args.source, topics)?.begin(outlet)?,
         _ => source::begin(&args.source, kind, outlet)?,
     }
@@ -231,13 +222,11 @@ impl Reader {
 struct Sink<'a> {
     args: &'a Args,
     /// Where viewers and controllers take them from.
-    #[cfg(feature = "net")]
     hub: Option<Arc<hub::Hub>>,
 }
 
 impl<'a> Sink<'a> {
     fn new(args: &'a Args) -> Result<Self, InputError> {
-        #[cfg(feature = "net")]
         let hub = match args.serve {
             Some(address) => {
                 let hub = Arc::new(hub::Hub::new());
@@ -247,11 +236,7 @@ impl<'a> Sink<'a> {
             }
             None => None,
         };
-        Ok(Self {
-            args,
-            #[cfg(feature = "net")]
-            hub,
-        })
+        Ok(Self { args, hub })
     }
 
     /// Publishes events by Zenoh, where a key is named.
@@ -265,7 +250,6 @@ impl<'a> Sink<'a> {
 
     /// Prints events, and sends them on; whether anyone still reads what is printed.
     fn take(&mut self, events: &[LiveEvent]) -> Result<bool, Failure> {
-        #[cfg(feature = "net")]
         if let Some(hub) = &self.hub {
             events.iter().for_each(|event| hub.event(event));
         }
@@ -287,7 +271,6 @@ impl<'a> Sink<'a> {
 
     /// Nothing comes any more.
     fn finish(&self) {
-        #[cfg(feature = "net")]
         if let Some(hub) = &self.hub {
             hub.finish();
         }

@@ -1,10 +1,10 @@
 //! `teachtree lsp`: the language server on standard input and output.
 
 use super::Failure;
-use crate::base::error::InputError;
-use crate::base::units::time;
-use crate::lsp::{Settings, serve};
 use std::path::PathBuf;
+use teachtree_base::error::InputError;
+use teachtree_base::units::time;
+use teachtree_lsp::{Settings, serve};
 
 /// Options of `lsp`.
 #[derive(clap::Args)]

@@ -2,11 +2,11 @@
 
 use super::progress::Progress;
 use super::{Failure, output};
-use crate::base::error::InputError;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use teachtree_base::error::InputError;
 
 /// Options of commands that work on many recordings.
 #[derive(clap::Args, Clone, Debug, Default)]

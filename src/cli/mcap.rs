@@ -1,17 +1,18 @@
 //! `analyze --mcap`: an analysis for viewers of robot data, as messages of ROS 2 with the stamps of the log, and a layout that shows them; with `--into`
 //! among all messages of the log.
 
-use crate::analysis::Segment;
-use crate::base::error::InputError;
-use crate::base::recording::Recording;
-use crate::session::{Analysis, FrameValues, Log};
-use crate::stream::read::formats::mcap::copy::{Original, Survey, file_of};
-use crate::stream::read::formats::mcap::message::{self, Pose, Type};
-use crate::stream::read::formats::mcap::write::Writer;
-use crate::stream::read::table::BagClock;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::Segment;
+use teachtree_base::error::InputError;
+use teachtree_base::recording::Recording;
+use teachtree_logs::read::formats::mcap::copy::{Original, Survey, file_of};
+use teachtree_logs::read::formats::mcap::message::{self, Pose, Type};
+use teachtree_logs::read::formats::mcap::write::Writer;
+use teachtree_logs::read::table::BagClock;
+use teachtree_session::{Analysis, FrameValues, Log};
+use teachtree_session::{AnalysisInternals, LogInternals};
 
 /// The frame that all poses are in.
 const WORLD: &str = "world";

@@ -6,14 +6,11 @@
 
 mod agree;
 mod analyze;
-#[cfg(any(feature = "parquet", feature = "hdf5"))]
 mod annotate;
 mod audit;
 mod batch;
-#[cfg(any(feature = "studio", feature = "teach"))]
 mod browser;
 mod check;
-#[cfg(feature = "world")]
 mod demo;
 mod explain;
 mod fit;
@@ -24,40 +21,32 @@ mod inputs;
 mod inspect;
 mod list;
 mod live;
-#[cfg(feature = "lsp")]
 mod lsp;
 mod many;
-#[cfg(feature = "mcap")]
 mod mcap;
 mod output;
 mod progress;
 mod prove;
-#[cfg(feature = "world")]
 mod retarget;
 mod rules;
 mod score;
-#[cfg(feature = "world")]
 mod simulate;
 mod source;
-#[cfg(feature = "studio")]
 mod studio;
-#[cfg(feature = "world")]
 mod teach;
 mod test;
 mod trace;
 mod truth;
 
-#[cfg(all(feature = "internals", feature = "net"))]
-pub use live::protocol as foxglove;
-
-use crate::base::error::{ErrorKind, InputError};
-use crate::session::Error;
-use crate::stream::atomic_write;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::{Mutex, Once, PoisonError};
+use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_logs::atomic_write;
+use teachtree_session::Error;
+use teachtree_session::ErrorInternals;
 
 /// Turns a recorded demonstration into named tasks and primitives, by rules that are text.
 #[derive(Parser)]
@@ -69,7 +58,6 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    #[cfg(feature = "world")]
     /// Run the full pipeline on built-in example files; writes a folder
     Demo(demo::Args),
     /// Report all errors and likely mistakes of rule files, and what running them costs
@@ -78,7 +66,6 @@ enum Command {
     Inspect(inspect::Args),
     /// Segment recordings into primitives and name their tasks
     Analyze(analyze::Args),
-    #[cfg(any(feature = "parquet", feature = "hdf5"))]
     /// Write the labels of all recordings of a data set into a copy of it: words for LeRobot, signals for MimicGen
     Annotate(annotate::Args),
     /// Report the recordings of a set that should not be trained on: idle, cut off, failed grasps, lacking a task, out of order, unlike the others
@@ -87,7 +74,6 @@ enum Command {
     Live(live::Args),
     /// Explain why a recording has its labels at a time, and why not others
     Explain(explain::Args),
-    #[cfg(feature = "studio")]
     /// Open a local page to look at recordings, correct what was found, and tune the rules
     Studio(studio::Args),
     /// Compare recordings with their expectation files; coverage and mutation of the rules
@@ -98,14 +84,11 @@ enum Command {
     Agree(agree::Args),
     /// Fit parameters to labeled recordings, validate on held-out ones, print a patch
     Fit(fit::Args),
-    #[cfg(feature = "world")]
     /// Record a simulated demonstration
     Teach(teach::Args),
-    #[cfg(feature = "world")]
     /// Turn a recording into commands for a robot: trajectories, forces and grasps
     #[command(alias = "command")]
     Retarget(retarget::Args),
-    #[cfg(feature = "world")]
     /// Execute commands by a simulated robot in a scene, and record it
     Simulate(simulate::Args),
     /// Prove that rules only add to others
@@ -116,7 +99,6 @@ enum Command {
     Fmt(fmt::Args),
     /// Draw the trees of rule files, or the transitions between primitives; mark what a recording took
     Graph(graph::Args),
-    #[cfg(feature = "lsp")]
     /// Run the language server for editors: diagnostics, hover, names, completion
     Lsp(lsp::Args),
     /// List the rules, scenes, operators, robots and bindings that are in the program
@@ -320,12 +302,10 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let working = label.map(|label| progress::Working::new(&label));
     let outcome = match &cli.command {
-        #[cfg(feature = "world")]
         Command::Demo(args) => demo::run(args),
         Command::Check(args) => check::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
-        #[cfg(any(feature = "parquet", feature = "hdf5"))]
         Command::Annotate(args) => annotate::run(args),
         Command::Audit(args) => audit::run(args),
         Command::Live(args) => live::run(args),
@@ -333,20 +313,15 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
         Command::Agree(args) => agree::run(args),
-        #[cfg(feature = "studio")]
         Command::Studio(args) => studio::run(args),
         Command::Fit(args) => fit::run(args),
-        #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
-        #[cfg(feature = "world")]
         Command::Retarget(args) => retarget::run(args),
-        #[cfg(feature = "world")]
         Command::Simulate(args) => simulate::run(args),
         Command::Prove(args) => prove::prove(args),
         Command::Diff(args) => prove::diff(args),
         Command::Fmt(args) => fmt::run(args),
         Command::Graph(args) => graph::run(args),
-        #[cfg(feature = "lsp")]
         Command::Lsp(args) => lsp::run(args),
         Command::List(args) => list::list(args),
         Command::Show(args) => list::show(args),

@@ -1,14 +1,14 @@
 //! Writing: files whole or not at all, colour and width only for a terminal.
 
 use super::progress;
-use crate::base::error::InputError;
-use crate::stream::atomic_write::Files;
-use crate::stream::read::csv::beside;
-use crate::stream::read::formats;
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use teachtree_base::error::InputError;
+use teachtree_logs::atomic_write::Files;
+use teachtree_logs::read::csv::beside;
+use teachtree_logs::read::formats;
 
 /// The width of a line where no terminal says one, in characters.
 const USUAL_WIDTH: usize = 100;
@@ -37,7 +37,6 @@ pub fn add(files: &mut Files, path: &Path, text: &str, inputs: &[&Path]) -> Resu
 ///
 /// # Errors
 /// When it would.
-#[cfg(feature = "world")]
 pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     formats::check_name(path)?;
     if path.is_dir() {
@@ -47,7 +46,6 @@ pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
 }
 
 /// The files that a recording at this place consists of.
-#[cfg(feature = "world")]
 pub fn of_recording(path: &Path) -> [PathBuf; 3] {
     let [scene, events] = BESIDE.map(|ending| path.with_extension(ending));
     [path.to_path_buf(), scene, events]

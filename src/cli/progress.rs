@@ -1,13 +1,13 @@
 //! What is shown of long work on a terminal: a bar where it is known how much there is to do, else a sign that the program is at work and for how long.
 //! Nothing of it is shown where standard error is no terminal.
 
-use crate::stream::read::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
+use teachtree_logs::read::counted;
 
 /// How often the sign of work is drawn.
 const TICK: Duration = Duration::from_millis(100);

@@ -5,15 +5,16 @@ use super::rules::{RuleArgs, load_files};
 use super::source::SourceArgs;
 use super::truth::{TruthArgs, lacks_labels};
 use super::{Failure, output};
-use crate::analysis::Analysis;
-use crate::analysis::difference::{changes, extent, tracks};
-use crate::analysis::score::{Comparison, Known, NameMap, Side, compare};
-use crate::graph::compare::{Additive, Difference, TreeComparison, additive, declarations, differences};
-use crate::language::DEFAULT_HAND;
-use crate::session;
-use crate::session::files::all_logs;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::Analysis;
+use teachtree_analysis::difference::{changes, extent, tracks};
+use teachtree_analysis::score::{Comparison, Known, NameMap, Side, compare};
+use teachtree_language::DEFAULT_HAND;
+use teachtree_language::graph::compare::{Additive, Difference, TreeComparison, additive, declarations, differences};
+use teachtree_session as session;
+use teachtree_session::files::all_logs;
+use teachtree_session::{AnalysisInternals, LabelsInternals, LogInternals, RulesInternals};
 
 /// Options of `prove`.
 #[derive(clap::Args)]

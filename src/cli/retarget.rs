@@ -3,19 +3,19 @@
 use super::rules::{RuleArgs, read_by};
 use super::source::{SourceArgs, is_yaml};
 use super::{Failure, output};
-use crate::base::error::InputError;
-use crate::base::hands::Finger;
-use crate::base::scene::{Role, Scene};
-use crate::command::{self, Commands, TouchForces};
-use crate::robot::{self, Crossing, Robot};
-use crate::session::Rules;
-use crate::stream;
-use crate::stream::read::text;
 use nalgebra::Vector3;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Finger;
+use teachtree_base::scene::{Role, Scene};
+use teachtree_command::{self as command, Commands, TouchForces};
+use teachtree_logs::read::text;
+use teachtree_robot::{self as robot, Crossing, Robot};
+use teachtree_session::Rules;
+use teachtree_session::{AnalysisInternals, LogInternals, RulesInternals};
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
@@ -172,7 +172,7 @@ pub fn open_robot(name: &str) -> Result<(Robot, Vec<PathBuf>), InputError> {
 
 /// The scene of this name, or in this file.
 pub fn open_scene(name: &str) -> Result<Scene, InputError> {
-    if is_yaml(name) { stream::read::csv::read_scene(Path::new(name)) } else { crate::world::scene(name) }
+    if is_yaml(name) { teachtree_logs::read::csv::read_scene(Path::new(name)) } else { teachtree_world::scene(name) }
 }
 
 /// What is commanded.

@@ -1,11 +1,11 @@
 //! Which rules a command runs: the options that name them.
 
 use super::source::SourceArgs;
-use crate::language::{self, Request};
-use crate::session::{Error, Log, Rules, RulesOptions};
-use crate::stream::bind::BindingFile;
-use crate::stream::hand_file_of;
 use std::path::{Path, PathBuf};
+use teachtree_frames::bind::BindingFile;
+use teachtree_frames::hand_file_of;
+use teachtree_language::{self as language, Request};
+use teachtree_session::{Error, Log, Rules, RulesOptions};
 
 /// Options that name rules.
 #[derive(clap::Args, Clone, Debug, Default)]

@@ -5,13 +5,14 @@ use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::truth::{TruthArgs, read};
 use super::{Failure, output};
-use crate::analysis::json::Meta;
-use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage, Truth};
-use crate::base::error::InputError;
-use crate::report;
-use crate::session::files::all_logs;
-use crate::stream::atomic_write::Files;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::json::Meta;
+use teachtree_analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage, Truth};
+use teachtree_base::error::InputError;
+use teachtree_logs::atomic_write::Files;
+use teachtree_report as report;
+use teachtree_session::files::all_logs;
+use teachtree_session::{AnalysisInternals, LabelsInternals, LogInternals, RulesInternals};
 
 /// Options of `score`.
 #[derive(clap::Args)]

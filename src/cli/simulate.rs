@@ -5,26 +5,25 @@ use super::retarget::{open_robot, open_scene};
 use super::rules::{RuleArgs, read_by};
 use super::source::{SourceArgs, in_scene, is_yaml};
 use super::{Failure, output};
-use crate::analysis::{UNKNOWN, Who};
-use crate::base::error::InputError;
-use crate::base::scene::Scene;
-use crate::base::shown::Shown;
-use crate::command::{Commands, Task, in_file};
-use crate::report;
-use crate::robot::Robot;
-use crate::robot::planning::goal::goals;
-use crate::robot::planning::posture::Posture;
-use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
-use crate::robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
-use crate::robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce};
-use crate::robot::simulation::warnings::warnings;
-use crate::robot::simulation::{Outcome, Performance, simulate};
-use crate::session::{Analysis, Log};
-use crate::stream::atomic_write::Files;
-use crate::stream::read::formats;
-use crate::stream::read::text;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::{UNKNOWN, Who};
+use teachtree_base::error::InputError;
+use teachtree_base::scene::Scene;
+use teachtree_base::shown::Shown;
+use teachtree_command::{Commands, Task, in_file};
+use teachtree_logs::atomic_write::Files;
+use teachtree_logs::read::formats;
+use teachtree_logs::read::text;
+use teachtree_robot::Robot;
+use teachtree_robot::planning::goal::goals;
+use teachtree_robot::planning::posture::Posture;
+use teachtree_robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
+use teachtree_robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
+use teachtree_robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce};
+use teachtree_robot::simulation::warnings::warnings;
+use teachtree_robot::simulation::{Outcome, Performance, simulate};
+use teachtree_session::{Analysis, Log};
 
 /// Options of `simulate`.
 #[derive(clap::Args)]
@@ -184,7 +183,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::add(
             &mut files,
             page,
-            &report::robot::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
+            &teachtree_robot_report::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
             &inputs,
         )?;
     }
@@ -200,7 +199,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let fails = args.fail_on.iter().any(|kind| kind.is_found(&outcomes, recognized.as_deref()));
     if args.format == Format::Json {
         let (nearest, recognized) = (nearest.as_ref(), recognized.as_deref());
-        output::print_json(&report::robot::json(&commands, &outcomes, recognized, nearest, &collisions, duration))?;
+        output::print_json(&teachtree_robot_report::json(
+            &commands,
+            &outcomes,
+            recognized,
+            nearest,
+            &collisions,
+            duration,
+        ))?;
         return if fails { Err(Failure::No) } else { Ok(()) };
     }
     if let (Some(again), Some(recognized)) = (&again, &recognized) {

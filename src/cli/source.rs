@@ -1,12 +1,12 @@
 //! How a log is read: the options that commands on logs have in common.
 
-use crate::base::error::InputError;
-use crate::base::yaml;
-use crate::session::{Error, Log, LogOptions};
-use crate::stream::bind::BindingFile;
-use crate::stream::read::csv;
-use crate::stream::read::text;
 use std::path::{Path, PathBuf};
+use teachtree_base::error::InputError;
+use teachtree_base::yaml;
+use teachtree_frames::bind::BindingFile;
+use teachtree_logs::read::csv;
+use teachtree_logs::read::text;
+use teachtree_session::{Error, Log, LogOptions};
 
 /// Options for reading a log.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -57,7 +57,6 @@ pub fn in_scene(name: &str, error: InputError) -> InputError {
 }
 
 /// An error about the operator of this name, or in this file, at its line there: "operator `lift`, hands.right.steps.3".
-#[cfg(feature = "world")]
 pub fn in_operator(name: &str, error: InputError) -> InputError {
     let keys = error.place.strip_prefix("operator `").and_then(|place| place.split_once("`, "));
     let at_keys = keys.map(|(_, keys)| InputError { place: keys.into(), ..error.clone() });

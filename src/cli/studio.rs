@@ -3,12 +3,12 @@
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::{Failure, browser, on_interrupt, output};
-use crate::serve::Server;
-use crate::session::RulesOptions;
-use crate::stream::atomic_write;
-use crate::studio::{Options, Studio};
 use std::path::PathBuf;
 use std::sync::Arc;
+use teachtree_logs::atomic_write;
+use teachtree_serve::Server;
+use teachtree_session::RulesOptions;
+use teachtree_studio::{Options, Studio};
 
 /// Options of `studio`.
 #[derive(clap::Args)]

@@ -1,24 +1,22 @@
 //! `teachtree teach`: an operator script in a scene, recorded; one simulated operator, or many in parallel.
 
-#[cfg(feature = "teach")]
 mod live;
-#[cfg(feature = "teach")]
 mod others;
 
 use super::progress::Progress;
 use super::retarget::{open_robot, open_scene};
 use super::source::{in_operator, in_scene, is_yaml};
 use super::{Failure, output};
-use crate::base::error::InputError;
-use crate::base::recording::{Event, Recording};
-use crate::base::scene::Scene;
-use crate::base::yaml;
-use crate::stream::read::formats;
-use crate::stream::read::text;
-use crate::world::{self, Operator};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use teachtree_base::error::InputError;
+use teachtree_base::recording::{Event, Recording};
+use teachtree_base::scene::Scene;
+use teachtree_base::yaml;
+use teachtree_logs::read::formats;
+use teachtree_logs::read::text;
+use teachtree_world::{self as world, Operator};
 
 /// No batch has more recordings.
 const MOST: u64 = 100_000;
@@ -32,13 +30,11 @@ pub struct Args {
     /// A shipped scene by name, or a scene file
     scene: String,
     /// A shipped operator by name, or an operator file
-    #[cfg_attr(feature = "teach", arg(required_unless_present = "live"))]
-    #[cfg_attr(not(feature = "teach"), arg(required = true))]
+    #[arg(required_unless_present = "live")]
     operator: Option<String>,
     /// Where to write the recording, its scene beside it; with `--seeds` a folder; with `--live` never over a file that is there
     #[arg(long, short, value_name = "LOG")]
-    #[cfg_attr(feature = "teach", arg(required_unless_present = "live"))]
-    #[cfg_attr(not(feature = "teach"), arg(required = true))]
+    #[arg(required_unless_present = "live")]
     out: Option<PathBuf>,
     /// Random seed; equal seeds give identical recordings
     #[arg(long, default_value_t = 1)]
@@ -52,13 +48,11 @@ pub struct Args {
     /// The robot that will perform the task, by name or a robot file: gives the operator virtual hands of that robot's size
     #[arg(long, value_name = "ROBOT")]
     robot: Option<String>,
-    #[cfg(feature = "teach")]
     #[command(flatten)]
     live: live::LiveArgs,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    #[cfg(feature = "teach")]
     {
         args.live.check()?;
         if args.live.live {

@@ -1,12 +1,13 @@
 //! `analyze --trace`: an analysis as a trace of events, which Perfetto and Chrome's `about:tracing` show: a thread a track, the segments of a task below
 //! it, signals as counters.
 
-use crate::analysis::Segment;
-use crate::analysis::json::VERSION;
-use crate::base::hands::Who;
-use crate::session::{Analysis, Error, FrameValues};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
+use teachtree_analysis::Segment;
+use teachtree_analysis::json::VERSION;
+use teachtree_base::hands::Who;
+use teachtree_session::AnalysisInternals;
+use teachtree_session::{Analysis, Error, FrameValues};
 
 /// The schema of the file.
 const SCHEMA: &str = "teachtree.trace/1";

@@ -1,14 +1,14 @@
 //! What is true of recordings: the options that name it, for the commands that compare results with a truth.
 
 use super::many::ManyArgs;
-use crate::analysis::Who;
-use crate::base::error::InputError;
-use crate::base::hands::Side;
-use crate::session::Labels;
-use crate::session::files::label_file;
-use crate::session::score::{MAX_TEXT, is_of_several};
-use crate::stream::read::{formats, text};
 use std::path::{Path, PathBuf};
+use teachtree_analysis::Who;
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
+use teachtree_logs::read::{formats, text};
+use teachtree_session::Labels;
+use teachtree_session::files::label_file;
+use teachtree_session::score::{MAX_TEXT, is_of_several};
 
 /// Tracks by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

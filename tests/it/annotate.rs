@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree::stream::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
+use teachtree_logs::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
 
 /// The frames of a data file as JSON.
 pub fn frames(file: &Path) -> Vec<Value> {
@@ -457,7 +457,7 @@ fn what_is_no_whole_set_and_a_folder_that_is_not_there_are_named() {
 /// What another program puts at the place of a copy while it is being made stays.
 #[test]
 fn a_place_that_is_taken_meanwhile_is_not_replaced() {
-    use teachtree::stream::atomic_write::Folder;
+    use teachtree_logs::atomic_write::Folder;
     let place = tempfile::tempdir().unwrap();
     let target = place.path().join("copy");
     let made = || {

@@ -2,16 +2,16 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::fmt::Write as _;
-use teachtree::analysis::{Analysis, Segment, Who, analyze};
-use teachtree::base::hands::Side;
-use teachtree::base::quantity::Quantity;
-use teachtree::base::recording::Recording;
-use teachtree::base::scene::{Body, Scene};
-use teachtree::engine::evaluator::evaluate;
-use teachtree::graph::lower;
-use teachtree::language::{Request, Rules, load};
-use teachtree::stream;
-use teachtree::world;
+use teachtree_analysis::{Analysis, Segment, Who, analyze};
+use teachtree_base::hands::Side;
+use teachtree_base::quantity::Quantity;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::{Body, Scene};
+use teachtree_engine::evaluator::evaluate;
+use teachtree_frames as stream;
+use teachtree_language::graph::lower;
+use teachtree_language::{Request, Rules, load};
+use teachtree_world as world;
 
 /// Somebody to whom nothing happens that the script does not want.
 const SEED: u64 = 4;
@@ -27,7 +27,7 @@ fn taught(name: &str) -> Recording {
 
 fn analyzed(recording: &Recording) -> Analysis {
     let rules = rules();
-    let frames = stream::frames(recording, &teachtree::analysis::channels(&rules)).unwrap();
+    let frames = stream::frames(recording, &teachtree_analysis::channels(&rules)).unwrap();
     analyze(&rules, &frames, &evaluate(&lower(&rules), &frames).unwrap())
 }
 
@@ -132,7 +132,7 @@ fn a_mirrored_recording_gives_the_mirrored_analysis() {
             let (one, other) = (plain.track(who).unwrap(), other.track(exchanged).unwrap());
             assert_eq!(lane(&one.segments, true), lane(&other.segments, false), "{name} {who}");
             assert_eq!(lane(&one.relabeled, true), lane(&other.relabeled, false), "{name} {who}");
-            let spans = |track: &teachtree::analysis::Track| {
+            let spans = |track: &teachtree_analysis::Track| {
                 track.tasks.iter().map(|task| (task.task.clone(), task.frames.clone())).collect::<Vec<_>>()
             };
             assert_eq!(spans(one), spans(other), "{name} {who}");
@@ -176,7 +176,7 @@ fn scene(scene: &Scene) -> Scene {
 }
 
 fn body(body: &mut Body) {
-    let across = |point: &mut [teachtree::base::quantity::Length; 3]| point[0] = Quantity(-point[0].0);
+    let across = |point: &mut [teachtree_base::quantity::Length; 3]| point[0] = Quantity(-point[0].0);
     across(&mut body.position);
     body.rotation = turned(body.rotation);
     for part in &mut body.parts {

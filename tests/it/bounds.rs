@@ -4,9 +4,9 @@ use crate::live_log::demonstration;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree::base::recording::Recording;
-use teachtree::stream::read::formats;
 use teachtree::{Log, Rules};
+use teachtree_base::recording::Recording;
+use teachtree_logs::read::formats;
 
 /// A demonstration to its end and back again, so often.
 fn repeated(times: usize) -> Recording {

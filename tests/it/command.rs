@@ -1,6 +1,6 @@
 //! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
 
-#[path = "../../examples/recognition/ruleset.rs"]
+#[path = "../../measure/examples/recognition/ruleset.rs"]
 #[allow(dead_code, reason = "the example uses all of it")]
 mod ruleset;
 
@@ -11,18 +11,19 @@ use crate::report::page::{no_complaints, picture};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use std::path::Path;
-use teachtree::base::error::InputError;
-use teachtree::base::hands::Side;
-use teachtree::base::recording::Recording;
-use teachtree::base::scene::Scene;
-use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
-use teachtree::command::{Commands, FRICTION, Segment, Task, TouchForces, commands};
-use teachtree::robot::planning::trajectory::trajectory;
-use teachtree::stream;
-use teachtree::stream::OpenRequest;
-use teachtree::stream::read::csv::parse_scene;
-use teachtree::world::Operator;
-use teachtree::{robot, world};
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::Scene;
+use teachtree_command::smooth::{deviation, jerk, smooth, smooth_within};
+use teachtree_command::{Commands, FRICTION, Segment, Task, TouchForces, commands};
+use teachtree_frames as stream;
+use teachtree_frames::OpenRequest;
+use teachtree_logs::read::csv::parse_scene;
+use teachtree_robot as robot;
+use teachtree_robot::planning::trajectory::trajectory;
+use teachtree_world as world;
+use teachtree_world::Operator;
 
 #[test]
 fn a_sine_is_passed_as_the_law_says_and_not_moved_in_time() {
@@ -116,7 +117,7 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
                 }
             }
         }
-        let worst = |of: &dyn Fn(&teachtree::command::Quality) -> f64| {
+        let worst = |of: &dyn Fn(&teachtree_command::Quality) -> f64| {
             task.segments.iter().map(|segment| of(&segment.quality)).fold(0.0, f64::max)
         };
         assert!(worst(&|quality| quality.jerk_after) < 0.7 * worst(&|quality| quality.jerk_before));
@@ -347,7 +348,7 @@ fn commands_of_another_robot_are_refused() {
     );
     let mut elsewhere = commands.clone();
     elsewhere.tasks[0].into =
-        Some(teachtree::command::Into { body: "moon".into(), pose: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] });
+        Some(teachtree_command::Into { body: "moon".into(), pose: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] });
     assert!(printed(&elsewhere).contains("goes into `moon`, which is no body of the scene"), "{}", printed(&elsewhere));
     let mut bent = commands;
     let mapped = bent.tasks[0].grasps[0].mapped.as_mut().unwrap();

@@ -4,9 +4,9 @@ use crate::program::{all_said, demonstrate, said, teachtree_in};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
-use teachtree::analysis::TaskSpan;
-use teachtree::analysis::composites::Composites;
-use teachtree::language;
+use teachtree_analysis::TaskSpan;
+use teachtree_analysis::composites::Composites;
+use teachtree_language as language;
 
 /// A recording of the shipped operator that pushes, carries and slides, beside rules that say what that is.
 fn several(rules: &str) -> tempfile::TempDir {

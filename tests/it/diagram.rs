@@ -6,10 +6,10 @@ use proptest::prelude::*;
 use roxmltree::Document;
 use std::path::Path;
 use std::process::Output;
-use teachtree::engine::evaluator::evaluate;
-use teachtree::graph::lower;
-use teachtree::graph::transitions::{NONE, SEPARATE, transitions};
-use teachtree::language::rules::TreeScope;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_language::graph::lower;
+use teachtree_language::graph::transitions::{NONE, SEPARATE, transitions};
+use teachtree_language::rules::TreeScope;
 
 /// A lid: open leads only to Close, a leaf that can never be, and characters that every form has a meaning of its own for.
 const LID: &str = r#"
@@ -214,7 +214,7 @@ fn the_readme_of_graphs_shows_what_the_program_says() {
 #[test]
 fn leaves_that_only_an_empty_array_gives_are_reached() {
     let rules = "primitive A, B, C\ntree t for each hand {\n  not any(contacts.handled or true) => A\n  all(contacts.handled and false)     => B\n  else                                => C\n}\n";
-    let loaded = teachtree::language::load_text("test.rules", rules);
+    let loaded = teachtree_language::load_text("test.rules", rules);
     let rules = loaded.rules.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
     assert_eq!(transitions(&rules)[0].never, Vec::<String>::new());
 }

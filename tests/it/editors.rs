@@ -1,8 +1,8 @@
 //! What editors colour is what the language has: the words of `editors/` against the grammar.
 
 use std::collections::BTreeSet;
-use teachtree::base::units::UNITS;
-use teachtree::language::ops;
+use teachtree_base::units::UNITS;
+use teachtree_language::ops;
 
 fn read(name: &str) -> String {
     std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()

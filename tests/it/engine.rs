@@ -7,17 +7,17 @@ pub mod random;
 use proptest::prelude::*;
 use rayon::prelude::*;
 use std::ops::Range;
-use teachtree::analysis::channels;
-use teachtree::base::hands::Side;
-use teachtree::engine::evaluator::{Evaluator, evaluate, evaluate_in_blocks};
-use teachtree::engine::live::Stepper;
-use teachtree::engine::reference;
-use teachtree::engine::runs::{Leaves, Run, append};
-use teachtree::graph::{Graph, lower};
-use teachtree::language::{Request, load, load_text};
-use teachtree::stream;
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
-use teachtree::world;
+use teachtree_analysis::channels;
+use teachtree_base::hands::Side;
+use teachtree_engine::evaluator::{Evaluator, evaluate, evaluate_in_blocks};
+use teachtree_engine::live::Stepper;
+use teachtree_engine::reference;
+use teachtree_engine::runs::{Leaves, Run, append};
+use teachtree_frames as stream;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::graph::{Graph, lower};
+use teachtree_language::{Request, load, load_text};
+use teachtree_world as world;
 
 proptest! {
     // PROPTEST_CASES asks for more than the usual 256.
@@ -191,7 +191,7 @@ fn random_cases_are_worth_testing() {
         let (rules, frames) = random::case(seed, 3);
         let leaves = evaluate(&lower(&rules), &frames).unwrap();
         changes += leaves.iter().flat_map(|leaves| leaves.hands.values()).map(|runs| runs.len() - 1).sum::<usize>();
-        windows += teachtree::engine::compiled::instantiate::instantiate(&lower(&rules), &frames.layout)
+        windows += teachtree_engine::compiled::instantiate::instantiate(&lower(&rules), &frames.layout)
             .unwrap()
             .cost()
             .state_bytes;

@@ -5,12 +5,12 @@ use crate::program::{self, complained, teachtree};
 use proptest::prelude::*;
 use serde_json::Value;
 use std::process::Output;
-use teachtree::base::hands::Side;
-use teachtree::engine::evaluator::evaluate;
-use teachtree::engine::inspect::Inspector;
-use teachtree::engine::runs::Leaves;
-use teachtree::graph::lower;
-use teachtree::language::rules::{Branch, Label, Rules, Then, TreeScope};
+use teachtree_base::hands::Side;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_engine::inspect::Inspector;
+use teachtree_engine::runs::Leaves;
+use teachtree_language::graph::lower;
+use teachtree_language::rules::{Branch, Label, Rules, Then, TreeScope};
 
 /// The leaf at the end of a path.
 fn at_end(branch: &Branch, path: &[usize], before: Option<Label>) -> Option<Label> {

@@ -1,9 +1,9 @@
 //! `analyze --frames`: labels and signals per frame, as the library gives them and as the program writes them.
 
 use crate::program::{complained, demonstrate, said, teachtree_in};
-use teachtree::stream::read::formats;
-use teachtree::world::{shipped, teach};
 use teachtree::{FrameValues, Log, Question, Rules, Side, Who};
+use teachtree_logs::read::formats;
+use teachtree_world::{shipped, teach};
 
 fn numbers<'a>(values: Option<FrameValues<'a>>, name: &str) -> &'a [f64] {
     match values {

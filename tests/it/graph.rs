@@ -3,12 +3,12 @@
 mod growth;
 
 use std::fmt::Write;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::engine::compiled::instantiate::instantiate;
-use teachtree::engine::compiled::plan::Plan;
-use teachtree::graph::{Graph, lower, text};
-use teachtree::language::{Request, load, load_text};
-use teachtree::stream::frames::{HandLayout, Layout};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_engine::compiled::instantiate::instantiate;
+use teachtree_engine::compiled::plan::Plan;
+use teachtree_frames::frames::{HandLayout, Layout};
+use teachtree_language::graph::{Graph, lower, text};
+use teachtree_language::{Request, load, load_text};
 
 fn graph(rules: &str) -> Graph {
     let loaded = load_text("test.rules", rules);

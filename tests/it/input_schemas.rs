@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 /// Kind of a file, what its schema is called, and the schema as it is made.
 fn made() -> [(&'static str, Value); 4] {
     [
-        ("binding", teachtree::stream::bind::schema()),
-        ("operator", teachtree::world::operator_schema()),
-        ("robot", teachtree::robot::schema()),
-        ("scene", teachtree::base::scene::schema()),
+        ("binding", teachtree_frames::bind::schema()),
+        ("operator", teachtree_world::operator_schema()),
+        ("robot", teachtree_robot::schema()),
+        ("scene", teachtree_base::scene::schema()),
     ]
     .map(|(kind, schema)| (kind, schema.to_value()))
 }
@@ -92,7 +92,7 @@ fn the_files_of_the_repository_keep_to_the_schemas() {
     let wrong = |change: &dyn Fn(&mut Value)| {
         let mut document = scene.clone();
         change(&mut document);
-        assert!(serde_yaml::from_str::<teachtree::base::scene::Scene>(&document.to_string()).is_err(), "{document}");
+        assert!(serde_yaml::from_str::<teachtree_base::scene::Scene>(&document.to_string()).is_err(), "{document}");
         let mut scheme = schema("scene");
         let parts = scheme.as_object_mut().unwrap().remove("$defs").unwrap();
         (json!({ "title": "no scene", "$defs": parts, "not": scheme }), document)

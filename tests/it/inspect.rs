@@ -3,7 +3,7 @@
 use crate::program::{complained, said, teachtree};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use teachtree::stream::bind::template::groups;
+use teachtree_frames::bind::template::groups;
 
 /// A copy of the fixture log with these columns left out.
 fn log_without(folder: &Path, left_out: &str) -> PathBuf {

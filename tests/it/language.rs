@@ -14,8 +14,8 @@ mod syntax;
 mod trees;
 mod witnesses;
 
-use teachtree::base::diagnostic::render;
-use teachtree::language::Loaded;
+use teachtree_base::diagnostic::render;
+use teachtree_language::Loaded;
 
 /// What a user sees of it, without colours.
 fn report(loaded: &Loaded) -> String {

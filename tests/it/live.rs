@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
-use teachtree::stream::OpenRequest;
-use teachtree::stream::open;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::open;
 
 const LOG: &str = "demos/robosuite/SawyerNutAssembly_demo_1.csv";
 const BINDING: &str = "demos/robosuite/sawyer_nut_assembly.binding.yaml";

@@ -3,10 +3,10 @@
 use crate::program::{said, teachtree_fed};
 use crate::recordings::SHIPPED;
 use std::collections::BTreeMap;
-use teachtree::base::recording::Recording;
-use teachtree::stream::{OpenRequest, open};
-use teachtree::world::{shipped, teach};
 use teachtree::{Analysis, Calibration, Column, Live, LiveEvent, Log, Rules, Scene, Segment, Task, Who};
+use teachtree_base::recording::Recording;
+use teachtree_frames::{OpenRequest, open};
+use teachtree_world::{shipped, teach};
 
 pub fn demonstration(name: &str) -> Recording {
     teach(&shipped::scene(name).unwrap(), &shipped::operator(name).unwrap(), 1).unwrap()

@@ -5,9 +5,9 @@ use crate::program::{complained, program, said, teachtree_fed};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-#[cfg(all(unix, feature = "net"))]
+#[cfg(unix)]
 use std::time::{Duration, Instant};
-use teachtree::base::recording::Recording;
+use teachtree_base::recording::Recording;
 
 fn object(rows: &Rows, row: &[f64]) -> String {
     let values = row.iter().map(|value| serde_json::json!(value));
@@ -39,7 +39,7 @@ fn refused(args: &[&str], input: &str) -> String {
 const TASK: &str = "task    right pick_and_place";
 
 /// How long a program that was sent a signal may take to end on a busy machine.
-#[cfg(all(unix, feature = "net"))]
+#[cfg(unix)]
 const PATIENCE: Duration = Duration::from_secs(120);
 
 #[test]
@@ -198,7 +198,7 @@ fn ends_by(signal: &str) {
 }
 
 /// Starts the program on a pipe that no writer has opened; returns when it handles signals. It serves labels, because it reports that in a line.
-#[cfg(all(unix, feature = "net"))]
+#[cfg(unix)]
 fn awaiting(pipe: &str, args: &[&str]) -> Child {
     let mut child = started(&[&["live", pipe, "--serve", "0"], args].concat());
     let mut line = String::new();
@@ -208,7 +208,7 @@ fn awaiting(pipe: &str, args: &[&str]) -> Child {
 }
 
 /// SIGINT, SIGTERM or SIGHUP while no writer has opened the pipe.
-#[cfg(all(unix, feature = "net"))]
+#[cfg(unix)]
 #[test]
 fn signals_end_the_wait_for_a_writer() {
     let folder = tempfile::tempdir().unwrap();
@@ -240,7 +240,7 @@ fn signals_end_the_wait_for_a_writer() {
 }
 
 /// A pipe is a log from its first writer to the end of that one.
-#[cfg(all(unix, feature = "net"))]
+#[cfg(unix)]
 #[test]
 fn a_pipe_is_read_from_its_writer_to_the_end() {
     let (scene, lines) = json(&demonstration("pick_and_place"));

@@ -2,11 +2,11 @@
 
 use crate::program::{complained, said, teachtree_in};
 use std::path::Path;
-use teachtree::base::recording::Recording;
-use teachtree::stream::OpenRequest;
-use teachtree::stream::read::formats;
-use teachtree::stream::streaming::Flow;
-use teachtree::world::{shipped, teach};
+use teachtree_base::recording::Recording;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::streaming::Flow;
+use teachtree_logs::read::formats;
+use teachtree_world::{shipped, teach};
 
 fn taught(name: &str, seed: u64) -> Recording {
     teach(&shipped::scene(name).unwrap(), &shipped::operator(name).unwrap(), seed).unwrap()

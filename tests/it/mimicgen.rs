@@ -193,7 +193,7 @@ fn mimicgens_rule_of_ends_gives_our_boundaries() {
     let table = table(&said(&output));
     for demo in ["demo_1", "demo_3"] {
         let row = table.iter().find(|row| row[0] == demo).unwrap();
-        let source = teachtree::stream::read::formats::open(&folder.path().join(format!("new.hdf5#{demo}"))).unwrap();
+        let source = teachtree_logs::read::formats::open(&folder.path().join(format!("new.hdf5#{demo}"))).unwrap();
         let all = crate::stream::formats::arrays::columns(source);
         let mut before = 0;
         for (name, row) in ["grasp", "lifted"].iter().zip(&row[1..]) {
@@ -424,7 +424,7 @@ fn a_part_is_relative_to_the_partner_by_the_name_of_the_file() {
 /// Soft and external links have no object that is copied: a copy without them would not be the file. Each fixture stores its link in another way.
 #[test]
 fn a_file_with_links_is_not_copied_without_them() {
-    use teachtree::stream::read::formats::hdf5::annotate::{MASK, Request, annotate};
+    use teachtree_logs::read::formats::hdf5::annotate::{MASK, Request, annotate};
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/formats/links");
     let folder = tempfile::tempdir().unwrap();
     let copied = |name: &str| {

@@ -7,8 +7,8 @@ use Outcome::{Inserted, Jammed, Placed};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
-use teachtree::stream::{OpenRequest, open};
 use teachtree::{Calibration, Live, Rules};
+use teachtree_frames::{OpenRequest, open};
 
 /// The outcome of an insertion.
 #[derive(Clone, Copy, PartialEq)]

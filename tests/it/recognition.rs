@@ -1,12 +1,12 @@
-//! What the harness of docs/recognition.md does to recordings (`examples/recognition`): every change can be undone, and changes what it says.
+//! What the harness of docs/recognition.md does to recordings (`measure/examples/recognition`): every change can be undone, and changes what it says.
 
-#[path = "../../examples/recognition/transforms.rs"]
+#[path = "../../measure/examples/recognition/transforms.rs"]
 mod transforms;
 
-use teachtree::base::quantity::Quantity;
-use teachtree::base::recording::{Column, Event, Recording};
-use teachtree::base::scene::{Body, Role};
-use teachtree::base::units::Dimension;
+use teachtree_base::quantity::Quantity;
+use teachtree_base::recording::{Column, Event, Recording};
+use teachtree_base::scene::{Body, Role};
+use teachtree_base::units::Dimension;
 use transforms::{resampled, reversed, slowed, turned, without_contacts, without_flags};
 
 /// Two seconds at 100 Hz in which every column differs from every other.

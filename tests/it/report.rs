@@ -1,24 +1,23 @@
 //! Tests of `report`: the page, seen as text (the timeline is tested with `analysis`), and used in a browser.
 
-#[cfg(all(feature = "world", feature = "cli"))]
 mod drawn;
-#[cfg(all(feature = "world", feature = "cli"))]
 pub mod page;
 
 use crate::analysis::build::{chapter, leaves};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use teachtree::analysis::{Analysis, analyze, explain, json::Meta};
-use teachtree::base::channels::{Absent, Axis, ChannelSpec, HANDLING, Shape};
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::recording::Recording;
-use teachtree::base::units::Dimension;
-use teachtree::engine::runs::Leaves;
-use teachtree::language::rules::Rules;
-use teachtree::report::{CHANNELS, channels};
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
-use teachtree::stream::issue::Issue;
+use teachtree_analysis::json::Meta;
+use teachtree_analysis::{Analysis, analyze, explain};
+use teachtree_base::channels::{Absent, Axis, ChannelSpec, HANDLING, Shape};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::recording::Recording;
+use teachtree_base::units::Dimension;
+use teachtree_engine::runs::Leaves;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::rules::Rules;
+use teachtree_logs::issue::Issue;
+use teachtree_report::{CHANNELS, channels};
 
 const RATE_HZ: f64 = 1000.0;
 
@@ -115,7 +114,7 @@ fn meta() -> Meta {
 fn html(analysis: &Analysis, frames: &Frames, leaves: &[Leaves], meta: &Meta) -> String {
     let rules = Rules { channels: frames.channels.clone(), ..chapter() };
     let analyzed = explain::Analyzed { rules: &rules, frames, leaves, analysis };
-    teachtree::report::html(&analyzed, &Recording::default(), meta).unwrap()
+    teachtree_report::html(&analyzed, &Recording::default(), meta).unwrap()
 }
 
 /// The page without what its scripts read, and the scripts themselves.
@@ -156,7 +155,7 @@ fn the_channels_of_the_rules_come_first() {
     let mut rules = chapter();
     rules.channels = vec![touch_channel()];
     let names = |channels: &[ChannelSpec]| channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
-    let judged = names(&teachtree::analysis::channels(&rules));
+    let judged = names(&teachtree_analysis::channels(&rules));
     let asked = ["fingers.contact", "target", "target.position", "target.spin", "target.rotation", "target.radius"];
     assert_eq!(judged, [&asked[..], &HANDLING].concat());
     let drawn = names(&channels(&rules));
@@ -397,7 +396,6 @@ fn noise_is_drawn_as_bands_that_hold_what_the_log_holds() {
 }
 
 /// A page of six minutes of noise in all channels, and the size of the force of the right hand, which has a step in the middle.
-#[cfg(all(feature = "world", feature = "cli"))]
 fn long_page() -> (String, Vec<f64>) {
     let stretch = 0..360_000;
     let mut frames = measured(std::slice::from_ref(&stretch));
@@ -508,7 +506,7 @@ fn a_recording_of_nothing_has_a_page() {
         leaves: &[],
         analysis: &Analysis::default(),
     };
-    let page = teachtree::report::html(&analyzed, &Recording::default(), &Meta::default()).unwrap();
+    let page = teachtree_report::html(&analyzed, &Recording::default(), &Meta::default()).unwrap();
     assert!(page.contains("No task was found."));
     assert_eq!(data(&page)["signals"], serde_json::json!([]));
 }

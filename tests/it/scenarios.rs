@@ -4,13 +4,13 @@
 //! No physics, no thresholds near: this is a check of the logic of the shipped trees, tasks and relabeling.
 
 use std::collections::BTreeMap;
-use teachtree::analysis::{Analysis, Who, analyze};
-use teachtree::base::channels::{Axis, ChannelSpec};
-use teachtree::base::hands::{Finger, Side};
-use teachtree::engine::evaluator::evaluate;
-use teachtree::graph::lower;
-use teachtree::language::{Request, Rules, load};
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_analysis::{Analysis, Who, analyze};
+use teachtree_base::channels::{Axis, ChannelSpec};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_engine::evaluator::evaluate;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::graph::lower;
+use teachtree_language::{Request, Rules, load};
 
 /// The conditions of a phase.
 #[derive(Clone, Copy, Default)]

@@ -192,7 +192,7 @@ fn the_page_of_formats_describes_every_field() {
         });
     }
     let table = section("The table of segments");
-    for column in teachtree::analysis::csv::COLUMNS.iter().chain(&teachtree::analysis::csv::CONFIDENCE) {
+    for column in teachtree_analysis::csv::COLUMNS.iter().chain(&teachtree_analysis::csv::CONFIDENCE) {
         assert!(table.contains(&format!("`{column}`")), "docs/formats.md does not describe the column `{column}`");
     }
 }

@@ -21,13 +21,13 @@ mod round_trip;
 mod targets;
 mod touch;
 
-use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
-use teachtree::base::hands::Side;
-use teachtree::base::recording::{Column, Recording};
-use teachtree::base::units::Dimension;
-use teachtree::base::yaml;
-use teachtree::stream::frames::{ColumnKey, Frames};
-use teachtree::stream::names;
+use teachtree_base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
+use teachtree_base::hands::Side;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::units::Dimension;
+use teachtree_base::yaml;
+use teachtree_frames::frames::{ColumnKey, Frames};
+use teachtree_logs::names;
 
 /// A recording of `rows` samples at `rate` Hz in this scene; columns by canonical name, each a function of time.
 fn recording(scene: &str, rate: f64, rows: usize, columns: &[(&str, &dyn Fn(f64) -> f64)]) -> Recording {

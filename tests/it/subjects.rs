@@ -1,9 +1,9 @@
 //! What segments and tasks are about: the object, its partner, and the rows of the log.
 
-use teachtree::base::recording::Recording;
-use teachtree::stream::read::formats;
-use teachtree::world::{shipped, teach};
 use teachtree::{Analysis, Log, Rules, Segment, Side, Track, Who};
+use teachtree_base::recording::Recording;
+use teachtree_logs::read::formats;
+use teachtree_world::{shipped, teach};
 
 fn taught(name: &str) -> Recording {
     teach(&shipped::scene(name).unwrap(), &shipped::operator(name).unwrap(), 3).unwrap()

@@ -7,7 +7,7 @@ use crate::teach_live::Teaching;
 use crate::teach_page::{no_complaints, numbers, shown};
 use std::io::Write as _;
 use std::path::Path;
-use teachtree::teaching::HandFinder;
+use teachtree_teaching::HandFinder;
 
 /// A right hand that is rendered with an angle of view of 60°: the generic hand of the WebXR input profiles (npm `@webxr-input-profiles/assets`, MIT license).
 const PICTURE: &[u8] = include_bytes!("../fixtures/camera/right_hand.jpg");

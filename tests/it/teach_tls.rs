@@ -6,8 +6,8 @@ use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
-use teachtree::base::duplex::Duplex;
-use teachtree::serve::{Certificate, Host};
+use teachtree_serve::duplex::Duplex;
+use teachtree_serve::{Certificate, Host};
 
 /// A program that serves with TLS, and ends with this.
 struct Serving {

@@ -4,8 +4,8 @@ use crate::program::{all_said, teachtree_in};
 use std::io::Write as _;
 use std::path::Path;
 use std::process::Command;
-use teachtree::base::meaning::Meaning;
-use teachtree::command::{Commands, RATE_HZ};
+use teachtree_base::meaning::Meaning;
+use teachtree_command::{Commands, RATE_HZ};
 
 /// Recordings, the names of their bindings and scenes, and the objects.
 const TABLE: &[(&str, [&str; 2], &[&str])] = &[

@@ -1,77 +1,42 @@
-//! The layering rules: the modules that a module may use, and the places of libraries.
+//! The layering rules that manifests do not state: places of libraries in their crates, files that are opened, clocks.
 
 mod circles;
 
 use std::path::{Path, PathBuf};
 
-/// Each module with the modules that it may use; all may use `base`. Other uses are errors.
-const LAYERS: &[(&str, &[&str])] = &[
-    ("base", &[]),
-    ("serve", &[]),
-    ("language", &[]),
-    ("graph", &["language"]),
-    ("description", &[]),
-    ("world", &[]),
-    ("stream", &["description"]),
-    ("command", &["description", "analysis", "stream"]),
-    ("robot", &["command", "description", "world"]),
-    ("engine", &["language", "graph", "stream"]),
-    ("analysis", &["language", "stream", "engine"]),
-    ("report", &["language", "graph", "stream", "engine", "analysis", "command", "robot"]),
-    ("session", &["language", "graph", "stream", "engine", "analysis", "report"]),
-    ("lsp", &["language", "graph", "stream", "engine", "analysis", "session"]),
-    ("teaching", &["serve", "world", "stream", "report", "session"]),
-    ("studio", &["serve", "language", "graph", "stream", "engine", "analysis", "report", "session", "lsp"]),
-    (
-        "cli",
-        &[
-            "language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report", "session",
-            "lsp", "serve", "studio", "teaching",
-        ],
-    ),
-];
-
-/// Libraries with the only places that may use them.
+/// Libraries with the only places in their crates that may use them; in which crates they are is in the manifests.
 const ONE_PLACE: &[(&str, &[&str])] = &[
-    ("pest", &["src/language/"]),
-    ("serde_yaml", &["src/base/yaml.rs"]),
-    ("rapier3d", &["src/world/"]),
-    ("parry3d", &["src/world/", "src/robot/grasp/clearance.rs", "src/robot/model/mesh/pieces.rs"]),
-    ("mesh_loader", &["src/robot/model/mesh/formats.rs"]),
+    ("serde_yaml", &["crates/base/src/yaml.rs"]),
+    ("parry3d", &["crates/world/src/", "crates/robot/src/grasp/clearance.rs", "crates/robot/src/model/mesh/pieces.rs"]),
+    ("mesh_loader", &["crates/robot/src/model/mesh/formats.rs"]),
     (
         "roxmltree",
         &[
-            "src/description/urdf.rs",
-            "src/robot/model/mesh/collada.rs",
-            "src/stream/read/formats/hdf5/mujoco.rs",
-            "src/stream/read/labels/eaf.rs",
+            "crates/description/src/urdf.rs",
+            "crates/robot/src/model/mesh/collada.rs",
+            "crates/logs/src/read/formats/hdf5/mujoco.rs",
+            "crates/logs/src/read/labels/eaf.rs",
         ],
     ),
-    ("rand", &["src/world/"]),
-    ("parquet", &["src/stream/read/formats/"]),
-    ("npyz", &["src/stream/read/formats/"]),
-    ("zip", &["src/stream/read/formats/"]),
-    ("arrow_ipc", &["src/stream/read/formats/parquet/"]),
-    ("arrow_schema", &["src/stream/read/formats/parquet/"]),
-    ("base64", &["src/stream/read/formats/parquet/"]),
-    ("hdf5_pure", &["src/stream/read/formats/hdf5.rs", "src/stream/read/formats/hdf5/"]),
-    ("clap", &["src/cli/"]),
-    ("ctrlc", &["src/cli/"]),
+    ("parquet", &["crates/logs/src/read/formats/"]),
+    ("npyz", &["crates/logs/src/read/formats/"]),
+    ("zip", &["crates/logs/src/read/formats/"]),
+    ("arrow_ipc", &["crates/logs/src/read/formats/parquet/"]),
+    ("arrow_schema", &["crates/logs/src/read/formats/parquet/"]),
+    ("base64", &["crates/logs/src/read/formats/parquet/"]),
+    ("hdf5_pure", &["crates/logs/src/read/formats/hdf5.rs", "crates/logs/src/read/formats/hdf5/"]),
     ("signal_hook", &["src/cli/mod.rs"]),
-    ("libc", &["src/stream/read/file.rs"]),
-    ("tungstenite", &["src/cli/live/", "src/teaching/socket.rs"]),
+    ("libc", &["crates/logs/src/read/file.rs"]),
+    ("tungstenite", &["src/cli/live/", "crates/teaching/src/socket.rs"]),
     ("zenoh", &["src/cli/live/pubsub.rs"]),
-    ("indicatif", &["src/cli/"]),
-    ("rayon", &["src/cli/", "src/session/fitting.rs"]),
-    ("similar", &["src/session/patch.rs"]),
-    ("lsp_server", &["src/lsp/"]),
-    ("lsp_types", &["src/lsp/"]),
-    ("httparse", &["src/serve/http.rs"]),
-    ("getrandom", &["src/serve/server.rs"]),
-    ("rustls", &["src/base/duplex.rs", "src/base/duplex/", "src/serve/certificate.rs"]),
-    ("rcgen", &["src/serve/certificate.rs"]),
-    ("ring", &["src/serve/certificate.rs"]),
-    ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
+    ("rayon", &["src/cli/", "crates/session/src/fitting.rs"]),
+    ("similar", &["crates/session/src/patch.rs"]),
+    ("httparse", &["crates/serve/src/http.rs"]),
+    ("getrandom", &["crates/serve/src/server.rs"]),
+    ("rustls", &["crates/serve/src/duplex.rs", "crates/serve/src/duplex/", "crates/serve/src/certificate.rs"]),
+    ("rcgen", &["crates/serve/src/certificate.rs"]),
+    ("ring", &["crates/serve/src/certificate.rs"]),
+    ("annotate_snippets", &["crates/base/src/diagnostic/render.rs"]),
 ];
 
 /// Folders and files with pages.
@@ -90,17 +55,18 @@ const PAGES: &[&str] = &[
 /// Modules that open files.
 const OPENS_FILES: &[&str] = &[
     "src/cli/",
-    "src/lsp/",
-    "src/session/files.rs",
-    "src/stream/",
-    "src/studio/",
-    "src/serve/",
-    "src/language/",
-    "src/teaching/camera.rs",
+    "crates/lsp/src/",
+    "crates/session/src/files.rs",
+    "crates/frames/src/",
+    "crates/logs/src/",
+    "crates/studio/src/",
+    "crates/serve/src/",
+    "crates/language/src/",
+    "crates/teaching/src/camera.rs",
 ];
 
 /// The servo of a person's hands runs in real time, and a certificate is good from one day until another one.
-const READS_A_CLOCK: &[&str] = &["src/teaching/servo.rs", "src/serve/certificate.rs"];
+const READS_A_CLOCK: &[&str] = &["crates/teaching/src/servo.rs", "crates/serve/src/certificate.rs"];
 
 /// Returns all files in a folder and its subfolders.
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -121,11 +87,21 @@ fn with_extension(folder: &Path, extension: &str) -> Vec<PathBuf> {
     files(folder).into_iter().filter(|path| path.extension().is_some_and(|its| its == extension)).collect()
 }
 
+/// Returns all sources: of the root and of the crates.
+fn sources() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let crates = std::fs::read_dir(root.join("crates")).unwrap().map(|entry| entry.unwrap().path().join("src"));
+    let mut found: Vec<PathBuf> =
+        crates.chain([root.join("src")]).flat_map(|folder| with_extension(&folder, "rs")).collect();
+    found.sort();
+    found
+}
+
 /// Returns the lines of all sources: file, place, text without comments.
 fn lines() -> Vec<(String, String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut lines = Vec::new();
-    for path in with_extension(&root.join("src"), "rs") {
+    for path in sources() {
         let file = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
         for (line, at) in std::fs::read_to_string(&path).unwrap().lines().zip(1..) {
             let code = line.split("//").next().unwrap_or("").to_string();
@@ -135,32 +111,11 @@ fn lines() -> Vec<(String, String, String)> {
     lines
 }
 
-#[test]
-fn modules_use_only_modules_below() {
-    let mut wrong = Vec::new();
-    for (file, place, code) in lines() {
-        let Some(module) = file.split('/').nth(1).filter(|_| file.matches('/').count() > 1) else { continue };
-        let (_, below) =
-            LAYERS.iter().find(|(name, _)| *name == module).unwrap_or_else(|| panic!("{file}: no such module"));
-        for named in code
-            .split("crate::")
-            .skip(1)
-            .filter_map(|rest| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next())
-        {
-            let known = LAYERS.iter().any(|(name, _)| *name == named);
-            if known && named != "base" && named != module && !below.contains(&named) {
-                wrong.push(format!("{place}: `{module}` must not use `{named}`"));
-            }
-        }
-    }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-}
-
 /// Rule files name primitives, and say what a hand does in them; the program goes by that. Only the ground truth of the simulated operators, which
 /// shares nothing with the rules, has names of its own.
 #[test]
 fn only_the_ground_truth_names_primitives() {
-    let loaded = teachtree::language::load_text("all.rules", "use \"bimanual.rules\"");
+    let loaded = teachtree_language::load_text("all.rules", "use \"bimanual.rules\"");
     let names: Vec<String> = loaded.rules.unwrap().primitives.into_iter().map(|primitive| primitive.name).collect();
     assert!(names.len() >= 18, "{names:?}");
     let named = |code: &str| {
@@ -169,7 +124,7 @@ fn only_the_ground_truth_names_primitives() {
     let (truth, wrong): (Vec<_>, Vec<_>) = lines()
         .into_iter()
         .filter(|(.., code)| named(code))
-        .partition(|(file, ..)| file.starts_with("src/world/truth/"));
+        .partition(|(file, ..)| file.starts_with("crates/world/src/truth/"));
     assert!(truth.len() > 50, "the search finds them where they are");
     let places: Vec<&str> = wrong.iter().map(|(_, place, _)| place.as_str()).collect();
     assert!(places.is_empty(), "ask what a hand does (`Meaning`) instead of naming primitives: {}", places.join(", "));

@@ -3,16 +3,17 @@
 use super::super::{Failure, output};
 use super::task_spec::{Demonstration, TaskSpec};
 use super::{Args, LayoutArg, provenance};
-use crate::analysis::steps::{Lack, values};
-use crate::base::error::InputError;
-use crate::session::Analysis;
-use crate::session::signals::{Signal, of_binding};
-use crate::stream::atomic_write::Files;
-use crate::stream::read::formats;
-use crate::stream::read::formats::hdf5::annotate::{Layout, MASK, Request, Signals, annotate};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use teachtree_analysis::steps::{Lack, values};
+use teachtree_base::error::InputError;
+use teachtree_logs::atomic_write::Files;
+use teachtree_logs::read::formats;
+use teachtree_logs::read::formats::hdf5::annotate::{Layout, MASK, Request, Signals, annotate};
+use teachtree_session::Analysis;
+use teachtree_session::signals::{Signal, of_binding};
+use teachtree_session::{AnalysisInternals, LogInternals};
 
 /// A recording with the row of each signal.
 struct Row {

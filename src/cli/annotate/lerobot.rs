@@ -3,15 +3,16 @@
 use super::super::progress::Progress;
 use super::super::{Failure, output};
 use super::{Args, StyleArg, provenance};
-use crate::base::error::InputError;
-use crate::base::nearest::nearest;
-use crate::report::words::{Phrasing, Style};
-use crate::session::Analysis;
-use crate::stream::read::formats;
-use crate::stream::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use teachtree_base::error::InputError;
+use teachtree_base::nearest::nearest;
+use teachtree_logs::read::formats;
+use teachtree_logs::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
+use teachtree_report::words::{Phrasing, Style};
+use teachtree_session::Analysis;
+use teachtree_session::{AnalysisInternals, LogInternals, RulesInternals};
 
 /// How many different labels are listed.
 const LISTED: usize = 30;

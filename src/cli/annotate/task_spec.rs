@@ -4,18 +4,18 @@
 use super::super::output;
 use super::super::rules::read_by;
 use super::Args;
-use crate::analysis::Analysis;
-use crate::analysis::steps::Lack;
-use crate::base::error::InputError;
-use crate::base::hands::{Side, Who};
-use crate::base::meaning::Meaning;
-use crate::base::yaml;
-use crate::session::signals::Signal;
-use crate::stream::atomic_write::Files;
-use crate::stream::read::formats;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::Analysis;
+use teachtree_analysis::steps::Lack;
+use teachtree_base::error::InputError;
+use teachtree_base::hands::{Side, Who};
+use teachtree_base::meaning::Meaning;
+use teachtree_base::yaml;
+use teachtree_logs::atomic_write::Files;
+use teachtree_logs::read::formats;
+use teachtree_session::signals::Signal;
 
 /// How many rows behind an end a part may be cut, as MimicGen's templates have it.
 const OFFSETS: [usize; 2] = [10, 20];

@@ -1,13 +1,13 @@
 //! Messages of an MCAP file in the order in which they were recorded, also while the file is being written.
 
 use super::source::{Outlet, Sent, message};
-use crate::base::error::InputError;
-use crate::stream::bind::TopicFilter;
-use crate::stream::read::formats::mcap;
 use std::fs::File;
 use std::io::Read;
 use std::thread;
 use std::time::Duration;
+use teachtree_base::error::InputError;
+use teachtree_frames::bind::TopicFilter;
+use teachtree_logs::read::formats::mcap;
 
 /// How often a file is looked at for what was added.
 const LOOK: Duration = Duration::from_millis(20);

@@ -3,11 +3,7 @@
 //! A connection that breaks is made again, after 0.1 s at first and up to 5 s later on. Messages are taken as they come; those for which there is no
 //! room are counted.
 
-use super::protocol::{Advertised, FromServer, subscribe};
 use super::source::{Outlet, Sent, message};
-use crate::base::error::InputError;
-use crate::stream::bind::TopicFilter;
-use crate::stream::read::formats::topics::Reading;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::Arc;
@@ -15,6 +11,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::TrySendError;
 use std::thread;
 use std::time::Duration;
+use teachtree_base::error::InputError;
+use teachtree_frames::bind::TopicFilter;
+use teachtree_logs::foxglove::{Advertised, FromServer, subscribe};
+use teachtree_logs::read::formats::topics::Reading;
 use tungstenite::client::{ClientRequestBuilder, client_with_config};
 use tungstenite::error::ProtocolError;
 use tungstenite::handshake::HandshakeError;
@@ -284,7 +284,9 @@ impl Session<'_> {
     }
 
     fn binary(&mut self, bytes: &[u8], outlet: &Outlet) -> Result<(), End> {
-        let Some((subscription, received_ns, payload)) = super::protocol::message_data(bytes) else { return Ok(()) };
+        let Some((subscription, received_ns, payload)) = teachtree_logs::foxglove::message_data(bytes) else {
+            return Ok(());
+        };
         let channel = self.subscribed.get(&subscription).and_then(|id| self.channels.get(id));
         let Some((topic, reading)) = channel else { return Ok(()) };
         let sent = message(topic, reading, received_ns, payload);

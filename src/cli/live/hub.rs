@@ -1,13 +1,13 @@
 //! What is served to viewers and controllers: the topics, and the newest messages of them, from which each connection reads at its own pace.
 
-use super::protocol::ServedTopic;
-use crate::analysis::Who;
-use crate::session::LiveEvent;
-use crate::stream::read::formats::mcap::message;
 use std::collections::{BTreeMap, VecDeque};
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+use teachtree_analysis::Who;
+use teachtree_logs::foxglove::ServedTopic;
+use teachtree_logs::read::formats::mcap::message;
+use teachtree_session::LiveEvent;
 
 /// How many messages are kept for those that come late, and how many bytes of them.
 const MOST_MESSAGES: usize = 1 << 16;

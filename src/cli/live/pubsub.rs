@@ -4,11 +4,11 @@
 
 use super::hub::{ALL_EVENTS, From, Hub};
 use super::source::{MAX_LINE, Outlet, Sent};
-use crate::base::error::InputError;
 use std::path::PathBuf;
 use std::sync::mpsc::TrySendError;
 use std::sync::{Arc, Mutex};
 use std::thread;
+use teachtree_base::error::InputError;
 use zenoh::bytes::Encoding;
 use zenoh::config::EndPoint;
 use zenoh::key_expr::OwnedKeyExpr;

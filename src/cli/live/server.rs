@@ -2,14 +2,14 @@
 
 use super::foxglove::PROTOCOLS;
 use super::hub::{From, Hub, Subscriptions};
-use super::protocol::{FromClient, advertise, data, server_info, status};
-use crate::base::duplex::Duplex;
-use crate::base::error::InputError;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
+use teachtree_base::error::InputError;
+use teachtree_logs::foxglove::{FromClient, advertise, data, server_info, status};
+use teachtree_serve::duplex::Duplex;
 use tungstenite::handshake::server::{ErrorResponse, Request, Response};
 use tungstenite::http::{HeaderValue, StatusCode};
 use tungstenite::protocol::{Role, WebSocketConfig};

@@ -1,15 +1,6 @@
 //! Where rows and messages of a live log come from. A source reads in a thread of its own, and waits, or leaves out and counts, while nobody takes what it sends.
 
-#[cfg(feature = "mcap")]
 use super::bag;
-use crate::base::error::InputError;
-#[cfg(feature = "mcap")]
-use crate::stream::bind::TopicFilter;
-#[cfg(feature = "mcap")]
-use crate::stream::read::formats::rosmsg::Failure;
-#[cfg(feature = "mcap")]
-use crate::stream::read::formats::topics::Reading;
-use crate::stream::read::sheet::InMemoryTable;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::net::UdpSocket;
@@ -18,6 +9,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{SendError, SyncSender, TrySendError};
 use std::thread;
+use teachtree_base::error::InputError;
+use teachtree_frames::bind::TopicFilter;
+use teachtree_logs::read::formats::rosmsg::Failure;
+use teachtree_logs::read::formats::topics::Reading;
+use teachtree_logs::read::sheet::InMemoryTable;
 
 /// The longest line, bytes.
 pub const MAX_LINE: u64 = 1 << 20;
@@ -70,7 +66,6 @@ impl Outlet {
     }
 
     /// Whether the source is to stop.
-    #[cfg(feature = "mcap")]
     pub fn stops(&self) -> bool {
         self.stops.load(Ordering::Relaxed)
     }
@@ -85,10 +80,8 @@ pub enum Kind {
     #[cfg(feature = "zenoh")]
     Samples,
     /// Messages of topics, by the Foxglove protocol.
-    #[cfg(feature = "net")]
     Robot,
     /// Messages of topics, in a file.
-    #[cfg(feature = "mcap")]
     Bag,
 }
 
@@ -102,10 +95,7 @@ impl Kind {
             return Ok(Self::Datagrams);
         }
         if source.starts_with("ws://") || source.starts_with("wss://") {
-            #[cfg(feature = "net")]
             return Ok(Self::Robot);
-            #[cfg(not(feature = "net"))]
-            return Err(InputError::new(source, "this program was built without the feature `net`"));
         }
         if source.starts_with("zenoh:") {
             #[cfg(feature = "zenoh")]
@@ -119,10 +109,7 @@ impl Kind {
             return Err(InputError::new(source, expected));
         }
         if Path::new(source).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
-            #[cfg(feature = "mcap")]
             return Ok(Self::Bag);
-            #[cfg(not(feature = "mcap"))]
-            return Err(InputError::new(source, "this program was built without the feature `mcap`"));
         }
         Ok(Self::Lines)
     }
@@ -134,9 +121,7 @@ impl Kind {
             Self::Datagrams => true,
             #[cfg(feature = "zenoh")]
             Self::Samples => true,
-            #[cfg(feature = "net")]
             Self::Robot => true,
-            #[cfg(feature = "mcap")]
             Self::Bag => false,
         }
     }
@@ -159,12 +144,7 @@ impl Kind {
 
     /// Whether it has topics, each with messages of its own.
     pub fn has_topics(self) -> bool {
-        #[cfg(feature = "net")]
-        return matches!(self, Self::Bag | Self::Robot);
-        #[cfg(all(feature = "mcap", not(feature = "net")))]
-        return self == Self::Bag;
-        #[cfg(not(feature = "mcap"))]
-        return false;
+        matches!(self, Self::Bag | Self::Robot)
     }
 }
 
@@ -205,13 +185,11 @@ fn open(source: &str, outlet: Outlet, read: impl FnOnce(File, &str, &Outlet) + S
 }
 
 /// Begins to read a file of messages; while it is being written if it is `followed`.
-#[cfg(feature = "mcap")]
 pub fn begin_bag(source: &str, topics: TopicFilter, followed: bool, outlet: Outlet) {
     open(source, outlet, move |file, name, outlet| bag::play(file, name, &topics, followed, outlet));
 }
 
 /// A message as it is sent on; it was recorded or received at a time, ns, which counts where it has no stamp.
-#[cfg(feature = "mcap")]
 pub fn message(topic: &str, reading: &Reading, recorded_ns: i64, bytes: &[u8]) -> Sent {
     if let Reading::Refused(why) = reading {
         return Sent::Refused(topic.into(), why.clone());

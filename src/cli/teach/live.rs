@@ -2,23 +2,23 @@
 
 use super::others::OthersArgs;
 use super::{Args, stem};
-use crate::base::error::InputError;
 use crate::cli::retarget::{open_robot, touch_forces};
 use crate::cli::simulate::{format_clearance, format_outcomes};
 use crate::cli::source::{in_scene, is_yaml};
 use crate::cli::{Failure, browser, on_interrupt, output};
-use crate::command;
-use crate::report;
-use crate::robot::simulation::warnings::warnings;
-use crate::robot::simulation::{Performance, Verdict, simulate};
-use crate::robot::{self, Robot};
-use crate::serve::Server;
-use crate::session::{Log, RulesOptions};
-use crate::stream::atomic_write;
-use crate::teaching::{self, HandFinder, Options, Performed, Punctuality, Shown, Teaching};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
+use teachtree_base::error::InputError;
+use teachtree_command as command;
+use teachtree_logs::atomic_write;
+use teachtree_robot::simulation::warnings::warnings;
+use teachtree_robot::simulation::{Performance, Verdict, simulate};
+use teachtree_robot::{self as robot, Robot};
+use teachtree_serve::Server;
+use teachtree_session::{AnalysisInternals, LogInternals};
+use teachtree_session::{Log, RulesOptions};
+use teachtree_teaching::{self as teaching, HandFinder, Options, Performed, Punctuality, Shown, Teaching};
 
 /// Who performs what was taught.
 const ROBOT: &str = "both_hands";
@@ -182,7 +182,7 @@ fn perform(
     Ok(Performed {
         text: format_outcomes(&outcomes) + &format_clearance(nearest.as_ref(), &collisions),
         done: outcomes.iter().all(|outcome| outcome.verdict() == Verdict::Done),
-        page: report::robot::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
+        page: teachtree_robot_report::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
         recording,
     })
 }

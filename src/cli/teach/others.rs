@@ -1,8 +1,8 @@
 //! The options by which other machines open the page of `teach --live`.
 
-use crate::base::error::InputError;
-use crate::serve::{Host, Server};
 use std::path::PathBuf;
+use teachtree_base::error::InputError;
+use teachtree_serve::{Host, Server};
 
 /// Options of a page that other machines open.
 #[derive(clap::Args)]
@@ -34,7 +34,7 @@ impl OthersArgs {
     /// A certificate that cannot be used, an address that cannot be listened on, a program without TLS.
     #[cfg(feature = "tls")]
     pub fn server(&self, port: u16) -> Result<Option<(Server, String)>, InputError> {
-        use crate::serve::Certificate;
+        use teachtree_serve::Certificate;
         let Some(host) = &self.host else { return Ok(None) };
         let (certificate, of) = match (&self.certificate, &self.key) {
             (Some(file), key) if key.is_some() || file.exists() => {

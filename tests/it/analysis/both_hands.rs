@@ -1,13 +1,13 @@
 //! Two hands: the experiments E2 and E3 of docs/sources.md, and coordination that is given back.
 
 use super::build::*;
-use teachtree::analysis::{Segment, Who};
-use teachtree::base::hands::Side;
-use teachtree::language::rules::{RelabelKind, TaskId};
+use teachtree_analysis::{Segment, Who};
+use teachtree_base::hands::Side;
+use teachtree_language::rules::{RelabelKind, TaskId};
 
 fn both(
-    analysis: &teachtree::analysis::Analysis,
-    of: impl Fn(&teachtree::analysis::Track) -> &Vec<Segment>,
+    analysis: &teachtree_analysis::Analysis,
+    of: impl Fn(&teachtree_analysis::Track) -> &Vec<Segment>,
 ) -> Vec<String> {
     let show = |segment: &Segment| format!("{:.2}–{:.2} {}", segment.start_s, segment.end_s, segment.primitive);
     of(analysis.track(Who::Both).unwrap()).iter().map(show).collect()

@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 use std::sync::LazyLock;
-use teachtree::analysis::{Analysis, Segment, Who, analyze};
-use teachtree::base::channels::{Absent, ChannelSpec, DERIVED};
-use teachtree::base::diagnostic::Span;
-use teachtree::base::hands::Side;
-use teachtree::base::meaning::Primitives;
-use teachtree::base::units::Dimension;
-use teachtree::engine::runs::{Leaves, Run, append};
-use teachtree::language::rules::*;
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_analysis::{Analysis, Segment, Who, analyze};
+use teachtree_base::channels::{Absent, ChannelSpec, DERIVED};
+use teachtree_base::diagnostic::Span;
+use teachtree_base::hands::Side;
+use teachtree_base::meaning::Primitives;
+use teachtree_base::units::Dimension;
+use teachtree_engine::runs::{Leaves, Run, append};
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::rules::*;
 
 /// Frames per second of all logs here: one frame is 10 ms.
 pub const RATE_HZ: f64 = 100.0;
@@ -21,7 +21,7 @@ const PRIMITIVES: &str = "Move Approach Grasp Translate Slide Insert Pullout Rel
 
 /// What a hand does in the shipped primitives.
 static MEANINGS: LazyLock<Primitives> =
-    LazyLock::new(|| teachtree::language::load_text("all.rules", "use \"bimanual.rules\"").rules.unwrap().by_name());
+    LazyLock::new(|| teachtree_language::load_text("all.rules", "use \"bimanual.rules\"").rules.unwrap().by_name());
 
 /// A rule set with the primitives of the chapter, without tasks and relabeling.
 pub fn bare(settle_s: f64) -> Rules {
@@ -282,7 +282,7 @@ pub fn names(segments: &[Segment]) -> String {
 /// A line for each task of a hand: `0–1.2 pick_and_place (slide): Move Approach …`, with `[start]`, `[end]` where it is open.
 pub fn tasks(analysis: &Analysis, side: Side) -> Vec<String> {
     let track = analysis.track(Who::Hand(side)).unwrap();
-    let line = |task: &teachtree::analysis::TaskSpan| {
+    let line = |task: &teachtree_analysis::TaskSpan| {
         let secondary =
             if task.secondary.is_empty() { String::new() } else { format!(" ({})", task.secondary.join(" ")) };
         let start = if task.open_start { "[start] " } else { "" };

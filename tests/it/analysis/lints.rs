@@ -5,15 +5,15 @@ use super::build::*;
 use super::property::{any_label, any_labels, any_leaves, any_rules};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
-use teachtree::analysis::{Analysis, Segment, analyze};
-use teachtree::base::diagnostic::{Diagnostic, Span};
-use teachtree::base::hands::Side;
-use teachtree::engine::runs::{Leaves, Run};
-use teachtree::language::codes;
-use teachtree::language::lints::cyclic_rewrites::cyclic_rewrites;
-use teachtree::language::lints::labels::missing_labels;
-use teachtree::language::lints::tasks::hidden_tasks;
-use teachtree::language::rules::*;
+use teachtree_analysis::{Analysis, Segment, analyze};
+use teachtree_base::diagnostic::{Diagnostic, Span};
+use teachtree_base::hands::Side;
+use teachtree_engine::runs::{Leaves, Run};
+use teachtree_language::codes;
+use teachtree_language::lints::cyclic_rewrites::cyclic_rewrites;
+use teachtree_language::lints::labels::missing_labels;
+use teachtree_language::lints::tasks::hidden_tasks;
+use teachtree_language::rules::*;
 
 /// Gives the trees the leaves that are found in a recording, and every rule, task and key a place of its own.
 fn fitted(mut rules: Rules, leaves: &Leaves) -> Rules {

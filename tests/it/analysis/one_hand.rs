@@ -1,8 +1,8 @@
 //! The chapter's experiments (docs/sources.md) and tasks, one hand: raw sequence, task, relabeled sequence.
 
 use super::build::*;
-use teachtree::analysis::{Who, analyze};
-use teachtree::base::hands::Side;
+use teachtree_analysis::{Who, analyze};
+use teachtree_base::hands::Side;
 
 /// Leaves of ten frames each, but for those with a length of their own: `Move Slide:4 Grasp`.
 fn evenly(text: &str) -> String {

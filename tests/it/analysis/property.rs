@@ -3,11 +3,11 @@
 use super::build::*;
 use proptest::prelude::*;
 use std::ops::Range;
-use teachtree::analysis::{Analysis, Segment, Who, analyze};
-use teachtree::base::diagnostic::Span;
-use teachtree::base::hands::Side;
-use teachtree::engine::runs::{Leaves, Run, append};
-use teachtree::language::rules::*;
+use teachtree_analysis::{Analysis, Segment, Who, analyze};
+use teachtree_base::diagnostic::Span;
+use teachtree_base::hands::Side;
+use teachtree_engine::runs::{Leaves, Run, append};
+use teachtree_language::rules::*;
 
 /// Few labels, so that patterns meet: the first ones of the chapter, and MainGrasp with its sides.
 pub fn any_label() -> impl Strategy<Value = Label> {

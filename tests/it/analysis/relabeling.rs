@@ -1,10 +1,10 @@
 //! Relabeling rules one by one: patterns, durations, trails, the bound.
 
 use super::build::*;
-use teachtree::analysis::{Analysis, MAX_ROUNDS, Who};
-use teachtree::base::hands::Side;
-use teachtree::base::units::Dimension;
-use teachtree::language::rules::{RelabelKind, Rules};
+use teachtree_analysis::{Analysis, MAX_ROUNDS, Who};
+use teachtree_base::hands::Side;
+use teachtree_base::units::Dimension;
+use teachtree_language::rules::{RelabelKind, Rules};
 
 /// The relabeled segments of the right hand.
 fn after(rules: &Rules, text: &str) -> String {

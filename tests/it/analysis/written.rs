@@ -1,12 +1,12 @@
 //! What is written of an analysis: JSON, CSV, timeline.
 
 use super::build::*;
-use teachtree::analysis::Analysis;
-use teachtree::analysis::csv::csv;
-use teachtree::analysis::json::{Meta, json};
-use teachtree::analysis::number::number;
-use teachtree::report::text::{Style, text};
-use teachtree::stream::issue::Issue;
+use teachtree_analysis::Analysis;
+use teachtree_analysis::csv::csv;
+use teachtree_analysis::json::{Meta, json};
+use teachtree_analysis::number::number;
+use teachtree_logs::issue::Issue;
+use teachtree_report::text::{Style, text};
 
 fn meta() -> Meta {
     Meta {
@@ -77,6 +77,6 @@ fn a_timeline_without_anything() {
         "timeline_nothing",
         text(&nothing, &meta(), Style { color: false, unicode: true, width: 80 })
     );
-    let empty = teachtree::analysis::analyze(&rules, &frames(&[]), &[]);
+    let empty = teachtree_analysis::analyze(&rules, &frames(&[]), &[]);
     insta::assert_snapshot!("timeline_empty", text(&empty, &meta(), Style { color: false, unicode: true, width: 80 }));
 }

@@ -8,15 +8,15 @@ use super::random::Random;
 use rayon::prelude::*;
 use recordings::{Cut, recording};
 use std::fmt::Write;
-use teachtree::analysis::{Track, Who, analyze, channels, check_rate};
-use teachtree::engine::evaluator::evaluate;
-use teachtree::engine::runs::{Leaves, Run};
-use teachtree::graph::compare::{additive, declarations, differences};
-use teachtree::graph::lower;
-use teachtree::language::load_text;
-use teachtree::language::rules::{Label, Rules};
-use teachtree::stream;
-use teachtree::stream::frames::Frames;
+use teachtree_analysis::{Track, Who, analyze, channels, check_rate};
+use teachtree_engine::evaluator::evaluate;
+use teachtree_engine::runs::{Leaves, Run};
+use teachtree_frames as stream;
+use teachtree_frames::frames::Frames;
+use teachtree_language::graph::compare::{additive, declarations, differences};
+use teachtree_language::graph::lower;
+use teachtree_language::load_text;
+use teachtree_language::rules::{Label, Rules};
 use texts::{Pair, pair};
 
 /// Number of recordings.

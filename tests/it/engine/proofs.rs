@@ -2,13 +2,13 @@
 
 use super::random::{self, Random};
 use rayon::prelude::*;
-use teachtree::base::channels::Shape;
-use teachtree::base::diagnostic::Span;
-use teachtree::base::units::Dimension;
-use teachtree::engine::reference;
-use teachtree::engine::runs::{Leaves, Run};
-use teachtree::graph::compare::{additive, declarations, differences};
-use teachtree::language::rules::{Branch, Choice, Expr, ExprKind, Label, Primitive, PrimitiveId, Rules, Then, Type};
+use teachtree_base::channels::Shape;
+use teachtree_base::diagnostic::Span;
+use teachtree_base::units::Dimension;
+use teachtree_engine::reference;
+use teachtree_engine::runs::{Leaves, Run};
+use teachtree_language::graph::compare::{additive, declarations, differences};
+use teachtree_language::rules::{Branch, Choice, Expr, ExprKind, Label, Primitive, PrimitiveId, Rules, Then, Type};
 
 /// How many cases were proved to only add, proved to be the same, and not proved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,13 +1,13 @@
 //! Random checked rule sets and random logs for them.
 
 use std::collections::BTreeMap;
-use teachtree::base::channels::{Absent, Axis, ChannelSpec, DISTANCE_KNOWN, Shape};
-use teachtree::base::diagnostic::Span;
-use teachtree::base::hands::{Finger, FingerPick, Side};
-use teachtree::base::units::Dimension;
-use teachtree::language::ops::{Samples, Summary, Temporal};
-use teachtree::language::rules::*;
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_base::channels::{Absent, Axis, ChannelSpec, DISTANCE_KNOWN, Shape};
+use teachtree_base::diagnostic::Span;
+use teachtree_base::hands::{Finger, FingerPick, Side};
+use teachtree_base::units::Dimension;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::ops::{Samples, Summary, Temporal};
+use teachtree_language::rules::*;
 
 /// A rule set and a log from a seed; `depth` bounds expressions and branches.
 pub fn case(seed: u64, depth: u32) -> (Rules, Frames) {

@@ -4,8 +4,8 @@ use super::report;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
-use teachtree::base::diagnostic::Severity;
-use teachtree::language::{self, Loaded, Request, codes};
+use teachtree_base::diagnostic::Severity;
+use teachtree_language::{self as language, Loaded, Request, codes};
 
 fn load(path: &Path) -> Loaded {
     language::load(&Request { files: vec![path.to_path_buf()], ..Request::default() })

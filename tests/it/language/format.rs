@@ -1,9 +1,9 @@
 //! `fmt`: one style, comments and meaning kept.
 
 use proptest::prelude::*;
-use teachtree::graph::{lower, text};
-use teachtree::language::format::format;
-use teachtree::language::{SHIPPED, load_text};
+use teachtree_language::format::format;
+use teachtree_language::graph::{lower, text};
+use teachtree_language::{SHIPPED, load_text};
 
 /// Words, signs and comments, without blanks.
 fn bare(text: &str) -> String {

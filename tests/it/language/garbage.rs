@@ -2,7 +2,7 @@
 
 use super::report;
 use proptest::prelude::*;
-use teachtree::language::{self, SHIPPED};
+use teachtree_language::{self as language, SHIPPED};
 
 /// Loads a text and formats its diagnostics. A text that takes exponential time would not end.
 fn survives(text: &str) {

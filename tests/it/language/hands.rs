@@ -2,13 +2,13 @@
 
 use super::report;
 use std::collections::BTreeMap;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::engine::evaluator::evaluate;
-use teachtree::engine::reference;
-use teachtree::graph::{lower, text as plan};
-use teachtree::language::rules::Rules;
-use teachtree::language::{self, codes};
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_engine::evaluator::evaluate;
+use teachtree_engine::reference;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::graph::{lower, text as plan};
+use teachtree_language::rules::Rules;
+use teachtree_language::{self as language, codes};
 
 fn rules(text: &str) -> Rules {
     let loaded = language::load_text("my.rules", text);

@@ -4,15 +4,15 @@ use super::report;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use teachtree::analysis::analyze;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::meaning::Meaning;
-use teachtree::engine::evaluator::evaluate;
-use teachtree::engine::reference;
-use teachtree::graph::lower;
-use teachtree::language::rules::*;
-use teachtree::language::{self, codes};
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_analysis::analyze;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::meaning::Meaning;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_engine::reference;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::graph::lower;
+use teachtree_language::rules::*;
+use teachtree_language::{self as language, codes};
 
 fn rules(text: &str) -> Rules {
     let loaded = language::load_text("my.rules", text);
@@ -137,7 +137,7 @@ proptest! {
             assert_eq!(evaluate(&lower(&rules), &frames).unwrap(), literal);
             let analysis = analyze(&rules, &frames, &literal);
             let track = analysis.tracks.into_iter().next().unwrap();
-            let names = |segments: &[teachtree::analysis::Segment]| -> Vec<_> {
+            let names = |segments: &[teachtree_analysis::Segment]| -> Vec<_> {
                 segments.iter().map(|one| (one.primitive.clone(), one.frames.clone())).collect()
             };
             let tasks: Vec<_> = track.tasks.iter().map(|task| (task.task.clone(), task.secondary.clone(), task.frames.clone())).collect();

@@ -3,13 +3,13 @@
 use crate::engine::random;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
-use teachtree::base::diagnostic::{Diagnostic, Span};
-use teachtree::engine::reference;
-use teachtree::language::lints::choices::dead_choices;
-use teachtree::language::lints::conditions::idle_conditions;
-use teachtree::language::rules::*;
-use teachtree::language::{self, codes};
-use teachtree::stream::frames::Frames;
+use teachtree_base::diagnostic::{Diagnostic, Span};
+use teachtree_engine::reference;
+use teachtree_frames::frames::Frames;
+use teachtree_language::lints::choices::dead_choices;
+use teachtree_language::lints::conditions::idle_conditions;
+use teachtree_language::rules::*;
+use teachtree_language::{self as language, codes};
 
 /// The primitive that nothing gives but what is reported never to be taken.
 const MARKED: Label = Label { primitive: PrimitiveId(4), side: None };

@@ -2,13 +2,13 @@
 
 use super::report;
 use std::collections::BTreeMap;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::engine::evaluator::evaluate;
-use teachtree::engine::inspect::Inspector;
-use teachtree::graph::lower;
-use teachtree::language::format::format;
-use teachtree::language::{self, Loaded};
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_engine::evaluator::evaluate;
+use teachtree_engine::inspect::Inspector;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::format::format;
+use teachtree_language::graph::lower;
+use teachtree_language::{self as language, Loaded};
 
 const RATE_HZ: f64 = 100.0;
 

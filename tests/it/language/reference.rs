@@ -2,13 +2,13 @@
 
 use super::report;
 use std::collections::BTreeMap;
-use teachtree::base::channels::DERIVED;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::units::UNITS;
-use teachtree::engine::evaluator::evaluate;
-use teachtree::graph::lower;
-use teachtree::language::{self, SHIPPED, codes};
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_base::channels::DERIVED;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::units::UNITS;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::graph::lower;
+use teachtree_language::{self as language, SHIPPED, codes};
 
 const REFERENCE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/grammar/README.md"));
 

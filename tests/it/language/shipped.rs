@@ -2,10 +2,10 @@
 
 use super::report;
 use std::path::PathBuf;
-use teachtree::base::channels::Absent;
-use teachtree::base::hands::Side;
-use teachtree::language::rules::{Branch, RelabelKind, Then, TreeScope};
-use teachtree::language::{self, Loaded, Request, Rules, SHIPPED, codes};
+use teachtree_base::channels::Absent;
+use teachtree_base::hands::Side;
+use teachtree_language::rules::{Branch, RelabelKind, Then, TreeScope};
+use teachtree_language::{self as language, Loaded, Request, Rules, SHIPPED, codes};
 
 fn load(file: &str, hand: Option<&str>, overrides: &[(&str, &str)]) -> Loaded {
     language::load(&Request {

@@ -1,9 +1,9 @@
 //! The syntax tree: exact places, comments and documentation kept.
 
-use teachtree::base::diagnostic::{Source, Sources, Span};
-use teachtree::base::units::UNITS;
-use teachtree::language::syntax::{Expr, ExprKind, ItemKind, Then};
-use teachtree::language::{self, SHIPPED};
+use teachtree_base::diagnostic::{Source, Sources, Span};
+use teachtree_base::units::UNITS;
+use teachtree_language::syntax::{Expr, ExprKind, ItemKind, Then};
+use teachtree_language::{self as language, SHIPPED};
 
 fn sources(text: &str) -> Sources {
     Sources { files: vec![Source { name: "my.rules".to_string(), text: text.to_string() }] }

@@ -1,8 +1,8 @@
 //! What is proved about branches, and what is not.
 
 use super::report;
-use teachtree::language::rules::{Then, TreeScope};
-use teachtree::language::{self, codes};
+use teachtree_language::rules::{Then, TreeScope};
+use teachtree_language::{self as language, codes};
 
 /// The codes that a tree of each hand with these choices is reported for.
 fn codes_of(choices: &str) -> Vec<&'static str> {

@@ -3,18 +3,18 @@
 use crate::engine::random;
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use teachtree::base::channels::{Absent, ChannelSpec, Shape};
-use teachtree::base::diagnostic::Span;
-use teachtree::base::hands::Side;
-use teachtree::base::units::Dimension;
-use teachtree::engine::evaluator::evaluate;
-use teachtree::engine::reference;
-use teachtree::graph::lower;
-use teachtree::language::formula::{Frame, written};
-use teachtree::language::lints::choices::dead_choices;
-use teachtree::language::rules::*;
-use teachtree::language::tree::gaps::gaps;
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_base::channels::{Absent, ChannelSpec, Shape};
+use teachtree_base::diagnostic::Span;
+use teachtree_base::hands::Side;
+use teachtree_base::units::Dimension;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_engine::reference;
+use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree_language::formula::{Frame, written};
+use teachtree_language::graph::lower;
+use teachtree_language::lints::choices::dead_choices;
+use teachtree_language::rules::*;
+use teachtree_language::tree::gaps::gaps;
 
 /// A log of a frame, with the frame before that gives the leaf before, and rules whose conditions read that log.
 struct Replay<'a> {

@@ -288,7 +288,7 @@ fn a_file_gets_the_one_style_and_keeps_its_ends_of_lines() {
         let edits = json!({ "changes": { editor.uri("main.rules"): answer["result"] } });
         editor.apply(&edits);
         let formatted = std::fs::read_to_string(editor.path("main.rules")).unwrap();
-        let wanted = teachtree::language::format::format(&text).unwrap().replace('\n', end);
+        let wanted = teachtree_language::format::format(&text).unwrap().replace('\n', end);
         assert_eq!(formatted, wanted);
         assert_ne!(formatted, text);
         assert_eq!(editor.ask("textDocument/formatting", params.clone())["result"], json!([]), "nothing is left to do");

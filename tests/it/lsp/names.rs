@@ -347,7 +347,7 @@ fn names_of_real_rules_are_changed_without_breaking_them() {
             }
             assert!(edits > 0, "{answer}");
             let files = vec![elsewhere.path().join("bimanual.rules")];
-            let loaded = teachtree::language::load(&teachtree::language::Request { files, ..Default::default() });
+            let loaded = teachtree_language::load(&teachtree_language::Request { files, ..Default::default() });
             assert!(loaded.rules.is_some(), "{kind} at {position} of {name}: {:?}", loaded.diagnostics);
             changed += 1;
         }

@@ -5,7 +5,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
 use std::fs::{copy, read_to_string, write};
 use std::path::Path;
-use teachtree::command::Commands;
+use teachtree_command::Commands;
 use tempfile::TempDir;
 
 /// A demonstration retargeted to a robot, in a folder with copies of the robot's files and the scene that may be changed.

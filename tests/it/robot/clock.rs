@@ -1,7 +1,7 @@
 //! The clock of all hands.
 
 use proptest::prelude::*;
-use teachtree::robot::planning::time_scale::{Part, TimeScale};
+use teachtree_robot::planning::time_scale::{Part, TimeScale};
 
 fn part(from: f64, to: f64, needs_s: f64) -> Part {
     Part { demonstrated: [from, to], needs_s }

@@ -2,9 +2,9 @@
 
 use crate::program::{all_said, demonstrate, teachtree};
 use serde_json::Value;
-use teachtree::base::recording::Recording;
-use teachtree::stream;
-use teachtree::stream::OpenRequest;
+use teachtree_base::recording::Recording;
+use teachtree_frames as stream;
+use teachtree_frames::OpenRequest;
 
 /// What a robot made of the person's demonstration in a shipped scene when in its own scene `from` is `to`: the exit status, what was said, the recording.
 fn performed(scene: &str, from: &str, to: &str) -> (Option<i32>, String, Recording) {

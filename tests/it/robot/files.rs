@@ -1,7 +1,7 @@
 //! Robot files: what is refused, and where.
 
 use super::kinematics::shipped;
-use teachtree::robot;
+use teachtree_robot as robot;
 
 /// Each fixture has one mistake; its first line says which place and words the error must have.
 #[test]
@@ -59,7 +59,7 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
     };
     let robot = open(urdf).unwrap();
     assert_eq!((robot.tree.n_joints(), robot.tree.dofs.len()), (3, 2), "the third mimics");
-    let finger = &robot.hands[&teachtree::base::hands::Side::Right].fingers[0];
+    let finger = &robot.hands[&teachtree_base::hands::Side::Right].fingers[0];
     // Bent by 0.8 rad, and by half of it more.
     let mut angles = [0.0; robot::MAX_DOFS];
     angles[1] = 0.8;
@@ -75,7 +75,7 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
     };
     // A joint that mimics another one with an offset is bent by it where the other one is straight.
     let offset = changed("<mimic ", "<mimic offset=\"0.3\" ");
-    let tip = offset.hands[&teachtree::base::hands::Side::Right].fingers[0].posture(&[0.0; robot::MAX_DOFS]).tip;
+    let tip = offset.hands[&teachtree_base::hands::Side::Right].fingers[0].posture(&[0.0; robot::MAX_DOFS]).tip;
     let wanted = nalgebra::Point3::new(0.05 + 0.05 + 0.04 * 0.3_f64.cos(), 0.0, 0.04 * 0.3_f64.sin());
     assert!((tip - wanted).norm() < 1e-12, "{tip} and {wanted}");
     // Soft limits are narrower.

@@ -2,10 +2,10 @@
 
 use crate::program::{all_said, said, teachtree};
 use serde_json::Value;
-use teachtree::base::meaning::Meaning;
-use teachtree::base::recording::Recording;
-use teachtree::command::Commands;
-use teachtree::stream::{self, OpenRequest};
+use teachtree_base::meaning::Meaning;
+use teachtree_base::recording::Recording;
+use teachtree_command::Commands;
+use teachtree_frames::{self as stream, OpenRequest};
 
 const FINGERS: [&str; 3] = ["thumb", "index", "middle"];
 

@@ -2,12 +2,13 @@
 
 use crate::program::{all_said, demonstrate, teachtree};
 use serde_json::Value;
-use teachtree::base::error::InputError;
-use teachtree::command::Commands;
-use teachtree::robot::planning::goal::goals;
-use teachtree::robot::planning::posture::Posture;
-use teachtree::robot::planning::trajectory::{JointTrajectory, trajectory};
-use teachtree::{robot, world};
+use teachtree_base::error::InputError;
+use teachtree_command::Commands;
+use teachtree_robot as robot;
+use teachtree_robot::planning::goal::goals;
+use teachtree_robot::planning::posture::Posture;
+use teachtree_robot::planning::trajectory::{JointTrajectory, trajectory};
+use teachtree_world as world;
 
 /// What the joints of the arm with a gripper do to place a box, from a posture of all joints or as planned.
 fn made(posture: Option<&str>) -> Result<JointTrajectory, InputError> {

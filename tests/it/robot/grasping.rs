@@ -3,11 +3,11 @@
 use super::kinematics::shipped;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::scene::Body;
-use teachtree::base::yaml;
-use teachtree::robot::grasp::{Contact, Failure, GraspCandidate, Mapper, Wanted};
-use teachtree::robot::{HandModel, REACHED_M, Robot};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::scene::Body;
+use teachtree_base::yaml;
+use teachtree_robot::grasp::{Contact, Failure, GraspCandidate, Mapper, Wanted};
+use teachtree_robot::{HandModel, REACHED_M, Robot};
 
 fn body(shape: &str) -> Body {
     yaml::read(&format!("{{role: object, mass: 50 g, parts: [{{{shape}}}]}}"), "shape").unwrap()

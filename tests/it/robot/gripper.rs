@@ -4,12 +4,12 @@ use super::grasping::tips_off_contacts;
 use super::kinematics::shipped;
 use crate::program::{complained, demonstrate, teachtree};
 use nalgebra::{Point3, Vector3};
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::scene::Body;
-use teachtree::base::yaml;
-use teachtree::command::{Commands, Task};
-use teachtree::robot::grasp::{Contact, GraspCandidate, Mapper, Obstacle, Wanted};
-use teachtree::robot::{self, Robot};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::scene::Body;
+use teachtree_base::yaml;
+use teachtree_command::{Commands, Task};
+use teachtree_robot::grasp::{Contact, GraspCandidate, Mapper, Obstacle, Wanted};
+use teachtree_robot::{self as robot, Robot};
 
 const GRIPPER: &str = include_str!("../../../robots/parallel_jaw.yaml");
 const URDF: &str = include_str!("../../fixtures/gripper_of_urdf.urdf");

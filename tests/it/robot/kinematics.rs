@@ -1,8 +1,8 @@
 //! Forward kinematics, Jacobians and inverses.
 
 use nalgebra::{Point3, Vector3};
-use teachtree::base::hands::{Finger, Side};
-use teachtree::robot::{self, FingerModel, HandModel, MAX_DOFS, REACHED_M, Robot};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_robot::{self as robot, FingerModel, HandModel, MAX_DOFS, REACHED_M, Robot};
 
 pub fn shipped(name: &str) -> Robot {
     robot::open(name, &|part| panic!("{part} is not shipped")).unwrap()

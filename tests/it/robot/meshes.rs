@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::path::Path;
-use teachtree::base::error::InputError;
-use teachtree::robot::{self, CollisionShape, Robot};
+use teachtree_base::error::InputError;
+use teachtree_robot::{self as robot, CollisionShape, Robot};
 
 type Corners = Vec<[f32; 3]>;
 

@@ -2,19 +2,19 @@
 
 use super::kinematics::shipped;
 use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::meaning::Meaning;
-use teachtree::base::scene::Scene;
-use teachtree::base::yaml;
-use teachtree::command::{Commands, Contact, GraspSpec, Segment, Task, Tip};
-use teachtree::robot::control::executor::Executor;
-use teachtree::robot::control::impedance::limited;
-use teachtree::robot::dynamics::motion::Motion;
-use teachtree::robot::planning::plan::Target;
-use teachtree::robot::planning::start::Start;
-use teachtree::robot::simulation::{Performance, simulate};
-use teachtree::robot::{Kind, Robot};
-use teachtree::world::{Fingertips, TipState, World};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::meaning::Meaning;
+use teachtree_base::scene::Scene;
+use teachtree_base::yaml;
+use teachtree_command::{Commands, Contact, GraspSpec, Segment, Task, Tip};
+use teachtree_robot::control::executor::Executor;
+use teachtree_robot::control::impedance::limited;
+use teachtree_robot::dynamics::motion::Motion;
+use teachtree_robot::planning::plan::Target;
+use teachtree_robot::planning::start::Start;
+use teachtree_robot::simulation::{Performance, simulate};
+use teachtree_robot::{Kind, Robot};
+use teachtree_world::{Fingertips, TipState, World};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
@@ -179,7 +179,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
     let weight = [0.245, 0.1225, 0.1225];
     let segment = |primitive: &str, seconds: f64, from: f64, to: f64, lifted: f64| {
         let n = (seconds * 100.0) as usize + 1;
-        let share = |at: usize| teachtree::base::easing::minimum_jerk(at as f64 / (n - 1) as f64);
+        let share = |at: usize| teachtree_base::easing::minimum_jerk(at as f64 / (n - 1) as f64);
         Segment {
             primitive: primitive.into(),
             does: if primitive == "Grasp" { Meaning::Close } else { Meaning::Carry },
@@ -225,12 +225,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
         left_out: vec![],
     };
     (
-        Commands {
-            schema: teachtree::command::SCHEMA.into(),
-            rate_hz: 100.0,
-            tasks: vec![task],
-            ..Commands::default()
-        },
+        Commands { schema: teachtree_command::SCHEMA.into(), rate_hz: 100.0, tasks: vec![task], ..Commands::default() },
         scene,
     )
 }
@@ -240,14 +235,14 @@ fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
     for name in ["gifu_hand_iii_right", "both_hands"] {
         let robot = shipped(name);
         let (mut commands, scene) = lift(if name == "both_hands" { 2.0 } else { 10.0 }, 1.0);
-        teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+        teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
         let grasp = &commands.tasks[0].grasps[0];
         assert!(grasp.mapped.is_some(), "{:?}", grasp.infeasible);
         let Performance { recording, outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
         let outcome = &outcomes[0];
         assert!(outcome.done, "{name}: {outcome:?}");
         // From when it hangs still: grasp 0.9 s, lift 1.5 s, and half a second.
-        let (held, end) = (2900 / teachtree::robot::simulation::recorder::RECORDED, recording.time.len() - 1);
+        let (held, end) = (2900 / teachtree_robot::simulation::recorder::RECORDED, recording.time.len() - 1);
         let column = |name: &str| &recording.columns[name].values;
         for axis in ["x", "y", "z"] {
             let values = &column(&format!("cube.position.{axis}"))[held..end];
@@ -274,7 +269,7 @@ fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
             scene.bodies.insert((*name).into(), yaml::read(&body, "body").unwrap());
         }
         let mut commands = commands.clone();
-        teachtree::robot::map(&mut commands, &shipped("gifu_hand_iii_right"), &scene).unwrap();
+        teachtree_robot::map(&mut commands, &shipped("gifu_hand_iii_right"), &scene).unwrap();
         commands.tasks[0].grasps[0].infeasible.clone().unwrap_or_default()
     };
     // Clear of the cube where it stands, but not of the fingers behind it.
@@ -298,7 +293,7 @@ fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
 fn a_hand_that_feels_slip_holds_more_firmly() {
     let robot = shipped("gifu_hand_iii_right");
     let (mut commands, scene) = lift(2.0, 0.2);
-    teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+    teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
     let Performance { outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
     assert!(outcomes[0].done, "{:?}", outcomes[0]);
     assert!(outcomes[0].largest_force > 0.4, "0.39 N would do: {:?}", outcomes[0]);
@@ -312,7 +307,7 @@ fn no_finger_presses_harder_than_the_hand_may() {
     let limit = limits.iter().copied().fold(0.0, f64::max);
     let (mut commands, scene) = lift(1.0, 4.0);
     assert!(commands.tasks[0].segments[0].tips[0].force[0][1] > limit, "the thumb is asked for more than it may");
-    teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+    teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
     let Performance { outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
     let (outcome, forces) = (&outcomes[0], &outcomes[0].forces);
     // The hand cannot exert the commanded force, and this is reported.
@@ -340,7 +335,7 @@ fn what_stands_elsewhere_ends_where_it_was_taught_to() {
     };
     let last = lift.object.len() - 1;
     commands.tasks[0].segments.splice(1..2, [part(0, 5), part(5, last)]);
-    teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+    teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
     let cube = scene.bodies.get_mut("cube").unwrap();
     cube.position[0].0 += 0.02;
     cube.position[1].0 -= 0.02;

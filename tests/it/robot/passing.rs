@@ -4,8 +4,8 @@ use crate::program::{all_said, demonstrate, teachtree_in};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::path::Path;
-use teachtree::robot::CollisionShape;
-use teachtree::robot::simulation::arm_clearance::MinDistance;
+use teachtree_robot::CollisionShape;
+use teachtree_robot::simulation::arm_clearance::MinDistance;
 
 fn bar(from: [f64; 3], to: [f64; 3], radius: f64) -> CollisionShape {
     CollisionShape::Capsule(Point3::from(from), Point3::from(to), radius)

@@ -3,7 +3,7 @@
 use crate::program::{all_said, said, teachtree};
 use serde_json::Value;
 use std::process::Output;
-use teachtree::command::Commands;
+use teachtree_command::Commands;
 
 /// Records a shipped operator and retargets the recording. Returns the output and the file names of the recording, the commands and the robot's
 /// recording.
@@ -47,7 +47,7 @@ fn an_object_that_does_not_land_ends_its_task() {
     let commands = Commands::read(&text, &file).unwrap();
     let task = commands.tasks.iter().find(|task| task.object == "left_box").unwrap();
     // Start of the fall in the recording: the last time at which the box has its height on the table.
-    let recording = teachtree::stream::open(&teachtree::stream::OpenRequest { log: log.into(), ..Default::default() });
+    let recording = teachtree_frames::open(&teachtree_frames::OpenRequest { log: log.into(), ..Default::default() });
     let recording = recording.unwrap().recording;
     let heights = &recording.columns["left_box.position.z"].values;
     let fell_s = recording.time[heights.iter().rposition(|height| *height > 0.03).unwrap()];

@@ -3,12 +3,12 @@
 use crate::program::{complained, demonstrate, said, teachtree};
 use nalgebra::{Isometry3, Translation3, Vector3};
 use proptest::prelude::*;
-use teachtree::base::geometry::{across, pose};
-use teachtree::command::hole_of;
-use teachtree::robot::control::behaviors::peg_search::WITHIN_M;
-use teachtree::robot::control::behaviors::spiral_path::SpiralPath;
-use teachtree::robot::planning::time_scale::Pause;
-use teachtree::world;
+use teachtree_base::geometry::{across, pose};
+use teachtree_command::hole_of;
+use teachtree_robot::control::behaviors::peg_search::WITHIN_M;
+use teachtree_robot::control::behaviors::spiral_path::SpiralPath;
+use teachtree_robot::planning::time_scale::Pause;
+use teachtree_world as world;
 
 proptest! {
     /// Every place of the disc comes as near as half the pitch, in steps that are no longer than asked for.

@@ -3,10 +3,10 @@
 
 use super::kinematics::shipped;
 use nalgebra::{DVector, Isometry3, Vector3};
-use teachtree::base::hands::Side;
-use teachtree::robot::control::impedance::{Controller, FingerTarget, Gains};
-use teachtree::robot::dynamics::motion::Motion;
-use teachtree::robot::{self, Dof, HandModel, Robot};
+use teachtree_base::hands::Side;
+use teachtree_robot::control::impedance::{Controller, FingerTarget, Gains};
+use teachtree_robot::dynamics::motion::Motion;
+use teachtree_robot::{self as robot, Dof, HandModel, Robot};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 const DT: f64 = 0.001;

@@ -2,8 +2,8 @@
 
 use super::kinematics::shipped;
 use proptest::prelude::*;
-use teachtree::robot::Dof;
-use teachtree::robot::planning::toppra::{Knot, timed};
+use teachtree_robot::Dof;
+use teachtree_robot::planning::toppra::{Knot, timed};
 
 const STEP_S: f64 = 0.01;
 /// What the polynomial between two points may exceed a limit by, and a third divided difference that of jerk.

@@ -5,13 +5,13 @@ use crate::command::{commanded, mapped, pictures_hold_hands_and_objects, within_
 use crate::program::{complained, demonstrate, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use teachtree::base::hands::Side;
-use teachtree::command::{Commands, MappedGrasp, Precedence, Task};
-use teachtree::robot::planning::late_start::begun_late;
-use teachtree::robot::planning::trajectory::trajectory;
-use teachtree::robot::simulation::{Verdict, simulate};
-use teachtree::robot::{CollisionShape, MAX_DOFS, Robot};
-use teachtree::world;
+use teachtree_base::hands::Side;
+use teachtree_command::{Commands, MappedGrasp, Precedence, Task};
+use teachtree_robot::planning::late_start::begun_late;
+use teachtree_robot::planning::trajectory::trajectory;
+use teachtree_robot::simulation::{Verdict, simulate};
+use teachtree_robot::{CollisionShape, MAX_DOFS, Robot};
+use teachtree_world as world;
 
 #[test]
 fn a_hand_over_is_carried_out_by_two_arms() {
@@ -182,7 +182,7 @@ fn a_way_is_begun_late_only_while_the_object_stands() {
 fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
     let (robot, scene) = (shipped("both_hands"), world::scene("push_together").unwrap());
     let mut commands = commanded("push_together", 49);
-    let crossings = teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+    let crossings = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
     let first = |side: Side| commands.tasks.iter().find(|task| task.track == side).unwrap();
     let touched_s = |side: Side| first(side).segments.iter().find(|it| it.touching).unwrap().demonstrated_start_s;
     assert!(commands.tasks[0].track == Side::Left && touched_s(Side::Left) > touched_s(Side::Right) + 1.0);

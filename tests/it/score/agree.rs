@@ -3,7 +3,7 @@
 use crate::program::{all_said, complained, teachtree_in};
 use crate::studio::folder;
 use serde_json::json;
-use teachtree::analysis::agreement::{Agreement, Span};
+use teachtree_analysis::agreement::{Agreement, Span};
 
 fn spans(rows: &[(&str, f64, f64)]) -> Vec<Span> {
     rows.iter()

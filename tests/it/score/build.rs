@@ -1,11 +1,11 @@
 //! Truths and results written as short texts.
 
 use std::sync::LazyLock;
-use teachtree::analysis::json::Meta;
-use teachtree::analysis::score::{Row, Span, Stage, Tally, TrackTruth, Truth, score};
-use teachtree::analysis::{Analysis, Segment, TaskSpan, Track, Who};
-use teachtree::base::hands::Side;
-use teachtree::base::meaning::Primitives;
+use teachtree_analysis::json::Meta;
+use teachtree_analysis::score::{Row, Span, Stage, Tally, TrackTruth, Truth, score};
+use teachtree_analysis::{Analysis, Segment, TaskSpan, Track, Who};
+use teachtree_base::hands::Side;
+use teachtree_base::meaning::Primitives;
 
 pub const RIGHT: Who = Who::Hand(Side::Right);
 /// Frames per second of all results here.
@@ -67,7 +67,7 @@ pub fn with_tasks(text: &str, tasks: &str) -> Analysis {
 /// The primitives of the shipped rules, and *Lift*, a kind of Translate.
 static PRIMITIVES: LazyLock<Primitives> = LazyLock::new(|| {
     let text = "use \"bimanual.rules\"\nprimitive Lift is Translate\nextend single_hand before carried { lifted and load > 90 N => Lift }";
-    teachtree::language::load_text("lift.rules", text).rules.unwrap().by_name()
+    teachtree_language::load_text("lift.rules", text).rules.unwrap().by_name()
 });
 
 fn analysis(segments: Vec<Segment>, tasks: Vec<TaskSpan>) -> Analysis {

@@ -1,8 +1,8 @@
 //! Label files: what is read, and what is said of a bad one.
 
 use std::path::{Path, PathBuf};
-use teachtree::base::hands::{Side, Who};
-use teachtree::stream::read::labels::{Kind, Labels, read};
+use teachtree_base::hands::{Side, Who};
+use teachtree_logs::read::labels::{Kind, Labels, read};
 
 /// When the five rows of a log were, s; the third repeats the stamp of the second.
 const ROW_TIME: [f64; 5] = [0.0, 0.1, 0.1, 0.2, 0.4];

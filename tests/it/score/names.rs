@@ -1,11 +1,11 @@
 //! Maps of names, and truths made of columns and label files.
 
 use super::build::RIGHT;
-use teachtree::analysis::Who;
-use teachtree::analysis::score::{Known, NameMap, Span, Truth};
-use teachtree::base::hands::Side;
-use teachtree::base::recording::{Event, Recording};
-use teachtree::stream::read::labels::{Interval, Kind, Labels};
+use teachtree_analysis::Who;
+use teachtree_analysis::score::{Known, NameMap, Span, Truth};
+use teachtree_base::hands::Side;
+use teachtree_base::recording::{Event, Recording};
+use teachtree_logs::read::labels::{Interval, Kind, Labels};
 
 fn known() -> Known {
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_string()).collect();

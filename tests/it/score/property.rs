@@ -2,7 +2,7 @@
 
 use super::build::*;
 use proptest::prelude::*;
-use teachtree::analysis::score::{Row, Score, Share, Stage, Tally, TrackTruth, Truth};
+use teachtree_analysis::score::{Row, Score, Share, Stage, Tally, TrackTruth, Truth};
 
 const NAMES: [&str; 5] = ["Move", "Approach", "Grasp", "Translate", "Release"];
 
@@ -107,7 +107,7 @@ proptest! {
         let track = TrackTruth { who: RIGHT, primitives: Vec::new(), tasks: Some(spans.clone()) };
         let analysis = with_tasks("Move 1", &text(&result));
         let tally = rows(&Truth { tracks: vec![track] }, &analysis).remove(0).tally;
-        let of_side = |none: fn(&teachtree::analysis::score::TaskPair) -> bool| tally.task_pairs().iter().filter(|pair| !none(pair)).count();
+        let of_side = |none: fn(&teachtree_analysis::score::TaskPair) -> bool| tally.task_pairs().iter().filter(|pair| !none(pair)).count();
         prop_assert_eq!(of_side(|pair| pair.truth == "none"), spans.len());
         prop_assert_eq!(of_side(|pair| pair.result == "none"), result.len());
     }

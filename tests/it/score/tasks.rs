@@ -1,8 +1,8 @@
 //! Tasks: which found task stands for which true one.
 
 use super::build::*;
-use teachtree::analysis::UNKNOWN;
-use teachtree::analysis::score::{Known, NONE, Sequences, Share, Tally, TrackTruth, Truth};
+use teachtree_analysis::UNKNOWN;
+use teachtree_analysis::score::{Known, NONE, Sequences, Share, Tally, TrackTruth, Truth};
 
 const WORK: &str = "Move 1 Grasp 1 Place 1 Release 1 Move 1 Push 1 Trace 1 Release 1";
 

@@ -1,8 +1,8 @@
 //! What is written of a score: tables, JSON, the picture.
 
 use super::build::*;
-use teachtree::analysis::score::{Row, Score, Stage, TrackTruth, Truth, json};
-use teachtree::report::score::{picture, text};
+use teachtree_analysis::score::{Row, Score, Stage, TrackTruth, Truth, json};
+use teachtree_report::score::{picture, text};
 
 /// Two recordings: one with a task taken for another and a late grasp, one that is right, with a task where there is none.
 fn example() -> Score {

@@ -3,15 +3,15 @@
 use crate::program::{complained, said, teachtree_in};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::fmt::Write;
-use teachtree::base::recording::Recording;
-use teachtree::base::scene::Scene;
-use teachtree::base::units::Dimension;
-use teachtree::stream::OpenRequest;
-use teachtree::stream::Opened;
-use teachtree::stream::bind::{BindingFile, bind};
-use teachtree::stream::open;
-use teachtree::stream::read::formats::{self, delimited};
-use teachtree::world::{shipped, teach};
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::Scene;
+use teachtree_base::units::Dimension;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::Opened;
+use teachtree_frames::bind::{BindingFile, bind};
+use teachtree_frames::open;
+use teachtree_logs::read::formats::{self, delimited};
+use teachtree_world::{shipped, teach};
 
 fn opened() -> Opened {
     let [log, binding] = ["foreign.csv", "whole.yaml"].map(|file| format!("tests/fixtures/bindings/{file}").into());

@@ -2,16 +2,16 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use teachtree::analysis;
-use teachtree::base::recording::Recording;
-use teachtree::engine::evaluator::evaluate;
-use teachtree::graph::{Graph, lower};
-use teachtree::language::{Request, Rules, load};
-use teachtree::stream::OpenRequest;
-use teachtree::stream::issue::Issue;
-use teachtree::stream::open;
-use teachtree::stream::read::formats;
-use teachtree::world::{shipped, teach};
+use teachtree_analysis as analysis;
+use teachtree_base::recording::Recording;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::open;
+use teachtree_language::graph::{Graph, lower};
+use teachtree_language::{Request, Rules, load};
+use teachtree_logs::issue::Issue;
+use teachtree_logs::read::formats;
+use teachtree_world::{shipped, teach};
 
 /// The shipped rules of one hand.
 struct Program {

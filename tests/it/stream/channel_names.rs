@@ -1,10 +1,10 @@
 //! Names of the channels of a log: read, printed, refused.
 
-use teachtree::base::channels::Shape;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::log_channel::{BodyPart, FingerPart, LogChannel, columns};
-use teachtree::base::units::Dimension;
-use teachtree::stream::names;
+use teachtree_base::channels::Shape;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::log_channel::{BodyPart, FingerPart, LogChannel, columns};
+use teachtree_base::units::Dimension;
+use teachtree_logs::names;
 
 const CHANNELS: [(&str, Shape, Dimension); 17] = [
     ("right.thumb.position", Shape::Vec3, Dimension::LENGTH),

@@ -2,9 +2,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::Path;
-use teachtree::base::error::InputError;
-use teachtree::base::recording::Recording;
-use teachtree::stream::{OpenRequest, open};
+use teachtree_base::error::InputError;
+use teachtree_base::recording::Recording;
+use teachtree_frames::{OpenRequest, open};
 
 const LOG: &str = "time,x,y,theta,hx,hy,hz,hr,hp,hw\n0,10,20,90,1,2,3,0.1,0.2,0.3\n0.1,11,22,91,1,2,3,0.4,0.5,0.6\n0.2,12,24,92,1,2,3,0.7,,0.9\n";
 

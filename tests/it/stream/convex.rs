@@ -2,10 +2,10 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use teachtree::base::geometry::surface_distance;
-use teachtree::base::scene::Body;
-use teachtree::base::yaml;
-use teachtree::stream::convex::{NEAR, gaps};
+use teachtree_base::geometry::surface_distance;
+use teachtree_base::scene::Body;
+use teachtree_base::yaml;
+use teachtree_frames::convex::{NEAR, gaps};
 
 /// What the module promises of balls, and of cylinders, m.
 const EXACT: f64 = 1e-12;
@@ -52,7 +52,6 @@ proptest! {
 }
 
 /// Parry's distance of shapes that are apart.
-#[cfg(feature = "world")]
 mod parry {
     use super::*;
     use parry3d::math::Pose;

@@ -1,15 +1,15 @@
 //! Derived channels against values worked out by hand.
 
 use super::{ask, ask_contact, ask_fingers, column, recording};
-use teachtree::base::channels::Shape;
-use teachtree::base::diagnostic::Severity;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::recording::{Column, Recording};
-use teachtree::base::units::Dimension;
-use teachtree::engine::evaluator::evaluate;
-use teachtree::graph::lower;
-use teachtree::language;
-use teachtree::stream::frames;
+use teachtree_base::channels::Shape;
+use teachtree_base::diagnostic::Severity;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::units::Dimension;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_frames::frames;
+use teachtree_language as language;
+use teachtree_language::graph::lower;
 
 const BOX: &str = "
 bodies:
@@ -226,7 +226,7 @@ fn a_hole_without_pitch_is_plain() {
     let mut turned = mating();
     let found = plain(&turned);
     assert_eq!((found[50], found[150]), (0.0, 1.0), "it is in the hole from 1 s on");
-    turned.scene.bodies["ring"].sockets["hole"].pitch = Some(teachtree::base::quantity::Quantity(0.0));
+    turned.scene.bodies["ring"].sockets["hole"].pitch = Some(teachtree_base::quantity::Quantity(0.0));
     assert!(plain(&turned).iter().all(|plain| *plain == 0.0));
 }
 

@@ -1,25 +1,20 @@
 //! Readers: files of every format in, tables and recordings out.
 
-#[cfg(feature = "hdf5")]
 pub mod arrays;
-#[cfg(feature = "parquet")]
 mod columnar;
 mod damaged;
 mod joined;
 mod lines;
-#[cfg(feature = "mcap")]
 mod messages;
-#[cfg(feature = "mcap")]
 mod publishers;
-#[cfg(feature = "arrays")]
 mod stores;
 mod text;
 
 use std::path::{Path, PathBuf};
-use teachtree::base::recording::Recording;
-use teachtree::stream::bind::{BindingFile, bind};
-use teachtree::stream::issue::Issue;
-use teachtree::stream::read::formats;
+use teachtree_base::recording::Recording;
+use teachtree_frames::bind::{BindingFile, bind};
+use teachtree_logs::issue::Issue;
+use teachtree_logs::read::formats;
 
 /// The scene that bindings in these tests have.
 const SCENE: &str =

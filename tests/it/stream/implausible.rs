@@ -1,11 +1,11 @@
 //! What a log says in another way than it is read: degrees, quaternions in another order, the force of one finger turned.
 
 use super::ask_contact;
-use teachtree::base::recording::Recording;
-use teachtree::stream::OpenRequest;
-use teachtree::stream::frames;
-use teachtree::stream::open;
-use teachtree::world::{shipped, teach};
+use teachtree_base::recording::Recording;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::frames;
+use teachtree_frames::open;
+use teachtree_world::{shipped, teach};
 
 fn taught(name: &str) -> Recording {
     teach(&shipped::scene(name).unwrap(), &shipped::operator(name).unwrap(), 1).unwrap()

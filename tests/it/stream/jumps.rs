@@ -2,12 +2,12 @@
 
 use crate::program::{complained, said, teachtree_in};
 use std::path::Path;
-use teachtree::base::recording::Recording;
-use teachtree::stream::OpenRequest;
-use teachtree::stream::issue::Issue;
-use teachtree::stream::open;
-use teachtree::stream::read::formats;
-use teachtree::world::{shipped, teach};
+use teachtree_base::recording::Recording;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::open;
+use teachtree_logs::issue::Issue;
+use teachtree_logs::read::formats;
+use teachtree_world::{shipped, teach};
 
 type Change<'a> = &'a dyn Fn(&mut Recording);
 

@@ -3,12 +3,12 @@
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use std::fmt::Write;
 use std::path::Path;
-use teachtree::base::quantity::Quantity;
-use teachtree::base::recording::Recording;
-use teachtree::base::scene::Scene;
-use teachtree::stream::{OpenRequest, Opened, open};
-use teachtree::world::{shipped, teach};
 use teachtree::{Log, Rules};
+use teachtree_base::quantity::Quantity;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::Scene;
+use teachtree_frames::{OpenRequest, Opened, open};
+use teachtree_world::{shipped, teach};
 
 /// The mass of the tool, kg, and the bias of the sensor, N.
 const MASS: f64 = 0.43;
@@ -138,7 +138,7 @@ fn plug(recording: &Recording, row: usize) -> Point3<f64> {
 fn told(recording: &Recording, from: Point3<f64>, places: &str) -> (Vec<String>, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     let [log, binding, scene] = ["log.csv", "log.yaml", "other.yaml"].map(|name| folder.path().join(name));
-    teachtree::stream::read::formats::write(recording, &log).unwrap();
+    teachtree_logs::read::formats::write(recording, &log).unwrap();
     let mut moved: Scene = recording.scene.clone();
     let holder = moved.bodies.get_mut("holder").unwrap();
     for (length, from) in holder.position.iter_mut().zip(&from.coords) {

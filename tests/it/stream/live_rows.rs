@@ -1,10 +1,10 @@
 //! Rows of a live log: messages of topics, bound as they come, are the rows of the whole log.
 
 use proptest::prelude::*;
-use teachtree::base::recording::Recording;
-use teachtree::stream::bind::{BindingFile, RowBinder, bind};
-use teachtree::stream::read::sheet::{Cells, InMemoryTable};
-use teachtree::stream::read::table::{Sheet, Source};
+use teachtree_base::recording::Recording;
+use teachtree_frames::bind::{BindingFile, RowBinder, bind};
+use teachtree_logs::read::sheet::{Cells, InMemoryTable};
+use teachtree_logs::read::table::{Sheet, Source};
 
 const BINDING: &str = "
 resample: 100 Hz

@@ -3,15 +3,15 @@
 use super::{ask, ask_contact};
 use proptest::prelude::*;
 use std::io::Cursor;
-use teachtree::base::channels::DERIVED;
-use teachtree::base::log_channel::LogChannel;
-use teachtree::base::recording::{Column, Recording};
-use teachtree::base::scene::Scene;
-use teachtree::base::yaml;
-use teachtree::stream::bind::{BindingFile, bind};
-use teachtree::stream::frames;
-use teachtree::stream::names;
-use teachtree::stream::read::formats::delimited;
+use teachtree_base::channels::DERIVED;
+use teachtree_base::log_channel::LogChannel;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::scene::Scene;
+use teachtree_base::yaml;
+use teachtree_frames::bind::{BindingFile, bind};
+use teachtree_frames::frames;
+use teachtree_logs::names;
+use teachtree_logs::read::formats::delimited;
 
 const SCENE: &str = "
 bodies:

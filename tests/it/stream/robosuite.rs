@@ -2,13 +2,15 @@
 
 use super::{ask, ask_contact, ask_fingers, column};
 use std::path::PathBuf;
-use teachtree::base::channels::Shape;
-use teachtree::base::hands::{Finger, Side};
-use teachtree::base::units::Dimension;
-use teachtree::stream::OpenRequest;
-use teachtree::stream::frames::Frames;
-use teachtree::stream::open;
-use teachtree::{analysis, engine, graph, language};
+use teachtree_analysis as analysis;
+use teachtree_base::channels::Shape;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::units::Dimension;
+use teachtree_engine as engine;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::frames::Frames;
+use teachtree_frames::open;
+use teachtree_language::{self as language, graph};
 
 fn request(log: &str, binding: &str) -> OpenRequest {
     let [log, binding] = [format!("{log}.csv"), format!("{binding}.binding.yaml")]

@@ -2,8 +2,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 use std::path::Path;
-use teachtree::base::error::InputError;
-use teachtree::stream::{OpenRequest, Opened, open};
+use teachtree_base::error::InputError;
+use teachtree_frames::{OpenRequest, Opened, open};
 
 /// Two links of 300 mm and 200 mm turn about z, on a column of 500 mm that slides up; a parallel gripper whose second finger mimics the first.
 const ARM: &str = r#"<robot name="arm">

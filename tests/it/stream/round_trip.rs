@@ -2,11 +2,11 @@
 
 use super::recording;
 use proptest::prelude::*;
-use teachtree::base::recording::{Column, Event, Recording};
-use teachtree::base::units::Dimension;
-use teachtree::stream::OpenRequest;
-use teachtree::stream::open;
-use teachtree::stream::read::csv;
+use teachtree_base::recording::{Column, Event, Recording};
+use teachtree_base::units::Dimension;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::open;
+use teachtree_logs::read::csv;
 
 const SCENE: &str = "
 name: box

@@ -3,9 +3,9 @@
 use super::{ask, column, recording};
 use nalgebra::Point3;
 use proptest::prelude::*;
-use teachtree::base::geometry::{pose, surface_distance};
-use teachtree::base::scene::Body;
-use teachtree::stream::frames;
+use teachtree_base::geometry::{pose, surface_distance};
+use teachtree_base::scene::Body;
+use teachtree_frames::frames;
 
 const BODIES: &str = "
 bodies:

@@ -1,12 +1,12 @@
 //! Contacts that the log does not have, or has as flags only: shapes, poses and forces tell.
 
 use super::{ask, ask_contact, ask_fingers, column, recording};
-use teachtree::base::channels::Shape;
-use teachtree::base::hands::Side;
-use teachtree::base::recording::Recording;
-use teachtree::base::units::Dimension;
-use teachtree::stream::frames;
-use teachtree::stream::frames::Frames;
+use teachtree_base::channels::Shape;
+use teachtree_base::hands::Side;
+use teachtree_base::recording::Recording;
+use teachtree_base::units::Dimension;
+use teachtree_frames::frames;
+use teachtree_frames::frames::Frames;
 
 /// A function of time.
 type Signal<'a> = &'a dyn Fn(f64) -> f64;
@@ -180,7 +180,7 @@ fn flagged(name: &str) -> Recording {
         over_base("parts: [{box: [60 mm, 60 mm, 60 mm]}]", [&|_| 0.0, &|_| 0.0, &|_| 0.5], 0.0, &|_| 0.0, &|_| 0.0);
     log.scene.bodies["base"].parts.clear();
     let flag = log.time.iter().map(|time| f64::from(u8::from(*time < 1.0))).collect();
-    log.columns.insert(name.into(), teachtree::base::recording::Column { dimension: Dimension::NONE, values: flag });
+    log.columns.insert(name.into(), teachtree_base::recording::Column { dimension: Dimension::NONE, values: flag });
     log
 }
 
@@ -211,8 +211,8 @@ fn a_log_with_neither_flags_nor_forces_is_refused() {
     let error = frames(&log, &[ask_contact()]).unwrap_err();
     insta::assert_snapshot!(error);
     // The same when the rules have a default for the forces.
-    let forces = teachtree::base::channels::ChannelSpec {
-        absent: teachtree::base::channels::Absent::Constant(0.0),
+    let forces = teachtree_base::channels::ChannelSpec {
+        absent: teachtree_base::channels::Absent::Constant(0.0),
         ..ask_fingers("force", Shape::Vec3, Dimension::FORCE)
     };
     assert_eq!(frames(&log, &[forces, ask_contact()]).unwrap_err(), error);

@@ -8,11 +8,11 @@ use serde_json::{Value, json};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use teachtree::base::error::InputError;
-use teachtree::stream::allowed_folders::{AllowedFolders, LogFolders};
-use teachtree::stream::read::formats;
-use teachtree::stream::read::table::Want;
-use teachtree::stream::{OpenRequest, open};
+use teachtree_base::error::InputError;
+use teachtree_frames::{OpenRequest, open};
+use teachtree_logs::allowed_folders::{AllowedFolders, LogFolders};
+use teachtree_logs::read::formats;
+use teachtree_logs::read::table::Want;
 
 const SECRET: &str = "TOP SECRET";
 

@@ -2,9 +2,9 @@
 
 use super::support::{MASS, WEIGHT, cube_on_base, run, world};
 use nalgebra::Vector3;
-use teachtree::base::quantity::Quantity;
-use teachtree::base::scene::Scene;
-use teachtree::base::yaml;
+use teachtree_base::quantity::Quantity;
+use teachtree_base::scene::Scene;
+use teachtree_base::yaml;
 
 /// Contact impulses settle to the weight within this, N.
 const FORCE_TOLERANCE: f64 = 1e-3;
@@ -191,8 +191,8 @@ fn every_shape_rests_on_its_base() {
 #[test]
 fn scenes_that_cannot_be_simulated_are_refused() {
     let refused = |text: &str| {
-        let read = teachtree::base::yaml::read(text, "scene.yaml");
-        let made = read.and_then(|scene| teachtree::world::World::new(&scene, teachtree::world::Fingertips::default()));
+        let read = teachtree_base::yaml::read(text, "scene.yaml");
+        let made = read.and_then(|scene| teachtree_world::World::new(&scene, teachtree_world::Fingertips::default()));
         made.err().map(|error| error.to_string()).unwrap()
     };
     insta::assert_snapshot!(refused("bodies: {cup: {role: object, mass: 50 g}}"));

@@ -2,10 +2,10 @@
 
 use crate::program::{all_said, teachtree_in};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
-use teachtree::base::recording::Recording;
-use teachtree::base::scene::Scene;
-use teachtree::stream::read::formats;
-use teachtree::world::{self, ByHand, HandInput, MOST_FORCE_N};
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::Scene;
+use teachtree_logs::read::formats;
+use teachtree_world::{self as world, ByHand, HandInput, MOST_FORCE_N};
 
 fn pick_and_place() -> Scene {
     world::scene("pick_and_place").unwrap()

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 use std::sync::OnceLock;
-use teachtree::base::recording::Recording;
-use teachtree::world;
+use teachtree_base::recording::Recording;
+use teachtree_world as world;
 
 /// What section 3.2 of the chapter finds in it (docs/sources.md, E1a and E1b).
 const EXPECTED: &str =

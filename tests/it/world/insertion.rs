@@ -1,7 +1,7 @@
 //! The ground truth of an insertion follows from the depth of the peg in the hole, at any speed.
 
-use teachtree::base::recording::Recording;
-use teachtree::world::{self, Operator};
+use teachtree_base::recording::Recording;
+use teachtree_world::{self as world, Operator};
 
 /// Height of the rim in both scenes, and distance of the plug point below the center of the peg, m.
 const RIM_M: f64 = 0.040;

@@ -2,10 +2,10 @@
 
 use crate::program::teachtree;
 use nalgebra::Vector3;
-use teachtree::base::quantity::Quantity;
-use teachtree::base::recording::Recording;
-use teachtree::base::scene::Shape;
-use teachtree::world::{self, Operator, Variation};
+use teachtree_base::quantity::Quantity;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::Shape;
+use teachtree_world::{self as world, Operator, Variation};
 
 /// Tips sink in by the squeeze, and fingers come down one after the other, m.
 const SUNK_M: f64 = 2e-3;

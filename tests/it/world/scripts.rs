@@ -1,7 +1,7 @@
 //! Operator scripts: what is refused, and how it is said; what one that varies by nothing does.
 
 use super::support::cube_on_base;
-use teachtree::world::{self, Operator};
+use teachtree_world::{self as world, Operator};
 
 const TWO_FINGERS: &str = "{right: {fingers: [thumb, index]}}";
 

@@ -1,8 +1,9 @@
 //! Small worlds for the closed forms.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use teachtree::base::{scene::Scene, yaml};
-use teachtree::world::{Fingertips, HandTarget, Observation, STEP_S, World};
+use teachtree_base::scene::Scene;
+use teachtree_base::yaml;
+use teachtree_world::{Fingertips, HandTarget, Observation, STEP_S, World};
 
 /// Mass of the cubes, kg, and their weight, N.
 pub const MASS: f64 = 0.05;

@@ -2,8 +2,8 @@
 
 use super::support::{MASS, WEIGHT, cube_on_base, hand, mean, run, scene, steps, world};
 use nalgebra::Vector3;
-use teachtree::base::hands::Finger;
-use teachtree::world::{HandTarget, Observation, STEP_S, World};
+use teachtree_base::hands::Finger;
+use teachtree_world::{HandTarget, Observation, STEP_S, World};
 
 const TWO: &str = "{right: {fingers: [thumb, index]}}";
 const THREE: &str = "{right: {fingers: [thumb, index, middle]}}";

@@ -3,10 +3,10 @@
 use crate::engine::random::Random;
 use std::ops::Range;
 use std::sync::LazyLock;
-use teachtree::base::recording::{Column, Recording};
-use teachtree::base::scene::Scene;
-use teachtree::base::units::Dimension;
-use teachtree::stream::read::csv::parse_scene;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::scene::Scene;
+use teachtree_base::units::Dimension;
+use teachtree_logs::read::csv::parse_scene;
 
 /// A recording, or a part of it.
 #[derive(Clone, Debug, PartialEq)]

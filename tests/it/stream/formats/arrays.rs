@@ -7,8 +7,8 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree::stream::read::formats;
-use teachtree::stream::read::table::{Source, Want};
+use teachtree_logs::read::formats;
+use teachtree_logs::read::table::{Source, Want};
 
 fn file(name: &str) -> PathBuf {
     fixture("arrays").join(name)

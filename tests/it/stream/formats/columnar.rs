@@ -4,12 +4,12 @@ use super::{bound, fixture, folder, header, values};
 use crate::program::{all_said, complained, said, teachtree_in};
 use crate::stream::recording;
 use std::path::Path;
-use teachtree::base::recording::{Column, Event, Recording};
-use teachtree::base::units::Dimension;
-use teachtree::stream::OpenRequest;
-use teachtree::stream::open;
-use teachtree::stream::read::formats;
-use teachtree::stream::streaming::Flow;
+use teachtree_base::recording::{Column, Event, Recording};
+use teachtree_base::units::Dimension;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::open;
+use teachtree_frames::streaming::Flow;
+use teachtree_logs::read::formats;
 
 const SCENE: &str = "bodies: {cube: {role: object, parts: [{box: [120 mm, 120 mm, 120 mm]}]}}";
 
@@ -228,7 +228,7 @@ fn a_damaged_file_is_an_error_of_that_file() {
 #[test]
 fn a_log_that_does_not_fit_in_memory_is_refused_before_it_is_read() {
     let rows = 20_000_000;
-    let refused = teachtree::stream::read::table::check_size("log.parquet", rows, 5).unwrap_err();
+    let refused = teachtree_logs::read::table::check_size("log.parquet", rows, 5).unwrap_err();
     assert!(refused.message.contains("20000000 rows"), "{refused}");
-    assert!(teachtree::stream::read::table::check_size("log.parquet", 4_000_000, 73).is_ok());
+    assert!(teachtree_logs::read::table::check_size("log.parquet", 4_000_000, 73).is_ok());
 }

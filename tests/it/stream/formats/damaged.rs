@@ -3,8 +3,8 @@
 use super::{bound, fixture};
 use proptest::prelude::*;
 use std::path::PathBuf;
-use teachtree::stream::inspect::inspect;
-use teachtree::stream::read::formats;
+use teachtree_frames::inspect::inspect;
+use teachtree_logs::read::formats;
 
 /// Whole files of each kind, small.
 fn wholes() -> Vec<(&'static str, Vec<u8>)> {

@@ -1,8 +1,8 @@
 //! JSON lines.
 
 use super::{bound_text, values};
-use teachtree::stream::OpenRequest;
-use teachtree::stream::open;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::open;
 
 #[test]
 fn an_object_a_line_is_a_row() {

@@ -3,8 +3,8 @@
 use super::messages::{JOINT_STATE, TRANSFORMS, Topic, joint_state, transforms, write};
 use super::{bound, values};
 use crate::program::{all_said, complained, teachtree_in};
-use teachtree::base::recording::Recording;
-use teachtree::stream::issue::Issue;
+use teachtree_base::recording::Recording;
+use teachtree_logs::issue::Issue;
 
 /// Returns a topic with transforms, each with its stamp in half seconds.
 fn poses<'a>(messages: impl Iterator<Item = (u32, Vec<(&'a str, f64)>)>) -> Topic<'static> {

@@ -7,8 +7,8 @@ use crate::sets::copy;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use teachtree::stream::inspect::inspect;
-use teachtree::stream::read::formats;
+use teachtree_frames::inspect::inspect;
+use teachtree_logs::read::formats;
 
 fn file(name: &str) -> PathBuf {
     fixture("stores").join(name)

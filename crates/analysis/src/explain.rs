@@ -1,0 +1,380 @@
+//! Why a frame has its label: the way through the tree with every condition on it, what settling and relabeling made of the leaf, and how
+//! its task came to its name. Nothing here is computed unless it is asked for.
+
+mod change;
+mod fact;
+mod moment;
+mod reason;
+mod rows;
+mod task;
+mod value;
+mod why_not;
+
+pub use change::{Change, Changed, Decided, State, change, task};
+pub use fact::{Fact, Wait, quantities};
+pub use moment::{Moment, moment};
+pub use reason::{Reason, slots, text};
+pub use rows::{Row, of_channel, of_expr};
+pub use task::{Asked, PartOf, TaskReason, Tried};
+pub use value::{frame_at, value};
+pub use why_not::{Obstacle, WhyNot};
+
+use super::json::{self, Meta, VERSION, printed};
+use super::{Analysis, Segment, Subject, Who};
+use reason::{Reasons, Spot};
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
+use teachtree_engine::inspect::Inspector;
+use teachtree_engine::runs::Leaves;
+use teachtree_frames::frames::Frames;
+use teachtree_language::rules::{Branch, Expr, ExprKind, Label, Rules, Then};
+
+use serde::Serialize;
+use std::ops::Range;
+
+/// The name and version of the schema.
+pub const SCHEMA: &str = "teachtree.explain/1";
+
+/// Blocks of an interval that are explained; more would not be read.
+pub const MAX_BLOCKS: usize = 50;
+
+/// Why a track has its label from one frame on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Explanation {
+    /// Whose it is.
+    pub track: Who,
+    /// The time that is explained, s.
+    pub time_s: f64,
+    /// The frame.
+    pub frame: usize,
+    /// Until when the same choices are taken, s; not beyond what was asked.
+    pub until_s: f64,
+    /// The tree.
+    pub tree: String,
+    /// What the tree gives; `separate` when it leaves the hands to themselves.
+    pub leaf: String,
+    /// The object of the segment that this frame came to be in.
+    pub object: Option<String>,
+    /// The body that the object is in or against.
+    pub partner: Option<String>,
+    /// When that leaf began, s.
+    pub since_s: f64,
+    /// The choices that were looked at, from the root to the leaf.
+    pub path: Vec<Step>,
+    /// The latches that the path read, by name.
+    pub latches: Vec<LatchState>,
+    /// The settled segment, where it is another one than the leaf says, and why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub settled: Option<Became>,
+    /// The segment after relabeling, where rules changed it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relabeled: Option<Became>,
+    /// The task.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task: Option<TaskReason>,
+    /// The nearest path to the primitive that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_not: Option<WhyNot>,
+}
+
+/// A choice that was looked at.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// How deep its branch lies; 0 at the root.
+    pub depth: usize,
+    /// As its author wrote it, up to its leaf or brace.
+    pub choice: String,
+    /// Where it stands.
+    pub place: String,
+    /// Whether it was taken.
+    pub taken: bool,
+    /// Why; none for `else`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<Reason>,
+}
+
+/// A latch on a frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LatchState {
+    /// Its name, as the path reads it.
+    pub latch: String,
+    /// Whether it is set.
+    pub on: bool,
+    /// When it was set or cleared, s; none when it is so from the beginning.
+    pub since_s: Option<f64>,
+}
+
+/// A label that came to be another one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Became {
+    /// The segment's primitive.
+    pub primitive: String,
+    /// When it starts, s.
+    pub start_s: f64,
+    /// When it ends, s.
+    pub end_s: f64,
+    /// The raw primitives of this time.
+    pub was: Vec<String>,
+    /// Why, each with the place of the rule, if it is one.
+    pub by: Vec<By>,
+}
+
+/// What made a label another one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct By {
+    /// The rule as its author wrote it, or what happened.
+    pub what: String,
+    /// Where the rule stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
+}
+
+/// A recording that was analyzed.
+#[derive(Clone, Copy)]
+pub struct Analyzed<'a> {
+    /// The rules.
+    pub rules: &'a Rules,
+    /// What they read.
+    pub frames: &'a Frames,
+    /// What the trees gave.
+    pub leaves: &'a [Leaves],
+    /// What was found.
+    pub analysis: &'a Analysis,
+}
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub struct Question {
+    /// Whose labels.
+    pub who: Who,
+    /// From when to when, s; an end not after the beginning asks for one frame.
+    pub time_s: (f64, f64),
+    /// The primitive that was expected.
+    pub why_not: Option<String>,
+}
+
+/// Explains a track over an interval: one explanation for each stretch of frames on which the same choices are taken.
+///
+/// # Errors
+/// When the recording does not say anything at that time, when the primitive that is asked for is unknown or given by no leaf of the
+/// tree, and when the rate cannot honour a duration of the rules.
+pub fn explain(analyzed: &Analyzed, question: &Question) -> Result<Vec<Explanation>, InputError> {
+    let labels = question.why_not.as_ref().map(|name| labels(analyzed.rules, name)).transpose()?;
+    let side = question.who.side();
+    let mut explained: Vec<Explanation> = Vec::new();
+    for (leaves, frames) in asked(analyzed, question)? {
+        let mut inspector = Inspector::new(analyzed.rules, analyzed.frames, leaves);
+        if inspector.tree(side).is_none() {
+            let message = format!("there is no tree that labels `{}` in this recording", question.who);
+            let tracks: Vec<String> = analyzed.analysis.tracks.iter().map(|track| format!("`{}`", track.who)).collect();
+            return Err(InputError::new("--track", message).help(format!("its tracks are {}", tracks.join(", "))));
+        }
+        let nearest = match &labels {
+            Some(labels) => why_not::why_not(&mut inspector, side, frames.clone(), labels)?,
+            None => None,
+        };
+        if labels.is_some() && nearest.is_none() {
+            let name = question.why_not.as_deref().unwrap_or_default();
+            let message = format!("no leaf of the tree over `{}` gives `{name}`", question.who);
+            return Err(
+                InputError::new("--why-not", message).help("relabeling may bring it in: see the rules that become it")
+            );
+        }
+        let mut before: Option<(Vec<usize>, Option<Label>)> = None;
+        for frame in frames.clone() {
+            let now = (inspector.path(side, frame)?, inspector.leaf(side, frame));
+            if before.as_ref() != Some(&now) {
+                if explained.len() == MAX_BLOCKS {
+                    return Ok(explained);
+                }
+                let mut block = block(analyzed, &mut inspector, question.who, frame)?;
+                block.task = side.and_then(|side| task::of(analyzed, leaves, side, frame));
+                explained.push(block);
+                before = Some(now);
+            }
+            if let Some(last) = explained.last_mut() {
+                last.until_s = analyzed.frames.end_of(frame);
+            }
+        }
+        if let Some(first) = explained.first_mut() {
+            first.why_not = nearest;
+        }
+    }
+    Ok(explained)
+}
+
+/// The explanations as JSON, schema `teachtree.explain/1` (docs/formats.md): the fields of an explanation are those of [`Explanation`].
+pub fn json(explained: &[Explanation], meta: &Meta) -> String {
+    let explanations = serde_json::to_value(explained).unwrap_or_default();
+    printed(&serde_json::json!({
+        "schema": SCHEMA,
+        "version": VERSION,
+        "log": meta.log,
+        "name": meta.name,
+        "zero_stamp_s": meta.zero_stamp_s,
+        "rules": json::rules(meta),
+        "explanations": explanations,
+    }))
+}
+
+/// The frames that are asked about, by stretch.
+fn asked<'a>(analyzed: &Analyzed<'a>, question: &Question) -> Result<Vec<(&'a Leaves, Range<usize>)>, InputError> {
+    let frames = analyzed.frames;
+    let (from, to) = question.time_s;
+    let half = 0.5 / frames.layout.rate_hz;
+    // The frame whose start is nearest; of an interval, those that start within it.
+    let begin = frames.time.partition_point(|time| *time < from - half);
+    let end = frames.time.partition_point(|time| *time < to - half).max(begin + 1);
+    let within = analyzed.leaves.iter().filter_map(|leaves| {
+        let range = begin.max(leaves.frames.start)..end.min(leaves.frames.end);
+        let near = frames.time.get(range.start).is_some_and(|time| time - from <= half || to > from);
+        (range.start < range.end && near).then_some((leaves, range))
+    });
+    let found: Vec<_> = within.collect();
+    if found.is_empty() {
+        let start = frames.time.first().copied().unwrap_or_default();
+        let end = frames.len.checked_sub(1).map_or(0.0, |last| frames.end_of(last));
+        let message = format!("nothing is known at {from:.3} s: the recording goes from {start:.3} s to {end:.3} s");
+        return Err(
+            InputError::new("--at", message).help("within a gap nothing is labeled either; `inspect` lists gaps")
+        );
+    }
+    Ok(found)
+}
+
+/// The labels that a name stands for: `Follow`, `MainGrasp`, `MainGrasp(left)`.
+fn labels(rules: &Rules, name: &str) -> Result<Vec<Label>, InputError> {
+    let (bare, side) = match name.strip_suffix(')').and_then(|name| name.split_once('(')) {
+        Some((bare, side)) => (bare, Side::from_name(side.trim())),
+        None => (name, None),
+    };
+    match rules.primitive(bare.trim()) {
+        Some(primitive) => Ok(vec![Label { primitive, side }]),
+        None => {
+            let known: Vec<&str> = rules.primitives.iter().map(|primitive| primitive.name.as_str()).collect();
+            Err(InputError::new("--why-not", format!("the rules have no primitive `{name}`"))
+                .help(format!("they have {}", known.join(", "))))
+        }
+    }
+}
+
+/// Why a track has its label on a frame, without the task.
+fn block<'a>(
+    analyzed: &Analyzed<'a>,
+    inspector: &mut Inspector<'a>,
+    who: Who,
+    frame: usize,
+) -> Result<Explanation, InputError> {
+    let rules = analyzed.rules;
+    let side = who.side();
+    let time = |frame: usize| analyzed.frames.time.get(frame).copied().unwrap_or_default();
+    let taken = inspector.path(side, frame)?;
+    let mut path = Vec::new();
+    let mut latches: Vec<LatchState> = Vec::new();
+    let mut branch: Option<&Branch> = inspector.tree(side).map(|tree| &tree.root);
+    for (depth, taken) in taken.iter().enumerate() {
+        let Some(open) = branch else { break };
+        for (at, choice) in open.choices.iter().enumerate().take(taken + 1) {
+            let reason = match &choice.condition {
+                Some(condition) => {
+                    latches_of(inspector, condition, side, frame, &mut latches)?;
+                    Some(Reasons { inspector }.reason(condition, Spot::new(side, frame))?)
+                }
+                None => None,
+            };
+            path.push(Step {
+                depth,
+                choice: rules.choice_text(choice),
+                place: rules.sources.place(choice.span),
+                taken: at == *taken,
+                reason,
+            });
+        }
+        branch = open.choices.get(*taken).and_then(|choice| match &choice.then {
+            Then::Branch(below) => Some(below),
+            _ => None,
+        });
+    }
+    let run = inspector.run(side, frame);
+    let leaf = run.and_then(|run| run.label).map_or("separate".to_string(), |label| rules.label_name(label));
+    let track = analyzed.analysis.track(who);
+    let segment = |segments: &[Segment]| segments.iter().find(|segment| segment.frames.contains(&frame)).cloned();
+    let raw = track.and_then(|track| segment(&track.segments));
+    let settled = raw.filter(|raw| raw.primitive != leaf).map(|raw| {
+        let lasted = run.map_or(0.0, |run| (run.end - run.start) as f64 / analyzed.frames.layout.rate_hz);
+        let covered = side
+            .and_then(|_| inspector.leaf(None, frame))
+            .is_some_and(|label| rules.label_name(label) == raw.primitive);
+        let what = if covered {
+            "the tree over both hands speaks for this hand here".to_string()
+        } else {
+            format!("the leaf {leaf} lasted {}, which is too short to settle", fact::time(lasted))
+        };
+        became(rules, raw, what)
+    });
+    let relabeled = track.and_then(|track| segment(&track.relabeled));
+    let Subject { object, partner } = relabeled.as_ref().map(|segment| segment.subject.clone()).unwrap_or_default();
+    let relabeled = relabeled.filter(|segment| !segment.by.is_empty());
+    Ok(Explanation {
+        track: who,
+        time_s: time(frame),
+        frame,
+        until_s: time(frame),
+        tree: inspector.tree(side).map_or(String::new(), |tree| tree.name.clone()),
+        leaf,
+        object,
+        partner,
+        since_s: time(run.map_or(frame, |run| run.start)),
+        path,
+        latches,
+        settled,
+        relabeled: relabeled.map(|segment| became(rules, segment, String::new())),
+        task: None,
+        why_not: None,
+    })
+}
+
+fn became(rules: &Rules, segment: Segment, what: String) -> Became {
+    let by = segment.by.iter().map(|text| {
+        let rule = rules.relabels.iter().find(|rule| rule.text == *text);
+        By { what: text.clone(), place: rule.map(|rule| rules.sources.place(rule.span)) }
+    });
+    let happened = (!what.is_empty()).then_some(By { what, place: None });
+    Became {
+        primitive: segment.primitive,
+        start_s: segment.start_s,
+        end_s: segment.end_s,
+        was: segment.was,
+        by: happened.into_iter().chain(by).collect(),
+    }
+}
+
+/// The latches that a condition names itself.
+fn latches_of<'a>(
+    inspector: &mut Inspector<'a>,
+    condition: &'a Expr,
+    side: Option<Side>,
+    frame: usize,
+    found: &mut Vec<LatchState>,
+) -> Result<(), InputError> {
+    let mut named = Vec::new();
+    condition.walk(&mut |part| {
+        if matches!(part.kind, ExprKind::Latch(..)) {
+            named.push(part);
+        }
+    });
+    for part in named {
+        let reasons = Reasons { inspector };
+        let latch = reasons.text(part);
+        if found.iter().any(|known| known.latch == latch) {
+            continue;
+        }
+        let start = inspector.leaves().frames.start;
+        let column = inspector.truth(part, side)?;
+        let on = column.holds(0, frame - start);
+        let differs = column.last_otherwise(0, frame - start, on);
+        let since_s = differs.and_then(|at| inspector.frames().time.get(start + at + 1).copied());
+        found.push(LatchState { latch, on, since_s });
+    }
+    Ok(())
+}

@@ -1,0 +1,213 @@
+//! What was measured: numbers for programs, and a few words of each for people.
+
+use serde::Serialize;
+
+/// A slot of `fingers`.
+pub(super) type Element = teachtree_base::hands::Finger;
+
+/// What a condition found. Numbers are SI; a margin is positive when the condition holds with so much to spare, negative when so much is missing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Fact {
+    /// A comparison.
+    Compared {
+        /// The left side.
+        value: f64,
+        /// The sign between.
+        comparison: &'static str,
+        /// The right side.
+        threshold: f64,
+        /// What is to spare; none of `==`.
+        margin: Option<f64>,
+        /// The SI unit.
+        unit: String,
+        /// Of a count: the fingers or bodies that were counted.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        holding: Vec<String>,
+    },
+    /// A hysteresis.
+    Threshold {
+        /// What is compared.
+        value: f64,
+        /// Where it becomes true.
+        on: f64,
+        /// Where it becomes false again.
+        off: f64,
+        /// Whether true is above.
+        rising: bool,
+        /// What is to spare until it is lost, or what is missing.
+        margin: f64,
+        /// Since when it is so, s; none when it is from the beginning.
+        since_s: Option<f64>,
+        /// The SI unit.
+        unit: String,
+    },
+    /// A window.
+    Window {
+        /// How much of it was held.
+        wait: Wait,
+        /// Its length, s, in whole samples.
+        wanted_s: f64,
+    },
+    /// A latch.
+    Latch {
+        /// Whether it is set.
+        on: bool,
+        /// When it was set or cleared, s; none when it is so from the beginning.
+        since_s: Option<f64>,
+    },
+    /// `from`: the leaf before.
+    Before {
+        /// The leaf, `separate` or `none`.
+        leaf: String,
+    },
+    /// Two objects.
+    Objects {
+        /// The left side.
+        one: String,
+        /// The right side.
+        other: String,
+    },
+    /// `any` and `all`.
+    Slots {
+        /// The fingers or bodies for which it holds.
+        holding: Vec<String>,
+        /// How many there are.
+        of: usize,
+    },
+    /// A finger that the log does not have.
+    Absent,
+}
+
+/// How much of a window was held, s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Wait {
+    /// `for`: it has held without a break for so long (not more than is asked).
+    Held(f64),
+    /// `within last`: it last held so long ago.
+    Ago(Option<f64>),
+    /// `within next`: it will hold so much later.
+    Ahead(Option<f64>),
+    /// `at least times within last`: it began so often.
+    Begun {
+        /// How often.
+        times: usize,
+        /// How often is asked.
+        wanted: f64,
+    },
+}
+
+impl Fact {
+    /// In a few words; `holds` says whether the condition does.
+    pub fn words(&self, holds: bool) -> String {
+        match self {
+            Self::Compared { value, comparison, threshold, margin, unit, holding } => {
+                let [value, threshold, margin_text] =
+                    quantities([*value, *threshold, margin.unwrap_or(0.0).abs()], unit);
+                let counted = if holding.is_empty() { String::new() } else { format!(" ({})", holding.join(", ")) };
+                match margin {
+                    Some(_) if holds => format!("{value}{counted} {comparison} {threshold}, {margin_text} to spare"),
+                    Some(_) => format!("{value}{counted}, expected {comparison} {threshold}, {margin_text} short"),
+                    None if holds => format!("{value}{counted} {comparison} {threshold}"),
+                    None => format!("{value}{counted}, expected {comparison} {threshold}"),
+                }
+            }
+            Self::Threshold { value, on, off, rising, margin, since_s, unit } => {
+                let [value, on, off, margin] = quantities([*value, *on, *off, margin.abs()], unit);
+                let since = since_s.map_or(" from the beginning".to_string(), |since| format!(" since {since:.3} s"));
+                let (beyond, back) = if *rising { ("above", "below") } else { ("below", "above") };
+                if holds {
+                    format!("{value}, held{since}, lost {back} {off}: {margin} to spare")
+                } else {
+                    format!("{value}, expected {beyond} {on}, {margin} short")
+                }
+            }
+            Self::Window { wait, wanted_s } => {
+                let wanted = time(*wanted_s);
+                match wait {
+                    Wait::Held(_) if holds => format!("held for all of {wanted}"),
+                    Wait::Held(held) => format!("held {} of {wanted}", time(*held)),
+                    Wait::Ago(None) => format!("never so far, expected within the last {wanted}"),
+                    Wait::Ago(Some(ago)) if *ago > 0.0 => format!("last {} ago, window {wanted}", time(*ago)),
+                    Wait::Ago(Some(_)) | Wait::Ahead(Some(0.0)) => format!("now, window {wanted}"),
+                    Wait::Ahead(None) => format!("never again, expected within the next {wanted}"),
+                    Wait::Begun { times, wanted: often } => {
+                        let counted = if *times == 1 { "time" } else { "times" };
+                        let asked = if holds { String::new() } else { format!(", expected {often}") };
+                        format!("began {times} {counted} in the last {wanted}{asked}")
+                    }
+                    Wait::Ahead(Some(ahead)) => format!("{} ahead, window {wanted}", time(*ahead)),
+                }
+            }
+            Self::Latch { on: true, since_s: Some(since) } => format!("set at {since:.3} s"),
+            Self::Latch { on: true, since_s: None } => "set from the beginning".into(),
+            Self::Latch { on: false, since_s: Some(since) } => format!("cleared at {since:.3} s"),
+            Self::Latch { on: false, since_s: None } => "not set so far".into(),
+            Self::Before { leaf } => format!("the leaf before is {leaf}"),
+            Self::Objects { one, other } => format!("{one} and {other}"),
+            Self::Slots { holding, of } if holding.is_empty() => format!("none of {of}"),
+            Self::Slots { holding, of } => format!("{} of {of}: {}", holding.len(), holding.join(", ")),
+            Self::Absent => "the log does not have this finger".into(),
+        }
+    }
+}
+
+/// A comparison in words, in three columns.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Measured {
+    /// What was measured; of a count, what was counted too.
+    pub value: String,
+    /// What it is held against.
+    pub threshold: String,
+    /// What is to spare or missing; empty where there is no such thing.
+    pub margin: String,
+}
+
+impl Fact {
+    /// The comparison, if it is one; `holds` says whether the condition does.
+    pub fn measured(&self, holds: bool) -> Option<Measured> {
+        let word = if holds { "to spare" } else { "short" };
+        Some(match self {
+            Self::Compared { value, comparison, threshold, margin, unit, holding } => {
+                let [value, threshold, left] = quantities([*value, *threshold, margin.unwrap_or(0.0).abs()], unit);
+                let counted = if holding.is_empty() { String::new() } else { format!(" ({})", holding.join(", ")) };
+                let margin = margin.map_or_else(String::new, |_| format!("{left} {word}"));
+                Measured { value: value + &counted, threshold: format!("{comparison} {threshold}"), margin }
+            }
+            Self::Threshold { value, on, off, rising, margin, unit, .. } => {
+                let [value, on, off, left] = quantities([*value, *on, *off, margin.abs()], unit);
+                let threshold = match (rising, holds) {
+                    (true, false) => format!("above {on}"),
+                    (true, true) => format!("until below {off}"),
+                    (false, false) => format!("below {on}"),
+                    (false, true) => format!("until above {off}"),
+                };
+                Measured { value, threshold, margin: format!("{left} {word}") }
+            }
+            _ => return None,
+        })
+    }
+}
+
+/// A time for people.
+pub fn time(seconds: f64) -> String {
+    let [text] = quantities([seconds], "s");
+    text
+}
+
+/// Numbers of one SI unit for people: all to the same prefix, three digits of the largest.
+pub fn quantities<const N: usize>(numbers: [f64; N], unit: &str) -> [String; N] {
+    let largest = numbers.iter().copied().filter(|number| number.is_finite()).map(f64::abs).fold(0.0, f64::max);
+    let small = matches!(unit, "m" | "m/s" | "s") && largest < 1.0 || unit == "N" && largest < 0.1;
+    let (scale, prefix) = if small && largest > 0.0 { (1e3, "m") } else { (1.0, "") };
+    let top = largest * scale;
+    let digits = if top == 0.0 || !top.is_finite() { 0 } else { (2.0 - top.log10().floor()).clamp(0.0, 6.0) as usize };
+    let gap = if unit.is_empty() { "" } else { " " };
+    numbers.map(|number| {
+        let text = format!("{:.digits$}", number * scale);
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        let text = if text == "-0" { "0" } else { text };
+        format!("{text}{gap}{prefix}{unit}")
+    })
+}

@@ -1,0 +1,259 @@
+//! Leaves in, named tasks out: settled segments, untargeted relabeling, recognition, relabeling of the named tasks
+//! (grammar/README.md, Meaning of a run, points 4 to 6).
+//!
+//! Invariants: the segments of a hand leave no frame of a gap-free stretch out and never cross a gap; raw segments are kept as
+//! the trees gave them; a segment that rules have changed says what it was and which rules changed it, and the time
+//! of a rewritten segment belongs to the surviving label. What comes out is plain data: writing it needs no rules.
+//!
+//! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans
+//! can be shown as they close; relabeling needs a whole stretch, because its rules look at what comes after.
+
+pub mod agreement;
+pub mod audit;
+pub mod composites;
+pub mod confidence;
+pub mod coverage;
+pub mod csv;
+pub mod difference;
+pub mod eaf;
+pub mod expect;
+pub mod explain;
+pub mod fit;
+mod fixpoint;
+pub mod json;
+mod labeled_span;
+pub mod margin;
+mod measures;
+mod naming;
+pub mod number;
+mod relabel;
+pub mod score;
+mod spans;
+pub mod steps;
+mod stretch;
+mod subject;
+mod tasks;
+
+pub use composites::CompositeSpan;
+pub use confidence::Confidence;
+pub use fixpoint::MAX_ROUNDS;
+pub use measures::{channels, reads_later};
+pub use subject::Subject;
+
+pub use teachtree_base::hands::Who;
+
+use labeled_span::LabeledSpan;
+use measures::Measures;
+use naming::Naming;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use stretch::{Settling, Stretch};
+use subject::Handling;
+use tasks::Named;
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
+use teachtree_base::meaning::{Meaning, Primitives};
+use teachtree_engine::runs::Leaves;
+use teachtree_engine::semantics::samples;
+use teachtree_frames::frames::Frames;
+use teachtree_frames::spilled_columns::Series;
+use teachtree_language::lints::durations;
+use teachtree_language::rules::{Constant, Rules};
+use teachtree_logs::issue::Issue;
+
+/// The name of a task in which something was handled, but that has the keys of no task of the rules.
+pub const UNKNOWN: &str = "unknown";
+
+/// What was found in a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Analysis {
+    /// Number of frames.
+    pub frames: usize,
+    /// Number of rows of the log.
+    pub rows: usize,
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// When the recording starts, s.
+    pub start_s: f64,
+    /// When it ends, s.
+    pub end_s: f64,
+    /// Start and end times (s) of the analyzed gap-free intervals, in order.
+    pub stretches: Vec<(f64, f64)>,
+    /// The tracks that the recording has: left, right, both.
+    pub tracks: Vec<Track>,
+    /// What was wrong with the recording, and what the rules could not do.
+    pub issues: Vec<Issue>,
+    /// The primitives of the rules.
+    pub primitives: Primitives,
+}
+
+impl Analysis {
+    /// The track of a hand or of both.
+    pub fn track(&self, who: Who) -> Option<&Track> {
+        self.tracks.iter().find(|track| track.who == who)
+    }
+
+    /// Returns the owner of the only track. Labels without a track refer to it.
+    pub fn only(&self) -> Option<Who> {
+        match self.tracks.as_slice() {
+            [track] => Some(track.who),
+            _ => None,
+        }
+    }
+}
+
+/// Segments over the time of the recording. In the track of both hands there are gaps where nothing is coordinated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// Whose it is.
+    pub who: Who,
+    /// The settled labels as the trees gave them.
+    pub segments: Vec<Segment>,
+    /// The same time after relabeling.
+    pub relabeled: Vec<Segment>,
+    /// The tasks, in order of time; none for both hands, whose coordination is part of each hand's task.
+    pub tasks: Vec<TaskSpan>,
+    /// The tasks that are made of these.
+    pub composites: Vec<CompositeSpan>,
+}
+
+/// A stretch of time with one primitive.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Segment {
+    /// The primitive as it is shown: `Grasp`, `MainGrasp(left)`.
+    pub primitive: String,
+    /// What the hand does in it, where the rules say.
+    pub does: Option<Meaning>,
+    /// What it is about.
+    pub subject: Subject,
+    /// The frames `[start, end)`.
+    pub frames: Range<usize>,
+    /// The rows of the log `[start, end)`, counted from 0.
+    pub rows: Range<usize>,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s: when the next one starts.
+    pub end_s: f64,
+    /// The raw primitives of this time, in order; empty when no rule changed anything here.
+    pub was: Vec<String>,
+    /// The rules that changed it, as their authors wrote them, in the order in which they did.
+    pub by: Vec<String>,
+    /// How sure its start is, where that was asked for.
+    pub confidence: Option<Confidence>,
+}
+
+/// A task with its relabeled segments.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TaskSpan {
+    /// The name; [`UNKNOWN`] when no task of the rules has its keys here.
+    pub task: String,
+    /// What it is about.
+    pub subject: Subject,
+    /// The frames `[start, end)`.
+    pub frames: Range<usize>,
+    /// The rows of the log `[start, end)`, counted from 0.
+    pub rows: Range<usize>,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// The other tasks that match here too, by priority.
+    pub secondary: Vec<String>,
+    /// Whether the beginning was cut off by the start of the recording or a gap.
+    pub open_start: bool,
+    /// Whether the end was cut off.
+    pub open_end: bool,
+    /// The segments after relabeling.
+    pub segments: Vec<Segment>,
+    /// The share of the variations in which the task is found under this name, where that was asked for.
+    pub confidence: Option<f64>,
+}
+
+/// Checks that every duration of settling, tasks and relabeling is at least one sample.
+///
+/// # Errors
+/// The first one that is shorter than one sample, at its place in the rules.
+pub fn check_rate(rules: &Rules, rate_hz: f64) -> Result<(), InputError> {
+    // A tree that does not settle says so with a duration of nothing.
+    let durations = durations::of_segments(rules).into_iter().filter(|duration| duration.value > 0.0);
+    too_short(rules, durations, rate_hz).map_or(Ok(()), Err)
+}
+
+/// Returns an evaluator's error about a rate with the place of the window in the rules. The evaluators know no places: they check only
+/// the windows that a log needs.
+pub fn placed(error: InputError, rules: &Rules, rate_hz: f64) -> InputError {
+    too_short(rules, durations::of_windows(rules).into_iter(), rate_hz).unwrap_or(error)
+}
+
+fn too_short<'a>(rules: &Rules, mut durations: impl Iterator<Item = &'a Constant>, rate_hz: f64) -> Option<InputError> {
+    durations.find_map(|duration| {
+        let error = samples(duration.value, rate_hz).err()?;
+        Some(InputError { place: rules.sources.place(duration.span), ..error })
+    })
+}
+
+/// Finds the segments and tasks of a recording, from the leaves of each of its gap-free stretches.
+pub fn analyze(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
+    analyze_series(rules, frames, frames, leaves)
+}
+
+/// The same of frames whose columns are elsewhere: those of the channels that [`reads_later`] names.
+pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leaves: &[Leaves]) -> Analysis {
+    let rate_hz = frames.layout.rate_hz;
+    let handling = Handling::new(frames, series);
+    let show = Naming { rules, frames, handling: &handling };
+    let of_hand = |side| leaves.iter().any(|leaves| leaves.hands.contains_key(&side));
+    let sides: Vec<Side> = Side::BOTH.into_iter().filter(|side| of_hand(*side)).collect();
+    let measures: BTreeMap<Side, Measures> =
+        sides.iter().map(|side| (*side, Measures::new(frames, series, *side))).collect();
+    let mut hands: BTreeMap<Side, Track> = sides.iter().map(|side| (*side, Track::new(Who::Hand(*side)))).collect();
+    let mut both = Track::new(Who::Both);
+    let mut issues = frames.issues.clone();
+    issues.extend(show.what_keys_lack(&measures));
+
+    let settling = Settling::new(rules, rate_hz);
+    for leaves in leaves {
+        let mut stretch = Stretch::new(leaves, settling);
+        let mut undone = fixpoint::before_recognition(rules, &mut stretch, &measures);
+        let mut named: BTreeMap<Side, Vec<Named>> = BTreeMap::new();
+        for (side, measures) in &measures {
+            let lane = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
+            named.insert(*side, tasks::recognise(rules, lane, measures));
+        }
+        undone.extend(fixpoint::of_tasks(rules, &mut named, &measures));
+        issues.extend(show.undone(&undone, &stretch.frames()));
+
+        for (side, track) in &mut hands {
+            let tasks = named.remove(side).unwrap_or_default();
+            stretch.put_back(*side, tasks.iter().flat_map(|task| &task.pieces));
+            let raw = stretch.raw.get(side).map_or(&[][..], Vec::as_slice);
+            let relabeled = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
+            let segment = |piece: &LabeledSpan| show.segment(Who::Hand(*side), piece, raw, &stretch.frames());
+            track.segments.extend(raw.iter().map(segment));
+            track.relabeled.extend(relabeled.iter().map(segment));
+            let before = track.tasks.len();
+            track.tasks.extend(tasks.iter().map(|task| show.task(*side, task, raw, &stretch.frames())));
+            let new = track.tasks.get(before..).unwrap_or_default();
+            track.composites.extend(composites::of_stretch(rules, new, before));
+        }
+        let segment = |piece: &LabeledSpan| show.segment(Who::Both, piece, &stretch.raw_both, &stretch.frames());
+        both.segments.extend(stretch.raw_both.iter().map(segment));
+        both.relabeled.extend(stretch.coordination().iter().map(segment));
+    }
+    let mut tracks: Vec<Track> = hands.into_values().collect();
+    if leaves.iter().any(|leaves| !leaves.both.is_empty()) {
+        tracks.push(both);
+    }
+    let rows = if frames.row_time.is_empty() { frames.len } else { frames.row_time.len() };
+    let (start_s, end_s) = (show.start_s(), show.end_s());
+    let stretches = leaves.iter().map(|leaves| show.span_s(&leaves.frames)).collect();
+    let primitives = rules.by_name();
+    Analysis { frames: frames.len, rows, rate_hz, start_s, end_s, stretches, tracks, issues, primitives }
+}
+
+impl Track {
+    /// A track without segments.
+    pub fn new(who: Who) -> Self {
+        Self { who, segments: Vec::new(), relabeled: Vec::new(), tasks: Vec::new(), composites: Vec::new() }
+    }
+}

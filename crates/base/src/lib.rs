@@ -1,0 +1,26 @@
+//! The types that all modules share: units, dimensions, names of hands and fingers, sources and diagnostics,
+//! the scene and the recording as plain data, and the vocabulary of channels.
+//!
+//! This module depends on no rules, no log files, no physics and no robots.
+
+pub mod channels;
+pub mod diagnostic;
+pub mod digest;
+pub mod easing;
+pub mod error;
+pub mod geometry;
+pub mod guard;
+pub mod hands;
+pub mod json;
+pub mod log_channel;
+pub mod meaning;
+pub mod nearest;
+pub mod pose;
+pub mod quantity;
+pub mod recording;
+pub mod scene;
+pub mod shown;
+pub mod socket;
+pub mod touch;
+pub mod units;
+pub mod yaml;

@@ -1,0 +1,311 @@
+//! Which of a task's segments are commanded: tries that had an effect, without aborted approaches and pauses on the way.
+//!
+//! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again, or that carried and
+//! let go in the air before another try, was a mistake and is left out (the paper, section 2.1); so are a Move and an Approach that were followed by another
+//! Move. Events that have a primitive of their own were intended: a second grasp with a different name, and a fall.
+
+use super::RATE_HZ;
+use super::form::LeftOut;
+use super::series::{Episode, FingerSeries, Piece, Series};
+use nalgebra::{Isometry3, Vector3};
+use teachtree_analysis::{Segment, TaskSpan};
+use teachtree_base::meaning::Meaning;
+
+/// Slower than this, m/s, for longer than this, s, is a pause of a free hand.
+const PAUSE_M_S: f64 = 0.01;
+const PAUSE_S: f64 = 0.3;
+/// An object that was only held is where it was within this, m.
+pub(super) const STAYS_M: f64 = 0.01;
+/// Fingertips stay within this, m, in a pause.
+const PAUSE_M: f64 = 0.005;
+/// Maximum distance (m) and angle (rad) between the pose at release and the pose at rest of an object that did not fall.
+pub(super) const FELL: (f64, f64) = (0.002, 0.035);
+/// Who touches again within this, m, of where the fingertips touched before has not gone away in between.
+const ON_THE_SPOT_M: f64 = 0.02;
+/// Who pushes and comes off the object for less than this, s, has not let go; a push that is over sooner, and moves nothing, was a brush.
+const COMES_OFF_S: f64 = 0.5;
+pub(super) const BRUSH_S: f64 = 0.35;
+
+/// Returns the distance (m) and the angle (rad) between two poses.
+pub(super) fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> (f64, f64) {
+    let way = one.translation.vector - other.translation.vector;
+    (way.norm(), one.rotation.angle_to(&other.rotation))
+}
+
+/// What the hand does in a segment; the commands of a primitive that does not say it are refused before.
+fn does(segment: &Segment) -> Meaning {
+    segment.does.unwrap_or_default()
+}
+
+fn is_free(segment: &Segment) -> bool {
+    does(segment).is_free()
+}
+
+fn lets_go(segment: &Segment) -> bool {
+    does(segment) == Meaning::Open
+}
+
+/// The tries of a task that are commanded, and what is not; a hand that `waits` for the other one makes no pauses.
+pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Episode>, Vec<LeftOut>) {
+    let mut tries: Vec<Vec<&Segment>> = Vec::new();
+    for segment in &span.segments {
+        let begins = match tries.last().and_then(|one| one.last()) {
+            None => true,
+            Some(before) => {
+                let touched = !is_free(before);
+                is_free(segment) && touched || lets_go(before) && !lets_go(segment)
+            }
+        };
+        match tries.last_mut() {
+            Some(one) if !begins => one.push(segment),
+            _ => tries.push(vec![segment]),
+        }
+    }
+    let mut left_out = Vec::new();
+    let mut kept: Vec<Vec<&Segment>> = Vec::new();
+    // A brush is not joined to the push after it.
+    tries.dedup_by(|next, one| {
+        let joined = !brushes(one, series) && comes_off(one, next);
+        if joined {
+            one.append(next);
+        }
+        joined
+    });
+    let count = tries.len();
+    // Who tries again on the spot has come on the way of the try before.
+    let stays_there = |one: &Vec<&Segment>| one.first().is_some_and(|segment| does(segment) != Meaning::Free);
+    let on_the_spot: Vec<bool> = tries.iter().skip(1).map(stays_there).chain([false]).collect();
+    let mut came: Vec<&Segment> = Vec::new();
+    // Where the object is when each try touches it, and where it was before the brushes that have just been left out.
+    let touched: Vec<Option<Vector3<f64>>> = tries.iter().map(|one| first_touch(one, series)).collect();
+    let mut before_brushes: Option<Vector3<f64>> = None;
+    let grasped: Vec<Option<&str>> = tries.iter().map(|one| first_grasp(one)).collect();
+    for (number, mut segments) in tries.into_iter().enumerate() {
+        segments.splice(..0, came.drain(..));
+        let touches: Vec<Meaning> =
+            segments.iter().map(|segment| does(segment)).filter(|it| !it.is_free() && *it != Meaning::Open).collect();
+        // With the other hand on it as well, a grasp has another name.
+        let grasps = |meaning: &Meaning| matches!(meaning, Meaning::Close | Meaning::Share);
+        let alone = touches.iter().all(|meaning| *meaning == Meaning::Close);
+        let next = grasped.get(number + 1).copied().flatten();
+        let regrasped = grasped[number].zip(next).is_some_and(|(grasp, regrasp)| grasp != regrasp);
+        let only_grasped =
+            !regrasped && (alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series));
+        let dropped = touches.last() == Some(&Meaning::Carry) && number + 1 < count && !lets_fall(&segments, series);
+        let stood = before_brushes.take().or(touched[number]);
+        // With the other hand at work it may move for another reason.
+        let stands = stood
+            .zip(touched.get(number + 1).copied().flatten())
+            .is_some_and(|(from, to)| (to - from).norm() <= STAYS_M);
+        let brushed = on_the_spot[number] && brushes(&segments, series) && (waits || stands);
+        if brushed {
+            before_brushes = stood;
+        }
+        if touches.is_empty() && number + 1 == count && !kept.is_empty() {
+            // Going away after the last release.
+            kept.push(segments);
+        } else if only_grasped || dropped || brushed {
+            let why = match (touches.is_empty(), dropped) {
+                (true, _) => "aborted approach",
+                (_, true) => "dropped",
+                _ => "failed try",
+            };
+            if on_the_spot[number] && !dropped {
+                let touch = segments.iter().position(|segment| !is_free(segment));
+                came.extend(segments.drain(..touch.unwrap_or_default()));
+            }
+            left_out.push(leave(&segments, why));
+        } else {
+            let last_move = segments.iter().take_while(|segment| is_free(segment)).count();
+            let from = segments[..last_move].iter().rposition(|segment| does(segment) == Meaning::Free).unwrap_or(0);
+            if from > 0 {
+                left_out.push(leave(&segments[..from], "aborted approach"));
+            }
+            kept.push(segments[from..].to_vec());
+        }
+    }
+    let mut episodes = Vec::new();
+    for segments in kept {
+        let mut pieces: Vec<Piece> = Vec::with_capacity(segments.len());
+        for (number, segment) in segments.iter().enumerate() {
+            let touches_next = segments.get(number + 1).is_some_and(|next| !is_free(next));
+            let Some(mut piece) = piece(segment, series, waits, touches_next, &mut left_out) else { continue };
+            // Between two pushes that are one, the fingers stay at the object.
+            let goes_on = segments.get(number + 1).is_some_and(|next| !lets_go(next));
+            if let Some(pushing) = pieces.last().filter(|_| piece.does == Meaning::Open && goes_on) {
+                (piece.primitive, piece.does) = (pushing.primitive.clone(), pushing.does);
+            }
+            // Letting go by several names is one motion.
+            match pieces.last_mut().filter(|last| last.does == Meaning::Open && piece.does == Meaning::Open) {
+                Some(last) => last.samples.append(&mut piece.samples),
+                None => pieces.push(piece),
+            }
+        }
+        episodes.push(Episode { pieces, lets_fall: lets_fall(&segments, series) });
+    }
+    episodes.retain(|episode| !episode.pieces.is_empty());
+    (episodes, left_out)
+}
+
+fn pushes(segment: &Segment) -> bool {
+    does(segment).pushes()
+}
+
+/// Returns the name of the grasp at the start of an attempt.
+fn first_grasp<'a>(one: &[&'a Segment]) -> Option<&'a str> {
+    let touch = one.iter().find(|segment| !is_free(segment))?;
+    (does(touch) == Meaning::Close).then_some(touch.primitive.as_str())
+}
+
+/// Whether an attempt ends with a fall that the rules label: the primitive of the release differs from the primitive after the fall.
+fn lets_fall(one: &[&Segment], series: &Series) -> bool {
+    let touching = one.iter().rev().skip_while(|segment| is_free(segment));
+    let opens: Vec<&&Segment> = touching.take_while(|segment| lets_go(segment)).collect();
+    let (Some(last), Some(first)) = (opens.first(), opens.last()) else { return false };
+    let Some(after) = opens.iter().rev().find(|segment| segment.primitive != first.primitive) else { return false };
+    let [begins, fallen, ends] =
+        [first.start_s, after.start_s, last.end_s].map(|time| &series.object[series.sample(time)]);
+    let (way, turn) = apart(begins, fallen);
+    (way > FELL.0 || turn > FELL.1) && way > apart(fallen, ends).0
+}
+
+/// Where the object is when a try touches it first, m.
+fn first_touch(one: &[&Segment], series: &Series) -> Option<Vector3<f64>> {
+    let touch = one.iter().find(|segment| !is_free(segment))?;
+    Some(series.object[series.sample(touch.start_s)].translation.vector)
+}
+
+/// Whether a try is a push that is over at once and moves nothing while it lasts.
+fn brushes(one: &[&Segment], series: &Series) -> bool {
+    let touches: Vec<&Segment> = one.iter().filter(|segment| !is_free(segment) && !lets_go(segment)).copied().collect();
+    let lasts: f64 = touches.iter().map(|segment| segment.end_s - segment.start_s).sum();
+    let pushes_only = !touches.is_empty() && touches.iter().all(|segment| pushes(segment));
+    pushes_only && lasts < BRUSH_S && stays(&touches, series)
+}
+
+/// Whether the hand came off for a moment as it pushed, and goes on with the next try.
+fn comes_off(one: &[&Segment], next: &[&Segment]) -> bool {
+    let [.., before, release] = one else { return false };
+    let briefly = lets_go(release) && release.end_s - release.start_s < COMES_OFF_S;
+    briefly && pushes(before) && next.first().is_some_and(|segment| pushes(segment))
+}
+
+/// Whether the object does not move in these segments as they touch it.
+fn stays(segments: &[&Segment], series: &Series) -> bool {
+    let touching = segments.iter().filter(|segment| !is_free(segment));
+    let mut ends = touching
+        .flat_map(|segment| [segment.start_s, segment.end_s])
+        .map(|time| series.object[series.sample(time)].translation.vector);
+    let Some(first) = ends.next() else { return true };
+    ends.all(|place| (place - first).norm() <= STAYS_M)
+}
+
+fn leave(segments: &[&Segment], why: &str) -> LeftOut {
+    LeftOut {
+        primitives: segments.iter().map(|segment| segment.primitive.clone()).collect(),
+        start_s: segments.first().map_or(0.0, |segment| segment.start_s),
+        end_s: segments.last().map_or(0.0, |segment| segment.end_s),
+        why: why.into(),
+    }
+}
+
+fn piece(
+    segment: &Segment,
+    series: &Series,
+    waits: bool,
+    touches_next: bool,
+    left_out: &mut Vec<LeftOut>,
+) -> Option<Piece> {
+    let (start, end) = (series.sample(segment.start_s), series.sample(segment.end_s));
+    let mut samples: Vec<usize> = (start..=end).collect();
+    if is_free(segment) && touches_next {
+        samples = without_failed_try(samples, segment, series, left_out);
+    }
+    if is_free(segment) && !waits {
+        samples = without_pauses(samples, segment, series, left_out);
+    }
+    let touching = !is_free(segment);
+    (!samples.is_empty()).then(|| Piece {
+        primitive: segment.primitive.clone(),
+        does: does(segment),
+        samples,
+        touching,
+    })
+}
+
+/// Ends a free motion where the hand touches, if it comes off again and then touches for good at the same place: rules call such a touch in passing a part
+/// of the approach, and it was a failed try.
+fn without_failed_try(
+    mut samples: Vec<usize>,
+    segment: &Segment,
+    series: &Series,
+    left_out: &mut Vec<LeftOut>,
+) -> Vec<usize> {
+    let touches = |at: usize| series.fingers.iter().any(|finger| finger.touches[at]);
+    // What it touches at the beginning is what it lets go of.
+    let Some(free) = samples.iter().position(|at| !touches(*at)) else { return samples };
+    let Some(touch) = samples.iter().skip(free).position(|at| touches(*at)).map(|after| free + after) else {
+        return samples;
+    };
+    let comes_off = samples.iter().skip(touch).any(|at| !touches(*at));
+    let (from, to) = (samples[touch], samples[samples.len() - 1]);
+    let way = |finger: &FingerSeries| (finger.tip_in_world[to] - finger.tip_in_world[from]).norm();
+    if !comes_off || series.fingers.iter().any(|finger| way(finger) > ON_THE_SPOT_M) {
+        return samples;
+    }
+    let time = |at: usize| series.start_s + at as f64 / RATE_HZ;
+    left_out.push(LeftOut {
+        primitives: vec![segment.primitive.clone()],
+        start_s: time(from),
+        end_s: time(to),
+        why: "failed try".into(),
+    });
+    samples.truncate(touch + 1);
+    samples
+}
+
+/// Takes out of a free motion the samples on which the hand stands still for long.
+fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_out: &mut Vec<LeftOut>) -> Vec<usize> {
+    let slow = |at: usize| {
+        series.fingers.iter().all(|finger| {
+            let (before, after) = (at.saturating_sub(3), (at + 3).min(series.len() - 1));
+            let way = finger.tip_in_world[after] - finger.tip_in_world[before];
+            way.norm() * RATE_HZ / (after - before).max(1) as f64 <= PAUSE_M_S
+        })
+    };
+    // Who creeps on is on the way.
+    let stays = |first: usize, last: usize| {
+        series.fingers.iter().all(|finger| (finger.tip_in_world[last] - finger.tip_in_world[first]).norm() <= PAUSE_M)
+    };
+    let mut kept = Vec::with_capacity(samples.len());
+    let mut still: Vec<usize> = Vec::new();
+    let longest = (PAUSE_S * RATE_HZ) as usize;
+    let time = |at: usize| series.start_s + at as f64 / RATE_HZ;
+    let mut flush = |still: &mut Vec<usize>, kept: &mut Vec<usize>| {
+        let ends =
+            still.first().zip(still.last()).filter(|(first, last)| still.len() > longest && stays(**first, **last));
+        if let Some((first, last)) = ends {
+            left_out.push(LeftOut {
+                primitives: vec![segment.primitive.clone()],
+                start_s: time(*first),
+                end_s: time(*last),
+                why: "pause".into(),
+            });
+            // The ends stay, so that what follows begins where it began.
+            kept.extend([*first, *last]);
+        } else {
+            kept.append(still);
+        }
+        still.clear();
+    };
+    for at in samples {
+        if slow(at) {
+            still.push(at);
+        } else {
+            flush(&mut still, &mut kept);
+            kept.push(at);
+        }
+    }
+    flush(&mut still, &mut kept);
+    kept
+}

@@ -1,0 +1,278 @@
+//! Into a hole an object goes along the axis. The operator lets it slide about on the rim and feels for the hole (the paper, section 2.1: such error is
+//! inadvertent); a robot sees where the hole is. So the nearer the object comes, the more it is brought over the hole and upright, it stays a little
+//! above the rim until the operator has found the hole, and then goes down as deep and as fast as the operator's. Nothing pushes back there, so the forces stay
+//! those of carrying it.
+
+use super::RATE_HZ;
+use super::form::Into;
+use super::series::{Episode, Piece, Series, seven};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use teachtree_base::easing::smooth_step;
+use teachtree_base::geometry::{Solid, across};
+use teachtree_base::meaning::Meaning;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::{Role, Scene};
+use teachtree_base::socket::{PlugInSocket, SocketFrame};
+
+/// The object is over the axis when it is as low as this above the rim, and on its way as the operator's was when it is higher than that, m.
+const OVER_M: f64 = 0.008;
+const ON_ITS_WAY_M: f64 = 0.030;
+/// Its plug point is about to go in when it is nearer to the axis than the radius and this, m; farther away by this much more, it is not at all. Drawn
+/// over the hole on a shorter way, it would be jerked out of the hand.
+const BESIDE_M: f64 = 0.010;
+const COMES_M: f64 = 0.060;
+/// A body stands still while something goes into its hole when it moves by less than this, m.
+const STANDS_M: f64 = 0.005;
+/// It waits this far above the rim, m.
+const WAITS_M: f64 = 0.005;
+/// From there it comes to the operator's depth within this time, s.
+const CATCHES_UP_S: f64 = 0.4;
+/// A hole is as wide as it is this far behind its rim, m; a peg that begins below its rim is looked at farther behind. It is looked at in so many directions,
+/// along each in so many steps until a wall is as near as this, m; what is farther away, m, is none of its walls.
+const BEHIND_M: [f64; 3] = [0.003, 0.012, 0.024];
+const RAYS: u32 = 32;
+const MARCHES: usize = 60;
+const ON_SURFACE_M: f64 = 1e-6;
+const FAR_M: f64 = 0.200;
+/// An axis of the object is the one that it has in the socket when they are nearer than this, rad.
+const UPRIGHT_RAD: f64 = 0.1;
+
+/// A hole, in the frame of its body.
+struct Hole<'a> {
+    body: &'a str,
+    frame: SocketFrame,
+    /// Radius, m.
+    radius: f64,
+    threaded: bool,
+    /// Where its body is, when that is fixed.
+    fixed: Option<Isometry3<f64>>,
+}
+
+/// A hole where it is at a time, reference frame.
+struct Place {
+    frame: SocketFrame,
+    radius: f64,
+}
+
+/// Another object into whose hole an object went.
+pub(super) struct Entered {
+    pub(super) body: String,
+    /// From when on it was inserted, s of the recording.
+    pub(super) since_s: f64,
+    /// Where that object stood meanwhile; `None` where it was moved.
+    pub(super) into: Option<Into>,
+}
+
+/// Straightens the way of the object into a hole, in all episodes in which it is inserted; the last other object whose hole that is.
+pub(super) fn along_the_axis(
+    series: &mut Series,
+    recording: &Recording,
+    name: &str,
+    episodes: &[Episode],
+) -> Option<Entered> {
+    let scene = &recording.scene;
+    let plug = scene.bodies.get(name)?.plug_point();
+    let holes = holes(scene, name);
+    let ways: Vec<Vec<Isometry3<f64>>> = holes
+        .iter()
+        .map(|hole| match hole.fixed {
+            Some(pose) => vec![pose; series.len()],
+            None => series.other(recording, hole.body).unwrap_or_default(),
+        })
+        .collect();
+    let mut entered = None;
+    for episode in episodes {
+        let inserts = |piece: &&Piece| piece.does == Meaning::Insert;
+        let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece)) else { continue };
+        // Of two hands in the air, each of which feels for the other's, objects are inserted and fitted by turns.
+        let going_in = episode.pieces[first..].iter().take_while(|piece| inserts(piece) || piece.does == Meaning::Fit);
+        let deepest = going_in.filter(inserts).filter_map(|piece| piece.samples.last()).last();
+        let Some(&deepest) = deepest else { continue };
+        let end = series.object[deepest];
+        let begins = episode.pieces[first].samples[0];
+        let takes = |hole: &Hole<'_>, way: &[Isometry3<f64>]| {
+            way.get(deepest).is_some_and(|pose| hole.at(pose).holds(&end, &plug))
+        };
+        let mut found = holes.iter().zip(&ways).filter(|(hole, way)| takes(hole, way));
+        let Some((hole, way)) = found.next() else { continue };
+        let Some(upright) = upright(&end, &hole.at(&way[deepest]).frame.axis) else { continue };
+        // Where both hands move what they hold, neither waits for the other's hole.
+        let stands = (way[deepest].translation.vector - way[begins].translation.vector).norm() < STANDS_M;
+        if hole.fixed.is_none() {
+            let into = stands.then(|| Into { body: hole.body.into(), pose: seven(&way[deepest]) });
+            entered = Some(Entered { body: hole.body.into(), since_s: series.time_s(begins), into });
+        }
+        let held: Vec<usize> = episode
+            .pieces
+            .iter()
+            .filter(|piece| piece.touching && piece.does != Meaning::Close)
+            .flat_map(|piece| piece.samples.iter().copied())
+            .filter(|&at| at <= deepest)
+            .collect();
+        let mut carried = held.first().copied();
+        let found = hole.at(&way[begins]).seen(&series.object[begins], &plug).height;
+        for at in held {
+            let hole = hole.at(&way[at]);
+            let demonstrated = series.object[at];
+            let seen = hole.seen(&demonstrated, &plug);
+            let weight = hole.nearness(&seen);
+            if weight == 0.0 {
+                carried = Some(at);
+            }
+            if let Some(carried) = carried {
+                series.fingers.iter_mut().for_each(|finger| finger.wanted_force[at] = finger.force[carried]);
+            }
+            let turned = UnitQuaternion::rotation_between(&(demonstrated.rotation * upright), &hole.frame.axis)
+                .unwrap_or_else(UnitQuaternion::identity);
+            let rotation = turned.powf(weight) * demonstrated.rotation;
+            let height = if at < begins {
+                seen.height + (WAITS_M - seen.height).max(0.0) * weight
+            } else {
+                let since = (at - begins) as f64 / RATE_HZ;
+                seen.height + (WAITS_M - found) * (1.0 - smooth_step(since / CATCHES_UP_S))
+            };
+            let point = hole.frame.rim + hole.frame.axis * height + seen.beside * (1.0 - weight);
+            series.wanted[at] =
+                Isometry3::from_parts(Translation3::from(point.coords - rotation * plug.coords), rotation);
+        }
+        // What follows goes on from there.
+        let shift = series.wanted[deepest] * end.inverse();
+        let after = episode.pieces.iter().flat_map(|piece| piece.samples.iter().copied());
+        for at in after.filter(|&at| at > deepest) {
+            let pose = shift * series.object[at];
+            let hole = hole.at(&way[at]);
+            let weight = hole.nearness(&hole.seen(&pose, &plug));
+            let turned = UnitQuaternion::rotation_between(&(pose.rotation * upright), &hole.frame.axis)
+                .unwrap_or_else(UnitQuaternion::identity);
+            series.wanted[at] = Isometry3::from_parts(pose.translation, turned.powf(weight) * pose.rotation);
+        }
+    }
+    entered
+}
+
+/// A plain hole with an object in it, where both are; reference frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opening {
+    /// Where the object's plug point is when it is about to enter.
+    pub rim: Point3<f64>,
+    /// Unit, outwards.
+    pub axis: Vector3<f64>,
+    /// The plug point, frame of the object.
+    pub plug: Point3<f64>,
+    /// By how much the hole is wider than what goes in, to every side, m; `None` where shapes do not determine it.
+    pub clearance: Option<f64>,
+}
+
+/// The plain hole in which an object is at this pose; `None` when it is in none. `now` gives the poses of other objects with holes.
+pub fn hole_of(
+    scene: &Scene,
+    name: &str,
+    object: &Isometry3<f64>,
+    now: &dyn Fn(&str) -> Option<Isometry3<f64>>,
+) -> Option<Opening> {
+    let plug = scene.bodies.get(name)?.plug_point();
+    let holes = holes(scene, name);
+    let mut places = holes.iter().filter(|hole| !hole.threaded).filter_map(|hole| {
+        let pose = hole.fixed.or_else(|| now(hole.body))?;
+        Some((hole, hole.at(&pose)))
+    });
+    let (hole, place) = places.find(|(_, place)| place.holds(object, &plug))?;
+    let own = object.inverse_transform_vector(&place.frame.axis);
+    let clearance = clearance(scene, (hole.body, &hole.frame.rim, &hole.frame.axis), (name, &plug, &own));
+    Some(Opening { rim: place.frame.rim, axis: place.frame.axis, plug, clearance })
+}
+
+/// How much wider a hole is than what goes in, m: shapes are looked at just behind the rim, what is solid there from within. It is the other way round
+/// where something hollow goes onto a pole. Each of them: body, point on its axis, axis.
+fn clearance(
+    scene: &Scene,
+    hole: (&str, &Point3<f64>, &Vector3<f64>),
+    plug: (&str, &Point3<f64>, &Vector3<f64>),
+) -> Option<f64> {
+    let radius = |(name, point, inwards): (&str, &Point3<f64>, &Vector3<f64>), behind_m: f64| {
+        let solid = Solid::new(scene.bodies.get(name)?);
+        radius_about(&solid, &(point + inwards * behind_m), inwards)
+    };
+    let (plug, plug_is_solid) = radius(plug, BEHIND_M[0])?;
+    BEHIND_M.into_iter().find_map(|behind_m| {
+        let (hole, hole_is_solid) = radius((hole.0, hole.1, &-hole.2), behind_m)?;
+        let wider = if hole_is_solid { plug - hole } else { hole - plug };
+        (hole_is_solid != plug_is_solid && wider > 0.0).then_some(wider)
+    })
+}
+
+/// How near the surface is to a point at right angles to an axis, m, and whether the point is in the body.
+fn radius_about(solid: &Solid, point: &Point3<f64>, axis: &Vector3<f64>) -> Option<(f64, bool)> {
+    let inside = solid.distance(point) < 0.0;
+    let [one, other] = across(axis);
+    let mut nearest = f64::INFINITY;
+    for ray in 0..RAYS {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(ray) / f64::from(RAYS)).sin_cos();
+        let way = one * cos + other * sin;
+        // No surface is nearer than the distance, so a step of that length crosses none.
+        let mut gone = 0.0;
+        for _ in 0..MARCHES {
+            let left = solid.distance(&(point + way * gone)) * if inside { -1.0 } else { 1.0 };
+            gone += left.max(0.0);
+            if left < ON_SURFACE_M || gone > nearest {
+                break;
+            }
+        }
+        nearest = nearest.min(gone);
+    }
+    (nearest < FAR_M).then_some((nearest, inside))
+}
+
+/// The holes that take this object: of fixed bodies, and of other objects.
+fn holes<'a>(scene: &'a Scene, object: &str) -> Vec<Hole<'a>> {
+    let with_holes = scene
+        .bodies
+        .iter()
+        .filter(|(name, body)| body.role == Role::Socket || body.role == Role::Object && name.as_str() != object);
+    with_holes
+        .flat_map(|(name, body)| {
+            let fixed = body.pose();
+            let sockets = body.sockets.values().filter(|socket| socket.takes(object));
+            sockets.map(move |socket| Hole {
+                body: name,
+                frame: socket.frame(),
+                radius: socket.radius.0,
+                threaded: socket.pitch.is_some(),
+                fixed: (body.role == Role::Socket).then_some(fixed),
+            })
+        })
+        .collect()
+}
+
+impl Hole<'_> {
+    /// Where it is when its body is at this pose.
+    fn at(&self, body: &Isometry3<f64>) -> Place {
+        Place { frame: self.frame.placed(body), radius: self.radius }
+    }
+}
+
+impl Place {
+    /// Whether an object at this pose is in it.
+    fn holds(&self, object: &Isometry3<f64>, plug: &Point3<f64>) -> bool {
+        let seen = self.seen(object, plug);
+        seen.height < 0.0 && seen.beside.norm() < self.radius + BESIDE_M
+    }
+
+    fn seen(&self, object: &Isometry3<f64>, plug: &Point3<f64>) -> PlugInSocket {
+        self.frame.see(&(object * plug))
+    }
+
+    /// From 0 far away to 1 in the hole and just above it.
+    fn nearness(&self, seen: &PlugInSocket) -> f64 {
+        let above = smooth_step((ON_ITS_WAY_M - seen.height) / (ON_ITS_WAY_M - OVER_M));
+        let beside = (self.radius + BESIDE_M + COMES_M - seen.beside.norm()) / COMES_M;
+        above * smooth_step(beside)
+    }
+}
+
+/// The axis of the object that is along `axis` when it is in: one of its own, when one is near. `None` when the pose is none.
+fn upright(end: &Isometry3<f64>, axis: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let seen = end.rotation.inverse_transform_vector(axis).try_normalize(1e-9)?;
+    let own = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|own| [own, -own]);
+    Some(own.into_iter().find(|own| own.angle(&seen) < UPRIGHT_RAD).unwrap_or(seen))
+}

@@ -1,0 +1,67 @@
+//! When a fingertip touches: by the recording's flags, else by its force.
+
+use super::columns::vectors;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::log_channel::{FingerPart, LogChannel};
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::touch;
+
+/// The hysteresis of the force by which a fingertip touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TouchForces {
+    /// The force from which on it touches, N.
+    pub on_n: f64,
+    /// The force below which it no longer touches, N.
+    pub off_n: f64,
+}
+
+impl Default for TouchForces {
+    /// For rules without the params `touch_on` and `touch_off`.
+    fn default() -> Self {
+        Self { on_n: touch::ON_N, off_n: touch::OFF_N }
+    }
+}
+
+/// Interruptions of up to this many samples are bridged.
+const BRIDGED: usize = 4;
+
+/// The flags of a finger's touches: of the object, else of anything.
+pub(super) fn flags<'r>(recording: &'r Recording, (side, finger): (Side, Finger), object: &str) -> Option<&'r Column> {
+    let of_object = recording.columns.get(&LogChannel::Touch(side, finger, object).to_string());
+    of_object.or_else(|| recording.columns.get(&LogChannel::Finger(side, finger, FingerPart::Contact).to_string()))
+}
+
+/// Whether a finger touches, at these rows: the object, where the recording says what is touched.
+pub(super) fn touching(
+    recording: &Recording,
+    (side, finger): (Side, Finger),
+    object: &str,
+    rows: &[usize],
+    forces_n: TouchForces,
+) -> Vec<bool> {
+    let channel = |part| LogChannel::Finger(side, finger, part);
+    let mut touches: Vec<bool> = match flags(recording, (side, finger), object) {
+        Some(flags) => rows.iter().map(|&row| flags.values.get(row).is_some_and(|flag| *flag > 0.5)).collect(),
+        None => {
+            let mut on = false;
+            let forces = vectors(recording, &channel(FingerPart::Force), rows).unwrap_or_default();
+            forces
+                .iter()
+                .map(|force| {
+                    on = force.norm() >= if on { forces_n.off_n } else { forces_n.on_n };
+                    on
+                })
+                .collect()
+        }
+    };
+    let mut last_on: Option<usize> = None;
+    for at in 0..touches.len() {
+        if touches[at] {
+            if let Some(before) = last_on.filter(|before| at - before <= BRIDGED) {
+                touches[before..at].fill(true);
+            }
+            last_on = Some(at);
+        }
+    }
+    touches
+}

@@ -1,0 +1,267 @@
+//! Applying a binding: the columns of a foreign table in, a recording with canonical names out.
+
+use super::header::{Bound, Header, Term};
+use super::normals::normals_by_role;
+use super::offsets;
+use super::pattern::{Columns, Filling};
+use super::places;
+use super::resample::resample;
+use super::robots;
+use super::rotations;
+use super::sensors;
+use super::sources::{self, ColumnSource};
+use super::{BindingFile, Normals};
+use crate::clean::spikes;
+use crate::clean::stuck_sensors;
+use indexmap::IndexMap;
+use teachtree_base::error::InputError;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::scene::{Role, Scene};
+use teachtree_base::units::Dimension;
+use teachtree_logs::names;
+use teachtree_logs::read::csv::{self, Clock, Read};
+use teachtree_logs::read::table::{Source, Table, Want};
+
+/// Makes a recording of a table as the binding says; `scene` is the one that counts.
+///
+/// # Errors
+/// When the binding names what the table lacks, or the table cannot be read.
+pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, InputError> {
+    let binding = &file.binding;
+    let sheets = source.sheets.len() > 1;
+    let place = source.file.clone();
+    let canonical = || source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
+    if binding.channels.is_empty() && (sheets || !canonical()) {
+        let message = "no channel is bound, and no column of the log has a canonical name";
+        return Err(file
+            .error("channels", message.into())
+            .help("`teachtree inspect LOG --skeleton B.yaml` writes a binding to fill in"));
+    }
+    let (mut read, merged) = if binding.channels.is_empty() {
+        let clock = match binding.rate {
+            Some(rate) => Clock::Rate(rate),
+            None => Clock::Column(binding.time.name.fill(Filling::default()), binding.time.unit.clone()),
+        };
+        let mut read = csv::columns(source, &clock)?;
+        shift(&mut read.recording.time, &mut read.row_time, file);
+        (read, 1)
+    } else {
+        foreign(source, file, &scene)?
+    };
+    read.recording.scene = scene;
+    // Before anything is computed from their neighbours.
+    read.issues.extend(spikes::reject(&mut read.recording));
+    let shifted = sensors::shift(&mut read.recording, file)?;
+    match binding.resample {
+        Some(rate) => {
+            let log = read.recording;
+            read.recording = resample(log, rate.0, binding.bridge.0)?;
+            if merged > 1 || shifted {
+                trim(&mut read.recording, binding.bridge.0);
+            }
+        }
+        None if merged > 1 => {
+            let message = format!("the bound columns are of {merged} sheets with stamps of their own");
+            return Err(
+                InputError::new(place, message).help("say the common rate in the binding, such as `resample: 100 Hz`")
+            );
+        }
+        None if shifted => {
+            let message = "a sensor with a time offset has stamps between the others".into();
+            return Err(file.error("sensors", message).help("say the common rate, such as `resample: 100 Hz`"));
+        }
+        None => {}
+    }
+    read.issues.extend(stuck_sensors::silence_uncorrected(&mut read.recording, &binding.trust));
+    read.issues.extend(sensors::correct(&mut read.recording, file)?);
+    read.issues.extend(places::learn(&mut read.recording, file)?);
+    add_normals(&mut read.recording, file);
+    Ok(read)
+}
+
+/// Adds the normals of contacts as the binding says.
+pub fn add_normals(recording: &mut Recording, file: &BindingFile) {
+    if file.binding.normals == Normals::ByRole {
+        normals_by_role(recording);
+    }
+}
+
+/// Cuts off the ends at which some sensor is silent still or already, up to `bridge`, s: sensors do not start and stop as one.
+fn trim(recording: &mut Recording, bridge: f64) {
+    let Some((start, end)) = recording.time.first().copied().zip(recording.time.last().copied()) else { return };
+    let (mut from, mut to) = (0, recording.time.len());
+    for Column { values, .. } in recording.columns.values() {
+        let at = |row: usize| recording.time.get(row).copied().unwrap_or_default();
+        if let Some(row) = values.iter().position(|value| !value.is_nan())
+            && at(row) - start <= bridge
+        {
+            from = from.max(row);
+        }
+        if let Some(row) = values.iter().rposition(|value| !value.is_nan())
+            && end - at(row) <= bridge
+        {
+            to = to.min(row + 1);
+        }
+    }
+    if to.saturating_sub(from) < 2 {
+        return;
+    }
+    let values = recording.columns.values_mut().map(|column| &mut column.values);
+    for values in values.chain([&mut recording.time]) {
+        values.truncate(to);
+        values.drain(..from);
+    }
+    for texts in recording.labels.values_mut() {
+        texts.truncate(to);
+        texts.drain(..from);
+    }
+}
+
+/// Adds the time offset of the binding to every stamp.
+fn shift(time: &mut [f64], row_time: &mut [f64], file: &BindingFile) {
+    time.iter_mut().chain(row_time).for_each(|stamp| *stamp += file.binding.time_offset.0);
+}
+
+/// The bound columns, and from how many sheets they are.
+fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, usize), InputError> {
+    let bound = BoundColumns::of(&Header::new(&source), file, scene)?;
+    let mut table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
+    shift(&mut table.time, &mut table.row_time, file);
+    let issues = sources::reject(&bound.sources, &mut table);
+    table.issues.extend(issues);
+    let sheets = table.sheets;
+    Ok((bound.apply(table, file)?, sheets))
+}
+
+/// Which columns of a table become which channels.
+pub struct BoundColumns {
+    bound: Vec<Bound>,
+    /// The column of each label.
+    labels: IndexMap<String, usize>,
+    /// What is wanted of each column of the table.
+    pub wants: Vec<Want>,
+    /// The rotations whose angles are taken for radians.
+    in_radians: Vec<String>,
+    /// The columns that other columns are computed from.
+    pub sources: Vec<ColumnSource>,
+}
+
+impl BoundColumns {
+    /// Looks up the columns that the binding names.
+    ///
+    /// # Errors
+    /// When the table lacks one, or one has another form than its channel.
+    pub fn of(header: &Header, file: &BindingFile, scene: &Scene) -> Result<Self, InputError> {
+        let times = if file.binding.rate.is_some() { vec![] } else { header.times(file)? };
+        let mut bound = Self::of_stamped(header, file, scene)?;
+        for time in times {
+            if let Some(want) = time.column.and_then(|column| bound.wants.get_mut(column)) {
+                *want = Want::Time(time.factor);
+            }
+        }
+        Ok(bound)
+    }
+
+    /// The same of rows whose stamps are known.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn of_stamped(header: &Header, file: &BindingFile, scene: &Scene) -> Result<Self, InputError> {
+        let objects: Vec<&str> =
+            scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();
+        let mut wants = vec![Want::Nothing; header.titles.len()];
+        let mut bound: Vec<Bound> = vec![];
+        let mut labels: IndexMap<String, usize> = IndexMap::new();
+        for (key, columns) in &file.binding.channels {
+            let wrong = |message: String| file.error(key, message);
+            if names::is_label(key) {
+                let (patterns, _) = columns.component(0);
+                let name = patterns.first().map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
+                let column = header.find(&name, None).map_err(wrong)?;
+                labels.insert(key.clone(), column.ok_or_else(|| wrong(header.lacks(&name)))?);
+            } else if !matches!(columns, Columns::Offset(_) | Columns::Link(_) | Columns::Span(_)) {
+                bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
+            }
+        }
+        for (robot, tree) in file.robots() {
+            for (joint, columns) in file.binding.robots.get(robot).iter().flat_map(|told| &told.joints) {
+                let name = robots::joint_column(robot, joint);
+                let column = header.joint(name, columns, robots::dimension(tree, joint));
+                let place = || file.place(&["robots", robot, "joints", joint]);
+                bound.push(column.map_err(|message| InputError::new(place(), message))?);
+            }
+        }
+        for column in bound.iter().flat_map(|bound| &bound.terms).filter_map(|term| term.column) {
+            if let Some(want) = wants.get_mut(column) {
+                *want = Want::Number(1.0);
+            }
+        }
+        for (key, column) in &labels {
+            match wants.get_mut(*column) {
+                Some(want) if *want == Want::Nothing => *want = Want::Text,
+                _ => return Err(file.error(key, "its column is bound as numbers too".into())),
+            }
+        }
+        let in_radians = bound
+            .iter()
+            .filter(|bound| bound.dimension == Dimension::ANGLE && bound.terms.iter().all(Term::is_of_radians))
+            .filter_map(|bound| bound.name.strip_suffix(".yaw").map(str::to_string))
+            .collect();
+        let sources = sources::of(&bound, header, file);
+        Ok(Self { bound, labels, wants, in_radians, sources })
+    }
+
+    /// The channels of rows.
+    ///
+    /// # Errors
+    /// When two columns are bound to one channel, or the frame of a point is not bound.
+    pub fn apply(&self, table: Table, file: &BindingFile) -> Result<Read, InputError> {
+        let Table { time, numbers, mut texts, mut issues, row_time, .. } = table;
+        let mut recording = Recording { time, ..Recording::default() };
+        for bound in &self.bound {
+            let values = bound.values(&numbers, recording.time.len());
+            if recording.columns.insert(bound.name.clone(), Column { dimension: bound.dimension, values }).is_some() {
+                return Err(file.error("channels", format!("`{}` is bound twice", bound.name)));
+            }
+        }
+        issues.extend(self.in_radians.iter().filter_map(|channel| rotations::beyond_a_turn(&recording, channel)));
+        rotations::to_quaternions(&mut recording);
+        issues.extend(robots::place(&mut recording, file)?);
+        for (key, columns) in &file.binding.channels {
+            if let Columns::Offset(offset) = columns {
+                offsets::place(&mut recording, file, key, offset)?;
+            }
+        }
+        for (key, columns) in &file.binding.channels {
+            if let Columns::Span(span) = columns {
+                robots::measure(&mut recording, file, key, span)?;
+            }
+        }
+        for (name, column) in &self.labels {
+            recording.labels.insert(name.clone(), texts.get_mut(*column).map(std::mem::take).unwrap_or_default());
+        }
+        Ok(Read { recording, issues, row_time })
+    }
+}
+
+impl Bound {
+    fn values(&self, numbers: &[Vec<f64>], rows: usize) -> Vec<f64> {
+        let mut values: Vec<f64> = vec![0.0; rows];
+        for term in &self.terms {
+            let Some(column) = term.column else {
+                values.iter_mut().for_each(|value| *value += self.weight * term.factor);
+                continue;
+            };
+            for (value, number) in values.iter_mut().zip(numbers.get(column).into_iter().flatten()) {
+                let number = term.value(*number);
+                // A flag that was not measured makes the whole unmeasured, whichever way it is joined.
+                *value = if self.flag && !number.is_nan() && !value.is_nan() {
+                    f64::max(*value, f64::from(u8::from(number > 0.5)))
+                } else {
+                    *value + self.weight * number
+                };
+            }
+        }
+        values
+    }
+}

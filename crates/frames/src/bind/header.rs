@@ -1,0 +1,316 @@
+//! Resolves the names of a binding in the header of a foreign table: the columns of each channel, with the factors that convert them to SI.
+
+use super::pattern::{Columns, Filling, Form, Pattern};
+use super::{BindingFile, Template, Threshold};
+use crate::inspect;
+use indexmap::IndexMap;
+use std::f64::consts::PI;
+use teachtree_base::channels::Shape;
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
+use teachtree_base::log_channel::LogChannel;
+use teachtree_base::nearest::nearest;
+use teachtree_base::units::{Dimension, compound};
+use teachtree_logs::names;
+use teachtree_logs::read::table::Source;
+
+/// One canonical column and its source terms.
+pub(super) struct Bound {
+    pub name: String,
+    /// The channel or joint of which the column is a component, and the form of the components.
+    pub channel: String,
+    pub form: Form,
+    pub dimension: Dimension,
+    /// Flags are combined with "or", numbers are added.
+    pub flag: bool,
+    pub terms: Vec<Term>,
+    /// The weight of each term.
+    pub weight: f64,
+}
+
+/// A column of the table times a factor for the SI unit and the sign. Without a column, the factor is the value.
+pub(super) struct Term {
+    pub column: Option<usize>,
+    pub factor: f64,
+    pub threshold: Option<Threshold>,
+}
+
+impl Term {
+    /// Whether an angle is assumed to be in radians.
+    pub fn is_of_radians(&self) -> bool {
+        self.column.is_none() || self.factor.abs() > 2.0 * (PI / 180.0)
+    }
+
+    pub fn value(&self, number: f64) -> f64 {
+        let value = number * self.factor;
+        self.threshold.map_or(value, |threshold| threshold.flag(value))
+    }
+}
+
+/// The header of a foreign table: names, and units in the syntax of this project.
+pub struct Header {
+    pub(super) titles: Vec<String>,
+    /// The columns of each name; several columns may share one.
+    columns: IndexMap<String, Vec<usize>>,
+    /// The unit of each column, if the header contains one.
+    units: Vec<Option<String>>,
+    /// The name and the number of columns of each sheet.
+    sheets: Vec<(String, usize)>,
+    /// Sheets that cannot be read, with the reason.
+    refused: Vec<(String, String)>,
+}
+
+impl Header {
+    /// The header of a log.
+    pub fn new(source: &Source) -> Self {
+        let sheets = source.sheets.iter().map(|sheet| (sheet.name.clone(), sheet.header.len())).collect();
+        Self::of(source.header(), sheets, source.refused.clone())
+    }
+
+    /// Creates a header from the full names of all columns, the name and number of columns of each sheet, and the unreadable sheets with their
+    /// reasons.
+    pub fn of(titles: Vec<String>, sheets: Vec<(String, usize)>, refused: Vec<(String, String)>) -> Self {
+        let mut columns: IndexMap<String, Vec<usize>> = IndexMap::new();
+        let mut units = vec![];
+        for (index, title) in titles.iter().enumerate() {
+            let (name, unit) = names::split_known_unit(title);
+            columns.entry(name.to_string()).or_default().push(index);
+            units.push(unit.map(str::to_string));
+        }
+        Self { titles, columns, units, sheets, refused }
+    }
+
+    /// Returns the time columns: the one that the binding names, otherwise one per sheet.
+    pub(super) fn times(&self, file: &BindingFile) -> Result<Vec<Term>, InputError> {
+        let pattern = &file.binding.time;
+        let name = pattern.name.fill(Filling::default());
+        let alone = std::iter::once(name.clone());
+        let of_sheets =
+            self.sheets.iter().filter(|(sheet, _)| !sheet.is_empty()).map(|(sheet, _)| format!("{sheet}.{name}"));
+        let mut times = vec![];
+        for name in alone.chain(of_sheets) {
+            let pattern = Pattern { name: Template::text(&name), ..pattern.clone() };
+            let term = self.term(&pattern, Filling::default(), Dimension::TIME);
+            times.extend(term.map_err(|message| file.error("time", message))?);
+        }
+        if !times.is_empty() {
+            return Ok(times);
+        }
+        match inspect::stamps(&self.titles, None) {
+            Some(stamps) => {
+                Err(file
+                    .error("time", format!("the log has no column `{name}`; did you mean `time: {}`?", stamps.title)))
+            }
+            None => Err(file.error("time", self.lacks(&name))),
+        }
+    }
+
+    /// Returns the column of this name, if the log has it. If several columns share the name, a unit may select one.
+    ///
+    /// # Errors
+    /// Several columns have the name. The message contains their numbers.
+    pub(super) fn find(&self, name: &str, unit: Option<&str>) -> Result<Option<usize>, String> {
+        let whole = || (0..).zip(&self.titles).filter(|(_, title)| *title == name).map(|(at, _)| at).collect();
+        let mut found: Vec<usize> = self.columns.get(name).cloned().unwrap_or_else(whole);
+        let in_unit = |at: &usize| unit.is_some() && self.units.get(*at).and_then(Option::as_deref) == unit;
+        if found.iter().filter(|at| in_unit(at)).count() == 1 {
+            found.retain(in_unit);
+        }
+        if found.len() < 2 {
+            return Ok(found.pop());
+        }
+        let numbers: Vec<String> = found.iter().map(|at| self.number(*at).to_string()).collect();
+        Err(format!(
+            "`{name}` is the name of columns {}, expected a name that one column has: rename the others in the log",
+            numbers.join(" and ")
+        ))
+    }
+
+    /// Returns the name of a column.
+    pub(super) fn title(&self, column: usize) -> &str {
+        self.titles.get(column).map_or("", |title| names::split_known_unit(title).0)
+    }
+
+    /// Returns the number of a column in its sheet, counted from 1.
+    fn number(&self, column: usize) -> usize {
+        let mut first = 0;
+        let ends = self.sheets.iter().map(|(_, width)| {
+            first += width;
+            first
+        });
+        1 + column - ends.take_while(|end| *end <= column).last().unwrap_or(0)
+    }
+
+    pub(super) fn lacks(&self, name: &str) -> String {
+        let of_sheet =
+            |sheet: &str| name.strip_prefix(sheet).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
+        if let Some((sheet, why)) = self.refused.iter().find(|(sheet, _)| of_sheet(sheet)) {
+            return format!("`{sheet}` cannot be read: {why}");
+        }
+        match nearest(name, self.columns.keys().map(String::as_str)) {
+            Some(near) => format!("the log has no column `{name}`; did you mean `{near}`?"),
+            None if self.sheets.len() > 1 => {
+                let parts: Vec<String> = self.sheets.iter().map(|(sheet, _)| format!("`{sheet}`")).collect();
+                format!("the log has no column `{name}`; its parts are {}", parts.join(", "))
+            }
+            None => format!("the log has no column `{name}`"),
+        }
+    }
+
+    /// Returns the column of a pattern with filled placeholders, if the log has it.
+    fn term(&self, pattern: &Pattern, filling: Filling, dimension: Dimension) -> Result<Option<Term>, String> {
+        let name = pattern.name.fill(filling);
+        if let Some((value, found)) = pattern.constant {
+            return match found == dimension {
+                true => Ok(Some(Term { column: None, factor: value, threshold: None })),
+                false => Err(format!("`{}` is {found}, expected {dimension}", name.trim())),
+            };
+        }
+        let Some(column) = self.find(&name, pattern.unit.as_deref())? else { return Ok(None) };
+        let dimension = pattern.threshold.map_or(dimension, |threshold| threshold.dimension);
+        let of_header = self.units.get(column).and_then(Option::as_deref);
+        let to_si = match (pattern.unit.as_deref(), of_header) {
+            (Some(said), Some(header)) if said != header => {
+                return Err(format!("`{name}` is in `{header}` as the header says, not in `{said}`"));
+            }
+            (Some(unit), _) | (None, Some(unit)) => {
+                let (to_si, found) = compound(unit)
+                    .map_err(|part| format!("`{part}` is not a known unit, expected one of {dimension}"))?;
+                if found != dimension {
+                    return Err(format!("`{unit}` is {found}, expected {dimension}"));
+                }
+                to_si
+            }
+            // A threshold in meters for values in millimeters would produce a constant flag without any message.
+            (None, None) if pattern.threshold.is_some() && dimension != Dimension::NONE => {
+                return Err(format!(
+                    "the column `{name}` has no unit to compare with the limit's, expected `{name} [unit]`"
+                ));
+            }
+            (None, None) => 1.0,
+        };
+        Ok(Some(Term { column: Some(column), factor: to_si * pattern.sign, threshold: pattern.threshold }))
+    }
+
+    /// Returns the column of a joint.
+    pub(super) fn joint(&self, name: String, columns: &Columns, dimension: Dimension) -> Result<Bound, String> {
+        let (patterns, weight) = match columns {
+            Columns::Pattern(_) | Columns::Mean(_) => columns.component(0),
+            _ => return Err("expected a column, or `{mean: [...]}`".into()),
+        };
+        let mut terms = vec![];
+        for pattern in patterns {
+            if pattern.threshold.is_some() || pattern.optional {
+                return Err("a joint has neither a threshold nor a `?`".into());
+            }
+            let term = self.term(pattern, Filling::default(), dimension)?;
+            terms.push(term.ok_or_else(|| self.lacks(&pattern.name.fill(Filling::default())))?);
+        }
+        let channel = name.clone();
+        Ok(Bound { name, channel, form: Form::Scalar, dimension, flag: false, terms, weight })
+    }
+
+    /// Returns the canonical columns of one key of `channels`.
+    pub(super) fn channel(&self, key: &str, columns: &Columns, objects: &[&str]) -> Result<Vec<Bound>, String> {
+        let name = Template::parse(key)?;
+        let mut bound = vec![];
+        let mut missing = None;
+        for filling in fillings(&name, objects) {
+            let channel = name.fill(filling);
+            let (form, dimension) = form_of(&channel, columns)?;
+            let flag = is_flag(&channel);
+            if !flag && columns.patterns().iter().any(|pattern| pattern.threshold.is_some()) {
+                return Err(format!("`{channel}` is no flag, only flags have a threshold"));
+            }
+            // The object placeholder is on the right-hand side only: the columns of all objects are combined.
+            let joined: Vec<Filling> =
+                match (columns.patterns().iter().any(|pattern| pattern.name.has_object()), name.has_object()) {
+                    (true, false) => objects.iter().map(|object| Filling { object, ..filling }).collect(),
+                    _ => vec![filling],
+                };
+            let mut parts: Vec<Bound> = vec![];
+            for (component, letter) in form.components().iter().enumerate() {
+                let (patterns, weight) = columns.component(component);
+                let full = if letter.is_empty() { channel.clone() } else { format!("{channel}.{letter}") };
+                let channel = channel.clone();
+                let mut part = Bound { name: full, channel, form, dimension, flag, terms: vec![], weight };
+                for (filling, pattern) in joined.iter().flat_map(|it| patterns.iter().map(move |pattern| (it, pattern)))
+                {
+                    let filling = Filling { component, ..*filling };
+                    match self.term(pattern, filling, dimension)? {
+                        Some(term) => part.terms.push(term),
+                        None => missing = missing.or_else(|| Some(pattern.name.fill(filling))),
+                    }
+                }
+                // A mean requires all of its columns or none.
+                if patterns.len() > 1 && !part.terms.is_empty() && part.terms.len() < joined.len() * patterns.len() {
+                    return Err(missing.map_or_else(String::new, |name| self.lacks(&name)));
+                }
+                parts.push(part);
+            }
+            let widths: Vec<usize> = parts.iter().map(|part| part.terms.len()).collect();
+            match (widths.iter().min(), widths.iter().max()) {
+                // This object has no column; other objects may have one.
+                (_, Some(0)) => {}
+                (least, most) if least == most => bound.append(&mut parts),
+                _ => return Err(missing.map_or_else(String::new, |name| self.lacks(&name))),
+            }
+        }
+        if bound.is_empty() && !columns.patterns().iter().all(|pattern| pattern.optional) {
+            return Err(missing.map_or_else(
+                || "the scene has no objects for `<object>` to stand for".into(),
+                |name| self.lacks(&name),
+            ));
+        }
+        Ok(bound)
+    }
+}
+
+/// Returns all values of the placeholders of a name.
+fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<Filling<'a>> {
+    match (name.has_object(), name.has_other()) {
+        (false, _) => vec![Filling::default()],
+        (true, false) => objects.iter().map(|object| Filling { object, ..Filling::default() }).collect(),
+        (true, true) => {
+            let pairs = objects.iter().flat_map(|object| objects.iter().map(move |other| (object, other)));
+            pairs
+                .filter(|(object, other)| object != other)
+                .map(|(object, other)| Filling { object, other, component: 0 })
+                .collect()
+        }
+    }
+}
+
+/// Whether the values of a channel are 0 and 1.
+fn is_flag(channel: &str) -> bool {
+    LogChannel::parse(channel).is_some_and(|channel| channel.shape() == Shape::Bool)
+}
+
+/// Returns the form and dimension of a channel: from its name, otherwise from its columns.
+fn form_of(channel: &str, columns: &Columns) -> Result<(Form, Dimension), String> {
+    let (wanted, dimension) = match LogChannel::parse(channel) {
+        Some(channel) => (Some(channel.shape()), channel.dimension()),
+        None => {
+            let (side, rest) = channel.split_once('.').unwrap_or((channel, ""));
+            if Side::from_name(side).is_none() || rest.is_empty() {
+                return Err(format!(
+                    "`{channel}` is no channel, expected a name such as `right.thumb.force`, `<object>.position`, `contact.<object>.table.force`"
+                ));
+            }
+            let unit = columns.patterns().first().and_then(|pattern| pattern.unit.as_deref()).unwrap_or_default();
+            let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` is not a known unit"))?;
+            (None, dimension)
+        }
+    };
+    let form = columns.form(wanted);
+    let (found, wanted) =
+        (form.shape().components().len(), wanted.map_or(form.shape(), |shape| shape).components().len());
+    match form {
+        Form::Vector if wanted == 4 => {
+            Err(format!("`{channel}` has 4 components, found columns for 3; angles are `<rpy>`"))
+        }
+        _ if found != wanted => Err(format!("`{channel}` has {wanted} components, found columns for {found}")),
+        Form::Angles => Ok((form, Dimension::ANGLE)),
+        _ => Ok((form, dimension)),
+    }
+}

@@ -1,0 +1,363 @@
+//! Bindings: a YAML file that says which columns of a foreign log are which channels (docs/bindings.md).
+
+mod apply;
+mod check;
+mod header;
+mod join;
+mod normals;
+mod offsets;
+mod pattern;
+mod placed;
+mod places;
+mod resample;
+mod resampler;
+mod robots;
+mod rotations;
+mod rows;
+mod same_stamp;
+mod sensors;
+mod shifter;
+mod sources;
+mod tare;
+pub mod template;
+mod tool;
+
+pub use apply::bind;
+pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};
+pub use same_stamp::{LiveLine, SameStamp};
+
+pub use pattern::{Columns, Filling, LinkPoint, Offset, Pattern, Span, Template, Threshold};
+use robots::Robot;
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Deserializer, de};
+use std::fmt;
+use std::path::Path;
+use teachtree_base::error::InputError;
+use teachtree_base::quantity::{Force, Frequency, Mass, Time, above_zero};
+use teachtree_base::scene::Scene;
+use teachtree_base::shown::Shown;
+use teachtree_base::yaml;
+use teachtree_description::tree::KinematicTree;
+use teachtree_logs::read::csv::check_scene;
+use teachtree_logs::read::text;
+
+/// The most rule parameters that a binding may override.
+pub const MAX_PARAMS: usize = 3;
+/// The highest rate to resample to, Hz.
+pub const MAX_RATE_HZ: f64 = 10_000.0;
+
+/// A binding: which columns of a foreign log are which channels.
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Binding {
+    /// What log this is, for people.
+    #[serde(default)]
+    #[allow(dead_code, reason = "the key is for whoever reads the file")]
+    about: String,
+    /// The file of the rules that implements the trees' abstract signals for this hardware.
+    #[serde(default)]
+    pub hand_file: Option<String>,
+    /// Rule parameters that this hardware needs otherwise, each a value with its unit.
+    #[serde(default, deserialize_with = "few_params")]
+    #[cfg_attr(feature = "schemas", schemars(with = "IndexMap<String, Param>"))]
+    pub params: IndexMap<String, String>,
+    /// The column of the time stamps.
+    #[serde(default = "time_column")]
+    pub time: Pattern,
+    /// The rate of rows that have no stamps; there is then no column of time.
+    #[serde(default)]
+    pub rate: Option<Frequency>,
+    /// What is added to every stamp.
+    #[serde(default)]
+    pub time_offset: Time,
+    /// The even rate to bring the log to; as it is when left out.
+    #[serde(default)]
+    pub resample: Option<Frequency>,
+    /// The longest step, and the longest drop-out of a pose, that resampling bridges.
+    #[serde(default = "bridge")]
+    pub bridge: Time,
+    /// The columns of each channel; the columns have canonical names when left out.
+    #[serde(default)]
+    pub channels: IndexMap<String, Columns>,
+    /// Where contacts without a logged normal get it from.
+    #[serde(default)]
+    pub normals: Normals,
+    /// What is to be corrected of sensors, by channel without component, such as `right.palm.force`.
+    #[serde(default)]
+    pub sensors: IndexMap<String, Sensor>,
+    /// An interval in which some channels should read zero.
+    #[serde(default)]
+    pub tare: Option<Tare>,
+    /// Robots whose joints the log has, by name; channels name their links: `{link: arm.hand}`.
+    #[serde(default)]
+    pub robots: IndexMap<String, Robot>,
+    /// Bodies whose place the log shows, by name; their `position` in the scene counts from there.
+    #[serde(default)]
+    pub places: IndexMap<String, Place>,
+    /// Forces that count as they are, although they stay constant.
+    #[serde(default)]
+    pub trust: Vec<String>,
+    /// Signals by which parts of a demonstration end, with when they rise: `start of Grasp of cube`.
+    #[serde(default)]
+    pub signals: IndexMap<String, String>,
+    /// Signals by which parts begin.
+    #[serde(default)]
+    pub start_signals: IndexMap<String, String>,
+    /// The bodies and hands; beside the log when left out.
+    #[serde(default)]
+    pub scene: Option<Scene>,
+}
+
+/// The schema of bindings.
+#[cfg(feature = "schemas")]
+pub fn schema() -> schemars::Schema {
+    schemars::schema_for!(Binding)
+}
+
+/// The value of a param: a text with its unit, or a number.
+#[cfg(feature = "schemas")]
+#[derive(schemars::JsonSchema)]
+#[schemars(untagged)]
+#[allow(dead_code, reason = "it is only described")]
+enum Param {
+    Text(String),
+    Number(f64),
+}
+
+/// Where contacts without a logged normal get it from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Normals {
+    /// The direction of the force.
+    #[default]
+    ByForce,
+    /// Upwards from a support, level from a wall, out of the face of a body whose shape is known, along the force otherwise.
+    ByRole,
+}
+
+/// What is to be corrected of a sensor.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct Sensor {
+    /// What is added to its stamps: negative when it reports late.
+    pub time_offset: Time,
+    /// The channel of the rotation reference_from_frame of what it is fixed to, such as `right.palm.rotation`.
+    pub frame: Option<String>,
+    /// How it is fixed there: the rotation frame_from_sensor (reference_from_sensor without `frame`), quaternion w x y z.
+    pub mounted: Option<[f64; 4]>,
+    /// The tool that it bears, whose weight is taken off.
+    pub tool: Option<ToolMass>,
+}
+
+/// What a tool between a sensor and what is touched weighs.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "a mass such as `430 g`, or `learned`")]
+pub enum ToolMass {
+    /// Fitted to the log, with the bias of the sensor.
+    Learned(Learned),
+    /// Known.
+    Known(Mass),
+}
+
+/// The word `learned`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Learned {
+    /// From the log.
+    Learned,
+}
+
+/// An interval in which some channels should read zero: their mean in it is subtracted everywhere.
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Tare {
+    /// Channels without component, such as `right.thumb.force`.
+    pub channels: Vec<String>,
+    /// Start, as the log counts time.
+    pub from: Time,
+    /// End.
+    pub to: Time,
+}
+
+/// How a log shows where a body stands: by the plug point of an object at an instant.
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    /// The object.
+    pub by: String,
+    /// The instant.
+    pub when: Instant,
+    /// Of a first contact, the force from which on there is one, where no contact of the two bodies is logged as a flag.
+    #[serde(default, deserialize_with = "above_zero")]
+    pub above: Option<Force>,
+}
+
+/// An instant at which an object shows where another body stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Instant {
+    /// The beginning of the first contact that lasts.
+    FirstContact,
+    /// The last rest of the object, elsewhere than it began.
+    Rest,
+}
+
+/// A binding with its file, for messages about what it says.
+#[derive(Clone, Debug)]
+pub struct BindingFile {
+    /// What the file says.
+    pub binding: Binding,
+    name: String,
+    text: String,
+    /// The links and joints of its robots.
+    trees: IndexMap<String, KinematicTree>,
+}
+
+impl Binding {
+    /// Whether its stamps are those that the log has by itself, not those of another column.
+    pub fn has_stamps_of_log(&self) -> bool {
+        self.rate.is_none() && self.time == time_column()
+    }
+}
+
+impl BindingFile {
+    /// Reads a binding file.
+    ///
+    /// # Errors
+    /// What it says that a binding cannot say, at `file:line:column`.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let name = path.display().to_string();
+        let text = text::read(path, yaml::MAX_BYTES as u64)?;
+        Self::parse(text, name)
+    }
+
+    /// Reads the text of a binding file; `name` is its name in messages.
+    ///
+    /// # Errors
+    /// What it says that a binding cannot say, at `file:line:column`.
+    pub fn parse(text: String, name: String) -> Result<Self, InputError> {
+        let binding: Binding = yaml::read(&text, &name).map_err(|error| {
+            let bracket = error.message.contains("did not find expected ',' or ']'");
+            if bracket {
+                error.help("within a list a column with its unit stands in quotes: `[\"a [mm]\", \"b [mm]\"]`")
+            } else {
+                error
+            }
+        })?;
+        let mut file = Self { binding, name, text, trees: IndexMap::new() };
+        for (key, rate) in [("resample", file.binding.resample), ("rate", file.binding.rate)] {
+            let rate = rate.map_or(1.0, |rate| rate.0);
+            if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
+                let message = format!("found {} Hz, expected a rate above 0 and up to {MAX_RATE_HZ} Hz", Shown(rate));
+                return Err(file.error(key, message));
+            }
+        }
+        if file.binding.rate.is_some() && file.binding.time != time_column() {
+            let message = "is for rows without stamps, and `time` names a column of stamps: expected one of the two";
+            return Err(file.error("rate", message.into()));
+        }
+        if file.binding.bridge.0 < 0.0 {
+            return Err(file.error("bridge", "found a negative time".into()));
+        }
+        if let Some(scene) = &file.binding.scene {
+            check_scene(scene).map_err(|error| {
+                let place = format!("scene.{}", error.place);
+                yaml::located(InputError { place, ..error }, &file.text, &file.name)
+            })?;
+        }
+        file.trees = robots::read(&file, &file.name)?;
+        Ok(file)
+    }
+
+    /// Its robots with their links and joints.
+    pub fn robots(&self) -> impl Iterator<Item = (&String, &KinematicTree)> {
+        self.trees.iter()
+    }
+
+    /// The place `file:line:column` of the value at a path of keys.
+    pub fn place(&self, keys: &[&str]) -> String {
+        yaml::place(&self.text, &self.name, keys)
+    }
+
+    /// An error about a key: the place is where the key first stands.
+    pub fn error(&self, key: &str, message: String) -> InputError {
+        let at = self.text.lines().enumerate().find_map(|(line, text)| {
+            let column = text.find(key)?;
+            let head = text.get(..column)?.trim_end_matches(['"', '\'']);
+            let tail = text.get(column + key.len()..)?.trim_start_matches(['"', '\'']);
+            let begins = head.is_empty() || head.ends_with([' ', '{', ',', '-']);
+            (begins && tail.trim_start().starts_with(':'))
+                .then_some((line + 1, text.get(..column)?.chars().count() + 1))
+        });
+        let place = at.map_or(self.name.clone(), |(line, column)| format!("{}:{line}:{column}", self.name));
+        InputError::new(place, message)
+    }
+}
+
+fn time_column() -> Pattern {
+    Pattern { name: Template::text("time"), unit: None, sign: 1.0, optional: false, threshold: None, constant: None }
+}
+
+const fn bridge() -> Time {
+    teachtree_base::quantity::Quantity(0.1)
+}
+
+/// Reads parameter overrides, numbers or texts, at most [`MAX_PARAMS`].
+fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<String, String>, D::Error> {
+    /// A value as its text.
+    struct Value(String);
+    impl<'de> Deserialize<'de> for Value {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            struct Visitor;
+            impl de::Visitor<'_> for Visitor {
+                type Value = Value;
+                fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                    f.write_str("a value with its unit, such as `15 mm/s`")
+                }
+                fn visit_str<E: de::Error>(self, text: &str) -> Result<Value, E> {
+                    Ok(Value(text.to_string()))
+                }
+                fn visit_u64<E: de::Error>(self, number: u64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+                fn visit_i64<E: de::Error>(self, number: i64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+                fn visit_f64<E: de::Error>(self, number: f64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+            }
+            deserializer.deserialize_any(Visitor)
+        }
+    }
+    struct Few;
+    impl<'de> de::Visitor<'de> for Few {
+        type Value = IndexMap<String, String>;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("parameters with their values")
+        }
+        fn visit_map<A: de::MapAccess<'de>>(self, mut entries: A) -> Result<Self::Value, A::Error> {
+            let mut params = IndexMap::new();
+            while let Some((name, Value(value))) = entries.next_entry()? {
+                if params.len() == MAX_PARAMS {
+                    let message = format!(
+                        "`{name}` is one parameter too many, a binding overrides at most {MAX_PARAMS}: what more logs need belongs into the rules"
+                    );
+                    return Err(de::Error::custom(message));
+                }
+                params.insert(name, value);
+            }
+            Ok(params)
+        }
+    }
+    deserializer.deserialize_map(Few)
+}

@@ -1,0 +1,251 @@
+//! Robots in a binding: the joints of a log and a URDF in, where the robot's links are out; and how far two points are apart.
+
+use super::{BindingFile, Columns, Span};
+use crate::clean::preprocess::over_all;
+use indexmap::IndexMap;
+use nalgebra::{Isometry3, Point3};
+use serde::Deserialize;
+use std::f64::consts::TAU;
+use std::path::Path;
+use teachtree_base::channels::Shape;
+use teachtree_base::error::InputError;
+use teachtree_base::geometry::pose;
+use teachtree_base::log_channel::LogChannel;
+use teachtree_base::nearest::nearest;
+use teachtree_base::quantity::Length;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::shown::Shown;
+use teachtree_base::units::Dimension;
+use teachtree_description::tree::{Kind, KinematicTree};
+use teachtree_description::urdf;
+use teachtree_logs::issue::{Issue, IssueKind};
+use teachtree_logs::read::text;
+
+/// The largest URDF file, in bytes.
+const MAX_BYTES: u64 = 4 << 20;
+/// A joint may be this far beyond its limits, rad or m, in this share of the samples, of at least so many.
+const BEYOND: [f64; 2] = [0.3, 0.02];
+const SHARE: f64 = 0.05;
+const FEWEST: usize = 20;
+
+/// A robot whose joints a log has.
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Robot {
+    /// Its URDF file, beside the binding.
+    pub urdf: String,
+    /// The column of each joint that moves; other joints stay at zero.
+    pub joints: IndexMap<String, Columns>,
+    /// Where its root stands, reference frame.
+    #[serde(default)]
+    pub position: [Length; 3],
+    /// The rotation reference_from_root, quaternion w x y z.
+    #[serde(default = "upright")]
+    pub rotation: [f64; 4],
+}
+
+const fn upright() -> [f64; 4] {
+    [1.0, 0.0, 0.0, 0.0]
+}
+
+/// The name of the temporary column of a joint.
+pub fn joint_column(robot: &str, joint: &str) -> String {
+    format!("robots.{robot}.{joint}")
+}
+
+/// Reads the URDF files that a binding names, and checks its joints and links against them.
+///
+/// # Errors
+/// A file that cannot be read; a joint or a link that it lacks.
+pub fn read(file: &BindingFile, name: &str) -> Result<IndexMap<String, KinematicTree>, InputError> {
+    let mut trees = IndexMap::new();
+    for (robot, told) in &file.binding.robots {
+        let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+        let path = folder.join(&told.urdf);
+        let text = text::read(&path, MAX_BYTES)
+            .map_err(|error| InputError::new(file.place(&["robots", robot, "urdf"]), error.to_string()))?;
+        let tree = urdf::read(&text, &path.display().to_string())?;
+        for joint in told.joints.keys() {
+            if tree.dof(joint).is_none() {
+                let known = tree.dofs.iter().map(|dof| dof.name.as_str());
+                let place = file.place(&["robots", robot, "joints", joint]);
+                return Err(InputError::new(place, lacks("joint that moves by itself", joint, &told.urdf, known)));
+            }
+        }
+        trees.insert(robot.clone(), tree);
+    }
+    for (key, columns) in &file.binding.channels {
+        let Columns::Link(point) = columns else { continue };
+        let Some(tree) = trees.get(&point.robot) else {
+            let known = nearest(&point.robot, trees.keys().map(String::as_str));
+            let near = known.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            return Err(file.error(key, format!("`robots` has no `{}`{near}", point.robot)));
+        };
+        if tree.link(&point.link).is_none() {
+            let known = tree.links.iter().map(|link| link.name.as_str());
+            let urdf = file.binding.robots.get(&point.robot).map_or("", |robot| robot.urdf.as_str());
+            return Err(file.error(key, lacks("link", &point.link, urdf, known)));
+        }
+    }
+    Ok(trees)
+}
+
+fn lacks<'a>(what: &str, name: &str, urdf: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
+    match nearest(name, known.clone()) {
+        Some(near) => format!("`{urdf}` has no {what} `{name}`; did you mean `{near}`?"),
+        None => format!("`{urdf}` has no {what} `{name}`, expected one of {}", known.collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// The dimension of a joint: that of an angle, or of a length.
+pub fn dimension(tree: &KinematicTree, joint: &str) -> Dimension {
+    let slides = |dof: usize| {
+        let mut joints = tree.links.iter().filter_map(|link| link.joint.as_ref());
+        joints.any(|joint| joint.dof == dof && joint.kind == Kind::Prismatic)
+    };
+    if tree.dof(joint).is_some_and(slides) { Dimension::LENGTH } else { Dimension::ANGLE }
+}
+
+/// Replaces the columns of the joints by the channels that are bound to links.
+///
+/// # Errors
+/// A channel that is neither a position nor a rotation.
+pub fn place(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
+    let mut issues = vec![];
+    for (robot, tree) in file.robots() {
+        let Some(told) = file.binding.robots.get(robot) else { continue };
+        let joints: Vec<(usize, Vec<f64>)> = told
+            .joints
+            .keys()
+            .filter_map(|joint| {
+                let column = recording.columns.shift_remove(&joint_column(robot, joint))?;
+                Some((tree.dof(joint)?, column.values))
+            })
+            .collect();
+        issues.extend(joints.iter().filter_map(|(dof, values)| beyond(recording, tree, robot, *dof, values)));
+        let links: Vec<_> = file
+            .binding
+            .channels
+            .iter()
+            .filter_map(|(key, columns)| match columns {
+                Columns::Link(point) if point.robot == *robot => Some((key, point, tree.link(&point.link)?)),
+                _ => None,
+            })
+            .collect();
+        let reference_from_root = pose(told.position.map(|length| length.0), told.rotation);
+        let mut q = vec![0.0; tree.dofs.len()];
+        let mut poses: Vec<Vec<Isometry3<f64>>> = vec![vec![]; links.len()];
+        for row in 0..recording.time.len() {
+            for (dof, values) in &joints {
+                if let Some(own) = q.get_mut(*dof) {
+                    *own = values.get(row).copied().unwrap_or(f64::NAN);
+                }
+            }
+            let root_from_links = tree.forward_kinematics(&q);
+            for (poses, (_, _, link)) in poses.iter_mut().zip(&links) {
+                poses.extend(root_from_links.get(*link).map(|root_from_link| reference_from_root * root_from_link));
+            }
+        }
+        for ((key, point, _), poses) in links.into_iter().zip(poses) {
+            let channel = LogChannel::parse(key);
+            match channel.map(|channel| (channel.shape(), channel.dimension())) {
+                Some((Shape::Vec3, Dimension::LENGTH)) => {
+                    let at = Point3::from(point.at);
+                    let points: Vec<Point3<f64>> = poses.iter().map(|pose| pose * at).collect();
+                    for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+                        let values = points.iter().map(|point| point[axis]).collect();
+                        put(recording, file, format!("{key}.{letter}"), Dimension::LENGTH, values)?;
+                    }
+                }
+                Some((Shape::Rotation, _)) => {
+                    for (place, letter) in ["w", "x", "y", "z"].into_iter().enumerate() {
+                        // nalgebra stores x y z w.
+                        let values = poses.iter().map(|pose| pose.rotation.coords[(place + 3) % 4]).collect();
+                        put(recording, file, format!("{key}.{letter}"), Dimension::NONE, values)?;
+                    }
+                }
+                _ => {
+                    let message = format!("`{key}` is neither a position nor a rotation, and a link has only these");
+                    return Err(file.error(key, message));
+                }
+            }
+        }
+    }
+    Ok(issues)
+}
+
+/// Adds the distance of two points, or the flag that it is small, to be bound under `key`.
+///
+/// # Errors
+/// A channel that is neither a length nor a flag, or a point that is not bound.
+pub fn measure(recording: &mut Recording, file: &BindingFile, key: &str, span: &Span) -> Result<(), InputError> {
+    let shape = LogChannel::parse(key).map(|channel| (channel.shape(), channel.dimension()));
+    let is_flag = match shape {
+        Some((Shape::Bool, _)) => true,
+        Some((Shape::Scalar, Dimension::LENGTH)) => false,
+        _ => return Err(file.error(key, format!("`{key}` is neither a length nor a flag, and this is a distance"))),
+    };
+    if is_flag != span.below.is_some() {
+        let message = if is_flag {
+            "is a flag, expected a limit such as `below: 30 mm`"
+        } else {
+            "is no flag, only flags have a limit"
+        };
+        return Err(file.error(key, format!("`{key}` {message}")));
+    }
+    let part = |point: &str, letter: &str| {
+        let column = recording.columns.get(&format!("{point}.position.{letter}"));
+        let message = || format!("`{key}` is a distance from `{point}`, and no channel `{point}.position` is bound");
+        column.map(|column| column.values.clone()).ok_or_else(|| file.error(key, message()))
+    };
+    let mut squares = vec![0.0; recording.time.len()];
+    let [one, other] = &span.between;
+    for letter in ["x", "y", "z"] {
+        for (square, (one, other)) in squares.iter_mut().zip(part(one, letter)?.into_iter().zip(part(other, letter)?)) {
+            *square += (one - other).powi(2);
+        }
+    }
+    let value = |square: f64| {
+        let apart = square.sqrt() - span.less;
+        span.below.map_or(apart, |limit| if apart.is_nan() { apart } else { f64::from(u8::from(apart < limit)) })
+    };
+    let dimension = if is_flag { Dimension::NONE } else { Dimension::LENGTH };
+    put(recording, file, key.to_string(), dimension, squares.into_iter().map(value).collect())
+}
+
+fn put(
+    recording: &mut Recording,
+    file: &BindingFile,
+    name: String,
+    dimension: Dimension,
+    values: Vec<f64>,
+) -> Result<(), InputError> {
+    match recording.columns.insert(name.clone(), Column { dimension, values }) {
+        Some(_) => Err(file.error("channels", format!("`{name}` is bound twice"))),
+        None => Ok(()),
+    }
+}
+
+/// An issue for a joint that is often beyond its limits: in another unit, or counted from another zero.
+fn beyond(recording: &Recording, tree: &KinematicTree, robot: &str, dof: usize, values: &[f64]) -> Option<Issue> {
+    let joint = tree.dofs.get(dof)?;
+    let turns = dimension(tree, &joint.name) == Dimension::ANGLE;
+    let (beyond, unit) = (BEYOND[usize::from(!turns)], if turns { "rad" } else { "m" });
+    let range = joint.range[0] - beyond..=joint.range[1] + beyond;
+    let measured: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let out = measured.iter().filter(|value| !range.contains(value)).count();
+    let counts_turns = turns && joint.range[1] - joint.range[0] > 0.999 * TAU;
+    let largest = measured.iter().map(|value| value.abs()).fold(0.0, f64::max);
+    if measured.len() < FEWEST || (out as f64) < SHARE * measured.len() as f64 || (counts_turns && largest < 50.0) {
+        return None;
+    }
+    let message = format!(
+        "is beyond its limits, {} to {} {unit}, in {out} of {} samples, up to {}: is it in another unit (`[deg]`, `[mm]`), or counted from another zero?",
+        Shown(joint.range[0]),
+        Shown(joint.range[1]),
+        measured.len(),
+        Shown((largest * 1e3).round() / 1e3)
+    );
+    Some(over_all(&recording.time, IssueKind::IMPLAUSIBLE_ROTATION, &joint_column(robot, &joint.name), message))
+}

@@ -1,0 +1,571 @@
+//! A binding of a log that is being made: rows, or messages of several topics, are bound as they come.
+//!
+//! What a binding learns from the whole log is refused; rows wait for what it learns from the beginning. Topics are joined ([`Join`]), shifted
+//! ([`Shifter`]) and brought to an even rate ([`Resampler`]) as [`bind`](super::bind) does with the whole log.
+
+use super::apply::{BoundColumns, add_normals};
+use super::header::Header;
+use super::join::{Join, Pushed, Value};
+use super::resampler::{Resampled, Resampler};
+use super::shifter::Shifter;
+use super::sources::SourceScreen;
+use super::tare::{FirstRows, Rest};
+use super::{BindingFile, Columns, Filling, Pattern, ToolMass, sensors};
+use crate::open::hand_file_of;
+use std::path::Path;
+use teachtree_base::error::InputError;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::scene::{Role, Scene};
+use teachtree_base::units::Dimension;
+use teachtree_logs::issue::Issue;
+use teachtree_logs::names;
+use teachtree_logs::read::csv::{self, Clock, Read};
+use teachtree_logs::read::sheet::InMemoryTable;
+use teachtree_logs::read::table::{Source, Table, Want, date_time};
+
+/// For how long topics are awaited, s, where nothing else is said.
+pub const WAIT_S: f64 = 1.0;
+/// How many times as long what a binding names is awaited at the beginning.
+const FIRST_WAIT: f64 = 10.0;
+/// The longest step that is bridged, s: its rows come at once.
+const MAX_BRIDGE_S: f64 = 60.0;
+/// The longest time that rows wait for what channels read at rest, s.
+const MAX_TARE_S: f64 = 60.0;
+
+/// A binding that takes row by row.
+pub struct RowBinder {
+    file: BindingFile,
+    scene: Scene,
+    hand_file: Option<String>,
+    join: Join,
+    wait_s: f64,
+    /// Topics that cannot be read, with the reason.
+    refused: Vec<(String, String)>,
+    /// Which columns are what, once all that the binding names have come.
+    bound: Option<BoundColumns>,
+    /// The spike filter for columns that are computed from others.
+    screen: Option<SourceScreen>,
+    /// Where some sensor has an offset; there is a resampler then.
+    shifter: Option<Shifter>,
+    resampler: Option<Resampler>,
+    beginning: Beginning,
+    /// What channels read at rest; until it is known rows wait.
+    rest: Option<Rest>,
+    waiting: FirstRows,
+}
+
+/// What came of a row or message.
+#[derive(Default)]
+pub struct BoundRows {
+    /// Rows with canonical names, SI, `time` in s.
+    pub rows: Vec<InMemoryTable>,
+    /// What was wrong.
+    pub issues: Vec<Issue>,
+    /// Why no row can be bound, whatever comes.
+    pub fault: Option<InputError>,
+}
+
+/// Which topics a binding may name.
+#[derive(Clone, Debug)]
+pub struct TopicFilter(Vec<String>);
+
+impl TopicFilter {
+    /// Whether columns of this topic may be bound.
+    pub fn may_name(&self, topic: &str) -> bool {
+        let prefix = format!("{topic}.");
+        self.0.iter().any(|start| start.starts_with(&prefix) || prefix.starts_with(start.as_str()))
+    }
+}
+
+/// Cuts off the beginning at which some sensor is silent still: sensors do not start as one.
+#[derive(Default)]
+struct Beginning {
+    is_over: bool,
+    rows: Vec<Resampled>,
+    /// The first row in which each column was measured.
+    begins: Vec<Option<usize>>,
+}
+
+impl RowBinder {
+    /// Reads a binding; `scene` replaces its own. Topics are awaited for `wait_s`.
+    ///
+    /// # Errors
+    /// What the binding says that no row alone can show, at `file:line:column`; a binding without a scene where none is given.
+    pub fn open(path: &Path, scene: Option<Scene>, wait_s: f64) -> Result<Self, InputError> {
+        let file = BindingFile::read(path)?;
+        let binding = &file.binding;
+        let whole = |key: &str, fix: &str| {
+            Err(file.error(key, format!("`{key}` needs the whole log, and a live log is bound row by row")).help(fix))
+        };
+        if binding.rate.is_some() {
+            return whole("rate", "send a stamp with each row, and name its column as `time`");
+        }
+        if binding.resample.is_some() && binding.bridge.0 > MAX_BRIDGE_S {
+            let message = format!("found {} s, a live log is bridged over {MAX_BRIDGE_S} s at most", binding.bridge.0);
+            return Err(file.error("bridge", message));
+        }
+        if let Some(tare) = binding.tare.as_ref().filter(|tare| tare.to.0 > MAX_TARE_S) {
+            let message = format!("`to`: found {} s, rows of a live log wait for {MAX_TARE_S} s at most", tare.to.0);
+            return Err(file.error("tare", message));
+        }
+        if !binding.places.is_empty() {
+            return whole("places", "give the bodies their positions in the scene");
+        }
+        for (channel, sensor) in &binding.sensors {
+            if matches!(sensor.tool, Some(ToolMass::Learned(_))) {
+                return whole(channel, "give the mass of the tool, such as `tool: 430 g`");
+            }
+        }
+        let scene = scene.or_else(|| binding.scene.clone()).ok_or_else(|| {
+            InputError::new(path.display().to_string(), "has no `scene`").help("name a scene with --scene")
+        })?;
+        file.check(&scene)?;
+        let hand_file = binding.hand_file.clone().map(|name| hand_file_of(path, name));
+        let shifter = Shifter::new(&file)?;
+        let resampler = binding.resample.map(|rate| Resampler::new(rate.0, binding.bridge.0));
+        let join = Join::new(wait_s);
+        let beginning = Beginning::default();
+        let (rest, waiting) = (file.binding.tare.is_none().then(Rest::default), FirstRows::default());
+        Ok(Self {
+            file,
+            scene,
+            hand_file,
+            join,
+            wait_s,
+            refused: vec![],
+            bound: None,
+            screen: None,
+            shifter,
+            resampler,
+            beginning,
+            rest,
+            waiting,
+        })
+    }
+
+    /// The bodies and hands.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The hand file that the binding names: beside it, or a shipped one.
+    pub fn hand_file(&self) -> Option<&str> {
+        self.hand_file.as_deref()
+    }
+
+    /// The params that the binding sets, each with its value and unit.
+    pub fn params(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.file.binding.params.iter().map(|(name, value)| (name.as_str(), value.as_str()))
+    }
+
+    /// Refuses a binding that messages of topics cannot be bound with.
+    ///
+    /// # Errors
+    /// It does not say what the stamps or the channels are of.
+    pub fn check_topics(&self) -> Result<(), InputError> {
+        if !self.file.binding.has_stamps_of_log() {
+            let message = "messages have stamps of their own, expected no `time`";
+            return Err(self.file.error("time", message.into()));
+        }
+        if self.file.binding.channels.is_empty() {
+            let message = "no channel is bound, expected columns such as `/wrench.wrench.force.<xyz>`";
+            return Err(self.file.error("channels", message.into()));
+        }
+        Ok(())
+    }
+
+    /// Which topics may have columns that are bound.
+    pub fn topics(&self) -> TopicFilter {
+        TopicFilter(self.patterns().map(|pattern| pattern.name.start().to_string()).collect())
+    }
+
+    /// The name of the column that has the stamps of rows.
+    pub fn time_column(&self) -> String {
+        self.file.binding.time.name.fill(Filling::default())
+    }
+
+    /// Whether a column is bound, or canonical where no channel is bound.
+    pub fn reads(&self, title: &str) -> bool {
+        if self.file.binding.channels.is_empty() {
+            return names::is_canonical(title);
+        }
+        let objects = self.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
+        let objects: Vec<&str> = objects.map(|(name, _)| name.as_str()).collect();
+        let name = names::split_known_unit(title).0;
+        self.patterns().any(|pattern| [name, title].iter().any(|name| pattern.name.fits(name, &objects)))
+    }
+
+    fn patterns(&self) -> impl Iterator<Item = &Pattern> {
+        let joints = self.file.binding.robots.values().flat_map(|robot| robot.joints.values());
+        self.file.binding.channels.values().chain(joints).flat_map(Columns::patterns)
+    }
+
+    /// A message of a topic cannot be read, because of `why`. If none can, this is why the topic lacks the columns of the binding.
+    pub fn unreadable(&mut self, topic: &str, why: &str) {
+        if !self.refused.iter().any(|(known, _)| known == topic) {
+            self.refused.push((topic.to_string(), why.to_string()));
+        }
+    }
+
+    /// The messages of a topic cannot be read, because of `why`.
+    ///
+    /// # Errors
+    /// The binding needs the topic.
+    pub fn refuse(&mut self, topic: &str, why: &str) -> Result<(), InputError> {
+        if self.refused.iter().any(|(known, _)| known == topic) {
+            return Ok(());
+        }
+        self.refused.push((topic.to_string(), why.to_string()));
+        let prefix = format!("{topic}.");
+        for (key, columns) in &self.file.binding.channels {
+            let names_it = |pattern: &&Pattern| !pattern.optional && pattern.name.start().starts_with(&prefix);
+            if columns.patterns().iter().any(|pattern| names_it(&pattern)) {
+                return Err(self.file.error(key, format!("`{topic}` cannot be read: {why}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Binds the only row of a table.
+    ///
+    /// # Errors
+    /// A column that the binding names and no row had so far; a value that is no number.
+    pub fn bind(&mut self, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        if self.file.binding.channels.is_empty() {
+            return self.bind_canonical(row);
+        }
+        let mut made = BoundRows::default();
+        if self.join.learn("", row)? || self.bound.is_none() {
+            self.release(&mut made)?;
+            self.find_columns()?;
+        }
+        let stamp = self.stamp(row)?;
+        self.take("", stamp + self.file.binding.time_offset.0, row, &mut made)?;
+        Ok(made)
+    }
+
+    /// Binds the message of a topic: the only row of a table, and its stamp, s.
+    ///
+    /// # Errors
+    /// A column that the binding names and no message had within the time that topics are awaited; a value that is no number.
+    pub fn bind_message(&mut self, topic: &str, time_s: f64, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        let mut made = BoundRows::default();
+        if self.join.learn(topic, row)? {
+            self.release(&mut made)?;
+            self.bound = None;
+        }
+        let waits_s = self.join.waits_s();
+        self.take(topic, time_s + self.file.binding.time_offset.0, row, &mut made)?;
+        if self.bound.is_none() {
+            match self.find_columns() {
+                Ok(()) => self.make(false, &mut made)?,
+                Err(error) if waits_s > self.wait_s * FIRST_WAIT => return Err(error),
+                Err(_) => self.join.forget_oldest(),
+            }
+        }
+        Ok(made)
+    }
+
+    /// The log has ended: all rows that are left.
+    ///
+    /// # Errors
+    /// As [`bind`](Self::bind).
+    pub fn finish(&mut self) -> Result<BoundRows, InputError> {
+        if self.bound.is_none() && !self.join.topics().is_empty() {
+            self.find_columns()?;
+        }
+        let mut made = self.interrupt()?;
+        self.settle(true, &mut made)?;
+        Ok(made)
+    }
+
+    /// The log was interrupted: all rows that are left. Later ones begin anew.
+    ///
+    /// # Errors
+    /// As [`bind`](Self::bind).
+    pub fn interrupt(&mut self) -> Result<BoundRows, InputError> {
+        let mut made = BoundRows::default();
+        if self.bound.is_none() && !self.join.topics().is_empty() && self.find_columns().is_err() {
+            self.join.restart();
+            return Ok(made);
+        }
+        self.make(true, &mut made)?;
+        self.release(&mut made)?;
+        if let Some(resampler) = &mut self.resampler {
+            let mut rows = vec![];
+            for row in self.shifter.iter_mut().flat_map(Shifter::finish) {
+                resampler.push(&row, &mut rows)?;
+            }
+            resampler.finish(&mut rows);
+            let bridge = self.file.binding.bridge.0;
+            let mut rows: Vec<Resampled> = rows.into_iter().flat_map(|row| self.beginning.take(row, bridge)).collect();
+            rows.extend(self.beginning.finish());
+            self.finished(rows, &mut made)?;
+        }
+        self.join.restart();
+        Ok(made)
+    }
+
+    /// A row whose columns have the names of channels.
+    fn bind_canonical(&mut self, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        let binding = &self.file.binding;
+        let clock = Clock::Column(binding.time.name.fill(Filling::default()), binding.time.unit.clone());
+        let Read { mut recording, issues, .. } =
+            csv::columns(Source::one(&row.place, row.header(), Box::new(row.clone())), &clock)?;
+        recording.time.iter_mut().for_each(|stamp| *stamp += binding.time_offset.0);
+        let mut made = BoundRows { issues, ..BoundRows::default() };
+        self.bound_row(recording, &mut made)?;
+        Ok(made)
+    }
+
+    /// Looks up the columns that the binding names among those that have come.
+    fn find_columns(&mut self) -> Result<(), InputError> {
+        let mut titles = vec![];
+        for (name, topic) in self.join.topics() {
+            let title = |title: &String| if name.is_empty() { title.clone() } else { format!("{name}.{title}") };
+            titles.extend(topic.titles.iter().map(title));
+        }
+        let sheets = self.join.topics().iter().map(|(name, topic)| (name.clone(), topic.titles.len())).collect();
+        let refused = self.refused.iter().filter(|(topic, _)| !self.join.topics().contains_key(topic));
+        let header = Header::of(titles, sheets, refused.cloned().collect());
+        let is_of_topics = !self.join.topics().contains_key("");
+        let bound = match is_of_topics {
+            true => BoundColumns::of_stamped(&header, &self.file, &self.scene)?,
+            false => BoundColumns::of(&header, &self.file, &self.scene)?,
+        };
+        let mut first = 0;
+        let ranges: Vec<std::ops::Range<usize>> = self
+            .join
+            .topics()
+            .values()
+            .map(|topic| {
+                let range = first..first + topic.titles.len();
+                first = range.end;
+                range
+            })
+            .collect();
+        let is_wanted = |at: usize, column: usize| {
+            let want = ranges.get(at).and_then(|range| bound.wants.get(range.start + column));
+            matches!(want, Some(Want::Number(_)))
+        };
+        let used =
+            ranges.iter().enumerate().filter(|(at, range)| (0..range.len()).any(|column| is_wanted(*at, column)));
+        let used = used.count();
+        if used > 1 && self.resampler.is_none() {
+            let message = format!("the bound columns are of {used} topics with stamps of their own");
+            return Err(self.file.error("channels", message).help("say the common rate, such as `resample: 100 Hz`"));
+        }
+        self.join.mark(is_wanted);
+        self.beginning.is_over |= used <= 1 && self.shifter.is_none();
+        self.screen = SourceScreen::new(&bound.sources, used.max(1));
+        self.bound = Some(bound);
+        Ok(())
+    }
+
+    /// The stamp of a row without topics, s.
+    fn stamp(&self, row: &InMemoryTable) -> Result<f64, InputError> {
+        let titles = self.join.topics().values().flat_map(|topic| &topic.titles);
+        let wants = self.bound.iter().flat_map(|bound| &bound.wants);
+        let time = titles.zip(wants).find_map(|(title, want)| match want {
+            Want::Time(factor) => Some((title, *factor)),
+            _ => None,
+        });
+        let Some((title, factor)) = time else { return Err(InputError::new(&row.place, "no column holds the time")) };
+        let found = super::join::value(title, row);
+        let seconds = match &found {
+            Value::Number(number) => number * factor,
+            Value::Text(text) => date_time(text).unwrap_or(f64::NAN),
+        };
+        if seconds.is_finite() {
+            return Ok(seconds);
+        }
+        Err(InputError::new(&row.place, format!("found `{found}` as `{title}`, expected a time")))
+    }
+
+    fn take(&mut self, topic: &str, time_s: f64, row: &InMemoryTable, made: &mut BoundRows) -> Result<(), InputError> {
+        match self.join.push(topic, time_s, row) {
+            Pushed::Kept => {}
+            Pushed::Late(issue) => made.issues.extend(issue),
+            Pushed::SetBack(issue) => {
+                let rest = self.interrupt()?;
+                made.rows.extend(rest.rows);
+                made.issues.extend(rest.issues);
+                made.fault = made.fault.take().or(rest.fault);
+                made.issues.push(issue);
+                let binding = &self.file.binding;
+                self.resampler = binding.resample.map(|rate| Resampler::new(rate.0, binding.bridge.0));
+                self.shifter = Shifter::new(&self.file)?;
+                self.waiting = FirstRows::default();
+                self.join.push(topic, time_s, row);
+            }
+        }
+        if self.bound.is_some() {
+            self.make(false, made)?;
+        }
+        Ok(())
+    }
+
+    /// Makes the rows that are whole.
+    fn make(&mut self, ends: bool, made: &mut BoundRows) -> Result<(), InputError> {
+        made.issues.extend(self.join.settle());
+        while let Some((stamp, topics)) = self.join.next(ends) {
+            let Some(bound) = &self.bound else { return Ok(()) };
+            let mut numbers = Vec::with_capacity(bound.wants.len());
+            for (mut values, (name, topic)) in topics.into_iter().zip(self.join.topics()) {
+                // Earlier messages lack the columns that have come since.
+                values.resize(topic.titles.len(), Value::Number(f64::NAN));
+                for (value, title) in values.into_iter().zip(&topic.titles) {
+                    numbers.push(match (bound.wants.get(numbers.len()), value) {
+                        (Some(Want::Number(_)), Value::Number(number)) => vec![number],
+                        (Some(Want::Number(_)), Value::Text(text)) => {
+                            let message = format!("found `{text}` as `{title}`, expected a number");
+                            return Err(InputError::new(if name.is_empty() { "the row" } else { name }, message));
+                        }
+                        _ => vec![],
+                    });
+                }
+            }
+            let texts = vec![vec![]; numbers.len()];
+            let table = Table { time: vec![stamp], numbers, texts, ..Table::default() };
+            let (rows, issues) = match &mut self.screen {
+                Some(screen) => screen.push(table),
+                None => (vec![table], vec![]),
+            };
+            made.issues.extend(issues);
+            self.apply(rows, made)?;
+        }
+        Ok(())
+    }
+
+    /// Releases the rows that wait for the spike filter.
+    fn release(&mut self, made: &mut BoundRows) -> Result<(), InputError> {
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        let (rows, issues) = screen.finish();
+        made.issues.extend(issues);
+        self.apply(rows, made)
+    }
+
+    /// Computes the channels of rows from their columns.
+    fn apply(&mut self, rows: Vec<Table>, made: &mut BoundRows) -> Result<(), InputError> {
+        for row in rows {
+            let Some(bound) = &self.bound else { return Ok(()) };
+            let Read { recording, issues, .. } = bound.apply(row, &self.file)?;
+            made.issues.extend(issues);
+            self.bound_row(recording, made)?;
+        }
+        Ok(())
+    }
+
+    /// Takes a recording of one row, at its own stamp.
+    fn bound_row(&mut self, recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+        let Some(resampler) = &mut self.resampler else {
+            return self.finished_row(recording, made);
+        };
+        let shifted = match &mut self.shifter {
+            Some(shifter) => match shifter.push(recording, &self.file) {
+                Ok(rows) => rows,
+                Err(error) => {
+                    made.fault = Some(error);
+                    return Ok(());
+                }
+            },
+            None => vec![recording],
+        };
+        let mut rows = vec![];
+        for row in &shifted {
+            resampler.push(row, &mut rows)?;
+        }
+        let bridge = self.file.binding.bridge.0;
+        let rows = rows.into_iter().flat_map(|row| self.beginning.take(row, bridge)).collect();
+        self.finished(rows, made)
+    }
+
+    fn finished(&mut self, rows: Vec<Resampled>, made: &mut BoundRows) -> Result<(), InputError> {
+        let columns: Vec<(String, Dimension)> = match &self.resampler {
+            Some(resampler) if !rows.is_empty() => {
+                resampler.columns().iter().map(|(name, dimension)| (name.clone(), *dimension)).collect()
+            }
+            _ => return Ok(()),
+        };
+        for (time, values) in rows {
+            let cells = columns.iter().zip(values).map(|((name, dimension), value)| {
+                (name.clone(), Column { dimension: *dimension, values: vec![value] })
+            });
+            let recording = Recording { time: vec![time], columns: cells.collect(), ..Recording::default() };
+            self.finished_row(recording, made)?;
+        }
+        Ok(())
+    }
+
+    /// Takes a row that is made, when it is known what channels read at rest.
+    fn finished_row(&mut self, recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+        if self.rest.is_some() {
+            return self.corrected_row(recording, made);
+        }
+        self.waiting.push(recording);
+        self.settle(false, made)
+    }
+
+    /// Learns what channels read at rest, once their interval is over, and takes the rows that wait.
+    fn settle(&mut self, ends: bool, made: &mut BoundRows) -> Result<(), InputError> {
+        let is_over = self.file.binding.tare.as_ref().is_some_and(|tare| self.waiting.is_over(tare));
+        if self.rest.is_some() || !(is_over || ends && !self.waiting.whole().time.is_empty()) {
+            return Ok(());
+        }
+        let waiting = std::mem::take(&mut self.waiting);
+        let whole = Recording { scene: self.scene.clone(), ..waiting.whole().clone() };
+        match sensors::at_rest(whole, &self.file) {
+            Ok(rest) => self.rest = Some(rest),
+            Err(error) => {
+                made.fault = Some(error);
+                return Ok(());
+            }
+        }
+        waiting.each().try_for_each(|row| self.corrected_row(row, made))
+    }
+
+    /// Corrects what a row of its own shows, and gives it the form of a table.
+    fn corrected_row(&mut self, mut recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+        let Some(rest) = &self.rest else { return Ok(()) };
+        recording.scene = std::mem::take(&mut self.scene);
+        let corrected = sensors::correct_by(rest, &mut recording, &self.file);
+        add_normals(&mut recording, &self.file);
+        self.scene = std::mem::take(&mut recording.scene);
+        made.issues.extend(corrected?);
+        let first = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
+        let mut row = InMemoryTable::new("the log");
+        row.begin_row()?;
+        row.put("time", first(&recording.time))?;
+        for (name, column) in &recording.columns {
+            row.put(name, first(&column.values))?;
+        }
+        made.rows.push(row);
+        Ok(())
+    }
+}
+
+impl Beginning {
+    /// Takes a row; returns those that are complete, or will not be within the bridge, s.
+    fn take(&mut self, row: Resampled, bridge: f64) -> Vec<Resampled> {
+        if self.is_over {
+            return vec![row];
+        }
+        let (time, values) = &row;
+        let is_late = time - self.rows.first().map_or(*time, |(start, _)| *start) > bridge;
+        self.begins.resize(values.len().max(self.begins.len()), None);
+        // What begins later than the bridge is not waited for.
+        for (begins, _) in self.begins.iter_mut().zip(values).filter(|(_, value)| !is_late && !value.is_nan()) {
+            begins.get_or_insert(self.rows.len());
+        }
+        self.rows.push(row);
+        if is_late || self.begins.iter().all(Option::is_some) { self.finish() } else { vec![] }
+    }
+
+    /// What is left.
+    fn finish(&mut self) -> Vec<Resampled> {
+        self.is_over = true;
+        let from = self.begins.iter().flatten().max().copied().unwrap_or_default();
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.split_off(from.min(rows.len()))
+    }
+}

@@ -1,0 +1,326 @@
+//! What was measured, made fit for the rules: a recording in, its trusted columns on an even time base out.
+//!
+//! Columns that nobody knows are left aside, dead force sensors read zero, short drop-outs are bridged, rows in which a value is missing
+//! become gaps.
+//! Each of these is an issue (docs/logs.md).
+
+use crate::clean::dropouts;
+use crate::clean::level::Learned;
+use crate::clean::stuck_sensors;
+use crate::clean::timebase::{Timebase, timebase};
+use crate::clean::unknown_columns::{self, UnknownColumn};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use teachtree_base::error::InputError;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::scene::Scene;
+use teachtree_base::units::Dimension;
+use teachtree_logs::issue::{Issue, IssueKind};
+use teachtree_logs::names;
+
+/// Columns by name.
+pub type Columns<'a> = BTreeMap<&'a str, (Dimension, Cow<'a, [f64]>)>;
+
+/// A log that can be trusted frame by frame: no NaN, an even step within each stretch.
+pub struct CleanLog<'a> {
+    /// Bodies and hands.
+    pub scene: &'a Scene,
+    /// Time of each frame, s.
+    pub time: Vec<f64>,
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// Gap-free stretches of frames.
+    pub stretches: Vec<Range<usize>>,
+    /// What was found and done.
+    pub issues: Vec<Issue>,
+    /// The noise of force sensors, by channel, where it is known.
+    pub noise: BTreeMap<String, Noise>,
+    /// From which force on sensors are in contact, by channel.
+    pub levels: BTreeMap<String, Learned>,
+    /// The noise of the positions of bodies, by name, where it counts.
+    pub positions: BTreeMap<String, PositionNoise>,
+    /// When the whole log starts and ends, s.
+    pub span: [f64; 2],
+    /// Which part of a log this is; all of it when there is none.
+    pub window: Option<Window<'a>>,
+    /// The columns.
+    pub columns: Columns<'a>,
+}
+
+/// A part of a stretch with as many frames around it as averages look at. What follows a log from frame to frame goes on from the window
+/// before.
+pub struct Window<'a> {
+    /// The frames that count.
+    pub core: Range<usize>,
+    /// Those of them around which everything that is followed is known, so that it can be averaged.
+    pub averaged: Range<usize>,
+    /// Whether the stretch begins here.
+    pub is_first: bool,
+    /// The states before the frames that count, by what is followed.
+    pub before: &'a BTreeMap<String, State>,
+    /// The states before the frame `kept`, or behind the last frame.
+    pub after: &'a RefCell<BTreeMap<String, State>>,
+    /// The frame with which the next window begins to count.
+    pub kept: usize,
+    /// The states before the averaged frames.
+    pub averaged_before: &'a BTreeMap<String, State>,
+    /// The states before the frame `averaged_kept`, or behind the last frame.
+    pub averaged_after: &'a RefCell<BTreeMap<String, State>>,
+    /// The frame with which the averaged frames of the next window begin.
+    pub averaged_kept: usize,
+    /// What is known of contacts that are computed from shapes, by object.
+    pub touches: &'a BTreeMap<usize, Touches>,
+}
+
+/// What the whole log shows of the contacts of an object that are computed from shapes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Touches {
+    /// The bodies that it may touch.
+    pub pairs: Vec<TouchPair>,
+    /// The least force of the balance of forces that is no noise, N; `None` where the balance does not come out.
+    pub noise: Option<f64>,
+}
+
+/// An object and a body that it may touch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TouchPair {
+    /// The body, as its index in the scene.
+    pub other: usize,
+    /// The gap at which they touch in truth, m.
+    pub offset: f64,
+    /// The tolerance, m.
+    pub within: f64,
+    /// Whether they touched at all.
+    pub touched: bool,
+}
+
+/// What is so at a frame, for what depends on the frame before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct State {
+    /// Whether it holds.
+    pub on: bool,
+    /// Which body it is.
+    pub which: Option<usize>,
+}
+
+/// The noise of a sensor, independent from sample to sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Noise {
+    /// Of the vector's components together, squares of the unit.
+    pub variance: f64,
+}
+
+/// The noise of a body's positions, independent from sample to sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionNoise {
+    /// Standard deviation of a component, m.
+    pub deviation: f64,
+    /// The largest speed that it makes of a body at rest, m/s.
+    pub limit: f64,
+}
+
+impl<'a> CleanLog<'a> {
+    /// Takes the columns with canonical names, and those that are `asked` for by name although they are not canonical. The forces named in
+    /// `trust` count as they are, however long they stay constant.
+    ///
+    /// # Errors
+    /// When a column is not as long as the time, a vector lacks a component, a flag is no flag, or the time base is unusable.
+    pub fn new(recording: &'a Recording, trust: &[String], asked: impl Fn(&str) -> bool) -> Result<Self, InputError> {
+        let time = &recording.time;
+        let (mut unknown, mut columns) = (vec![], Columns::new());
+        for (name, column) in &recording.columns {
+            if column.values.len() != time.len() {
+                let message = format!("the column has {} values, the time has {}", column.values.len(), time.len());
+                return Err(InputError::new(format!("channel {name}"), message));
+            }
+            match UnknownColumn::of(name, &recording.scene) {
+                Some(unknown_column) if !asked(name) => unknown.push((name.as_str(), unknown_column)),
+                _ => {
+                    columns.insert(name, (column.dimension, Cow::Borrowed(&column.values)));
+                }
+            }
+        }
+        let mut issues = unknown_columns::ignored(recording, &unknown);
+        issues.extend(dropouts::impossible(time, &mut columns)?);
+        issues.extend(never_measured(time, &mut columns));
+        whole_vectors(&columns)?;
+        issues.extend(dropouts::bridge(time, &mut columns));
+        issues.extend(stuck_sensors::frozen(time, &columns));
+        issues.extend(stuck_sensors::silence(time, &mut columns, trust));
+        let keep = dropouts::measured_rows(time, &columns, &mut issues);
+        let Timebase { rate_hz, rows, stretches } = timebase(time, &keep, &mut issues)?;
+        if rows.len() < time.len() {
+            for (_, values) in columns.values_mut() {
+                *values = Cow::Owned(rows.iter().filter_map(|row| values.get(*row).copied()).collect());
+            }
+        }
+        let time: Vec<f64> = rows.iter().filter_map(|row| time.get(*row).copied()).collect();
+        let (scene, noise, levels, span) = (&recording.scene, BTreeMap::new(), BTreeMap::new(), span(&time));
+        let positions = BTreeMap::new();
+        Ok(Self { scene, time, rate_hz, stretches, issues, noise, levels, positions, span, window: None, columns })
+    }
+
+    /// The frames that count.
+    pub fn core(&self) -> Range<usize> {
+        self.window.as_ref().map_or(0..self.len(), |window| window.core.clone())
+    }
+
+    /// Goes through each stretch frame by frame with what was so at the frame before; at the beginning of a stretch nothing is. The key says
+    /// what is followed.
+    pub fn follow(&self, key: &str, step: impl FnMut(usize, State) -> State) {
+        let part = |window: &Window<'a>| {
+            let before = window.before.get(key).copied().filter(|_| !window.is_first);
+            (window.core.clone(), before.unwrap_or_default(), window.kept, window.after)
+        };
+        self.follow_part(key, part, step);
+    }
+
+    /// The same of what depends on averages of what is followed.
+    pub fn follow_averaged(&self, key: &str, step: impl FnMut(usize, State) -> State) {
+        let part = |window: &Window<'a>| {
+            let before = window.averaged_before.get(key).copied();
+            (window.averaged.clone(), before.unwrap_or_default(), window.averaged_kept, window.averaged_after)
+        };
+        self.follow_part(key, part, step);
+    }
+
+    fn follow_part(
+        &self,
+        key: &str,
+        part: impl Fn(&Window<'a>) -> (Range<usize>, State, usize, &'a RefCell<BTreeMap<String, State>>),
+        mut step: impl FnMut(usize, State) -> State,
+    ) {
+        match &self.window {
+            None => {
+                for stretch in &self.stretches {
+                    stretch.clone().fold(State::default(), |state, frame| step(frame, state));
+                }
+            }
+            Some(window) => {
+                let (frames, before, kept, after) = part(window);
+                let kept = kept.clamp(frames.start, frames.end);
+                let state = (frames.start..kept).fold(before, |state, frame| step(frame, state));
+                after.borrow_mut().insert(key.to_string(), state);
+                (kept..frames.end).fold(state, |state, frame| step(frame, state));
+            }
+        }
+    }
+
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// A channel of one column.
+    pub fn scalar(&self, name: &str) -> Option<&[f64]> {
+        self.columns.get(name).map(|(_, values)| values.as_ref())
+    }
+
+    /// The dimension of a column.
+    pub fn dimension(&self, column: &str) -> Option<Dimension> {
+        self.columns.get(column).map(|(dimension, _)| *dimension)
+    }
+
+    /// A channel of three columns.
+    pub fn vec3(&self, name: &str) -> Option<[&[f64]; 3]> {
+        Some([self.component(name, "x")?, self.component(name, "y")?, self.component(name, "z")?])
+    }
+
+    /// Subtracts a constant from a channel of three columns.
+    pub fn subtract(&mut self, name: &str, constant: [f64; 3]) {
+        for (component, constant) in ["x", "y", "z"].into_iter().zip(constant) {
+            if let Some((_, values)) = self.columns.get_mut(format!("{name}.{component}").as_str()) {
+                values.to_mut().iter_mut().for_each(|value| *value -= constant);
+            }
+        }
+    }
+
+    /// A channel of four columns w x y z.
+    pub fn rotation(&self, name: &str) -> Option<[&[f64]; 4]> {
+        Some([
+            self.component(name, "w")?,
+            self.component(name, "x")?,
+            self.component(name, "y")?,
+            self.component(name, "z")?,
+        ])
+    }
+
+    fn component(&self, name: &str, component: &str) -> Option<&[f64]> {
+        self.scalar(&format!("{name}.{component}"))
+    }
+
+    /// An issue over the whole log.
+    pub fn over_all(&self, kind: IssueKind, channel: &str, message: String) -> Issue {
+        over_all(&self.span, kind, channel, message)
+    }
+
+    /// The same as a recording, without what is true of it besides.
+    pub fn recording(&self) -> Recording {
+        let column = |(name, (dimension, values)): (&&str, &(Dimension, Cow<[f64]>))| {
+            (name.to_string(), Column { dimension: *dimension, values: values.to_vec() })
+        };
+        Recording {
+            time: self.time.clone(),
+            columns: self.columns.iter().map(column).collect(),
+            scene: self.scene.clone(),
+            ..Recording::default()
+        }
+    }
+
+    /// The names of the channels, without components, in order.
+    pub fn channels(&self) -> Vec<&str> {
+        let mut channels: Vec<&str> = self.columns.keys().map(|name| channel_of(name)).collect();
+        channels.dedup();
+        channels
+    }
+}
+
+/// The channel that a column is a component of; the column itself when its name is not canonical.
+pub fn channel_of(column: &str) -> &str {
+    names::meaning(column).map_or(column, |meaning| meaning.channel)
+}
+
+/// When a log starts and ends, s.
+pub fn span(time: &[f64]) -> [f64; 2] {
+    [time.first(), time.last()].map(|stamp| stamp.copied().unwrap_or_default())
+}
+
+/// An issue over a whole log.
+pub fn over_all(time: &[f64], kind: IssueKind, channel: &str, message: String) -> Issue {
+    let [start_s, end_s] = span(time);
+    Issue { kind, start_s, end_s, channel: channel.into(), message }
+}
+
+/// Takes away the channels with a component of which no sample was measured.
+fn never_measured(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
+    let never: BTreeSet<String> = columns
+        .iter()
+        .filter(|(_, (_, values))| !values.is_empty() && values.iter().all(|value| value.is_nan()))
+        .map(|(name, _)| channel_of(name).to_string())
+        .collect();
+    columns.retain(|name, (_, values)| !never.contains(channel_of(name)) || values.is_empty());
+    let message = "no sample was measured; the channel counts as absent";
+    never.iter().map(|channel| over_all(time, IssueKind::NOT_A_NUMBER, channel, message.into())).collect()
+}
+
+/// Checks that a vector has all its components.
+pub fn whole_vectors(columns: &Columns) -> Result<(), InputError> {
+    for name in columns.keys() {
+        let Some(meaning) = names::meaning(name) else { continue };
+        let components = meaning.shape.components();
+        let lacking = components.iter().find(|component| {
+            !component.is_empty() && !columns.contains_key(format!("{}.{component}", meaning.channel).as_str())
+        });
+        if let Some(component) = lacking {
+            let message = format!("the log has `{name}` but not `{}.{component}`", meaning.channel);
+            return Err(InputError::new(format!("channel {}", meaning.channel), message));
+        }
+    }
+    Ok(())
+}

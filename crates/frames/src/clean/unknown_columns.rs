@@ -1,0 +1,133 @@
+//! Columns that nobody knows: which they are, and what may have been meant.
+
+use crate::clean::preprocess::over_all;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::log_channel::{BodyPart, FingerPart, LogChannel};
+use teachtree_base::nearest::nearest;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::Scene;
+use teachtree_logs::issue::{Issue, IssueKind};
+use teachtree_logs::names::{self, Meaning};
+
+/// Channels listed one by one; more are summed up: such a log is none of ours.
+const LISTED: usize = 20;
+
+/// So many bodies are listed in a message.
+const FEW: usize = 12;
+
+/// Why a column is not known.
+pub enum UnknownColumn<'a> {
+    /// No channel has its name.
+    Name,
+    /// It names a body that the scene has not.
+    Body(&'a str),
+}
+
+/// The same, kept without the name that it is of.
+pub enum Kept {
+    /// No channel has its name.
+    Name,
+    /// It names a body that the scene has not.
+    Body(String),
+}
+
+impl Kept {
+    /// Why a column is not known.
+    pub fn borrowed(&self) -> UnknownColumn<'_> {
+        match self {
+            Self::Name => UnknownColumn::Name,
+            Self::Body(body) => UnknownColumn::Body(body),
+        }
+    }
+}
+
+impl<'a> UnknownColumn<'a> {
+    /// The same, kept without the name that it is of.
+    pub fn owned(&self) -> Kept {
+        match self {
+            Self::Name => Kept::Name,
+            Self::Body(body) => Kept::Body((*body).to_string()),
+        }
+    }
+
+    /// Why a column is not known, if it is not.
+    pub fn of(name: &'a str, scene: &Scene) -> Option<Self> {
+        let Some(Meaning { bodies, .. }) = names::meaning(name) else { return Some(Self::Name) };
+        bodies.into_iter().flatten().find(|body| !scene.bodies.contains_key(*body)).map(Self::Body)
+    }
+
+    /// What is wrong with this name, and what may have been meant.
+    pub fn message(&self, name: &str, scene: &Scene) -> String {
+        let meant = |near: Option<&str>| near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        match self {
+            Self::Body(body) => {
+                let bodies: Vec<&str> = scene.bodies.keys().map(String::as_str).collect();
+                match nearest(body, bodies.iter().copied()) {
+                    None if !bodies.is_empty() && bodies.len() <= FEW => {
+                        format!("the scene has no body `{body}`, only {}", bodies.join(", "))
+                    }
+                    near => format!("the scene has no body `{body}`{}", meant(near)),
+                }
+            }
+            Self::Name => match no_finger(name) {
+                Some(part) => format!(
+                    "`{part}` is no finger, expected {}{}",
+                    Finger::ALL.map(Finger::name).join(", "),
+                    meant(nearest(part, Finger::ALL.map(Finger::name)))
+                ),
+                None => {
+                    let known = known(scene);
+                    format!("no channel has this name{}", meant(nearest(name, known.iter().map(String::as_str))))
+                }
+            },
+        }
+    }
+}
+
+/// Returns an issue for each channel that is ignored.
+pub fn ignored(recording: &Recording, unknown: &[(&str, UnknownColumn)]) -> Vec<Issue> {
+    // One issue a channel: three components have one and the same mistake.
+    let mut channels: Vec<(&str, &UnknownColumn)> = unknown.iter().map(|(name, why)| (whole(name), why)).collect();
+    channels.dedup_by_key(|(channel, _)| *channel);
+    let listed = channels.iter().take(LISTED).map(|(channel, why)| {
+        let message = format!("the channel is ignored: {}", why.message(channel, &recording.scene));
+        over_all(&recording.time, IssueKind::UNKNOWN_CHANNEL, channel, message)
+    });
+    let more = channels.len().saturating_sub(LISTED);
+    let rest = (more > 0).then(|| {
+        over_all(&recording.time, IssueKind::UNKNOWN_CHANNEL, "", format!("{more} more channels are ignored"))
+    });
+    listed.chain(rest).collect()
+}
+
+/// A name without the component that it ends in.
+fn whole(name: &str) -> &str {
+    match names::meaning(name) {
+        Some(meaning) => meaning.channel,
+        None => {
+            name.rsplit_once('.').filter(|(_, last)| matches!(*last, "w" | "x" | "y" | "z")).map_or(name, |it| it.0)
+        }
+    }
+}
+
+/// The part of a name that stands where a finger should: `right.pointer.force`.
+fn no_finger(name: &str) -> Option<&str> {
+    let mut parts = name.split('.');
+    let (side, finger, quantity) = (parts.next()?, parts.next()?, parts.next()?);
+    let of_finger = matches!(quantity, "position" | "force" | "contact");
+    (Side::from_name(side).is_some() && of_finger && Finger::from_name(finger).is_none()).then_some(finger)
+}
+
+/// The channels that may have been meant.
+fn known(scene: &Scene) -> Vec<String> {
+    const OF_FINGER: [FingerPart; 3] = [FingerPart::Position, FingerPart::Force, FingerPart::Contact];
+    const OF_HAND: [fn(Side) -> LogChannel<'static>; 3] =
+        [LogChannel::PalmRotation, LogChannel::GripperClosed, LogChannel::GripperOpening];
+    let of_fingers = Side::BOTH.into_iter().flat_map(|side| {
+        let parts = |finger| OF_FINGER.map(|part| LogChannel::Finger(side, finger, part));
+        Finger::ALL.into_iter().flat_map(parts).collect::<Vec<_>>()
+    });
+    let of_hands = Side::BOTH.into_iter().flat_map(|side| OF_HAND.map(|channel| channel(side)));
+    let of_bodies = scene.bodies.keys().flat_map(|body| BodyPart::ALL.map(|part| LogChannel::Body(body, part)));
+    of_fingers.chain(of_hands).chain(of_bodies).map(|channel| channel.to_string()).collect()
+}

@@ -1,0 +1,89 @@
+//! Noise of positions: how far the samples of a tracker scatter about where a body is, each by itself.
+//!
+//! Neighboring second differences of such noise have the covariance `-4 s²`, with its standard deviation `s`. Motion bends the same way for several
+//! samples, so its covariance is not negative; the median over short blocks leaves out jerks. A velocity that is differentiated from noisy
+//! positions is not zero at rest: up to [`PositionNoise::limit`] it is no motion.
+
+use super::motion;
+use crate::clean::preprocess::{CleanLog, PositionNoise};
+use teachtree_base::scene::Role;
+
+/// Samples of a block.
+const BLOCK: usize = 32;
+/// The fewest blocks that show a noise.
+const FEWEST: usize = 4;
+/// A speed below this many standard deviations of its noise is no motion.
+const ABOVE_NOISE: f64 = 4.0;
+/// Noise that makes less than this speed in all, m/s, moves nothing: the rules' slowest motion is twice as fast.
+const NEGLIGIBLE: f64 = 2.5e-3;
+
+/// Estimates the noise of a column, value by value.
+#[derive(Clone, Debug, Default)]
+pub struct Estimate {
+    before: [f64; 2],
+    difference: f64,
+    seen: usize,
+    /// The products of neighboring differences in this block.
+    products: usize,
+    sum: f64,
+    blocks: Vec<f64>,
+}
+
+impl Estimate {
+    /// Takes the next values.
+    pub fn take(&mut self, values: &[f64]) {
+        for &value in values {
+            let [first, second] = self.before;
+            let difference = value - 2.0 * second + first;
+            if self.seen >= 3 {
+                self.sum += difference * self.difference;
+                self.products += 1;
+            }
+            if self.products == BLOCK {
+                self.blocks.push(-self.sum / (4.0 * BLOCK as f64));
+                (self.sum, self.products) = (0.0, 0);
+            }
+            (self.before, self.difference) = ([second, value], difference);
+            self.seen += 1;
+        }
+    }
+
+    /// The variance of the noise; 0 of few values.
+    fn variance(mut self) -> f64 {
+        if self.blocks.len() < FEWEST {
+            return 0.0;
+        }
+        let middle = self.blocks.len() / 2;
+        let (_, median, _) = self.blocks.select_nth_unstable_by(middle, f64::total_cmp);
+        // Lost samples make it NaN.
+        median.max(0.0)
+    }
+}
+
+/// The noise of three columns, where it makes a speed that counts.
+pub fn of_columns(estimates: [Estimate; 3], rate_hz: f64) -> Option<PositionNoise> {
+    let deviation = (estimates.map(Estimate::variance).iter().sum::<f64>() / 3.0).sqrt();
+    let limit = ABOVE_NOISE * deviation * motion::slope_gain(rate_hz);
+    (limit > NEGLIGIBLE).then_some(PositionNoise { deviation, limit })
+}
+
+/// Whether the velocity of a body is differentiated from its positions: not where the log has it.
+pub fn counts(role: Role, has_velocity: bool) -> bool {
+    role == Role::Object && !has_velocity
+}
+
+/// The noise of the objects of a whole log, by name.
+pub fn of_objects<'a>(measured: &'a CleanLog) -> impl Iterator<Item = (String, PositionNoise)> + 'a {
+    measured.scene.bodies.iter().filter_map(|(name, body)| {
+        let has_velocity = measured.vec3(&format!("{name}.velocity")).is_some();
+        let columns = measured.vec3(&format!("{name}.position")).filter(|_| counts(body.role, has_velocity))?;
+        let estimates = columns.map(|column| {
+            let mut estimate = Estimate::default();
+            for stretch in &measured.stretches {
+                estimate.take(column.get(stretch.clone()).unwrap_or_default());
+            }
+            estimate
+        });
+        Some((name.clone(), of_columns(estimates, measured.rate_hz)?))
+    })
+}

@@ -1,0 +1,207 @@
+//! Tare: what a fingertip's force sensor reads while the fingertip is far from every object is its bias, and how much that scatters is its noise.
+//! Where no distance is known, or the readings are not steady, both come from the [`level`](crate::clean::level) of contact, if the log has one.
+
+use super::motion::{Motion, vector};
+use super::pose_noise;
+use crate::clean::level::vector_as_list;
+use crate::clean::level::{Learned, learned};
+use crate::clean::preprocess::{CleanLog, Noise, PositionNoise};
+use indexmap::IndexMap;
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+use teachtree_base::geometry::surface_distance;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::scene::{Role, Scene};
+use teachtree_logs::issue::{Issue, IssueKind};
+use teachtree_logs::names;
+
+/// A fingertip this far from every object feels nothing, m.
+const FAR: f64 = 0.030;
+/// How many of the samples are looked at, and how many of them must be far.
+const LOOKED_AT: usize = 2000;
+const FAR_ENOUGH: usize = 20;
+/// A bias counts when it is this many standard errors of its mean, and no sensor is off by more than this, N.
+const SIGNIFICANT: f64 = 6.0;
+const LARGEST: f64 = 0.5;
+/// The least bias that is reported where no channel gives the position of the fingertip, N.
+const BIASED: f64 = 0.05;
+/// What scatters by more than this times its scatter from sample to sample, and by more than this, N², is no noise: the hand does touch
+/// something, and the places in the log are not what they seem.
+const STEADY: f64 = 4.0;
+const QUIET: f64 = 1e-6;
+
+/// The frames that are looked at, each with the one after it.
+pub fn samples(frames: usize) -> impl Iterator<Item = [usize; 2]> {
+    let stride = frames.div_ceil(LOOKED_AT).max(1);
+    (0..frames).step_by(stride).map(move |frame| [frame, (frame + 1).min(frames - 1)])
+}
+
+/// Whether the bias of sensors is estimated from this column: where the fingertips and the objects are, and what the fingertips feel.
+pub fn asks(scene: &Scene, column: &str) -> bool {
+    let Some(meaning) = names::meaning(column) else { return false };
+    let Some((owner, quantity)) = meaning.channel.rsplit_once('.') else { return false };
+    match quantity {
+        "force" | "position" if owner.split_once('.').is_some_and(|(side, _)| Side::from_name(side).is_some()) => true,
+        "position" | "rotation" => scene.bodies.get(owner).is_some_and(|body| body.role == Role::Object),
+        _ => false,
+    }
+}
+
+/// What is known of the force sensors of the fingertips, by channel, and of the positions of objects.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensors {
+    /// What they read far from every object.
+    rests: IndexMap<String, SensorBias>,
+    /// From which force on they are in contact, that bias subtracted.
+    levels: IndexMap<String, Learned>,
+    /// The noise of positions, by object.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    positions: IndexMap<String, PositionNoise>,
+}
+
+/// Returns bias and contact level of the force sensors of the fingertips, from samples.
+pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]]) -> Sensors {
+    let objects: Vec<(usize, Motion)> = objects(measured);
+    let mut sensors = Sensors::default();
+    for side in Side::BOTH {
+        for finger in Finger::ALL.map(|finger| format!("{side}.{finger}")) {
+            let channel = format!("{finger}.force");
+            let Some(force) = measured.vec3(&channel) else { continue };
+            let rest = rest(measured, samples, &objects, &finger);
+            let bias = rest.filter(SensorBias::is_biased).map_or(Vector3::zeros(), |rest| rest.bias);
+            let readings = |frames: &[[usize; 2]]| -> Vec<Vector3<f64>> {
+                frames.iter().map(|[frame, _]| vector(&force, *frame) - bias).collect()
+            };
+            let handled: Vec<&(usize, Motion)> =
+                objects.iter().filter(|(body, _)| !is_fixed(measured, *body, side)).collect();
+            // A sensor at the wrist feels what the tool touches, wherever the palm is.
+            let is_tip = !handled.is_empty() && !finger.ends_with(Finger::Palm.name());
+            let tip = measured.vec3(&format!("{finger}.position")).filter(|_| is_tip);
+            let far = tip.map(|tip| readings(&far(measured, samples, &handled, &tip)));
+            sensors.levels.insert(channel.clone(), learned(&readings(samples), far.as_deref()));
+            sensors.rests.extend(rest.map(|rest| (channel, rest)));
+        }
+    }
+    sensors
+}
+
+/// Subtracts the bias of each fingertip's force sensor, and stores its noise and its contact level; returns an issue for each bias that was subtracted.
+pub fn tare(measured: &mut CleanLog) -> Vec<Issue> {
+    let found = of_whole(measured);
+    correct(measured, &found)
+}
+
+/// What is known of the sensors of a whole log.
+pub fn of_whole(measured: &CleanLog) -> Sensors {
+    let sensors = sensors(measured, &samples(measured.len()).collect::<Vec<_>>());
+    Sensors { positions: pose_noise::of_objects(measured).collect(), ..sensors }
+}
+
+/// The same with what is known of the sensors.
+pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
+    let mut issues = Vec::new();
+    for (body, noise) in &found.positions {
+        measured.positions.insert(body.clone(), *noise);
+        let message = format!(
+            "its samples scatter by {:.1} mm; what is slower than {:.0} mm/s is taken for that noise, not for motion",
+            noise.deviation * 1e3,
+            noise.limit * 1e3
+        );
+        issues.push(measured.over_all(IssueKind::NOISY_POSITION, &format!("{body}.position"), message));
+    }
+    for (channel, rest) in &found.rests {
+        measured.noise.insert(channel.clone(), Noise { variance: rest.variance });
+        if rest.is_biased() {
+            measured.subtract(channel, rest.bias.into());
+            let message = format!(
+                "reads {:.3} N while the fingertip is far from every object; that is taken for its bias and subtracted",
+                rest.bias.norm()
+            );
+            issues.push(measured.over_all(IssueKind::BIASED, channel, message));
+        }
+    }
+    for (channel, learned) in &found.levels {
+        measured.levels.insert(channel.clone(), *learned);
+        let Learned::Level(level) = learned else { continue };
+        if found.rests.contains_key(channel) || level.rest == Vector3::zeros() {
+            continue;
+        }
+        measured.subtract(channel, level.rest.into());
+        if level.rest.norm() > level.scatter.max(BIASED) {
+            let message = format!(
+                "reads {:.3} N without contact; that is taken for its bias and subtracted; contact is above {:.3} N",
+                level.rest.norm(),
+                level.begins
+            );
+            issues.push(measured.over_all(IssueKind::BIASED, channel, message));
+        }
+    }
+    issues
+}
+
+/// What a sensor reads at rest.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorBias {
+    /// N.
+    #[serde(with = "vector_as_list")]
+    bias: Vector3<f64>,
+    /// Of the vector's components together, N².
+    variance: f64,
+    samples: usize,
+}
+
+impl SensorBias {
+    /// Whether the bias is more than what chance gives.
+    fn is_biased(&self) -> bool {
+        self.bias.norm_squared() > SIGNIFICANT * SIGNIFICANT * self.variance / self.samples as f64
+    }
+}
+
+/// Whether a hand holds a body all the time.
+fn is_fixed(measured: &CleanLog, body: usize, side: Side) -> bool {
+    measured.scene.bodies.get_index(body).is_some_and(|(_, body)| body.fixed_to == Some(side))
+}
+
+/// The objects of a scene, which is what fingertips touch.
+fn objects<'a>(measured: &'a CleanLog) -> Vec<(usize, Motion<'a>)> {
+    let bodies = measured.scene.bodies.iter().enumerate().filter(|(_, (_, body))| body.role == Role::Object);
+    bodies.map(|(index, (name, body))| (index, Motion::of_poses(measured, name, body))).collect()
+}
+
+/// What the sensor of a finger reads far from everything; `None` when the log does not say where it is, or when it is never far.
+fn rest(measured: &CleanLog, samples: &[[usize; 2]], objects: &[(usize, Motion)], finger: &str) -> Option<SensorBias> {
+    let force = measured.vec3(&format!("{finger}.force"))?;
+    let tip = measured.vec3(&format!("{finger}.position"))?;
+    let frames = far(measured, samples, &objects.iter().collect::<Vec<_>>(), &tip);
+    if frames.len() < FAR_ENOUGH {
+        return None;
+    }
+    let count = frames.len() as f64;
+    let mean = |value: &dyn Fn([usize; 2]) -> f64| frames.iter().map(|frames| value(*frames)).sum::<f64>() / count;
+    let bias = frames.iter().map(|[frame, _]| vector(&force, *frame)).sum::<Vector3<f64>>() / count;
+    let variance = mean(&|[frame, _]| (vector(&force, frame) - bias).norm_squared());
+    let next = |[frame, next]: [usize; 2]| (vector(&force, next) - vector(&force, frame)).norm_squared();
+    let steady = variance <= QUIET.max(STEADY * mean(&next) / 2.0);
+    (steady && bias.norm() <= LARGEST).then_some(SensorBias { bias, variance, samples: frames.len() })
+}
+
+/// The samples in which a fingertip is far from every object.
+fn far(
+    measured: &CleanLog,
+    samples: &[[usize; 2]],
+    objects: &[&(usize, Motion)],
+    tip: &[&[f64]; 3],
+) -> Vec<[usize; 2]> {
+    let is_far =
+        |frame: usize| {
+            let tip: Point3<f64> = vector(tip, frame).into();
+            objects.iter().all(|(index, motion)| {
+                measured.scene.bodies.get_index(*index).is_none_or(|(_, body)| {
+                    surface_distance(body, &motion.pose(frame).inverse_transform_point(&tip)) > FAR
+                })
+            })
+        };
+    samples.iter().copied().filter(|[frame, _]| is_far(*frame)).collect()
+}

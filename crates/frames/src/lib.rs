@@ -1,0 +1,17 @@
+//! Recordings in, frames out, in four stages: `read` files, `clean` their columns, `bind` columns to channels, `derive` the channels that no log
+//! contains. `open` runs the stages on a whole log, `streaming` in windows.
+
+pub mod bind;
+mod clean;
+mod derive;
+pub mod frames;
+mod groups;
+pub mod inspect;
+pub mod live;
+mod open;
+pub mod spilled_columns;
+pub mod streaming;
+
+pub use derive::frames;
+pub use derive::{averaging_lag, convex, trusted};
+pub use open::{OpenRequest, Opened, hand_file_of, open, open_memory, open_source};

@@ -1,0 +1,111 @@
+//! What an analysis learns of a whole log before it looks at a frame: its rate, and bias, noise and contact level of its force sensors.
+
+use crate::clean::preprocess::{CleanLog, Touches};
+use crate::derive::{self, Findings, tare};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use teachtree_base::channels::ChannelSpec;
+use teachtree_base::error::InputError;
+use teachtree_base::json;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::Scene;
+use teachtree_logs::issue::Issue;
+
+/// Rates of logs of hands, frames per second.
+const RATES: RangeInclusive<f64> = 1.0..=10_000.0;
+
+/// The form of the file that a calibration is kept in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Schema {
+    #[serde(rename = "teachtree.calibration/1")]
+    One,
+}
+
+/// What is learned of a recording.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// The form of the file.
+    schema: Schema,
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// Bias, noise and contact level of the force sensors.
+    pub sensors: tare::Sensors,
+    /// The columns that were measured.
+    pub columns: Vec<String>,
+    /// The bodies of the scene, in order: `touches` names them by position.
+    pub bodies: Vec<String>,
+    /// What is known of contacts that are computed from shapes, by object.
+    pub touches: BTreeMap<usize, Touches>,
+}
+
+impl Calibration {
+    /// Learns from a recording what rules with these channels need; also what is wrong with the recording. `is_whole`: what never touches in it, never
+    /// touches.
+    ///
+    /// # Errors
+    /// The recording has no usable time base.
+    pub fn of(
+        recording: &Recording,
+        channels: &[ChannelSpec],
+        is_whole: bool,
+    ) -> Result<(Self, Vec<Issue>), InputError> {
+        let mut measured = CleanLog::new(recording, &[], |column| derive::asks(channels, column))?;
+        let sensors = tare::of_whole(&measured);
+        let mut issues = std::mem::take(&mut measured.issues);
+        issues.extend(tare::correct(&mut measured, &sensors));
+        let mut findings = Findings::default();
+        derive::derived_frames(&measured, channels, &mut findings)?;
+        let mut touches = std::mem::take(&mut findings.touches);
+        if is_whole {
+            touches.values_mut().for_each(|it| it.pairs.retain(|pair| pair.touched));
+        }
+        let columns = measured.columns.keys().map(|name| name.to_string()).collect();
+        let bodies = recording.scene.bodies.keys().cloned().collect();
+        Ok((Self { schema: Schema::One, rate_hz: measured.rate_hz, sensors, columns, bodies, touches }, issues))
+    }
+
+    /// Reads a file; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// It is no calibration.
+    pub fn parse(text: &str, file: &str) -> Result<Self, InputError> {
+        let read: Self = json::read(text, file)?;
+        if RATES.contains(&read.rate_hz) {
+            return Ok(read);
+        }
+        let message =
+            format!("rate_hz: expected {} to {} frames per second, found {}", RATES.start(), RATES.end(), read.rate_hz);
+        Err(InputError::new(file, message))
+    }
+
+    /// The text of a file.
+    ///
+    /// # Errors
+    /// A number is not finite.
+    pub fn text(&self) -> Result<String, InputError> {
+        let text = serde_json::to_string_pretty(self);
+        text.map(|text| text + "\n").map_err(|error| InputError::new("the calibration", error.to_string()))
+    }
+
+    /// Checks that contacts that are computed from shapes were learned with the bodies of a scene.
+    ///
+    /// # Errors
+    /// They were learned with others.
+    pub fn check_bodies(&self, scene: &Scene) -> Result<(), InputError> {
+        if self.touches.is_empty() || self.bodies.iter().eq(scene.bodies.keys()) {
+            return Ok(());
+        }
+        let names = |bodies: Vec<&String>| {
+            let names: Vec<String> = bodies.into_iter().map(|name| format!("`{name}`")).collect();
+            names.join(", ")
+        };
+        let message = format!(
+            "contacts were learned with the bodies {}, the scene has {}",
+            names(self.bodies.iter().collect()),
+            names(scene.bodies.keys().collect())
+        );
+        Err(InputError::new("the calibration", message).help("calibrate with a recording in the same scene"))
+    }
+}

@@ -1,0 +1,222 @@
+//! Frames in, channels of the rules out, window by window: each frame once no later frame can change what is derived of it, and, on request, the frames
+//! behind that as though the log ended with them.
+
+use super::Calibration;
+use crate::clean::preprocess::{CleanLog, State, Window};
+use crate::derive::{self, ANCHOR, Findings, tare};
+use crate::frames::Frames;
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
+use teachtree_base::channels::ChannelSpec;
+use teachtree_base::error::InputError;
+use teachtree_base::scene::Scene;
+use teachtree_base::units::Dimension;
+
+/// Derives the channels of rules.
+pub struct Derivation {
+    scene: Scene,
+    channels: Vec<ChannelSpec>,
+    calibration: Calibration,
+    columns: Vec<(String, Dimension)>,
+    /// Frames on which later ones have a part in what is derived of a frame.
+    ahead: usize,
+    /// And earlier ones.
+    behind: usize,
+    /// Stamps and columns of the frames that are held.
+    time: Vec<f64>,
+    values: Vec<Vec<f64>>,
+    /// The first frame that is held, the first of the stretch, and the first that was not given out, all counted from the beginning of the log.
+    first: usize,
+    stretch: usize,
+    next: usize,
+    /// On how many frames before and after a frame depend the contacts that are computed from shapes.
+    margin: usize,
+    /// What was so before some frames, for what depends on the frame before: the oldest is needed next.
+    states: VecDeque<(usize, BTreeMap<String, State>)>,
+    /// What was so at the last frame that was given out, for what depends on averages of that.
+    averaged: BTreeMap<String, State>,
+}
+
+/// What was followed from frame to frame.
+struct Followed {
+    /// Up to this frame.
+    until: usize,
+    /// What was so there.
+    states: BTreeMap<String, State>,
+    /// What was so at the last frame that was given out, of averages.
+    averaged: BTreeMap<String, State>,
+}
+
+/// Frames with their channels.
+pub struct LiveChunk<'a> {
+    /// The columns; some of their frames belong to the windows before and after.
+    pub frames: &'a Frames,
+    /// The frames of the columns that no later one changes.
+    pub core: Range<usize>,
+    /// The frames behind `core`, as though the log ended with them.
+    pub newest: Range<usize>,
+    /// Stamps of the frames that no later one changes, s.
+    pub time: &'a [f64],
+}
+
+impl Derivation {
+    /// Frames with these columns, for rules with these channels.
+    pub fn new(
+        scene: Scene,
+        channels: Vec<ChannelSpec>,
+        calibration: Calibration,
+        columns: Vec<(String, Dimension)>,
+    ) -> Self {
+        let rate_hz = calibration.rate_hz;
+        // Contacts from shapes depend on velocities.
+        let from_shapes = !calibration.touches.is_empty();
+        let ahead = if from_shapes { derive::averaged(rate_hz) } else { derive::averaging_lag(&channels, rate_hz) };
+        let behind = ahead.next_multiple_of(ANCHOR);
+        let margin = if from_shapes { derive::balanced(rate_hz) } else { 0 };
+        let values = vec![vec![]; columns.len()];
+        let (time, states, averaged) = (vec![], VecDeque::new(), BTreeMap::new());
+        Self {
+            scene,
+            channels,
+            calibration,
+            columns,
+            ahead,
+            behind,
+            time,
+            values,
+            first: 0,
+            stretch: 0,
+            next: 0,
+            margin,
+            states,
+            averaged,
+        }
+    }
+
+    /// By how many frames what is given out lags behind.
+    pub const fn lag(&self) -> usize {
+        self.ahead + self.margin
+    }
+
+    /// Takes a frame: its stamp, s, and its values, SI.
+    pub fn push(&mut self, time_s: f64, values: &[f64]) {
+        self.time.push(time_s);
+        self.values.iter_mut().zip(values).for_each(|(column, value)| column.push(*value));
+    }
+
+    /// How many frames were taken.
+    pub fn taken(&self) -> usize {
+        self.first + self.time.len()
+    }
+
+    /// Derives the frames that no later one can change, and gives them to `each`; with `newest` also those behind them, as though the log ended with
+    /// them. With `ends` no later one comes: all frames are given, and the next stretch begins.
+    ///
+    /// # Errors
+    /// As [`crate::frames()`], and what `each` returns.
+    pub fn settle(
+        &mut self,
+        ends: bool,
+        newest: bool,
+        each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
+    ) -> Result<(), InputError> {
+        let taken = self.taken();
+        let end = if ends { taken } else { taken.saturating_sub(self.lag()).max(self.next) };
+        let last = if newest { taken } else { end };
+        if last > self.next {
+            let Followed { until, states, averaged } = self.derive(self.next..end, last, each)?;
+            if end > self.next {
+                self.states.push_back((until, states));
+                self.averaged = averaged;
+                self.next = end;
+            }
+            while self.states.get(1).is_some_and(|(frame, _)| frame + self.margin <= self.next) {
+                self.states.pop_front();
+            }
+        }
+        if ends {
+            (self.first, self.stretch, self.next) = (taken, taken, taken);
+            self.time.clear();
+            self.values.iter_mut().for_each(Vec::clear);
+            self.states.clear();
+            self.averaged.clear();
+        } else {
+            let needed = self.states.front().map_or(self.stretch, |(frame, _)| *frame);
+            let forgotten = self.seen_from(needed) - self.first;
+            // Moving what is held takes as long as deriving it: it is not done for a few frames.
+            if forgotten >= ANCHOR {
+                self.first += forgotten;
+                self.time.drain(..forgotten);
+                self.values.iter_mut().for_each(|column| drop(column.drain(..forgotten)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The first frame that has a part in what is derived of a frame. Sums begin at every [`ANCHOR`]th frame of a stretch.
+    fn seen_from(&self, frame: usize) -> usize {
+        let before = frame.saturating_sub(self.behind).max(self.stretch) - self.stretch;
+        (self.stretch + before / ANCHOR * ANCHOR).max(self.first)
+    }
+
+    /// Derives frames for good, and those behind them up to `last` for now; follows what depends on the frame before.
+    fn derive(
+        &self,
+        core: Range<usize>,
+        last: usize,
+        each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
+    ) -> Result<Followed, InputError> {
+        let nothing = (self.stretch, BTreeMap::new());
+        let (from, before) = match self.states.front() {
+            Some(state) if state.0 + self.margin <= core.start => state,
+            _ => &nothing,
+        };
+        let kept = (core.end + self.margin).min(self.taken());
+        let until = last.max(kept);
+        let seen = self.seen_from(*from)..(until + self.ahead).min(self.taken());
+        let held = seen.start - self.first..seen.end - self.first;
+        let [next, end, last] = [core.start, core.end, last].map(|frame| frame - seen.start);
+        let (after, averaged_after) = (RefCell::new(BTreeMap::new()), RefCell::new(BTreeMap::new()));
+        let window = Window {
+            core: from - seen.start..until - seen.start,
+            averaged: next..last,
+            is_first: *from == self.stretch,
+            before,
+            after: &after,
+            kept: kept - seen.start,
+            averaged_before: &self.averaged,
+            averaged_after: &averaged_after,
+            averaged_kept: end,
+            touches: &self.calibration.touches,
+        };
+        let columns = self.columns.iter().zip(&self.values).map(|((name, dimension), values)| {
+            (name.as_str(), (*dimension, Cow::Borrowed(values.get(held.clone()).unwrap_or_default())))
+        });
+        let time = self.time.get(held.clone()).unwrap_or_default();
+        let mut measured = CleanLog {
+            scene: &self.scene,
+            time: time.to_vec(),
+            rate_hz: self.calibration.rate_hz,
+            stretches: std::iter::once(0..seen.len()).collect(),
+            issues: vec![],
+            noise: BTreeMap::new(),
+            levels: BTreeMap::new(),
+            positions: BTreeMap::new(),
+            span: [0.0; 2],
+            window: Some(window),
+            columns: columns.collect(),
+        };
+        tare::correct(&mut measured, &self.calibration.sensors);
+        let frames = derive::derived_frames(&measured, &self.channels, &mut Findings::unasked())?;
+        each(LiveChunk {
+            frames: &frames,
+            time: time.get(next..end).unwrap_or_default(),
+            core: next..end,
+            newest: end..last,
+        })?;
+        drop(measured);
+        Ok(Followed { until: kept, states: after.into_inner(), averaged: averaged_after.into_inner() })
+    }
+}

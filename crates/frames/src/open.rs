@@ -1,0 +1,180 @@
+//! Opening a log: a path in, a recording with the names that the rules know out, whatever the log looked like.
+
+use crate::bind::{Binding, BindingFile, bind};
+use crate::clean::gap_filling;
+use crate::clean::spikes;
+use crate::derive;
+use crate::frames::Frames;
+use std::path::{Path, PathBuf};
+use teachtree_base::channels::ChannelSpec;
+use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_base::hands::Side;
+use teachtree_base::recording::Recording;
+use teachtree_logs::allowed_folders::LogFolders;
+use teachtree_logs::issue::Issue;
+use teachtree_logs::read::csv;
+use teachtree_logs::read::formats;
+use teachtree_logs::read::table::{BagClock, Source};
+
+/// What to open.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OpenRequest {
+    /// The log.
+    pub log: PathBuf,
+    /// The binding that describes a foreign log; the log is canonical when left out.
+    pub binding: Option<PathBuf>,
+    /// A scene instead of the one that the log or the binding carries.
+    pub scene: Option<PathBuf>,
+    /// The folders that the files of the log and the files beside it must be in. `binding` and `scene` may be in any folder.
+    pub folders: LogFolders,
+}
+
+/// An opened log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Opened {
+    /// The log as the user named it.
+    pub log: PathBuf,
+    /// Its columns under canonical names.
+    pub recording: Recording,
+    /// What was dropped while it was read.
+    pub issues: Vec<Issue>,
+    /// When each row of the file was, s, on the time base of the recording; also of those that were left out.
+    pub row_time: Vec<f64>,
+    /// The hand file that the binding names: a path when it lies beside the binding.
+    pub hand_file: Option<String>,
+    /// What the clock of the log shows at t = 0, s.
+    pub zero_stamp_s: f64,
+    /// The clock of the bag that the log is; `None` of other logs, and where the binding takes the stamps from a column.
+    pub clock: Option<BagClock>,
+    /// Rule parameters that the binding overrides, in its order: name, and value with unit.
+    pub params: Vec<(String, String)>,
+    /// Forces that count as they are, although they stay constant.
+    pub trust: Vec<String>,
+    /// Channels of the binding with nearly the names of known ones, and the error that each is when no rule reads it.
+    pub suspicious_channels: Vec<(String, InputError)>,
+}
+
+/// Opens a log.
+///
+/// # Errors
+/// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
+pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
+    open_source(formats::open_within(&request.log, &request.folders.log)?, request)
+}
+
+/// Opens a log whose columns are known already.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, InputError> {
+    let log = request.log.clone();
+    let clock = source.clock;
+    let Some(binding) = &request.binding else {
+        let read = csv::read_source(source, &log, request.scene.as_deref(), &request.folders.beside)?;
+        return Ok(Opened { clock, ..canonical(read, log) });
+    };
+    let in_binding = |error: InputError| error.or_kind(ErrorKind::Binding);
+    let file = BindingFile::read(binding).map_err(in_binding)?;
+    let scene = match (&request.scene, &file.binding.scene, source.scene.take()) {
+        (Some(path), ..) => csv::read_scene(path)?,
+        (None, Some(scene), _) => scene.clone(),
+        (None, None, Some(own)) => own,
+        (None, None, None) => csv::scene_beside(&log, &request.folders.beside)?,
+    };
+    let suspicious_channels = file.check(&scene).map_err(in_binding)?;
+    // Of a name that nobody knows, anything else that is wrong with it is no news.
+    let said = |error: InputError| {
+        suspicious_channels.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
+    };
+    let bound = bind(source, &file, scene).map_err(|error| in_binding(in_log(&log, said(error))))?;
+    let csv::Read { mut recording, mut issues, row_time } = bound;
+    let clock = clock.filter(|_| file.binding.has_stamps_of_log());
+    let Binding { hand_file, params, trust, resample, time_offset, .. } = file.binding;
+    if resample.is_none() {
+        issues.extend(gap_filling::fill_gaps(&mut recording));
+    }
+    let hand_file = hand_file.map(|name| hand_file_of(binding, name));
+    // Zero stays zero, without a sign.
+    let zero_stamp_s = 0.0 - time_offset.0;
+    let params = params.into_iter().collect();
+    Ok(Opened { log, recording, issues, row_time, zero_stamp_s, clock, hand_file, params, trust, suspicious_channels })
+}
+
+/// Opens a log with canonical names that is in memory, its scene included: no file beside it is looked for. `log` is its name in messages.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_memory(mut source: Source, log: PathBuf) -> Result<Opened, InputError> {
+    let scene = source.scene.take().unwrap_or_default();
+    let mut read = csv::columns(source, &csv::Clock::canonical())?;
+    read.recording.scene = scene;
+    Ok(canonical(read, log))
+}
+
+/// A log with canonical names as it was read, cleaned.
+fn canonical(read: csv::Read, log: PathBuf) -> Opened {
+    let csv::Read { mut recording, mut issues, row_time } = read;
+    issues.extend(spikes::reject(&mut recording));
+    issues.extend(gap_filling::fill_gaps(&mut recording));
+    let (params, trust, suspicious_channels) = (vec![], vec![], vec![]);
+    Opened {
+        log,
+        recording,
+        issues,
+        row_time,
+        zero_stamp_s: 0.0,
+        clock: None,
+        hand_file: None,
+        params,
+        trust,
+        suspicious_channels,
+    }
+}
+
+impl Opened {
+    /// The hands that the log measures, left first.
+    pub fn hands(&self) -> Vec<Side> {
+        derive::sides(&self.recording.scene, self.recording.columns.keys().map(String::as_str))
+    }
+
+    /// The frames that rules with these channels read; every issue of the log is among theirs.
+    ///
+    /// # Errors
+    /// As [`frames`](crate::frames()), with the name of the log.
+    pub fn frames(&self, channels: &[ChannelSpec]) -> Result<Frames, InputError> {
+        let unread = self.suspicious_channels.iter().find(|(channel, _)| !derive::reads(channels, channel));
+        if let Some((_, error)) = unread {
+            return Err(error.clone());
+        }
+        let mut frames = derive::frames_trusting(&self.recording, channels, &self.trust)
+            .map_err(|error| in_log(&self.log, error))?;
+        frames.row_time.clone_from(&self.row_time);
+        frames.issues.splice(0..0, self.issues.iter().cloned());
+        frames.issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        Ok(frames)
+    }
+
+    /// The recording as the rules see it.
+    ///
+    /// # Errors
+    /// As [`trusted`](crate::trusted), with the name of the log.
+    pub fn trusted(&self) -> Result<Recording, InputError> {
+        derive::trusted(&self.recording, &self.trust).map_err(|error| in_log(&self.log, error))
+    }
+}
+
+/// The hand file that a binding names: one of one's own lies beside it; others come with the program, or are found from where it runs.
+pub fn hand_file_of(binding: &Path, name: String) -> String {
+    let own = binding.parent().map(|folder| folder.join(&name)).filter(|path| path.is_file());
+    own.map_or(name, |path| path.display().to_string())
+}
+
+/// The same error with the name of the log: `the log` is what it is called where no file is known.
+fn in_log(log: &Path, error: InputError) -> InputError {
+    let place = match error.place.as_str() {
+        "the log" => log.display().to_string(),
+        channel if channel.starts_with("channel ") => format!("{} {channel}", log.display()),
+        _ => return error,
+    };
+    InputError { place, ..error }
+}

@@ -1,0 +1,189 @@
+//! The rule language: text in, a checked rule set and diagnostics out. It knows no log and no robot.
+//!
+//! The passes in their order: `source` reads files, `parse` makes syntax trees, `resolve` gives names their meaning and drives
+//! `types`, `tree`, `tasks`, `relabels` and `lints`. Each pass returns what it made and what it found, and goes on after a mistake.
+
+pub mod codes;
+mod composites;
+pub mod format;
+pub mod formula;
+pub mod graph;
+pub mod index;
+pub mod lints;
+pub mod mutate;
+pub mod ops;
+pub mod param_sites;
+mod parse;
+mod relabels;
+mod resolve;
+pub mod rules;
+mod source;
+pub mod syntax;
+mod tasks;
+pub mod tree;
+mod types;
+
+pub use index::Index;
+pub use parse::{Expected, expected, is_name, is_primitive};
+pub use rules::Rules;
+pub use source::{MAX_BYTES, SHIPPED, shipped};
+pub use types::describe;
+
+use source::Loader;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use teachtree_base::diagnostic::{Diagnostic, Severity, Sources};
+
+/// The rules that are loaded when none are named.
+const DEFAULT_RULES: &str = "contact.rules";
+/// The same for a log of two hands.
+const DEFAULT_RULES_OF_TWO_HANDS: &str = "bimanual.rules";
+/// The hand file that implements the abstract signals when none is named.
+pub const DEFAULT_HAND: &str = "hand_force.rules";
+/// Reports that are listed; the rest is counted.
+const MAX_REPORTS: usize = 200;
+
+/// What to load.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// Rule files: paths, or names of shipped files. Without files and texts the shipped `contact.rules` is loaded, whatever lies in the working directory.
+    pub files: Vec<PathBuf>,
+    /// Whether the shipped `bimanual.rules` is loaded instead of `contact.rules`.
+    pub two_hands: bool,
+    /// Texts with their names, which are read after the files; what they use is looked up among the shipped files.
+    pub texts: Vec<(String, String)>,
+    /// The hand file that implements abstract signals; none for the shipped `hand_force.rules`. Loaded only when an abstract signal has no implementation.
+    pub hand_file: Option<String>,
+    /// Params to override, as `(name, value with unit)`.
+    pub overrides: Vec<(String, String)>,
+    /// Whether rules without a tree are an error, since something is to be labeled; else they are only worth a warning.
+    pub needs_tree: bool,
+    /// Texts that stand for files on disk, by canonical path: what an editor has not saved yet.
+    pub buffers: BTreeMap<PathBuf, String>,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The rule set, when there is no error.
+    pub rules: Option<Rules>,
+    /// The texts that were read.
+    pub sources: Sources,
+    /// What was found, by file and place.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Whether a file that was asked for, not one that another uses, could not be read at all.
+    pub root_unreadable: bool,
+}
+
+/// All that is known of rule files, whatever is wrong with them: what an editor works with.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// The texts that were read.
+    pub sources: Sources,
+    /// Which name stands where.
+    pub index: Index,
+    /// What could be made of the rules; complete only when they are `sound`.
+    pub rules: Rules,
+    /// Whether there is no error.
+    pub sound: bool,
+    /// What was found, by file and place.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Loads rule files with all that they use.
+pub fn load(request: &Request) -> Loaded {
+    finish(loader(request), request).0
+}
+
+/// Looks at rule files with all that they use.
+pub fn survey(request: &Request) -> Survey {
+    let (Loaded { rules, sources, diagnostics, .. }, files, partial) = finish(loader(request), request);
+    let index = Index::new(&files, &sources);
+    Survey { sources, index, sound: rules.is_some(), rules: rules.unwrap_or(partial), diagnostics }
+}
+
+fn loader(request: &Request) -> Loader {
+    let mut loader = Loader::default();
+    loader.buffers.clone_from(&request.buffers);
+    if request.files.is_empty() && request.texts.is_empty() {
+        loader.load_shipped(if request.two_hands { DEFAULT_RULES_OF_TWO_HANDS } else { DEFAULT_RULES });
+    }
+    for file in &request.files {
+        loader.load_named(file);
+    }
+    for (name, text) in &request.texts {
+        loader.load_text(name, text);
+    }
+    loader
+}
+
+/// Loads a text; what it uses is looked up among the shipped files.
+pub fn load_text(name: &str, text: &str) -> Loaded {
+    let mut loader = Loader::default();
+    loader.load_text(name, text);
+    finish(loader, &Request::default()).0
+}
+
+/// Parses a text alone: its syntax tree, and what is wrong with its syntax.
+pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
+    let (file, findings) = parse::parse(text, 0);
+    (file, sorted(findings))
+}
+
+/// What was loaded, the syntax trees, and what could be made of the rules.
+fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, Rules) {
+    if !loader.unimplemented().is_empty() {
+        loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
+    }
+    let Loader { sources, files, mut findings, incomplete, named, root_unreadable, .. } = loader;
+    let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
+    let input = resolve::Input {
+        files: files.iter().collect(),
+        sources: &sources,
+        overrides: &request.overrides,
+        incomplete,
+        sound: !findings.iter().any(is_error),
+        named,
+    };
+    let (sound, whole) = (input.sound, input.sound && !incomplete);
+    let named = input.named.clone();
+    let (rules, more) = resolve::resolve(&input);
+    // What else is wrong with rules without a tree, such as an override of what they lack, follows from that.
+    let message = if request.needs_tree { sound } else { sound && !more.iter().any(is_error) };
+    findings.extend((rules.trees.is_empty() && message).then(|| no_tree(request.needs_tree)));
+    findings.extend(more);
+    // What else there is to warn of is only known when nothing is wrong.
+    let wrong = findings.iter().any(is_error);
+    let checked = |file: u32| named.contains(&file);
+    let checked: Option<&dyn Fn(u32) -> bool> = if whole && !wrong { Some(&checked) } else { None };
+    let comments: Vec<&[_]> = files.iter().map(|file| file.comments.as_slice()).collect();
+    let diagnostics = sorted(lints::allow::allowed(findings, &comments, &sources, checked));
+    (Loaded { rules: (!wrong).then(|| rules.clone()), sources, diagnostics, root_unreadable }, files, rules)
+}
+
+/// The report for rules that label nothing, which is fine only for a part that other files use.
+fn no_tree(needed: bool) -> Diagnostic {
+    let message = "there is no tree: nothing will be labeled";
+    let finding = if needed {
+        Diagnostic::error(codes::TREE_NEEDED, message)
+    } else {
+        Diagnostic::warning(codes::NO_TREE, message).note("a part for other files needs none")
+    };
+    finding.help("`use \"contact.rules\"` brings the shipped one in")
+}
+
+/// The findings by file and place; those beyond the bound are only counted. (Warnings are looked for only when there is no error.)
+fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    findings.sort_by_key(Diagnostic::place);
+    if findings.len() > MAX_REPORTS {
+        let rest = findings.split_off(MAX_REPORTS);
+        let message = format!("there are {} more findings", rest.len());
+        let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
+        findings.push(if rest.iter().any(is_error) {
+            Diagnostic::error(codes::TOO_MANY_ERRORS, message)
+        } else {
+            Diagnostic::warning(codes::TOO_MANY_WARNINGS, message)
+        });
+    }
+    findings
+}

@@ -1,0 +1,108 @@
+//! What can be wrong with a log, by name, place and time.
+
+use serde::{Serialize, Serializer};
+use std::fmt;
+
+/// An interval in which the log could not be trusted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Issue {
+    /// What is wrong.
+    pub kind: IssueKind,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// The channel, or empty for all.
+    pub channel: String,
+    /// What was found and what was done.
+    pub message: String,
+}
+
+/// What is wrong with an interval of a log; its name is compared with a text: `issue.kind == "gap"`. docs/logs.md lists the kinds.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct IssueKind(&'static str);
+
+macro_rules! kinds {
+    ($($name:ident $text:literal $doc:literal),* $(,)?) => {
+        impl IssueKind {
+            $(#[doc(hidden)] #[doc = $doc] pub const $name: Self = Self($text);)*
+
+            /// All kinds.
+            pub const ALL: &[Self] = &[$(Self::$name),*];
+        }
+    };
+}
+
+kinds! {
+    BIASED "biased" "The bias of a force sensor was subtracted.",
+    CONSTANT_FLAG "constant_flag" "A contact lasts as long as the log, or a gripper never opens or closes.",
+    DISCONNECTED "disconnected" "The connection to the source of a live log broke, or is there again.",
+    DUPLICATE_STAMP "duplicate_stamp" "Rows repeat the stamp of the row before.",
+    GAP "gap" "Rows are missing.",
+    IMPLAUSIBLE_FORCE "implausible_force" "The sign of a force contradicts what the finger touches.",
+    IMPLAUSIBLE_POSITION "implausible_position" "A finger touches and is far from every object.",
+    IMPLAUSIBLE_ROTATION "implausible_rotation" "A rotation is none, or has its components in another order.",
+    IMPLAUSIBLE_VELOCITY "implausible_velocity" "The velocity of a body contradicts its pose all along.",
+    IMPOSSIBLE_JUMP "impossible_jump" "A sample is farther from its neighbors than anything can move.",
+    MISSING_CHANNEL "missing_channel" "The log lacks a channel.",
+    MISSING_CHUNK "missing_chunk" "A Zarr store or an HDF5 file lacks chunks of an array.",
+    MISSING_ROW "missing_row" "A missing row was interpolated.",
+    NO_CONTACT_LEVEL "no_contact_level" "The forces show no level from which on a finger is in contact.",
+    NO_SUPPORT "no_support" "No channel shows what carries an object.",
+    NOISY_POSITION "noisy_position" "The samples of a position scatter; slow motion cannot be told from that.",
+    NOT_A_NUMBER "not_a_number" "Samples were not measured.",
+    OVERRUN "overrun" "Rows of a live log came faster than they could be analyzed.",
+    RELABELING_STOPPED "relabeling_stopped" "Rules were still changing labels after the most rounds there are.",
+    STUCK_SENSOR "stuck_sensor" "A sensor repeats its value.",
+    TRUNCATED "truncated" "The file ends in the middle of a record.",
+    UNDETECTABLE "undetectable" "The log lacks what a primitive is detected by.",
+    UNKNOWN_PLACE "unknown_place" "The log does not show where a body stands.",
+    UNKNOWN_WEIGHT "unknown_weight" "The log does not show what a tool weighs.",
+    LEARNED_WEIGHT "learned_weight" "What a tool weighs and the bias of its sensor are learned from the log and subtracted.",
+    UNEVEN_STEP "uneven_step" "The steps of the stamps differ.",
+    UNREADABLE_ROW "unreadable_row" "A line of a live log is no row.",
+    UNKNOWN_CHANNEL "unknown_channel" "A column has a name that no rule knows.",
+}
+
+impl IssueKind {
+    /// The name, as outputs have it: `stuck_sensor`.
+    pub const fn name(self) -> &'static str {
+        self.0
+    }
+
+    /// The kind of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.0 == name)
+    }
+}
+
+impl PartialEq<str> for IssueKind {
+    fn eq(&self, name: &str) -> bool {
+        self.0 == name
+    }
+}
+
+impl PartialEq<&str> for IssueKind {
+    fn eq(&self, name: &&str) -> bool {
+        self.0 == *name
+    }
+}
+
+impl fmt::Display for IssueKind {
+    /// The name.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.0)
+    }
+}
+
+impl fmt::Debug for IssueKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0)
+    }
+}
+
+impl Serialize for IssueKind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0)
+    }
+}

@@ -1,0 +1,362 @@
+//! HDF5: the recordings of a file (`data/demo_0`, …), of which one is a log, with its data sets as columns.
+//!
+//! The layouts of robosuite, robomimic, MimicGen, Isaac Lab, LIBERO and ManiSkill have a group a recording; a file of ALOHA, ACT or EgoDex is one
+//! recording. A data set is called by its path below the recording (`obs/robot0_eef_pos[0]`); those with another number of rows than most are a
+//! sheet of their own (`rows_1102.user_info/0/zoom`). Shapes are checked before data are read, and no data set is read that promises more than
+//! [`Budget`] allows for the bytes of the file.
+
+pub mod annotate;
+mod links;
+mod mujoco;
+
+use super::array_log::{self, Array, Computed, Missing, Recording, rate, rows};
+use super::arrays::width;
+use super::budget::Budget;
+use super::many::{MAX_RECORDINGS, choose, number_of};
+use crate::allowed_folders::AllowedFolders;
+use crate::read::file;
+use crate::read::table::{MAX_COLUMNS, Source};
+use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, ReadSeekSource, VlenStringReadOptions};
+use mujoco::Model;
+use serde_json::Value;
+use std::io::Read as _;
+use std::path::Path;
+use teachtree_base::error::InputError;
+use teachtree_base::guard::guarded;
+
+/// How deep groups may be nested.
+const DEEPEST: usize = 12;
+/// The first bytes of a file.
+pub(super) const MAGIC: [u8; 8] = [0x89, b'H', b'D', b'F', b'\r', b'\n', 0x1a, b'\n'];
+
+/// Opens a recording of a file, which must be in `folders`: `demo_3`, or `3`.
+///
+/// # Errors
+/// When the file is no HDF5, is damaged, is outside of the folders, or it is not said which of its recordings is meant.
+pub(super) fn open(path: &Path, recording: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
+    let name = path.display().to_string();
+    guarded(&name, || {
+        let container = Container::open(path, folders)?;
+        let chosen = choose(&container.place, "file", &container.names, recording)?;
+        container.source(chosen.and_then(|chosen| container.names.get(chosen)).map(String::as_str))
+    })
+}
+
+/// Whether a file is HDF5 by its first bytes.
+///
+/// # Errors
+/// When it cannot be read.
+pub(super) fn is_hdf5(path: &Path) -> Result<bool, InputError> {
+    let failed = |error: std::io::Error| InputError::unreadable(path.display().to_string(), &error);
+    let mut magic = vec![];
+    file::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
+    Ok(magic == MAGIC)
+}
+
+/// The recordings of a file, by number; none for a file that is one.
+///
+/// # Errors
+/// When the file is damaged, or a link stands in the place of a recording: `hdf5_pure` passes over links.
+pub(super) fn names(path: &Path, folders: &AllowedFolders) -> Result<Vec<String>, InputError> {
+    guarded(&path.display().to_string(), || Ok(Container::open(path, folders)?.names))
+}
+
+/// A file, and which of its groups are recordings.
+struct Container {
+    place: String,
+    file: File,
+    /// The folders that the file must be in.
+    folders: AllowedFolders,
+    /// The path of the group that holds the recordings, with a slash behind it.
+    parent: &'static str,
+    names: Vec<String>,
+}
+
+impl Container {
+    fn open(path: &Path, folders: &AllowedFolders) -> Result<Self, InputError> {
+        Self::read(path, folders).map_err(|error| links::explained(path, folders, error))
+    }
+
+    fn read(path: &Path, folders: &AllowedFolders) -> Result<Self, InputError> {
+        let place = path.display().to_string();
+        let failed = |error: Error| damaged(&place, &error);
+        let source = ReadSeekSource::new(folders.open(path)?).map_err(|error| failed(error.into()))?;
+        let file = File::from_source(source).map_err(failed)?;
+        let root = file.root();
+        let groups = root.groups().map_err(failed)?;
+        let numbered = |groups: Vec<String>| -> Vec<String> {
+            groups.into_iter().filter(|name| number_of(name).is_some()).collect()
+        };
+        let (mut parent, mut names) = ("", vec![]);
+        let has_data = groups.iter().any(|name| name == "data");
+        links::refuse_recordings(path, folders, if has_data { "data" } else { "" })?;
+        if has_data {
+            let data = file.group("data").map_err(failed)?;
+            (parent, names) = ("data/", numbered(data.groups().map_err(failed)?));
+        }
+        if names.is_empty() {
+            parent = "";
+            // Beside arrays, groups with numbers are parts of one recording, such as cameras.
+            names = if root.datasets().map_err(failed)?.is_empty() { numbered(groups) } else { vec![] };
+        }
+        if names.len() > MAX_RECORDINGS {
+            return Err(InputError::new(
+                place,
+                format!("found more than {MAX_RECORDINGS} recordings, the most that are read"),
+            ));
+        }
+        names.sort_by(|a, b| number_of(a).cmp(&number_of(b)).then_with(|| a.cmp(b)));
+        Ok(Self { place, file, folders: folders.clone(), parent, names })
+    }
+
+    /// A recording as a log.
+    fn source(&self, chosen: Option<&str>) -> Result<Source, InputError> {
+        let place = chosen.map_or_else(|| self.place.clone(), |name| format!("{}#{name}", self.place));
+        let failed = |error: Error| damaged(&place, &error);
+        let group = match chosen {
+            Some(name) => self.file.group(&format!("{}{name}", self.parent)).map_err(failed)?,
+            None => self.file.root(),
+        };
+        let mut found = vec![];
+        walk(&group, "", 0, &mut found).map_err(|error| match error {
+            Walk::Hdf5(error) => links::explained(Path::new(&self.place), &self.folders, failed(*error)),
+            Walk::Limit(message) => InputError::new(&place, message),
+        })?;
+        found.sort_by(|(a, _), (b, _)| a.cmp(b));
+        let mut described = vec![group.attrs().map_err(failed)?, self.file.root().attrs().map_err(failed)?];
+        if !self.parent.is_empty() {
+            described.push(self.file.group("data").and_then(|data| data.attrs()).map_err(failed)?);
+        }
+        let described: Vec<Described> = described.iter().map(Described::new).collect();
+        let mut budget = Budget::new(self.file.file_size());
+        let arrays: Vec<Array> = found
+            .into_iter()
+            .filter_map(|(name, dataset)| array(&place, name, dataset, &mut budget, self.file.file_size()).transpose())
+            .collect::<Result<_, _>>()?;
+        let rows = rows(&arrays, described.first().and_then(|own| own.samples));
+        let model = described.iter().find_map(|attrs| attrs.model.clone());
+        let states = arrays.iter().find(|array| array.name == "states" && array.rows == rows);
+        let states = states.and_then(|states| Some((states.width(), states.numbers()?)));
+        let rate_hz = described.iter().find_map(|attrs| attrs.rate_hz);
+        let most = budget.whole;
+        let mut recording = Recording { place, arrays, rows, most, rate_hz, time: None, computed: None };
+        if let Some((width, states)) = states
+            && described.iter().any(|attrs| attrs.robosuite)
+        {
+            let states = states?;
+            let stamps: Vec<f64> = states.chunks_exact(width.max(1)).filter_map(|row| row.first().copied()).collect();
+            if stamps.is_sorted_by(|a, b| a < b) {
+                recording.time = Some(stamps);
+            }
+            let model = model.and_then(|text| Model::read(&text, width));
+            recording.computed = model.map(|model| Box::new(Motion { model, states }) as Box<dyn Computed>);
+        }
+        recording.source()
+    }
+}
+
+/// Whether a data set needs a filter other than deflate, shuffle, Fletcher's check sum, scale-offset and LZF.
+fn has_other_filter(dataset: &Dataset) -> bool {
+    dataset.filters().iter().any(|filter| ![1, 2, 3, 6, 32_000].contains(filter))
+}
+
+/// Why a walk over groups ended.
+enum Walk {
+    Hdf5(Box<Error>),
+    Limit(String),
+}
+
+impl From<Error> for Walk {
+    fn from(error: Error) -> Self {
+        Self::Hdf5(Box::new(error))
+    }
+}
+
+/// Finds the data sets of a group and of those in it, by path.
+fn walk(group: &Group, prefix: &str, depth: usize, found: &mut Vec<(String, Dataset)>) -> Result<(), Walk> {
+    if depth > DEEPEST {
+        return Err(Walk::Limit(format!("found groups nested deeper than {DEEPEST}, the most that are read")));
+    }
+    for (name, dataset) in group.iter_datasets()? {
+        found.push((format!("{prefix}{name}"), dataset));
+    }
+    if found.len() > MAX_COLUMNS {
+        return Err(Walk::Limit(format!("found more than {MAX_COLUMNS} data sets, the most that are read")));
+    }
+    for (name, inner) in group.iter_groups()? {
+        walk(&inner, &format!("{prefix}{name}/"), depth + 1, found)?;
+    }
+    Ok(())
+}
+
+/// What attributes say of a recording.
+#[derive(Default)]
+struct Described {
+    samples: Option<usize>,
+    rate_hz: Option<f64>,
+    /// Whether robosuite made it: its `states` begin with the time.
+    robosuite: bool,
+    /// The model of MuJoCo, XML.
+    model: Option<String>,
+}
+
+impl Described {
+    fn new(attrs: &std::collections::HashMap<String, AttrValue>) -> Self {
+        let text = |key: &str| attrs.get(key).and_then(AttrValue::as_str);
+        let object = |key: &str| text(key).and_then(|text| serde_json::from_str(text).ok()).unwrap_or(Value::Null);
+        let attribute = |key: &str| match attrs.get(key) {
+            Some(value) => match (value.as_str(), value.as_f64(), value.as_i64()) {
+                (Some(text), ..) => text.into(),
+                (_, Some(number), _) => number.into(),
+                (.., number) => number.into(),
+            },
+            None => Value::Null,
+        };
+        Self {
+            samples: attrs.get("num_samples").and_then(AttrValue::as_u64).and_then(|count| usize::try_from(count).ok()),
+            rate_hz: rate(&attribute),
+            robosuite: object("env_info").is_object()
+                || object("env_args").get("type").and_then(Value::as_u64) == Some(1),
+            model: text("model_file").filter(|text| text.trim_start().starts_with('<')).map(str::to_string),
+        }
+    }
+}
+
+/// A data set as an array, if it is of a kind that a log can have.
+fn array(
+    place: &str,
+    name: String,
+    dataset: Dataset,
+    budget: &mut Budget,
+    file_size: u64,
+) -> Result<Option<Array>, InputError> {
+    let failed = |error: Error| damaged(place, &error);
+    let shape = dataset.shape().map_err(failed)?;
+    let shape: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
+    let Some((rows, dimensions)) = shape.split_first() else { return Ok(None) };
+    let texts = match dataset.dtype().map_err(failed)? {
+        DType::String | DType::VariableLengthString => true,
+        DType::Compound(_) | DType::Array(..) | DType::ObjectReference => return Ok(None),
+        _ => false,
+    };
+    let Some(width) = width(dimensions).filter(|width| !texts || *width == 1) else { return Ok(None) };
+    let size = usize::try_from(dataset.element_size().map_err(failed)?).unwrap_or(usize::MAX);
+    let chunk = dataset.chunk_shape().map_err(failed)?.unwrap_or_default();
+    let chunk = chunk.iter().try_fold(size, |product, size| product.checked_mul(usize::try_from(*size).ok()?));
+    let refused = |reason: &str| Ok(Some(Array::refused(name.clone(), *rows, dimensions, reason)));
+    if has_other_filter(&dataset) {
+        return refused("is compressed by a filter that is not read here, expected gzip, lzf, shuffle or scale-offset");
+    }
+    if !budget.take(rows.checked_mul(width), size, texts) || !budget.has(chunk) {
+        return refused(Budget::REFUSED);
+    }
+    let values = Box::new(Values { place: place.into(), name: name.clone(), dataset, most: budget.whole, file_size });
+    Array::new(name, *rows, dimensions, texts, values).map(Some)
+}
+
+/// Rejects a data set whose chunks lie outside of the file or are larger than the file in total: the library allocates memory for a chunk before it
+/// reads the chunk.
+fn check_chunks(dataset: &Dataset, file_size: u64) -> Result<(), String> {
+    // A data set without a readable chunk index cannot be read either.
+    let chunks = if dataset.is_chunked() { dataset.chunks().unwrap_or_default() } else { vec![] };
+    let mut left = file_size;
+    for chunk in chunks {
+        let (size, at) = (chunk.storage_size, chunk.address);
+        let is_inside = at.checked_add(size).is_some_and(|end| end <= file_size);
+        left = left.checked_sub(size).filter(|_| is_inside).ok_or_else(|| {
+            format!("a chunk declares {size} bytes at byte {at}, but the file has {file_size} bytes with all chunks")
+        })?;
+    }
+    Ok(())
+}
+
+/// The chunks of a data set that were never written, as where a recorder made room for more rows than it wrote. What has no index that can be listed cannot be read.
+fn missing(dataset: &Dataset) -> Option<Missing> {
+    let (shape, chunk) = (dataset.shape().ok()?, dataset.chunk_shape().ok()??);
+    let whole = |size: u64| usize::try_from(size).ok();
+    let grid: Vec<u64> = shape.iter().zip(&chunk).map(|(size, chunk)| size.div_ceil((*chunk).max(1))).collect();
+    let (across, rows, size) = (grid.iter().skip(1).product::<u64>(), whole(*shape.first()?)?, whole(*chunk.first()?)?);
+    // How many are there, by the place of their first row.
+    let mut there = vec![0_u64; whole(*grid.first()?)?];
+    for chunk in dataset.chunks().ok()? {
+        let place = chunk.offset.first().and_then(|row| whole(*row)?.checked_div(size));
+        if let Some(place) = place
+            && let Some(count) = there.get_mut(place)
+        {
+            *count += 1;
+        }
+    }
+    let lacks = |count: &u64| *count < across;
+    let (first, last) = (there.iter().position(lacks)?, there.iter().rposition(lacks)?);
+    let missing: u64 = there.iter().map(|count| across.saturating_sub(*count)).sum();
+    let message = format!(
+        "{missing} of {} chunks were never written; they read as the fill value, which is right only if the writer left them out since every value is that",
+        grid.iter().product::<u64>()
+    );
+    Some(Missing { rows: first * size..((last + 1) * size).min(rows), message })
+}
+
+/// The values of a data set.
+struct Values {
+    place: String,
+    name: String,
+    dataset: Dataset,
+    /// How many bytes its texts may have.
+    most: u64,
+    file_size: u64,
+}
+
+impl Values {
+    fn check(&self) -> Result<(), InputError> {
+        check_chunks(&self.dataset, self.file_size).map_err(|error| located(&self.place, &self.name, error))
+    }
+}
+
+impl array_log::Values for Values {
+    fn numbers(&self, first_row: bool) -> Result<Vec<f64>, InputError> {
+        self.check()?;
+        let read = if first_row { self.dataset.read_f64_rows(0, 1) } else { self.dataset.read_f64() };
+        read.map_err(|error| located(&self.place, &self.name, error))
+    }
+
+    fn texts(&self) -> Result<Vec<String>, InputError> {
+        self.check()?;
+        let limit = usize::try_from(self.most).unwrap_or(usize::MAX);
+        let options = VlenStringReadOptions::default().with_max_payload_bytes(limit);
+        let read = self.dataset.dtype().and_then(|kind| match kind {
+            DType::VariableLengthString => self.dataset.read_vlen_strings(options),
+            _ => self.dataset.read_string(),
+        });
+        read.map_err(|error| located(&self.place, &self.name, error))
+    }
+
+    fn missing(&self) -> Option<Missing> {
+        missing(&self.dataset)
+    }
+}
+
+/// The poses of bodies that a model of MuJoCo has in its states, row by row.
+struct Motion {
+    model: Model,
+    states: Vec<f64>,
+}
+
+impl Computed for Motion {
+    fn titles(&self) -> Vec<String> {
+        self.model.titles()
+    }
+
+    fn columns(&self) -> Vec<Vec<f64>> {
+        self.model.columns(&self.states)
+    }
+}
+
+/// What keeps a file from being read.
+fn damaged(place: &str, error: &Error) -> InputError {
+    InputError::new(place, format!("cannot be read as HDF5: {error}"))
+}
+
+/// What keeps a data set from being read.
+fn located(place: &str, name: &str, error: impl std::fmt::Display) -> InputError {
+    InputError::new(format!("{place} data set {name}"), format!("cannot be read: {error}"))
+}

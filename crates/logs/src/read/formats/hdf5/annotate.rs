@@ -1,0 +1,360 @@
+//! A copy of an HDF5 file with step signals for its recordings, in the layouts of MimicGen and of Isaac Lab Mimic, and with a list of those recordings
+//! that have all of them.
+//!
+//! The file is packed anew under another name, edited there, compared with the original, and then renamed: at any time the copy is there whole or not at
+//! all. The file itself is only read.
+
+use super::{Container, DEEPEST, check_chunks, damaged, links, located};
+use crate::allowed_folders::AllowedFolders;
+use crate::atomic_write::Folder;
+use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, RepackOptions, VlenStringReadOptions, repack};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use teachtree_base::error::InputError;
+use teachtree_base::guard::guarded;
+
+/// The groups of signals by which a part of a demonstration ends and begins.
+const TERM: &str = "subtask_term_signals";
+const START: &str = "subtask_start_signals";
+/// Where MimicGen and Isaac Lab Mimic keep them, below a recording.
+const MIMICGEN: &str = "datagen_info";
+const ISAAC: &str = "obs/datagen_info";
+/// The list of the recordings that have all signals, as robomimic's filter keys.
+pub const MASK: &str = "mask/teachtree_ok";
+/// The list of the recordings in which an audit finds nothing wrong.
+pub const AUDITED: &str = "mask/teachtree_audit";
+/// The most data sets that a file may have.
+const MAX_DATASETS: usize = 1 << 22;
+/// How many bytes of a data set are compared at once.
+const COMPARED: u64 = 16 << 20;
+
+/// Whose layout it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// `datagen_info/subtask_term_signals`.
+    MimicGen,
+    /// `obs/datagen_info/subtask_term_signals`, and `subtask_start_signals`.
+    Isaac,
+}
+
+impl Layout {
+    const fn group(self) -> &'static str {
+        match self {
+            Self::MimicGen => MIMICGEN,
+            Self::Isaac => ISAAC,
+        }
+    }
+}
+
+/// The signals of a recording: 0 and 1, one value a row.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Signals {
+    /// By which a part of it ends.
+    pub term: BTreeMap<String, Vec<i64>>,
+    /// By which a part of it begins.
+    pub start: BTreeMap<String, Vec<i64>>,
+}
+
+/// What is written.
+pub struct Request<'a> {
+    /// Whose layout; that which the file has, or MimicGen's, when left out.
+    pub layout: Option<Layout>,
+    /// The signals of each recording, by its name.
+    pub signals: &'a BTreeMap<String, Signals>,
+    /// The data set of the list: [`MASK`] or [`AUDITED`].
+    pub mask: &'static str,
+    /// The recordings that are listed: those that have all signals.
+    pub complete: &'a [String],
+    /// What the signals or the list were made by, JSON.
+    pub provenance: &'a str,
+    /// Whether signals of these names and a list that are there are replaced.
+    pub replace: bool,
+}
+
+/// The attribute that says what was made by what: a list of an audit does not replace what is said of the signals.
+fn provenance(mask: &str) -> &'static str {
+    if mask == AUDITED { "teachtree_audit" } else { "teachtree" }
+}
+
+/// Writes a copy of a file with signals.
+///
+/// # Errors
+/// When the file is damaged, has such signals or such a list, has links that a copy would lack, or is of a kind that cannot be written; when the place of the copy is taken or cannot be written.
+pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), InputError> {
+    let place = path.display().to_string();
+    let folder = Folder::new(copy)?;
+    let name = Path::new("copy");
+    let target = folder.path().join(name);
+    guarded(&place, || {
+        let container = Container::open(path, &AllowedFolders::default())?;
+        let paths = Paths::new(&container, request)?;
+        links::refuse(path)?;
+        for (name, dataset) in all(&container.file, &place)? {
+            check_chunks(&dataset, container.file.file_size()).map_err(|error| located(&place, &name, error))?;
+        }
+        let packed = repack(path, &target, &RepackOptions::new());
+        packed.map_err(|error| unwritable(&place, copy, &error))?;
+        edit(&target, &paths, request).map_err(|error| unwritable(&place, copy, &error))?;
+        drop(container);
+        compare(path, &target, &paths)
+    })?;
+    let sync = std::fs::File::open(&target).and_then(|file| file.sync_all());
+    sync.map_err(|error| InputError::unwritable(copy.display().to_string(), &error))?;
+    folder.commit_file(name)
+}
+
+/// The bodies that the recordings of a file have poses of, as MimicGen or Isaac Lab Mimic keep them; by name, none where there are none.
+///
+/// # Errors
+/// When the file is damaged.
+pub fn bodies(path: &Path) -> Result<Vec<String>, InputError> {
+    let place = path.display().to_string();
+    guarded(&place, || {
+        let Container { file, parent, names, .. } = Container::open(path, &AllowedFolders::default())?;
+        let groups = [format!("{MIMICGEN}/object_poses"), format!("{ISAAC}/object_pose")];
+        let first = names.first().map(|name| format!("{parent}{name}")).unwrap_or_default();
+        let found = groups.iter().find_map(|group| file.group(&format!("{first}/{group}")).ok());
+        let mut bodies = found.map(|group| group.datasets()).transpose().map_err(|error| damaged(&place, &error))?;
+        bodies.iter_mut().for_each(|names| names.sort());
+        Ok(bodies.unwrap_or_default())
+    })
+}
+
+/// What is wrong with the file, or with the place of its copy: errors of the system while the file is packed are those of writing, as it was read before.
+fn unwritable(place: &str, copy: &Path, error: &Error) -> InputError {
+    if let Error::Io(error) = error
+        && error.raw_os_error().is_some()
+    {
+        return InputError::unwritable(copy.display().to_string(), error);
+    }
+    let help = "`h5repack` of the HDF5 tools may make a file of it that can be";
+    InputError::new(place, format!("cannot be copied with signals: {error}")).help(help)
+}
+
+/// What is written where.
+struct Paths {
+    /// Data sets by path, with their values.
+    new: BTreeMap<String, Vec<i64>>,
+    /// Those of them, and the mask, that are there and are replaced.
+    old: BTreeSet<String>,
+    /// Groups that are made, outer ones first.
+    groups: Vec<String>,
+    /// The data set of the list.
+    mask: &'static str,
+    /// The attribute that says what the signals or the list were made by.
+    provenance: &'static str,
+}
+
+impl Paths {
+    fn new(container: &Container, request: &Request) -> Result<Self, InputError> {
+        let Container { place, file, parent, names, .. } = container;
+        let mut paths = Self {
+            new: BTreeMap::new(),
+            old: BTreeSet::new(),
+            groups: vec![],
+            mask: request.mask,
+            provenance: provenance(request.mask),
+        };
+        for (name, signals) in request.signals {
+            if !names.contains(name) {
+                return Err(InputError::new(place, format!("there is no recording `{name}`")));
+            }
+            let recording = format!("{parent}{name}");
+            let has = |layout: Layout| file.group(&format!("{recording}/{}", layout.group())).is_ok();
+            let found = [Layout::Isaac, Layout::MimicGen].into_iter().find(|layout| has(*layout));
+            let layout = request.layout.or(found).unwrap_or(Layout::MimicGen);
+            for (kind, signals) in [(TERM, &signals.term), (START, &signals.start)] {
+                for (signal, values) in signals {
+                    let path = format!("{recording}/{}/{kind}/{signal}", layout.group());
+                    paths.new.insert(path, values.clone());
+                }
+            }
+        }
+        let all: Vec<String> = paths.new.keys().cloned().chain([request.mask.to_string()]).collect();
+        for path in &all {
+            let is_dataset = file.dataset(path).is_ok();
+            if is_dataset && !request.replace {
+                let kind = if path == request.mask { "list" } else { "signal" };
+                let message = format!("has the {kind} `{path}` already");
+                return Err(InputError::new(place, message).help("--replace leaves it out of the copy"));
+            }
+            if is_dataset {
+                paths.old.insert(path.clone());
+            } else if file.group(path).is_ok() {
+                return Err(InputError::new(place, format!("`{path}` is a group, expected a data set or nothing")));
+            }
+            paths.add_groups(file, path);
+        }
+        Ok(paths)
+    }
+
+    fn add_groups(&mut self, file: &File, path: &str) {
+        for (at, _) in path.match_indices('/') {
+            let group = path.get(..at).unwrap_or_default();
+            if !self.groups.iter().any(|known| known == group) && file.group(group).is_err() {
+                self.groups.push(group.into());
+            }
+        }
+    }
+
+    /// Whether a path is one that is written.
+    fn has(&self, path: &str) -> bool {
+        path == self.mask || self.new.contains_key(path)
+    }
+}
+
+fn edit(target: &Path, paths: &Paths, request: &Request) -> Result<(), Error> {
+    let file = File::open_rw(target)?;
+    let root = file.root();
+    for path in &paths.old {
+        root.delete(path)?;
+    }
+    if !paths.old.is_empty() {
+        file.commit()?;
+    }
+    for group in &paths.groups {
+        root.create_group(group)?;
+    }
+    for (path, values) in &paths.new {
+        root.create_dataset(path, |data| {
+            data.with_i64_data(values);
+        })?;
+    }
+    let mut names: Vec<&str> = request.complete.iter().map(String::as_str).collect();
+    names.sort_unstable();
+    let mut failed = None;
+    root.create_dataset(request.mask, |data| {
+        // A list without names has no length of names.
+        let written = if names.is_empty() { data.with_strings_sized(&names, 1) } else { data.with_strings(&names) };
+        failed = written.err();
+    })?;
+    if let Some(error) = failed {
+        return Err(error.into());
+    }
+    root.set_attr(paths.provenance, AttrValue::String(request.provenance.into()))?;
+    drop(root);
+    file.commit()?;
+    file.close()
+}
+
+/// Compares a copy with the file: all but what was written is equal, and what was written is there.
+fn compare(path: &Path, copy: &Path, paths: &Paths) -> Result<(), InputError> {
+    let place = path.display().to_string();
+    let failed = |error: Error| damaged(&place, &error);
+    let (one, other) = (File::open_streaming(path).map_err(failed)?, File::open_streaming(copy).map_err(failed)?);
+    let (ours, theirs) = (all(&one, &place)?, all(&other, &place)?);
+    let wrong = |what: &str| InputError::new(&place, format!("the copy differs from the file in `{what}`"));
+    let kept = |names: &BTreeMap<String, Dataset>| -> BTreeSet<String> {
+        names.keys().filter(|name| !paths.has(name)).cloned().collect()
+    };
+    if let Some(name) = kept(&ours).symmetric_difference(&kept(&theirs)).next() {
+        return Err(wrong(name));
+    }
+    for (name, mine) in ours.iter().filter(|(name, _)| !paths.has(name)) {
+        let same = theirs.get(name).map(|yours| is_same(mine, yours)).transpose().map_err(failed)?;
+        if same != Some(true) {
+            return Err(wrong(name));
+        }
+    }
+    same_attributes(&one.root(), &other.root(), "", paths, &wrong, &failed)?;
+    for (name, values) in &paths.new {
+        let written = theirs.get(name).map(Dataset::read_i64).transpose().map_err(failed)?;
+        if written.as_ref() != Some(values) {
+            return Err(wrong(name));
+        }
+    }
+    Ok(())
+}
+
+/// All data sets of a file, by path.
+fn all(file: &File, place: &str) -> Result<BTreeMap<String, Dataset>, InputError> {
+    let mut found = BTreeMap::new();
+    datasets(&file.root(), "", 0, &mut found).map_err(|error| damaged(place, &error))?;
+    if found.len() > MAX_DATASETS {
+        return Err(InputError::new(
+            place,
+            format!("found more than {MAX_DATASETS} data sets, the most that are copied"),
+        ));
+    }
+    Ok(found)
+}
+
+fn datasets(group: &Group, prefix: &str, depth: usize, all: &mut BTreeMap<String, Dataset>) -> Result<(), Error> {
+    // Links may lead round in a circle.
+    if depth > DEEPEST || all.len() > MAX_DATASETS {
+        return Ok(());
+    }
+    for (name, dataset) in group.iter_datasets()? {
+        all.insert(format!("{prefix}{name}"), dataset);
+    }
+    for (name, inner) in group.iter_groups()? {
+        datasets(&inner, &format!("{prefix}{name}/"), depth + 1, all)?;
+    }
+    Ok(())
+}
+
+fn attributes(attrs: std::collections::HashMap<String, AttrValue>) -> BTreeMap<String, String> {
+    attrs.into_iter().map(|(name, value)| (name, format!("{value:?}"))).collect()
+}
+
+fn same_attributes(
+    one: &Group,
+    other: &Group,
+    prefix: &str,
+    paths: &Paths,
+    wrong: &dyn Fn(&str) -> InputError,
+    failed: &dyn Fn(Error) -> InputError,
+) -> Result<(), InputError> {
+    let (ours, mut theirs) = (attributes(one.attrs().map_err(failed)?), attributes(other.attrs().map_err(failed)?));
+    let name = paths.provenance;
+    if prefix.is_empty() && ours.get(name) != theirs.get(name) {
+        theirs.remove(name);
+        ours.get(name).iter().for_each(|old| drop(theirs.insert(name.into(), (*old).clone())));
+    }
+    if ours != theirs {
+        return Err(wrong(&format!("{prefix} attributes")));
+    }
+    let mut groups: BTreeMap<String, Group> = other.iter_groups().map_err(failed)?.collect();
+    for (name, mine) in one.iter_groups().map_err(failed)? {
+        let path = format!("{prefix}{name}");
+        let yours = groups.remove(&name).ok_or_else(|| wrong(&path))?;
+        same_attributes(&mine, &yours, &format!("{path}/"), paths, wrong, failed)?;
+    }
+    // What is left was made for the signals.
+    match groups.keys().map(|name| format!("{prefix}{name}")).find(|path| !paths.groups.contains(path)) {
+        Some(path) => Err(wrong(&path)),
+        None => Ok(()),
+    }
+}
+
+/// Whether two data sets are equal in type, shape, values and attributes.
+fn is_same(one: &Dataset, other: &Dataset) -> Result<bool, Error> {
+    if one.shape()? != other.shape()?
+        || format!("{:?}", one.datatype()?) != format!("{:?}", other.datatype()?)
+        || attributes(one.attrs()?) != attributes(other.attrs()?)
+    {
+        return Ok(false);
+    }
+    let shape = one.shape()?;
+    match one.dtype()? {
+        DType::VariableLengthString => {
+            let options = VlenStringReadOptions::default;
+            return Ok(one.read_vlen_strings(options())? == other.read_vlen_strings(options())?);
+        }
+        // Addresses in the file.
+        DType::ObjectReference => return Ok(true),
+        _ => {}
+    }
+    let Some((rows, inner)) = shape.split_first() else { return Ok(one.read_raw()? == other.read_raw()?) };
+    let of_row = inner.iter().fold(one.element_size()?, |product, size| product.saturating_mul(*size)).max(1);
+    let step = (COMPARED / of_row).max(1);
+    let mut row = 0;
+    while row < *rows {
+        let count = step.min(rows - row);
+        if one.read_raw_rows(row, count)? != other.read_raw_rows(row, count)? {
+            return Ok(false);
+        }
+        row += count;
+    }
+    Ok(true)
+}

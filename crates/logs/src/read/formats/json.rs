@@ -1,0 +1,151 @@
+//! JSON objects as rows: nested keys become dotted names, lists numbered ones.
+//!
+//! A list that is the value of a canonical vector or rotation gives its components: `"right.thumb.force": [0, 0, 1]`.
+
+use super::rosmsg::{Failure, MAX_ARRAY};
+use crate::read::sheet::InMemoryTable;
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde_json::{Map, Number, Value};
+use std::fmt;
+use teachtree_base::json::message_of;
+use teachtree_base::log_channel::LogChannel;
+
+/// A value in which no object has a key twice: of two values that one name has, nobody knows which is meant.
+pub struct Unique(pub Value);
+
+impl<'de> Deserialize<'de> for Unique {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(UniqueVisitor).map(Self)
+    }
+}
+
+struct UniqueVisitor;
+
+impl<'de> Visitor<'de> for UniqueVisitor {
+    type Value = Value;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("a value")
+    }
+
+    fn visit_unit<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+
+    fn visit_bool<E>(self, flag: bool) -> Result<Value, E> {
+        Ok(Value::Bool(flag))
+    }
+
+    fn visit_i64<E>(self, number: i64) -> Result<Value, E> {
+        Ok(number.into())
+    }
+
+    fn visit_u64<E>(self, number: u64) -> Result<Value, E> {
+        Ok(number.into())
+    }
+
+    fn visit_f64<E>(self, number: f64) -> Result<Value, E> {
+        Ok(Number::from_f64(number).map_or(Value::Null, Value::Number))
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<Value, E> {
+        Ok(Value::String(text.into()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
+        let mut list = vec![];
+        while let Some(Unique(item)) = items.next_element()? {
+            list.push(item);
+        }
+        Ok(Value::Array(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
+        let mut object = Map::new();
+        while let Some(key) = entries.next_key::<String>()? {
+            if object.contains_key(&key) {
+                return Err(A::Error::custom(format!("the key `{key}` is there twice")));
+            }
+            let Unique(value) = entries.next_value()?;
+            object.insert(key, value);
+        }
+        Ok(Value::Object(object))
+    }
+}
+
+/// What is wrong with a text that is no such value.
+pub fn fault(error: &serde_json::Error) -> String {
+    if error.is_data() { message_of(error) } else { format!("found no JSON object: {}", message_of(error)) }
+}
+
+/// The deepest nesting that is spread into names.
+const MAX_DEPTH: usize = 16;
+
+/// Puts a message into the last row; its stamp in nanoseconds, if it has a header with one.
+///
+/// # Errors
+/// When it is no JSON object.
+#[cfg(feature = "mcap")]
+pub fn message(text: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Failure> {
+    let Unique(value) = serde_json::from_slice(text).map_err(|error| fault(&error))?;
+    let Value::Object(_) = value else {
+        return Err("found no JSON object".to_string().into());
+    };
+    put(&value, row)?;
+    let stamp = value.pointer("/header/stamp");
+    let part = |key: &str| stamp.and_then(|stamp| stamp.get(key)).and_then(Value::as_i64);
+    let (seconds, nanos) = (part("sec"), part("nanosec").or_else(|| part("nsec")));
+    Ok(seconds
+        .zip(nanos)
+        .and_then(|(seconds, nanos)| seconds.checked_mul(1_000_000_000)?.checked_add(nanos))
+        .filter(|stamp| *stamp != 0))
+}
+
+/// Puts the values of an object into the last row.
+///
+/// # Errors
+/// When there are too many columns, or two values have one name, such as `a.b` and `b` within `a`.
+pub fn put(object: &Value, row: &mut InMemoryTable) -> Result<(), Failure> {
+    spread(object, &mut String::new(), row, 0)
+}
+
+fn spread(value: &Value, path: &mut String, row: &mut InMemoryTable, depth: usize) -> Result<(), Failure> {
+    if depth > MAX_DEPTH {
+        return Err(format!("`{path}` is nested more than {MAX_DEPTH} deep").into());
+    }
+    let length = path.len();
+    let is_new = match value {
+        // Nothing is said about what it would be.
+        Value::Null => true,
+        Value::Bool(flag) => row.put(path, f64::from(u8::from(*flag)))?,
+        Value::Number(number) => row.put(path, number.as_f64().unwrap_or(f64::NAN))?,
+        Value::String(text) => row.put_text(path, text)?,
+        Value::Array(items) if items.len() > MAX_ARRAY => true,
+        Value::Array(items) => {
+            let letters = LogChannel::parse(path)
+                .map(|channel| channel.shape().components())
+                .filter(|parts| parts.len() == items.len() && parts.len() > 1);
+            for (place, item) in items.iter().enumerate() {
+                match letters.and_then(|letters| letters.get(place)) {
+                    Some(letter) => path.push_str(&format!(".{letter}")),
+                    None => path.push_str(&format!("[{place}]")),
+                }
+                spread(item, path, row, depth + 1)?;
+                path.truncate(length);
+            }
+            true
+        }
+        Value::Object(entries) => {
+            for (key, item) in entries {
+                if length > 0 {
+                    path.push('.');
+                }
+                path.push_str(key);
+                spread(item, path, row, depth + 1)?;
+                path.truncate(length);
+            }
+            true
+        }
+    };
+    if is_new { Ok(()) } else { Err(format!("`{path}` is there twice, as one key and as nested ones").into()) }
+}

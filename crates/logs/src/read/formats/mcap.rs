@@ -1,0 +1,288 @@
+//! MCAP: messages of ROS 2 (CDR with `ros2msg` definitions), of ROS 1, and JSON; a sheet a topic.
+//!
+//! Chunks may be plain, zstd or lz4; messages or the whole file may be zstd too. A topic in another encoding cannot be read, the others can. What is read so far counts when a file
+//! ends in the middle of a record.
+
+pub mod copy;
+pub mod message;
+pub mod write;
+
+use super::topics::{Reading, Topics};
+use super::truncated;
+use crate::allowed_folders::AllowedFolders;
+use crate::read::table::Source;
+use crate::read::text;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::io::{BufRead, Read};
+use std::path::{Component, Path};
+use teachtree_base::error::InputError;
+use teachtree_base::yaml;
+
+/// The longest record that is read, in bytes.
+const MAX_RECORD: u64 = 256 << 20;
+
+/// Reads a file.
+///
+/// # Errors
+/// When it is damaged, or no topic can be read.
+pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
+    let mut topics = Topics::new(&file);
+    let cut = read(bytes, &file, &mut topics)?;
+    finish(topics, cut)
+}
+
+/// What a recorder of ROS 2 writes beside its files.
+#[derive(Deserialize)]
+struct Metadata {
+    rosbag2_bagfile_information: Information,
+}
+
+#[derive(Deserialize)]
+struct Information {
+    relative_file_paths: Vec<String>,
+    storage_identifier: String,
+}
+
+/// Reads a folder with `metadata.yaml`, whose files are one log and must be in `folders`.
+///
+/// # Errors
+/// As for a file.
+pub fn folder(folder: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
+    let path = folder.join("metadata.yaml");
+    let name = path.display().to_string();
+    let text = text::whole(&folders.open(&path)?, &path, yaml::MAX_BYTES as u64)?;
+    let Metadata { rosbag2_bagfile_information: information } = yaml::read(&text, &name)?;
+    if information.storage_identifier != "mcap" {
+        let found = information.storage_identifier;
+        return Err(InputError::new(name, format!("found a bag stored as `{found}`, expected `mcap`"))
+            .help("convert the bag with `ros2 bag convert` to MCAP"));
+    }
+    let mut topics = Topics::new(folder.display().to_string());
+    let mut cut = None;
+    for part in information.relative_file_paths {
+        if !Path::new(&part).components().all(|part| matches!(part, Component::Normal(_))) {
+            return Err(InputError::new(name, format!("`{part}` leads out of the folder")));
+        }
+        let path = folder.join(part);
+        let place = path.display().to_string();
+        cut = read(folders.open(&path)?, &place, &mut topics)?.or(cut);
+    }
+    finish(topics, cut)
+}
+
+fn finish(topics: Topics, cut: Option<String>) -> Result<Source, InputError> {
+    let mut source = topics.finish()?;
+    source.issues.extend(cut.map(|message| truncated(0.0, message)));
+    Ok(source)
+}
+
+/// How a file begins and ends.
+const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
+
+/// How what is compressed with zstd begins.
+pub const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// Kinds of records.
+const FOOTER: u8 = 2;
+const SCHEMA: u8 = 3;
+const CHANNEL: u8 = 4;
+const MESSAGE: u8 = 5;
+const CHUNK: u8 = 6;
+const DATA_END: u8 = 15;
+
+/// What takes messages: topic, how they are read, when they were recorded, ns, and their bytes.
+type Each<'a> = &'a mut dyn FnMut(&str, &Reading, i64, &[u8]) -> Result<(), InputError>;
+
+/// Reads the messages of a file, which may be compressed as a whole; the message when it ends too early.
+fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
+    let push = &mut |topic: &str, reading: &Reading, recorded: i64, message: &[u8]| {
+        topics.push(topic, reading, recorded, message)
+    };
+    let is_cut = play(bytes, file, push)?;
+    if is_cut && topics.is_empty() {
+        return Err(InputError::new(file, "cannot be read as MCAP: it ends before its first message"));
+    }
+    Ok(is_cut.then(|| format!("{file} ends in the middle of a record; what is before counts")))
+}
+
+/// Gives the messages of a file as they come, in the order of the file; whether it ends in the middle of a record.
+///
+/// # Errors
+/// When it is damaged; the first one of `each`.
+pub fn play(bytes: impl Read, file: &str, each: Each) -> Result<bool, InputError> {
+    let unreadable = |error: std::io::Error| InputError::unreadable(file, &error);
+    let mut bytes = std::io::BufReader::new(bytes);
+    if bytes.fill_buf().map_err(unreadable)?.starts_with(&ZSTD) {
+        let decoder = ::zstd::stream::read::Decoder::with_buffer(bytes).map_err(unreadable)?;
+        return plain(std::io::BufReader::new(decoder), file, each);
+    }
+    plain(bytes, file, each)
+}
+
+fn plain(mut bytes: impl Read, file: &str, each: Each) -> Result<bool, InputError> {
+    let mut magic = [0; MAGIC.len()];
+    if bytes.read_exact(&mut magic).is_err() || magic != MAGIC {
+        return Err(InputError::new(file, "cannot be read as MCAP: it does not begin as one"));
+    }
+    match Known::default().records(&mut bytes, true, each) {
+        Ok(()) => Ok(false),
+        Err(Fault::Cut) => Ok(true),
+        Err(Fault::Damaged(message)) => Err(InputError::new(file, format!("cannot be read as MCAP: {message}"))),
+        Err(Fault::Log(error)) => Err(error),
+    }
+}
+
+/// Why reading stopped.
+enum Fault {
+    /// The file ends in the middle of a record.
+    Cut,
+    Damaged(String),
+    Log(InputError),
+}
+
+/// The kind of the next record and its bytes; nothing at the end.
+fn record(bytes: &mut impl Read) -> Result<Option<(u8, Vec<u8>)>, Fault> {
+    let unreadable = |error: std::io::Error| Fault::Damaged(error.to_string());
+    let mut head = vec![];
+    bytes.by_ref().take(9).read_to_end(&mut head).map_err(unreadable)?;
+    let (kind, length) = match head.as_slice() {
+        [] => return Ok(None),
+        [0, ..] => return Err(Fault::Damaged("a record says that it is of the kind 0".into())),
+        [kind, length @ ..] => (*kind, length.try_into().map(u64::from_le_bytes).map_err(|_| Fault::Cut)?),
+    };
+    if length > MAX_RECORD {
+        return Err(Fault::Damaged(format!("a record says that it has {length} bytes, at most {MAX_RECORD} are read")));
+    }
+    let mut body = vec![];
+    bytes.take(length).read_to_end(&mut body).map_err(unreadable)?;
+    if (body.len() as u64) < length { Err(Fault::Cut) } else { Ok(Some((kind, body))) }
+}
+
+/// The fields of a record, one after the other, little endian. A length counts only as far as the record goes: libraries take the memory
+/// for it first.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn bytes(&mut self, count: usize) -> Result<&'a [u8], Fault> {
+        let (taken, rest) = self.0.split_at_checked(count).ok_or_else(|| {
+            Fault::Damaged(format!("a record is damaged: it wants {count} bytes more, and has {}", self.0.len()))
+        })?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn number<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        self.bytes(N)?.try_into().map_err(|_| Fault::Cut)
+    }
+
+    fn u16(&mut self) -> Result<u16, Fault> {
+        Ok(u16::from_le_bytes(self.number()?))
+    }
+
+    fn u32(&mut self) -> Result<u32, Fault> {
+        Ok(u32::from_le_bytes(self.number()?))
+    }
+
+    fn u64(&mut self) -> Result<u64, Fault> {
+        Ok(u64::from_le_bytes(self.number()?))
+    }
+
+    /// A length of four bytes and as many bytes.
+    fn sized(&mut self) -> Result<&'a [u8], Fault> {
+        let length = self.u32()?;
+        self.bytes(length as usize)
+    }
+
+    fn text(&mut self) -> Result<String, Fault> {
+        Ok(String::from_utf8_lossy(self.sized()?).into_owned())
+    }
+}
+
+/// The records in a chunk.
+fn decompressed(chunk: &[u8]) -> Result<Vec<u8>, Fault> {
+    let mut fields = Fields(chunk);
+    let (_start, _end, _size, sum) = (fields.u64()?, fields.u64()?, fields.u64()?, fields.u32()?);
+    let compression = fields.text()?;
+    let length = fields.u64()?;
+    let data = fields.bytes(usize::try_from(length).unwrap_or(usize::MAX))?;
+    let plain = match compression.as_str() {
+        "" => data.to_vec(),
+        "zstd" => unpacked(::zstd::stream::read::Decoder::new(data).map_err(undone)?)?,
+        "lz4" => unpacked(::lz4_flex::frame::FrameDecoder::new(data))?,
+        other => return Err(Fault::Damaged(format!("a chunk is compressed as `{other}`, expected `zstd` or `lz4`"))),
+    };
+    // No sum at all is written as zero.
+    if sum != 0 && sum != crc32fast::hash(&plain) {
+        return Err(Fault::Damaged("a chunk is damaged: its check sum is another one".into()));
+    }
+    Ok(plain)
+}
+
+fn unpacked(decoder: impl Read) -> Result<Vec<u8>, Fault> {
+    let mut plain = vec![];
+    decoder.take(MAX_RECORD).read_to_end(&mut plain).map_err(undone)?;
+    Ok(plain)
+}
+
+fn undone(error: std::io::Error) -> Fault {
+    Fault::Damaged(format!("a chunk cannot be decompressed: {error}"))
+}
+
+/// Channels and schemas so far.
+#[derive(Default)]
+struct Known {
+    /// Name, encoding and definition of each type.
+    schemas: BTreeMap<u16, (String, String, String)>,
+    /// Topic of each channel, and how its messages are read.
+    channels: BTreeMap<u16, (String, Reading)>,
+}
+
+impl Known {
+    /// Reads records to the end; `outer` ones may be chunks of others.
+    fn records(&mut self, bytes: &mut impl Read, outer: bool, each: Each) -> Result<(), Fault> {
+        while let Some((kind, body)) = record(bytes)? {
+            match kind {
+                SCHEMA => self.schema(&mut Fields(&body))?,
+                CHANNEL => self.channel(&mut Fields(&body))?,
+                MESSAGE => self.message(&mut Fields(&body), each)?,
+                CHUNK if outer => self.records(&mut decompressed(&body)?.as_slice(), false, each)?,
+                // What follows is an index and a summary, which are not needed.
+                DATA_END | FOOTER if outer => return Ok(()),
+                _ => {}
+            }
+        }
+        // A file ends with its footer, a chunk with its last record.
+        if outer { Err(Fault::Cut) } else { Ok(()) }
+    }
+
+    fn schema(&mut self, fields: &mut Fields) -> Result<(), Fault> {
+        let id = fields.u16()?;
+        self.schemas.insert(id, (fields.text()?, fields.text()?, fields.text()?));
+        Ok(())
+    }
+
+    fn channel(&mut self, fields: &mut Fields) -> Result<(), Fault> {
+        let (id, schema, topic, encoding) = (fields.u16()?, fields.u16()?, fields.text()?, fields.text()?);
+        let known = self.channels.contains_key(&id);
+        if !known {
+            let schema = self.schemas.get(&schema);
+            let schema = schema.map(|(name, form, text)| (name.as_str(), form.as_str(), text.as_str()));
+            let reading = Reading::of(&encoding, schema);
+            self.channels.insert(id, (topic, reading));
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, fields: &mut Fields, each: Each) -> Result<(), Fault> {
+        let (id, _sequence, recorded, _published) = (fields.u16()?, fields.u32()?, fields.u64()?, fields.u64()?);
+        let Some((topic, reading)) = self.channels.get(&id) else { return Ok(()) };
+        let recorded = i64::try_from(recorded).unwrap_or(i64::MAX);
+        // A recorder may compress each message by itself; none begins like this otherwise.
+        if fields.0.starts_with(&ZSTD) {
+            let plain = unpacked(::zstd::stream::read::Decoder::new(fields.0).map_err(undone)?)?;
+            return each(topic, reading, recorded, &plain).map_err(Fault::Log);
+        }
+        each(topic, reading, recorded, fields.0).map_err(Fault::Log)
+    }
+}

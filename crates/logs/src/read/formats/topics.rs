@@ -1,0 +1,248 @@
+//! Topics of a bag: messages one by one in, a sheet a topic out.
+//!
+//! The stamp of a message is the one in its header, the time at which it was recorded where it has none: bags are written in batches. Times count from the
+//! earliest stamp of the bag, and the rows of a topic are in the order of their stamps. A topic may have several writers, each with its own order. A topic
+//! whose clock was set back is refused, since its two stretches overlap.
+
+#[cfg(feature = "mcap")]
+use super::rosmsg::Wire;
+use super::rosmsg::{Definition, Failure};
+use crate::issue::{Issue, IssueKind};
+use crate::read::sheet::{Cells, InMemoryTable};
+use crate::read::stamps::{Order, SET_BACK, StampOrder, Writers};
+use crate::read::table::{BagClock, Sheet, Source};
+use indexmap::IndexMap;
+use teachtree_base::error::InputError;
+use teachtree_base::shown::Shown;
+
+/// The most topics that a bag may have.
+const MAX_TOPICS: usize = 10_000;
+
+/// How the messages of a topic are read.
+pub enum Reading {
+    /// By a message definition.
+    Defined(Definition),
+    /// As JSON objects.
+    #[cfg(feature = "mcap")]
+    Json,
+    /// Not at all, and why.
+    Refused(String),
+}
+
+impl Reading {
+    /// How messages in this encoding are read, with the name, the form and the text of their type's definition.
+    #[cfg(feature = "mcap")]
+    pub fn of(encoding: &str, schema: Option<(&str, &str, &str)>) -> Self {
+        let wire = match encoding {
+            "json" => return Self::Json,
+            "cdr" => Wire::Cdr,
+            "ros1" => Wire::Ros1,
+            other => {
+                return Self::Refused(format!(
+                    "its messages are encoded as `{other}`, expected `cdr`, `ros1` or `json`"
+                ));
+            }
+        };
+        let Some((name, form, definition)) = schema else {
+            return Self::Refused("it has no message definition".into());
+        };
+        if !matches!(form, "ros2msg" | "ros1msg") {
+            return Self::Refused(format!("its type {name} is defined as `{form}`, expected `ros2msg`"));
+        }
+        match Definition::parse(name, definition, wire) {
+            Ok(definition) => Self::Defined(definition),
+            Err(why) => Self::Refused(format!("its type {name}: {why}")),
+        }
+    }
+
+    /// Puts the fields of a message into the last row; its stamp in nanoseconds, if it has a header with one.
+    ///
+    /// # Errors
+    /// When the message is not as it should be.
+    pub fn decode(&self, message: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Failure> {
+        match self {
+            Self::Defined(definition) => definition.decode(message, row),
+            #[cfg(feature = "mcap")]
+            Self::Json => super::json::message(message, row),
+            Self::Refused(why) => Err(why.clone().into()),
+        }
+    }
+}
+
+/// The topics so far.
+pub struct Topics {
+    file: String,
+    topics: IndexMap<String, Topic>,
+}
+
+struct Topic {
+    rows: InMemoryTable,
+    /// The stamp of each row, ns.
+    stamps: Vec<i64>,
+    /// How much later it was recorded, ns, of each row with a stamp in its header.
+    delays: Vec<i64>,
+    writers: Writers<Writer>,
+    refused: Option<String>,
+}
+
+/// A message that comes so long after a later one, s, is reported although it is a single one: two clocks may take turns.
+const FAR_BEHIND_S: f64 = 1.0;
+
+/// One of those who write to a topic.
+#[derive(Default)]
+struct Writer {
+    order: StampOrder,
+    messages: usize,
+    /// Stamp of the first message in the current run of late messages, ns.
+    late_from: i64,
+    /// How many of them are not counted yet: a single one that is a little late is not.
+    uncounted: usize,
+    /// How many messages came too late, two and more in a row or far behind, and from when to when, ns.
+    disordered: Option<(usize, i64, i64)>,
+}
+
+impl Writer {
+    fn merge(&mut self, other: Self) {
+        self.order.raise(other.order.newest_s());
+        self.messages += other.messages;
+        self.disordered = self.disordered.or(other.disordered);
+    }
+
+    /// Takes a stamp (ns), `after_s` seconds after the first one of the topic. Returns whether the clock was set back.
+    fn push(&mut self, stamp: i64, after_s: f64) -> bool {
+        self.messages += 1;
+        let behind_s = self.order.newest_s() - after_s;
+        let order = self.order.push(after_s);
+        if order == Order::Earlier {
+            if self.order.late() == 1 {
+                (self.late_from, self.uncounted) = (stamp, 0);
+            }
+            self.uncounted += 1;
+            if self.order.late() > 1 || behind_s > FAR_BEHIND_S {
+                let (count, from, to) = self.disordered.unwrap_or((0, self.late_from, stamp));
+                self.disordered = Some((count + self.uncounted, from.min(self.late_from), to.max(stamp)));
+                self.uncounted = 0;
+            }
+        }
+        order == Order::SetBack
+    }
+}
+
+impl Topics {
+    /// No topics yet.
+    pub fn new(file: impl Into<String>) -> Self {
+        Self { file: file.into(), topics: IndexMap::new() }
+    }
+
+    /// Whether no message was taken yet.
+    pub fn is_empty(&self) -> bool {
+        self.topics.values().all(|topic| topic.stamps.is_empty())
+    }
+
+    /// Takes a message that was recorded at `recorded`, ns.
+    ///
+    /// # Errors
+    /// When the log grows too large; a message that is not as it should be refuses its topic.
+    pub fn push(&mut self, topic: &str, reading: &Reading, recorded: i64, message: &[u8]) -> Result<(), InputError> {
+        if self.topics.len() >= MAX_TOPICS && !self.topics.contains_key(topic) {
+            return Err(InputError::new(
+                &self.file,
+                format!("found more than {MAX_TOPICS} topics, the most that are read"),
+            ));
+        }
+        let file = &self.file;
+        let topic = self.topics.entry(topic.to_string()).or_insert_with(|| Topic {
+            rows: InMemoryTable::new(format!("{file} topic {topic}")),
+            stamps: vec![],
+            delays: vec![],
+            writers: Writers::default(),
+            refused: None,
+        });
+        if topic.refused.is_some() {
+            return Ok(());
+        }
+        if let Reading::Refused(why) = reading {
+            topic.refused = Some(why.clone());
+            return Ok(());
+        }
+        topic.rows.begin_row()?;
+        match reading.decode(message, &mut topic.rows) {
+            Ok(stamp) => {
+                topic.delays.extend(stamp.map(|stamp| recorded.saturating_sub(stamp)));
+                let stamp = stamp.unwrap_or(recorded);
+                topic.stamps.push(stamp);
+                let first = topic.stamps.first().copied().unwrap_or(stamp);
+                let after = |stamp: i64| stamp.saturating_sub(first) as f64 * 1e-9;
+                let after_s = after(stamp);
+                let writer = topic.writers.of(&topic.rows.filled(), Writer::merge);
+                let newest_s = writer.order.newest_s();
+                if writer.push(stamp, after_s) {
+                    let by_s = newest_s - after(writer.late_from);
+                    topic.refused = Some(format!(
+                        "the clock was set back by {} s before message {}: the stretches before and after it overlap; cut the bag there, or follow it with `teachtree live`",
+                        Shown((by_s * 1e6).round() / 1e6),
+                        topic.stamps.len() + 1 - SET_BACK
+                    ));
+                }
+            }
+            Err(Failure::Log(error)) => return Err(error),
+            Err(Failure::Message(message)) => {
+                topic.refused = Some(format!("message {}: {message}", topic.stamps.len() + 1));
+            }
+        }
+        Ok(())
+    }
+
+    /// The topics as a log.
+    ///
+    /// # Errors
+    /// When none of them can be read.
+    pub fn finish(self) -> Result<Source, InputError> {
+        let origin = self.topics.values().filter(|topic| topic.refused.is_none()).flat_map(|topic| &topic.stamps).min();
+        let origin = origin.copied().unwrap_or_default();
+        let mut delays = vec![];
+        let mut refused = vec![];
+        let mut sheets = vec![];
+        for (name, topic) in self.topics {
+            let Topic { mut rows, mut stamps, delays: of_topic, writers, refused: why } = topic;
+            match why {
+                Some(why) => refused.push((name, why)),
+                None => {
+                    delays.extend(of_topic);
+                    // Messages that each writer sends only once, such as static transforms, form one row.
+                    if writers.all().all(|writer| writer.messages == 1) {
+                        let first = stamps.iter().min().copied().unwrap_or_default();
+                        stamps.fill(first);
+                    }
+                    let seconds = |stamp: &i64| stamp.saturating_sub(origin) as f64 * 1e-9;
+                    rows.issues.extend(writers.all().filter_map(|writer| writer.disordered).map(
+                        |(count, from, to)| {
+                            let message =
+                                format!("{count} messages came after one with a later stamp; they are sorted by stamp");
+                            let (start_s, end_s) = (seconds(&from), seconds(&to));
+                            Issue { kind: IssueKind::DUPLICATE_STAMP, start_s, end_s, channel: name.clone(), message }
+                        },
+                    ));
+                    rows.push_first("time [s]", Cells::Numbers(stamps.iter().map(seconds).collect()));
+                    rows.sort_by("time [s]");
+                    sheets.push(Sheet { name, header: rows.header(), rows: Box::new(rows) });
+                }
+            }
+        }
+        match (sheets.is_empty(), refused.first()) {
+            (false, _) => {
+                let recorded_after_ns = median(&mut delays);
+                let clock = Some(BagClock { origin_ns: origin, recorded_after_ns });
+                Ok(Source { refused, clock, ..Source::many(self.file, sheets) })
+            }
+            (true, None) => Err(InputError::new(self.file, "the bag holds no message")),
+            (true, Some((name, why))) => Err(InputError::new(format!("{} topic {name}", self.file), why)),
+        }
+    }
+}
+
+/// The upper median of some values; 0 of none.
+fn median(values: &mut [i64]) -> i64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0 } else { *values.select_nth_unstable(middle).1 }
+}

@@ -1,0 +1,315 @@
+//! Label files: who did what from when to when, as somebody else says (docs/score.md). A table or an ELAN file in, intervals on the time base of a log out.
+//!
+//! ```text
+//! track,label,start_s,end_s          start_frame,end_frame,surgeme
+//! right,Approach,1.2,1.9             57,141,S1
+//! ```
+//!
+//! The table that `analyze --format csv` writes is one: its `relabeled` segments are primitives, and its rows may be about several logs.
+//!
+//! Invariants: every interval is longer than nothing; those of one track and kind are in order and apart. What no row covers, and what
+//! two rows label differently, is not labeled.
+
+mod eaf;
+
+use super::file;
+use super::formats::{delimited, stem};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
+use std::path::Path;
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Who;
+use teachtree_base::nearest::nearest;
+use teachtree_base::shown::Shown;
+
+/// The most rows that are read.
+pub const MAX_ROWS: usize = 100_000;
+/// The most rows that may be about one time.
+const MAX_AT_ONCE: usize = 100;
+/// The longest name, in bytes.
+const MAX_NAME: usize = 200;
+
+/// Columns with the name of what was done.
+const NAME: [&str; 4] = ["label", "primitive", "surgeme", "name"];
+/// The column with the log that a row is about.
+const LOG: &str = "log";
+/// The kind of rows that label nothing: segments before relabeling.
+const RAW: &str = "raw";
+/// The kind of rows of tasks that are made of tasks, which are listed themselves.
+const COMPOSITE: &str = "composite";
+/// Columns in seconds.
+const SECONDS: [&str; 2] = ["start_s", "end_s"];
+/// Columns in rows of the log, the first row being 0 and the end not included.
+const ROWS: [&[&str]; 2] = [&["start_frame", "start_row"], &["end_frame", "end_row", "end_row_excl"]];
+
+/// A label file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Labels {
+    /// Its name in messages.
+    pub file: String,
+    /// The intervals, by track and kind, each in order of time.
+    pub intervals: Vec<Interval>,
+    /// Time that two rows label differently, s; it counts as not labeled.
+    pub contradicted_s: f64,
+}
+
+/// One labeled interval.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interval {
+    /// Where it stands in the file: `row 3`, the header being row 1, or `annotation a3`.
+    pub place: String,
+    /// Whose it is; `None` where the file does not say.
+    pub track: Option<Who>,
+    /// What is named.
+    pub kind: Kind,
+    /// The name, as it stands in the file.
+    pub name: String,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+}
+
+/// What a label names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A primitive motion.
+    Primitive,
+    /// A task.
+    Task,
+}
+
+/// Whether the rows of a table say which log they are about, so that it may be one of several logs.
+pub fn names_logs(path: &Path) -> bool {
+    let header = file::open(path).map(|file| ::csv::Reader::from_reader(file).headers().cloned());
+    !is_eaf(path) && matches!(header, Ok(Ok(header)) if header.iter().any(|title| plain(title) == LOG))
+}
+
+/// Whether a file is one of ELAN by its name.
+fn is_eaf(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("eaf"))
+}
+
+/// Labels of these intervals, which need not be apart; `file` is their file in messages.
+///
+/// # Errors
+/// More labels for one time than are read.
+pub fn of_intervals(file: String, intervals: Vec<Interval>) -> Result<Labels, InputError> {
+    let mut tracks: BTreeMap<(Option<Who>, Kind), Vec<Interval>> = BTreeMap::new();
+    for interval in intervals {
+        tracks.entry((interval.track, interval.kind)).or_default().push(interval);
+    }
+    let mut labels = Labels { file, ..Labels::default() };
+    for mut of_track in tracks.into_values() {
+        labels.contradicted_s += apart(&mut of_track)
+            .map_err(|(place, message)| InputError::new(format!("{} {place}", labels.file), message))?;
+        labels.intervals.append(&mut of_track);
+    }
+    Ok(labels)
+}
+
+/// Reads a label file about a log; `row_time` is when each row of the log was, s.
+///
+/// # Errors
+/// The first thing that cannot be read, with file, row and column; a table about other logs.
+pub fn read(path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
+    if is_eaf(path) {
+        return of_intervals(path.display().to_string(), eaf::read(path)?);
+    }
+    table(file::open(path)?, path, log, row_time)
+}
+
+/// Reads the table of labels at `path`, like [`read`].
+///
+/// # Errors
+/// As [`read`].
+pub fn table(bytes: impl Read, path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
+    let file = path.display().to_string();
+    let unreadable = |error: ::csv::Error| delimited::unreadable(&file, &error);
+    let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).flexible(true).from_reader(bytes);
+    let header: Vec<String> = reader.headers().map_err(unreadable)?.iter().map(plain).collect();
+    let columns = Columns::find(&header).map_err(|message| {
+        InputError::new(format!("{file} row 1"), message)
+            .help("a label file has the columns `track,label,start_s,end_s` or `start_frame,end_frame,label`")
+    })?;
+    let mut intervals = Vec::new();
+    let (mut others, mut is_about_log) = (BTreeSet::new(), false);
+    let wanted = (log.display().to_string(), stem(log));
+    let mut rows = 0;
+    for record in reader.records() {
+        let record = record.map_err(unreadable)?;
+        rows += 1;
+        if rows > MAX_ROWS {
+            return Err(InputError::new(&file, format!("the file has more than {MAX_ROWS} rows of labels")));
+        }
+        let row = record.position().map_or(0, ::csv::Position::line);
+        if record.len() != header.len() {
+            let message = format!("found {} fields, expected {} as in the header", record.len(), header.len());
+            return Err(InputError::new(format!("{file} row {row}"), message));
+        }
+        let wrong = |column: usize, message: String| {
+            let title = header.get(column).map_or("", String::as_str);
+            InputError::new(format!("{file} row {row} column {title}"), message)
+        };
+        if let Some(of) = columns.log.and_then(|column| record.get(column)) {
+            if wanted.0 != of && wanted.1 != stem(Path::new(of)) {
+                others.insert(of.to_string());
+                continue;
+            }
+            is_about_log = true;
+        }
+        intervals.extend(columns.interval(&record, row, row_time).map_err(|(column, text)| wrong(column, text))?);
+    }
+    if let Some(other) = others.first().filter(|_| !is_about_log) {
+        let message = format!("no row is about the log {}, the first is about `{}`", wanted.0, shown(other));
+        return Err(InputError::new(file, message).help("delete the column `log` if all rows are about it"));
+    }
+    of_intervals(file, intervals)
+}
+
+fn plain(title: &str) -> String {
+    title.trim_start_matches('\u{feff}').trim().to_string()
+}
+
+/// Where things stand in a row.
+struct Columns {
+    log: Option<usize>,
+    track: Option<usize>,
+    kind: Option<usize>,
+    name: usize,
+    start: usize,
+    end: usize,
+    in_rows: bool,
+}
+
+impl Columns {
+    fn find(header: &[String]) -> Result<Self, String> {
+        /// Columns that a message lists.
+        const TOLD: usize = 8;
+        let any = |names: &[&str]| header.iter().position(|title| names.contains(&title.as_str()));
+        let wanted = |names: &[&str]| {
+            let near = names.iter().find_map(|name| nearest(name, header.iter().map(String::as_str)));
+            let meant = near.map_or_else(String::new, |near| format!("; was `{near}` meant?"));
+            let more = if header.len() > TOLD { ", …" } else { "" };
+            let found: Vec<&str> = header.iter().take(TOLD).map(String::as_str).collect();
+            format!("found the columns {}{more}, expected {}{meant}", found.join(", "), names.join(" or "))
+        };
+        let name = any(&NAME).ok_or_else(|| wanted(&NAME))?;
+        let [start_s, end_s] = SECONDS.map(|name| any(&[name]));
+        let [start_row, end_row] = ROWS.map(any);
+        let (start, end, in_rows) = match (start_s.zip(end_s), start_row.zip(end_row)) {
+            (Some((start, end)), _) => (start, end, false),
+            (None, Some((start, end))) => (start, end, true),
+            (None, None) if start_row.is_some() => return Err(wanted(ROWS[1])),
+            (None, None) if start_s.is_some() => return Err(wanted(&["end_s"])),
+            (None, None) => return Err(wanted(&["start_s and end_s", "start_frame and end_frame"])),
+        };
+        Ok(Self { log: any(&[LOG]), track: any(&["track"]), kind: any(&["kind"]), name, start, end, in_rows })
+    }
+
+    /// The interval of a row; none for a row without a name or without length. The error is a column and what is wrong there.
+    fn interval(
+        &self,
+        record: &::csv::StringRecord,
+        row: u64,
+        row_time: &[f64],
+    ) -> Result<Option<Interval>, (usize, String)> {
+        let cell = |column: usize| record.get(column).unwrap_or_default();
+        let name = cell(self.name);
+        if name.len() > MAX_NAME {
+            return Err((self.name, format!("the name has {} bytes, at most {MAX_NAME} are read", name.len())));
+        }
+        let track = self.track.map(|column| {
+            let wrong = || (column, format!("found `{}`, expected left, right or both", shown(cell(column))));
+            Who::from_name(cell(column)).ok_or_else(wrong)
+        });
+        let kind = match self.kind.map(|column| (column, cell(column))) {
+            None | Some((_, "primitive" | "relabeled")) => Kind::Primitive,
+            Some((_, RAW | COMPOSITE)) => return Ok(None),
+            Some((_, "task")) => Kind::Task,
+            Some((column, other)) => {
+                return Err((
+                    column,
+                    format!("found `{}`, expected primitive, relabeled, raw, task or composite", shown(other)),
+                ));
+            }
+        };
+        let [start_s, end_s] = [self.start, self.end].map(|column| self.time(cell(column), column, row_time));
+        let (start_s, end_s) = (start_s?, end_s?);
+        if end_s < start_s {
+            return Err((
+                self.end,
+                format!("the interval ends before it starts, at {} after {}", cell(self.end), cell(self.start)),
+            ));
+        }
+        let track = track.transpose()?;
+        let labeled = !name.is_empty() && end_s > start_s;
+        Ok(labeled.then(|| Interval {
+            place: format!("row {row}"),
+            track,
+            kind,
+            name: name.to_string(),
+            start_s,
+            end_s,
+        }))
+    }
+
+    fn time(&self, cell: &str, column: usize, row_time: &[f64]) -> Result<f64, (usize, String)> {
+        if !self.in_rows {
+            let time = cell.parse::<f64>().ok().filter(|time| time.is_finite());
+            return time.ok_or_else(|| (column, format!("found `{}`, expected a time in seconds", shown(cell))));
+        }
+        let row: usize = cell
+            .parse()
+            .map_err(|_| (column, format!("found `{}`, expected a row of the log, counted from 0", shown(cell))))?;
+        let beyond = || (column, format!("found row {row}, the log has {} rows", row_time.len()));
+        row_time.get(row).copied().or_else(|| end_of(row_time).filter(|_| row == row_time.len())).ok_or_else(beyond)
+    }
+}
+
+/// When the last row of a log ends, s: one step after it began.
+pub fn end_of(row_time: &[f64]) -> Option<f64> {
+    let last = *row_time.last()?;
+    let before = row_time.iter().rev().find(|time| **time < last)?;
+    Some(2.0 * last - before)
+}
+
+fn shown(cell: &str) -> String {
+    cell.chars().take(40).collect()
+}
+
+/// Sorts intervals of one track and kind by start and takes them apart. Returns how much time has labels that contradict each other, s; it is nobody's.
+fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (String, String)> {
+    let mut cuts: Vec<f64> = intervals.iter().flat_map(|interval| [interval.start_s, interval.end_s]).collect();
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup();
+    intervals.sort_by(|one, other| one.start_s.total_cmp(&other.start_s));
+    let mut coming = intervals.drain(..).peekable();
+    let mut present: Vec<Interval> = Vec::new();
+    let mut apart: Vec<Interval> = Vec::new();
+    let mut contradicted_s = 0.0;
+    for (start_s, end_s) in cuts.iter().copied().zip(cuts.iter().copied().skip(1)) {
+        present.retain(|interval| interval.end_s > start_s);
+        while let Some(next) = coming.next_if(|next| next.start_s <= start_s) {
+            if present.len() == MAX_AT_ONCE {
+                return Err((
+                    next.place,
+                    format!("more than {MAX_AT_ONCE} labels for one time, at {} s", Shown(start_s)),
+                ));
+            }
+            present.push(next);
+        }
+        let Some(first) = present.first() else { continue };
+        if present.iter().any(|other| other.name != first.name) {
+            contradicted_s += end_s - start_s;
+            continue;
+        }
+        match apart.last_mut() {
+            Some(last) if last.place == first.place && last.end_s >= start_s => last.end_s = end_s,
+            _ => apart.push(Interval { start_s, end_s, ..first.clone() }),
+        }
+    }
+    drop(coming);
+    *intervals = apart;
+    Ok(contradicted_s)
+}

@@ -1,0 +1,108 @@
+//! Diagnostics as editors show them: each where it is, with its code, what is said about it, and what to do.
+
+use super::library::Library;
+use super::workspace::{Whole, Workspace};
+use super::{Wrong, uri};
+use lsp_types::{CodeDescription, Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Position, Range, Uri};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use teachtree_base::diagnostic::{Diagnostic as Finding, Severity, Span};
+use teachtree_base::error::InputError;
+
+/// The diagnostics of all that is open, by file; an open file without any has an empty list. One that several files bring up is reported once.
+pub fn all(workspace: &mut Workspace, wrong: Wrong) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
+    let mut by_file: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
+    for (path, document) in &workspace.others {
+        let found = wrong(path, &document.text);
+        by_file.insert(path.clone(), found.iter().map(|error| of_other(error, path, &document.text)).collect());
+    }
+    by_file.extend(workspace.open.keys().map(|path| (path.clone(), Vec::new())));
+    for whole in workspace.wholes() {
+        for finding in &whole.survey.diagnostics {
+            let (path, diagnostic) = shown(workspace, &whole, finding);
+            let known = by_file.entry(path).or_default();
+            if !known.contains(&diagnostic) {
+                known.push(diagnostic);
+            }
+        }
+    }
+    by_file
+}
+
+/// What is wrong with a file that is no rules: from its place to the end of the line.
+fn of_other(error: &InputError, path: &Path, text: &str) -> Diagnostic {
+    let (file, line, column) = error.file_line_column();
+    // A robot file may name others: what is wrong with one of them is shown at the beginning.
+    let is_own = Path::new(file) == path;
+    let (line, column) = if is_own { (line, column) } else { (None, None) };
+    let line = line.unwrap_or(1).saturating_sub(1);
+    let shown = text.lines().nth(line).unwrap_or_default();
+    let units = |text: &str| u32::try_from(text.encode_utf16().count()).unwrap_or(u32::MAX);
+    let before: String = shown.chars().take(column.unwrap_or(1).saturating_sub(1)).collect();
+    let at = |character| Position { line: u32::try_from(line).unwrap_or(u32::MAX), character };
+    let mut message = if is_own { error.message.clone() } else { format!("{}: {}", error.place, error.message) };
+    if let Some(help) = &error.help {
+        message.push_str("\nhelp: ");
+        message.push_str(help);
+    }
+    Diagnostic {
+        range: Range { start: at(units(&before)), end: at(units(shown)) },
+        severity: Some(DiagnosticSeverity::Error),
+        source: Some("teachtree".into()),
+        message: message.into(),
+        ..Diagnostic::default()
+    }
+}
+
+/// A finding as an editor shows it, and in which file.
+pub fn shown(workspace: &Workspace, whole: &Whole, finding: &Finding) -> (PathBuf, Diagnostic) {
+    let span = place(&workspace.library, whole, finding);
+    // A file that could not be read at all is none of the sources.
+    let path = whole.path(span.file).unwrap_or(&whole.root).to_path_buf();
+    let mut message = finding.message.clone();
+    for line in finding.labels.first().map(|label| &label.text).into_iter().chain(&finding.notes) {
+        message.push('\n');
+        message.push_str(line);
+    }
+    for help in &finding.help {
+        message.push_str("\nhelp: ");
+        message.push_str(help);
+    }
+    let page = workspace.library.page(finding.code);
+    if page.is_none() {
+        // Nothing to click on: say where the page is.
+        message.push_str(&format!("\n`teachtree check --explain {}` says more", finding.code));
+    }
+    let related = finding.labels.iter().filter(|label| label.span != span).filter_map(|label| {
+        Some(DiagnosticRelatedInformation {
+            location: workspace.location(whole, label.span)?,
+            message: label.text.clone(),
+        })
+    });
+    let related: Vec<_> = related.collect();
+    let diagnostic = Diagnostic {
+        range: whole.range(span),
+        severity: Some(match finding.severity {
+            Severity::Error => DiagnosticSeverity::Error,
+            Severity::Warning => DiagnosticSeverity::Warning,
+        }),
+        code: Some(finding.code.to_string().into()),
+        code_description: page.map(|page| CodeDescription { href: Uri::from(uri::uri_of(&page)) }),
+        source: Some("teachtree".into()),
+        message: message.into(),
+        related_information: (!related.is_empty()).then_some(related),
+        ..Diagnostic::default()
+    };
+    (path, diagnostic)
+}
+
+/// Where a finding is shown: at its first place in a file of the user, else at the beginning of the file that was asked for.
+fn place(library: &Library, whole: &Whole, finding: &Finding) -> Span {
+    let is_users = |path: Option<&Path>| path.is_some_and(|path| !library.holds(path));
+    let asked_for = (0..).zip(&whole.paths).find(|(_, path)| is_users(path.as_deref())).map_or(0, |(file, _)| file);
+    let places = finding.labels.iter().map(|label| label.span);
+    let own = places.clone().find(|span| is_users(whole.path(span.file)));
+    // Where nothing of the user's is looked at, what comes with the program is.
+    let any = places.into_iter().next().filter(|_| !is_users(whole.path(asked_for)));
+    own.or(any).unwrap_or(Span { file: asked_for, start: 0, end: 0 })
+}

@@ -1,0 +1,225 @@
+//! What is known of the name or sign under the pointer: its declaration, type, range and comments, and its value in the recording.
+
+use super::recording::Recording;
+use super::workspace::{Spot, Whole};
+use lsp_types::{Hover, MarkupContent, MarkupKind};
+use teachtree_analysis::explain::quantities;
+use teachtree_base::channels::derived;
+use teachtree_base::diagnostic::Span;
+use teachtree_base::units;
+use teachtree_language::index::{Kind, Symbol};
+use teachtree_language::rules::{Expr, ExprKind, Hand, LatchId, Param, PrimitiveId, Rules, SignalId, Type};
+use teachtree_language::{describe, ops};
+
+/// Lines of a declaration that are shown.
+const MAX_LINES: usize = 12;
+
+/// What is known of a place.
+pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
+    let whole = &spot.whole;
+    let here = Span { file: spot.file, start: spot.offset, end: spot.offset };
+    let mention = spot.mention();
+    let span = mention.map_or(here, |mention| mention.span);
+    let checked = whole.survey.rules.expr_at(span);
+    let symbol = mention.and_then(|mention| whole.symbol(mention));
+    let mut parts = Vec::new();
+    let (range, value) = match symbol {
+        Some(symbol) => {
+            parts.extend(declaration(whole, symbol));
+            parts.extend(kind(&whole.survey.rules, symbol));
+            parts.extend(Some(prose(&symbol.doc())).filter(|doc| !doc.is_empty()));
+            // Where it stands says whose it is; in its declaration it is its own.
+            let expr =
+                checked.filter(|(expr, _)| names(whole, symbol, expr)).map(|(expr, per_hand)| (expr.clone(), per_hand));
+            (span, expr.or_else(|| own(&whole.survey.rules, symbol, span)))
+        }
+        None => match unit(whole, here) {
+            Some((span, text)) => {
+                parts.push(text);
+                (span, None)
+            }
+            None => {
+                let (expr, per_hand) = checked?;
+                let text = whole.survey.sources.text(expr.span);
+                parts.push(code(text));
+                parts.push(describe(expr.ty));
+                parts.extend(ops::of(&expr.kind).map(|operator| prose(operator.doc)));
+                (expr.span, Some((expr.clone(), per_hand)))
+            }
+        },
+    };
+    let rules = &whole.survey.rules;
+    match (value, symbol) {
+        (Some((expr, per_hand)), _) => parts.extend(lines_of(whole, recording, |it| it.value(rules, &expr, per_hand))),
+        (None, Some(Symbol { kind: Kind::Param, name, .. })) => {
+            parts.extend(rules.param(name).map(|param| format!("now {}", quantity(param.value, param))));
+        }
+        (None, Some(Symbol { kind: Kind::Tree | Kind::Primitive, .. })) => {
+            parts.extend(lines_of(whole, recording, |it| it.leaves(rules)));
+        }
+        _ => {}
+    }
+    let content = MarkupContent { kind: MarkupKind::Markdown, value: parts.join("\n\n") };
+    Some(Hover { contents: content.into(), range: Some(whole.range(range)) })
+}
+
+/// The type of a thing, as far as it has one.
+pub fn kind(rules: &Rules, symbol: &Symbol) -> Option<String> {
+    match symbol.kind {
+        Kind::Param => {
+            let param = rules.param(&symbol.name)?;
+            let range = param.range.map_or(String::new(), |(low, high)| {
+                format!(", from {} to {}", quantity(low, param), quantity(high, param))
+            });
+            Some(format!("{}{range}", param.dimension))
+        }
+        Kind::Signal => {
+            let signal = rules.signals.iter().find(|signal| signal.name == symbol.name)?;
+            Some(of_hands(describe(signal.ty), signal.per_hand))
+        }
+        Kind::Latch => {
+            let latch = rules.latches.iter().find(|latch| latch.name == symbol.name)?;
+            Some(of_hands(describe(Type::BOOL), latch.per_hand))
+        }
+        Kind::Channel => {
+            let known = rules.channels.iter().find(|channel| channel.name == symbol.name).cloned();
+            let channel = known.or_else(|| derived(&symbol.name).map(teachtree_base::channels::Derived::spec))?;
+            let axis = channel.axis.map(|axis| (axis, Hand::This));
+            let ty = Type { shape: channel.shape, dimension: channel.dimension, axis };
+            Some(of_hands(describe(ty), channel.per_hand))
+        }
+        Kind::Primitive => rules.primitive(&symbol.name).and_then(|primitive| meant(rules, primitive)),
+        _ => None,
+    }
+}
+
+/// What a primitive is a kind of, and what a hand does in it.
+fn meant(rules: &Rules, primitive: PrimitiveId) -> Option<String> {
+    let above: Vec<String> = rules.lineage(primitive).skip(1).map(|one| format!("`{}`", one.name)).collect();
+    let does = rules.meaning(primitive).map(|meaning| format!("does `{}`: {}", meaning.name(), meaning.doc()));
+    let is = (!above.is_empty()).then(|| format!("a kind of {}", above.join(", a kind of ")));
+    let text: Vec<String> = is.into_iter().chain(does).collect();
+    (!text.is_empty()).then(|| text.join("; "))
+}
+
+fn of_hands(ty: String, per_hand: bool) -> String {
+    if per_hand { format!("{ty}, of each hand") } else { ty }
+}
+
+fn quantity(value: f64, param: &Param) -> String {
+    let [text] = quantities([value], &param.dimension.si_unit());
+    text
+}
+
+/// How it is declared, or called.
+fn declaration(whole: &Whole, symbol: &Symbol) -> Option<String> {
+    if symbol.kind == Kind::Function {
+        let function = ops::function(&symbol.name)?;
+        return Some(code(&function.calls().join("\n")));
+    }
+    if symbol.kind == Kind::File {
+        return Some(format!("the file `{}`", symbol.name));
+    }
+    // The implementation of an abstract signal, rather than its declaration.
+    let sources = &whole.survey.sources;
+    let texts: Vec<&str> = symbol.declared.iter().map(|at| sources.text(at.whole)).collect();
+    let text = texts.iter().find(|text| text.contains('=')).or_else(|| texts.first());
+    match text {
+        Some(text) => Some(code(text.trim_end_matches('{').trim_end())),
+        None => Some(code(&format!("{} {}", symbol.kind.word(), symbol.name))),
+    }
+}
+
+fn code(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
+    // Further lines keep their places below each other.
+    let indent = |line: &&str| line.len() - line.trim_start().len();
+    let left = lines.iter().skip(1).filter(|line| !line.is_empty()).map(indent).min().unwrap_or(0);
+    let further = lines.iter().skip(1).take(MAX_LINES - 1).map(|line| line.get(left.saturating_sub(2)..).unwrap_or(""));
+    let mut shown: Vec<&str> = lines.first().copied().into_iter().chain(further).collect();
+    if lines.len() > MAX_LINES {
+        shown.push("…");
+    }
+    format!("```teachtree\n{}\n```", shown.join("\n"))
+}
+
+/// Comments as Markdown: signs that Markdown would take for its own stay what they are.
+fn prose(doc: &str) -> String {
+    let mut out = String::with_capacity(doc.len());
+    for c in doc.chars() {
+        if matches!(c, '*' | '_' | '<' | '[' | ']' | '#') {
+            out.push('\\');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// Whether an expression is just this name.
+fn names(whole: &Whole, symbol: &Symbol, expr: &Expr) -> bool {
+    let rules = &whole.survey.rules;
+    match (&expr.kind, symbol.kind) {
+        (ExprKind::Signal(id, _), Kind::Signal) => {
+            rules.signals.get(id.index()).is_some_and(|it| it.name == symbol.name)
+        }
+        (ExprKind::Latch(id, _), Kind::Latch) => rules.latches.get(id.index()).is_some_and(|it| it.name == symbol.name),
+        (ExprKind::Channel(id, _), Kind::Channel) => {
+            rules.channels.get(id.index()).is_some_and(|it| it.name == symbol.name)
+        }
+        // A call is what its function's name stands for.
+        (_, Kind::Function) => true,
+        _ => false,
+    }
+}
+
+/// What a declaration declares, as an expression.
+fn own(rules: &Rules, symbol: &Symbol, span: Span) -> Option<(Expr, bool)> {
+    let made = |kind, ty, per_hand| Some((Expr { kind, ty, span }, per_hand));
+    let whose = |per_hand| if per_hand { Hand::This } else { Hand::Nobody };
+    match symbol.kind {
+        Kind::Signal => {
+            let at = rules.signals.iter().position(|signal| signal.name == symbol.name)?;
+            let signal = rules.signals.get(at)?;
+            let id = SignalId(u32::try_from(at).ok()?);
+            made(ExprKind::Signal(id, whose(signal.per_hand)), signal.ty, signal.per_hand)
+        }
+        Kind::Latch => {
+            let at = rules.latches.iter().position(|latch| latch.name == symbol.name)?;
+            let per_hand = rules.latches.get(at)?.per_hand;
+            made(ExprKind::Latch(LatchId(u32::try_from(at).ok()?), whose(per_hand)), Type::BOOL, per_hand)
+        }
+        _ => None,
+    }
+}
+
+/// What the recording says.
+fn lines_of(
+    whole: &Whole,
+    recording: &mut Recording,
+    values: impl FnOnce(&mut Recording) -> Option<Result<String, String>>,
+) -> Option<String> {
+    recording.log()?;
+    if !whole.survey.sound {
+        return Some("no value: the rules have mistakes".to_string());
+    }
+    match values(recording)? {
+        Ok(text) => Some(text),
+        Err(error) => Some(format!("no value: {error}")),
+    }
+}
+
+/// The unit at a place.
+fn unit(whole: &Whole, here: Span) -> Option<(Span, String)> {
+    let text = whole.text(here.file);
+    let letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '%');
+    let head = text.get(..here.start as usize)?;
+    let start = head.len() - head.chars().rev().take_while(|c| letter(*c)).count();
+    let end = start + text.get(start..)?.chars().take_while(|c| letter(*c)).count();
+    let word = text.get(start..end)?;
+    // `30ms` is a number and its unit.
+    let symbol = word.trim_start_matches(|c: char| c.is_ascii_digit());
+    let unit = units::unit(symbol)?;
+    let span = Span { start: u32::try_from(end - symbol.len()).ok()?, end: u32::try_from(end).ok()?, ..here };
+    let si = unit.dimension.si_unit();
+    Some((span, format!("`{symbol}`: {}, {} {si}", unit.dimension.word().unwrap_or("a quantity"), unit.in_si)))
+}

@@ -1,0 +1,205 @@
+//! The open files and what the compiler says of them. An open file that another open file uses is looked at together with that one; all
+//! others are looked at alone, each with what it uses. What is not saved yet takes the place of what is on disk.
+
+use super::library::Library;
+use super::lines::Lines;
+use super::uri;
+use lsp_types::{Location, Position, Range, Uri};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use teachtree_base::diagnostic::Span;
+use teachtree_language::{self as language, Request, Survey};
+
+/// Files of a folder that a search looks at.
+const MAX_FILES: usize = 500;
+
+/// An open file.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// As its editor calls it.
+    pub uri: Uri,
+    /// As its editor counts.
+    pub version: i32,
+    /// Its text.
+    pub text: String,
+}
+
+/// A file with all that it uses, as the compiler sees them.
+#[derive(Debug)]
+pub struct Whole {
+    /// The file that was asked for.
+    pub root: PathBuf,
+    /// What is known.
+    pub survey: Survey,
+    /// Where each source lies; a file that comes with the program in the cache, or nowhere.
+    pub paths: Vec<Option<PathBuf>>,
+    /// The lines of each source.
+    pub lines: Vec<Lines>,
+}
+
+/// A place in a whole.
+#[derive(Clone, Debug)]
+pub struct Spot {
+    /// The whole.
+    pub whole: Rc<Whole>,
+    /// The file.
+    pub file: u32,
+    /// The byte.
+    pub offset: u32,
+}
+
+/// All that is open.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    /// The open files, by path.
+    pub open: BTreeMap<PathBuf, Document>,
+    /// The open files that are no rules, by path.
+    pub others: BTreeMap<PathBuf, Document>,
+    /// The folders that the editor shows.
+    pub folders: Vec<PathBuf>,
+    /// What comes with the program.
+    pub library: Library,
+    /// The hand file and params with which rules are loaded.
+    pub hand_file: Option<String>,
+    /// Params that are overridden.
+    pub overrides: Vec<(String, String)>,
+    /// What has been looked at since the last change.
+    wholes: Option<Vec<Rc<Whole>>>,
+}
+
+impl Whole {
+    /// The text of a file.
+    pub fn text(&self, file: u32) -> &str {
+        self.survey.sources.files.get(file as usize).map_or("", |source| source.text.as_str())
+    }
+
+    /// The file at a path.
+    pub fn file(&self, path: &Path) -> Option<u32> {
+        let at = self.paths.iter().position(|known| known.as_deref() == Some(path))?;
+        u32::try_from(at).ok()
+    }
+
+    /// Where a file lies.
+    pub fn path(&self, file: u32) -> Option<&Path> {
+        self.paths.get(file as usize)?.as_deref()
+    }
+
+    /// The range of a span in its file.
+    pub fn range(&self, span: Span) -> Range {
+        self.lines.get(span.file as usize).map_or(Range::default(), |lines| lines.range(self.text(span.file), span))
+    }
+
+    /// The byte at a position of a file.
+    pub fn offset(&self, file: u32, position: Position) -> u32 {
+        let lines = self.lines.get(file as usize);
+        let offset = lines.map_or(0, |lines| lines.offset(self.text(file), position));
+        u32::try_from(offset).unwrap_or(u32::MAX)
+    }
+
+    fn covers(&self, path: &Path) -> bool {
+        self.root == path || self.paths.iter().flatten().any(|known| known == path)
+    }
+}
+
+impl Workspace {
+    /// Forgets what was looked at: something has changed.
+    pub fn change(&mut self) {
+        self.wholes = None;
+    }
+
+    /// The open files that no other open file uses, each with all that it uses.
+    pub fn wholes(&mut self) -> Vec<Rc<Whole>> {
+        if let Some(wholes) = &self.wholes {
+            return wholes.clone();
+        }
+        let mut wholes: Vec<Rc<Whole>> = Vec::new();
+        for path in self.open.keys() {
+            // Of files that use each other, which is a mistake, the first one stands for all.
+            if !wholes.iter().any(|whole| whole.covers(path)) {
+                let whole = self.look(path, &BTreeMap::new());
+                wholes.retain(|known| !whole.covers(&known.root));
+                wholes.push(Rc::new(whole));
+            }
+        }
+        self.wholes = Some(wholes.clone());
+        wholes
+    }
+
+    /// A file with all that it uses; `texts` are laid over what is open.
+    pub fn look(&self, path: &Path, texts: &BTreeMap<PathBuf, String>) -> Whole {
+        let open = self.open.iter().map(|(path, document)| (path.clone(), document.text.clone()));
+        let request = Request {
+            files: vec![path.to_path_buf()],
+            hand_file: self.hand_file.clone(),
+            overrides: self.overrides.clone(),
+            buffers: open.chain(texts.iter().map(|(path, text)| (path.clone(), text.clone()))).collect(),
+            ..Request::default()
+        };
+        let survey = language::survey(&request);
+        let place = |name: &str| {
+            let path = Path::new(name);
+            // The user's files were asked for by whole paths.
+            if path.is_relative() && !self.open.contains_key(path) {
+                self.library.file(name)
+            } else {
+                Some(uri::real(path))
+            }
+        };
+        let paths = survey.sources.files.iter().map(|source| place(&source.name)).collect();
+        let lines = survey.sources.files.iter().map(|source| Lines::new(&source.text)).collect();
+        Whole { root: path.to_path_buf(), survey, paths, lines }
+    }
+
+    /// The place that a position in an open file means.
+    pub fn spot(&mut self, uri: &Uri, position: Position) -> Option<Spot> {
+        let path = uri::path_of(uri.as_ref());
+        self.open.get(&path)?;
+        let (whole, file) = self.wholes().into_iter().find_map(|whole| whole.file(&path).map(|file| (whole, file)))?;
+        let offset = whole.offset(file, position);
+        Some(Spot { whole, file, offset })
+    }
+
+    /// A place as the editor wants it; `None` for a file that lies nowhere.
+    pub fn location(&self, whole: &Whole, span: Span) -> Option<Location> {
+        let path = whole.path(span.file)?;
+        Some(Location { uri: self.uri(path), range: whole.range(span) })
+    }
+
+    /// The URI of a file: as its editor calls it, when it is open.
+    pub fn uri(&self, path: &Path) -> Uri {
+        let open = self.open.get(path).or_else(|| self.others.get(path));
+        open.map_or_else(|| Uri::from(uri::uri_of(path)), |document| document.uri.clone())
+    }
+
+    /// The wholes to search for what stands in a file: those that are open, and those of closed files that use it. A file is used only from
+    /// its own folder and those above, so these are looked through, as far as the editor's folders reach.
+    pub fn all_that_use(&mut self, path: &Path) -> Vec<Rc<Whole>> {
+        let mut found = self.wholes();
+        if self.library.holds(path) {
+            return found;
+        }
+        let shown = |folder: &&Path| self.folders.iter().any(|shown| folder.starts_with(shown));
+        let above = path.ancestors().skip(2).take_while(shown);
+        for file in path.parent().into_iter().chain(above).flat_map(rule_files) {
+            if !found.iter().any(|whole| whole.covers(&file)) {
+                let whole = self.look(&file, &BTreeMap::new());
+                if whole.covers(path) {
+                    found.push(Rc::new(whole));
+                }
+            }
+        }
+        found
+    }
+}
+
+/// The rule files that lie in a folder itself.
+pub fn rule_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = entries
+        .map(|entry| entry.path())
+        .filter(|file| file.extension().is_some_and(|ending| ending == "rules") && file.is_file());
+    let mut files: Vec<PathBuf> = files.take(MAX_FILES).map(|file| uri::real(&file)).collect();
+    files.sort();
+    files
+}

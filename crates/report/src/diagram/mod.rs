@@ -1,0 +1,74 @@
+//! Diagrams of rules: the trees as they are written, and which leaf can follow which; as text, dot, mermaid and SVG.
+//!
+//! What is drawn is plain data (`outline`, `following`); each form is a file. Drawings are laid out by sums of heights and widths of texts: the
+//! order is that of the rule file, so a layout that looks for an order of its own would only lose it.
+
+mod dot;
+mod following;
+mod indented;
+mod matrix;
+mod mermaid;
+mod outline;
+mod text;
+
+pub use following::{Following, Now, following};
+pub use outline::{Mark, Outline, Row, Taken, outline};
+
+use teachtree_base::meaning::Primitives;
+
+/// Forms of a diagram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// For terminals.
+    Text,
+    /// For Graphviz.
+    Dot,
+    /// For Markdown that draws mermaid.
+    Mermaid,
+    /// A picture that stands alone.
+    Svg,
+}
+
+/// Draws trees, one below the other.
+pub fn trees(outlines: &[Outline], form: Form) -> String {
+    match form {
+        Form::Text => text::trees(outlines),
+        Form::Dot => dot::trees(outlines),
+        Form::Mermaid => mermaid::trees(outlines),
+        Form::Svg => indented::trees(outlines),
+    }
+}
+
+/// Draws which leaf can follow which, tree by tree.
+pub fn transitions(all: &[Following], form: Form) -> String {
+    match form {
+        Form::Text => text::transitions(all),
+        Form::Dot => dot::transitions(all),
+        Form::Mermaid => mermaid::transitions(all),
+        Form::Svg => matrix::transitions(all),
+    }
+}
+
+/// What a diagram of transitions says below.
+fn legend(of: &Following) -> Vec<String> {
+    let mut caption = vec![
+        "an arrow: a frame after the one leaf can give the other one, before settling; what latches remember is left open".to_string(),
+    ];
+    if let Some(log) = &of.log {
+        caption.push(format!("numbers: how often in {log}; arrows that it does not show are left out"));
+    }
+    if of.shown().any(|(_, arrow)| !arrow.is_decided) {
+        caption.push("dashed: undecided, since it was too much work to find out".into());
+    }
+    if !of.never.is_empty() {
+        caption.push(format!("never reached: {}", of.never.join(", ")));
+    }
+    caption
+}
+
+/// The colour of a leaf: that of its primitive, or of paper.
+fn fill(leaf: &str, primitives: &Primitives) -> String {
+    use super::palette::{Color, color};
+    let is_primitive = leaf.starts_with(char::is_uppercase);
+    if is_primitive { color(leaf, primitives.does(leaf)) } else { Color(0xf1, 0xf3, 0xf6) }.hex()
+}

@@ -1,0 +1,174 @@
+//! Explanations for terminals.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use teachtree_analysis::Subject;
+use teachtree_analysis::explain::{Became, Explanation, Obstacle, PartOf, Reason, Step, TaskReason, WhyNot};
+
+/// Names that were opened before, with the slot that they were about.
+type Printed = BTreeSet<(String, String)>;
+
+/// Writes explanations one below the other.
+pub fn explanation(explained: &[Explanation]) -> String {
+    let mut text = String::new();
+    for one in explained {
+        if !text.is_empty() {
+            text.push('\n');
+        }
+        write_one(&mut text, one);
+    }
+    text
+}
+
+fn write_one(text: &mut String, one: &Explanation) {
+    let _ = writeln!(
+        text,
+        "{} at {:.3} s, frame {}: {}{} (from {:.3} s), by the tree {}",
+        one.track.name(),
+        one.time_s,
+        one.frame,
+        one.leaf,
+        suffix(&one.object, &one.partner),
+        one.since_s,
+        one.tree
+    );
+    let mut printed = Printed::new();
+    for step in &one.path {
+        write_step(text, step, &mut printed);
+    }
+    if !one.latches.is_empty() {
+        text.push_str("  latches\n");
+        for latch in &one.latches {
+            let when = match (latch.on, latch.since_s) {
+                (true, Some(since)) => format!("set at {since:.3} s"),
+                (true, None) => "set from the beginning".into(),
+                (false, Some(since)) => format!("cleared at {since:.3} s"),
+                (false, None) => "not set so far".into(),
+            };
+            let _ = writeln!(text, "    {} {when}", latch.latch);
+        }
+    }
+    if let Some(settled) = &one.settled {
+        write_became(text, "settled", settled);
+    }
+    if let Some(relabeled) = &one.relabeled {
+        write_became(text, "relabeled", relabeled);
+    }
+    if let Some(task) = &one.task {
+        write_task(text, task);
+    }
+    if let Some(why_not) = &one.why_not {
+        // On another frame names mean something else.
+        if why_not.time_s.to_bits() != one.time_s.to_bits() {
+            printed.clear();
+        }
+        write_why_not(text, why_not, &mut printed);
+    }
+}
+
+fn suffix(object: &Option<String>, partner: &Option<String>) -> String {
+    Subject { object: object.clone(), partner: partner.clone() }.suffix()
+}
+
+fn write_step(text: &mut String, step: &Step, printed: &mut Printed) {
+    let indent = "  ".repeat(step.depth + 1);
+    let taken = if step.taken { "yes" } else { "no " };
+    let fact = match &step.reason {
+        Some(reason) => words(reason),
+        None => String::new(),
+    };
+    let _ = writeln!(text, "{indent}{taken} {}{fact}   {}", step.choice, step.place);
+    for reason in step.reason.iter().flat_map(|reason| &reason.because) {
+        write_reason(text, reason, step.depth + 3, printed);
+    }
+}
+
+/// What was measured, behind the condition.
+fn words(reason: &Reason) -> String {
+    reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)))
+}
+
+fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut Printed) {
+    let indent = "  ".repeat(depth);
+    let holds = if reason.holds { "yes" } else { "no " };
+    let slot = reason.slot.as_ref().map_or(String::new(), |slot| format!("{slot}: "));
+    if is_name(&reason.condition)
+        && !reason.because.is_empty()
+        && !printed.insert((slot.clone(), reason.condition.clone()))
+    {
+        let _ = writeln!(text, "{indent}{holds} {slot}{}{}, as above", reason.condition, words(reason));
+        return;
+    }
+    // A name whose meaning is one measured condition is printed on one line with it.
+    match reason.because.as_slice() {
+        [only]
+            if reason.fact.is_none()
+                && only.slot.is_none()
+                && only.holds == reason.holds
+                && is_name(&reason.condition) =>
+        {
+            let _ = writeln!(text, "{indent}{holds} {slot}{} = {}{}", reason.condition, only.condition, words(only));
+            for below in &only.because {
+                write_reason(text, below, depth + 2, printed);
+            }
+        }
+        because => {
+            let _ = writeln!(text, "{indent}{holds} {slot}{}{}", reason.condition, words(reason));
+            for below in because {
+                write_reason(text, below, depth + 2, printed);
+            }
+        }
+    }
+}
+
+fn is_name(condition: &str) -> bool {
+    condition.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '[' | ']'))
+}
+
+fn write_became(text: &mut String, word: &str, became: &Became) {
+    let _ = writeln!(text, "  {word}: {} {:.3} – {:.3} s", became.primitive, became.start_s, became.end_s);
+    if !became.was.is_empty() {
+        let _ = writeln!(text, "    was {}", became.was.join(" "));
+    }
+    for by in &became.by {
+        match &by.place {
+            Some(place) => {
+                let _ = writeln!(text, "    by {}   {place}", by.what);
+            }
+            None => {
+                let _ = writeln!(text, "    since {}", by.what);
+            }
+        }
+    }
+}
+
+fn write_task(text: &mut String, task: &TaskReason) {
+    let subject = suffix(&task.object, &task.partner);
+    let _ = writeln!(text, "  task: {}{subject} {:.3} – {:.3} s", task.task, task.start_s, task.end_s);
+    if let Some(PartOf { task, part, parts, start_s, end_s }) = &task.part_of {
+        let (of, parts) = (parts.len(), parts.join(", "));
+        let _ = writeln!(text, "    part {part} of {of} of {task} {start_s:.3} – {end_s:.3} s: {parts}");
+    }
+    for tried in &task.tried {
+        let taken = if tried.matches { "yes" } else { "no " };
+        let asked = tried.asked.iter().map(|asked| format!("{} ({})", asked.what, asked.found));
+        let _ =
+            writeln!(text, "    {taken} {}: {}   {}", tried.task, asked.collect::<Vec<_>>().join(", "), tried.place);
+    }
+}
+
+fn write_why_not(text: &mut String, why_not: &WhyNot, printed: &mut Printed) {
+    let WhyNot { primitive, time_s, choice, place, missing } = why_not;
+    if missing.is_empty() {
+        let _ = writeln!(text, "  {primitive} was given at {time_s:.3} s by {choice}   {place}");
+        return;
+    }
+    let _ = writeln!(text, "  not {primitive}; nearest at {time_s:.3} s to {choice}   {place}");
+    for Obstacle { choice, place, wanted, reason } in missing {
+        let why = if *wanted { "is not so" } else { "takes it" };
+        let _ = writeln!(text, "    {choice} {why}{}   {place}", words(reason));
+        for below in &reason.because {
+            write_reason(text, below, 3, printed);
+        }
+    }
+}

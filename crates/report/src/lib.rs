@@ -1,0 +1,59 @@
+//! What people see of an analysis: a timeline for terminals, a page for browsers; of a score: tables and a picture; of rules: diagrams. Writers return text; they open no file and print nothing.
+
+pub mod audit;
+pub mod diagram;
+mod explain;
+mod figure;
+mod fit;
+pub mod html;
+pub mod page;
+pub mod palette;
+mod scale;
+pub mod score;
+mod signals;
+pub mod svg;
+pub mod text;
+pub mod words;
+
+pub use explain::explanation;
+pub use fit::{fit, patch as fit_patch};
+pub use html::html;
+pub use signals::{CHANNELS, channels};
+pub use text::{Style, text};
+
+use teachtree_analysis::{CompositeSpan, TaskSpan};
+
+/// A step of 1, 2 or 5 times a power of ten, at least as long as asked; 1 when asked for what is not a positive number.
+fn round_step(at_least: f64) -> f64 {
+    if !(at_least > 0.0 && at_least.is_finite()) {
+        return 1.0;
+    }
+    let power = 10.0_f64.powf(at_least.log10().floor());
+    [1.0, 2.0, 5.0].into_iter().map(|factor| factor * power).find(|step| *step >= at_least).unwrap_or(10.0 * power)
+}
+
+/// What is to be said of a task that is made of tasks beside its name and time.
+pub fn parts(composite: &CompositeSpan) -> String {
+    let cut = match (composite.open_start, composite.open_end) {
+        (true, true) => "; cut off at both ends",
+        (true, false) => "; cut off at the start",
+        (false, true) => "; cut off at the end",
+        (false, false) => "",
+    };
+    format!("made of {}{cut}", composite.parts.join(", "))
+}
+
+/// What is to be said of a task beside its name and time.
+pub fn remarks(task: &TaskSpan) -> String {
+    let mut remarks = Vec::new();
+    match (task.open_start, task.open_end) {
+        (true, true) => remarks.push("cut off at both ends".to_string()),
+        (true, false) => remarks.push("cut off at the start".to_string()),
+        (false, true) => remarks.push("cut off at the end".to_string()),
+        (false, false) => {}
+    }
+    if !task.secondary.is_empty() {
+        remarks.push(format!("also {}", task.secondary.join(", ")));
+    }
+    remarks.join("; ")
+}

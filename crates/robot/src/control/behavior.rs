@@ -1,0 +1,101 @@
+//! Behaviors of a hand: what it does by what it senses, beside what was demonstrated.
+//!
+//! A behavior is one file with a type that corrects the target of each step. To add one: write the file, and name it in [`super::behaviors`].
+
+use crate::planning::plan::Target;
+use nalgebra::{Isometry3, Vector3};
+use std::fmt;
+use teachtree_base::hands::Finger;
+use teachtree_world::TipState;
+
+/// A finger takes part in holding from this force on, N.
+pub(crate) const HOLDS_N: f64 = 0.1;
+
+/// What a hand senses in a step, and what of its task bears on that.
+pub(crate) struct Sensed<'a> {
+    /// Index of the task.
+    pub(crate) task: usize,
+    /// Where the object is seen, reference frame.
+    pub(crate) object: Isometry3<f64>,
+    /// Index of the object among the bodies of the scene.
+    pub(crate) body: usize,
+    /// The fingertips as they are felt.
+    pub(crate) tips: &'a [TipState],
+    /// From where the hole of the task was demonstrated to where it is seen, reference frame.
+    pub(crate) hole_off: Isometry3<f64>,
+    /// Whether the object is being put in.
+    pub(crate) inserts: bool,
+    /// Whether another hand holds the object as well.
+    pub(crate) shared: bool,
+}
+
+impl Sensed<'_> {
+    /// Returns the force of all fingertips on the object, reference frame, N.
+    pub(crate) fn force(&self) -> Vector3<f64> {
+        self.tips.iter().map(|tip| tip.force_on(self.body)).sum()
+    }
+}
+
+/// Whether the plan goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// It does.
+    GoesOn,
+    /// Time stands still for all hands.
+    Waits,
+}
+
+/// A behavior of one hand, with what it remembers.
+pub(crate) trait Behavior {
+    /// Corrects the target of a step of `dt_s`, s, by what is sensed, and returns whether the plan goes on.
+    fn apply(&mut self, sensed: &Sensed<'_>, target: &mut Target, dt_s: f64) -> Progress;
+
+    /// Returns the current grip force, if the behavior controls it and the hand holds an object.
+    fn grip(&self) -> Option<Grip> {
+        None
+    }
+
+    /// Returns the result of a search in a task, if it searched.
+    fn searched(&self, _task: usize) -> Option<Searched> {
+        None
+    }
+}
+
+/// Sums of the forces of the holding fingertips, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Grip {
+    /// The requested sum.
+    pub(crate) asked: f64,
+    /// The sum within the hand's force limit.
+    pub(crate) within_limits: f64,
+    /// The sum after the slip reflex has raised it.
+    pub(crate) raised: f64,
+}
+
+/// What came of a search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Searched {
+    /// The hole was so far from where it was expected, m.
+    Found(f64),
+    /// It was not within this distance of there, m.
+    NotWithin(f64),
+}
+
+/// As a message for the user.
+impl fmt::Display for Searched {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Found(off) => write!(to, "hole found {:.1} mm from where it was expected", off * 1e3),
+            Self::NotWithin(within) => write!(to, "hole not found within {:.1} mm", within * 1e3),
+        }
+    }
+}
+
+/// Returns whether a target is to hold an object between thumb and fingers.
+pub(crate) fn holds(target: &Target) -> bool {
+    let presses = |thumb: bool| {
+        let mut those = target.tips.iter().filter(|(finger, ..)| (*finger == Finger::Thumb) == thumb);
+        those.any(|(.., force)| force.norm() > HOLDS_N)
+    };
+    presses(true) && presses(false)
+}

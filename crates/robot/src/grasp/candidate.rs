@@ -1,0 +1,90 @@
+//! A grasp that was found: the pose of the palm and the joint positions of the fingers.
+
+use super::clearance::Clearance;
+use crate::kinematics::joint_positions::JointPositions;
+use crate::model::hand::HandModel;
+use nalgebra::Isometry3;
+use teachtree_base::hands::Finger;
+
+/// So many grasps that an arm can go with are looked at for one with which it is clear.
+const LOOKED_AT: usize = 12;
+
+/// At how many places of the object's way palm or arm meet something when the palm is at this pose in the frame of the object; `None` where the arm cannot go.
+pub type Reach<'a> = dyn Fn(&Isometry3<f64>) -> Option<usize> + 'a;
+
+/// A palm pose with the fingers on their contacts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspCandidate {
+    /// The pose of the palm in the frame of the object.
+    pub object_from_palm: Isometry3<f64>,
+    /// W; of a gripper what `two_finger` says.
+    pub measure: f64,
+    /// The fingers that touch, in the order of the contacts.
+    pub fingers: Vec<Held>,
+    /// JointPositions of the fingers that do not touch.
+    pub idle: Vec<(Finger, JointPositions)>,
+    /// How far the jaws of a gripper are open, m.
+    pub opening: Option<f64>,
+    /// The gaps, on the exact shapes.
+    pub clearance: Clearance,
+}
+
+/// A finger on its contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Which finger.
+    pub finger: Finger,
+    /// Its angles, in the order of its degrees of freedom.
+    pub angles: JointPositions,
+    /// `w / L³`; nothing for a jaw.
+    pub manipulability: f64,
+    /// Freedom from joint limits, 0 to 1.
+    pub freedom: f64,
+    /// Angle between the way its pad looks and the way into the surface, rad.
+    pub pad_angle: f64,
+    /// How far its tip stays away from the contact, m.
+    pub miss: f64,
+}
+
+impl GraspCandidate {
+    /// The degrees of freedom of the hand in a robot's list, set to this grasp in `q`.
+    pub fn set(&self, hand: &HandModel, q: &mut [f64]) {
+        let touching = self.fingers.iter().map(|held| (held.finger, held.angles));
+        for (finger, angles) in touching.chain(self.idle.iter().copied()) {
+            let Some(model) = hand.finger(finger) else { continue };
+            for (dof, angle) in model.dofs.iter().zip(angles) {
+                if let Some(value) = q.get_mut(*dof) {
+                    *value = angle;
+                }
+            }
+        }
+    }
+}
+
+impl Held {
+    /// The measure of this finger.
+    pub fn measure(&self) -> f64 {
+        self.manipulability * self.freedom
+    }
+}
+
+/// Of grasps in their order, each with the number of places at which the arm meets something, the first one that is clear, else the clearest of the first
+/// ones.
+pub(super) fn clearest(grasps: impl Iterator<Item = (usize, GraspCandidate)>) -> Option<(usize, GraspCandidate)> {
+    let mut best: Option<(usize, GraspCandidate)> = None;
+    for (met, grasp) in grasps.take(LOOKED_AT) {
+        if best.as_ref().is_none_or(|(least, _)| met < *least) {
+            best = Some((met, grasp));
+        }
+        if met == 0 {
+            break;
+        }
+    }
+    best
+}
+
+/// The geometric mean of the measures of fingers.
+pub(super) fn geometric_mean(fingers: &[Held]) -> f64 {
+    let product: f64 = fingers.iter().map(Held::measure).product();
+    product.powf(1.0 / fingers.len().max(1) as f64)
+}

@@ -1,0 +1,69 @@
+//! What a hand must not go into: convex parts of the object and of the obstacles, with the distance to each and the way out of it.
+
+use super::problem::Wanted;
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use teachtree_base::scene::{Body, Shape};
+
+/// How far an obstacle may be from the object to matter, m: more than a hand's length.
+const FAR_M: f64 = 0.4;
+
+/// A convex part of something that is in the way.
+pub(super) struct Part {
+    part_from_object: Isometry3<f64>,
+    /// Its middle, object frame.
+    pub(super) centre: Point3<f64>,
+    shape: Shape,
+}
+
+/// The same, seen from a palm.
+pub(super) struct Seen {
+    turn: Matrix3<f64>,
+    shift: Vector3<f64>,
+    shape: Shape,
+}
+
+/// The parts of the object, and then of whatever is near it; and how many are the object's.
+pub(super) fn parts(wanted: &Wanted<'_>) -> (Vec<Part>, usize) {
+    let mut parts = of_body(wanted.object, &Isometry3::identity());
+    let own = parts.len();
+    for obstacle in &wanted.obstacles {
+        let near = |part: &Part| part.seen_from(&Isometry3::identity()).distance(&Point3::origin()) < FAR_M;
+        parts.extend(of_body(obstacle.body, &obstacle.object_from_obstacle).into_iter().filter(near));
+    }
+    (parts, own)
+}
+
+fn of_body(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<Part> {
+    let part = |part: &teachtree_base::scene::Part| {
+        let object_from_part = object_from_body * part.pose();
+        Part {
+            part_from_object: object_from_part.inverse(),
+            centre: object_from_part.translation.vector.into(),
+            shape: part.shape,
+        }
+    };
+    body.parts.iter().map(part).collect()
+}
+
+impl Part {
+    pub(super) fn seen_from(&self, object_from_palm: &Isometry3<f64>) -> Seen {
+        let part_from_palm = self.part_from_object * object_from_palm;
+        Seen {
+            turn: part_from_palm.rotation.to_rotation_matrix().into_inner(),
+            shift: part_from_palm.translation.vector,
+            shape: self.shape,
+        }
+    }
+}
+
+impl Seen {
+    /// Signed distance of a point of the palm's frame to the surface, m, negative inside.
+    pub(super) fn distance(&self, point: &Point3<f64>) -> f64 {
+        self.shape.distance(&(self.turn * point.coords + self.shift))
+    }
+
+    /// The way in which the distance grows fastest at a point, unit; frame of the palm.
+    pub(super) fn out(&self, point: &Point3<f64>) -> Vector3<f64> {
+        self.turn.tr_mul(&self.shape.outward(&(self.turn * point.coords + self.shift)))
+    }
+}

@@ -1,0 +1,417 @@
+//! What a pose of the palm costs: the smaller the better, with a slope everywhere.
+//!
+//! ```text
+//! cost(T) = -ln W(T)  +  Σ (overlap / 2 mm)²  +  Σ (pad angle beyond / 0.1)²  +  Σ (crossing / 2 mm)²
+//! ```
+//!
+//! An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
+
+use super::candidate::Held;
+use super::clearance_field::{Part, Seen, parts};
+use super::gradient::{Follower, Push, Touching, twist};
+use super::penalty::{MARGIN_M, measure_cost, price, price_slope};
+use super::problem::{Contact, Failure, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Wanted};
+use super::spheres::{Bar, HandBeads, placed};
+use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M};
+use crate::model::hand::HandModel;
+use nalgebra::{Isometry3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
+use std::cell::Cell;
+use teachtree_base::hands::Finger;
+
+/// A finger that does not touch goes with one that does, with its second joint opened by one of these, rad.
+const LIFTED: [f64; 2] = [0.2, 0.45];
+
+/// Fingers that stand side by side are at least this far apart at their tips, in the order of their bases, m.
+const UNCROSSED_M: f64 = 0.004;
+
+/// The bars of one finger, palm frame.
+type Bars = Vec<Bar>;
+
+/// How often a search looked at a pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// The cost of a pose.
+    pub costs: u64,
+    /// The cost and its slope.
+    pub slopes: u64,
+    /// Only what the fingers miss, and a step that brings them nearer.
+    pub fits: u64,
+}
+
+/// The cost of poses for one grasp.
+pub(super) struct Cost<'a> {
+    hand: &'a HandModel,
+    beads: &'a HandBeads,
+    contacts: Vec<(usize, Contact, Point3<f64>)>,
+    /// Indices of the fingers that do not touch.
+    idle: Vec<usize>,
+    /// How far pads may look away, rad.
+    pub(super) largest_pad_angle: f64,
+    /// Kept free beyond what is needed, m.
+    away: f64,
+    parts: Vec<Part>,
+    /// How many of the parts are the object's.
+    own: usize,
+    effort: Cell<Effort>,
+}
+
+impl<'a> Cost<'a> {
+    pub(super) fn new(hand: &'a HandModel, beads: &'a HandBeads, wanted: &Wanted<'_>) -> Result<Self, Failure> {
+        let mut contacts = Vec::new();
+        for contact in &wanted.contacts {
+            let index = hand.fingers.iter().position(|finger| finger.finger == contact.finger);
+            let index = index.ok_or(Failure::Lacks(contact.finger))?;
+            let tip = contact.point + contact.normal * hand.fingers[index].radius;
+            contacts.push((index, *contact, tip));
+        }
+        let idle = (0..hand.fingers.len()).filter(|index| !contacts.iter().any(|(used, ..)| used == index)).collect();
+        let (parts, own) = parts(wanted);
+        let opposed = wanted.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
+        let largest_pad_angle = if opposed { LARGEST_PAD_ANGLE } else { LARGEST_PUSHING_ANGLE };
+        Ok(Self { hand, beads, contacts, idle, largest_pad_angle, away: 0.0, parts, own, effort: Cell::default() })
+    }
+
+    /// Keeps this much farther away from everything but the contacts, m.
+    pub(super) fn keep_away(&mut self, away: f64) {
+        self.away = away;
+    }
+
+    /// What was evaluated since it was made.
+    pub(super) fn effort(&self) -> Effort {
+        self.effort.get()
+    }
+
+    fn count(&self, add: impl Fn(&mut Effort)) {
+        let mut effort = self.effort.get();
+        add(&mut effort);
+        self.effort.set(effort);
+    }
+
+    /// The fingers on their contacts at a pose.
+    pub(super) fn fingers(&self, pose: &Isometry3<f64>) -> Vec<Held> {
+        let held = self.contacts.iter().map(|(index, contact, tip)| {
+            let finger = &self.hand.fingers[*index];
+            let reached = finger.ik(pose.inverse_transform_point(tip));
+            let posture = finger.posture(&reached.angles);
+            Held {
+                finger: finger.finger,
+                angles: reached.angles,
+                manipulability: finger.manipulability(&reached.angles),
+                freedom: finger.joint_limit_margin(&reached.angles),
+                pad_angle: (pose.rotation * posture.pad).angle(&-contact.normal),
+                miss: reached.miss,
+            }
+        });
+        held.collect()
+    }
+
+    /// How far a finger stays from its contact at a pose, m.
+    pub(super) fn ik_residual(&self, pose: &Isometry3<f64>, finger: Finger) -> f64 {
+        let hand = self.hand;
+        let contact = self.contacts.iter().find(|(index, ..)| hand.fingers[*index].finger == finger);
+        contact.map_or(0.0, |(index, _, tip)| hand.fingers[*index].ik_residual(pose.inverse_transform_point(tip)))
+    }
+
+    /// What the fingers that do not touch do at a pose.
+    pub(super) fn idle(&self, pose: &Isometry3<f64>) -> Vec<(Finger, JointPositions)> {
+        let scene = self.seen_from(pose);
+        let touching: Vec<(usize, JointPositions)> = self
+            .contacts
+            .iter()
+            .map(|(index, _, tip)| (*index, self.hand.fingers[*index].ik(pose.inverse_transform_point(tip)).angles))
+            .collect();
+        let idle = self.idle.iter().map(|&index| {
+            let idle = self.idle_posture(index, &touching, &scene);
+            (self.hand.fingers[index].finger, idle.angles)
+        });
+        idle.collect()
+    }
+
+    /// The posture of an idle finger that is least in the way. It goes with the nearest finger that touches, lifted off; or it is stretched,
+    /// half bent or curled.
+    fn idle_posture(&self, index: usize, touching: &[(usize, JointPositions)], scene: &[Seen]) -> Idle {
+        let finger = &self.hand.fingers[index];
+        let mut best = Idle { angles: [0.0; MAX_DOFS], bars: Vec::new(), cost: f64::INFINITY, follows: None };
+        let neighbour = touching
+            .iter()
+            .filter(|(other, _)| {
+                let other = &self.hand.fingers[*other];
+                other.finger != Finger::Thumb && finger.finger != Finger::Thumb && other.dofs.len() == finger.dofs.len()
+            })
+            .min_by_key(|(other, _)| other.abs_diff(index));
+        for (other, followed) in neighbour.into_iter() {
+            for lift in LIFTED {
+                let mut angles = *followed;
+                for (joint, ([low, high], angle)) in finger.ranges.iter().zip(&mut angles).enumerate() {
+                    *angle = match joint {
+                        0 => (low + high) / 2.0,
+                        1 => (*angle - lift).clamp(*low, *high),
+                        _ => *angle,
+                    };
+                }
+                let bars: Bars = placed(&self.beads.fingers[index], &finger.posture(&angles)).collect();
+                let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
+                if cost < best.cost {
+                    best = Idle { angles, bars, cost, follows: Some(*other) };
+                }
+                if cost == 0.0 {
+                    return best;
+                }
+            }
+        }
+        for (angles, bars) in &self.beads.idle[index] {
+            let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
+            if cost < best.cost {
+                best = Idle { angles: *angles, bars: bars.clone(), cost, follows: None };
+            }
+            if cost == 0.0 {
+                break;
+            }
+        }
+        best
+    }
+
+    /// What is in the way, seen from the palm.
+    fn seen_from(&self, object_from_palm: &Isometry3<f64>) -> Vec<Seen> {
+        self.parts.iter().map(|part| part.seen_from(object_from_palm)).collect()
+    }
+
+    /// The cost of a pose.
+    pub(super) fn of(&self, pose: &Isometry3<f64>) -> f64 {
+        self.count(|effort| effort.costs += 1);
+        self.evaluate(pose, None)
+    }
+
+    /// The cost of a pose, and how it changes with a shift of the palm (a metre) and a turn (rad) about a point, in the frame of the object.
+    pub(super) fn with_slope(&self, pose: &Isometry3<f64>, about: &Point3<f64>) -> (f64, Vector6<f64>) {
+        self.count(|effort| effort.slopes += 1);
+        let mut slope = Vector6::zeros();
+        let cost = self.evaluate(pose, Some((about, &mut slope)));
+        (cost, slope)
+    }
+
+    fn evaluate(&self, pose: &Isometry3<f64>, slope: Option<(&Point3<f64>, &mut Vector6<f64>)>) -> f64 {
+        let hand = self.hand;
+        let mut cost = 0.0;
+        let share = 1.0 / self.contacts.len().max(1) as f64;
+        let palm_from_object = pose.inverse();
+        let scene = self.seen_from(pose);
+        let mut pushes: Option<Vec<Push>> = slope.is_some().then(Vec::new);
+        let mut bars: [Bars; 6] = Default::default();
+        let mut touching: Vec<Touching<'_>> = Vec::with_capacity(self.contacts.len());
+        let mut angles: Vec<(usize, JointPositions)> = Vec::with_capacity(self.contacts.len());
+        for (index, contact, tip) in &self.contacts {
+            let finger = &hand.fingers[*index];
+            let target = palm_from_object * tip;
+            let reached = finger.ik(target);
+            let posture = finger.posture(&reached.angles);
+            cost += share * measure_cost(reached.measure, reached.miss);
+            let into = -(palm_from_object * contact.normal);
+            let beyond = (self.largest_pad_angle.cos() + 0.01 - posture.pad.dot(&into)).max(0.0);
+            cost += (beyond / 0.1).powi(2);
+            if let Some(place) = bars.get_mut(*index) {
+                place.extend(placed(&self.beads.fingers[*index], &posture));
+                cost += place.iter().map(|bar| self.overlap(&scene, bar)).sum::<f64>();
+                if let Some(pushes) = &mut pushes {
+                    place.iter().for_each(|bar| self.push_out(&scene, *index, bar, pushes));
+                }
+            }
+            touching.push(Touching::new(*index, finger, target, reached, posture, into, beyond));
+            angles.push((*index, reached.angles));
+        }
+        let mut following: Vec<Follower> = Vec::new();
+        for &index in &self.idle {
+            let idle = self.idle_posture(index, &angles, &scene);
+            cost += idle.cost;
+            following.extend(idle.follows.map(|follows| Follower { index, follows, angles: idle.angles }));
+            if let Some(pushes) = pushes.as_mut().filter(|_| idle.cost > 0.0) {
+                idle.bars.iter().for_each(|bar| self.push_out(&scene, index, bar, pushes));
+            }
+            if let Some(place) = bars.get_mut(index) {
+                *place = idle.bars;
+            }
+        }
+        cost += self.palm(&scene, &palm_from_object, &mut pushes);
+        // Fingers and fingers.
+        for (first, one) in bars.iter().enumerate() {
+            for (second, other) in bars.iter().enumerate().skip(first + 1) {
+                cost += fingers_overlap((first, one), (second, other), &mut pushes);
+            }
+        }
+        // Fingers that stand side by side do not cross.
+        let mut before: Option<usize> = None;
+        for at in 0..touching.len() {
+            let Some(base) = touching[at].base().filter(|_| touching[at].finger.finger != Finger::Thumb) else {
+                continue;
+            };
+            if let Some(before) = before
+                && let Some(lateral) = touching[before].base().and_then(|other| (base - other).try_normalize(1e-6))
+            {
+                let crossed = UNCROSSED_M - (touching[at].target - touching[before].target).dot(&lateral);
+                if crossed > 0.0 {
+                    cost += price(crossed);
+                    let slope = lateral * price_slope(crossed);
+                    touching[at].target_slope -= slope;
+                    touching[before].target_slope += slope;
+                }
+            }
+            before = Some(at);
+        }
+        if let Some((about, slope)) = slope {
+            *slope = twist(pose, about, &pushes.unwrap_or_default(), touching, &following, hand, share);
+        }
+        cost
+    }
+
+    /// What the palm costs.
+    fn palm(&self, scene: &[Seen], palm_from_object: &Isometry3<f64>, pushes: &mut Option<Vec<Push>>) -> f64 {
+        let mut cost = 0.0;
+        let beads = &self.beads;
+        let kept = MARGIN_M + self.away;
+        for part in scene {
+            let (middle, around) = &beads.about_palm;
+            if part.distance(middle) > around + kept {
+                continue;
+            }
+            for point in &beads.palm {
+                let over = kept - part.distance(point);
+                if over > 0.0 {
+                    cost += price(over);
+                    if let Some(pushes) = pushes {
+                        pushes.push(Push::of_palm(*point, part.out(point) * -price_slope(over)));
+                    }
+                }
+            }
+        }
+        // What no point of the palm is near may be in it all the same.
+        for part in self.parts.iter().take(self.own) {
+            let centre = palm_from_object * part.centre;
+            for (pose, half) in &beads.palm_boxes {
+                let p = pose.inverse_transform_point(&centre);
+                let depths = half - p.coords.abs();
+                let depth = depths.min();
+                if depth > 0.0 {
+                    cost += price(depth);
+                    if let Some(pushes) = pushes {
+                        let axis = depths.imin();
+                        let out = pose.rotation * Vector3::ith(axis, 1.0_f64.copysign(p[axis]));
+                        pushes.push(Push::of_palm(centre, out * price_slope(depth)));
+                    }
+                }
+            }
+        }
+        cost
+    }
+
+    /// What a bar of the hand costs that overlaps something.
+    fn overlap(&self, scene: &[Seen], bar: &Bar) -> f64 {
+        let mut cost = 0.0;
+        self.overlaps(scene, bar, |_, _, over| cost += price(over));
+        cost
+    }
+
+    /// How that changes with where its balls are.
+    fn push_out(&self, scene: &[Seen], finger: usize, bar: &Bar, pushes: &mut Vec<Push>) {
+        self.overlaps(scene, bar, |part, ball, over| {
+            let slope = part.out(&ball) * -price_slope(over);
+            pushes.push(Push { on: Some((finger, bar.joint)), outside: true, at: ball, slope });
+        });
+    }
+
+    /// The parts that balls of a bar overlap or come too near to: part, ball, and by how much, m.
+    fn overlaps(&self, scene: &[Seen], bar: &Bar, mut each: impl FnMut(&Seen, Point3<f64>, f64)) {
+        let kept = MARGIN_M + self.away;
+        let (middle, around) = bar.around();
+        let own = if bar.touches { self.own } else { 0 };
+        for part in scene.iter().skip(own).filter(|part| part.distance(&middle) < around + kept) {
+            for ball in bar.balls() {
+                let over = bar.radius + kept - part.distance(&ball);
+                if over > 0.0 {
+                    each(part, ball, over);
+                }
+            }
+        }
+    }
+
+    /// A pose moved so that the fingers come nearer to their contacts: Gauss and Newton's step on what each finger misses, without a look at
+    /// anything else. And what they missed before, m.
+    pub(super) fn nearer(&self, pose: &Isometry3<f64>) -> (f64, Isometry3<f64>) {
+        self.count(|effort| effort.fits += 1);
+        let mut square = Matrix6::identity() * 1e-7;
+        let mut right = Vector6::zeros();
+        let mut missed = 0.0;
+        for (index, _, tip) in &self.contacts {
+            let finger = &self.hand.fingers[*index];
+            let target = pose.inverse_transform_point(tip);
+            let reached = finger.ik(target);
+            missed += reached.miss;
+            let at = finger.posture(&reached.angles).tip;
+            // The palm moves by (t, ω) in its own frame: the tip goes along.
+            let r = at.coords;
+            let mut rows = Matrix3x6::zeros();
+            rows.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+            rows.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-r.cross_matrix()));
+            square += rows.transpose() * rows;
+            right += rows.transpose() * (target - at);
+        }
+        let step = square.cholesky().filter(|_| missed > REACHED_M).map(|factor| factor.solve(&right));
+        let Some(step) = step else { return (missed, *pose) };
+        let shift: Vector3<f64> = step.fixed_rows::<3>(0).into();
+        let turn: Vector3<f64> = step.fixed_rows::<3>(3).into();
+        // Far steps are cut: what a finger misses is only known nearby.
+        let cut = (0.5 / turn.norm().max(1e-9)).min(0.05 / shift.norm().max(1e-9)).min(1.0);
+        (missed, pose * Isometry3::new(shift * cut, turn * cut))
+    }
+
+    /// The middle of the contacts, the scale of the search about it, and the fingers' touch in the object's frame.
+    pub(super) fn middle(&self) -> Point3<f64> {
+        let sum: Vector3<f64> = self.contacts.iter().map(|(.., tip)| tip.coords).sum();
+        Point3::from(sum / self.contacts.len().max(1) as f64)
+    }
+}
+
+/// An idle finger: its angles, its bars, what it costs that they overlap something, and the finger that it goes with.
+struct Idle {
+    angles: JointPositions,
+    bars: Bars,
+    cost: f64,
+    follows: Option<usize>,
+}
+
+/// What it costs that two fingers overlap.
+fn fingers_overlap(
+    (first, one): (usize, &[Bar]),
+    (second, other): (usize, &[Bar]),
+    pushes: &mut Option<Vec<Push>>,
+) -> f64 {
+    let mut cost = 0.0;
+    for a in one {
+        for b in other {
+            let least = a.radius + b.radius + MARGIN_M / 2.0;
+            let ((here, around), (there, about)) = (a.around(), b.around());
+            let near = around + about + MARGIN_M;
+            if (here - there).norm_squared() > near * near || a.gap2(b) > least * least {
+                continue;
+            }
+            for ball in a.balls() {
+                for other in b.balls() {
+                    let way = ball - other;
+                    let distance2 = way.norm_squared();
+                    if distance2 >= least * least {
+                        continue;
+                    }
+                    let distance = distance2.sqrt();
+                    cost += price(least - distance);
+                    if let Some(pushes) = pushes {
+                        let slope = way * (price_slope(least - distance) / distance.max(1e-9));
+                        let push =
+                            |finger, joint, at, slope| Push { on: Some((finger, joint)), outside: false, at, slope };
+                        pushes.push(push(first, a.joint, ball, -slope));
+                        pushes.push(push(second, b.joint, other, slope));
+                    }
+                }
+            }
+        }
+    }
+    cost
+}

@@ -1,0 +1,142 @@
+//! How the cost of a pose changes with the pose.
+//!
+//! What a search pays for is spent at points: balls of fingers and points of the palm that are pushed, tips that are drawn to their contacts.
+//! A push on a ball turns the joints below it; the joints follow the tip's target by the inverse of the finger; and the target, which stays on the object,
+//! moves against the palm. So all of it comes together in one push and one moment on the palm. Only the inverse of a finger is differenced.
+
+use super::penalty::measure_cost;
+use crate::kinematics::finger::{FingerModel, Posture};
+use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS, Reached};
+use crate::model::hand::HandModel;
+use nalgebra::{Isometry3, Point3, Vector3, Vector6};
+
+/// The difference for the inverse of a finger, m.
+const DIFFERENCE_M: f64 = 1e-6;
+
+/// How the cost changes with the place of a point; palm frame.
+pub(super) struct Push {
+    /// The finger and the joint that it hangs at; the palm's if none.
+    pub(super) on: Option<(usize, usize)>,
+    /// Whether what pushes stays with the object; otherwise it goes with the palm.
+    pub(super) outside: bool,
+    pub(super) at: Point3<f64>,
+    /// 1/m.
+    pub(super) slope: Vector3<f64>,
+}
+
+/// A finger on its contact.
+pub(super) struct Touching<'a> {
+    index: usize,
+    pub(super) finger: &'a FingerModel,
+    /// Where its tip is to be, palm frame.
+    pub(super) target: Point3<f64>,
+    /// How the cost changes with that, but for what its joints do, 1/m.
+    pub(super) target_slope: Vector3<f64>,
+    reached: Reached,
+    posture: Posture,
+    /// The way into the surface, palm frame; and how far the pad looks beyond what it may, as a cosine.
+    into: Vector3<f64>,
+    beyond: f64,
+    joint_slope: JointPositions,
+}
+
+/// A finger that does not touch and goes with one that does.
+pub(super) struct Follower {
+    pub(super) index: usize,
+    pub(super) follows: usize,
+    pub(super) angles: JointPositions,
+}
+
+impl Push {
+    /// On a point of the palm by something that stays with the object.
+    pub(super) fn of_palm(at: Point3<f64>, slope: Vector3<f64>) -> Self {
+        Self { on: None, outside: true, at, slope }
+    }
+}
+
+impl<'a> Touching<'a> {
+    pub(super) fn new(
+        index: usize,
+        finger: &'a FingerModel,
+        target: Point3<f64>,
+        reached: Reached,
+        posture: Posture,
+        into: Vector3<f64>,
+        beyond: f64,
+    ) -> Self {
+        let target_slope = Vector3::zeros();
+        Self { index, finger, target, target_slope, reached, posture, into, beyond, joint_slope: [0.0; MAX_DOFS] }
+    }
+
+    /// Where its first joint is.
+    pub(super) fn base(&self) -> Option<Point3<f64>> {
+        self.posture.joints.first().map(|pose| pose.translation.vector.into())
+    }
+
+    /// How the cost changes with the target, its joints following; `share` is what its measure counts for.
+    fn followed(&self, share: f64) -> Vector3<f64> {
+        let near = self.finger.reach_near(self.target, &self.reached);
+        let here = measure_cost(near.measure, near.miss);
+        let by_axis = |axis: usize| {
+            let beside = self.target + Vector3::ith(axis, DIFFERENCE_M);
+            let there = self.finger.reach_near(beside, &self.reached);
+            let joints: f64 = self
+                .joint_slope
+                .iter()
+                .zip(there.angles.iter().zip(&near.angles))
+                .map(|(slope, (there, here))| slope * (there - here))
+                .sum();
+            (share * (measure_cost(there.measure, there.miss) - here) + joints) / DIFFERENCE_M
+        };
+        self.target_slope + Vector3::from_fn(|axis, _| by_axis(axis))
+    }
+}
+
+/// The slope of the cost with a shift, m, and a turn, rad, of the palm about a point; frame of the object.
+pub(super) fn twist(
+    object_from_palm: &Isometry3<f64>,
+    about: &Point3<f64>,
+    pushes: &[Push],
+    mut touching: Vec<Touching<'_>>,
+    following: &[Follower],
+    hand: &HandModel,
+    share: f64,
+) -> Vector6<f64> {
+    let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+    for push in pushes {
+        if push.outside {
+            force += push.slope;
+            moment += push.at.coords.cross(&push.slope);
+        }
+        let Some((index, joint)) = push.on else { continue };
+        let followed = following.iter().find(|follower| follower.index == index);
+        let by = followed.map_or(index, |follower| follower.follows);
+        let Some(it) = touching.iter_mut().find(|it| it.index == by) else { continue };
+        if let Some(Follower { angles, .. }) = followed {
+            let finger = &hand.fingers[index];
+            let mut joints = [0.0; MAX_DOFS];
+            finger.pull(&finger.posture(angles), joint, &push.at, &push.slope, &mut joints);
+            // Its first joint stays in the middle, and the second one at its limit.
+            let kept = if finger.ranges.get(1).is_some_and(|[low, _]| angles[1] <= *low) { 2 } else { 1 };
+            it.joint_slope.iter_mut().zip(joints).skip(kept).for_each(|(slope, more)| *slope += more);
+        } else {
+            it.finger.pull(&it.posture, joint, &push.at, &push.slope, &mut it.joint_slope);
+        }
+    }
+    for it in &mut touching {
+        if it.beyond > 0.0 {
+            // cost = (beyond / 0.1)², beyond = … - pad · into
+            let slope = 200.0 * it.beyond;
+            moment += it.into.cross(&it.posture.pad) * slope;
+            let turning = it.posture.pad.cross(&it.into) * -slope;
+            it.finger.turn(&it.posture, &turning, &mut it.joint_slope);
+        }
+        let slope = it.followed(share);
+        force -= slope;
+        moment -= it.target.coords.cross(&slope);
+    }
+    let force = object_from_palm.rotation * force;
+    let arm = object_from_palm.translation.vector - about.coords;
+    let moment = object_from_palm.rotation * moment + arm.cross(&force);
+    Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+}

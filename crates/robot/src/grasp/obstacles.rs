@@ -1,0 +1,78 @@
+//! What stands about an object when it is taken and when it is let go, and which of it keeps a hand from holding it.
+
+use super::held_path::{held, way};
+use super::problem::Obstacle;
+use nalgebra::Isometry3;
+use teachtree_base::scene::{Body, Role, Scene};
+use teachtree_command::Task;
+
+/// A demonstrated pose goes a little into what carries the object: obstacles are lowered by this, m.
+pub(super) const SUNK_M: f64 = 0.001;
+
+/// Of more things than this none is left out by itself: each takes a search.
+const MANY: usize = 24;
+
+/// Something that is in the way of a grasp, and how a message names it: times are those of the recording.
+pub(crate) struct Around<'a> {
+    pub(crate) obstacle: Obstacle<'a>,
+    what: String,
+    when: String,
+}
+
+/// What is in the way of a grasp: the fixed bodies, seen from the object where it is taken and where it is let go, the other objects where they
+/// stood at the beginning, seen from where it is taken, and `others`, the other hand in the frame of the object.
+pub(crate) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'a [Body]) -> Vec<Around<'a>> {
+    let mut around = Vec::new();
+    let way = way(task, grasp);
+    let [taken_s, let_go_s] = held(task, grasp).unwrap_or([task.start_s, task.end_s]);
+    let ends = [(way.first(), "taken", taken_s), (way.last(), "let go", let_go_s)];
+    for (at, (world_from_object, happens, when_s)) in ends.into_iter().enumerate() {
+        let Some(world_from_object) = world_from_object else { continue };
+        let others = scene.bodies.iter().filter(|(name, _)| **name != task.object);
+        for (name, body) in others.filter(|(_, body)| at == 0 || body.role != Role::Object) {
+            let mut world_from_obstacle = body.pose();
+            world_from_obstacle.translation.vector.z -= SUNK_M;
+            let object_from_obstacle = world_from_object.inverse() * world_from_obstacle;
+            around.push(Around {
+                obstacle: Obstacle { object_from_obstacle, body },
+                what: format!("`{name}`"),
+                when: format!(" where `{}` is {happens}, at {when_s:.1} s", task.object),
+            });
+        }
+    }
+    around.extend(others.iter().map(|body| Around {
+        obstacle: Obstacle { object_from_obstacle: Isometry3::identity(), body },
+        what: "the other hand".into(),
+        when: String::new(),
+    }));
+    around
+}
+
+/// Without which of these a grasp `can` be held: each that alone makes the difference, else each body wherever it is met, else all of them;
+/// `None` when it cannot be held even so.
+pub(crate) fn to_blame(around: &[Around<'_>], can: &dyn Fn(Vec<Obstacle<'_>>) -> bool) -> Option<String> {
+    let without = |left_out: &dyn Fn(&Around<'_>) -> bool| {
+        can(around.iter().filter(|it| !left_out(it)).map(|it| it.obstacle.clone()).collect())
+    };
+    if around.is_empty() || !without(&|_| true) {
+        return None;
+    }
+    let each = |name: &dyn Fn(&Around<'_>) -> String| {
+        let mut names: Vec<String> = Vec::new();
+        for it in around {
+            if !names.contains(&name(it)) {
+                names.push(name(it));
+            }
+        }
+        names.retain(|this| without(&|it| name(it) == *this));
+        names
+    };
+    if around.len() > MANY {
+        return Some("what stands about it".into());
+    }
+    let mut blamed = each(&|it| format!("{}{}", it.what, it.when));
+    if blamed.is_empty() {
+        blamed = each(&|it| it.what.clone());
+    }
+    Some(if blamed.is_empty() { "what stands about it".into() } else { blamed.join(", or without ") })
+}

@@ -1,0 +1,182 @@
+//! The hand as balls on strings: quick to compare with shapes and with each other while a search runs.
+
+use crate::kinematics::finger::{FingerModel, Posture};
+use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS};
+use crate::model::hand::HandModel;
+use nalgebra::{Isometry3, Point3, Vector3};
+use teachtree_description::polytope::Polytope;
+use teachtree_description::shape::CollisionShape;
+
+/// Balls along a bar are at most this far apart, m.
+const APART_M: f64 = 0.012;
+/// Points over the faces of a palm are at most this far apart, m.
+const PALM_APART_M: f64 = 0.03;
+/// Shares of the ranges at which a finger that does not touch may be held: stretched, half bent, curled.
+const IDLE: [[f64; 2]; 3] = [[0.12, 0.05], [0.45, 0.4], [0.85, 0.9]];
+
+/// Balls of one size in a straight row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bar {
+    /// The joint that it hangs at.
+    pub(super) joint: usize,
+    /// Centres of the first and of the last ball, m.
+    pub(super) from: Point3<f64>,
+    pub(super) to: Point3<f64>,
+    /// m.
+    pub(super) radius: f64,
+    /// Whether it is of the mesh that touches the object: see [`FingerModel::touches`].
+    pub(super) touches: bool,
+    /// How many ways from ball to ball there are.
+    parts: usize,
+}
+
+/// The balls of a hand.
+#[derive(Clone, Debug)]
+pub(super) struct HandBeads {
+    /// Of each finger, its bars in the frames of their joints.
+    pub(super) fingers: Vec<Vec<Bar>>,
+    /// Points of the palm's surface, palm frame; and the middle and the radius, m, of a ball about all of them.
+    pub(super) palm: Vec<Point3<f64>>,
+    pub(super) about_palm: (Point3<f64>, f64),
+    /// The boxes of the palm.
+    pub(super) palm_boxes: Vec<(Isometry3<f64>, Vector3<f64>)>,
+    /// For each finger, the postures that it may have when it does not touch: angles, and bars in the palm's frame.
+    pub(super) idle: Vec<Vec<(JointPositions, Vec<Bar>)>>,
+}
+
+impl HandBeads {
+    pub(super) fn new(hand: &HandModel) -> Self {
+        let fingers: Vec<Vec<Bar>> = hand.fingers.iter().map(bars).collect();
+        let idle = hand.fingers.iter().zip(&fingers).map(|(finger, bars)| {
+            let posture = |[second, others]: [f64; 2]| {
+                let mut angles = [0.0; MAX_DOFS];
+                for (index, ([low, high], angle)) in finger.ranges.iter().zip(&mut angles).enumerate() {
+                    let share = match index {
+                        0 => 0.5,
+                        1 => second,
+                        _ => others,
+                    };
+                    *angle = low + share * (high - low);
+                }
+                (angles, placed(bars, &finger.posture(&angles)).collect())
+            };
+            IDLE.map(posture).to_vec()
+        });
+        let idle = idle.collect();
+        let mut palm = Vec::new();
+        let mut palm_boxes = Vec::new();
+        for solid in &hand.palm_solids {
+            match *solid {
+                CollisionShape::Box(pose, half) => {
+                    palm_boxes.push((pose, half));
+                    palm.extend(shell(half).into_iter().map(|point| pose * point));
+                }
+                CollisionShape::Capsule(from, to, _) => palm.extend([from, to]),
+                CollisionShape::Piece(pose, ref polytope) => {
+                    palm_boxes.push(solid.bounding_box());
+                    palm.extend(surface(polytope).map(|point| pose * point));
+                }
+            }
+        }
+        let sum: Vector3<f64> = palm.iter().map(|point| point.coords).sum();
+        let middle = Point3::from(sum / palm.len().max(1) as f64);
+        let around = palm.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
+        Self { fingers, palm, about_palm: (middle, around), palm_boxes, idle }
+    }
+}
+
+impl Bar {
+    /// The centres of its balls.
+    pub(super) fn balls(&self) -> impl Iterator<Item = Point3<f64>> {
+        let (from, way, parts) = (self.from, self.to - self.from, self.parts);
+        (0..=parts).map(move |part| from + way * (part as f64 / parts as f64))
+    }
+
+    /// The middle, and the radius of a ball about all of it, m.
+    pub(super) fn around(&self) -> (Point3<f64>, f64) {
+        (nalgebra::center(&self.from, &self.to), (self.to - self.from).norm() / 2.0 + self.radius)
+    }
+
+    /// The nearest that the lines of the centres of two bars can be, squared, m².
+    pub(super) fn gap2(&self, other: &Self) -> f64 {
+        let (way, other_way, between) = (self.to - self.from, other.to - other.from, self.from - other.from);
+        let (a, e, f) = (way.norm_squared(), other_way.norm_squared(), other_way.dot(&between));
+        let (b, c) = (way.dot(&other_way), way.dot(&between));
+        let share = |over: f64, under: f64| if under > 1e-18 { (over / under).clamp(0.0, 1.0) } else { 0.0 };
+        let mut s = share(b * f - c * e, a * e - b * b);
+        let mut t = (b * s + f) / e.max(1e-18);
+        if t < 0.0 {
+            (s, t) = (share(-c, a), 0.0);
+        } else if t > 1.0 {
+            (s, t) = (share(b - c, a), 1.0);
+        }
+        (between + way * s - other_way * t).norm_squared()
+    }
+}
+
+/// The bars in a posture, palm frame.
+pub(super) fn placed(bars: &[Bar], posture: &Posture) -> impl Iterator<Item = Bar> {
+    bars.iter().filter_map(|bar| {
+        let pose = posture.joints.get(bar.joint)?;
+        Some(Bar { from: pose * bar.from, to: pose * bar.to, ..*bar })
+    })
+}
+
+fn bars(finger: &FingerModel) -> Vec<Bar> {
+    let at_rest = finger.posture(&[0.0; MAX_DOFS]);
+    let bars = finger.solids(&at_rest).enumerate().filter_map(|(index, (joint, solid))| {
+        let bar = |joint: usize, from: Point3<f64>, to: Point3<f64>, radius: f64| {
+            let parts = ((to - from).norm() / APART_M).ceil().max(1.0) as usize;
+            Bar { joint, from, to, radius, touches: finger.touches(index), parts }
+        };
+        Some(match solid.moved(&at_rest.joints.get(joint)?.inverse()) {
+            CollisionShape::Capsule(from, to, radius) => bar(joint, from, to, radius),
+            solid @ (CollisionShape::Box(..) | CollisionShape::Piece(..)) => {
+                let (pose, half) = solid.bounding_box();
+                // A box is the bar along its longest edge, as thick as the mean of the others.
+                let axis = half.imax();
+                let radius = (half.sum() - half[axis]) / 2.0;
+                let reach = Vector3::ith(axis, (half[axis] - radius).max(0.0));
+                bar(joint, pose * Point3::from(-reach), pose * Point3::from(reach), radius)
+            }
+        })
+    });
+    bars.collect()
+}
+
+/// Points over the faces of a piece of a mesh: its corners, and points between them.
+fn surface(polytope: &Polytope) -> impl Iterator<Item = Point3<f64>> {
+    let between = polytope.triangles.iter().flat_map(|triangle| {
+        let [a, b, c] = triangle.map(|corner| polytope.points[corner].coords);
+        let longest = (a - b).norm().max((b - c).norm()).max((c - a).norm());
+        let count = (longest / PALM_APART_M).ceil().max(1.0) as usize;
+        let point = move |i: usize, j: usize| {
+            let share = |part: usize| part as f64 / count as f64;
+            Point3::from(a + (b - a) * share(i) + (c - a) * share(j))
+        };
+        (0..count).flat_map(move |i| (0..count - i).map(move |j| point(i, j)))
+    });
+    polytope.points.iter().copied().chain(between)
+}
+
+/// Points over the faces of a box.
+fn shell(half: Vector3<f64>) -> Vec<Point3<f64>> {
+    let count = half.map(|half| (2.0 * half / PALM_APART_M).ceil().max(1.0) as usize);
+    let mut points = Vec::new();
+    for i in 0..=count.x {
+        for j in 0..=count.y {
+            for k in 0..=count.z {
+                let inner = (1..count.x).contains(&i) && (1..count.y).contains(&j) && (1..count.z).contains(&k);
+                if !inner {
+                    let share = |index: usize, count: usize| 2.0 * index as f64 / count as f64 - 1.0;
+                    points.push(Point3::new(
+                        half.x * share(i, count.x),
+                        half.y * share(j, count.y),
+                        half.z * share(k, count.z),
+                    ));
+                }
+            }
+        }
+    }
+    points
+}

@@ -1,0 +1,208 @@
+//! The arm's inverse kinematics: the palm to a pose, and along a way.
+
+use super::surroundings::{ArmLinks, Surroundings};
+use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
+use teachtree_description::tree::KinematicTree;
+
+/// Damps the steps where the arm is nearly singular; no joint goes farther in one step, rad or m.
+const DAMPING: f64 = 1e-5;
+const STEP: f64 = 0.2;
+/// What may be missing along a way: a joint that just comes to its limit is no reason not to go.
+const REACHED: PoseError = PoseError { m: 1e-3, rad: 1e-2 };
+/// A pose is reached exactly when less than this is missing, m and rad.
+const EXACT: f64 = 1e-7;
+/// A joint within this distance (rad or m) of its limit counts as at the limit.
+const AT_LIMIT: f64 = 1e-3;
+/// Postures that differ by less are the same, rad or m.
+const SAME: f64 = 1e-4;
+/// Irrational steps spread the starts evenly.
+const STEPS: [f64; 6] = [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044];
+/// Iterations from one pose of a way to the next.
+const FOLLOWING: usize = 12;
+
+/// An arm: a palm on a tree of links and the degrees of freedom that move it.
+#[derive(Clone, Copy, Debug)]
+pub struct Arm<'a> {
+    /// The links and joints.
+    pub tree: &'a KinematicTree,
+    /// Index of the palm's link.
+    pub palm: usize,
+    /// The degrees of freedom between the root and the palm.
+    pub dofs: &'a [usize],
+}
+
+/// A posture from which an arm can bring its palm along a way.
+#[derive(Clone, Debug)]
+pub struct PostureAlong {
+    /// The values of all degrees of freedom.
+    pub q: Vec<f64>,
+    /// At how many poses of the way its links meet the surroundings or each other.
+    pub met: usize,
+    /// How far the joint is from the middle of its range that is farthest at any of the poses, 1 at a limit.
+    pub off_middle: f64,
+}
+
+/// The pose at which an arm fails to follow a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WayMissed {
+    /// Index of the first pose of the path that the palm does not reach.
+    pub pose: usize,
+    /// The remaining error of the palm pose.
+    pub missing: PoseError,
+    /// The degree of freedom that is at its limit at this pose, if any.
+    pub at_limit: Option<usize>,
+}
+
+/// How far one pose is from another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseError {
+    /// The distance of the origins, m.
+    pub m: f64,
+    /// The angle between them, rad.
+    pub rad: f64,
+}
+
+impl PoseError {
+    /// Whether no part of it is more than this.
+    pub fn is_within(&self, most: &Self) -> bool {
+        self.m <= most.m && self.rad <= most.rad
+    }
+}
+
+impl Arm<'_> {
+    /// Brings the palm to a pose (reference frame, of which `root` is the pose of the root) by damped least squares from the present values `q` of all degrees
+    /// of freedom, and moves only those of the arm. Returns what is missing at the end.
+    pub fn inverse_kinematics(
+        &self,
+        root: &Isometry3<f64>,
+        palm: &Isometry3<f64>,
+        q: &mut [f64],
+        iterations: usize,
+    ) -> PoseError {
+        let root_from_palm = root.inverse() * palm;
+        let mut missing = PoseError { m: f64::INFINITY, rad: f64::INFINITY };
+        for _ in 0..=iterations {
+            let poses = self.tree.forward_kinematics(q);
+            let pose = poses[self.palm];
+            let way = root_from_palm.translation.vector - pose.translation.vector;
+            let turn = (root_from_palm.rotation * pose.rotation.inverse()).scaled_axis();
+            missing = PoseError { m: way.norm(), rad: turn.norm() };
+            if missing.m < EXACT && missing.rad < EXACT {
+                break;
+            }
+            let jacobian = self.tree.jacobian(&poses, self.palm, Point3::from(pose.translation.vector));
+            let jacobian = jacobian.select_columns(self.dofs);
+            let square = &jacobian * jacobian.transpose() + Matrix6::identity() * DAMPING;
+            let Some(inverse) = square.try_inverse() else { break };
+            let error = Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z);
+            let step = jacobian.transpose() * (inverse * error);
+            for (&dof, change) in self.dofs.iter().zip(step.iter()) {
+                q[dof] = self.tree.dofs[dof].clamp(q[dof] + change.clamp(-STEP, STEP));
+            }
+        }
+        missing
+    }
+
+    /// Looks for postures from which the arm can bring the palm along a whole way, from several starts that are the same ones each time. Joints that are not
+    /// the arm's stay as in `q`.
+    pub fn postures_along(
+        &self,
+        root: &Isometry3<f64>,
+        way: &[Isometry3<f64>],
+        q: &[f64],
+        (starts, iterations): (usize, usize),
+        surroundings: &Surroundings,
+    ) -> impl Iterator<Item = PostureAlong> {
+        let mut begun: Vec<Vec<f64>> = Vec::new();
+        let links = ArmLinks::new(self.tree, self.palm);
+        let looked_at = move |q: &[f64]| {
+            let mut poses = self.tree.forward_kinematics(q);
+            poses.iter_mut().for_each(|pose| *pose = root * *pose);
+            (usize::from(surroundings.meet(&links, &poses)), self.off_middle(q))
+        };
+        (0..starts).filter_map(move |index| {
+            let (first, rest) = way.split_first()?;
+            let mut tried = self.start(q, index);
+            if !self.inverse_kinematics(root, first, &mut tried, iterations).is_within(&REACHED) {
+                return None;
+            }
+            // Starts that come to the same posture go the same way.
+            let same = |other: &Vec<f64>| tried.iter().zip(other).all(|(one, other)| (one - other).abs() < SAME);
+            if begun.iter().any(same) {
+                return None;
+            }
+            begun.push(tried.clone());
+            let begins = tried.clone();
+            let (mut met, mut off_middle) = looked_at(&tried);
+            let reaches = rest.iter().all(|palm| {
+                let missing = self.inverse_kinematics(root, palm, &mut tried, FOLLOWING);
+                let (meets, off) = looked_at(&tried);
+                (met, off_middle) = (met + meets, off_middle.max(off));
+                missing.is_within(&REACHED)
+            });
+            reaches.then_some(PostureAlong { q: begins, met, off_middle })
+        })
+    }
+
+    /// Returns the pose at which the arm fails to follow a path. Tries the same start postures as [`Self::postures_along`] and returns the failure of the one
+    /// that gets farthest. `None` if the arm can follow the path or the path is empty.
+    pub fn missed_along(
+        &self,
+        root: &Isometry3<f64>,
+        way: &[Isometry3<f64>],
+        q: &[f64],
+        (starts, iterations): (usize, usize),
+    ) -> Option<WayMissed> {
+        let mut farthest: Option<WayMissed> = None;
+        for index in 0..starts {
+            let mut tried = self.start(q, index);
+            let mut missed = None;
+            for (pose, palm) in way.iter().enumerate() {
+                let iterations = if pose == 0 { iterations } else { FOLLOWING };
+                let missing = self.inverse_kinematics(root, palm, &mut tried, iterations);
+                if !missing.is_within(&REACHED) {
+                    let at_limit = self.dofs.iter().copied().find(|&dof| {
+                        let range = self.tree.dofs[dof].range;
+                        range.iter().any(|limit| (tried[dof] - limit).abs() < AT_LIMIT)
+                    });
+                    missed = Some(WayMissed { pose, missing, at_limit });
+                    break;
+                }
+            }
+            let missed = missed?;
+            let is_farther = |other: &WayMissed| {
+                missed.pose > other.pose || missed.pose == other.pose && missed.missing.m < other.missing.m
+            };
+            if farthest.as_ref().is_none_or(is_farther) {
+                farthest = Some(missed);
+            }
+        }
+        farthest
+    }
+
+    /// Returns the start values of all degrees of freedom for the inverse kinematics. Those outside the arm are taken from `q`.
+    fn start(&self, q: &[f64], index: usize) -> Vec<f64> {
+        let mut start = q.to_vec();
+        for (place, &dof) in self.dofs.iter().enumerate() {
+            let [low, high] = self.tree.dofs[dof].range;
+            let share = ((index * 7 + 3) as f64 * STEPS[place % STEPS.len()]).fract();
+            start[dof] = low + (0.15 + 0.7 * share) * (high - low);
+        }
+        start
+    }
+
+    /// Whether the palm can be brought along a way from a posture `q` at its beginning; `root` is the pose of the root.
+    pub(crate) fn follows(&self, root: &Isometry3<f64>, way: &[Isometry3<f64>], q: &[f64]) -> bool {
+        let mut q = q.to_vec();
+        way.iter().all(|palm| self.inverse_kinematics(root, palm, &mut q, FOLLOWING).is_within(&REACHED))
+    }
+
+    /// How far the joint is from the middle of its range that is farthest, 1 at a limit.
+    fn off_middle(&self, q: &[f64]) -> f64 {
+        let off = self.dofs.iter().map(|&dof| {
+            let [low, high] = self.tree.dofs[dof].range;
+            ((2.0 * q[dof] - low - high) / (high - low)).abs()
+        });
+        off.fold(0.0, f64::max)
+    }
+}

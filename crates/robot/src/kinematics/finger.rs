@@ -1,0 +1,283 @@
+//! A finger as a chain from the palm to the center of its fingertip ball: forward kinematics, Jacobian, manipulability.
+//!
+//! Everything here is in the frame of the palm; lengths are m, angles rad.
+
+use super::closed_form::Closed;
+use super::joint_positions::{JointPositions, MAX_DOFS};
+use nalgebra::{Isometry3, Matrix3, Matrix3xX, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use teachtree_base::hands::Finger;
+use teachtree_description::shape::CollisionShape;
+use teachtree_description::tree::{Kind, KinematicTree};
+
+/// What a robot file says of a fingertip.
+#[derive(Clone, Debug)]
+pub(crate) struct FingerSpec {
+    pub(crate) finger: Finger,
+    pub(crate) link: usize,
+    pub(crate) tip: Point3<f64>,
+    pub(crate) radius: f64,
+    pub(crate) pad: Unit<Vector3<f64>>,
+    /// Radius of a flat pad, m.
+    pub(crate) pad_radius: Option<f64>,
+    pub(crate) force: f64,
+}
+
+impl FingerSpec {
+    /// The same on a robot in which the links begin at `base`.
+    pub(crate) fn shifted(&self, base: usize) -> Self {
+        Self { link: self.link + base, ..self.clone() }
+    }
+}
+
+/// A finger from the palm to its tip.
+#[derive(Clone, Debug)]
+pub struct FingerModel {
+    /// Which finger.
+    pub finger: Finger,
+    /// Indices of its degrees of freedom in the robot, from the palm out.
+    pub dofs: Vec<usize>,
+    /// Their ranges.
+    pub ranges: Vec<[f64; 2]>,
+    /// Radius of the fingertip ball, m.
+    pub radius: f64,
+    /// Radius of a flat pad, m; `None` for a soft fingertip.
+    pub pad_radius: Option<f64>,
+    /// The largest force of the tip, N.
+    pub force: f64,
+    /// Length from the joint about which it bends first to the centre of the ball, m; what measures are scaled by.
+    pub length: f64,
+    /// Index of the link with the tip.
+    pub tip_link: usize,
+    /// Centre of the ball, frame of that link.
+    pub tip_in_link: Point3<f64>,
+    pub(crate) spec: FingerSpec,
+    steps: Vec<Step>,
+    tip: Point3<f64>,
+    pad: Vector3<f64>,
+    solids: Vec<(usize, CollisionShape)>,
+    /// The first of the shapes of the link with the tip.
+    first_of_tip: usize,
+    pub(super) closed: Option<Closed>,
+}
+
+/// A joint of a finger.
+#[derive(Clone, Debug)]
+struct Step {
+    before_from_joint: Isometry3<f64>,
+    axis: Unit<Vector3<f64>>,
+    kind: Kind,
+    local: usize,
+    ratio: f64,
+}
+
+/// Where a finger is, palm frame.
+#[derive(Clone, Debug)]
+pub struct Posture {
+    /// Poses of its joints' frames.
+    pub joints: Vec<Isometry3<f64>>,
+    /// Centre of the tip.
+    pub tip: Point3<f64>,
+    /// The direction in which its pad looks, unit.
+    pub pad: Vector3<f64>,
+}
+
+impl FingerModel {
+    pub(crate) fn new(tree: &KinematicTree, palm: usize, spec: &FingerSpec) -> Result<Self, String> {
+        // The links from the palm to the tip.
+        let mut path = vec![];
+        let mut at = spec.link;
+        while at != palm {
+            if at == 0 {
+                return Err("does not hang on the palm".into());
+            }
+            path.push(at);
+            at = tree.links[at].parent;
+        }
+        path.reverse();
+        let mut steps: Vec<Step> = Vec::new();
+        let mut dofs: Vec<usize> = Vec::new();
+        let mut solids = Vec::new();
+        let mut first_of_tip = 0;
+        let mut fixed = Isometry3::identity();
+        for &link in &path {
+            let link = &tree.links[link];
+            fixed *= link.parent_from_joint;
+            if let Some(joint) = &link.joint {
+                let local = dofs.iter().position(|dof| *dof == joint.dof).unwrap_or_else(|| {
+                    dofs.push(joint.dof);
+                    dofs.len() - 1
+                });
+                let (axis, kind, ratio) = (joint.axis, joint.kind, joint.ratio);
+                steps.push(Step { before_from_joint: fixed, axis, kind, local, ratio });
+                fixed = Isometry3::identity();
+            }
+            first_of_tip = solids.len();
+            if let Some(step) = steps.len().checked_sub(1) {
+                solids.extend(link.solids.iter().map(|solid| (step, solid.moved(&fixed))));
+            }
+        }
+        if dofs.is_empty() {
+            return Err("does not move".into());
+        }
+        if dofs.len() > MAX_DOFS {
+            return Err(format!("has {} degrees of freedom, at most {MAX_DOFS} are supported", dofs.len()));
+        }
+        let ranges: Vec<[f64; 2]> = dofs.iter().map(|&dof: &usize| tree.dofs[dof].range).collect();
+        let mut finger = Self {
+            finger: spec.finger,
+            dofs,
+            first_of_tip,
+            ranges,
+            radius: spec.radius,
+            pad_radius: spec.pad_radius,
+            force: spec.force,
+            length: 0.0,
+            tip_link: spec.link,
+            tip_in_link: spec.tip,
+            spec: spec.clone(),
+            steps,
+            tip: fixed * spec.tip,
+            pad: fixed * spec.pad.into_inner(),
+            solids,
+            closed: None,
+        };
+        let rest = finger.posture(&[0.0; MAX_DOFS]);
+        let origin = |index: usize| rest.joints.get(index).map(|pose| Point3::from(pose.translation.vector));
+        // From the first joint after those that meet in one point.
+        let first = (1..rest.joints.len())
+            .find(|&index| origin(index).zip(origin(0)).is_some_and(|(here, start)| (here - start).norm() > 1e-6))
+            .map_or(0, |index| index - 1);
+        let points: Vec<Point3<f64>> =
+            (first..rest.joints.len()).filter_map(origin).chain(std::iter::once(rest.tip)).collect();
+        finger.length = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+        if finger.length < 1e-4 && !finger.slides() {
+            return Err("has no length".into());
+        }
+        let turns = finger.steps.iter().all(|step| step.kind == Kind::Revolute);
+        let joints: Vec<(Point3<f64>, Vector3<f64>)> = finger
+            .steps
+            .iter()
+            .zip(&rest.joints)
+            .map(|(step, pose)| (pose.translation.vector.into(), pose.rotation * step.axis.into_inner()))
+            .collect();
+        let drives: Vec<(usize, f64)> = finger.steps.iter().map(|step| (step.local, step.ratio)).collect();
+        finger.closed = turns.then(|| Closed::of(&joints, &drives, rest.tip, &finger.ranges)).flatten();
+        Ok(finger)
+    }
+
+    /// Whether all that it can do is to slide along a line.
+    pub fn slides(&self) -> bool {
+        self.dofs.len() == 1 && self.steps.iter().all(|step| step.kind == Kind::Prismatic)
+    }
+
+    /// Whether the inverse has a closed form.
+    pub fn is_closed(&self) -> bool {
+        self.closed.is_some()
+    }
+
+    /// The joint angles of the finger among those of the robot.
+    pub fn angles(&self, q: &[f64]) -> JointPositions {
+        let mut angles = [0.0; MAX_DOFS];
+        for (angle, dof) in angles.iter_mut().zip(&self.dofs) {
+            *angle = q.get(*dof).copied().unwrap_or(0.0);
+        }
+        angles
+    }
+
+    /// Where the finger is at these angles.
+    pub fn posture(&self, angles: &JointPositions) -> Posture {
+        let mut joints = Vec::with_capacity(self.steps.len());
+        let mut pose = Isometry3::identity();
+        for step in &self.steps {
+            let moved = angles[step.local] * step.ratio;
+            pose *= step.before_from_joint;
+            match step.kind {
+                Kind::Revolute => pose.rotation *= UnitQuaternion::from_axis_angle(&step.axis, moved),
+                Kind::Prismatic => pose *= Translation3::from(step.axis.into_inner() * moved),
+            }
+            joints.push(pose);
+        }
+        Posture { tip: pose * self.tip, pad: pose * self.pad, joints }
+    }
+
+    /// The shapes of its links in a posture, palm frame, with the number of the joint that each hangs at.
+    pub fn solids(&self, posture: &Posture) -> impl Iterator<Item = (usize, CollisionShape)> {
+        self.solids.iter().filter_map(|(step, solid)| Some((*step, solid.moved(posture.joints.get(*step)?))))
+    }
+
+    /// Whether the shape of this number touches what the finger holds: a piece of the mesh of the link with the tip, out of which the fingertip ball need not stand.
+    pub(crate) fn touches(&self, shape: usize) -> bool {
+        let is_piece = |(_, shape): &(usize, CollisionShape)| matches!(shape, CollisionShape::Piece(..));
+        shape >= self.first_of_tip && self.solids.get(shape).is_some_and(is_piece)
+    }
+
+    /// The Jacobian of the tip: 3 rows, m/s, palm frame; a column a degree of freedom.
+    pub fn jacobian(&self, posture: &Posture) -> Matrix3xX<f64> {
+        let mut jacobian = Matrix3xX::zeros(self.dofs.len());
+        for (step, pose) in self.steps.iter().zip(&posture.joints) {
+            let axis = pose.rotation * step.axis.into_inner() * step.ratio;
+            let column = match step.kind {
+                Kind::Revolute => axis.cross(&(posture.tip.coords - pose.translation.vector)),
+                Kind::Prismatic => axis,
+            };
+            let mut whole = jacobian.column_mut(step.local);
+            whole += column;
+        }
+        jacobian
+    }
+
+    /// Yoshikawa's manipulability over the cube of the finger's length: `sqrt(det(J Jᵀ)) / L³`. Nothing for a finger that cannot go all ways, such as a jaw.
+    pub fn manipulability(&self, angles: &JointPositions) -> f64 {
+        if self.dofs.len() < 3 {
+            return 0.0;
+        }
+        let jacobian = self.jacobian(&self.posture(angles));
+        let square: Matrix3<f64> = &jacobian * jacobian.transpose();
+        square.determinant().max(0.0).sqrt() / self.length.powi(3)
+    }
+
+    /// How free the joints are of their limits, 0 at a limit and 1 in the middle of all ranges: `Π min(4u, 1)^(1/n)` with
+    /// `u = (q-q⁻)(q⁺-q)/(q⁺-q⁻)²` (docs/sources.md, Grasp mapping).
+    pub fn joint_limit_margin(&self, angles: &JointPositions) -> f64 {
+        let product: f64 = self
+            .ranges
+            .iter()
+            .zip(angles)
+            .map(|([low, high], angle)| {
+                (4.0 * (angle - low) * (high - angle) / ((high - low) * (high - low))).clamp(0.0, 1.0)
+            })
+            .product();
+        product.powf(1.0 / self.ranges.len() as f64)
+    }
+
+    /// The measure of one finger: manipulability times freedom.
+    pub fn measure(&self, angles: &JointPositions) -> f64 {
+        self.manipulability(angles) * self.joint_limit_margin(angles)
+    }
+
+    /// Adds to `joints` how something changes with the finger's degrees of freedom, when it changes by `slope` with the place of a point that hangs at a
+    /// joint.
+    pub(crate) fn pull(
+        &self,
+        posture: &Posture,
+        joint: usize,
+        at: &Point3<f64>,
+        slope: &Vector3<f64>,
+        joints: &mut JointPositions,
+    ) {
+        for (step, pose) in self.steps.iter().zip(&posture.joints).take(joint + 1) {
+            let axis = pose.rotation * step.axis.into_inner() * step.ratio;
+            joints[step.local] += match step.kind {
+                Kind::Revolute => axis.dot(&(at.coords - pose.translation.vector).cross(slope)),
+                Kind::Prismatic => axis.dot(slope),
+            };
+        }
+    }
+
+    /// The same of what changes by `slope` with a turn of the finger's last link, a rad.
+    pub(crate) fn turn(&self, posture: &Posture, slope: &Vector3<f64>, joints: &mut JointPositions) {
+        for (step, pose) in self.steps.iter().zip(&posture.joints).filter(|(step, _)| step.kind == Kind::Revolute) {
+            joints[step.local] += (pose.rotation * step.axis.into_inner()).dot(slope) * step.ratio;
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! What an arm is to keep clear of: the bodies of a scene, and its own links.
+//!
+//! Of an arm count the links that it moves, from its first joint to the palm, and where it is said so the fingers. Of its own links two are looked at where at least `JOINTS_BETWEEN` joints are
+//! between them: nearer ones meet at their joints.
+
+use super::limb_gap::PlacedShape;
+use nalgebra::{Isometry3, Point3};
+use teachtree_base::scene::{Role, Scene};
+use teachtree_description::shape::{CollisionShape, SHORT_M, solids};
+use teachtree_description::tree::KinematicTree;
+
+/// Links with fewer joints between them are not held against each other.
+const JOINTS_BETWEEN: usize = 3;
+
+/// A demonstrated pose goes a little into what carries the object: ways are held against fixed bodies that are lowered by this, m.
+pub(crate) const SUNK_M: f64 = 0.002;
+
+/// The shapes of bodies that stand still, reference frame.
+#[derive(Clone, Debug, Default)]
+pub struct Surroundings {
+    shapes: Vec<CollisionShape>,
+    /// What is nearer than this meets them, m.
+    room: f64,
+}
+
+impl Surroundings {
+    /// Returns those of the fixed bodies of a scene.
+    pub fn fixed(scene: &Scene) -> Self {
+        let fixed = scene.bodies.values().filter(|body| body.role != Role::Object);
+        let shapes = fixed.flat_map(|body| solids(body).into_iter().map(|it| it.moved(&body.pose()))).collect();
+        Self { shapes, room: 0.0 }
+    }
+
+    /// Returns the same lowered by so much, m: demonstrated poses go a little into what carries an object.
+    pub(crate) fn sunk(scene: &Scene, by: f64) -> Self {
+        Self::fixed(scene).moved(&Isometry3::from(-scene.up() * by))
+    }
+
+    /// Returns the same in the frame in which the reference frame is `pose`, or moved by it.
+    pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Self {
+        Self { shapes: self.shapes.iter().map(|shape| shape.moved(pose)).collect(), room: self.room }
+    }
+
+    /// Returns the same with more shapes, reference frame.
+    pub(crate) fn with(mut self, more: impl Iterator<Item = CollisionShape>) -> Self {
+        self.shapes.extend(more);
+        self
+    }
+
+    /// Returns the same with room about them, m.
+    pub(crate) fn with_room(self, room: f64) -> Self {
+        Self { room, ..self }
+    }
+
+    /// The shapes.
+    pub(crate) fn shapes(&self) -> &[CollisionShape] {
+        &self.shapes
+    }
+
+    /// Whether any link meets one of them, or another link.
+    pub(crate) fn meet(&self, links: &ArmLinks, poses: &[Isometry3<f64>]) -> bool {
+        let placed = links.placed(poses);
+        self.meet_any(placed.iter().map(|(_, link)| link)) || own_meetings(&placed).next().is_some()
+    }
+
+    /// Whether any of these shapes meets one of them.
+    pub(crate) fn meet_any<'s>(&self, shapes: impl IntoIterator<Item = &'s PlacedShape>) -> bool {
+        shapes.into_iter().any(|shape| self.shapes.iter().any(|other| shape.is_nearer(other, self.room)))
+    }
+}
+
+/// Links of an arm, and of its hand, and how many joints are between each and the palm.
+#[derive(Clone, Debug)]
+pub(crate) struct ArmLinks {
+    links: Vec<(usize, usize, Vec<CollisionShape>)>,
+}
+
+impl ArmLinks {
+    /// The links of an arm between its base and what its last joint moves.
+    pub(crate) fn new(tree: &KinematicTree, palm: usize) -> Self {
+        let mut links = Self::up_to(tree, palm);
+        links.retain(|(_, joints, _)| *joints > 0);
+        Self { links }
+    }
+
+    /// The same with the palm and the links of the fingers, which count as nearest to it; a hand without an arm has these alone. Fingertips touch things: of a
+    /// link with one only the centre of its ball counts. `tips` are those links and centres, frames of the links.
+    pub(crate) fn with_hand(tree: &KinematicTree, palm: usize, tips: &[(usize, Point3<f64>)]) -> Self {
+        let mut links = Self::up_to(tree, palm);
+        let hangs_on_palm = |link: usize| {
+            let parent = |link: &usize| (*link != 0).then(|| tree.links[*link].parent);
+            std::iter::successors(parent(&link), parent).any(|it| it == palm)
+        };
+        for link in (0..tree.links.len()).filter(|link| hangs_on_palm(*link)) {
+            let centre = tips.iter().find(|(tip, _)| *tip == link).map(|(_, centre)| *centre);
+            let ball = centre.map(|centre| vec![CollisionShape::Capsule(centre, centre, 0.0)]);
+            links.push((link, 0, ball.unwrap_or_else(|| tree.links[link].solids.clone())));
+        }
+        if tree.joints_above(palm).next().is_none() {
+            links.push((palm, 0, tree.links[palm].solids.clone()));
+        }
+        Self { links }
+    }
+
+    /// The links from a palm up to the base of its arm.
+    fn up_to(tree: &KinematicTree, palm: usize) -> Vec<(usize, usize, Vec<CollisionShape>)> {
+        let (mut links, mut at, mut joints) = (Vec::new(), palm, 0);
+        let moved = tree.joints_above(palm).count();
+        while at != 0 && joints < moved {
+            let link = &tree.links[at];
+            links.push((at, joints, link.solids.clone()));
+            joints += usize::from(link.joint.is_some());
+            at = link.parent;
+        }
+        links
+    }
+
+    /// Their shapes where links have these poses, each with the joints between its link and the palm.
+    pub(crate) fn placed(&self, poses: &[Isometry3<f64>]) -> Vec<(usize, PlacedShape)> {
+        let placed = self.links.iter().flat_map(|(link, joints, solids)| {
+            solids.iter().map(move |solid| (*joints, PlacedShape::new(*link, solid.moved(&poses[*link]))))
+        });
+        placed.collect()
+    }
+}
+
+/// Links of an arm that meet each other.
+pub(crate) fn own_meetings(placed: &[(usize, PlacedShape)]) -> impl Iterator<Item = [&PlacedShape; 2]> {
+    placed.iter().enumerate().flat_map(|(index, (joints, link))| {
+        let others = placed[index + 1..].iter().filter(|(other, _)| other.abs_diff(*joints) >= JOINTS_BETWEEN);
+        others.filter(|(_, other)| link.meets(other.shape())).map(move |(_, other)| [link, other])
+    })
+}
+
+impl PlacedShape {
+    /// Whether it touches a shape or is in it.
+    pub(crate) fn meets(&self, other: &CollisionShape) -> bool {
+        self.is_nearer(other, 0.0)
+    }
+
+    /// Whether the gap to a shape is no more than this, m.
+    pub(crate) fn is_nearer(&self, other: &CollisionShape, than: f64) -> bool {
+        let (middle, radius) = self.ball();
+        let below = than + SHORT_M;
+        other.distance(&middle) < radius + below && self.shape().gap_below(other, below).is_some()
+    }
+}

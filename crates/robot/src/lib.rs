@@ -1,0 +1,36 @@
+//! Robots: their files, their kinematics, and how their hands take hold of what the operator held.
+//!
+//! A robot file becomes a [`Robot`], a tree of links with hands on it. Nothing here knows a rule, and nothing opens a file:
+//! whoever reads robots hands their texts in.
+//!
+//! The directories are layers, and each names only those before it:
+//! [`kinematics`], [`model`], [`dynamics`], [`grasp`], [`planning`], [`control`], [`simulation`].
+
+pub mod control;
+pub mod dynamics;
+pub mod grasp;
+pub mod kinematics;
+pub mod model;
+pub mod planning;
+pub mod simulation;
+mod threads;
+
+pub use grasp::{GraspCandidate, Mapper};
+pub use kinematics::finger::{FingerModel, Posture};
+pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
+pub use model::file::read;
+#[cfg(feature = "schemas")]
+pub use model::file::schema;
+pub use model::file::{MAX_BYTES, open, open_with_meshes};
+pub use model::gripper::{Jaw, Jaws};
+pub use model::hand::HandModel;
+pub use model::mesh::MAX_BYTES as MAX_MESH_BYTES;
+pub use model::robot::Robot;
+pub use model::shipped::{names, texts};
+pub use planning::hand_over::map;
+pub use planning::validation::validate;
+pub use planning::walk::Crossing;
+pub use teachtree_description::mesh::Mesh;
+pub use teachtree_description::polytope::Polytope;
+pub use teachtree_description::shape::CollisionShape;
+pub use teachtree_description::tree::{Dof, Joint, Kind, KinematicTree, Link};

@@ -1,0 +1,239 @@
+//! Grasps of two hands of which one gives an object to the other one, their ways to it and from it, and the postures of the arms, chosen so that the arms do
+//! not go through each other.
+//!
+//! Pairs of grasps are looked at in the order of their measures: first the hands alone, closed on the object, and opened on their ways while the other one
+//! holds it; then both arms, which go through their tasks by inverse kinematics, in every posture in which they can begin. The time scale of both hands says
+//! which steps of them are at the same time, so that any pair is judged by gaps alone. The first pair that leaves room is taken; where none does, the one
+//! that leaves most, or the grasps as they were where all meet.
+
+use super::apart;
+use super::hand_planner::tip_radius;
+use super::lifted::lift;
+use super::own_axis::{Way, offsets, turn};
+use super::resolved_grasp::ResolvedGrasp;
+use super::schedule::groups;
+use super::walk::{Crossing, ROOM_M, Walk};
+use crate::grasp::held_path::held;
+use crate::grasp::mapping::{self, Crowded, Held, alternatives, meetings};
+use crate::kinematics::limb_gap::{PlacedShape, nearer};
+use crate::model::robot::Robot;
+use nalgebra::Vector3;
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+use teachtree_base::error::InputError;
+use teachtree_base::scene::Scene;
+use teachtree_command::{Commands, Task};
+use teachtree_description::shape::SHORT_M;
+
+/// Ways are looked at up to so far from the object, at so many places, m.
+const NEAR_M: f64 = 0.16;
+const PLACES: usize = 8;
+/// So many pairs are looked at with their arms.
+const PAIRS: usize = 60;
+/// Hands that take an object or let it go within this time do so together, s.
+const TOGETHER_S: f64 = 0.3;
+
+/// Maps every grasp of commands; what cannot be held is noted with its reason. Where a hand gives an object to the other one, both grasps are chosen together.
+/// Returns where hands or arms go through each other all the same.
+///
+/// # Errors
+/// A hand that the robot does not have, an object that the scene does not have.
+pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
+    let crowded = mapping::map(commands, robot, scene)?;
+    for task in &mut commands.tasks {
+        let (Some(hand), Some(object)) = (robot.hands.get(&task.track), scene.bodies.get(&task.object)) else {
+            continue;
+        };
+        let radius = tip_radius(scene, task.track);
+        let grips = task.grasps.iter().map(|grasp| ResolvedGrasp::new(grasp, robot, hand, radius));
+        if let Ok(grips) = grips.collect::<Result<Vec<_>, String>>() {
+            lift(task, hand, &grips, object, scene);
+        }
+    }
+    for pair in meetings(&commands.tasks) {
+        let Some(meeting) = Meeting::new(&commands.tasks, robot, scene, pair) else { continue };
+        if let Some(chosen) = meeting.chosen()? {
+            for ((number, _), (task, arm)) in pair.into_iter().zip(chosen) {
+                let first = commands.tasks.iter().position(|it| it.track == task.track).unwrap_or(number);
+                commands.tasks[number] = task;
+                let mapped = commands.tasks[first].grasps.first_mut().and_then(|grasp| grasp.mapped.as_mut());
+                mapped.into_iter().for_each(|mapped| mapped.arm = arm.clone());
+            }
+        }
+    }
+    let crossings = apart::keep(commands, robot, scene)?;
+    for Crowded { grasp: (number, grasp), other, why } in crowded {
+        let closed = [(number, grasp), other].map(|(number, grasp)| {
+            let task = &commands.tasks[number];
+            let radius = tip_radius(scene, task.track);
+            let hand = robot.hands.get(&task.track)?;
+            let grip = ResolvedGrasp::new(&task.grasps[grasp], robot, hand, radius).ok()?;
+            let [closed, _] = grip.shapes(hand);
+            Some(closed)
+        });
+        if !matches!(closed, [Some(ours), Some(theirs)] if !nearer(&ours, &theirs, SHORT_M)) {
+            let grasp = &mut commands.tasks[number].grasps[grasp];
+            (grasp.mapped, grasp.infeasible) = (None, Some(why));
+        }
+    }
+    Ok(crossings)
+}
+
+/// Two grasps that meet when an object is handed over.
+struct Meeting<'a> {
+    /// The tasks that are done at the same time as theirs, and where the two are among them.
+    tasks: Vec<&'a Task>,
+    places: [(usize, usize); 2],
+    /// Whether the first of them gives the object to the other one, or takes it.
+    first_gives: bool,
+    robot: &'a Robot,
+    scene: &'a Scene,
+}
+
+/// A grasp with the hand on the object, closed and opened, frame of the object; and its ways.
+struct Choice {
+    measure: f64,
+    closed: Vec<PlacedShape>,
+    opened: Vec<PlacedShape>,
+    ways: Vec<Ways>,
+}
+
+/// Ways to a grasp and from it: the task with them, the places on them where the hand is near, and the walks of the arm.
+struct Ways {
+    task: Task,
+    near: [Vec<Vector3<f64>>; 2],
+    walks: OnceCell<Vec<Walk>>,
+}
+
+/// A task, and the posture in which its arm begins.
+type Chosen = (Task, BTreeMap<String, f64>);
+
+impl<'a> Meeting<'a> {
+    /// `None` where no hand gives the object to the other one, or where a hand has done something before: its arm has a posture then.
+    fn new(tasks: &'a [Task], robot: &'a Robot, scene: &'a Scene, pair: [(usize, usize); 2]) -> Option<Self> {
+        let numbers = groups(tasks).into_iter().next()?;
+        let [one, other] = pair.map(|(number, grasp)| held(&tasks[number], grasp).unwrap_or_default());
+        let gives = |from: [f64; 2], to: [f64; 2]| (0..2).all(|end| from[end] + TOGETHER_S < to[end]);
+        let first_gives = gives(one, other);
+        if !first_gives && !gives(other, one) {
+            return None;
+        }
+        let place = |(number, grasp)| Some((numbers.iter().position(|it| *it == number)?, grasp));
+        let places = [place(pair[0])?, place(pair[1])?];
+        let tasks = numbers.iter().map(|number| &tasks[*number]).collect();
+        Some(Self { tasks, places, first_gives, robot, scene })
+    }
+
+    /// The tasks with grasps that leave room; `None` when those that are mapped do, or no others are better.
+    fn chosen(&self) -> Result<Option<[Chosen; 2]>, InputError> {
+        let mapped = [0, 1].map(|hand| self.choice(hand, None));
+        let mut apart = SHORT_M;
+        if let [Some(one), Some(other)] = &mapped {
+            let walks = [self.walks(0, &one.ways[0]).first(), self.walks(1, &other.ways[0]).first()];
+            // An arm that cannot go its way is refused later, with its reason.
+            let [Some(one), Some(other)] = walks else { return Ok(None) };
+            apart = one.gap(other, 0.0).max(SHORT_M);
+            if apart >= ROOM_M {
+                return Ok(None);
+            }
+        }
+        let mut choices: Vec<Vec<Choice>> = Vec::new();
+        for (hand, mapped) in mapped.into_iter().enumerate() {
+            let tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
+            let others = alternatives(&tasks, self.robot, self.scene, self.places[hand])?;
+            let others = others.into_iter().filter_map(|held| self.choice(hand, Some(held)));
+            choices.push(mapped.into_iter().chain(others).collect());
+        }
+        let pairs = choices[0].iter().flat_map(|one| choices[1].iter().map(move |other| [one, other]));
+        let beside = |[one, other]: &[&Choice; 2]| leave_room(&one.closed, &other.closed);
+        let mut pairs: Vec<[&Choice; 2]> = pairs.filter(beside).collect();
+        let measure = |pair: &[&Choice; 2]| pair[0].measure * pair[1].measure;
+        pairs.sort_by(|a, b| measure(b).total_cmp(&measure(a)));
+        let mut best: Option<(f64, [Chosen; 2])> = None;
+        for ways in pairs.into_iter().flat_map(|pair| self.free_ways(pair)).take(PAIRS) {
+            let [ones, others] = [0, 1].map(|hand| self.walks(hand, ways[hand]));
+            for [one, other] in ones.iter().flat_map(|one| others.iter().map(move |other| [one, other])) {
+                let least = best.as_ref().map_or(apart, |(gap, _)| *gap);
+                let gap = one.gap(other, least);
+                if gap > least {
+                    let chosen = |hand: usize, walk: &Walk| (ways[hand].task.clone(), walk.arm.clone());
+                    best = Some((gap, [chosen(0, one), chosen(1, other)]));
+                }
+                if gap >= ROOM_M {
+                    return Ok(best.map(|(_, chosen)| chosen));
+                }
+            }
+        }
+        Ok(best.map(|(_, chosen)| chosen))
+    }
+
+    /// A grasp with its ways, as demonstrated and along the hand's own axis; the one that is mapped where no other is given.
+    fn choice(&self, hand: usize, other: Option<Held>) -> Option<Choice> {
+        let (number, grasp) = self.places[hand];
+        let mut task = self.tasks[number].clone();
+        if let Some(held) = other {
+            held.note(&mut task, grasp);
+        }
+        let measure = task.grasps[grasp].mapped.as_ref()?.measure;
+        let model = self.robot.hands.get(&task.track)?;
+        let radius = tip_radius(self.scene, task.track);
+        let grip = ResolvedGrasp::new(&task.grasps[grasp], self.robot, model, radius).ok()?;
+        let [closed, opened] = grip.shapes(model);
+        let mut tasks = vec![task];
+        for way in [Way::There, Way::Away] {
+            for mut task in tasks.clone() {
+                if turn(&mut task, grasp, &grip, way) {
+                    tasks.push(task);
+                }
+            }
+        }
+        let near = |task: &Task, way: Way| {
+            let near = || offsets(task, grasp, way).into_iter().map(|(off, _)| off).filter(|off| off.norm() < NEAR_M);
+            near().step_by(near().count().div_ceil(PLACES).max(1)).collect()
+        };
+        let ways = tasks.into_iter().map(|task| Ways {
+            near: [Way::There, Way::Away].map(|way| near(&task, way)),
+            task,
+            walks: OnceCell::new(),
+        });
+        Some(Choice { measure, closed, opened, ways: ways.collect() })
+    }
+
+    /// The ways of two grasps on which each hand, opened, leaves room for the other one where that holds the object.
+    fn free_ways<'c>(&self, pair: [&'c Choice; 2]) -> Vec<[&'c Ways; 2]> {
+        // The hand that takes over comes to the other one, which then leaves it.
+        let comes = [!self.first_gives, self.first_gives];
+        let leaves = [self.first_gives, !self.first_gives];
+        let free = |hand: usize, ways: &Ways| {
+            let other = &pair[1 - hand].closed;
+            [comes[hand], leaves[hand]].iter().zip(&ways.near).filter(|(looked, _)| **looked).all(|(_, near)| {
+                near.iter().all(|off| {
+                    let there: Vec<PlacedShape> = pair[hand].opened.iter().map(|shape| shape.shifted(off)).collect();
+                    leave_room(&there, other)
+                })
+            })
+        };
+        // A way that is of no concern stays as it was demonstrated.
+        let [ones, others] = [0, 1].map(|hand| {
+            let concerns = |at: &usize| (comes[hand] || at & 1 == 0) && (leaves[hand] || at & 2 == 0);
+            let ways = pair[hand].ways.iter().enumerate().filter(move |(at, _)| concerns(at)).map(|(_, ways)| ways);
+            ways.filter(|ways| free(hand, ways)).collect::<Vec<_>>()
+        });
+        ones.into_iter().flat_map(|one| others.iter().map(move |other| [one, *other])).collect()
+    }
+
+    /// The walks of an arm, first the one from the posture that it takes by itself.
+    fn walks<'c>(&self, hand: usize, ways: &'c Ways) -> &'c [Walk] {
+        let (number, _) = self.places[hand];
+        ways.walks.get_or_init(|| {
+            let mut tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
+            tasks[number] = ways.task.clone();
+            Walk::all(&tasks, number, self.robot, self.scene, usize::MAX).unwrap_or_default()
+        })
+    }
+}
+
+/// Whether hands are well apart.
+fn leave_room(ours: &[PlacedShape], theirs: &[PlacedShape]) -> bool {
+    !nearer(ours, theirs, ROOM_M)
+}

@@ -1,0 +1,25 @@
+//! Leaves out the beginning of a hand's first way, where arms would go through each other on it: from where people's hands come, arms need not be able to be.
+
+use teachtree_base::pose::from_seven;
+use teachtree_command::Task;
+
+/// An object stands as long as it is no farther than this from where it was, m and rad.
+const STANDS: (f64, f64) = (0.001, 0.02);
+
+/// The first way of a task in which the hand stands where this share of it is gone, until it goes on from there; `None` for a task that begins with a touch. Only
+/// the part of the way counts on which the object stands: the other hand may move it.
+pub fn begun_late(task: &Task, share: f64) -> Option<Task> {
+    let way = task.segments.iter().take_while(|segment| !segment.touching);
+    let samples = way.flat_map(|segment| segment.hand.iter().zip(&segment.object));
+    let object = from_seven(task.segments.first()?.object.first()?);
+    let stands = |pose: &[f64; 7]| {
+        let moved = object.inv_mul(&from_seven(pose));
+        moved.translation.vector.norm() < STANDS.0 && moved.rotation.angle() < STANDS.1
+    };
+    let samples: Vec<_> = samples.take_while(|(_, object)| stands(object)).map(|(hand, _)| *hand).collect();
+    let from = (share * samples.len().checked_sub(1)? as f64).round() as usize;
+    let mut task = task.clone();
+    let way = task.segments.iter_mut().take_while(|segment| !segment.touching);
+    way.flat_map(|segment| &mut segment.hand).take(from).for_each(|hand| *hand = samples[from]);
+    Some(task)
+}

@@ -1,0 +1,89 @@
+//! A hand with its arm that follows its plans by inverse kinematics alone.
+
+use super::hand_planner::{HandPlanner, Place};
+use super::plan::Plan;
+use super::start::Start;
+use crate::kinematics::arm_ik::PoseError;
+use crate::model::robot::Robot;
+use nalgebra::Isometry3;
+use teachtree_base::easing::minimum_jerk;
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
+use teachtree_base::scene::Scene;
+use teachtree_command::Task;
+
+/// Fingers take the shape of another grasp in this time, s.
+const RESHAPING_S: f64 = 0.8;
+/// Steps of the arm's inverse from one point to the next.
+const ITERATIONS: usize = 20;
+/// A palm that stays farther from where it is to be cannot be brought there.
+const MISSED: PoseError = PoseError { m: 2e-3, rad: 2e-2 };
+
+/// A hand with its arm on its way.
+pub(super) struct Moving {
+    pub(super) planner: HandPlanner,
+    /// Its robot, and the pose of its root: a hand without an arm is carried about.
+    pub(super) limb: Robot,
+    pub(super) root: Isometry3<f64>,
+    /// All degrees of freedom now, and as they were when the task began that is done now.
+    pub(super) q: Vec<f64>,
+    before: Vec<f64>,
+    /// That task, and when it began.
+    pub(super) doing: Option<(usize, f64)>,
+    /// Where the palm was aimed at last.
+    pub(super) palm: Isometry3<f64>,
+}
+
+impl Moving {
+    /// Returns a hand before its first task, in each posture of the arm from which it can begin; the first is the one to take.
+    ///
+    /// # Errors
+    /// As [`HandPlanner::begin`].
+    pub(super) fn begin(
+        side: Side,
+        limb: &Robot,
+        tasks: &[Task],
+        scene: &Scene,
+        place: &Place<'_>,
+    ) -> Result<Vec<Self>, InputError> {
+        let (planner, starts, target) = HandPlanner::begin(side, limb, tasks, scene, place)?;
+        let begun = starts.into_iter().map(|Start { q, root, .. }| {
+            let (planner, limb) = (planner.clone(), limb.clone());
+            Self { planner, limb, root, before: q.clone(), q, doing: None, palm: target.palm }
+        });
+        Ok(begun.collect())
+    }
+
+    /// Goes on to a time of a plan; `at_s` is the time since the group began, s.
+    pub(super) fn advance(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) -> Result<(), String> {
+        if self.doing.is_none_or(|(doing, _)| doing != task) {
+            self.before.clone_from(&self.q);
+            self.doing = Some((task, at_s));
+        }
+        let target = plan.at(own_s);
+        self.palm = target.palm;
+        let hand = &self.planner.hand;
+        if hand.arm.is_empty() {
+            self.root = target.palm * self.limb.tree.forward_kinematics(&self.q)[hand.palm].inverse();
+        } else {
+            let root = &self.root;
+            let missing = hand.arm_on(&self.limb.tree).inverse_kinematics(root, &target.palm, &mut self.q, ITERATIONS);
+            if missing.m > MISSED.m || missing.rad > MISSED.rad {
+                return Err(format!(
+                    "{at_s:.2} s into it the arm leaves the palm {:.1} mm and {:.1} deg from where it is to be",
+                    missing.m * 1e3,
+                    missing.rad.to_degrees()
+                ));
+            }
+        }
+        let since = at_s - self.doing.map_or(at_s, |(_, since)| since);
+        let shaped = minimum_jerk(since / RESHAPING_S);
+        for finger in &hand.fingers {
+            let angles = target.angles(finger);
+            for (dof, angle) in finger.dofs.iter().zip(angles) {
+                self.q[*dof] = self.before[*dof] + (angle - self.before[*dof]) * shaped;
+            }
+        }
+        Ok(())
+    }
+}

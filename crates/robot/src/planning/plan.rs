@@ -1,0 +1,568 @@
+//! What hand and object are to do at each instant of a task: from commands and a mapped grasp to targets of palm and fingertips.
+//!
+//! While the object is touched, the palm goes where the object goes, by the one pose of the grasp. Before and after, it goes as the middle of the operator's
+//! fingertips went, turned as in the grasp. Fingers close and open along the contact normals with minimum jerk. A task begins with a way from
+//! wherever the palm is. When the object is found elsewhere than it was demonstrated, everything is done relative to it, until the first
+//! carrying segment has brought it onto the demonstrated way.
+
+mod forces;
+mod lift;
+pub(super) mod pace;
+pub(super) mod segments;
+
+pub use self::forces::PlannedForce;
+
+use self::segments::{
+    SHORTEST_S, arch, ends_s, fade_time, falls, gone, is_brought, is_carried_later, is_near, precedence_s,
+    transfer_time,
+};
+use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, vector_at, way_of};
+use super::resolved_grasp::{ResolvedGrasp, resting};
+use super::time_scale::Part;
+use crate::kinematics::finger::FingerModel;
+use crate::kinematics::joint_positions::JointPositions;
+use crate::kinematics::limb_gap::PlacedShape;
+use crate::model::hand::HandModel;
+use crate::model::robot::Robot;
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
+use teachtree_base::easing::minimum_jerk;
+use teachtree_base::hands::Finger;
+use teachtree_base::meaning::Meaning;
+use teachtree_base::pose::{from_seven, slerp};
+use teachtree_base::shown::Shown;
+use teachtree_command::{Precedence, Segment, Task};
+
+/// Fingers open in this time, s; faster where the object is to fall from between them, and not along them.
+const OPENING_S: f64 = 0.4;
+const DROPPING_S: f64 = 0.15;
+/// Closing and squeezing take at least this long together, s.
+const CLOSING_S: f64 = 0.9;
+/// Letting go and going away take at least this long, s.
+const LEAVING_S: f64 = 1.0;
+/// Time for which an object rests before an insertion or an intended fall, s.
+const STEADIES_S: f64 = 1.0;
+/// Into a socket it goes no faster, m/s: hasty operators' hands give way where a robot's jam.
+const INSERTS_M_S: f64 = 0.04;
+/// What hangs between two tips, as on a hinge, is not sped up more, m/s²: it would swing.
+const HINGED_M_S2: f64 = 1.5;
+/// Nor is what two flat pads hold sped up more than this, m/s²: it would slip.
+const PINCHED_M_S2: f64 = 5.0;
+/// Speeds are looked at this often, s, and no phase is stretched more.
+const WATCHED_S: f64 = 0.02;
+const MOST_STRETCHED: f64 = 20.0;
+/// Twice the time between samples of commands, s.
+const SAMPLE_S: f64 = 0.02;
+/// A palm that would jump farther from one phase to the next, m and rad, goes over.
+const JUMP: (f64, f64) = (0.003, 0.05);
+
+/// No task is longer, s.
+const LONGEST_S: f64 = 600.0;
+
+/// What is wanted at one instant; reference frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// The palm.
+    pub palm: Isometry3<f64>,
+    /// Fingertips that take part: which, centre, force on the object.
+    pub tips: Vec<(Finger, Point3<f64>, Vector3<f64>)>,
+    /// Where the joints of the others are to be, out of the way.
+    pub idle: Vec<(Finger, JointPositions)>,
+    /// Where the object is to be.
+    pub object: Isometry3<f64>,
+    /// Whether nothing keeps the object from where it is to be: it hangs in the hand, or is pushed about with nothing beside it.
+    pub free: bool,
+    /// Whether fingers push it about, without a thumb that would hold it.
+    pub pushed: bool,
+}
+
+impl Target {
+    /// Moves all of it by a share of a displacement.
+    pub fn blend_toward(&mut self, off: &Isometry3<f64>, share: f64) {
+        let part = share_of(off, share);
+        self.palm = part * self.palm;
+        self.object = part * self.object;
+        for (_, tip, force) in &mut self.tips {
+            (*tip, *force) = (part * *tip, part * *force);
+        }
+    }
+
+    /// The shapes of a hand there, reference frame.
+    pub(super) fn shapes(&self, hand: &HandModel) -> Vec<PlacedShape> {
+        let solids = hand.solids(|finger| self.angles(finger));
+        solids.iter().map(|shape| PlacedShape::new(0, shape.moved(&self.palm))).collect()
+    }
+
+    /// The angles of a finger: with its tip where it is to be, or out of the way.
+    pub fn angles(&self, finger: &FingerModel) -> JointPositions {
+        if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
+            return finger.ik(self.palm.inverse_transform_point(tip)).angles;
+        }
+        let idle = self.idle.iter().find(|(which, _)| *which == finger.finger);
+        idle.map_or_else(|| resting(&finger.ranges), |(_, angles)| *angles)
+    }
+}
+
+/// Where an object is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// From where it was demonstrated to where it is, reference frame.
+    pub off: Isometry3<f64>,
+    /// When something else has brought it onto the demonstrated way, s of the recording; infinite when nothing does.
+    pub until_s: f64,
+}
+
+/// A task as it is performed.
+pub struct Plan<'a> {
+    task: &'a Task,
+    phases: Vec<Phase<'a>>,
+    grips: Vec<ResolvedGrasp>,
+    from: Isometry3<f64>,
+    transfer: f64,
+    /// By how much the middle of the way to the task is lifted, reference frame, m.
+    lifted: Vector3<f64>,
+    /// Intervals (s of the recording) in which another hand inserts something into the object.
+    insertions: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Copy)]
+struct Phase<'a> {
+    segment: &'a Segment,
+    grip: usize,
+    role: Role,
+    start: f64,
+    duration: f64,
+    /// From where the commands want the object to where it is, and how far that has faded at the beginning and at the end, 0 to 1.
+    anchor: Isometry3<f64>,
+    faded: [f64; 2],
+    /// From when to when the operator did it, s of the recording; the same twice for what no one showed.
+    demonstrated: [f64; 2],
+    /// Where the object stands all the time, as it was demonstrated, when nothing has touched it yet: what the operator nudged on the way, the robot does not.
+    stands: Option<Isometry3<f64>>,
+    /// By how much the middle of a way that no one showed is lifted, reference frame, m.
+    lifted: Vector3<f64>,
+}
+
+impl<'a> Phase<'a> {
+    /// A phase of an object that is where it was demonstrated.
+    fn new(segment: &'a Segment, role: Role, start: f64, duration: f64, demonstrated: [f64; 2]) -> Self {
+        let grip = segment.grasp.unwrap_or(0);
+        let (anchor, lifted) = (Isometry3::identity(), Vector3::zeros());
+        Self { segment, grip, role, start, duration, anchor, faded: [0.0; 2], demonstrated, stands: None, lifted }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Free,
+    Close,
+    Hold,
+    /// The object stays where the segment begins.
+    Steady,
+    Leave,
+    /// From how the hand left to how it takes hold next, which no one showed.
+    Over,
+}
+
+impl<'a> Plan<'a> {
+    /// Plans a task whose object is at `found`. `palm` is the current palm pose; without it, the plan starts at the task's first pose. `insertions` are the
+    /// intervals (s of the recording) in which other hands insert something into the object.
+    ///
+    /// # Errors
+    /// A grasp that was not mapped; a task without segments.
+    pub fn new(
+        task: &'a Task,
+        limb: &Robot,
+        hand: &HandModel,
+        found: Found,
+        insertions: Vec<[f64; 2]>,
+        palm: Option<&Isometry3<f64>>,
+        tip_radius: f64,
+    ) -> Result<Self, String> {
+        let mut grips = Vec::new();
+        for grasp in &task.grasps {
+            grips.push(ResolvedGrasp::new(grasp, limb, hand, tip_radius)?);
+        }
+        if grips.is_empty() {
+            return Err("has nothing that is touched".into());
+        }
+        if task.segments.is_empty() {
+            return Err("has no segments".into());
+        }
+        let mut plan = Self {
+            task,
+            phases: Vec::new(),
+            grips,
+            from: Isometry3::identity(),
+            transfer: 0.0,
+            lifted: Vector3::zeros(),
+            insertions,
+        };
+        let mut clock = 0.0;
+        let mut anchor = found.off;
+        // For how long the hand has held the object since it began to bring it onto the demonstrated way, and how long that takes, s.
+        let mut fading: Option<(f64, f64)> = None;
+        let touched = task.segments.iter().position(|segment| segment.touching).unwrap_or(0);
+        for (index, segment) in task.segments.iter().enumerate() {
+            let begins = segment.demonstrated_start_s;
+            let ends = ends_s(&task.segments, index);
+            // Who touches an object after something else has brought it onto the demonstrated way goes there on the demonstrated way.
+            let touch = task.segments[index..].iter().find(|segment| segment.touching).unwrap_or(segment);
+            if touch.demonstrated_start_s > found.until_s - SAMPLE_S {
+                anchor = Isometry3::identity();
+            }
+            let role = match (segment.touching, segment.does) {
+                (false, _) => Role::Free,
+                (true, Meaning::Close) if !segments::holds_on(&task.segments, index) => Role::Close,
+                (true, Meaning::Open) => Role::Leave,
+                (true, _) => Role::Hold,
+            };
+            // What pushes without a grasp closes on the way: a touch before it.
+            let first_touch = segment.touching && index > 0 && !task.segments[index - 1].touching;
+            if first_touch && role == Role::Hold {
+                let closing = Phase::new(segment, Role::Close, clock, CLOSING_S, [begins; 2]);
+                plan.phases.push(Phase { anchor, ..closing });
+                clock += CLOSING_S;
+            }
+            let least = match role {
+                Role::Close => CLOSING_S,
+                Role::Leave => LEAVING_S,
+                _ => SHORTEST_S,
+            };
+            let grip = segment.grasp.unwrap_or(0);
+            let inserts = role == Role::Hold && segment.does == Meaning::Insert;
+            let drops =
+                role == Role::Leave && falls(segment) && index > 0 && task.segments[index - 1].does == Meaning::Carry;
+            if inserts || drops {
+                let steadying = Phase::new(segment, Role::Steady, clock, STEADIES_S, [begins; 2]);
+                plan.phases.push(Phase { anchor, ..steadying });
+                clock += STEADIES_S;
+            }
+            let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
+            // What stands elsewhere than it was demonstrated waits for that.
+            let brings = role == Role::Close && is_brought(segment) && is_near(&anchor);
+            let pinched = (role == Role::Hold || brings) && plan.grips.get(grip).is_some_and(ResolvedGrasp::is_pinch);
+            let most_m_s2 = if hand.has_flat_pads() { PINCHED_M_S2 } else { HINGED_M_S2 };
+            let gently = if pinched { gentle_s(&segment.object, segment.duration_s, most_m_s2) } else { 0.0 };
+            let mut duration = segment.duration_s.max(least).max(slow).max(gently);
+            let mut demonstrated = match segment.precedence {
+                Some(precedence) => [precedence_s(&task.segments, index, precedence); 2],
+                None => [begins, ends],
+            };
+            // What is brought along while the hand closes comes after it has closed.
+            let bring = brings.then_some(duration);
+            if bring.is_some() {
+                (duration, demonstrated) = (CLOSING_S, [begins; 2]);
+            }
+            if let Some((since_s, whole_s)) = fading.take_if(|_| role != Role::Hold) {
+                anchor = share_of(&anchor, 1.0 - minimum_jerk(since_s / whole_s));
+            }
+            let mut faded = [0.0; 2];
+            let later = fading.is_none() && is_carried_later(&task.segments[index..]);
+            if role == Role::Hold && !later {
+                let (since_s, whole_s) =
+                    *fading.get_or_insert_with(|| (0.0, fade_time(&task.segments[index..], &anchor)));
+                faded = [since_s, since_s + duration].map(|time| time / whole_s);
+                fading = (faded[1] < 1.0).then_some((since_s + duration, whole_s));
+            }
+            let stands = (index < touched && found.until_s.is_infinite()).then(|| task.taken_at());
+            let phase = Phase::new(segment, role, clock, duration, demonstrated);
+            plan.phases.push(Phase { anchor, faded, stands, ..phase });
+            clock += duration;
+            if let Some(duration) = bring {
+                let bringing = Phase::new(segment, Role::Hold, clock, duration, [begins, ends]);
+                plan.phases.push(Phase { anchor, ..bringing });
+                clock += duration;
+                continue;
+            }
+            match role {
+                Role::Hold if fading.is_none() && !later => anchor = Isometry3::identity(),
+                // A hand that closes waits for the object to come along; by how much the operator moved it while grasping is made up for later.
+                Role::Close => {
+                    if let (Some(first), Some(last)) = (segment.object.first(), segment.object.last()) {
+                        anchor = anchor * from_seven(first) * from_seven(last).inverse();
+                    }
+                }
+                _ => {}
+            }
+        }
+        plan.go_over();
+        let first = plan.shown(0.0).palm;
+        plan.from = palm.copied().unwrap_or(first);
+        if palm.is_some() {
+            let way = (first.translation.vector - plan.from.translation.vector).norm();
+            let turn = first.rotation.angle_to(&plan.from.rotation);
+            plan.transfer = transfer_time(way, turn);
+        }
+        // Written so that a length that is no number is refused too.
+        let duration = plan.duration();
+        if duration <= LONGEST_S {
+            Ok(plan)
+        } else {
+            Err(format!("takes {:.0} s, expected at most {LONGEST_S} s", Shown(duration)))
+        }
+    }
+
+    /// Puts a way between phases of a free hand where the palm would jump: from one grasp to the next.
+    fn go_over(&mut self) {
+        let free = |role: Role| matches!(role, Role::Free | Role::Leave);
+        let mut index = 1;
+        while index < self.phases.len() {
+            let [before, after] = [index - 1, index];
+            let may = free(self.phases[before].role) && matches!(self.phases[after].role, Role::Free | Role::Close);
+            let from = self.in_phase(before, self.phases[before].duration).palm;
+            let to = self.in_phase(after, 0.0).palm;
+            let way = (to.translation.vector - from.translation.vector).norm();
+            let turn = to.rotation.angle_to(&from.rotation);
+            if may && (way > JUMP.0 || turn > JUMP.1) {
+                let duration = transfer_time(way, turn);
+                let Phase { segment, start, anchor, stands, .. } = self.phases[after];
+                let (mut from_s, mut to_s) = (self.phases[before].demonstrated[1], self.phases[after].demonstrated[0]);
+                // It is gone with the way before or after it, if that has precedence.
+                match (self.phases[before].segment.precedence, self.phases[after].segment.precedence) {
+                    (Some(Precedence::First), _) => to_s = from_s,
+                    (_, Some(Precedence::Last)) => from_s = to_s,
+                    _ => {}
+                }
+                let demonstrated = [from_s, to_s];
+                let over = Phase::new(segment, Role::Over, start, duration, demonstrated);
+                let over = Phase { anchor, stands, ..over };
+                self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
+                self.phases.insert(after, over);
+                index += 1;
+            }
+            index += 1;
+        }
+    }
+
+    /// Stretches each phase from a time on until the arm can follow: `too_fast` is asked for one palm after the other how many times too fast it is to
+    /// go there from the one before, within this time, s. Where that time is afterwards, s.
+    pub fn slow_down(&mut self, from_s: f64, too_fast: &mut dyn FnMut(&Isometry3<f64>, f64) -> f64) -> f64 {
+        let mut stretched = vec![1.0_f64; self.phases.len()];
+        let mut transfer = 1.0_f64;
+        let steps = ((self.duration() - from_s) / WATCHED_S).floor() as usize;
+        for step in 0..=steps {
+            let time = from_s + step as f64 * WATCHED_S;
+            let much = too_fast(&self.at(time).palm, WATCHED_S).clamp(1.0, MOST_STRETCHED);
+            // The first one is where the arm is.
+            match (step, time < self.transfer) {
+                (0, _) => {}
+                (_, true) => transfer = transfer.max(much),
+                (_, false) => {
+                    let at = self.index_at(time - self.transfer);
+                    stretched[at] = stretched[at].max(much);
+                }
+            }
+        }
+        let begins = self.index_at(from_s - self.transfer);
+        let into = ((from_s - self.transfer - self.phases[begins].start) / self.phases[begins].duration).max(0.0);
+        let mut clock = 0.0;
+        for (phase, much) in self.phases.iter_mut().zip(stretched) {
+            phase.start = clock;
+            phase.duration *= much;
+            clock += phase.duration;
+        }
+        let transfers = from_s < self.transfer;
+        self.transfer *= transfer;
+        if transfers { from_s } else { self.transfer + self.phases[begins].start + into * self.phases[begins].duration }
+    }
+
+    fn index_at(&self, time: f64) -> usize {
+        self.phases.partition_point(|phase| phase.start <= time).saturating_sub(1)
+    }
+
+    /// How long it takes, s.
+    pub fn duration(&self) -> f64 {
+        self.transfer + self.phases.last().map_or(0.0, |phase| phase.start + phase.duration)
+    }
+
+    /// When something is touched first, and when it is let go last, s.
+    pub fn touches(&self) -> (f64, f64) {
+        let touching = || self.phases.iter().filter(|phase| !matches!(phase.role, Role::Free | Role::Over));
+        let first = touching().next().map_or(0.0, |phase| phase.start);
+        let mut holding = touching().filter(|phase| phase.role != Role::Leave);
+        let last = holding.next_back().map_or(first, |phase| phase.start + phase.duration + OPENING_S);
+        (self.transfer + first, self.transfer + last)
+    }
+
+    /// Its parts, with when they were demonstrated, in order.
+    pub fn parts(&self) -> Vec<Part> {
+        let begins = self.phases.first().map_or(0.0, |phase| phase.demonstrated[0]);
+        let transfer = Part { demonstrated: [begins; 2], needs_s: self.transfer };
+        let phases = self.phases.iter().map(|phase| Part { demonstrated: phase.demonstrated, needs_s: phase.duration });
+        std::iter::once(transfer).chain(phases).collect()
+    }
+
+    /// The primitive at a time, s, and what the hand does in it. The way to the task is as the way that the operator came.
+    pub fn primitive(&self, time: f64) -> (&'a str, Meaning) {
+        if time < self.transfer {
+            let came = self.task.segments.iter().find(|segment| segment.does == Meaning::Free);
+            return (came.map_or(Meaning::Free.name(), |segment| &segment.primitive), Meaning::Free);
+        }
+        let segment = self.phases[self.index_at(time - self.transfer)].segment;
+        (&segment.primitive, segment.does)
+    }
+
+    /// The grasp at a time, s.
+    pub(super) fn grasp(&self, time: f64) -> usize {
+        self.phases[self.index_at(time - self.transfer)].grip.min(self.grips.len() - 1)
+    }
+
+    /// Returns where it is at a time, s, on a free way of its commands: which segment, and how far in it, 0 to 1; `None` where it touches, or goes where no one
+    /// showed.
+    pub(in crate::planning) fn on_way(&self, time: f64) -> Option<(usize, f64)> {
+        let local = time - self.transfer;
+        let phase = &self.phases[self.index_at(local)];
+        let since_s = (local - phase.start).clamp(0.0, phase.duration);
+        let share = match phase.role {
+            Role::Free if local >= 0.0 => since_s / phase.duration,
+            Role::Leave => gone(since_s, phase.duration),
+            _ => return None,
+        };
+        let segment = self.task.segments.iter().position(|segment| std::ptr::eq(segment, phase.segment))?;
+        Some((segment, share))
+    }
+
+    /// Whether the hand is open and away from its contacts at a time, s: on a way to them, or from them.
+    pub(in crate::planning) fn is_away(&self, time: f64) -> bool {
+        let local = time - self.transfer;
+        let phase = &self.phases[self.index_at(local)];
+        let leaves = phase.role == Role::Leave && gone(local - phase.start, phase.duration) > 0.0;
+        local < 0.0 || matches!(phase.role, Role::Free | Role::Over) || leaves
+    }
+
+    /// Whether it holds the object at a time, s: it has closed, and has not let go.
+    pub(in crate::planning) fn holds(&self, time: f64) -> bool {
+        matches!(self.phases[self.index_at(time - self.transfer)].role, Role::Hold | Role::Steady)
+    }
+
+    /// Returns how much of its target pose comes, at a time (s), from the body whose hole the object goes into: 0 far from it, 1 from just above it on.
+    pub fn leans(&self, time: f64) -> f64 {
+        let Some(over) = self.phases.iter().position(|phase| phase.role == Role::Steady) else { return 0.0 };
+        let (from, to) = (self.phases[over.saturating_sub(1)].start, self.phases[over].start);
+        minimum_jerk((time - self.transfer - from) / (to - from).max(SHORTEST_S))
+    }
+
+    /// The posture of the arm in the commands, as degrees of freedom and their values; empty where there is none.
+    pub(super) fn arm(&self) -> &[(usize, f64)] {
+        self.grips.first().map_or(&[], |grip| &grip.arm)
+    }
+
+    /// Where the operator left the object.
+    pub fn demonstrated_end(&self) -> Isometry3<f64> {
+        let last = self.task.segments.last().and_then(|segment| segment.object.last());
+        last.map_or_else(Isometry3::identity, from_seven)
+    }
+
+    /// What is wanted at a time, s.
+    pub fn at(&self, time: f64) -> Target {
+        if time >= self.transfer {
+            return self.shown(time - self.transfer);
+        }
+        let share = minimum_jerk(time / self.transfer);
+        let first = self.shown(0.0);
+        let place = self.from.translation.vector.lerp(&first.palm.translation.vector, share);
+        let palm = Isometry3::from_parts(
+            Translation3::from(place + self.lifted * arch(share)),
+            slerp(&self.from.rotation, &first.palm.rotation, share),
+        );
+        let back = palm * first.palm.inverse();
+        let tips = first.tips.iter().map(|(finger, tip, force)| (*finger, back * tip, *force)).collect();
+        Target { palm, tips, idle: first.idle, object: first.object, free: false, pushed: false }
+    }
+
+    /// What the commands want at a time after their beginning.
+    fn shown(&self, time: f64) -> Target {
+        let index = self.index_at(time);
+        self.in_phase(index, time - self.phases[index].start)
+    }
+
+    /// Between the phases before and after: a screw motion of the palm about the object, so that a hand goes about what it turned.
+    fn over(&self, index: usize, share: f64) -> Target {
+        let before = self.in_phase(index - 1, self.phases[index - 1].duration);
+        let after = self.in_phase(index + 1, 0.0);
+        let share = minimum_jerk(share);
+        let palm = before.palm * screw_motion(&(before.palm.inverse() * after.palm), share);
+        let palm = Translation3::from(self.phases[index].lifted * arch(share)) * palm;
+        let tips = after.tips.iter().map(|(finger, to, _)| {
+            let to = after.palm.inverse_transform_point(to);
+            let from = before.tips.iter().find(|(other, ..)| other == finger);
+            let from = from.map_or(to, |(_, from, _)| before.palm.inverse_transform_point(from));
+            (*finger, palm * (from + (to - from) * share), Vector3::zeros())
+        });
+        Target {
+            palm,
+            tips: tips.collect(),
+            idle: after.idle.clone(),
+            object: after.object,
+            free: false,
+            pushed: false,
+        }
+    }
+
+    /// What the commands want at a time after the beginning of a phase.
+    fn in_phase(&self, index: usize, local: f64) -> Target {
+        let phase = &self.phases[index];
+        if phase.role == Role::Over {
+            return self.over(index, local / phase.duration);
+        }
+        let (segment, grip) = (phase.segment, &self.grips[phase.grip.min(self.grips.len() - 1)]);
+        let local = local.clamp(0.0, phase.duration);
+        let share = self.share(phase, local);
+        let falls = phase.role == Role::Leave && falls(segment);
+        let at = if falls || matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
+        let faded = phase.faded[0] + (phase.faded[1] - phase.faded[0]) * share;
+        let anchor = share_of(&phase.anchor, 1.0 - minimum_jerk(faded));
+        let object = anchor * phase.stands.unwrap_or_else(|| pose_at(&segment.object, at));
+        let closing = phase.duration / 2.0;
+        let (mut offset, opened, force): (Vector3<f64>, f64, f64) = match phase.role {
+            Role::Free => {
+                let last = segment.hand.last().map_or_else(Vector3::zeros, |it| Vector3::from(*it)) - grip.middle;
+                let to_touch = self.leads_to_touch(phase);
+                // The last of the way leads exactly over the contacts.
+                let over = if to_touch { last * minimum_jerk((share - 0.5) / 0.5) } else { Vector3::zeros() };
+                (vector_at(&segment.hand, share) - grip.middle - over, 1.0, 0.0)
+            }
+            Role::Close => {
+                (Vector3::zeros(), 1.0 - minimum_jerk(local / closing), minimum_jerk((local - closing) / closing))
+            }
+            Role::Hold | Role::Steady | Role::Over => (Vector3::zeros(), 0.0, 1.0),
+            Role::Leave => {
+                let away = gone(local, phase.duration);
+                let first = segment.hand.first().map_or_else(Vector3::zeros, |it| Vector3::from(*it));
+                let drops = index > 0 && self.phases[index - 1].role == Role::Steady;
+                let opening_s = if drops { DROPPING_S } else { OPENING_S };
+                let fading = 1.0 - minimum_jerk(local / (0.4 * opening_s));
+                let mut hand = vector_at(&segment.hand, away);
+                if falls {
+                    // The way of the hand is told beside the object, which falls away from it.
+                    let fallen = pose_at(&segment.object, 0.0).inverse() * pose_at(&segment.object, away);
+                    hand = (fallen * Point3::from(hand)).coords;
+                }
+                (hand - first, minimum_jerk(local / opening_s), fading)
+            }
+        };
+        if !offset.iter().all(|part| part.is_finite()) {
+            offset = Vector3::zeros();
+        }
+        let palm = object * Translation3::from(offset) * grip.object_from_palm;
+        let tips = grip.tips.iter().map(|(finger, closed, open)| {
+            let wanted = self.commanded_force(index, at, *finger);
+            (*finger, palm * (closed + (open - closed) * opened), object.rotation * wanted * force)
+        });
+        let pushes = grip.tips.iter().all(|(finger, ..)| *finger != Finger::Thumb);
+        let pushed = matches!(phase.role, Role::Hold | Role::Leave) && pushes;
+        let free = match phase.role {
+            Role::Steady => true,
+            Role::Hold if pushes => segment.does.pushes(),
+            Role::Hold => segment.does == Meaning::Carry,
+            _ => false,
+        };
+        Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, free, pushed }
+    }
+
+    /// Whether the hand touches after this phase.
+    fn leads_to_touch(&self, phase: &Phase<'_>) -> bool {
+        let next = self.phases.iter().find(|other| other.start > phase.start && other.role != Role::Over);
+        next.is_some_and(|next| next.segment.touching)
+    }
+}

@@ -1,0 +1,86 @@
+//! Ways that no one showed, to a task and from one grasp to the next, are lifted over what the hand would go through.
+
+use super::segments::TRANSFER_M_S;
+use super::{Plan, Role};
+use crate::kinematics::arm_ik::Arm;
+use crate::kinematics::limb_gap::PlacedShape;
+use crate::kinematics::surroundings::Surroundings;
+use crate::model::hand::HandModel;
+use nalgebra::{Isometry3, Vector3};
+
+/// A way that no one showed is looked at in so many parts, and lifted by a multiple of this, m, up to so many times.
+const LOOKED_AT: usize = 24;
+const LIFT_M: f64 = 0.02;
+const LIFTS: u32 = 15;
+/// From so many starts, with so many iterations each, an arm is found to reach such a way.
+const REACHED_FROM: (usize, usize) = (16, 60);
+
+impl Plan<'_> {
+    /// Lifts the ways that no one showed, to the task and from one grasp to the next, over what the hand would go through: until it is clear, or else where that
+    /// halves the places at which it meets something. `up` is a unit vector, reference frame; where there is an arm, no way is lifted out of its reach.
+    pub(in crate::planning) fn lift(
+        &mut self,
+        hand: &HandModel,
+        up: &Vector3<f64>,
+        surroundings: &Surroundings,
+        arm: Option<&Arm<'_>>,
+    ) {
+        let over = (0..self.phases.len()).filter(|index| self.phases[*index].role == Role::Over);
+        let ways = over.map(Some).chain((self.transfer > 0.0).then_some(None));
+        for way in ways.collect::<Vec<Option<usize>>>() {
+            let (from_s, takes_s) = match way {
+                Some(index) => (self.transfer + self.phases[index].start, self.phases[index].duration),
+                None => (0.0, self.transfer),
+            };
+            // The fingers hardly move in the hand on such a way.
+            let middle = self.at(from_s + takes_s / 2.0);
+            let solids = hand.solids(|finger| middle.angles(finger));
+            let palms = |plan: &Self| -> Vec<Isometry3<f64>> {
+                let times = (1..LOOKED_AT).map(|at| from_s + takes_s * at as f64 / LOOKED_AT as f64);
+                times.map(|time| plan.at(time).palm).collect()
+            };
+            let met = |palms: &[Isometry3<f64>]| {
+                let placed = |palm: &Isometry3<f64>| -> Vec<PlacedShape> {
+                    solids.iter().map(|solid| PlacedShape::new(hand.palm, solid.moved(palm))).collect()
+                };
+                palms.iter().filter(|palm| surroundings.meet_any(&placed(palm))).count()
+            };
+            let straight = met(&palms(self));
+            let (mut least, mut height) = (straight.div_ceil(2), 0.0);
+            for step in (1..=LIFTS).take_while(|_| straight > 0) {
+                *self.lifted(way) = up * (f64::from(step) * LIFT_M);
+                let palms = palms(self);
+                let met = met(&palms);
+                if met < least && arm.is_none_or(|arm| reaches(arm, &palms)) {
+                    (least, height) = (met, f64::from(step) * LIFT_M);
+                }
+                if least == 0 {
+                    break;
+                }
+            }
+            *self.lifted(way) = up * height;
+            let longer = 2.0 * height / TRANSFER_M_S;
+            match way {
+                None => self.transfer += longer,
+                Some(index) => {
+                    self.phases[index].duration += longer;
+                    self.phases[index + 1..].iter_mut().for_each(|phase| phase.start += longer);
+                }
+            }
+        }
+    }
+
+    /// By how much a phase is lifted, or the way to the task.
+    fn lifted(&mut self, way: Option<usize>) -> &mut Vector3<f64> {
+        match way {
+            Some(index) => &mut self.phases[index].lifted,
+            None => &mut self.lifted,
+        }
+    }
+}
+
+/// Whether an arm can bring its palm along a way.
+fn reaches(arm: &Arm<'_>, palms: &[Isometry3<f64>]) -> bool {
+    let (root, q) = (Isometry3::identity(), vec![0.0; arm.tree.dofs.len()]);
+    arm.postures_along(&root, palms, &q, REACHED_FROM, &Surroundings::default()).next().is_some()
+}

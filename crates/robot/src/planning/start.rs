@@ -1,0 +1,126 @@
+//! Where a robot begins: joint positions from which its arm can bring the palm along the whole way of a plan.
+
+use super::plan::{Plan, Target};
+use crate::kinematics::arm_ik::{PostureAlong, WayMissed};
+use crate::kinematics::joint_positions::JointPositions;
+use crate::kinematics::surroundings::Surroundings;
+use crate::model::hand::HandModel;
+use crate::model::robot::Robot;
+use nalgebra::Isometry3;
+
+/// The way of the palm is looked at this often, s, from so many starts of the arm with so many iterations each.
+const WAY_S: f64 = 0.1;
+const STARTS: usize = 48;
+const ITERATIONS: usize = 150;
+/// The first free motion is left out in so many parts.
+const LEFT_OUT: u32 = 4;
+
+/// A robot at rest at its first target.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Values of all degrees of freedom.
+    pub q: Vec<f64>,
+    /// Where the root is, `world_from_root`.
+    pub root: Isometry3<f64>,
+    /// The joint positions of each finger.
+    pub fingers: Vec<JointPositions>,
+    /// Where the palm is to be.
+    pub palm: Isometry3<f64>,
+}
+
+impl Start {
+    /// Returns the start at a target, with an arm that can bring the palm along `way`, which begins there. A hand without an arm is carried about.
+    ///
+    /// # Errors
+    /// A way that the arm cannot go.
+    pub fn new(robot: &Robot, hand: &HandModel, target: &Target, way: &[Isometry3<f64>]) -> Result<Self, String> {
+        Self::all(robot, hand, target, way, &Surroundings::default()).map(|mut all| all.swap_remove(0))
+    }
+
+    /// Returns the starts in all postures of the arm from which it can go the way, one at least: those first whose links meet the surroundings and each other
+    /// at the fewest places, then those that stay farthest from their limits.
+    fn all(
+        robot: &Robot,
+        hand: &HandModel,
+        target: &Target,
+        way: &[Isometry3<f64>],
+        surroundings: &Surroundings,
+    ) -> Result<Vec<Self>, String> {
+        let rest = vec![0.0; robot.tree.dofs.len()];
+        let (mut root, mut postures) = (Isometry3::identity(), vec![rest.clone()]);
+        if hand.arm.is_empty() {
+            root = target.palm * robot.tree.forward_kinematics(&rest)[hand.palm].inverse();
+        } else {
+            let arm = hand.arm_on(&robot.tree);
+            let mut found: Vec<PostureAlong> =
+                arm.postures_along(&root, way, &rest, (STARTS, ITERATIONS), surroundings).collect();
+            found.sort_by(|a, b| a.met.cmp(&b.met).then(a.off_middle.total_cmp(&b.off_middle)));
+            postures = found.into_iter().map(|posture| posture.q).collect();
+        }
+        if postures.is_empty() {
+            let place = place_of(&target.palm);
+            return Err(format!("begins with the palm at {place}; the arm cannot bring it along the whole way"));
+        }
+        let fingers: Vec<JointPositions> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
+        let starts = postures.into_iter().map(|mut q| {
+            for (finger, angles) in hand.fingers.iter().zip(&fingers) {
+                for (dof, angle) in finger.dofs.iter().zip(angles) {
+                    q[*dof] = *angle;
+                }
+            }
+            Self { q, root, fingers: fingers.clone(), palm: target.palm }
+        });
+        Ok(starts.collect())
+    }
+
+    /// Returns the starts of a plan, first the one that is nearest to the arm's posture in its commands, or else the best; and when of the plan that is, s: the
+    /// operator may come from where the arm cannot be, so as much of the first free motion is left out as must be.
+    ///
+    /// # Errors
+    /// A plan whose way the arm cannot go, wherever it begins.
+    pub(crate) fn of_plan(
+        robot: &Robot,
+        hand: &HandModel,
+        plan: &Plan<'_>,
+        surroundings: &Surroundings,
+    ) -> Result<(Vec<Self>, f64), String> {
+        let mut refused = String::new();
+        let (touched, released) = plan.touches();
+        let way = |from_s: f64| -> Vec<Isometry3<f64>> {
+            let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
+            times.map(|time| plan.at(time).palm).collect()
+        };
+        for part in 0..=LEFT_OUT {
+            let from_s = touched * f64::from(part) / f64::from(LEFT_OUT);
+            let way = way(from_s);
+            match Self::all(robot, hand, &plan.at(from_s), &way, surroundings) {
+                Ok(mut all) => {
+                    let far = |start: &Self| plan.arm().iter().map(|(dof, at)| (start.q[*dof] - at).abs()).sum::<f64>();
+                    all.sort_by(|a, b| far(a).total_cmp(&far(b)));
+                    return Ok((all, from_s));
+                }
+                Err(message) => refused = message,
+            }
+        }
+        Err(missed(robot, hand, plan, touched, &way(touched)).unwrap_or(refused))
+    }
+}
+
+/// Formats a position for messages.
+fn place_of(pose: &Isometry3<f64>) -> String {
+    let at = pose.translation.vector * 1e3;
+    format!("{:.0}, {:.0}, {:.0} mm in the reference frame", at.x, at.y, at.z)
+}
+
+/// Formats the pose at which an arm fails to follow a plan's path from a time on, s.
+fn missed(robot: &Robot, hand: &HandModel, plan: &Plan<'_>, from_s: f64, way: &[Isometry3<f64>]) -> Option<String> {
+    let (root, rest) = (Isometry3::identity(), vec![0.0; robot.tree.dofs.len()]);
+    let arm = hand.arm_on(&robot.tree);
+    let WayMissed { pose, missing, at_limit } = arm.missed_along(&root, way, &rest, (STARTS, ITERATIONS))?;
+    let (primitive, _) = plan.primitive(from_s + pose as f64 * WAY_S);
+    let (place, m, rad) = (place_of(way.get(pose)?), missing.m * 1e3, missing.rad.to_degrees());
+    let joint = at_limit.map_or_else(String::new, |dof| format!(", with `{}` at its limit", robot.tree.dofs[dof].name));
+    Some(format!(
+        "the arm cannot bring the palm along the whole way: in {primitive} the palm is to be at {place}, and {m:.1} mm and {rad:.1} degrees are missing{joint}"
+    ))
+}

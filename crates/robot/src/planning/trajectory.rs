@@ -1,0 +1,248 @@
+//! What the joints of arm and hand are to do, with its times: for controllers that take a joint trajectory instead of targets of palm and fingertips.
+//!
+//! It has the fields of ROS 2's `trajectory_msgs/JointTrajectory`. Joints follow the targets of [`super::plan::Plan`] by the inverse kinematics alone;
+//! where a joint would exceed its limits, both hands are slowed down, in one measure ([`super::toppra`]). Forces are in the
+//! commands, not here.
+
+use super::moving::Moving;
+use super::posture::Posture;
+use super::schedule::{Schedule, at_task, groups, sides};
+use super::toppra::{Timed, timed};
+use crate::Robot;
+use nalgebra::Isometry3;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use teachtree_base::easing::minimum_jerk;
+use teachtree_base::error::InputError;
+use teachtree_base::scene::Scene;
+use teachtree_command::Commands;
+use teachtree_description::tree::Dof;
+
+/// Points in a second, before it is slowed down: those of commands.
+const RATE_HZ: f64 = 100.0;
+/// The way from the present posture takes this long at least, s.
+const LEADS_IN_S: f64 = 0.5;
+/// A joint that would have to be faster than this many times what it may be jumps.
+const SLOWEST: f64 = 20.0;
+
+/// A joint trajectory: `trajectory_msgs/JointTrajectory`, and what was slowed down for it.
+#[derive(Clone, Debug, Serialize)]
+pub struct JointTrajectory {
+    /// Frame and time that it refers to.
+    pub header: Header,
+    /// The joints that are driven, in the order of the numbers below.
+    pub joint_names: Vec<String>,
+    /// The way, from the first point on.
+    pub points: Vec<JointTrajectoryPoint>,
+    /// What has a controller of its own, with the places of its joints among the names; not written.
+    #[serde(skip)]
+    pub groups: Vec<(String, Vec<usize>)>,
+    /// How much slower than planned tasks are, in order; not written.
+    #[serde(skip)]
+    pub slowed: Vec<Slowed>,
+}
+
+/// Tasks that are slowed down together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slowed {
+    /// Which, counted from zero.
+    pub tasks: Vec<usize>,
+    /// How many times slower, at least 1.
+    pub times: f64,
+    /// The joint that is at its limit for longest; `None` when none is.
+    pub joint: Option<String>,
+}
+
+/// `std_msgs/Header`.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Header {
+    /// Zero: at once.
+    pub stamp: Duration,
+    /// The reference frame of the scene.
+    pub frame_id: String,
+}
+
+/// `builtin_interfaces/Duration`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Duration {
+    /// Whole seconds.
+    pub sec: i32,
+    /// The rest, ns.
+    pub nanosec: u32,
+}
+
+/// `trajectory_msgs/JointTrajectoryPoint`; rad or m, and their derivatives by s.
+#[derive(Clone, Debug, Serialize)]
+pub struct JointTrajectoryPoint {
+    /// Of each joint.
+    pub positions: Vec<f64>,
+    /// Of each joint.
+    pub velocities: Vec<f64>,
+    /// Of each joint.
+    pub accelerations: Vec<f64>,
+    /// Since the beginning.
+    pub time_from_start: Duration,
+}
+
+impl Duration {
+    fn of(time_s: f64) -> Self {
+        let nanoseconds = (time_s * 1e9).round() as i64;
+        Self { sec: (nanoseconds / 1_000_000_000) as i32, nanosec: (nanoseconds % 1_000_000_000) as u32 }
+    }
+
+    /// In s.
+    pub fn seconds(self) -> f64 {
+        f64::from(self.sec) + f64::from(self.nanosec) * 1e-9
+    }
+}
+
+impl JointTrajectory {
+    /// Its text.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn json(&self) -> Result<String, InputError> {
+        let failed = |error| InputError::new("the trajectory", format!("cannot be written: {error}"));
+        serde_json::to_string(self).map(|text| text + "\n").map_err(failed)
+    }
+}
+
+/// The joint trajectory of commands in a scene, whose objects may stand elsewhere than they were demonstrated. The joints of both hands are in one
+/// trajectory, and tasks that both did at the same time are slowed down together. It begins at rest at the `present` posture, if there is one.
+///
+/// # Errors
+/// As [`crate::simulation::run::simulate`]; a joint that would have to jump, a place that the arm cannot come to; a posture without one of the joints.
+pub fn trajectory(
+    commands: &Commands,
+    robot: &Robot,
+    scene: &Scene,
+    present: Option<&Posture>,
+) -> Result<JointTrajectory, InputError> {
+    let tasks = &commands.tasks;
+    let sides = sides(commands, robot)?;
+    let mut places: BTreeMap<&str, Isometry3<f64>> = BTreeMap::new();
+    for (number, task) in tasks.iter().enumerate() {
+        let lacks = || at_task(tasks, number, format!("is about `{}`, which is no body of the scene", task.object));
+        let body = scene.bodies.get(&task.object).ok_or_else(lacks)?;
+        places.insert(&task.object, body.pose());
+    }
+    let mut hands = Vec::new();
+    for &side in &sides {
+        let place = |object: &str| places.get(object).copied();
+        hands.push(Moving::begin(side, &robot.limb(side)?, tasks, scene, &place)?.swap_remove(0));
+    }
+    let dofs: Vec<Dof> = hands.iter().flat_map(|hand| hand.limb.tree.dofs.iter().cloned()).collect();
+    let shared = dofs.iter().find(|dof| dofs.iter().filter(|other| other.name == dof.name).count() > 1);
+    if let Some(Dof { name, .. }) = shared {
+        let message =
+            format!("both arms are moved by the joint `{name}`, expected joints of one arm each for a trajectory");
+        return Err(InputError::new("the robot", message));
+    }
+    let header = Header { stamp: Duration::default(), frame_id: "world".into() };
+    let joint_names = dofs.iter().map(|dof| dof.name.clone()).collect();
+    let groups_of_joints = controllers(&hands);
+    let mut made =
+        JointTrajectory { header, joint_names, points: Vec::new(), groups: groups_of_joints, slowed: Vec::new() };
+    for numbers in &groups(tasks) {
+        let mut plans = Vec::new();
+        for hand in &mut hands {
+            // Time enough is given to the joints at the end.
+            let place = &|object: &str| places.get(object).copied();
+            plans.push(hand.planner.plans(tasks, numbers, &hand.limb, hand.palm, place, &mut |_, from_s| from_s)?);
+        }
+        let schedule = Schedule::new(plans);
+        let way = way(&mut hands, &schedule).map_err(|(number, message)| at_task(tasks, number, message))?;
+        if let Some((joint, time_s)) = jump(&dofs, &way) {
+            let name = &dofs[joint].name;
+            let own = |hand: &&Moving| hand.limb.tree.dof(name).is_some();
+            let side = hands.iter().find(own).map(|hand| hand.planner.side);
+            let number = numbers.iter().find(|number| Some(tasks[**number].track) == side).copied().unwrap_or_default();
+            return Err(at_task(tasks, number, format!("makes the joint `{name}` jump, {time_s:.2} s into it")));
+        }
+        if let (Some(present), true, Some(first)) = (present, made.points.is_empty(), way.first()) {
+            let from = present.of(&made.joint_names)?;
+            append(&mut made.points, timed(&lead_in(&from, first, &dofs), 1.0 / RATE_HZ, &dofs));
+        }
+        let timed = timed(&way, 1.0 / RATE_HZ, &dofs);
+        let joint = timed.at_limit.map(|joint| dofs[joint].name.clone());
+        made.slowed.push(Slowed { tasks: numbers.clone(), times: timed.slower, joint });
+        append(&mut made.points, timed);
+        for &number in numbers {
+            places.insert(&tasks[number].object, schedule.demonstrated_end(tasks, &tasks[number].object));
+        }
+    }
+    Ok(made)
+}
+
+/// What has a controller of its own: the arm and the hand of each side.
+fn controllers(hands: &[Moving]) -> Vec<(String, Vec<usize>)> {
+    let mut groups = Vec::new();
+    let mut base = 0;
+    for hand in hands {
+        let side = if hands.len() > 1 { format!("{}_", hand.planner.side) } else { String::new() };
+        let arm = &hand.planner.hand.arm;
+        let (arm, rest): (Vec<usize>, Vec<usize>) = (0..hand.q.len()).partition(|dof| arm.contains(dof));
+        for (what, dofs) in [("arm", arm), ("hand", rest)] {
+            if !dofs.is_empty() {
+                groups.push((format!("{side}{what}"), dofs.into_iter().map(|dof| base + dof).collect()));
+            }
+        }
+        base += hand.q.len();
+    }
+    groups
+}
+
+/// Straight from one posture to another in the space of the joints, with minimum jerk.
+fn lead_in(from: &[f64], to: &[f64], dofs: &[Dof]) -> Vec<Vec<f64>> {
+    let ways = from.iter().zip(to).map(|(from, to)| (to - from).abs());
+    // The peaks of a minimum-jerk motion of length and time 1.
+    let needs = |(way, dof): (f64, &Dof)| {
+        let speed_s = 1.875 * way / dof.speed;
+        speed_s.max((5.774 * way / dof.acceleration).sqrt()).max((60.0 * way / dof.jerk).cbrt())
+    };
+    let time_s = ways.zip(dofs).map(needs).fold(LEADS_IN_S, f64::max);
+    let points = (time_s * RATE_HZ).ceil().max(1.0) as usize;
+    let point = |at: usize| {
+        let share = minimum_jerk(at as f64 / points as f64);
+        from.iter().zip(to).map(|(from, to)| from + (to - from) * share).collect()
+    };
+    (0..=points).map(point).collect()
+}
+
+/// The values of all degrees of freedom of all hands at each point of a group; what is wrong with which task.
+fn way(hands: &mut [Moving], schedule: &Schedule<'_>) -> Result<Vec<Vec<f64>>, (usize, String)> {
+    let begins_s = schedule.begins_s();
+    let points = ((schedule.time.over() - begins_s) * RATE_HZ).ceil().max(1.0) as usize;
+    let mut way = Vec::with_capacity(points + 1);
+    for point in 0..=points {
+        let since = point as f64 / RATE_HZ;
+        for (place, hand) in hands.iter_mut().enumerate() {
+            if let Some(now) = schedule.at(place, begins_s + since) {
+                hand.advance(now, since).map_err(|message| (now.0, message))?;
+            }
+        }
+        way.push(hands.iter().flat_map(|hand| hand.q.iter().copied()).collect());
+    }
+    hands.iter_mut().for_each(|hand| hand.doing = None);
+    Ok(way)
+}
+
+/// A joint that goes from one sample to the next as no motion does, and when, s since the group began.
+fn jump(dofs: &[Dof], way: &[Vec<f64>]) -> Option<(usize, f64)> {
+    way.windows(2).enumerate().find_map(|(at, pair)| {
+        let far = |joint: &usize| (pair[1][*joint] - pair[0][*joint]).abs() > SLOWEST * dofs[*joint].speed / RATE_HZ;
+        (0..dofs.len()).find(far).map(|joint| (joint, at as f64 / RATE_HZ))
+    })
+}
+
+fn append(points: &mut Vec<JointTrajectoryPoint>, timed: Timed) {
+    let begins_s = points.last().map_or(0.0, |last| last.time_from_start.seconds() + 1.0 / RATE_HZ);
+    // Six decimals, as everything that is written: a thousandth of a millimetre at the end of an arm.
+    let rounded = |values: Vec<f64>| values.into_iter().map(|value| (value * 1e6).round() / 1e6).collect();
+    points.extend(timed.knots.into_iter().map(|knot| JointTrajectoryPoint {
+        positions: rounded(knot.positions),
+        velocities: rounded(knot.velocities),
+        accelerations: rounded(knot.accelerations),
+        time_from_start: Duration::of(begins_s + knot.time_s),
+    }));
+}

@@ -1,0 +1,325 @@
+//! What a hand with its arm does in a group of tasks, by inverse kinematics alone: its shapes step by step, to be held against those of the other hand.
+
+use super::hand_planner::HandPlanner;
+use super::moving::Moving;
+use super::plan::Plan;
+use super::schedule::{EASED_S, HandPlans, first_to_touch};
+use super::time_scale::{Part, TimeScale};
+use crate::kinematics::limb_gap::{PlacedShape, limb_gap, nearer, placed};
+use crate::model::hand::HandModel;
+use crate::model::robot::Robot;
+use nalgebra::{Isometry3, Vector3};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use teachtree_base::error::InputError;
+use teachtree_base::scene::Scene;
+use teachtree_command::Task;
+use teachtree_description::shape::{CollisionShape, solids};
+
+/// Arms that are so far apart leave room for each other, m: what controllers deviate from their ways is less.
+pub(super) const ROOM_M: f64 = 0.005;
+/// Arms are looked at this often, s, first at every so many of these steps: most pairs that meet do so for longer.
+const STEP_S: f64 = 0.02;
+const STRIDES: [usize; 2] = [16, 1];
+
+/// Where only some times are looked at, the arm goes from one of these steps to the next, s.
+const COARSE_S: f64 = 0.1;
+
+/// A hand is so far from what the other one handles, m: where one object goes into another, fingers are near both.
+const BESIDE_M: f64 = 0.003;
+
+/// By how much more a millimeter counts by which hands are in each other than one that is missing between them.
+const DEEPER: f64 = 4.0;
+
+/// Penetrations of hands up to this depth, m, are not reported: the controllers deviate from their paths by as much.
+const REPORTED_M: f64 = 0.001;
+
+/// A limb at a step, with what its hand handles; reference frame.
+#[derive(Clone, Debug)]
+pub(super) struct Occupied {
+    pub(super) limb: Vec<PlacedShape>,
+    /// Of an object that both hands handle: empty while this one is on a way without it.
+    pub(super) object: Vec<PlacedShape>,
+    /// Whether it may touch what the other hand handles: both handle the same, and it is at it.
+    shares: bool,
+}
+
+impl Occupied {
+    /// A hand with its arm where it is, and its object at a time of its plan, s.
+    fn of_limb(hand: &Moving, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
+        let poses = hand.limb.tree.forward_kinematics(&hand.q);
+        let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
+        Self::new(placed(&hand.limb.tree, &poses), plan, own_s, object)
+    }
+
+    /// A hand, without its arm, and its object at a time of its plan, s.
+    pub(super) fn of_hand(hand: &HandModel, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
+        Self::new(plan.at(own_s).shapes(hand), plan, own_s, object)
+    }
+
+    fn new(limb: Vec<PlacedShape>, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
+        let shares = object.is_shared && !plan.is_away(own_s);
+        if object.is_shared && !shares {
+            return Self { limb, object: Vec::new(), shares };
+        }
+        let pose = plan.at(own_s).object;
+        let object = object.solids.iter().map(|solid| PlacedShape::new(0, solid.moved(&pose))).collect();
+        Self { limb, object, shares }
+    }
+
+    /// By how much two limbs are nearer to each other, or to what the other one handles, than they should be, m; what is in the other one counts more.
+    pub(super) fn too_near(&self, other: &Self) -> f64 {
+        let by = |ours: &[PlacedShape], theirs: &[PlacedShape], room: f64| {
+            limb_gap(ours, theirs, room).map_or(0.0, |found| room - found.gap + DEEPER * (-found.gap).max(0.0))
+        };
+        let touched = |one: &Self, other: &Self| {
+            if one.shares && other.shares { 0.0 } else { by(&one.limb, &other.object, BESIDE_M) }
+        };
+        by(&self.limb, &other.limb, ROOM_M).max(touched(self, other)).max(touched(other, self))
+    }
+
+    /// Whether there is room beside this limb and what it handles for a hand on its way that is moved by so much, m.
+    pub(super) fn leaves_room(&self, hand: &[PlacedShape], by: &Vector3<f64>) -> bool {
+        let moved: Vec<PlacedShape> = hand.iter().map(|shape| shape.shifted(by)).collect();
+        !nearer(&moved, &self.limb, ROOM_M) && !nearer(&moved, &self.object, BESIDE_M)
+    }
+}
+
+/// Where an object is when tasks begin, reference frame.
+pub(super) fn place_of(tasks: &[Task], scene: &Scene, object: &str) -> Option<Isometry3<f64>> {
+    let first = first_to_touch(tasks.iter().filter(|task| task.object == object));
+    first.map(Task::taken_at).or_else(|| scene.bodies.get(object).map(|body| body.pose()))
+}
+
+/// The object of a task.
+pub(super) struct HandledObject {
+    /// Its frame.
+    solids: Vec<CollisionShape>,
+    /// Whether the other hand handles it too.
+    is_shared: bool,
+}
+
+impl HandledObject {
+    pub(super) fn of(tasks: &[Task], number: usize, scene: &Scene) -> Self {
+        let task = &tasks[number];
+        let is_shared = tasks.iter().any(|other| other.track != task.track && other.object == task.object);
+        Self { solids: scene.bodies.get(&task.object).map(solids).unwrap_or_default(), is_shared }
+    }
+}
+
+/// What a hand does in a group of tasks, step by step of its own time.
+#[derive(Clone)]
+pub(super) struct Walk {
+    /// The posture in which its arm begins.
+    pub(super) arm: BTreeMap<String, f64>,
+    /// The planner of the hand, before the first task.
+    pub(super) planner: HandPlanner,
+    parts: Vec<Part>,
+    begins_s: f64,
+    steps: Arc<[Occupied]>,
+}
+
+/// Hands or arms that go through each other in tasks that are done at the same time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Crossing {
+    /// The indices of the tasks.
+    pub tasks: Vec<usize>,
+    /// How deep they are in each other at most, m.
+    pub depth_m: f64,
+}
+
+/// A step at which two walks come near to each other.
+pub(super) struct Near {
+    /// The step of each.
+    pub(super) steps: [usize; 2],
+    /// By how much they are nearer than they should be, m, as [`Occupied::too_near`] counts it.
+    pub(super) by: f64,
+}
+
+impl Walk {
+    /// The walks of the hand of a task, one from each of the best postures, so many at most, from which its arm can go it.
+    pub(super) fn all(
+        tasks: &[Task],
+        number: usize,
+        robot: &Robot,
+        scene: &Scene,
+        most: usize,
+    ) -> Result<Vec<Self>, InputError> {
+        let begun = Self::begun(tasks, number, robot, scene)?;
+        Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene)).take(most).collect())
+    }
+
+    /// The hand of a task before its walks, in each posture in which its arm can begin, the best one first.
+    pub(super) fn begun(
+        tasks: &[Task],
+        number: usize,
+        robot: &Robot,
+        scene: &Scene,
+    ) -> Result<Vec<Moving>, InputError> {
+        let side = tasks[number].track;
+        let place = |object: &str| place_of(tasks, scene, object);
+        let begun = Moving::begin(side, &robot.limb(side)?, tasks, scene, &place)?;
+        let mut different: Vec<Moving> = Vec::new();
+        for hand in begun {
+            // A joint that is turned all the way round is where it was.
+            let same = |other: &Moving| {
+                hand.q.iter().zip(&other.q).all(|(a, b)| (a - b).sin().abs() < 1e-3 && (a - b).cos() > 0.0)
+            };
+            if !different.iter().any(same) {
+                different.push(hand);
+            }
+        }
+        Ok(different)
+    }
+
+    /// The walk of a hand; `None` for one that the arm cannot go.
+    pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene) -> Option<Self> {
+        let place = |object: &str| place_of(tasks, scene, object);
+        let arm = hand.planner.hand.arm.iter().map(|dof| (hand.limb.tree.dofs[*dof].name.clone(), hand.q[*dof]));
+        let arm = arm.collect();
+        let group: Vec<usize> = (0..tasks.len()).collect();
+        let planner = hand.planner.clone();
+        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
+        let parts = made.parts();
+        let (mut steps, mut done_s): (Vec<Occupied>, f64) = (Vec::new(), 0.0);
+        for (number, plan) in &made.plans {
+            let object = HandledObject::of(tasks, *number, scene);
+            let own_s = |step: usize| made.begins_s + step as f64 * STEP_S - done_s;
+            while own_s(steps.len()) <= plan.duration() {
+                let own_s = own_s(steps.len());
+                hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
+                steps.push(Occupied::of_limb(&hand, plan, own_s, &object));
+            }
+            done_s += plan.duration();
+        }
+        let steps: Arc<[Occupied]> = steps.into();
+        (!steps.is_empty()).then_some(Self { arm, planner, parts, begins_s: made.begins_s, steps })
+    }
+
+    /// Where the hand is at times of its plans, s, with its arm; `None` where the arm cannot go the walk.
+    pub(super) fn stands(mut hand: Moving, tasks: &[Task], scene: &Scene, times: &[f64]) -> Option<Vec<Occupied>> {
+        let place = |object: &str| place_of(tasks, scene, object);
+        let group: Vec<usize> = (0..tasks.len()).collect();
+        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
+        let mut stands: Vec<Option<Occupied>> = vec![None; times.len()];
+        let mut done_s = 0.0;
+        for (number, plan) in &made.plans {
+            let object = HandledObject::of(tasks, *number, scene);
+            let is_last = made.plans.last().is_some_and(|(last, _)| last == number);
+            let within = |time: f64| time >= done_s && (time < done_s + plan.duration() || is_last);
+            let coarse = (0..).map(|step| made.begins_s.max(done_s) + f64::from(step) * COARSE_S);
+            let coarse = coarse.take_while(|time| *time <= done_s + plan.duration()).map(|time| (time, None));
+            let wanted =
+                times.iter().enumerate().filter(|(_, time)| within(**time)).map(|(at, time)| (*time, Some(at)));
+            let mut all: Vec<(f64, Option<usize>)> = coarse.chain(wanted).collect();
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for (time, wanted) in all {
+                let own_s = (time.max(made.begins_s) - done_s).min(plan.duration());
+                hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
+                if let Some(at) = wanted {
+                    stands[at] = Some(Occupied::of_limb(&hand, plan, own_s, &object));
+                }
+            }
+            done_s += plan.duration();
+        }
+        stands.into_iter().collect()
+    }
+
+    /// Of postures in which the hand may begin, the one that is most like that of this walk.
+    pub(super) fn like(&self, begun: Vec<Moving>) -> Option<Moving> {
+        // A joint that is turned all the way round is where it was.
+        let far = |hand: &Moving| {
+            let dofs = hand.planner.hand.arm.iter().map(|dof| (&hand.limb.tree.dofs[*dof].name, hand.q[*dof]));
+            dofs.map(|(name, at)| self.arm.get(name).map_or(0.0, |own| 1.0 - (own - at).cos())).sum::<f64>()
+        };
+        begun.into_iter().min_by(|a, b| far(a).total_cmp(&far(b)))
+    }
+
+    /// The same walk at other times of the recording.
+    pub(super) fn at_times_of(&self, plans: &HandPlans<'_>) -> Self {
+        Self { parts: plans.parts(), ..self.clone() }
+    }
+
+    /// Its limb at a step; after the last one it stands.
+    pub(super) fn at(&self, step: usize) -> &Occupied {
+        &self.steps[step.min(self.steps.len() - 1)]
+    }
+
+    /// The time in its plans at a step, s.
+    pub(super) fn own_s(&self, step: usize) -> f64 {
+        self.begins_s + step as f64 * STEP_S
+    }
+
+    /// The smallest gap to the hand of another walk, m; as soon as it is no more than `least`, that is the answer.
+    pub(super) fn gap(&self, other: &Self, least: f64) -> f64 {
+        let walks = [self, other];
+        let time = time_of(&walks);
+        let all = (time.over() / STEP_S) as usize;
+        let mut gap = f64::INFINITY;
+        for step in STRIDES.into_iter().flat_map(|stride| (0..=all).step_by(stride)) {
+            let [one, other] = steps(&walks, &time, step);
+            gap = limb_gap(&self.at(one).limb, &walks[1].at(other).limb, gap).map_or(gap, |found| found.gap);
+            if gap <= least {
+                break;
+            }
+        }
+        gap
+    }
+
+    /// The steps of two walks that are at the same time, in order.
+    pub(super) fn together(&self, other: &Self) -> Vec<[usize; 2]> {
+        let walks = [self, other];
+        let time = time_of(&walks);
+        let all = (time.over() / STEP_S) as usize;
+        (0..=all).map(|step| steps(&walks, &time, step)).collect()
+    }
+
+    /// How two walks of these tasks go through each other, at steps that are near; `None` where they do not.
+    pub(super) fn crossing(&self, other: &Self, near: &[Near], tasks: &[usize]) -> Option<Crossing> {
+        let gap = |near: &Near| limb_gap(&self.at(near.steps[0]).limb, &other.at(near.steps[1]).limb, -REPORTED_M);
+        let depth_m = near.iter().filter_map(gap).map(|found| -found.gap).fold(0.0, f64::max);
+        (depth_m > 0.0).then(|| Crossing { tasks: tasks.to_vec(), depth_m })
+    }
+
+    /// As [`Walk::near`], for a walk of the hand with this number; steps are in the order of the hands.
+    pub(super) fn near_to(&self, other: &Self, hand: usize) -> Vec<Near> {
+        if hand == 0 { self.near(other) } else { other.near(self) }
+    }
+
+    /// The steps at which two walks are nearer to each other than they should be.
+    pub(super) fn near(&self, other: &Self) -> Vec<Near> {
+        let steps = self.together(other).into_iter();
+        let near = steps.map(|steps| Near { steps, by: self.at(steps[0]).too_near(other.at(steps[1])) });
+        near.filter(|near| near.by > 0.0).collect()
+    }
+}
+
+/// The time scale of two walks.
+fn time_of(walks: &[&Walk; 2]) -> TimeScale {
+    TimeScale::of(&walks.map(|walk| walk.parts.clone()), EASED_S)
+}
+
+/// The step of each of two walks at a step of the time of both.
+fn steps(walks: &[&Walk; 2], time: &TimeScale, step: usize) -> [usize; 2] {
+    [0, 1].map(|hand| {
+        let since_s = (time.at(hand, step as f64 * STEP_S) - walks[hand].begins_s).max(0.0);
+        (since_s / STEP_S).round() as usize
+    })
+}
+
+/// By how much hands are nearer than they should be, m in all of some steps, as [`Occupied::too_near`] counts it; `None` where it is more than `most`.
+pub(super) fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Option<f64> {
+    let mut sum = 0.0;
+    for (one, other) in ours.iter().zip(theirs) {
+        sum += one.too_near(other);
+        if sum > most {
+            return None;
+        }
+    }
+    Some(sum)
+}
+
+/// What is too near, m in all, as [`Occupied::too_near`] counts it.
+pub(super) fn total(near: &[Near]) -> f64 {
+    near.iter().map(|near| near.by).sum()
+}

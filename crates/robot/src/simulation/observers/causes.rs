@@ -1,0 +1,193 @@
+//! Why a task is not done: what keeps an object from where it should be, when, and by which hand.
+//!
+//! Each cause is something that a real robot could know of itself, or see of the object, and that lasts: what is over after [`LASTS_S`] is none. A cause is
+//! said once, when it began, with its largest extent. That the object left its way is always among them, if nothing else is.
+
+use super::judge::{WITHIN_M, WITHIN_RAD};
+use crate::control::behavior::{HOLDS_N, Searched, holds};
+use crate::model::robot::Robot;
+use crate::planning::plan::Target;
+use crate::simulation::cause::{Cause, Why};
+use crate::simulation::hand_agent::{Doing, HandAgent};
+use crate::simulation::observer::{Observer, Step};
+use crate::{FingerModel, Kind};
+use nalgebra::{Point3, Vector3};
+use teachtree_base::hands::{Finger, Side};
+use teachtree_world::{Observation, TipState};
+
+/// What lasts for less is no cause, s.
+const LASTS_S: f64 = 0.1;
+/// The same of an object that touches nothing, s: it falls by 10 mm meanwhile.
+const FALLS_S: f64 = 0.045;
+/// A joint this near to its limit is at it, rad or m.
+const AT_LIMIT: f64 = 1e-3;
+/// A palm or fingertip is off its way from here on, m and rad.
+const OFF_WAY: (f64, f64) = (2e-3, 2e-2);
+/// A motor lacks torque from this share of its own on.
+const LACKS: f64 = 0.05;
+/// A fingertip that presses with less than this share of what it is asked for does not press.
+const PRESSES: f64 = 0.5;
+/// A contact that moves farther along the surface has slipped, m: less is how a ball rolls.
+const SLIPS_M: f64 = 5e-3;
+
+/// The causes of each task so far.
+pub(in crate::simulation) struct Causes {
+    tasks: Vec<Watch>,
+}
+
+impl Causes {
+    /// Returns the causes of so many tasks, before any step.
+    pub(in crate::simulation) fn new(tasks: usize) -> Self {
+        Self { tasks: (0..tasks).map(|_| Watch::default()).collect() }
+    }
+
+    /// Returns what keeps the object of a task from where it should be, in order of time.
+    pub(in crate::simulation) fn of(&self, task: usize) -> Vec<Cause> {
+        let watch = &self.tasks[task];
+        let left = watch.present.iter().filter(|cause| matches!(cause.why, Why::LeftWay(..)));
+        let mut causes: Vec<Cause> = watch.causes.iter().chain(left).cloned().collect();
+        causes.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
+        causes
+    }
+}
+
+impl Observer for Causes {
+    fn look(&mut self, step: &Step<'_>) {
+        for (hand, felt) in step.hands.iter().zip(&step.seen.hands) {
+            let Some(doing) = hand.at_work() else { continue };
+            let watch = &mut self.tasks[doing.task];
+            let mut present = at_limits(hand, &felt.tips, doing.body);
+            present.extend(weak_motors(hand));
+            present.extend(watch.contacts(&hand.target, &felt.tips, &doing, step.seen));
+            if let Some(Searched::NotWithin(within)) = hand.searched(doing.task) {
+                present.push(Why::HoleMissed(within));
+            }
+            let [is, should] = [step.seen.bodies[doing.body].pose, hand.target.object];
+            let off = (is.translation.vector - should.translation.vector).norm();
+            let turned = is.rotation.angle_to(&should.rotation);
+            if off > WITHIN_M || turned > WITHIN_RAD {
+                present.push(Why::LeftWay(off, turned));
+            }
+            watch.note(step.time_s(), hand.planner.side, doing.primitive, &present);
+        }
+    }
+}
+
+/// What is remembered of a task.
+#[derive(Default)]
+struct Watch {
+    causes: Vec<Cause>,
+    /// What is so now, since when.
+    present: Vec<Cause>,
+    /// Fingertips that hold: where they were on the object at first, its frame.
+    held: Vec<(Finger, Point3<f64>)>,
+}
+
+impl Watch {
+    /// Takes down what is so now; what has lasted for long enough is a cause.
+    fn note(&mut self, time_s: f64, side: Side, primitive: &str, now: &[Why]) {
+        self.present.retain(|cause| now.iter().any(|why| why.is_same(&cause.why)));
+        for why in now {
+            match self.present.iter_mut().find(|cause| cause.why.is_same(why)) {
+                Some(cause) => cause.why.worsen(why),
+                None => self.present.push(Cause { time_s, side, primitive: primitive.into(), why: why.clone() }),
+            }
+        }
+        let lasts = |cause: &&Cause| time_s - cause.time_s >= lasts_s(&cause.why);
+        // An object that leaves its way may come back to it until the end.
+        let for_good = |cause: &&Cause| !matches!(cause.why, Why::LeftWay(..));
+        for cause in self.present.iter().filter(lasts).filter(for_good) {
+            match self.causes.iter_mut().find(|known| known.why.is_same(&cause.why)) {
+                Some(known) => known.why.worsen(&cause.why),
+                None => self.causes.push(cause.clone()),
+            }
+        }
+    }
+
+    /// Contacts that slip or are lost, and an object that is dropped.
+    fn contacts(&mut self, target: &Target, tips: &[TipState], doing: &Doing<'_>, seen: &Observation) -> Vec<Why> {
+        let object = seen.bodies[doing.body].pose;
+        let asked = |finger: Finger| {
+            let tip = target.tips.iter().find(|(other, ..)| *other == finger);
+            tip.map_or(0.0, |(.., force)| force.norm())
+        };
+        self.held.retain(|(finger, _)| asked(*finger) > HOLDS_N);
+        let mut present = Vec::new();
+        for tip in tips.iter().filter(|tip| asked(tip.finger) > HOLDS_N) {
+            let at = object.inverse_transform_point(&tip.position);
+            let touch = tip.touches.iter().find(|touch| touch.body == doing.body);
+            match (touch, self.held.iter().find(|(finger, _)| *finger == tip.finger)) {
+                (Some(touch), None) if touch.force.norm() > PRESSES * asked(tip.finger) => {
+                    self.held.push((tip.finger, at))
+                }
+                (Some(touch), Some((_, first))) => {
+                    let way = at - first;
+                    let normal = object.inverse_transform_vector(&touch.normal);
+                    let along = (way - normal * way.dot(&normal)).norm();
+                    present.extend((along > SLIPS_M).then_some(Why::ContactSlipped(tip.finger, along)));
+                }
+                (None, Some(_)) => present.push(Why::ContactLost(tip.finger)),
+                _ => {}
+            }
+        }
+        let bears = |bodies: [usize; 2], force: Vector3<f64>| bodies.contains(&doing.body) && force != Vector3::zeros();
+        let touched =
+            seen.hands.iter().flat_map(|hand| &hand.tips).any(|tip| tip.force_on(doing.body) != Vector3::zeros());
+        let borne = seen.contacts.iter().any(|contact| bears([contact.body, contact.other], contact.force));
+        if holds(target) && !self.held.is_empty() && !touched && !borne {
+            present.push(Why::Dropped);
+        }
+        present
+    }
+}
+
+/// For how long a cause must last, s.
+fn lasts_s(why: &Why) -> f64 {
+    if matches!(why, Why::Dropped) { FALLS_S } else { LASTS_S }
+}
+
+/// Joints at a limit because of which the palm, or a fingertip that is to press and does not, is off its way.
+fn at_limits(hand: &HandAgent<'_>, tips: &[TipState], body: usize) -> Vec<Why> {
+    let (executor, model) = (&hand.executor, &hand.planner.hand);
+    let dofs = &executor.robot().tree.dofs;
+    let at_limit = |dof: usize, value: f64| dofs[dof].range.iter().any(|limit| (value - limit).abs() < AT_LIMIT);
+    let mut present = Vec::new();
+    let missed = executor.missed();
+    if missed.m > OFF_WAY.0 || missed.rad > OFF_WAY.1 {
+        let wanted = executor.wanted();
+        let those = model.arm.iter().filter(|&&dof| at_limit(dof, wanted[dof]));
+        present.extend(those.map(|&dof| Why::JointAtLimit(dofs[dof].name.clone(), None, missed.m, missed.rad)));
+    }
+    for (finger, place, force) in &hand.target.tips {
+        let (Some(tip), Some(model)) = (tips.iter().find(|tip| tip.finger == *finger), model.finger(*finger)) else {
+            continue;
+        };
+        let off = (tip.position - place).norm();
+        let presses = tip.force_on(body).norm() >= PRESSES * force.norm();
+        if force.norm() > HOLDS_N && !presses && off > OFF_WAY.0 {
+            let those = model.dofs.iter().filter(|&&dof| at_limit(dof, executor.motion.q[dof]));
+            present.extend(those.map(|&dof| Why::JointAtLimit(dofs[dof].name.clone(), Some(*finger), off, 0.0)));
+        }
+    }
+    present
+}
+
+/// Motors that are asked for more than they give.
+fn weak_motors(hand: &HandAgent<'_>) -> Vec<Why> {
+    let robot = hand.executor.robot();
+    let fingers = hand.planner.hand.fingers.iter().flat_map(|finger: &FingerModel| &finger.dofs);
+    let mut dofs: Vec<usize> = hand.planner.hand.arm.iter().chain(fingers).copied().collect();
+    // Jaws share a motor.
+    dofs.sort_unstable();
+    dofs.dedup();
+    let lacking = dofs.into_iter().map(|dof| (dof, hand.executor.lacking(dof)));
+    let weak = lacking.filter(|(dof, lacking)| *lacking > LACKS * robot.tree.dofs[*dof].torque);
+    weak.map(|(dof, lacking)| Why::TorqueMissing(robot.tree.dofs[dof].name.clone(), lacking, kind(robot, dof)))
+        .collect()
+}
+
+/// Whether a degree of freedom turns or slides.
+fn kind(robot: &Robot, dof: usize) -> Kind {
+    let mut joints = robot.tree.links.iter().filter_map(|link| link.joint.as_ref());
+    joints.find(|joint| joint.dof == dof).map_or(Kind::Revolute, |joint| joint.kind)
+}

@@ -1,0 +1,184 @@
+//! The judge: how far each task ended from where the demonstration left its object, and how well palm and fingertips followed.
+
+use super::arm_clearance::ACCEPTED_M;
+use super::force_tolerance::Forces;
+use crate::control::behavior::Searched;
+use crate::simulation::cause::Cause;
+use crate::simulation::observer::{Observer, Step};
+use nalgebra::{Isometry3, Vector3};
+use teachtree_base::hands::Side;
+use teachtree_base::scene::Scene;
+use teachtree_command::{Opening, Task, hole_of};
+use teachtree_world::Observation;
+
+/// Where the object must end, m, to be where the operator left it.
+pub const WITHIN_M: f64 = 0.005;
+/// The same of its turn, rad.
+pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
+
+/// What came of a task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// Its name.
+    pub task: String,
+    /// The hand that did it.
+    pub side: Side,
+    /// The object.
+    pub object: String,
+    /// How far the object is from where the demonstration left it, m; when another hand took it on, from where that one left it. In a hole, the play that it
+    /// has there does not count.
+    pub off: f64,
+    /// How far it is turned from there, rad; about the axis of a hole that it is in as it should, it may be.
+    pub turned: f64,
+    /// How far it leans from how it stood there, rad.
+    pub leaning: f64,
+    /// How fast it still moves when it is looked at, m/s.
+    pub speed: f64,
+    /// The largest distance of the palm from its planned path, m; the path is that of the commands, moved with objects and holes to where they were seen, before any
+    /// correction by a behavior.
+    pub palm_error: f64,
+    /// The largest force of a fingertip, N.
+    pub largest_force: f64,
+    /// The comparison of the contact forces with the commanded ones.
+    pub forces: Forces,
+    /// What came of feeling for a hole that was not where it was expected; `None` where that was not needed.
+    pub searched: Option<Searched>,
+    /// When the object fell off for good, s of the recording: it is far below everything then, and nothing more is done with it.
+    pub fell_s: Option<f64>,
+    /// Maximum penetration depth of the links during the task, m.
+    pub collision_m: f64,
+    /// Whether the object is where the operator left it.
+    pub done: bool,
+    /// What kept it from there, in order of time; empty when it is there.
+    pub causes: Vec<Cause>,
+}
+
+/// The verdict on a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The object is at the operator's final pose.
+    Done,
+    /// The object is there, but a link exceeded the accepted penetration depth: a real robot would have been stopped.
+    DoneWithCollisions,
+    /// The object is elsewhere.
+    NotDone,
+}
+
+impl Verdict {
+    /// Returns the name of the verdict in text and JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::DoneWithCollisions => "done with collisions",
+            Self::NotDone => "not done",
+        }
+    }
+}
+
+impl Outcome {
+    /// Returns the verdict on the task.
+    pub fn verdict(&self) -> Verdict {
+        match (self.done, self.collides()) {
+            (false, _) => Verdict::NotDone,
+            (true, true) => Verdict::DoneWithCollisions,
+            (true, false) => Verdict::Done,
+        }
+    }
+
+    /// Whether a link exceeded the accepted penetration depth.
+    pub fn collides(&self) -> bool {
+        self.collision_m > ACCEPTED_M
+    }
+}
+
+/// What is gathered of each task while it is performed.
+pub(in crate::simulation) struct Judge {
+    tasks: Vec<Tally>,
+}
+
+/// What is gathered of a task.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    palm_error: f64,
+    largest_force: f64,
+}
+
+/// What of a task other observers found.
+pub(in crate::simulation) struct Findings {
+    pub(in crate::simulation) side: Side,
+    pub(in crate::simulation) searched: Option<Searched>,
+    pub(in crate::simulation) fell_s: Option<f64>,
+    pub(in crate::simulation) forces: Forces,
+    pub(in crate::simulation) collision_m: f64,
+    pub(in crate::simulation) causes: Vec<Cause>,
+}
+
+impl Judge {
+    /// The judge of so many tasks, before any step.
+    pub(in crate::simulation) fn new(tasks: usize) -> Self {
+        Self { tasks: vec![Tally::default(); tasks] }
+    }
+
+    /// Returns what came of a task (its number and itself) whose object, the body of this index, was to end at `wanted`.
+    pub(in crate::simulation) fn outcome(
+        &self,
+        (number, task): (usize, &Task),
+        body: usize,
+        found: Findings,
+        wanted: &Isometry3<f64>,
+        scene: &Scene,
+        seen: &Observation,
+    ) -> Outcome {
+        let tally = &self.tasks[number];
+        let end = seen.bodies[body].pose;
+        let now = |name: &str| scene.bodies.get_index_of(name).map(|body| seen.bodies[body].pose);
+        let hole = |pose: &Isometry3<f64>| hole_of(scene, &task.object, pose, &now);
+        let (off, turned) = match (hole(&end), hole(wanted)) {
+            (Some(hole), Some(_)) => apart_in(&hole, &end, wanted),
+            _ => ((end.translation.vector - wanted.translation.vector).norm(), end.rotation.angle_to(&wanted.rotation)),
+        };
+        let up = wanted.rotation.inverse() * Vector3::z();
+        let done = off <= WITHIN_M && turned <= WITHIN_RAD && found.fell_s.is_none();
+        Outcome {
+            task: task.task.clone(),
+            side: found.side,
+            object: task.object.clone(),
+            off,
+            turned,
+            leaning: (end.rotation * up).angle(&Vector3::z()),
+            speed: seen.bodies[body].velocity.norm(),
+            palm_error: tally.palm_error,
+            largest_force: tally.largest_force,
+            forces: found.forces,
+            searched: found.searched,
+            fell_s: found.fell_s,
+            collision_m: found.collision_m,
+            done,
+            causes: if done { Vec::new() } else { found.causes },
+        }
+    }
+}
+
+/// How far two poses of an object in its hole are apart, m and rad: it may have turned about the axis of the hole, and moved across it as far as the hole is
+/// wider to both sides.
+fn apart_in(hole: &Opening, end: &Isometry3<f64>, wanted: &Isometry3<f64>) -> (f64, f64) {
+    let way = end * hole.plug - wanted * hole.plug;
+    let along = way.dot(&hole.axis);
+    let beside = ((way - hole.axis * along).norm() - 2.0 * hole.clearance.unwrap_or(0.0)).max(0.0);
+    let own = |pose: &Isometry3<f64>| pose.inverse_transform_vector(&hole.axis);
+    (along.hypot(beside), own(end).angle(&own(wanted)))
+}
+
+impl Observer for Judge {
+    fn look(&mut self, step: &Step<'_>) {
+        for (hand, felt) in step.hands.iter().zip(&step.seen.hands) {
+            let Some(doing) = hand.doing else { continue };
+            let tally = &mut self.tasks[doing.task];
+            let off = (hand.executor.palm().translation.vector - hand.planned_palm.translation.vector).norm();
+            tally.palm_error = tally.palm_error.max(off);
+            for tip in &felt.tips {
+                tally.largest_force = tally.largest_force.max(tip.force_on(doing.body).norm());
+            }
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! The robot in the world: commands in, a recording of what the robot did and a verdict on each task out.
+//!
+//! Every millisecond the plans give targets, behaviors correct them, the arms' inverse kinematics follows the palms, the controllers give torques, the robot's
+//! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
+//! Tasks of both hands that overlap run on one time scale ([`crate::planning::time_scale`]).
+
+use super::hand_agent::HandAgent;
+use super::observer::Step;
+use super::observers::Observers;
+use super::observers::arm_clearance::{Collision, MinDistance};
+use super::observers::judge::{Findings, Outcome};
+use super::trace::{Limb, Trace};
+use crate::control::behavior::Progress;
+use crate::model::robot::Robot;
+use crate::planning::schedule::{Schedule, at_task, groups, sides};
+use crate::planning::time_scale::Pause;
+use nalgebra::{Isometry3, Translation3, Vector3};
+use teachtree_base::error::InputError;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::quantity::Quantity;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::{Hand, Scene};
+use teachtree_command::{Commands, Task};
+use teachtree_world::{Fingertips, Observation, STEP_S, World};
+
+/// The scene comes to rest for this many steps before the robot begins, and after a task.
+const SETTLING: usize = 300;
+/// Progress is reported once in so many steps.
+const REPORTED: usize = 500;
+
+/// What a robot made of commands.
+#[derive(Clone, Debug)]
+pub struct Performance {
+    /// As the operator's recording.
+    pub recording: Recording,
+    /// Of each task.
+    pub outcomes: Vec<Outcome>,
+    /// Where its two arms came nearest to each other; `None` for one.
+    pub nearest: Option<MinDistance>,
+    /// What an arm went through, each pair once, in the order of time.
+    pub collisions: Vec<Collision>,
+    /// How it moved and pressed.
+    pub trace: Trace,
+}
+
+/// Simulates commands in a scene. What has fallen off is not waited for: the tasks about it end, and with the last of them the recording.
+///
+/// # Errors
+/// Commands of a hand that the robot does not have, grasps that could not be mapped, poses out of the arm's reach.
+pub fn simulate(
+    commands: &Commands,
+    robot: &Robot,
+    scene: &Scene,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Performance, InputError> {
+    simulate_seeing(commands, robot, scene, &Vector3::zeros(), progress)
+}
+
+/// The same by a robot that sees every object this far from where it is, reference frame, m.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_seeing(
+    commands: &Commands,
+    robot: &Robot,
+    scene: &Scene,
+    off: &Vector3<f64>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Performance, InputError> {
+    let mut simulation = Simulation::begin(commands, robot, scene, Translation3::from(*off))?;
+    let groups = groups(&commands.tasks);
+    let lasts = |group: &[usize]| group.iter().map(|task| commands.tasks[*task].duration_s()).fold(0.0, f64::max);
+    let whole_s: f64 = groups.iter().map(|group| lasts(group)).sum::<f64>().max(1e-3);
+    let mut done_s = 0.0;
+    for group in &groups {
+        let lasts_s = lasts(group);
+        simulation.perform(group, &mut |since_s| progress(((done_s + since_s.min(lasts_s)) / whole_s).min(1.0)))?;
+        done_s += lasts_s;
+    }
+    Ok(simulation.finish())
+}
+
+/// A simulation at a step.
+struct Simulation<'t> {
+    tasks: &'t [Task],
+    /// The scene with the robot's hands, and the index of each task's object among its bodies.
+    scene: Scene,
+    bodies: Vec<usize>,
+    /// How far from where they are objects are seen.
+    sight: Translation3<f64>,
+    world: World,
+    hands: Vec<HandAgent<'t>>,
+    step: usize,
+    observers: Observers,
+    outcomes: Vec<Option<Outcome>>,
+}
+
+impl<'t> Simulation<'t> {
+    /// The hands at their first targets in a scene that has come to rest.
+    fn begin(
+        commands: &'t Commands,
+        robot: &Robot,
+        scene: &Scene,
+        sight: Translation3<f64>,
+    ) -> Result<Self, InputError> {
+        let tasks = &commands.tasks;
+        let sides = sides(commands, robot)?;
+        let limbs = sides.iter().map(|&side| robot.limb(side)).collect::<Result<Vec<Robot>, InputError>>()?;
+        let own = with_hands(scene, &sides, &limbs);
+        let mut world = World::new(&own, Fingertips::default())?;
+        for (place, (side, limb)) in sides.iter().zip(&limbs).enumerate() {
+            for finger in limb.hands.get(side).iter().flat_map(|hand| &hand.fingers) {
+                if let Some(radius) = finger.pad_radius {
+                    world.set_pad(place, finger.finger, radius);
+                }
+            }
+        }
+        let see = |object: &str| seen(&own, world.observation(), &sight, object);
+        let mut hands = Vec::new();
+        for (place, (&side, limb)) in sides.iter().zip(&limbs).enumerate() {
+            hands.push(HandAgent::begin((place, side), limb, tasks, scene, &see)?);
+        }
+        let mut bodies = Vec::new();
+        for (number, task) in tasks.iter().enumerate() {
+            let lacks = || at_task(tasks, number, format!("is about `{}`, which is no body of the scene", task.object));
+            bodies.push(own.bodies.get_index_of(&task.object).ok_or_else(lacks)?);
+        }
+        for _ in 0..SETTLING {
+            hands.iter_mut().for_each(|hand| hand.actuate(world.observation()));
+            world.step_moved(&mut hands);
+        }
+        let limbs = sides.into_iter().zip(limbs).map(|(side, robot)| Limb { side, robot }).collect();
+        let observers = Observers::new(limbs, &own, tasks, world.observation());
+        let outcomes = vec![None; tasks.len()];
+        Ok(Self { tasks, scene: own, bodies, sight, world, hands, step: 0, observers, outcomes })
+    }
+
+    /// Performs a group of tasks, and judges them; `progress` receives the simulated time, s.
+    fn perform(&mut self, group: &[usize], progress: &mut dyn FnMut(f64)) -> Result<(), InputError> {
+        let there: Vec<usize> = group.iter().copied().filter(|task| !self.is_lost(*task)).collect();
+        let schedule = self.plan(&there)?;
+        let begins_s = schedule.begins_s();
+        let steps = ((schedule.time.duration() - begins_s) / STEP_S).round() as usize;
+        let (mut step, mut pause) = (0, Pause::default());
+        while step <= steps + SETTLING + (pause.waited_s() / STEP_S) as usize
+            && !there.iter().all(|task| self.is_lost(*task))
+        {
+            self.follow(&schedule, begins_s + (step as f64 * STEP_S - pause.waited_s()), &there);
+            let waits = self.behave();
+            self.hands.iter_mut().for_each(|hand| hand.actuate(self.world.observation()));
+            self.world.step_moved(&mut self.hands);
+            self.observe(step);
+            step += 1;
+            pause.advance(waits, STEP_S);
+            if step.is_multiple_of(REPORTED) {
+                progress(step as f64 * STEP_S);
+            }
+        }
+        self.judge(group, &schedule);
+        Ok(())
+    }
+
+    /// Whether the object of a task is lost.
+    fn is_lost(&self, task: usize) -> bool {
+        self.observers.drops.fell_s(self.bodies[task]).is_some()
+    }
+
+    /// The schedule of tasks for hands that are where they are.
+    fn plan(&mut self, group: &[usize]) -> Result<Schedule<'t>, InputError> {
+        let Self { tasks, scene, world, sight, hands, .. } = self;
+        let see = |object: &str| seen(scene, world.observation(), sight, object);
+        let plans = hands.iter_mut().map(|hand| hand.plan(tasks, group, scene, &see)).collect::<Result<_, _>>()?;
+        Ok(Schedule::new(plans))
+    }
+
+    /// Gives each hand the target of its plan at a time of the schedule, s.
+    fn follow(&mut self, schedule: &Schedule<'t>, time_s: f64, group: &[usize]) {
+        let Self { tasks, scene, world, sight, hands, bodies, observers, .. } = self;
+        let see = |object: &str| seen(scene, world.observation(), sight, object);
+        let lost = |body: usize| observers.drops.fell_s(body).is_some();
+        for (place, hand) in hands.iter_mut().enumerate() {
+            hand.follow(schedule.at(place, time_s), tasks, bodies, &see, &lost);
+            if let Some(doing) = hand.at_work() {
+                // What two hands push neither of them goes about: it would turn away before the other one.
+                let alike = |other: &&usize| tasks[**other].object == tasks[doing.task].object;
+                let alone = |other: &usize| tasks[*other].track == tasks[doing.task].track;
+                hand.target.pushed &= group.iter().filter(alike).all(alone);
+            }
+        }
+    }
+
+    /// Lets the behaviors correct the targets, one after the other for all hands; whether the plans are to wait.
+    fn behave(&mut self) -> bool {
+        let Self { world, sight, hands, .. } = self;
+        let seen = world.observation();
+        let mut waits = false;
+        for behavior in 0..hands.iter().map(HandAgent::n_behaviors).max().unwrap_or(0) {
+            let held: Vec<Option<usize>> = hands.iter().map(HandAgent::holds).collect();
+            for (place, hand) in hands.iter_mut().enumerate() {
+                let Some(body) = hand.at_work().map(|doing| doing.body) else { continue };
+                let shared = held.iter().enumerate().any(|(other, held)| other != place && *held == Some(body));
+                let object = *sight * seen.bodies[body].pose;
+                waits |= hand.behave(behavior, object, shared, seen) == Progress::Waits;
+            }
+        }
+        waits
+    }
+
+    /// Shows a step, of this number in its group, to the observers.
+    fn observe(&mut self, in_group: usize) {
+        let step = Step { number: self.step, in_group, seen: self.world.observation(), hands: &self.hands };
+        self.observers.all().into_iter().for_each(|observer| observer.look(&step));
+        self.step += 1;
+    }
+
+    /// Judges the tasks of a group, also those whose object was lost before.
+    fn judge(&mut self, group: &[usize], schedule: &Schedule<'t>) {
+        for &number in group {
+            let (task, body) = (&self.tasks[number], self.bodies[number]);
+            let Some(hand) = self.hands.iter().find(|hand| hand.planner.side == task.track) else { continue };
+            let found = Findings {
+                side: hand.planner.side,
+                searched: hand.searched(number),
+                fell_s: self.observers.drops.fell_s(body),
+                forces: self.observers.forces.judge(number),
+                collision_m: self.observers.clearance.depth_m(number),
+                causes: self.observers.causes.of(number),
+            };
+            let end = schedule.demonstrated_end(self.tasks, &task.object);
+            let seen = self.world.observation();
+            let outcome = self.observers.judge.outcome((number, task), body, found, &end, &self.scene, seen);
+            self.outcomes[number] = Some(outcome);
+        }
+    }
+
+    fn finish(self) -> Performance {
+        let Observers { recorder, tracer, clearance, .. } = self.observers;
+        Performance {
+            recording: recorder.finish(&self.scene),
+            outcomes: self.outcomes.into_iter().flatten().collect(),
+            nearest: clearance.nearest,
+            collisions: clearance.collisions,
+            trace: tracer.trace,
+        }
+    }
+}
+
+/// Where an object of a scene is seen, reference frame.
+fn seen(scene: &Scene, seen: &Observation, sight: &Translation3<f64>, object: &str) -> Option<Isometry3<f64>> {
+    let body = scene.bodies.get_index_of(object)?;
+    seen.bodies.get(body).map(|body| *sight * body.pose)
+}
+
+/// The scene with the robot's hands in place of the operator's.
+fn with_hands(scene: &Scene, sides: &[Side], limbs: &[Robot]) -> Scene {
+    let mut scene = scene.clone();
+    let hands = sides.iter().zip(limbs).filter_map(|(side, limb)| {
+        let hand = limb.hands.get(side)?;
+        let fingers: Vec<Finger> = hand.fingers.iter().map(|finger| finger.finger).collect();
+        let tip_radius = hand.fingers.first()?.radius;
+        Some((*side, Hand { fingers, tip_radius: Quantity(tip_radius) }))
+    });
+    scene.hands = hands.collect();
+    scene
+}

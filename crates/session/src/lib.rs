@@ -1,0 +1,52 @@
+//! The public interface: a log and rules in, tasks out, with the same defaults as the command line.
+//!
+//! The modules follow the steps: `log` reads a log, `rules` loads the rules for it, `run` and `streaming` evaluate the rules over the log (in
+//! memory, or in windows), `analysis` is the result, `explain` answers questions about it, `observability` lists what the rules cannot
+//! detect in a log. `cli` and `lsp` go through this module.
+
+mod analysis;
+mod confidence;
+mod error;
+mod explain;
+pub mod files;
+#[cfg(feature = "fit")]
+pub mod fitting;
+mod follow;
+mod live;
+mod log;
+mod observability;
+#[cfg(feature = "fit")]
+pub mod patch;
+mod rules;
+mod run;
+pub mod score;
+pub mod signals;
+mod streaming;
+mod table;
+
+#[doc(hidden)]
+pub use analysis::AnalysisInternals;
+pub use analysis::{Analysis, Composite, Segment, Task, Track};
+#[doc(hidden)]
+pub use error::ErrorInternals;
+pub use error::{Diagnostic, Error, Position};
+pub use explain::{Choice, Explanation, Explanations, Question};
+pub use files::paths as recordings;
+pub use follow::{ClosedSegment, OnSegment};
+pub use live::{Calibration, Live, LiveEvent};
+pub use live::{Feed, FeedOptions, Known};
+pub use log::{Column, Log, LogOptions, Scene};
+#[doc(hidden)]
+pub use log::{LogInternals, SceneInternals};
+pub use observability::{Observability, TrackObservability, Undetectable};
+pub use rules::{Rules, RulesOptions};
+#[doc(hidden)]
+pub use rules::{RulesInternals, RulesOptionsInternals};
+pub use run::Run;
+pub use run::leaves;
+#[doc(hidden)]
+pub use score::LabelsInternals;
+pub use score::{Labels, Score};
+#[doc(hidden)]
+pub use table::FrameTableInternals;
+pub use table::{FrameTable, FrameValues};

@@ -1,0 +1,165 @@
+//! What a live log reports.
+
+use crate::{Composite, Segment, Task};
+use std::fmt;
+use teachtree_analysis::json;
+use teachtree_analysis::{CompositeSpan, Segment as Stretch, TaskSpan, Who};
+use teachtree_logs::issue::Issue;
+
+/// Nanoseconds in a second.
+const NANOS: i64 = 1_000_000_000;
+
+/// Something new about a live log.
+///
+/// - `label`: the primitive of a track at the newest frame, if the log ended there.
+/// - `segment`: a segment that has closed, as the trees returned it; `is_final`: after relabeling, as in the analysis of the whole log.
+/// - `task`: a task that has closed; `is_final`: as in the analysis of the whole log.
+/// - `composite`: a task that is made of tasks, as in the analysis of the whole log.
+/// - `issue`: what is wrong with the log.
+/// - `clock`: from when on times count, of a log whose messages have the time of day.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveEvent {
+    sequence: u64,
+    inner: Inner,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Inner {
+    Label { who: Who, primitive: Option<String>, time_s: f64, confidence: Option<f64> },
+    Segment { who: Who, segment: Stretch, is_final: bool },
+    Task { who: Who, task: TaskSpan, is_final: bool },
+    Composite { who: Who, found: CompositeSpan },
+    Issue(Issue),
+    Clock { origin_ns: i64 },
+}
+
+impl LiveEvent {
+    pub(super) const fn new(sequence: u64, inner: Inner) -> Self {
+        Self { sequence, inner }
+    }
+
+    /// The number of the event: 0, 1, 2, …
+    pub const fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// What it is about: `label`, `segment`, `task`, `composite`, `issue`, `clock`.
+    pub const fn name(&self) -> &'static str {
+        match &self.inner {
+            Inner::Label { .. } => "label",
+            Inner::Segment { .. } => "segment",
+            Inner::Task { .. } => "task",
+            Inner::Composite { .. } => "composite",
+            Inner::Issue(_) => "issue",
+            Inner::Clock { .. } => "clock",
+        }
+    }
+
+    /// Whether no later row can change it.
+    pub const fn is_final(&self) -> bool {
+        match &self.inner {
+            Inner::Label { .. } => false,
+            Inner::Segment { is_final, .. } | Inner::Task { is_final, .. } => *is_final,
+            Inner::Composite { .. } | Inner::Issue(_) | Inner::Clock { .. } => true,
+        }
+    }
+
+    /// Of a `label`: whose it is, the primitive (`None`: no coordination of both hands), and the stamp of the frame, s.
+    pub fn label(&self) -> Option<(Who, Option<&str>, f64)> {
+        match &self.inner {
+            Inner::Label { who, primitive, time_s, .. } => Some((*who, primitive.as_deref(), *time_s)),
+            _ => None,
+        }
+    }
+
+    /// Of a `label`: how sure it is, where [`Live::with_confidence`](crate::Live::with_confidence) was asked: 0.5 when the label begins,
+    /// rising to 1 while it stands for as long as averages look ahead and the trees settle (docs/live.md).
+    pub const fn confidence(&self) -> Option<f64> {
+        match &self.inner {
+            Inner::Label { confidence, .. } => *confidence,
+            _ => None,
+        }
+    }
+
+    /// The segment. Its frames and rows are not counted.
+    pub fn segment(&self) -> Option<Segment<'_>> {
+        match &self.inner {
+            Inner::Segment { who, segment, .. } => Some(Segment::of(*who, segment)),
+            _ => None,
+        }
+    }
+
+    /// The task. Its frames and rows are not counted.
+    pub fn task(&self) -> Option<Task<'_>> {
+        match &self.inner {
+            Inner::Task { who, task, .. } => Some(Task::of(*who, task)),
+            _ => None,
+        }
+    }
+
+    /// The task that is made of tasks. Its frames, rows and the numbers of its tasks are not counted.
+    pub fn composite(&self) -> Option<Composite<'_>> {
+        match &self.inner {
+            Inner::Composite { who, found } => Some(Composite::of(*who, found)),
+            _ => None,
+        }
+    }
+
+    /// The issue.
+    pub const fn issue(&self) -> Option<&Issue> {
+        match &self.inner {
+            Inner::Issue(issue) => Some(issue),
+            _ => None,
+        }
+    }
+
+    /// Of a `clock`: the time of 0 s, ns since 1970.
+    pub const fn origin_ns(&self) -> Option<i64> {
+        match &self.inner {
+            Inner::Clock { origin_ns } => Some(*origin_ns),
+            _ => None,
+        }
+    }
+
+    /// The event as JSON on one line, schema `teachtree.live/1` (docs/formats.md).
+    pub fn json(&self) -> String {
+        let (sequence, is_final) = (self.sequence, self.is_final());
+        match &self.inner {
+            Inner::Label { who, primitive, time_s, confidence } => {
+                json::live_label(sequence, *who, primitive.as_deref(), *time_s, *confidence)
+            }
+            Inner::Segment { who, segment, .. } => json::live_segment(sequence, *who, segment, is_final),
+            Inner::Task { who, task, .. } => json::live_task(sequence, *who, task, is_final),
+            Inner::Composite { who, found } => json::live_composite(sequence, *who, found),
+            Inner::Issue(issue) => json::live_issue(sequence, issue),
+            Inner::Clock { origin_ns } => json::live_clock(sequence, *origin_ns),
+        }
+    }
+}
+
+impl fmt::Display for LiveEvent {
+    /// One line: `12.340 s  right Grasp`, with its confidence `12.340 s  right Grasp  80 %`; `right Grasp cube, 1.250 – 1.500 s`; the task; the issue.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.inner {
+            Inner::Label { who, primitive, time_s, confidence } => {
+                write!(f, "{time_s:.3} s  {who} {}", primitive.as_deref().unwrap_or("–"))?;
+                confidence.map_or(Ok(()), |share| write!(f, "  {:.0} %", 100.0 * share))
+            }
+            Inner::Segment { who, segment, .. } => write!(f, "{}", Segment::of(*who, segment)),
+            Inner::Task { who, task, .. } => write!(f, "{}", Task::of(*who, task)),
+            Inner::Composite { who, found } => write!(
+                f,
+                "{who} {}, {:.3} – {:.3} s, {}",
+                found.task,
+                found.start_s,
+                found.end_s,
+                teachtree_report::parts(found)
+            ),
+            Inner::Issue(Issue { kind, channel, message, .. }) if channel.is_empty() => write!(f, "{kind}: {message}"),
+            Inner::Issue(Issue { kind, channel, message, .. }) => write!(f, "{kind} {channel}: {message}"),
+            Inner::Clock { origin_ns } => {
+                write!(f, "0 s is {}.{:09} s since 1970", origin_ns.div_euclid(NANOS), origin_ns.rem_euclid(NANOS))
+            }
+        }
+    }
+}

@@ -1,0 +1,467 @@
+//! Labels while the log is being made: rows in one at a time, events out.
+//!
+//! There are two answers. The *label* of the newest frame is what the trees would return if the log ended there. *Segments* and *tasks* come once no
+//! later row can change them: then they are those of the analysis of the whole log, with the same calibration. Between two tasks everything before is
+//! forgotten, so that memory does not grow.
+
+mod beginning;
+mod event;
+mod feed;
+mod history;
+mod rest;
+
+use super::error::Error;
+use super::log::Scene;
+use super::rules::Rules;
+use super::run::channels;
+use crate::{ErrorInternals, LogInternals, RulesInternals, SceneInternals};
+use event::Inner;
+pub use event::LiveEvent;
+pub use feed::{Feed, FeedOptions, Known};
+use history::History;
+use rest::Rest;
+use std::collections::BTreeMap;
+use teachtree_analysis::{self as analysis, Who};
+use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_base::hands::Side;
+use teachtree_base::units::Dimension;
+use teachtree_engine::evaluator::Evaluator;
+use teachtree_engine::runs::Run;
+use teachtree_frames::live::{self as stream, Admission, Admitted, Calibration as Learned, Derivation, Screen};
+use teachtree_language::graph::{Graph, lower};
+use teachtree_language::rules::Label;
+use teachtree_logs::issue::{Issue, IssueKind};
+use teachtree_logs::read::table::Want;
+
+/// How often the newest frames are looked at, and how often segments and tasks are looked for, s.
+const LOOK_SECS: [f64; 2] = [0.02, 0.1];
+/// The same where no frame waits for later ones, and none is derived twice.
+const PROMPT_LOOK_SECS: [f64; 2] = [0.004, 0.02];
+/// The longest time that is kept where nothing comes to rest, s.
+const KEPT_SECS: f64 = 600.0;
+
+/// What an analysis learns of a whole log before it looks at a frame: the rate, and bias, noise and contact level of the force sensors. It is learned from
+/// some seconds in which the hands are far from the objects at least once.
+#[derive(Clone, Debug)]
+pub struct Calibration(Learned, Vec<Issue>);
+
+impl Calibration {
+    /// Learns from the beginning of a log. Bodies that did not touch in it may touch later.
+    ///
+    /// # Errors
+    /// What is wrong with the log, as for [`Rules::analyze`].
+    pub fn of(log: &super::Log, rules: &Rules) -> Result<Self, Error> {
+        Self::of_part(log, rules, false)
+    }
+
+    /// Learns from the whole of the log that will be pushed, as [`Rules::analyze`] does: bodies of which it shows no contact never touch.
+    ///
+    /// # Errors
+    /// What is wrong with the log, as for [`Rules::analyze`].
+    pub fn of_whole(log: &super::Log, rules: &Rules) -> Result<Self, Error> {
+        Self::of_part(log, rules, true)
+    }
+
+    fn of_part(log: &super::Log, rules: &Rules, is_whole: bool) -> Result<Self, Error> {
+        let learned = Learned::of(&log.opened()?.recording, &channels(rules.set()), is_whole);
+        learned.map(|(learned, issues)| Self(learned, issues)).map_err(|error| Error::new(error, ErrorKind::Mismatch))
+    }
+
+    /// Reads the text of a calibration file, as `inspect --calibrate` and [`text`](Self::text) write it; `name` stands in messages.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Format`]: it is none.
+    pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
+        let learned = Learned::parse(text, name).map_err(|error| Error::new(error, ErrorKind::Format))?;
+        Ok(Self(learned, vec![]))
+    }
+
+    /// The text of a calibration file, schema `teachtree.calibration/1` (docs/formats.md).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Format`]: a number is not finite.
+    pub fn text(&self) -> Result<String, Error> {
+        self.0.text().map_err(|error| Error::new(error, ErrorKind::Format))
+    }
+
+    /// Frames per second.
+    pub fn rate_hz(&self) -> f64 {
+        self.0.rate_hz
+    }
+
+    /// What was wrong with the log that it was learned from.
+    pub fn issues(&self) -> &[Issue] {
+        &self.1
+    }
+}
+
+/// The label of the newest frame of a track, as it was reported last.
+#[derive(Default)]
+struct Newest {
+    primitive: Option<String>,
+    /// The frame at which it was first given, from the beginning of the log.
+    since: usize,
+    confidence: Option<f64>,
+}
+
+/// How sure a label is that has stood for some frames, where one that has stood for `sure` frames is: from a half to 1, in tenths.
+fn confidence(stood: usize, sure: usize) -> f64 {
+    let tenths = (5 * stood.min(sure)).checked_div(sure).unwrap_or(5);
+    0.5 + tenths as f64 / 10.0
+}
+
+/// Rules that run on a log while it is being made.
+pub struct Live {
+    rules: Rules,
+    graph: Graph,
+    /// For each column of the rows, where its values go and by what they are multiplied.
+    wants: Vec<Option<f64>>,
+    time_at: usize,
+    columns: Vec<usize>,
+    screen: Screen,
+    admission: Admission,
+    derivation: Derivation,
+    evaluator: Option<Evaluator>,
+    history: History,
+    rest: Rest,
+    /// The first frame of the stretch, from the beginning of the log.
+    stretch: usize,
+    rate_hz: f64,
+    /// When the newest frames were looked at, and when segments and tasks were looked for, in frames.
+    looked: usize,
+    found: usize,
+    /// The channels that tasks read later.
+    kept: Vec<bool>,
+    labels: BTreeMap<Who, Newest>,
+    /// Whether the newest frames are labeled.
+    labels_newest: bool,
+    /// For how many frames a label has stood that is sure, where the confidence of labels is asked for.
+    sure: Option<usize>,
+    /// The memory of the values of a row.
+    values: Vec<f64>,
+    events: Vec<LiveEvent>,
+    sequence: u64,
+    newest_s: f64,
+}
+
+impl Live {
+    /// Begins a log whose rows have these columns: `time [s]` and names of docs/logs.md, each with a unit in brackets where it is not the usual one.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Format`]: a column that cannot be read. [`ErrorKind::Mismatch`]: a channel that the rules need is missing, the rate cannot honor a
+    /// duration of the rules, or contacts from shapes were calibrated with other bodies than those of the scene.
+    pub fn new<S: AsRef<str>>(
+        rules: &Rules,
+        columns: &[S],
+        scene: &Scene,
+        calibration: &Calibration,
+    ) -> Result<Self, Error> {
+        let Calibration(learned, _) = calibration.clone();
+        let wanted = stream::wanted(columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
+        // Not those of reports, of which some are averages.
+        let channels = analysis::channels(rules.set());
+        let measured = |name: &str| learned.columns.iter().any(|column| column == name);
+        let mut time_at = 0;
+        let mut wants = Vec::with_capacity(wanted.len());
+        let mut used: Vec<(String, Dimension)> = Vec::new();
+        let mut places = Vec::new();
+        for (at, (name, dimension, want)) in wanted.into_iter().enumerate() {
+            match want {
+                Want::Time(factor) => {
+                    time_at = at;
+                    wants.push(Some(factor));
+                }
+                want if measured(&name) => {
+                    wants.push(want.to_si());
+                    places.push(at);
+                    used.push((name, dimension));
+                }
+                _ => wants.push(None),
+            }
+        }
+        let mismatch = |error| Error::new(error, ErrorKind::Mismatch);
+        learned.check_bodies(scene.inner()).map_err(mismatch)?;
+        let rate_hz = learned.rate_hz;
+        analysis::check_rate(rules.set(), rate_hz).map_err(mismatch)?;
+        let reads_later = |name: &str| analysis::reads_later(rules.set(), name);
+        let kept = channels.iter().map(|channel| reads_later(&channel.name)).collect();
+        let (screen, admission) = (Screen::new(&used), Admission::new(&used, rate_hz));
+        let derivation = Derivation::new(scene.inner().clone(), channels, learned, used);
+        Ok(Self {
+            graph: lower(rules.set()),
+            rest: Rest::new(rules.set()),
+            rules: rules.clone(),
+            wants,
+            time_at,
+            columns: places,
+            screen,
+            admission,
+            derivation,
+            evaluator: None,
+            history: History::default(),
+            stretch: 0,
+            rate_hz,
+            looked: 0,
+            found: 0,
+            kept,
+            labels: BTreeMap::new(),
+            labels_newest: true,
+            sure: None,
+            values: vec![],
+            events: vec![],
+            sequence: 0,
+            newest_s: 0.0,
+        })
+    }
+
+    /// Gives labels a [confidence](LiveEvent::confidence), and reports a label again when its confidence changes.
+    #[must_use]
+    pub fn with_confidence(mut self) -> Self {
+        let settling = self.rules.set().trees.iter().filter_map(|tree| tree.settle.as_ref());
+        let settling_s = settling.map(|settle| settle.value).fold(0.0, f64::max);
+        // A cast from f64 saturates.
+        self.sure = Some(self.derivation.lag() + (settling_s * self.rate_hz).round() as usize);
+        self
+    }
+
+    /// By how much segments and tasks lag behind the newest row, s, besides the time that relabeling and tasks need: what averages and the rules look ahead.
+    /// Known once some frames were pushed.
+    pub fn lag_s(&self) -> Option<f64> {
+        let delay = self.evaluator.as_ref()?.plan().delay as usize;
+        Some((self.derivation.lag() + delay) as f64 / self.rate_hz)
+    }
+
+    /// Takes a row: a value for each column, in the unit of the column; NaN was not measured. Returns what is new.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`]: the row has another number of values. [`ErrorKind::Mismatch`]: a channel that the rules need is missing.
+    pub fn push(&mut self, row: &[f64]) -> Result<Vec<LiveEvent>, Error> {
+        if row.len() != self.wants.len() {
+            let message = format!("found {} values, expected one for each of {} columns", row.len(), self.wants.len());
+            return Err(Error::new(InputError::new("the row", message), ErrorKind::Argument));
+        }
+        let value =
+            |at: usize| row.get(at).copied().unwrap_or(f64::NAN) * self.wants.get(at).copied().flatten().unwrap_or(1.0);
+        let time_s = value(self.time_at);
+        let mut values = std::mem::take(&mut self.values);
+        values.clear();
+        values.extend(self.columns.iter().map(|at| value(*at)));
+        let taken = self.take(time_s, &values);
+        self.values = values;
+        taken?;
+        Ok(std::mem::take(&mut self.events))
+    }
+
+    /// Takes a row in SI.
+    fn take(&mut self, time_s: f64, values: &[f64]) -> Result<(), Error> {
+        for issue in self.screen.push(time_s, values) {
+            self.event(Inner::Issue(issue));
+        }
+        self.admit_rows()
+    }
+
+    /// Admits the rows whose samples are known to be possible or not.
+    fn admit_rows(&mut self) -> Result<(), Error> {
+        while let Some((time_s, values)) = self.screen.release() {
+            let admitted = self.admit(time_s, &values);
+            self.screen.reuse((time_s, values));
+            admitted?;
+        }
+        Ok(())
+    }
+
+    /// No row comes after the last one, for now.
+    fn end_rows(&mut self) -> Result<(), Error> {
+        for issue in self.screen.finish() {
+            self.event(Inner::Issue(issue));
+        }
+        self.admit_rows()?;
+        self.end_stretch()
+    }
+
+    fn admit(&mut self, time_s: f64, values: &[f64]) -> Result<(), Error> {
+        let Admitted { issues, ends, bridged, is_frame } = self.admission.take(time_s, values);
+        for issue in issues {
+            self.event(Inner::Issue(issue));
+        }
+        if ends {
+            self.end_stretch()?;
+        }
+        for (time_s, values) in &bridged {
+            self.derivation.push(*time_s, values);
+        }
+        if is_frame {
+            self.derivation.push(time_s, values);
+            self.newest_s = time_s;
+            self.look()?;
+        }
+        Ok(())
+    }
+
+    /// The source was interrupted: all segments and tasks end, and everything restarts with the next row.
+    pub(crate) fn interrupt(&mut self) -> Result<Vec<LiveEvent>, Error> {
+        self.end_rows()?;
+        self.admission.restart();
+        Ok(std::mem::take(&mut self.events))
+    }
+
+    /// Reports from when on times count: ns since 1970.
+    pub(crate) fn begin(&mut self, origin_ns: i64) -> Vec<LiveEvent> {
+        self.event(Inner::Clock { origin_ns });
+        std::mem::take(&mut self.events)
+    }
+
+    /// Ends the log: all segments and tasks that are left.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn finish(mut self) -> Result<Vec<LiveEvent>, Error> {
+        self.end_rows()?;
+        Ok(self.events)
+    }
+
+    /// The rules that run.
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// Labels the newest frames from now on, or not, which saves most of the time.
+    pub(crate) const fn label_newest(&mut self, is_on: bool) {
+        self.labels_newest = is_on;
+    }
+
+    /// The stamp of the newest frame, s.
+    pub(crate) fn newest_s(&self) -> f64 {
+        self.newest_s
+    }
+
+    /// Reports an issue of the source.
+    pub(crate) fn report(&mut self, issue: Issue) -> Vec<LiveEvent> {
+        self.event(Inner::Issue(issue));
+        std::mem::take(&mut self.events)
+    }
+
+    fn event(&mut self, inner: Inner) {
+        self.events.push(LiveEvent::new(self.sequence, inner));
+        self.sequence += 1;
+    }
+
+    /// Derives and evaluates the frames that no later one can change, and labels the newest one.
+    fn evaluate(&mut self, ends: bool) -> Result<(), Error> {
+        let labels_newest = self.labels_newest && !ends;
+        let Self { derivation, evaluator: known, graph, history, kept, stretch, .. } = self;
+        let mut newest = BTreeMap::new();
+        let each = &mut |chunk: stream::LiveChunk| {
+            let evaluator = match &mut *known {
+                Some(evaluator) => evaluator,
+                none => none.insert(Evaluator::new(graph, &chunk.frames.layout)?),
+            };
+            history.take(&chunk, |channel| kept.get(channel as usize).copied().unwrap_or(false));
+            let sides = history::sides(evaluator);
+            history::push(evaluator, chunk.frames, &chunk.core, &mut |tree: usize, run: Run| {
+                history.leaf(sides.get(tree).copied().flatten(), run, *stretch);
+            });
+            if labels_newest {
+                newest = history::last_leaves(evaluator, &chunk);
+            }
+            Ok(())
+        };
+        derivation.settle(ends, labels_newest, each).map_err(|error| Error::new(error, ErrorKind::Mismatch))?;
+        self.label(&newest);
+        Ok(())
+    }
+
+    fn look(&mut self) -> Result<(), Error> {
+        let taken = self.derivation.taken();
+        let [look_s, find_s] = if self.derivation.lag() == 0 { PROMPT_LOOK_SECS } else { LOOK_SECS };
+        if taken - self.looked < frames(look_s, self.rate_hz) {
+            return Ok(());
+        }
+        self.looked = taken;
+        self.evaluate(false)?;
+        if taken - self.found >= frames(find_s, self.rate_hz) {
+            self.found = taken;
+            self.find(false);
+        }
+        Ok(())
+    }
+
+    /// Reports the labels of the newest frame that have changed, or whose confidence has.
+    fn label(&mut self, newest: &BTreeMap<Option<Side>, Option<Label>>) {
+        let (time_s, frame) = (self.newest_s, self.derivation.taken());
+        let name = |label| self.rules.set().label_name(label);
+        let both = newest.get(&None).copied().flatten();
+        let labels: Vec<(Who, Option<String>)> = newest
+            .iter()
+            .map(|(side, label)| match side {
+                Some(side) => (Who::Hand(*side), both.or(*label).map(name)),
+                None => (Who::Both, label.map(name)),
+            })
+            .collect();
+        for (who, primitive) in labels {
+            // Both hands begin without coordination.
+            let was = self.labels.entry(who).or_default();
+            let since = if was.primitive == primitive { was.since } else { frame };
+            let confidence = self.sure.map(|sure| confidence(frame - since, sure));
+            if was.primitive != primitive || was.confidence != confidence {
+                *was = Newest { primitive: primitive.clone(), since, confidence };
+                self.event(Inner::Label { who, primitive, time_s, confidence });
+            }
+        }
+    }
+
+    /// Looks for segments and tasks.
+    fn find(&mut self, ends: bool) {
+        let Some(evaluator) = &mut self.evaluator else { return };
+        let delay = if ends { 0 } else { evaluator.plan().delay as usize };
+        let len = self.history.len().saturating_sub(delay);
+        if len == 0 {
+            return;
+        }
+        let first = self.history.first;
+        let found = self.history.analysis(self.rules.set(), evaluator, self.stretch, len);
+        let news = self.rest.news(&found, &mut self.history, ends);
+        for inner in news {
+            self.event(inner);
+        }
+        let most = frames(KEPT_SECS, self.rate_hz);
+        // Where the history was cut, frames are no longer where they were found.
+        if !ends && self.history.first == first && self.history.len() > most {
+            let before = self.history.len() - most / 2;
+            let [start_s, end_s] = [0, before].map(|frame| self.history.time_s(frame).unwrap_or_default());
+            let message = format!(
+                "for {KEPT_SECS} s no task has ended with every hand at rest; what was before {end_s:.3} s is forgotten, and a task that began there begins there"
+            );
+            let issue = Issue { kind: IssueKind::RELABELING_STOPPED, start_s, end_s, channel: String::new(), message };
+            self.event(Inner::Issue(issue));
+            for inner in self.rest.forget(&found, &mut self.history, before) {
+                self.event(inner);
+            }
+        }
+    }
+
+    fn end_stretch(&mut self) -> Result<(), Error> {
+        self.evaluate(true)?;
+        if let Some(evaluator) = &mut self.evaluator {
+            let sides = history::sides(evaluator);
+            let (history, stretch) = (&mut self.history, self.stretch);
+            evaluator.finish(&mut |tree: usize, run: Run| {
+                history.leaf(sides.get(tree).copied().flatten(), run, stretch);
+            });
+        }
+        self.find(true);
+        let taken = self.derivation.taken();
+        (self.stretch, self.looked, self.found) = (taken, taken, taken);
+        self.history.restart(taken);
+        self.rest.restart();
+        // What stood before a gap does not count.
+        self.labels.values_mut().for_each(|label| label.since = taken);
+        Ok(())
+    }
+}
+
+/// A duration in frames, at least one.
+fn frames(secs: f64, rate_hz: f64) -> usize {
+    // A cast from f64 saturates.
+    ((secs * rate_hz).round() as usize).max(1)
+}

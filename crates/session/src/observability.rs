@@ -1,0 +1,223 @@
+//! Which primitives the rules can detect in a log at all, and which they cannot for lack of a channel: the trees are evaluated over intervals,
+//! with each channel that is missing or constant in the log taken as such.
+
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+use teachtree_base::channels::Absent;
+use teachtree_base::hands::{Finger, FingerPick, Side, Who};
+use teachtree_frames::frames::{ColumnKey, Frames};
+use teachtree_language::graph::{Graph, Known, Leaf, Target, possible};
+use teachtree_language::rules::{ChannelId, Hand, Label, TreeScope};
+use teachtree_logs::issue::{Issue, IssueKind};
+
+/// What rules can detect in a log ([`Rules::observability`](super::Rules::observability)).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observability {
+    /// By track: each hand of the log, left first, then both.
+    pub tracks: Vec<TrackObservability>,
+    /// What is wrong with the log, and how it is treated.
+    pub issues: Vec<Issue>,
+}
+
+/// What rules can detect in a track of a log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct TrackObservability {
+    /// The track.
+    pub track: Who,
+    /// The primitives that can be detected.
+    #[serde(rename = "can")]
+    pub detectable: Vec<String>,
+    /// The primitives that cannot, by reason.
+    #[serde(rename = "cannot")]
+    pub undetectable: Vec<Undetectable>,
+}
+
+/// Primitives that the rules cannot detect in a log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Undetectable {
+    /// Why: what the log lacks, such as `` `target.depth` is zero all along ``.
+    #[serde(rename = "of")]
+    pub reason: String,
+    /// The primitives.
+    pub primitives: Vec<String>,
+}
+
+/// What the trees can detect in the track of each hand, and in that of both.
+pub fn tracks(graph: &Graph, frames: &Frames) -> Vec<TrackObservability> {
+    let sides: Vec<Side> = frames.layout.hands.iter().map(|hand| hand.side).collect();
+    let mut tracks: Vec<TrackObservability> =
+        sides.iter().map(|side| track(graph, frames, TreeScope::EachHand, Some(*side))).collect();
+    if sides.len() > 1 && graph.trees.iter().any(|tree| tree.scope == TreeScope::BothHands) {
+        tracks.push(track(graph, frames, TreeScope::BothHands, None));
+    }
+    tracks
+}
+
+/// The primitives that cannot be detected, as issues of the log.
+pub fn issues(graph: &Graph, frames: &Frames) -> Vec<Issue> {
+    let at = |time: Option<&f64>| time.copied().unwrap_or_default();
+    let (start_s, end_s) = (at(frames.time.first()), at(frames.time.last()));
+    let issue = |track: &TrackObservability, lack: &Undetectable| Issue {
+        kind: IssueKind::UNDETECTABLE,
+        start_s,
+        end_s,
+        channel: track.track.to_string(),
+        message: format!("{} cannot be detected: {}", lack.primitives.join(", "), lack.reason),
+    };
+    tracks(graph, frames)
+        .iter()
+        .flat_map(|track| track.undetectable.iter().map(|lack| issue(track, lack)).collect::<Vec<_>>())
+        .collect()
+}
+
+/// What a tree can detect: with all silent channels taken as such together, and one by one to find the reasons.
+fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -> TrackObservability {
+    let silent = silent(frames);
+    let fingers = |whose: Option<Side>| -> Vec<Finger> {
+        let hands = frames.layout.hands.iter().filter(|hand| whose.is_none_or(|side| hand.side == side));
+        hands.flat_map(|hand| hand.fingers.iter().copied()).collect()
+    };
+    let whose: Vec<Option<Side>> = Side::BOTH.into_iter().map(Some).chain([None]).collect();
+    let lacks = |of: Option<Side>| {
+        let lacks = lacking(&fingers(of))?;
+        Some(match of {
+            Some(other) if of != side => format!("the {other} hand {lacks}"),
+            _ => format!("the hand {lacks}"),
+        })
+    };
+    let lacking: BTreeMap<Option<Side>, String> = whose.into_iter().filter_map(|of| Some((of, lacks(of)?))).collect();
+    // In a log of one hand, what rules ask of the other one is zero.
+    let absent = |of: Option<Side>| of.filter(|side| frames.layout.hands.iter().all(|hand| hand.side != *side));
+    let no_hand = Side::BOTH.map(|side| format!("the log has no {side} hand"));
+    let known = |silenced: &dyn Fn(&str) -> bool| {
+        let has = |pick: FingerPick, hand: Hand| {
+            let of = hand.side(side);
+            !lacking.get(&of).is_some_and(|reason| silenced(reason))
+                || fingers(of).iter().any(|finger| pick.picks(*finger))
+        };
+        let said = |channel: ChannelId, hand: Hand| {
+            let side = hand.side(side);
+            if let Some(side) = absent(side)
+                && no_hand.iter().zip(Side::BOTH).any(|(reason, of)| of == side && silenced(reason))
+            {
+                let is_array = frames.channels.get(channel.0 as usize).is_some_and(|channel| channel.axis.is_some());
+                return if is_array { Known::Empty } else { Known::FALSE };
+            }
+            let found = silent.get(&(channel.0, side));
+            found.filter(|(of, _)| silenced(of)).map_or(Known::Unknown, |(_, known)| *known)
+        };
+        possible(graph, scope, said, has)
+    };
+    let all = possible(graph, scope, |_, _| Known::Unknown, |_, _| true);
+    let can = known(&|_| true);
+    let absent =
+        no_hand.iter().zip(Side::BOTH).filter(|(_, side)| absent(Some(*side)).is_some()).map(|(reason, _)| reason);
+    let reasons = silent.values().map(|(of, _)| of).chain(lacking.values()).chain(absent);
+    let reasons: BTreeSet<&str> = reasons.map(String::as_str).collect();
+    let mut left: BTreeSet<Label> = all.difference(&can).copied().collect();
+    let mut cannot = vec![];
+    let names = |labels: &BTreeSet<Label>| labels.iter().map(|label| graph.label_name(*label).to_string()).collect();
+    for of in &reasons {
+        let lost: BTreeSet<Label> = left.difference(&known(&|other| other == *of)).copied().collect();
+        if !lost.is_empty() {
+            left.retain(|label| !lost.contains(label));
+            cannot.push(Undetectable { reason: (*of).to_string(), primitives: names(&lost) });
+        }
+    }
+    // What no single lack explains: as few together as do.
+    let mut together: BTreeMap<Vec<&str>, BTreeSet<Label>> = BTreeMap::new();
+    for label in left {
+        let mut needed: Vec<&str> = reasons.iter().copied().collect();
+        for of in &reasons {
+            let fewer: Vec<&str> = needed.iter().copied().filter(|other| other != of).collect();
+            if !known(&|other| fewer.contains(&other)).contains(&label) {
+                needed = fewer;
+            }
+        }
+        together.entry(needed).or_default().insert(label);
+    }
+    // What stands in the tree, but asks for what the hand file says is never so.
+    let never: BTreeSet<Label> = leaves(graph, scope).difference(&all).copied().collect();
+    if !never.is_empty() {
+        let reason = "the hand file says that nothing measures it".into();
+        cannot.push(Undetectable { reason, primitives: names(&never) });
+    }
+    let several = |(of, labels): (Vec<&str>, BTreeSet<Label>)| Undetectable {
+        reason: of.join(" and "),
+        primitives: names(&labels),
+    };
+    cannot.extend(together.into_iter().map(several));
+    TrackObservability { track: side.map_or(Who::Both, Who::Hand), detectable: names(&can), undetectable: cannot }
+}
+
+/// What a hand lacks that rules pick of its fingers; of a hand without any finger its channels say so.
+fn lacking(fingers: &[Finger]) -> Option<&'static str> {
+    let has = |pick: FingerPick| fingers.iter().any(|finger| pick.picks(*finger));
+    match fingers {
+        [] => None,
+        _ if !has(FingerPick::Tips) => Some("has a palm and no fingertips"),
+        _ if !has(FingerPick::One(Finger::Thumb)) => Some("has no thumb"),
+        _ if !has(FingerPick::Opposing) => Some("has no finger opposite the thumb"),
+        _ => None,
+    }
+}
+
+/// The labels that stand in the trees.
+fn leaves(graph: &Graph, scope: TreeScope) -> BTreeSet<Label> {
+    let trees = graph.trees.iter().filter(|tree| tree.scope == scope);
+    let targets = trees
+        .flat_map(|tree| tree.decision.tests.iter().flat_map(|test| [test.yes, test.no]).chain([tree.decision.root]));
+    let label = |target| match target {
+        Target::Leaf(Leaf::Primitive(label)) => Some(label),
+        _ => None,
+    };
+    targets.filter_map(label).collect()
+}
+
+/// The channels that are missing or constant in a log, with the reason in words.
+fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
+    let mut silent = BTreeMap::new();
+    let sides = frames.layout.hands.iter().map(|hand| Some(hand.side)).chain([None]);
+    for side in sides {
+        for (index, channel) in (0_u32..).zip(&frames.channels) {
+            if channel.per_hand != side.is_some() {
+                continue;
+            }
+            let first = ColumnKey { channel: index, side, slot: 0, component: 0 };
+            let last = ColumnKey { slot: u32::MAX, component: u32::MAX, ..first };
+            let mut columns = frames.columns.range(first..=last).map(|(_, values)| values).peekable();
+            if columns.peek().is_none() {
+                if let (Some(_), Some((family, _))) = (channel.axis, channel.name.split_once('.')) {
+                    silent.insert((index, side), (format!("the log has no {family}"), Known::Empty));
+                }
+                continue;
+            }
+            let mut values = columns.flatten().copied();
+            let Some(first) = values.next() else { continue };
+            // What is measured may stand still by chance; a number that is worked out from the scene does not.
+            let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
+            if fixed && values.all(|value| value == first) {
+                let state = if first == 0.0 { "zero" } else { "constant" };
+                let reason = match (channel.name.as_str(), side) {
+                    ("target", Some(side)) => always_one_target(frames, side, first),
+                    (name, _) => format!("`{name}` is {state} all along"),
+                };
+                silent.insert((index, side), (reason, Known::Constant(first)));
+            }
+        }
+    }
+    silent
+}
+
+/// That a hand has one target in the whole log, in words: what it handles never changes.
+fn always_one_target(frames: &Frames, side: Side, target: f64) -> String {
+    let name = if target < 0.0 { None } else { frames.objects.get(target as usize) };
+    match (name, frames.objects.len()) {
+        (Some(name), 1) if frames.layout.hands.len() > 1 => {
+            format!("`{name}` is the only object, so both hands have the same target all along")
+        }
+        (Some(name), 1) => format!("`{name}` is the only object, so it is the target all along"),
+        (Some(name), _) => format!("`{name}` is the target of the {side} hand all along"),
+        (None, _) => format!("the {side} hand has no target"),
+    }
+}

@@ -1,0 +1,267 @@
+//! Rules: files and texts, a hand file, params; loaded for a log, with its defaults.
+
+use super::analysis::Analysis;
+use super::error::{Diagnostic, Error};
+use super::log::Log;
+use super::observability::{self, Observability};
+use super::run;
+use super::signals;
+use crate::LogInternals;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use teachtree_base::diagnostic::Severity;
+use teachtree_language::graph::lower;
+use teachtree_language::{self as language, Request, SHIPPED};
+use teachtree_report::diagram::{self, Form};
+
+/// Checked rules: what the primitives and tasks are that are looked for in a log. Clones share them.
+#[derive(Clone)]
+pub struct Rules(Arc<Inner>);
+
+struct Inner {
+    rules: language::Rules,
+    request: Request,
+    warnings: Vec<Diagnostic>,
+}
+
+impl Rules {
+    /// The rules that the command line takes for a log when none are named: the shipped `contact.rules`, for logs of two hands
+    /// `bimanual.rules`, with the hand file and the params that the binding of the log names.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), when a param or the hand file of the binding does not fit the rules.
+    pub fn for_log(log: &Log) -> Result<Self, Error> {
+        Self::options().for_log(log)
+    }
+
+    /// Options to load rules with: files, texts, a hand file, params.
+    pub fn options() -> RulesOptions {
+        RulesOptions::default()
+    }
+
+    /// Finds segments and tasks in a log. Constant memory is needed for a log that is read in windows ([`Log`]).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mismatch`](teachtree_base::error::ErrorKind::Mismatch), when the log lacks a channel that the rules read, or is sampled too slowly for a duration of the rules; what
+    /// is wrong with the rows of the log.
+    pub fn analyze(&self, log: &Log) -> Result<Analysis, Error> {
+        Analysis::new(self, log)
+    }
+
+    /// Lists which primitives these rules can detect in a log, by track, and which they cannot, with the reason. Reads the log into memory.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mismatch`](teachtree_base::error::ErrorKind::Mismatch), when the log lacks a channel that the rules require; what is wrong with the rows of the log.
+    pub fn observability(&self, log: &Log) -> Result<Observability, Error> {
+        let frames = run::frames(&self.0.rules, log.opened()?)?;
+        Ok(Observability { tracks: observability::tracks(&lower(&self.0.rules), &frames), issues: frames.issues })
+    }
+
+    /// The warnings about the rules: likely mistakes in rules that can run.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.0.warnings
+    }
+
+    /// The files that were read, in order, as they were named; shipped ones as `rules/contact.rules`.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.0.rules.sources.files.iter().map(|file| file.name.as_str())
+    }
+
+    /// Those of the [`files`](Self::files) that are neither shipped nor unchanged copies of shipped ones.
+    pub fn own_files(&self) -> impl Iterator<Item = &str> {
+        let is_shipped = |name: &str, text: &str| {
+            SHIPPED.iter().any(|(file, shipped)| Path::new(name).ends_with(file) && *shipped == text)
+        };
+        let own = self.0.rules.sources.files.iter().filter(move |file| !is_shipped(&file.name, &file.text));
+        own.map(|file| file.name.as_str())
+    }
+
+    /// The names of the primitives, in order of declaration.
+    pub fn primitives(&self) -> impl Iterator<Item = &str> {
+        self.0.rules.primitives.iter().map(|primitive| primitive.name.as_str())
+    }
+
+    /// The names of the tasks, by priority: the first that matches names a task. Those that are made of tasks are not among them.
+    pub fn tasks(&self) -> impl Iterator<Item = &str> {
+        self.0.rules.tasks.iter().map(|task| task.name.as_str())
+    }
+
+    /// A hash of all texts and of the values of all params, as 16 hexadecimal digits. It does not depend on where the files lie.
+    pub fn digest(&self) -> String {
+        self.0.rules.digest()
+    }
+
+    /// The decision trees as a picture, SVG.
+    pub fn svg(&self) -> String {
+        let rules = &self.0.rules;
+        let trees: Vec<_> = rules.trees.iter().map(|tree| diagram::outline(rules, tree, None)).collect();
+        diagram::trees(&trees, Form::Svg)
+    }
+
+    /// The same rules with other values of params, as `(name, value with unit)`; `None` where they do not fit.
+    pub(crate) fn with_params(&self, params: &[(String, String)]) -> Option<Self> {
+        let mut request = self.0.request.clone();
+        request.overrides.extend_from_slice(params);
+        Self::load(&request).ok()
+    }
+
+    /// The channels of a log without a tree: rules by which a log is shown when its own rules do not run.
+    pub(crate) fn of_channels() -> Result<Self, Error> {
+        let texts = vec![("channels".into(), "use \"stream.rules\"\n".into())];
+        Self::load(&Request { texts, ..Request::default() })
+    }
+
+    pub(crate) fn load(request: &Request) -> Result<Self, Error> {
+        let loaded = language::load(request);
+        let sources = Arc::new(loaded.sources);
+        let errors = Diagnostic::all(&loaded.diagnostics, &sources, Severity::Error);
+        match loaded.rules {
+            Some(rules) if errors.is_empty() => {
+                let warnings = Diagnostic::all(&loaded.diagnostics, &sources, Severity::Warning);
+                Ok(Self(Arc::new(Inner { rules, request: request.clone(), warnings })))
+            }
+            _ => Err(Error::rules(errors)),
+        }
+    }
+}
+
+impl fmt::Debug for Rules {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let files: Vec<&str> = self.files().collect();
+        f.debug_struct("Rules").field("files", &files).field("params", &self.params()).finish_non_exhaustive()
+    }
+}
+
+/// What rules are loaded from. Made by [`Rules::options`].
+#[derive(Clone, Debug, Default)]
+pub struct RulesOptions {
+    files: Vec<PathBuf>,
+    texts: Vec<(String, String)>,
+    hand_file: Option<String>,
+    params: Vec<(String, String)>,
+    buffers: BTreeMap<PathBuf, String>,
+}
+
+impl RulesOptions {
+    /// Adds a rule file: a path, or the name of a shipped file such as `bimanual.rules`.
+    #[must_use]
+    pub fn file(mut self, path: impl Into<PathBuf>) -> Self {
+        self.files.push(path.into());
+        self
+    }
+
+    /// Adds a text of rules, read after the files; `name` stands in messages. What the text uses is looked up among the shipped files:
+    /// `use "contact.rules"`.
+    #[must_use]
+    pub fn text(mut self, name: impl Into<String>, text: impl Into<String>) -> Self {
+        self.texts.push((name.into(), text.into()));
+        self
+    }
+
+    /// The hand file, which implements the abstract signals of the rules for a hardware: a path, or the name of a shipped file such as
+    /// `hand_flags.rules`. It wins over the one that the binding of a log names.
+    #[must_use]
+    pub fn hand_file(mut self, name: impl AsRef<Path>) -> Self {
+        self.hand_file = Some(name.as_ref().display().to_string());
+        self
+    }
+
+    /// Overrides a param; the value has its unit: `.param("touch_on", "0.1 N")`. It wins over the value that the binding of a log names.
+    #[must_use]
+    pub fn param(mut self, name: impl Into<String>, value: impl Into<String>) -> Self {
+        self.params.push((name.into(), value.into()));
+        self
+    }
+
+    /// Loads the rules for a log: where nothing else is said, with the files for its number of hands, and the hand file and params of its
+    /// binding.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), with the diagnostics.
+    pub fn for_log(self, log: &Log) -> Result<Rules, Error> {
+        let rules = Rules::load(&self.request_for(log))?;
+        signals::check_binding(log, &rules)?;
+        Ok(rules)
+    }
+
+    /// Loads the rules without a log; `contact.rules` where none are named.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), with the diagnostics.
+    pub fn load(self) -> Result<Rules, Error> {
+        Rules::load(&self.request(Vec::new()))
+    }
+
+    /// Lists all errors and warnings of the rules, in the order of files and lines, as `teachtree check` does. Rules without a tree, a part for
+    /// other files, are only worth a warning here.
+    pub fn check(self) -> Vec<Diagnostic> {
+        let request = Request { needs_tree: false, ..self.request(Vec::new()) };
+        let loaded = language::load(&request);
+        let sources = Arc::new(loaded.sources);
+        let of = |severity| Diagnostic::all(&loaded.diagnostics, &sources, severity);
+        [of(Severity::Error), of(Severity::Warning)].concat()
+    }
+
+    /// The same with a hand file and params for where none are given.
+    pub(crate) fn or_of_binding<'a>(
+        mut self,
+        hand_file: Option<&str>,
+        params: impl Iterator<Item = (&'a str, &'a str)>,
+    ) -> Self {
+        self.hand_file = self.hand_file.or_else(|| hand_file.map(str::to_string));
+        // A later value of a param wins over an earlier one.
+        self.params.splice(0..0, params.map(|(name, value)| (name.to_string(), value.to_string())));
+        self
+    }
+
+    fn request(self, params: Vec<(String, String)>) -> Request {
+        let Self { files, texts, hand_file, params: own, buffers } = self;
+        // A later value of a param wins over an earlier one.
+        let overrides = params.into_iter().chain(own).collect();
+        Request { files, texts, hand_file, overrides, buffers, two_hands: false, needs_tree: true }
+    }
+}
+
+/// What the other crates of the workspace ask of [`Rules`]; no part of the public interface.
+#[doc(hidden)]
+pub trait RulesInternals {
+    /// The rule set of the language.
+    fn set(&self) -> &language::Rules;
+    /// The params that were set, with their values as they were written.
+    fn params(&self) -> &[(String, String)];
+}
+
+impl RulesInternals for Rules {
+    fn set(&self) -> &language::Rules {
+        &self.0.rules
+    }
+
+    fn params(&self) -> &[(String, String)] {
+        &self.0.request.overrides
+    }
+}
+
+/// What the other crates of the workspace ask of [`RulesOptions`]; no part of the public interface.
+#[doc(hidden)]
+pub trait RulesOptionsInternals: Sized {
+    /// Texts that stand for files on disk, by canonical path: what is not written yet.
+    #[must_use]
+    fn buffers(self, buffers: BTreeMap<PathBuf, String>) -> Self;
+    /// What is loaded for a log.
+    fn request_for(self, log: &Log) -> Request;
+}
+
+impl RulesOptionsInternals for RulesOptions {
+    fn buffers(mut self, buffers: BTreeMap<PathBuf, String>) -> Self {
+        self.buffers = buffers;
+        self
+    }
+
+    fn request_for(mut self, log: &Log) -> Request {
+        let (hand_file, params) = log.settings();
+        self.hand_file = self.hand_file.or(hand_file);
+        Request { two_hands: log.hands().len() > 1, ..self.request(params) }
+    }
+}

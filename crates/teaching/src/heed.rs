@@ -1,0 +1,58 @@
+//! Messages become what hands are asked for, and buttons.
+
+use super::protocol::{Message, led, tracked};
+use super::shared::{Action, Teaching};
+use super::writing::perform;
+use nalgebra::Vector3;
+use std::sync::Arc;
+use teachtree_world::{FARTHEST_M, HandInput};
+
+/// Heeds a message; a sentence says why it is not taken.
+pub(super) fn heed(teaching: &Arc<Teaching>, message: Message) -> Result<(), String> {
+    let (hand, epoch, input) = match message {
+        Message::Start => {
+            teaching.act(Action::Start);
+            return Ok(());
+        }
+        Message::Stop => {
+            teaching.act(Action::Stop);
+            return Ok(());
+        }
+        Message::Undo => {
+            teaching.act(Action::Undo);
+            return Ok(());
+        }
+        Message::Reset => {
+            teaching.act(Action::Reset);
+            return Ok(());
+        }
+        Message::Robot { take } => return perform(teaching, take),
+        // Each connection has its own.
+        Message::Forces { .. } => return Ok(()),
+        Message::Palm { hand, epoch, palm, closes, squeeze, presses } => {
+            (hand, epoch, led(&palm, closes, squeeze, presses))
+        }
+        Message::Tips { hand, epoch, tips, palm } => (hand, epoch, tracked(&tips, palm.as_ref())),
+    };
+    let side = hand.side();
+    let Some((at, _, of_scene)) = teaching.options.scene.hands.get_full(&side) else {
+        return Err(format!("the scene has no {side} hand"));
+    };
+    let Some(input) = input else { return Err("expected finite numbers, and a quaternion w x y z".into()) };
+    let fingers = of_scene.fingers.len();
+    if let HandInput::Tracked { tips, .. } = &input
+        && tips.len() != fingers
+    {
+        return Err(format!("expected {fingers} fingertips, found {}", tips.len()));
+    }
+    let is_far = |place: &Vector3<f64>| place.iter().any(|part| part.abs() > FARTHEST_M);
+    let (palm, tips) = match &input {
+        HandInput::Led { palm, .. } => (Some(palm), [].as_slice()),
+        HandInput::Tracked { palm, tips } => (palm.as_ref(), tips.as_slice()),
+    };
+    if palm.is_some_and(|palm| is_far(&palm.translation.vector)) || tips.iter().any(|tip| is_far(&tip.coords)) {
+        return Err(format!("expected places within {FARTHEST_M} m of the origin, in meters"));
+    }
+    teaching.ask(at, epoch, input);
+    Ok(())
+}

@@ -1,0 +1,125 @@
+//! The messages of a page or a device, as JSON texts (docs/teaching.md).
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use teachtree_base::hands::Side;
+use teachtree_base::pose::{directed, seven};
+use teachtree_world::HandInput;
+
+/// The most fingertips of a message.
+const MAX_TIPS: usize = 16;
+
+/// A message that comes in.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Message {
+    /// Where the palm of a hand is to go.
+    Palm {
+        /// Which hand.
+        hand: Hand,
+        /// The state of the world that the sender has seen, as `state` counts it.
+        epoch: Option<u64>,
+        /// x y z, m, and w x y z.
+        palm: [f64; 7],
+        #[serde(default)]
+        closes: bool,
+        #[serde(default = "usual_squeeze")]
+        squeeze: f64,
+        #[serde(default)]
+        presses: bool,
+    },
+    /// Where the fingertips of a hand are.
+    Tips {
+        hand: Hand,
+        epoch: Option<u64>,
+        /// x y z, m, in the order of the scene.
+        tips: Vec<[f64; 3]>,
+        /// x y z, m, and w x y z.
+        palm: Option<[f64; 7]>,
+    },
+    /// Forces from now on, every so many milliseconds.
+    Forces {
+        every_ms: u64,
+    },
+    Start,
+    Stop,
+    Undo,
+    Reset,
+    /// Lets the robot perform a recording, the last one when left out.
+    Robot {
+        take: Option<usize>,
+    },
+}
+
+/// A hand in a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hand {
+    Left,
+    Right,
+}
+
+impl Hand {
+    /// The side.
+    pub const fn side(self) -> Side {
+        match self {
+            Self::Left => Side::Left,
+            Self::Right => Side::Right,
+        }
+    }
+}
+
+const fn usual_squeeze() -> f64 {
+    1.5
+}
+
+impl Message {
+    /// Reads a message.
+    ///
+    /// # Errors
+    /// A sentence that says why it is none.
+    pub fn read(text: &str) -> Result<Self, String> {
+        serde_json::from_str(text).map_err(|error| format!("no message: {error}"))
+    }
+}
+
+/// What a led palm is asked for; `None` where the numbers are none.
+pub fn led(palm: &[f64; 7], closes: bool, squeeze: f64, presses: bool) -> Option<HandInput> {
+    Some(HandInput::Led { palm: pose(palm)?, closes, squeeze, presses })
+}
+
+/// Where fingertips are; `None` where the numbers are none.
+pub fn tracked(tips: &[[f64; 3]], palm: Option<&[f64; 7]>) -> Option<HandInput> {
+    let palm = match palm {
+        Some(palm) => Some(pose(palm)?),
+        None => None,
+    };
+    let tips = (tips.len() <= MAX_TIPS).then(|| tips.iter().map(|tip| Point3::from(*tip)).collect())?;
+    Some(HandInput::Tracked { tips, palm })
+}
+
+fn pose([x, y, z, a, b, c, d]: &[f64; 7]) -> Option<Isometry3<f64>> {
+    let turn = directed([*a, *b, *c, *d], 1e-6)?;
+    Some(Isometry3::from_parts(Vector3::new(*x, *y, *z).into(), turn))
+}
+
+/// A number of which no more is shown than matters: 10 µm, 10 µN.
+fn short(number: f64) -> f64 {
+    (number * 1e5).round() / 1e5 + 0.0
+}
+
+/// A vector.
+pub fn vector(vector: &Vector3<f64>) -> Value {
+    vector.iter().map(|part| short(*part)).collect()
+}
+
+/// A pose as seven numbers.
+pub fn pose_json(pose: &Isometry3<f64>) -> Value {
+    seven(pose).iter().map(|part| short(*part)).collect()
+}
+
+/// Why a message was not taken.
+pub fn error(message: &str) -> String {
+    json!({ "type": "error", "message": message }).to_string()
+}

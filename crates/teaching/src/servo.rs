@@ -1,0 +1,154 @@
+//! The servo: a step of the world each millisecond of real time.
+//!
+//! A step that is late is made at once, and those behind it follow until time is caught up with; after a pause of a tenth of a second (a machine that slept)
+//! time is given up instead. INVARIANT: this is the only file of the program that reads a clock, and nothing of a recording depends on it.
+
+use super::labels::Fed;
+use super::punctuality::Punctuality;
+use super::shared::{Action, HandNow, Servo, Teaching};
+use super::writing::write;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{SyncSender, TrySendError};
+use std::time::{Duration, Instant};
+use teachtree_world::{ByHand, MOST_STEPS};
+
+/// A step of the world.
+const STEP: Duration = Duration::from_millis(1);
+/// Time that is given up when it is behind by so much.
+const MOST_BEHIND: Duration = Duration::from_millis(100);
+/// Rows that were undone are labeled again so many at a step.
+const ROWS_A_STEP: usize = 40;
+
+/// Steps the world until the program ends.
+pub(super) fn run(mut work: ByHand, teaching: &Arc<Teaching>, to_labels: &SyncSender<Fed>) -> Punctuality {
+    let mut punctuality = Punctuality::default();
+    let mut fed = Feeding::default();
+    let mut due = Instant::now();
+    while !teaching.stops.load(Ordering::SeqCst) {
+        due += STEP;
+        let now = Instant::now();
+        if let Some(early) = due.checked_duration_since(now) {
+            std::thread::sleep(early);
+        }
+        let late = Instant::now().saturating_duration_since(due);
+        punctuality.count(late);
+        if late > MOST_BEHIND {
+            punctuality.given_up_ms += u64::try_from(late.as_millis()).unwrap_or(u64::MAX);
+            due += late;
+        }
+        step(&mut work, teaching, to_labels, &mut fed, &punctuality);
+    }
+    if let Some(taken) = work.stop() {
+        write(teaching, taken);
+    }
+    punctuality
+}
+
+/// How far the labels have come.
+#[derive(Default)]
+struct Feeding {
+    row: usize,
+    is_begun: bool,
+    /// What waits for room.
+    last: Option<Fed>,
+}
+
+fn step(
+    work: &mut ByHand,
+    teaching: &Arc<Teaching>,
+    to_labels: &SyncSender<Fed>,
+    fed: &mut Feeding,
+    punctuality: &Punctuality,
+) {
+    let (mut hands, mut actions) = teaching.take_asked();
+    if work.is_recording() && work.recorded() >= MOST_STEPS {
+        actions.insert(0, Action::Stop);
+    }
+    for action in actions {
+        match action {
+            Action::Start if !work.is_recording() => {
+                work.start();
+                *fed = Feeding::default();
+            }
+            Action::Stop => {
+                if let Some(taken) = work.stop() {
+                    write(teaching, taken);
+                }
+                fed.last = Some(Fed::End);
+            }
+            Action::Undo => {
+                work.undo();
+                teaching.jump();
+                hands = [None, None];
+                *fed = Feeding::default();
+            }
+            Action::Reset => {
+                work.reset();
+                teaching.jump();
+                hands = [None, None];
+                fed.last = Some(Fed::Nothing);
+            }
+            Action::Start => {}
+        }
+    }
+    for (hand, input) in hands.into_iter().enumerate() {
+        if let Some(input) = input {
+            work.ask(hand, input);
+        }
+    }
+    work.step();
+    feed(work, to_labels, fed);
+    teaching.publish(|newest| {
+        newest.step += 1;
+        newest.epoch = teaching.epoch.load(Ordering::SeqCst);
+        newest.is_recording = work.is_recording();
+        newest.rows = work.recorded();
+        let seen = work.observation();
+        newest.bodies.clear();
+        newest.bodies.extend(seen.bodies.iter().map(|body| body.pose));
+        newest.hands.resize_with(seen.hands.len(), HandNow::default);
+        for (hand, (now, seen)) in newest.hands.iter_mut().zip(&seen.hands).enumerate() {
+            now.palm = seen.palm;
+            now.tips.clear();
+            now.tips.extend(seen.tips.iter().map(|tip| tip.position));
+            now.forces = work.felt(hand);
+            now.is_silent = work.is_silent(hand);
+        }
+        // The table of how late steps were is looked at now and then only.
+        if newest.step % 128 == 1 {
+            newest.servo = Servo {
+                steps: punctuality.steps,
+                share: punctuality.share(),
+                p999_us: punctuality.within_us(0.999),
+                latest_us: punctuality.latest_us,
+                given_up_ms: punctuality.given_up_ms,
+            };
+        }
+    });
+}
+
+/// Hands rows to the labels, as many as they take.
+fn feed(work: &ByHand, to_labels: &SyncSender<Fed>, fed: &mut Feeding) {
+    if let Some(last) = fed.last.take()
+        && let Err(TrySendError::Full(last)) = to_labels.try_send(last)
+    {
+        fed.last = Some(last);
+    }
+    if !work.is_recording() || fed.last.is_some() {
+        return;
+    }
+    if !fed.is_begun {
+        if to_labels.try_send(Fed::Begin(work.columns())).is_err() {
+            return;
+        }
+        fed.is_begun = true;
+    }
+    for _ in 0..ROWS_A_STEP {
+        let Some(row) = work.row(fed.row) else { return };
+        if to_labels.try_send(Fed::Row(row)).is_err() {
+            return;
+        }
+        fed.row += 1;
+    }
+}

@@ -1,0 +1,374 @@
+//! One hand that follows its script: goals become motions, and what is felt and seen shapes them under way.
+
+use super::goals::{Goal, Step};
+use super::grips::{Held, tucked};
+use super::guided::{Closing, Guided, LANDING};
+use super::motion::{Glide, Transport, Turning};
+use super::perturbations::{Perturbation, with_perturbations};
+use super::plugging::Plugging;
+use super::pressing::PressingOn;
+use super::rng::{Rng, Shaking};
+use super::senses::{Glimpse, Senses};
+use super::slipping::Slipping;
+use super::together::{MovingAlong, Other};
+use super::{Operator, Script};
+use crate::{HandTarget, STEP_S, World};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
+use teachtree_base::scene::{Hand, Scene};
+
+/// A finger stops closing, and a hand gives way, this long after it felt enough, s: a reflex, faster than a reaction.
+const REFLEX_S: f64 = 0.025;
+/// No reaction is slower, s.
+const SLOWEST_S: f64 = 1.0;
+/// How fast a hand that holds something still gives way to what it feels beyond the weight, m/s per N.
+const YIELDING: f64 = 0.015;
+/// How fast the fingers correct a squeeze, m/s per N, and at most, m/s.
+const TIGHTENING: f64 = 0.010;
+const TIGHTEST: f64 = 0.010;
+
+/// Streams of chance of what an operator's strength is drawn from, one each hand.
+const STRENGTH_STREAM: u64 = 4;
+/// No motion is tried for longer, s.
+const PATIENCE_S: f64 = 25.0;
+/// Nobody stands still, or waits for the other hand, for longer than this, s.
+const LONGEST_WAIT_S: f64 = 120.0;
+/// A hand that feels nothing for this long, s, of what it should hold has lost it, and goes back for it; but not more often than this.
+const LOST_S: f64 = 0.2;
+const RETRIES: usize = 3;
+/// What was lost is held this many times as firmly the next time.
+const FIRMER: f64 = 1.5;
+/// What is farther from the palm is out of reach, m.
+const OUT_OF_REACH_M: f64 = 0.4;
+
+/// A hand that follows its script.
+pub(crate) struct Performer<'a> {
+    pub(super) side: Side,
+    /// Index of the hand in the scene.
+    index: usize,
+    pub(super) hand: &'a Hand,
+    pub(super) scene: &'a Scene,
+    pub(super) operator: &'a Operator,
+    /// The script as this operator performs it, and the number of the step that comes next.
+    pub(super) steps: Vec<Step>,
+    pub(super) next: usize,
+    /// The step that is being done, by its number in the script as it is written.
+    pub(super) doing: Option<usize>,
+    pub(super) chance: Rng,
+    /// Today's speeds and squeezes over those of the script.
+    pub(super) pace: f64,
+    pub(super) strength: f64,
+    shaking: Shaking,
+    pub(super) senses: Senses,
+    /// Steps of the world from feeling to acting.
+    reaction: usize,
+    time: f64,
+    /// What it does, and for how long, s.
+    motion: Motion,
+    since: f64,
+    pub(super) palm: Isometry3<f64>,
+    /// Fingertip targets in the palm's frame.
+    pub(super) tips: Vec<Point3<f64>>,
+    glide: Glide,
+    /// The grip in use.
+    pub(super) grip: Held,
+    /// The direction in which the hand came to the grip, horizontal, unit or zero.
+    pub(super) came: Vector3<f64>,
+    /// For how long nothing has been felt of what should be held, s, and how often the hand went back for it.
+    empty: f64,
+    retries: usize,
+}
+
+/// What begins with a step of the script.
+#[derive(Default)]
+pub(crate) struct Begun {
+    /// A phase of the script.
+    pub(crate) phase: Option<String>,
+    /// A perturbation.
+    pub(crate) perturbation: Option<Perturbation>,
+    /// The object was lost, and the hand goes back for it.
+    pub(crate) lost: bool,
+    /// The step before took too long, and was left undone: which one of the script, counted from zero.
+    pub(crate) left_undone: Option<usize>,
+    /// The step before was to end at this body, and went all its way without meeting it: which step of the script, counted from zero, and the body.
+    pub(crate) unmet: Option<(usize, String)>,
+}
+
+pub(super) enum Motion {
+    /// Stays until this time is over, s.
+    Still(f64),
+    Transport(Transport),
+    Turning(Turning),
+    Closing(Closing),
+    Guided(Guided),
+    Plugging(Plugging),
+    Pressing(PressingOn),
+    Slipping(Slipping),
+    /// Stays until the other hand begins this phase.
+    Waiting(String),
+    Together(MovingAlong),
+}
+
+impl<'a> Performer<'a> {
+    /// The hand of this side, about to begin.
+    ///
+    /// # Errors
+    /// Names in the script that the scene does not have; numbers that cannot be performed.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        operator: &'a Operator,
+        side: Side,
+        script: &'a Script,
+        world: &World,
+        seed: u64,
+    ) -> Result<Self, InputError> {
+        let keys = format!("operator `{}`, hands.{side}", operator.name);
+        let (index, _, hand) = scene
+            .hands
+            .get_full(&side)
+            .ok_or_else(|| InputError::new(&keys, format!("has a script, but the scene has no {side} hand")))?;
+        let at = |error: InputError, what: String| {
+            let of_grip = error.place.starts_with("grips.");
+            let place = if of_grip {
+                format!("operator `{}`, {}", operator.name, error.place)
+            } else {
+                format!("{keys}.{what}")
+            };
+            InputError { place, ..error }
+        };
+        let grip =
+            Held::new(&script.start.grip, scene, operator, hand, world).map_err(|error| at(error, "start".into()))?;
+        let variation = &operator.variation;
+        let mut chance = Rng::new(seed, side.index() as u64);
+        let reaction = steps(variation.reaction.0.clamp(0.0, SLOWEST_S));
+        let mut performer = Self {
+            side,
+            index,
+            hand,
+            scene,
+            operator,
+            steps: with_perturbations(operator, script, side, seed),
+            doing: None,
+            next: 0,
+            pace: chance.factor(variation.pace),
+            strength: Rng::new(seed, STRENGTH_STREAM + side.index() as u64).between(variation.strength),
+            shaking: Shaking::new(&variation.tremor, &mut chance),
+            chance,
+            senses: Senses::new(reaction.max(steps(REFLEX_S))),
+            reaction,
+            time: 0.0,
+            motion: Motion::Still(0.0),
+            since: 0.0,
+            palm: Isometry3::identity(),
+            tips: hand.fingers.iter().map(|&finger| tucked(finger, side) * operator.hands_scale).collect(),
+            glide: Glide::default(),
+            grip,
+            came: Vector3::zeros(),
+            empty: 0.0,
+            retries: 0,
+        };
+        for step in &script.steps {
+            performer.check(&step.goal, world).map_err(|error| at(error, format!("steps.{}", step.written)))?;
+        }
+        let grip = performer.grip.clone();
+        (performer.palm, performer.tips) = performer.posture(&grip, &script.start, world);
+        Ok(performer)
+    }
+
+    /// Which hand it is.
+    pub(crate) fn side(&self) -> Side {
+        self.side
+    }
+
+    /// Index of the hand in the scene.
+    pub(crate) fn index(&self) -> usize {
+        self.index
+    }
+
+    /// How many steps of the script have not begun.
+    pub(crate) fn remaining(&self) -> usize {
+        self.steps.len() - self.next
+    }
+
+    /// Where the device is now.
+    pub(crate) fn target(&self) -> HandTarget {
+        let mut palm = self.palm;
+        palm.translation.vector += self.shaking.at(self.time);
+        HandTarget { palm, tips: self.tips.iter().map(|tip| palm * tip).collect() }
+    }
+
+    /// Where the palm is, without tremor, m.
+    pub(crate) fn stands_at(&self) -> Vector3<f64> {
+        self.palm.translation.vector
+    }
+
+    /// Lets a step of the world go by; `None` when the script is over, else what begins.
+    ///
+    /// # Errors
+    /// None after [`Self::new`] has checked the script.
+    pub(crate) fn advance(&mut self, world: &World, other: &Other) -> Result<Option<Begun>, InputError> {
+        self.time += STEP_S;
+        self.since += STEP_S;
+        self.senses.take_in(world.observation(), self.index, self.grip.object);
+        let mut begun = Begun::default();
+        let over = self.perform(world, other);
+        begun.lost = self.goes_back(world);
+        let patient = matches!(self.motion, Motion::Still(_) | Motion::Waiting(_) | Motion::Together(_));
+        let gives_up = self.since > if patient { LONGEST_WAIT_S } else { PATIENCE_S };
+        if over || begun.lost || gives_up {
+            begun.unmet = self.unmet().filter(|_| over && !begun.lost);
+            begun.left_undone = self.doing.take().filter(|_| gives_up && !over && !begun.lost);
+            let Some(step) = self.steps.get(self.next).cloned() else {
+                return Ok((begun.left_undone.is_some() || begun.unmet.is_some()).then_some(begun));
+            };
+            self.next += 1;
+            (begun.phase, begun.perturbation) = (step.phase.clone(), step.perturbation);
+            (self.since, self.doing) = (0.0, Some(step.written).filter(|_| !step.added));
+            self.motion = self.begin(&step, world)?;
+        }
+        self.keep_squeeze();
+        Ok(Some(begun))
+    }
+
+    /// The step that is done, and the body at which it should have ended, where that was not met.
+    fn unmet(&self) -> Option<(usize, String)> {
+        let Motion::Guided(guided) = &self.motion else { return None };
+        let (body, _) = self.scene.bodies.get_index(guided.unmet()?)?;
+        Some((self.doing?, body.clone()))
+    }
+
+    /// Whether what should be held is lost; then the reach before the last closing comes next.
+    fn goes_back(&mut self, world: &World) -> bool {
+        let holding = self.grip.squeeze.is_some() && !matches!(self.motion, Motion::Closing(_));
+        let feels = self.senses.ago(0).is_some_and(|felt| felt.tips.iter().any(|force| *force != Vector3::zeros()));
+        self.empty = if holding && !feels { self.empty + STEP_S } else { 0.0 };
+        if self.empty < LOST_S || self.retries >= RETRIES {
+            return false;
+        }
+        let position = world.observation().bodies.get(self.grip.object).map(|body| body.pose.translation.vector);
+        if position.is_some_and(|position| (position - self.palm.translation.vector).norm() > OUT_OF_REACH_M) {
+            // It fell from the table: there is nothing left to do.
+            (self.next, self.grip.squeeze) = (self.steps.len(), None);
+            return true;
+        }
+        let before = self.steps.get(..self.next).unwrap_or(&[]);
+        let close = before.iter().rposition(|step| matches!(step.goal, Goal::Close(_))).unwrap_or(0);
+        let reach = before.iter().take(close).rposition(|step| matches!(step.goal, Goal::Reach(_)));
+        let Some(reach) = reach else { return false };
+        // What went wrong once does not go wrong again.
+        let mut at = 0..self.next;
+        self.steps.retain(|step| !at.next().is_some_and(|at| at > reach && step.added));
+        (self.next, self.empty, self.grip.squeeze) = (reach, 0.0, None);
+        self.retries += 1;
+        self.strength *= FIRMER;
+        true
+    }
+
+    /// Goes on with the motion; whether it is over.
+    fn perform(&mut self, world: &World, other: &Other) -> bool {
+        let reflex = self.senses.ago(steps(REFLEX_S));
+        let felt = self.senses.ago(self.reaction);
+        let mut wanted = Vector3::zeros();
+        let over = match &mut self.motion {
+            Motion::Still(duration) => {
+                wanted = yielding(reflex, &self.grip);
+                self.since >= *duration
+            }
+            Motion::Waiting(phase) => {
+                wanted = yielding(reflex, &self.grip);
+                other.has_begun(self.side, phase)
+            }
+            Motion::Together(along) => {
+                self.palm.translation.vector += other.shift;
+                wanted = reflex.map_or(wanted, |reflex| along.step(self.since, &self.grip, reflex));
+                along.until.as_ref().is_some_and(|phase| other.has_begun(self.side, phase))
+                    || self.since >= along.duration
+            }
+            Motion::Transport(transport) => {
+                (self.palm, self.tips) = transport.at(self.since);
+                transport.is_over(self.since)
+            }
+            Motion::Closing(closing) => {
+                closing.step(self.since, &self.grip, reflex, self.hand.tip_radius.0, &mut self.tips, &mut self.palm)
+            }
+            Motion::Guided(guided) => {
+                let over;
+                (wanted, over) = match felt.zip(reflex) {
+                    Some((felt, reflex)) => guided.step(&self.grip, world, felt, reflex, &mut self.palm),
+                    None => (wanted, false),
+                };
+                over
+            }
+            Motion::Plugging(plugging) => {
+                if let Some((turn, about)) = plugging.righting(&self.grip, world) {
+                    let turn = UnitQuaternion::from_scaled_axis(turn * STEP_S);
+                    self.palm.translation.vector = about.coords + turn * (self.palm.translation.vector - about.coords);
+                    self.palm.rotation = turn * self.palm.rotation;
+                }
+                let over;
+                (wanted, over) = match felt.zip(reflex) {
+                    Some((felt, reflex)) => plugging.step(&self.grip, world, felt, reflex),
+                    None => (wanted, false),
+                };
+                over
+            }
+            Motion::Pressing(pressing) => {
+                let over;
+                (wanted, over) = felt.map_or((wanted, false), |felt| pressing.step(&self.grip, felt));
+                over
+            }
+            Motion::Turning(turning) => {
+                self.palm = turning.at(self.since);
+                self.since >= turning.duration
+            }
+            Motion::Slipping(slipping) => {
+                reflex.is_some_and(|reflex| slipping.step(&mut self.grip, world, reflex, &self.palm, &mut self.tips))
+            }
+        };
+        // A guided motion fades into what follows instead of stopping first.
+        let velocity = self.glide.towards(wanted, STEP_S);
+        if !matches!(self.motion, Motion::Transport(_) | Motion::Turning(_)) {
+            self.palm.translation.vector += velocity * STEP_S;
+        }
+        over
+    }
+
+    /// Fingers that hold something feel how hard, and correct it.
+    fn keep_squeeze(&mut self) {
+        if matches!(self.motion, Motion::Closing(_) | Motion::Slipping(_)) {
+            return;
+        }
+        let (Some(felt), Some(wanted)) = (self.senses.ago(self.reaction), self.grip.squeeze) else { return };
+        let pressed = felt
+            .tips
+            .iter()
+            .zip(&self.grip.contacts)
+            .filter_map(|(force, contact)| Some(-force.dot(&(self.palm * contact.as_ref()?.1))));
+        let squeeze = pressed.sum::<f64>() / 2.0;
+        let inwards = (TIGHTENING * (wanted - squeeze)).clamp(-TIGHTEST, TIGHTEST) * STEP_S;
+        for (finger, contact) in self.grip.contacts.iter().enumerate() {
+            let Some((_, normal)) = contact else { continue };
+            self.tips[finger] -= normal * inwards;
+            // A transport that is under way carries the correction along.
+            if let Motion::Transport(transport) = &mut self.motion {
+                transport.from_tips[finger] -= normal * inwards;
+                transport.to_tips[finger] -= normal * inwards;
+            }
+        }
+    }
+}
+
+/// The velocity with which a hand that holds something still gives way to what it feels beyond the weight, m/s. Nobody leans on what is set
+/// down, however heavy it is.
+fn yielding(felt: Option<&Glimpse>, grip: &Held) -> Vector3<f64> {
+    let Some((felt, _)) = felt.zip(grip.squeeze) else { return Vector3::zeros() };
+    let force = felt.total();
+    let usual = if force.z < 0.0 { grip.weight.min(LANDING) } else { grip.weight };
+    -YIELDING * force * (1.0 - usual / force.norm().max(usual))
+}
+
+/// This time in steps of the world.
+fn steps(time_s: f64) -> usize {
+    (time_s / STEP_S).round() as usize
+}

@@ -1,0 +1,40 @@
+//! Contacts made and lost, as events.
+
+use super::moment::Moment;
+use super::series::debounce;
+use teachtree_base::recording::Event;
+use teachtree_base::scene::Scene;
+
+/// A contact that is made or lost for less than this, ms, is no event.
+const BLIP: usize = 20;
+
+/// Contacts made and lost, between fingertips and bodies and between bodies.
+pub(crate) fn contact_events(scene: &Scene, moments: &[Moment]) -> Vec<Event> {
+    let names: Vec<&String> = scene.bodies.keys().collect();
+    let mut events = Vec::new();
+    let mut watch = |subjects: Vec<String>, touching: &dyn Fn(&Moment) -> bool| {
+        let mut states: Vec<bool> = moments.iter().map(touching).collect();
+        debounce(&mut states, BLIP, BLIP);
+        let mut before = false;
+        for (index, &state) in states.iter().enumerate() {
+            if state != before {
+                let kind = if state { "contact_made" } else { "contact_lost" };
+                events.push(Event { time_s: index as f64 / 1000.0, kind: kind.into(), subjects: subjects.clone() });
+                before = state;
+            }
+        }
+    };
+    for (hand, (side, fingers)) in scene.hands.iter().enumerate() {
+        for (index, finger) in fingers.fingers.iter().enumerate() {
+            for (body, name) in names.iter().enumerate() {
+                let subjects = vec![format!("{side}.{finger}"), (*name).clone()];
+                watch(subjects, &|moment| moment.hands[hand][index].force_on(body).is_some());
+            }
+        }
+    }
+    for (pair, contact) in moments.first().map_or(&[][..], |moment| &moment.contacts).iter().enumerate() {
+        let subjects = vec![names[contact.body].clone(), names[contact.other].clone()];
+        watch(subjects, &|moment| moment.contacts[pair].touching);
+    }
+    events
+}

@@ -1,0 +1,330 @@
+//! What is true of a hand and the object it deals with, millisecond by millisecond: contacts that the solver made, forces without noise, and
+//! displacements over a quarter of a second, which is longer than a period of tremor.
+
+use super::moment::Moment;
+use super::series::{debounce, means, runs, strokes};
+use crate::sockets::{Place, places};
+use nalgebra::{Point3, Vector3};
+use teachtree_base::hands::Finger;
+use teachtree_base::scene::{Role, Scene};
+
+/// Coefficient of static friction of the fingertips, for the least squeeze that could carry the object.
+const FINGERTIP_FRICTION: f64 = 1.0;
+/// Displacements are taken from this long before to this long after, ms.
+const AROUND: usize = 125;
+/// An object moves when that makes this speed, m/s, and turns when it makes this one, rad/s.
+const MOVES: f64 = 0.010;
+const TURNS: f64 = 0.2;
+/// A hand comes near an object when the middle of its fingertips is within this of the object's bounding ball, m, and stays near it within that.
+const NEAR_M: f64 = 0.050;
+const STAYS_NEAR_M: f64 = 0.070;
+/// Another object must be nearer than this, m, to be dealt with instead.
+const NEARER_BY_M: f64 = 0.010;
+/// An object is in a socket when its plug point is this far below the rim, m.
+const INSIDE_M: f64 = 0.001;
+/// Minimum change of a plug's depth (without tremor) in one direction that counts as an insertion or extraction, m, at any speed. The motion starts at
+/// `RESTS_WITHIN_M` from the resting depth. A plug less deep than a stroke enters from outside or leaves.
+const STROKE_M: f64 = 0.002;
+const RESTS_WITHIN_M: f64 = 0.0005;
+/// It searches for the socket when the plug point is within this of the hole, m, and from this far below to this far above the rim.
+const SEARCH_BESIDE_M: f64 = 0.020;
+const SEARCH_BELOW_M: f64 = 0.005;
+const SEARCH_ABOVE_M: f64 = 0.030;
+/// The fingers press an object down from this force on, N.
+const PRESSES_N: f64 = 0.8;
+/// A contact that is interrupted for less than a period of tremor, ms, goes on; one shorter than `BLIP` is none.
+const BRIDGE: usize = 130;
+const BLIP: usize = 20;
+/// An object that goes less far, m, or turns less, rad, was bumped; one that is pushed less far was nudged.
+const BUMP_M: f64 = 0.002;
+const BUMP_RAD: f64 = 0.14;
+const NUDGE_M: f64 = 0.015;
+/// A grip that opens or closes for less is none, ms.
+const GRIP: usize = 60;
+
+/// What is true of one hand at one instant.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Facts {
+    /// Index of the object in the scene.
+    pub(super) target: usize,
+    /// The sum of the fingers' forces on it, N.
+    pub(super) force: Vector3<f64>,
+    /// It touches what the other hand is on; it is in a socket of that.
+    pub(super) meets: bool,
+    pub(super) mated: bool,
+    /// How many fingers are on the object.
+    pub(super) fingers: usize,
+    /// The hand is near it.
+    pub(super) near: bool,
+    /// The squeeze could carry its weight.
+    pub(super) held: bool,
+    /// Something carries it; what it only searches on does not count.
+    pub(super) carried_by: bool,
+    /// It touches something that does not carry it.
+    pub(super) beside: bool,
+    /// It moves; along what carries it; along what stands beside.
+    pub(super) moving: bool,
+    pub(super) sliding: bool,
+    pub(super) along: bool,
+    /// It is in a socket; in a thread.
+    pub(super) inside: bool,
+    pub(super) threaded: bool,
+    /// Depth of the plug point in the socket, m.
+    depth: Option<f64>,
+    /// It goes into the socket, or comes out.
+    pub(super) sinking: bool,
+    pub(super) rising: bool,
+    /// It turns about the axis of its socket, or about the vertical.
+    pub(super) turning: bool,
+    /// The fingers press it down.
+    pub(super) pressed: bool,
+    /// How far it is displaced per second, m/s, and turned, rad/s.
+    pub(super) speed: f64,
+    pub(super) spin: f64,
+}
+
+/// The facts of a hand.
+pub(super) fn facts(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<Facts> {
+    let targets = targets(scene, hand, moments);
+    let places = places(scene);
+    let view = View { scene, hand, moments, places: &places };
+    let mut facts: Vec<Facts> =
+        targets.iter().enumerate().map(|(index, &target)| view.facts(index, target).unwrap_or_default()).collect();
+    let (mut near, mut of) = (false, usize::MAX);
+    for (index, &target) in targets.iter().enumerate() {
+        let within = if near && of == target { STAYS_NEAR_M } else { NEAR_M };
+        (near, of) = (view.distance(index, target).is_some_and(|distance| distance <= within), target);
+        facts[index].near = near;
+    }
+    for finger in 0..moments.first().map_or(0, |moment| moment.hands[hand].len()) {
+        let mut on: Vec<bool> = moments
+            .iter()
+            .zip(&targets)
+            .map(|(moment, &target)| moment.hands[hand][finger].force_on(target).is_some())
+            .collect();
+        debounce(&mut on, BRIDGE, 0);
+        facts.iter_mut().zip(on).for_each(|(facts, on)| facts.fingers += usize::from(on));
+    }
+    for (of, bridge, blip) in CLEANED {
+        let mut series: Vec<bool> = facts.iter_mut().map(|facts| *of(facts)).collect();
+        debounce(&mut series, *bridge, *blip);
+        facts.iter_mut().zip(series).for_each(|(facts, value)| *of(facts) = value);
+    }
+    enter_and_leave(&mut facts);
+    for Leading { moves, when, way, least } in LEADING {
+        let series: Vec<bool> = facts.iter_mut().map(|facts| when(facts) && *moves(facts)).collect();
+        for run in runs(&series).into_iter().filter(|run| series[run.start]) {
+            if facts[run.clone()].iter().map(way).sum::<f64>() / 1000.0 < *least {
+                facts[run].iter_mut().for_each(|facts| *moves(facts) = false);
+            }
+        }
+    }
+    facts
+}
+
+/// Derives insertions and extractions from the depth alone, so that slow motions count. Shorter motions are derived from the speed, and motions in a thread
+/// from the rotation.
+fn enter_and_leave(facts: &mut [Facts]) {
+    let socket = |facts: &Facts| (facts.inside && !facts.threaded).then_some(facts.target);
+    let sockets: Vec<Option<usize>> = facts.iter().map(socket).collect();
+    for run in runs(&sockets).into_iter().filter(|run| sockets[run.start].is_some()) {
+        let mut last = facts[run.start].depth.unwrap_or(INSIDE_M);
+        let depths: Vec<f64> = facts[run.clone()]
+            .iter()
+            .map(|facts| {
+                last = facts.depth.unwrap_or(last);
+                last
+            })
+            .collect();
+        let depths = means(&depths, AROUND);
+        for (stroke, sinks) in strokes(&depths, STROKE_M) {
+            let from = depths[stroke.start];
+            let rests = |at: &usize| from > STROKE_M && (depths[*at] - from).abs() < RESTS_WITHIN_M;
+            let begins = stroke.clone().rev().find(rests).unwrap_or(stroke.start);
+            for facts in &mut facts[run.start + begins..run.start + stroke.end] {
+                (facts.sinking, facts.rising) = (sinks, !sinks);
+            }
+        }
+    }
+}
+
+/// A motion that must lead somewhere to be one: whoever takes hold of an object or lets it go bumps it.
+struct Leading {
+    moves: fn(&mut Facts) -> &mut bool,
+    /// When this is asked of it.
+    when: fn(&Facts) -> bool,
+    /// Its speed, and the least way.
+    way: fn(&Facts) -> f64,
+    least: f64,
+}
+
+const LEADING: &[Leading] = &[
+    Leading {
+        moves: |facts| &mut facts.moving,
+        when: |facts| facts.fingers > 0 && !facts.held,
+        way: |facts| facts.speed,
+        least: NUDGE_M,
+    },
+    Leading {
+        moves: |facts| &mut facts.sliding,
+        when: |facts| facts.held && facts.carried_by,
+        way: |facts| facts.speed,
+        least: BUMP_M,
+    },
+    Leading {
+        moves: |facts| &mut facts.along,
+        when: |facts| facts.held && facts.beside,
+        way: |facts| facts.speed,
+        least: BUMP_M,
+    },
+    Leading { moves: |facts| &mut facts.turning, when: |facts| facts.held, way: |facts| facts.spin, least: BUMP_RAD },
+];
+
+/// What is bridged and what is taken out, ms.
+type Cleaned = (fn(&mut Facts) -> &mut bool, usize, usize);
+const CLEANED: &[Cleaned] = &[
+    (|facts| &mut facts.held, GRIP, GRIP),
+    (|facts| &mut facts.carried_by, BRIDGE, BLIP),
+    (|facts| &mut facts.beside, BRIDGE, BLIP),
+    (|facts| &mut facts.moving, BRIDGE, GRIP),
+    (|facts| &mut facts.sliding, BRIDGE, GRIP),
+    (|facts| &mut facts.along, BRIDGE, GRIP),
+    (|facts| &mut facts.inside, BRIDGE, GRIP),
+    (|facts| &mut facts.meets, BRIDGE, BLIP),
+    (|facts| &mut facts.mated, BRIDGE, GRIP),
+    (|facts| &mut facts.turning, BRIDGE, GRIP),
+    (|facts| &mut facts.pressed, BRIDGE, 2 * BRIDGE),
+];
+
+/// The object that a hand deals with: what it touches, else what is nearest.
+fn targets(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<usize> {
+    let objects: Vec<usize> = (0..scene.bodies.len()).filter(|&body| scene.bodies[body].role == Role::Object).collect();
+    let mut target = usize::MAX;
+    let of_moment = |moment: &Moment| {
+        let touched = |object: usize| moment.hands[hand].iter().any(|tip| tip.force_on(object).is_some());
+        if !touched(target) {
+            let distance = |object: &usize| moment.distance(hand, &scene.bodies[*object], *object);
+            // Of two objects at the same distance the hand stays with the one that it deals with.
+            let to_go = |object: &usize| distance(object) - if *object == target { NEARER_BY_M } else { 0.0 };
+            let nearest = || objects.iter().copied().min_by(|a, b| to_go(a).total_cmp(&to_go(b)));
+            target = objects.iter().copied().find(|&object| touched(object)).or_else(nearest).unwrap_or(usize::MAX);
+        }
+        target
+    };
+    moments.iter().map(of_moment).collect()
+}
+
+/// All that facts are read from.
+struct View<'a> {
+    scene: &'a Scene,
+    hand: usize,
+    moments: &'a [Moment],
+    places: &'a [Place],
+}
+
+impl View<'_> {
+    fn facts(&self, index: usize, target: usize) -> Option<Facts> {
+        let (_, body) = self.scene.bodies.get_index(target)?;
+        let moment = self.moments.get(index)?;
+        let tips = &moment.hands[self.hand];
+        let forces: Vec<(Finger, Vector3<f64>)> =
+            tips.iter().filter_map(|tip| Some((tip.finger, tip.force_on(target)?))).collect();
+        let total: Vector3<f64> = forces.iter().map(|(_, force)| force).sum();
+        let squeeze = (forces.iter().map(|(_, force)| force.norm()).sum::<f64>() - total.norm()) / 2.0;
+        let gravity = Vector3::from(self.scene.gravity.map(|part| part.0));
+        let weight = body.mass.map_or(0.0, |mass| mass.0) * gravity.norm();
+        let up = -gravity.try_normalize(1e-9).unwrap_or_default();
+        let thumb = forces.iter().any(|(finger, _)| *finger == Finger::Thumb);
+
+        let (before, after, seconds) = self.around(index)?;
+        let moved = |body: usize| {
+            let at = |moment: &Moment| moment.bodies[body].pose.translation.vector;
+            (at(after) - at(before)) / seconds
+        };
+        let velocity = moved(target);
+        let turned = after.bodies[target].pose.rotation * before.bodies[target].pose.rotation.inverse();
+        let mut axis = up;
+        let mut facts = Facts {
+            target,
+            force: total,
+            held: thumb && forces.len() > 1 && squeeze >= weight / 2.0 / FINGERTIP_FRICTION,
+            moving: velocity.norm() > MOVES,
+            sliding: (velocity - up * velocity.dot(&up)).norm() > MOVES,
+            pressed: self.pressed_down(index, target, &up) > PRESSES_N,
+            speed: velocity.norm(),
+            ..Facts::default()
+        };
+        let others = || moment.hands.iter().enumerate().filter(|(hand, _)| *hand != self.hand);
+        let is_object = |body: usize| self.scene.bodies.get_index(body).is_some_and(|(_, it)| it.role == Role::Object);
+        let touched = |body: usize| others().any(|(_, tips)| tips.iter().any(|tip| tip.force_on(body).is_some()));
+        let handled = |body: usize| is_object(body) && touched(body);
+        // What is plugged into the object is a part of it.
+        let plugged = |body: usize| {
+            let places = self.places.iter().filter(|place| place.body == target);
+            places
+                .filter_map(|place| Some((place, place.plug(body, &moment.bodies)?)))
+                .any(|(place, plug)| place.holds(&plug))
+        };
+        let mut searched = None;
+        for place in self.places {
+            let Some(plug) = place.plug(target, &moment.bodies) else { continue };
+            let beside = plug.beside.norm() <= place.socket.radius.0 + SEARCH_BESIDE_M;
+            if beside && (-SEARCH_BELOW_M..=SEARCH_ABOVE_M).contains(&plug.height) {
+                searched = Some(place.body);
+            }
+            if place.holds(&plug) && plug.height < -INSIDE_M {
+                let height = |moment: &Moment| place.plug(target, &moment.bodies).map_or(0.0, |plug| plug.height);
+                let rate = (height(after) - height(before)) / seconds;
+                axis = plug.axis;
+                (facts.inside, facts.depth) = (true, Some(-plug.height));
+                facts.threaded = place.socket.pitch.is_some();
+                facts.mated = handled(place.body);
+                (facts.sinking, facts.rising) = (rate < -MOVES, rate > MOVES);
+            }
+        }
+        facts.spin = turned.scaled_axis().dot(&axis).abs() / seconds;
+        facts.turning = facts.spin > TURNS;
+        for (other, normal) in moment.contacts_of(target).filter(|(other, _)| facts.inside || Some(*other) != searched)
+        {
+            // What the other hand is on neither carries nor stands beside, and neither does what is plugged in.
+            if handled(other) {
+                facts.meets = true;
+            } else if plugged(other) {
+                continue;
+            } else if normal.dot(&up) >= std::f64::consts::FRAC_1_SQRT_2 {
+                facts.carried_by = true;
+            } else {
+                let relative = velocity - moved(other);
+                facts.beside = true;
+                facts.along |= (relative - normal * relative.dot(&normal)).norm() > MOVES;
+            }
+        }
+        Some(facts)
+    }
+
+    /// How far the middle of the fingertips is from the object's bounding ball, m.
+    fn distance(&self, index: usize, target: usize) -> Option<f64> {
+        let (_, body) = self.scene.bodies.get_index(target)?;
+        let moment = self.moments.get(index)?;
+        let position = Point3::from(moment.bodies.get(target)?.pose.translation.vector);
+        Some((moment.middle(self.hand) - position).norm() - body.bounding_radius())
+    }
+
+    /// The moments before and after, and the time between them, s.
+    fn around(&self, index: usize) -> Option<(&Moment, &Moment, f64)> {
+        let (before, after) = (index.saturating_sub(AROUND), (index + AROUND).min(self.moments.len().checked_sub(1)?));
+        Some((self.moments.get(before)?, self.moments.get(after)?, (after - before).max(1) as f64 / 1000.0))
+    }
+
+    /// The mean force of the fingers on the object downwards, N, over a period of tremor.
+    fn pressed_down(&self, index: usize, target: usize, up: &Vector3<f64>) -> f64 {
+        let end = (index + BRIDGE / 2).min(self.moments.len());
+        let around = &self.moments[index.saturating_sub(BRIDGE / 2)..end];
+        let force = |moment: &Moment| -> Vector3<f64> {
+            moment.hands[self.hand].iter().filter_map(|tip| tip.force_on(target)).sum()
+        };
+        // Every tenth millisecond is often enough for a mean.
+        let some = || around.iter().step_by(10);
+        -some().map(|moment| force(moment).dot(up)).sum::<f64>() / some().count().max(1) as f64
+    }
+}

@@ -1,0 +1,84 @@
+//! Ground truth: what a hand really did, from the world without noise and with the future known. It follows the definitions of the primitives
+//! (docs/sources.md, C1 to C20) on physical facts of its own and shares nothing with the rules: held means that the squeeze could carry the object's
+//! weight, contacts are those that the solver made, motions are displacements that outlast tremor, and what is shorter than a human act is
+//! taken out on both sides of a change.
+
+mod both;
+mod events;
+mod facts;
+mod labels;
+mod moment;
+mod series;
+mod tasks;
+
+pub(super) use events::contact_events;
+pub(super) use moment::Moment;
+
+use facts::Facts;
+use std::ops::Range;
+use teachtree_base::hands::Side;
+use teachtree_base::scene::Scene;
+
+/// Whether a hand lets go in a primitive of the truth.
+pub fn lets_go(label: &str) -> bool {
+    label == "Release"
+}
+
+/// Whether a hand sets out anew between two primitives of the truth.
+pub fn sets_out(before: &str, after: &str) -> bool {
+    lets_go(before) && after == "Move"
+}
+
+/// What the hands did at every moment.
+pub(super) struct Truth {
+    /// The hands, in the order of the scene.
+    pub(super) hands: Vec<OfHand>,
+    /// The coordination of two hands, empty where there is none.
+    pub(super) both: Option<Vec<String>>,
+}
+
+/// What a hand did at every moment.
+pub(super) struct OfHand {
+    /// The primitive.
+    pub(super) labels: Vec<String>,
+    /// The task; empty where it was at none.
+    pub(super) tasks: Vec<String>,
+    /// Where each task begins, and what it is called.
+    pub(super) begun: Vec<(usize, &'static str)>,
+}
+
+/// What the hands did in the part of the recording that is kept; nothing outside of it makes a task.
+pub(super) fn truth(scene: &Scene, moments: &[Moment], kept: &Range<usize>) -> Truth {
+    let facts: Vec<Vec<Facts>> = (0..scene.hands.len()).map(|hand| facts::facts(scene, hand, moments)).collect();
+    let mut labels: Vec<Vec<&'static str>> = facts.iter().map(|facts| labels::labels(facts)).collect();
+    let sides: Vec<Side> = scene.hands.keys().copied().collect();
+    let both = match (facts.as_slice(), labels.as_slice(), sides.as_slice()) {
+        ([one, other], [of_one, of_other], &[first, second]) => {
+            let hands = [
+                both::Of { side: first, facts: one, labels: of_one },
+                both::Of { side: second, facts: other, labels: of_other },
+            ];
+            Some(both::coordination(&hands))
+        }
+        _ => None,
+    };
+    for own in &mut labels {
+        let coordinated = both.iter().flatten().zip(own).filter(|(both, _)| !both.is_empty());
+        coordinated.for_each(|(both, own)| *own = both);
+    }
+    let hands = facts.iter().zip(&labels).map(|(facts, labels)| of_hand(&facts[kept.clone()], &labels[kept.clone()]));
+    let text = |labels: Vec<&'static str>| labels[kept.clone()].iter().map(|name| (*name).to_string()).collect();
+    Truth { hands: hands.collect(), both: both.map(text) }
+}
+
+fn of_hand(facts: &[Facts], labels: &[&'static str]) -> OfHand {
+    let mut tasks = vec![String::new(); labels.len()];
+    let mut begun = Vec::new();
+    for (span, task) in tasks::tasks(labels, facts) {
+        if !task.is_empty() {
+            begun.push((span.start, task));
+        }
+        tasks[span].fill(task.to_string());
+    }
+    OfHand { labels: labels.iter().map(|name| (*name).to_string()).collect(), tasks, begun }
+}

@@ -1,0 +1,156 @@
+//! How often boundaries are right that are found with some confidence: on recordings, and on simulated operators.
+
+use crate::found::{label_file, rules_and_frames, spans};
+use crate::gold;
+use crate::kind::{Kind, Set};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+use teachtree::{Analysis, Log, Rules};
+use teachtree_analysis::Who;
+use teachtree_analysis::score::{NameMap, Truth};
+use teachtree_base::hands::Side;
+use teachtree_base::recording::Recording;
+use teachtree_frames::{self as stream, OpenRequest};
+use teachtree_world::{shipped, teach};
+
+/// A boundary is right when it is no farther from the true one, s.
+const RIGHT_S: f64 = 0.15;
+/// The precision of boundaries that human annotators set, s.
+const LABELED_S: f64 = 0.25;
+/// The lower ends of the classes of confidence.
+const CLASSES: [f64; 4] = [0.9, 0.7, 0.5, 0.0];
+
+/// A boundary or a label that was found.
+pub struct Sure {
+    pub share: f64,
+    pub right: bool,
+}
+
+fn analyzed(path: &Path, binding: Option<&Path>) -> Result<Analysis, String> {
+    let options = binding.map_or_else(Log::options, |binding| Log::options().binding(binding));
+    let analyze = move || {
+        let log = options.open(path)?;
+        Rules::for_log(&log)?.analyze(&log)?.with_confidence()
+    };
+    analyze().map_err(|error: teachtree::Error| error.to_string())
+}
+
+/// The boundaries of a recording whose truth has them.
+pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<Sure>, String> {
+    if !matches!(kind.set(), Set::OneArm | Set::Wiping | Set::Snap) {
+        return Ok(vec![]);
+    }
+    let binding = root.join("demos").join(format!("{}.binding.yaml", kind.binding()));
+    let analysis = analyzed(path, Some(&binding))?;
+    let request = OpenRequest { log: path.to_path_buf(), binding: Some(binding), ..OpenRequest::default() };
+    let opened = stream::open(&request).map_err(|error| error.to_string())?;
+    let mut starts: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    let mut within = RIGHT_S;
+    match kind.set() {
+        Set::OneArm => {
+            for start in gold::one_arm(&opened.recording) {
+                starts.entry(start.names[0]).or_default().push(start.at_s);
+            }
+            // Failed touches end in a Release that no gold knows.
+            starts.remove("Release");
+        }
+        Set::Wiping if analysis.issues().iter().any(|issue| issue.kind == "stuck_sensor") => {}
+        Set::Wiping => {
+            let labels = spans(&label_file(path), &opened, "1=mask,2=Trace,3=mask")?;
+            within = LABELED_S;
+            starts.insert("Trace", labels.iter().filter(|it| it.names == ["Trace"]).map(|it| it.start_s).collect());
+        }
+        _ => {
+            let states = std::fs::read_to_string(path.join("R_State.dat")).unwrap_or_default();
+            let contact = states.lines().filter_map(|line| line.trim().parse().ok()).nth(1);
+            let success = !path.to_string_lossy().contains("ERROR");
+            if let (true, Some(contact)) = (success, contact) {
+                starts.insert("Trace", vec![contact]);
+            }
+        }
+    }
+    // Of an assembly only the first contact is known.
+    let first_only = kind.set() == Set::Snap;
+    let mut sure = vec![];
+    for (name, at) in starts {
+        let found =
+            analysis.segments().into_iter().filter(|it| it.primitive() == name && it.track() == Who::Hand(Side::Right));
+        let found = found.take(if first_only { 1 } else { usize::MAX });
+        sure.extend(found.filter_map(|it| {
+            let right = at.iter().any(|at| (it.start_s() - at).abs() <= within);
+            Some(Sure { share: it.confidence()?.share, right })
+        }));
+    }
+    Ok(sure)
+}
+
+/// Gives `each` the name of a scene, a seed and what the simulated operator of that seed does there: all scenes of one hand, so many seeds each.
+pub fn demonstrations(
+    seeds: u64,
+    each: &mut dyn FnMut(&str, u64, Recording) -> Result<(), String>,
+) -> Result<(), String> {
+    for seed in 1..=seeds {
+        for name in shipped::names() {
+            let scene = shipped::scene(name).map_err(|error| error.to_string())?;
+            if scene.hands.len() > 1 {
+                continue;
+            }
+            let operator = shipped::operator(name).map_err(|error| error.to_string())?;
+            each(name, seed, teach(&scene, &operator, seed).map_err(|error| error.to_string())?)?;
+        }
+    }
+    Ok(())
+}
+
+/// The boundaries of simulated operators, those of all scenes of one hand with these seeds.
+pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let mut sure = vec![];
+    demonstrations(seeds, &mut |name, seed, recording| {
+        let path = folder.path().join(format!("{name}_{seed}.csv"));
+        teachtree_logs::read::formats::write(&recording, &path).map_err(|error| error.to_string())?;
+        let analysis = analyzed(&path, None)?;
+        let opened = stream::open(&OpenRequest { log: path, ..OpenRequest::default() });
+        let opened = opened.map_err(|error| error.to_string())?;
+        let (rules, frames) = rules_and_frames(&opened)?;
+        let truth = Truth::of_recording(&recording, &NameMap::default()).unwrap_or_default();
+        let truth = truth.retold(&rules, &frames).map_err(|error| error.to_string())?;
+        for track in &truth.tracks {
+            let found = analysis.segments().into_iter().filter(|it| it.track() == track.who);
+            // The first segment begins with the recording.
+            sure.extend(found.filter(|it| it.frames().start > 0).filter_map(|it| {
+                let same =
+                    |span: &&teachtree_analysis::score::Span| span.names.iter().any(|name| name == it.primitive());
+                let right =
+                    track.primitives.iter().filter(same).any(|span| (span.start_s - it.start_s()).abs() <= RIGHT_S);
+                Some(Sure { share: it.confidence()?.share, right })
+            }));
+        }
+        Ok(())
+    })?;
+    Ok(sure)
+}
+
+/// How many of `what` are right, by confidence.
+pub fn table(what: &str, sets: &[(&str, &[Sure])]) -> String {
+    let mut text = format!(
+        "| {what} right, by confidence | 90 % and more | 70 to 90 % | 50 to 70 % | less |\n|---|---|---|---|---|\n"
+    );
+    for (name, sure) in sets {
+        let _ = write!(text, "| {name} |");
+        let mut below = f64::INFINITY;
+        for least in CLASSES {
+            let class: Vec<&Sure> = sure.iter().filter(|it| it.share >= least && it.share < below).collect();
+            let right = class.iter().filter(|it| it.right).count();
+            let share = if class.is_empty() { 0.0 } else { 100.0 * right as f64 / class.len() as f64 };
+            let _ = match class.len() {
+                0 => write!(text, " – |"),
+                all => write!(text, " {right} of {all}, {share:.1} % |"),
+            };
+            below = least;
+        }
+        text.push('\n');
+    }
+    text
+}

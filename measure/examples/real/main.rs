@@ -1,0 +1,137 @@
+//! `cargo example real -- [FOLDER…]` measures the accuracy of the shipped rules on recordings of other operators: those in `demos`, and
+//! those of the same kinds in the named folders. All recordings are analyzed with the same rules and params.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
+
+mod confidence;
+mod found;
+mod gold;
+mod kind;
+mod live;
+mod peer;
+mod robustness;
+mod spread;
+mod tables;
+mod variants;
+
+use clap::Parser;
+use found::{Choice, Found};
+use kind::Kind;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Measures recognition on real recordings
+#[derive(Parser)]
+struct Args {
+    /// Folders with recordings of the kinds that have a binding in `demos`, in folders of any depth; besides the project's own `demos`
+    folders: Vec<PathBuf>,
+    /// Rule files in this folder replace the shipped ones of the same name
+    #[arg(long, value_name = "FOLDER")]
+    rules: Option<PathBuf>,
+    /// Also a line for each recording
+    #[arg(long)]
+    each: bool,
+    /// How often boundaries of which confidence are right, instead, on the recordings and on so many simulated operators of each scene
+    #[arg(long, value_name = "SEEDS")]
+    confidence: Option<u64>,
+    /// How often labels of newest frames of which confidence are right, instead, on the recordings and on so many simulated operators of each scene
+    #[arg(long, value_name = "SEEDS")]
+    live: Option<u64>,
+    /// How much worse it gets when the recordings are changed as another laboratory would have made them, instead
+    #[arg(long)]
+    variants: bool,
+    /// How the figures spread over so many draws of all values of the rules, each within 30 %, and over the recordings, instead
+    #[arg(long, value_name = "DRAWS")]
+    spread: Option<u64>,
+    /// Only the variants whose name contains this
+    #[arg(long, value_name = "TEXT", requires = "variants")]
+    variant: Option<String>,
+    /// Only recordings whose path contains this
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<(), String> {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    let mut logs = Vec::new();
+    for folder in std::iter::once(&root.join("demos")).chain(&args.folders) {
+        kind::recordings(folder, &mut logs)?;
+    }
+    let wanted = |path: &Path| args.only.as_ref().is_none_or(|part| path.to_string_lossy().contains(part.as_str()));
+    logs.retain(|(_, path)| wanted(path));
+    if let Some(seeds) = args.confidence {
+        let mut real = Vec::new();
+        for (kind, path) in &logs {
+            real.extend(confidence::of_recording(*kind, path, root)?);
+        }
+        let simulated = confidence::of_simulation(seeds)?;
+        println!(
+            "{}",
+            confidence::table("boundaries", &[("real recordings", &real), ("simulated operators", &simulated)])
+        );
+        return Ok(());
+    }
+    if let Some(seeds) = args.live {
+        let simulated = live::of_simulation(seeds)?;
+        let mut real = [vec![], vec![]];
+        for (kind, path) in &logs {
+            match live::of_recording(*kind, path, root) {
+                Ok(found) => real.iter_mut().zip(found).for_each(|(real, found)| real.extend(found)),
+                Err(error) => eprintln!("{}: {error}", path.display()),
+            }
+        }
+        for ((against, real), simulated) in live::AGAINST.iter().zip(&real).zip(&simulated) {
+            let sets: [(&str, &[confidence::Sure]); 2] =
+                [("real recordings", real), ("simulated operators", simulated)];
+            println!("{}", confidence::table(&format!("labels of frames, by {against},"), &sets));
+        }
+        return Ok(());
+    }
+    let rules = Choice { folder: args.rules.as_deref(), draw: None };
+    if let Some(draws) = args.spread {
+        println!("{}", spread::table(&logs, root, rules, draws)?);
+        return Ok(());
+    }
+    if args.variants {
+        let wanted = args.variant.as_deref().unwrap_or_default();
+        println!("{}", robustness::table(&logs, root, rules, wanted, args.each));
+        return Ok(());
+    }
+    let results: Vec<(Kind, PathBuf, Result<Found, String>)> = logs
+        .into_par_iter()
+        .map(|(kind, path)| {
+            let found = found::found(kind, &path, root, rules);
+            (kind, path, found)
+        })
+        .collect();
+    let mut all = Vec::new();
+    let mut failures = 0;
+    for (kind, path, found) in results {
+        let given = !path.starts_with(root);
+        let name = if given { &path } else { path.strip_prefix(root).unwrap_or(&path) };
+        match found {
+            Ok(found) => {
+                if args.each {
+                    println!("{}", tables::line(&name.display().to_string(), &found));
+                }
+                all.push((kind, given, found));
+            }
+            Err(error) => {
+                failures += 1;
+                eprintln!("{}: {error}", name.display());
+            }
+        }
+    }
+    println!("{}", tables::table(&all));
+    if failures > 0 { Err(format!("{failures} recordings could not be analyzed")) } else { Ok(()) }
+}
