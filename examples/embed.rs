@@ -1,6 +1,7 @@
 //! A whole program that embeds the library: it reads a recording, runs rules of its own over it, prints the tasks, and asks why.
 //!
-//! `cargo run --features examples --example embed` takes a recording that comes with the project; `cargo run --features examples --example embed -- LOG [BINDING]` another one.
+//! `cargo run --features examples --example embed` takes a recording that comes with the project;
+//! `cargo run --features examples --example embed -- LOG [BINDING]` another one.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is a program")]
 
 use std::process::ExitCode;

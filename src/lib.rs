@@ -26,8 +26,8 @@
 //! - results: [`Analysis`], [`Track`], [`Task`], [`Segment`], [`Issue`]; [`Rules::observability`] lists what cannot be detected in a log;
 //! - errors: [`Error`] with its [`ErrorKind`], place and help, and for rules each [`Diagnostic`].
 //!
-//! docs/embedding.md goes through all of it. Features: `parquet`, `mcap`, `hdf5` and `arrays` (formats of logs), `cli` (the program, with all formats), `zenoh` (of
-//! `teachtree live`) and `tls` (of `teachtree teach --live`), which are not on by default; with `default-features = false` the library
+//! docs/embedding.md goes through all of it. Features: `parquet`, `mcap`, `hdf5` and `arrays` (formats of logs), `cli` (the program, with all formats),
+//! `zenoh` (of `teachtree live`) and `tls` (of `teachtree teach --live`), which are not on by default; with `default-features = false` the library
 //! reads and analyzes logs in text formats.
 
 #[cfg(feature = "cli")]

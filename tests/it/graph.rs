@@ -1,4 +1,4 @@
-//! Tests of `graph`: what rules compile to, and how large it gets.
+//! Tests of `language::graph`: what rules compile to, and how large it gets.
 
 mod growth;
 

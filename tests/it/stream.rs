@@ -1,4 +1,4 @@
-//! Tests of `stream`: logs in, frames out.
+//! Tests of `logs` and `frames`: logs in, frames out.
 
 mod bad_logs;
 mod bindings;

@@ -1,4 +1,4 @@
-//! The vocabulary of channels: the types of a value per frame, and the derived channels that `stream` computes for the rules.
+//! The vocabulary of channels: the types of a value per frame, and the derived channels that `frames` computes for the rules.
 //! A log contains the raw channels; a rule file declares those that it reads in `stream { … }`.
 
 use super::hands::Side;
@@ -130,7 +130,7 @@ const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'s
 /// makes irrelevant.
 pub const DISTANCE_KNOWN: &str = "distance_known";
 
-/// Every derived channel. `stream` computes exactly these; the language knows their types from here.
+/// Every derived channel. `frames` computes exactly these; the language knows their types from here.
 pub const DERIVED: &[Derived] = &[
     hand(
         "target",

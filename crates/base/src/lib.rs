@@ -1,7 +1,7 @@
-//! The types that all modules share: units, dimensions, names of hands and fingers, sources and diagnostics,
+//! The types that all crates share: units, dimensions, names of hands and fingers, sources and diagnostics,
 //! the scene and the recording as plain data, and the vocabulary of channels.
 //!
-//! This module depends on no rules, no log files, no physics and no robots.
+//! This crate depends on no rules, no log files, no physics and no robots.
 
 pub mod channels;
 pub mod diagnostic;

@@ -1,4 +1,4 @@
-//! A recorded demonstration: a table of named channels on one time base. `world` creates recordings, `stream` reads and writes them.
+//! A recorded demonstration: a table of named channels on one time base. `world` creates recordings, `logs` reads and writes them.
 
 use super::scene::Scene;
 use super::units::Dimension;
@@ -10,7 +10,7 @@ pub struct Recording {
     /// Time of each row, s, strictly increasing.
     pub time: Vec<f64>,
     /// Columns by canonical name, component included (`right.thumb.force.x`), each as long as `time`, in SI.
-    /// A value that was not measured is NaN until `stream` bridges or removes it.
+    /// A value that was not measured is NaN until `frames` bridges or removes it.
     pub columns: IndexMap<String, Column>,
     /// Ground truth by name (`right.label`, `both.label`, `right.task`), one text per row, empty where unknown; rules never read it.
     pub labels: IndexMap<String, Vec<String>>,

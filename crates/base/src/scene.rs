@@ -1,5 +1,5 @@
 //! The scene of a log: bodies with shapes, roles and sockets, as plain data. It is read from YAML and written beside a CSV log;
-//! `world` simulates it, and `stream` uses it to derive contacts, depths and distances.
+//! `world` simulates it, and `frames` uses it to derive contacts, depths and distances.
 
 use super::hands::{Finger, Side};
 use super::quantity::{Acceleration, Length, Mass, above_zero, not_below_zero, with_direction};

@@ -1,4 +1,4 @@
-//! URDF: the text of a robot description in, a tree of links and joints out; the only file that names the XML crate.
+//! URDF: the text of a robot description in, a tree of links and joints out; the only file of this crate that names the XML library.
 //!
 //! Read are joints (revolute, continuous, prismatic, fixed; `mimic`), their limits, also soft ones, masses and inertias, and collision shapes that are boxes,
 //! cylinders (as bars with round ends) and balls. Of meshes the names are given. Where a joint says nothing of its motor, a small one is taken.

@@ -1,5 +1,5 @@
-//! Recordings in, frames out, in four stages: `read` files, `clean` their columns, `bind` columns to channels, `derive` the channels that no log
-//! contains. `open` runs the stages on a whole log, `streaming` in windows.
+//! Recordings in, frames out, in three stages: `clean` the columns that `teachtree-logs` read, `bind` columns to channels, `derive` the channels that no
+//! log contains. `open` runs the stages on a whole log, `streaming` in windows.
 
 pub mod bind;
 mod clean;

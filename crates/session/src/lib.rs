@@ -2,7 +2,7 @@
 //!
 //! The modules follow the steps: `log` reads a log, `rules` loads the rules for it, `run` and `streaming` evaluate the rules over the log (in
 //! memory, or in windows), `analysis` is the result, `explain` answers questions about it, `observability` lists what the rules cannot
-//! detect in a log. `cli` and `lsp` go through this module.
+//! detect in a log. `cli` and `lsp` go through this crate.
 
 mod analysis;
 mod confidence;

@@ -44,8 +44,8 @@ impl Rules {
     /// Finds segments and tasks in a log. Constant memory is needed for a log that is read in windows ([`Log`]).
     ///
     /// # Errors
-    /// [`ErrorKind::Mismatch`](teachtree_base::error::ErrorKind::Mismatch), when the log lacks a channel that the rules read, or is sampled too slowly for a duration of the rules; what
-    /// is wrong with the rows of the log.
+    /// [`ErrorKind::Mismatch`](teachtree_base::error::ErrorKind::Mismatch), when the log lacks a channel that the rules read, or is sampled too
+    /// slowly for a duration of the rules; what is wrong with the rows of the log.
     pub fn analyze(&self, log: &Log) -> Result<Analysis, Error> {
         Analysis::new(self, log)
     }
@@ -53,7 +53,8 @@ impl Rules {
     /// Lists which primitives these rules can detect in a log, by track, and which they cannot, with the reason. Reads the log into memory.
     ///
     /// # Errors
-    /// [`ErrorKind::Mismatch`](teachtree_base::error::ErrorKind::Mismatch), when the log lacks a channel that the rules require; what is wrong with the rows of the log.
+    /// [`ErrorKind::Mismatch`](teachtree_base::error::ErrorKind::Mismatch), when the log lacks a channel that the rules require; what is wrong with
+    /// the rows of the log.
     pub fn observability(&self, log: &Log) -> Result<Observability, Error> {
         let frames = run::frames(&self.0.rules, log.opened()?)?;
         Ok(Observability { tracks: observability::tracks(&lower(&self.0.rules), &frames), issues: frames.issues })

@@ -1,7 +1,7 @@
 //! The servo: a step of the world each millisecond of real time.
 //!
 //! A step that is late is made at once, and those behind it follow until time is caught up with; after a pause of a tenth of a second (a machine that slept)
-//! time is given up instead. INVARIANT: this is the only file of the program that reads a clock, and nothing of a recording depends on it.
+//! time is given up instead. INVARIANT: this is the only file of this crate that reads a clock, and nothing of a recording depends on it.
 
 use super::labels::Fed;
 use super::punctuality::Punctuality;

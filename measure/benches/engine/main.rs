@@ -1,6 +1,6 @@
-//! `cargo bench -p teachtree-measure --bench engine`: the compiled rules compared with the same jobs written by hand, in the same run, on one core; the cost of windows,
-//! live frames and compilation. `cargo bench -p teachtree-measure --bench engine -- streaming` runs one section; `week`, which takes minutes, runs only
-//! on request.
+//! `cargo bench -p teachtree-measure --bench engine`: the compiled rules compared with the same jobs written by hand, in the same run, on one core;
+//! the cost of windows, live frames and compilation. `cargo bench -p teachtree-measure --bench engine -- streaming` runs one section; `week`, which takes
+//! minutes, runs only on request.
 //!
 //! The labels of all candidates are compared frame by frame. Each figure is printed with its target.
 #![allow(missing_docs, reason = "a program")]

@@ -1,7 +1,8 @@
 """Grasp mapping by scipy's differential evolution: the problem that main.rs hands over on standard input, written again with numpy.
 
 Everything is worked out for many poses of the palm at once, since scipy evaluates a population in one call (`vectorized`): the fastest way it offers.
-Kinematics, Jacobians, measure, penalties and clearance follow crates/robot/src/kinematics/closed_form.rs and crates/robot/src/grasp/cost.rs, from the links of the robot alone.
+Kinematics, Jacobians, measure, penalties and clearance follow crates/robot/src/kinematics/closed_form.rs and crates/robot/src/grasp/cost.rs,
+from the links of the robot alone.
 Prints the cost of the poses that are to be compared, and what each run found, as JSON."""
 import json
 import sys

@@ -1,4 +1,5 @@
-//! `cargo bench -p teachtree-measure --bench grasp`: grasp mapping compared with `scipy.optimize.differential_evolution` on the same hand and problems, in the same run.
+//! `cargo bench -p teachtree-measure --bench grasp`: grasp mapping compared with `scipy.optimize.differential_evolution` on the same hand and problems,
+//! in the same run.
 //!
 //! The Python script receives the links of the robot, computes the same cost from them, and searches ten times with different seeds
 //! (`-- 3`: three times). First both compute the cost of the same poses; unless they agree, the bench stops.

@@ -1,5 +1,5 @@
-//! `cargo bench -p teachtree-measure --bench world`: steps per second of the virtual environment with ten fingertips in contact, compared with MuJoCo on the same scene in
-//! the same run (if `python3` has the package `mujoco`), and the forces compared with their closed forms.
+//! `cargo bench -p teachtree-measure --bench world`: steps per second of the virtual environment with ten fingertips in contact, compared with
+//! MuJoCo on the same scene in the same run (if `python3` has the package `mujoco`), and the forces compared with their closed forms.
 #![allow(missing_docs, reason = "a program")]
 #![allow(clippy::print_stdout, clippy::expect_used, reason = "a program that stops when something is wrong")]
 

@@ -1,4 +1,5 @@
-//! Files of a crate that import each other: ARCHITECTURE.md lists them all, and no others. What a file uses of the `mod.rs` or file that contains it is left out.
+//! Files of a crate that import each other: ARCHITECTURE.md lists them all, and no others. What a file uses of the `mod.rs` or file that contains it
+//! is left out.
 
 use super::{files, lines};
 use std::collections::{BTreeMap, BTreeSet};

@@ -308,7 +308,7 @@ pub(super) fn asks(channels: &[ChannelSpec], column: &str) -> bool {
     })
 }
 
-/// `fingers.contact` when no rule reads it: the stream's default, with its thresholds (docs/sources.md, Contacts).
+/// `fingers.contact` when no rule reads it: the default, with its thresholds (docs/sources.md, Contacts).
 fn touch_channel() -> ChannelSpec {
     ChannelSpec {
         name: "fingers.contact".into(),
