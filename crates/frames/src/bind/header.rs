@@ -17,7 +17,7 @@ use teachtree_logs::read::table::Source;
 /// One canonical column and its source terms.
 pub(super) struct Bound {
     pub name: String,
-    /// The channel or joint of which the column is a component, and the form of the components.
+    /// The channel or joint that the column is a component of, and the form of its components.
     pub channel: String,
     pub form: Form,
     pub dimension: Dimension,

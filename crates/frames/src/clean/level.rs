@@ -7,7 +7,7 @@
 //! A surface that bears a part of a tool's weight makes the reading of a biased sensor smaller, and the groups change places. A recording begins and ends
 //! without contact: where an end is in the group of contact and the rest is no small part of its force, the groups are looked for again from what the ends read.
 //!
-//! The split is no level where the groups are not [clear](crate::groups::Split::is_clear).
+//! The split is not a threshold if the groups are not [clear](crate::groups::Split::is_clear).
 
 use crate::groups::{self, Split};
 use nalgebra::Vector3;

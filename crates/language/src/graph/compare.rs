@@ -15,7 +15,7 @@ pub use trees::{Difference, TreeComparison, differences};
 use crate::rules::{RelabelKind, Rules, TreeScope};
 use labels::CommonLabels;
 
-/// A declaration because of which a rule set is not proved to only add to another one.
+/// A declaration that prevents the proof that a rule set only adds to another one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
     /// The declaration and its possible effect.

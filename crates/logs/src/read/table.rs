@@ -281,7 +281,7 @@ impl Source {
             }
             let table = sheet.rows.read(&sheet.header, wants, rate_hz);
             let mut table = table.map_err(|error| error.or_kind(ErrorKind::Format))?;
-            // Rows of several sheets are not told from each other by their numbers.
+            // Row numbers do not distinguish the rows of several sheets.
             let of_rows = |issue: &&mut Issue| issue.kind == IssueKind::DUPLICATE_STAMP && issue.channel.is_empty();
             table.issues.iter_mut().filter(of_rows).for_each(|issue| issue.channel.clone_from(&sheet.name));
             parts.push((columns.start, table));

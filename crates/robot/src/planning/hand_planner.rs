@@ -20,7 +20,7 @@ const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
 /// The help text for an arm that cannot follow its path.
 const ELSEWHERE: &str = "place the arm elsewhere, by `at:` and `turned:` in the robot file, or the objects in the scene; or take an arm that reaches farther";
-/// Where the arm begins, the way through all tasks is looked at this often, s.
+/// Interval at which the path through all tasks is sampled to choose the start of the arm, s.
 const WAY_S: f64 = 0.1;
 /// Radius of the demonstrated fingertips where the scene has none for the hand, m.
 const TIP_RADIUS_M: f64 = 0.010;

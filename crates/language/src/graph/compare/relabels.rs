@@ -134,7 +134,7 @@ struct Pattern<'a> {
 }
 
 impl<'a> Pattern<'a> {
-    /// Returns the pattern of which a rule leaves no segment, if the pattern covers all matches of another rule. A rule with a bound leaves longer segments,
+    /// Returns the pattern whose segments a rule rewrites completely, if it covers all matches of another rule. A rule with a bound leaves longer segments,
     /// and these become shorter when other rules change a part of them.
     fn all_taken(form: &'a Form, wanted: &What, (before, after): &(Names, Names)) -> Option<Self> {
         let Form::Between { what, between, becomes } = form else { return None };

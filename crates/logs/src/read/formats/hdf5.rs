@@ -32,7 +32,7 @@ pub(super) const MAGIC: [u8; 8] = [0x89, b'H', b'D', b'F', b'\r', b'\n', 0x1a, b
 /// Opens a recording of a file, which must be in `folders`: `demo_3`, or `3`.
 ///
 /// # Errors
-/// When the file is no HDF5, is damaged, is outside of the folders, or it is not said which of its recordings is meant.
+/// If the file is not HDF5, is damaged, or is outside the folders, or if several recordings are in it and none is selected.
 pub(super) fn open(path: &Path, recording: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
     let name = path.display().to_string();
     guarded(&name, || {

@@ -230,7 +230,7 @@ impl Names {
     }
 }
 
-/// The error about an element that occurs twice in a message: nobody knows which of its values is meant.
+/// The error for an element that occurs twice in a message: its value is ambiguous.
 fn twice(path: &str) -> Failure {
     Failure::Message(format!("`{path}` is there twice"))
 }
