@@ -179,7 +179,6 @@ impl<const M: i8, const K: i8, const S: i8, const R: i8> serde::Serialize for Qu
     }
 }
 
-#[cfg(feature = "schemas")]
 impl<const M: i8, const K: i8, const S: i8, const R: i8> schemars::JsonSchema for Quantity<M, K, S, R> {
     fn inline_schema() -> bool {
         true

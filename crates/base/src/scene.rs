@@ -10,8 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::ops::RangeInclusive;
 
 /// Bodies and hands, in the reference frame (z up).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// The name of the scene.
@@ -28,7 +27,6 @@ pub struct Scene {
 }
 
 /// The schema of scene files.
-#[cfg(feature = "schemas")]
 pub fn schema() -> schemars::Schema {
     schemars::schema_for!(Scene)
 }
@@ -46,8 +44,7 @@ impl Scene {
 }
 
 /// One rigid body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Its role in the task.
@@ -89,8 +86,7 @@ impl Body {
 }
 
 /// The role of a body in the task.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     /// May be handled; a candidate for `target`.
@@ -104,8 +100,7 @@ pub enum Role {
 }
 
 /// A convex part of a body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
     /// The shape, about the part's own origin.
@@ -133,8 +128,7 @@ impl Part {
 }
 
 /// A convex shape.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
     /// A box with these full edge lengths.
@@ -176,8 +170,7 @@ impl Part {
 }
 
 /// A hole that objects are put into, or a peg that they are put on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Socket {
     /// Position of the object's plug point just before it enters, frame of the socket's body.
@@ -201,8 +194,7 @@ pub struct Socket {
 }
 
 /// A hand of the scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hand {
     /// Its fingers, in order; `palm` if the contact of the palm is measured.

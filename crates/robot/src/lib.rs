@@ -19,7 +19,6 @@ pub use grasp::{GraspCandidate, Mapper};
 pub use kinematics::finger::{FingerModel, Posture};
 pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
 pub use model::file::read;
-#[cfg(feature = "schemas")]
 pub use model::file::schema;
 pub use model::file::{MAX_BYTES, open, open_with_meshes};
 pub use model::gripper::{Jaw, Jaws};

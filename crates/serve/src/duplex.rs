@@ -1,11 +1,8 @@
 //! A connection that one thread reads while another one writes, with TLS or without.
 
-#[cfg(feature = "tls")]
-mod tls;
-
 use std::io::{Read, Result, Write};
 use std::net::{Shutdown, TcpStream};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A connection with one reader and any number of writers; what is written at once stays together. Clones share it.
 #[derive(Clone)]
@@ -15,28 +12,37 @@ struct Ends {
     tcp: TcpStream,
     /// Held while something is written.
     writing: Mutex<()>,
-    #[cfg(feature = "tls")]
-    tls: Option<tls::Tls>,
+    /// `None` without encryption.
+    cipher: Option<Box<dyn Cipher>>,
+}
+
+/// The encryption of a connection. `read` is called by one thread at a time; `write` and `close` by the thread whose turn it is to write.
+pub trait Cipher: Send + Sync {
+    /// Decrypts bytes from `tcp` into `buffer`. `turn` waits until this thread may write, which handshakes and changes of keys need.
+    ///
+    /// # Errors
+    /// When the connection breaks or the bytes are not of the protocol.
+    fn read<'a>(&self, tcp: &TcpStream, buffer: &mut [u8], turn: &dyn Fn() -> MutexGuard<'a, ()>) -> Result<usize>;
+
+    /// Encrypts and sends all of `bytes`; returns their number.
+    ///
+    /// # Errors
+    /// When the connection breaks.
+    fn write(&self, tcp: &TcpStream, bytes: &[u8]) -> Result<usize>;
+
+    /// Sends the end of the encrypted data.
+    fn close(&self, tcp: &TcpStream);
 }
 
 impl Duplex {
     /// Takes a connection over, without TLS.
     pub fn new(tcp: TcpStream) -> Self {
-        Self(Arc::new(Ends {
-            tcp,
-            writing: Mutex::default(),
-            #[cfg(feature = "tls")]
-            tls: None,
-        }))
+        Self(Arc::new(Ends { tcp, writing: Mutex::default(), cipher: None }))
     }
 
-    /// Takes the connection of a client over, with TLS. The handshake is part of the first read.
-    ///
-    /// # Errors
-    /// When the configuration is none of a server.
-    #[cfg(feature = "tls")]
-    pub fn with_tls(tcp: TcpStream, config: Arc<rustls::ServerConfig>) -> Result<Self> {
-        Ok(Self(Arc::new(Ends { tcp, writing: Mutex::default(), tls: Some(tls::Tls::new(config)?) })))
+    /// Takes over a connection whose bytes `cipher` encrypts. The handshake is part of the first read.
+    pub fn encrypted(tcp: TcpStream, cipher: Box<dyn Cipher>) -> Self {
+        Self(Arc::new(Ends { tcp, writing: Mutex::default(), cipher: Some(cipher) }))
     }
 
     /// The connection below, for its options.
@@ -57,10 +63,9 @@ impl Duplex {
 
     /// Closes the sending direction. Data from the other side can still be read.
     pub fn close_writing(&self) {
-        #[cfg(feature = "tls")]
-        if let Some(tls) = &self.0.tls {
+        if let Some(cipher) = &self.0.cipher {
             let _turn = self.0.turn();
-            tls.close(&self.0.tcp);
+            cipher.close(&self.0.tcp);
         }
         // The connection may already be closed.
         let _ = self.0.tcp.shutdown(Shutdown::Write);
@@ -74,16 +79,15 @@ impl Duplex {
 }
 
 impl Ends {
-    fn turn(&self) -> impl Sized {
+    fn turn(&self) -> MutexGuard<'_, ()> {
         self.writing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Read for Duplex {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
-        #[cfg(feature = "tls")]
-        if let Some(tls) = &self.0.tls {
-            return tls.read(&self.0.tcp, buffer, || self.0.turn());
+        if let Some(cipher) = &self.0.cipher {
+            return cipher.read(&self.0.tcp, buffer, &|| self.0.turn());
         }
         (&self.0.tcp).read(buffer)
     }
@@ -92,9 +96,8 @@ impl Read for Duplex {
 impl Write for Duplex {
     fn write(&mut self, bytes: &[u8]) -> Result<usize> {
         let _turn = self.0.turn();
-        #[cfg(feature = "tls")]
-        if let Some(tls) = &self.0.tls {
-            return tls.write(&self.0.tcp, bytes);
+        if let Some(cipher) = &self.0.cipher {
+            return cipher.write(&self.0.tcp, bytes);
         }
         (&self.0.tcp).write_all(bytes)?;
         Ok(bytes.len())

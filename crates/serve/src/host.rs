@@ -36,7 +36,6 @@ impl Host {
     }
 
     /// Where to listen: a name may lead to any network of this machine.
-    #[cfg(feature = "tls")]
     pub fn listens_on(&self) -> IpAddr {
         match self {
             Self::Address(address) => *address,
@@ -45,7 +44,6 @@ impl Host {
     }
 
     /// The origin of pages on a port, as browsers send it: without the usual port.
-    #[cfg(feature = "tls")]
     pub fn origin(&self, port: u16) -> String {
         let host = match self {
             Self::Address(IpAddr::V6(address)) => format!("[{address}]"),

@@ -10,6 +10,8 @@ pub mod duplex;
 mod host;
 mod http;
 mod server;
+#[cfg(feature = "tls")]
+mod tls;
 mod visitors;
 
 #[cfg(feature = "tls")]

@@ -3,9 +3,6 @@
 //! Every path begins with a token that only the address has that was printed. The host must be the one of that address, so that no name of another page can
 //! lead here; a request of another page says so in `Origin`, and is refused. Bodies are JSON, which no form can send.
 
-#[cfg(feature = "tls")]
-use super::certificate::Certificate;
-#[cfg(feature = "tls")]
 use super::host::Host;
 use super::http::{Connection, NoRequest, Request, Response};
 use super::visitors::Visitors;
@@ -42,7 +39,7 @@ pub trait Page: Send + Sync + 'static {
 }
 
 /// Encrypts a connection.
-type Encrypt = Box<dyn Fn(TcpStream) -> std::io::Result<Duplex> + Send + Sync>;
+pub type Encrypt = Box<dyn Fn(TcpStream) -> std::io::Result<Duplex> + Send + Sync>;
 
 /// A server that listens, and answers once it is [`run`](Self::run).
 pub struct Server {
@@ -63,15 +60,12 @@ impl Server {
         Ok(Self { listener, encrypt: None, gate: Gate::new(origins.into())? })
     }
 
-    /// Listens for other machines, which reach this one by a host, and know it by a certificate.
+    /// Listens for other machines, which reach this one by a host; `encrypt` encrypts their connections.
     ///
     /// # Errors
     /// When the port is taken, the host is no address of this machine, or the system gives no random numbers for the token.
-    #[cfg(feature = "tls")]
-    pub fn for_others(host: &Host, port: u16, certificate: &Certificate) -> Result<Self, InputError> {
+    pub fn encrypted(host: &Host, port: u16, encrypt: Encrypt) -> Result<Self, InputError> {
         let (listener, port) = listen(host.listens_on(), port)?;
-        let config = Arc::clone(certificate.config());
-        let encrypt: Encrypt = Box::new(move |stream| Duplex::with_tls(stream, Arc::clone(&config)));
         Ok(Self { listener, encrypt: Some(encrypt), gate: Gate::new(vec![host.origin(port)])? })
     }
 

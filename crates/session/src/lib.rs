@@ -9,13 +9,11 @@ mod confidence;
 mod error;
 mod explain;
 pub mod files;
-#[cfg(feature = "fit")]
 pub mod fitting;
 mod follow;
 mod live;
 mod log;
 mod observability;
-#[cfg(feature = "fit")]
 pub mod patch;
 mod rules;
 mod run;

@@ -21,7 +21,6 @@ mod truth;
 
 pub use bodies::BodyContact;
 pub use by_hand::{ByHand, FARTHEST_M, HandInput, MOST_FORCE_N, MOST_STEPS, Taken, WATCHDOG_STEPS};
-#[cfg(feature = "schemas")]
 pub use operator::schema as operator_schema;
 pub use operator::{
     Along, Bring, Carry, Close, ForceNoise, Goal, Grip, Insert, Measured, Occasions, Open, Operator, Perturbation,

@@ -77,7 +77,6 @@ pub enum Kind {
     Lines,
     Datagrams,
     /// Samples of keys, by Zenoh.
-    #[cfg(feature = "zenoh")]
     Samples,
     /// Messages of topics, by the Foxglove protocol.
     Robot,
@@ -98,11 +97,12 @@ impl Kind {
             return Ok(Self::Robot);
         }
         if source.starts_with("zenoh:") {
-            #[cfg(feature = "zenoh")]
-            return Ok(Self::Samples);
-            #[cfg(not(feature = "zenoh"))]
-            return Err(InputError::new(source, "this program was built without the feature `zenoh`")
-                .help("build it with `cargo install --path . --locked --features zenoh` (docs/live.md)"));
+            return if cfg!(feature = "zenoh") {
+                Ok(Self::Samples)
+            } else {
+                Err(InputError::new(source, "this program was built without the feature `zenoh`")
+                    .help("build it with `cargo install --path . --locked --features zenoh` (docs/live.md)"))
+            };
         }
         if source.contains("://") {
             let expected = "expected `-`, `ws://HOST:PORT`, `udp://ADDRESS:PORT`, `zenoh:KEY` or a file";
@@ -117,12 +117,8 @@ impl Kind {
     /// Whether it does not wait for us.
     pub fn is_timed(self) -> bool {
         match self {
-            Self::Lines => false,
-            Self::Datagrams => true,
-            #[cfg(feature = "zenoh")]
-            Self::Samples => true,
-            Self::Robot => true,
-            Self::Bag => false,
+            Self::Datagrams | Self::Samples | Self::Robot => true,
+            Self::Lines | Self::Bag => false,
         }
     }
 

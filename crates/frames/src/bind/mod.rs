@@ -48,8 +48,7 @@ pub const MAX_PARAMS: usize = 3;
 pub const MAX_RATE_HZ: f64 = 10_000.0;
 
 /// A binding: which columns of a foreign log are which channels.
-#[derive(Clone, Debug, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Binding {
     /// What log this is, for people.
@@ -61,7 +60,7 @@ pub struct Binding {
     pub hand_file: Option<String>,
     /// Rule parameters that this hardware needs otherwise, each a value with its unit.
     #[serde(default, deserialize_with = "few_params")]
-    #[cfg_attr(feature = "schemas", schemars(with = "IndexMap<String, Param>"))]
+    #[schemars(with = "IndexMap<String, Param>")]
     pub params: IndexMap<String, String>,
     /// The column of the time stamps.
     #[serde(default = "time_column")]
@@ -111,13 +110,11 @@ pub struct Binding {
 }
 
 /// The schema of bindings.
-#[cfg(feature = "schemas")]
 pub fn schema() -> schemars::Schema {
     schemars::schema_for!(Binding)
 }
 
 /// The value of a param: a text with its unit, or a number.
-#[cfg(feature = "schemas")]
 #[derive(schemars::JsonSchema)]
 #[schemars(untagged)]
 #[allow(dead_code, reason = "it is only described")]
@@ -127,8 +124,7 @@ enum Param {
 }
 
 /// Where contacts without a logged normal get it from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Normals {
     /// The direction of the force.
@@ -139,8 +135,7 @@ pub enum Normals {
 }
 
 /// What is to be corrected of a sensor.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensor {
     /// What is added to its stamps: negative when it reports late.
@@ -154,8 +149,7 @@ pub struct Sensor {
 }
 
 /// What a tool between a sensor and what is touched weighs.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(untagged, expecting = "a mass such as `430 g`, or `learned`")]
 pub enum ToolMass {
     /// Fitted to the log, with the bias of the sensor.
@@ -165,8 +159,7 @@ pub enum ToolMass {
 }
 
 /// The word `learned`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Learned {
     /// From the log.
@@ -174,8 +167,7 @@ pub enum Learned {
 }
 
 /// An interval in which some channels should read zero: their mean in it is subtracted everywhere.
-#[derive(Clone, Debug, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tare {
     /// Channels without component, such as `right.thumb.force`.
@@ -187,8 +179,7 @@ pub struct Tare {
 }
 
 /// How a log shows where a body stands: by the plug point of an object at an instant.
-#[derive(Clone, Debug, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
     /// The object.
@@ -201,8 +192,7 @@ pub struct Place {
 }
 
 /// An instant at which an object shows where another body stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Instant {
     /// The beginning of the first contact that lasts.

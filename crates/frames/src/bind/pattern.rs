@@ -438,7 +438,6 @@ impl<'de> Deserialize<'de> for Columns {
     }
 }
 
-#[cfg(feature = "schemas")]
 impl schemars::JsonSchema for Pattern {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Column".into()
@@ -452,7 +451,6 @@ impl schemars::JsonSchema for Pattern {
     }
 }
 
-#[cfg(feature = "schemas")]
 impl schemars::JsonSchema for Columns {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Columns".into()

@@ -29,8 +29,7 @@ const SHARE: f64 = 0.05;
 const FEWEST: usize = 20;
 
 /// A robot whose joints a log has.
-#[derive(Clone, Debug, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
     /// Its URDF file, beside the binding.

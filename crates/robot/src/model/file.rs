@@ -39,8 +39,7 @@ const MAX_FORCE_N: f64 = 200.0;
 const MAX_DEPTH: usize = 4;
 
 /// A robot: links and joints, or a URDF file with its fingertips, or such files put together.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RobotFile {
     /// A name to show.
@@ -95,8 +94,7 @@ impl RobotFile {
 }
 
 /// A rigid link.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct LinkFile {
     /// Its mass.
@@ -109,8 +107,7 @@ struct LinkFile {
 }
 
 /// A capsule from the origin along x: length, radius. Or a box of these edges.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SolidFile {
     /// From the origin along x: length and radius.
@@ -128,8 +125,7 @@ struct SolidFile {
 }
 
 /// A hand of the robot.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct HandFile {
     /// Left or right.
@@ -141,8 +137,7 @@ pub(crate) struct HandFile {
 }
 
 /// A fingertip.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FingerFile {
     /// The link that it is on.
@@ -163,8 +158,7 @@ struct FingerFile {
 }
 
 /// A robot that is part of this one.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PartFile {
     /// A shipped robot, or a file.
@@ -190,7 +184,6 @@ const fn no_turn() -> [f64; 4] {
 }
 
 /// The schema of robot files.
-#[cfg(feature = "schemas")]
 pub fn schema() -> schemars::Schema {
     schemars::schema_for!(RobotFile)
 }

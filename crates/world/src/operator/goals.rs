@@ -55,8 +55,7 @@ pub enum Goal {
 }
 
 /// Brings the opened fingers to a grip by a minimum-jerk motion.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reach {
     /// The grip.
@@ -73,8 +72,7 @@ pub struct Reach {
 }
 
 /// Closes the fingers of the grip until each feels its share of a force, and keeps the squeeze from then on.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Close {
     /// Force of the thumb; the fingers on the other side share as much. Without a thumb, the force of each finger.
@@ -85,8 +83,7 @@ pub struct Close {
 }
 
 /// Moves the hand along a straight line.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Carry {
     /// The direction; its length does not matter.
@@ -105,8 +102,7 @@ pub struct Carry {
 }
 
 /// What ends a [`Carry`].
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Until {
     /// The object of the grip touches this body.
@@ -117,8 +113,7 @@ pub struct Until {
 }
 
 /// Holds the object against a body while it moves along it: by the force that the fingers feel while it touches, by seeking it again when not.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Along {
     /// The body.
@@ -133,8 +128,7 @@ pub struct Along {
 }
 
 /// Brings the object of the grip to a place by a minimum-jerk motion through the air.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bring {
     /// Where the object's origin comes to be, reference frame.
@@ -145,8 +139,7 @@ pub struct Bring {
 }
 
 /// Puts the object of the grip into a socket: down along its axis, searching on the rim for the hole, giving way to what is felt from the side.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Insert {
     /// The socket.
@@ -159,8 +152,7 @@ pub struct Insert {
 }
 
 /// Pulls the object of the grip out of a socket.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Withdraw {
     /// The socket.
@@ -173,8 +165,7 @@ pub struct Withdraw {
 }
 
 /// Turns the hand with the object of the grip about an axis through the object's origin.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Turn {
     /// How far, counter-clockwise as seen against the axis.
@@ -191,8 +182,7 @@ const fn upward() -> [f64; 3] {
 }
 
 /// Moves the object of the grip until it meets something, and presses it against that.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Press {
     /// The direction.
@@ -207,8 +197,7 @@ pub struct Press {
 }
 
 /// Takes the fingers off the object.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Open {
     /// How far off the surface.
@@ -220,8 +209,7 @@ pub struct Open {
 }
 
 /// Loosens the grip.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Slip {
     /// The object is caught when it has slipped this far.
@@ -230,8 +218,7 @@ pub struct Slip {
 
 /// Moves along with the other hand, which leads, and takes over a part of what is to be carried or pushed: until the other hand begins a phase, or
 /// for a time.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Together {
     /// The share of the object's weight that this hand comes to carry, 0 to 1.
@@ -252,8 +239,7 @@ pub struct Together {
 }
 
 /// A step as it is written: `{phase: lift, carry: {…}}`, exactly one goal; or `{repeat: {times: 3, steps: […]}}`.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StepText {
     phase: Option<String>,
@@ -273,8 +259,7 @@ pub(super) struct StepText {
     repeat: Option<Repeat>,
 }
 
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Repeat {
     times: usize,
@@ -282,9 +267,8 @@ struct Repeat {
 }
 
 /// The steps of a script, repetitions written out.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "schemas", schemars(with = "Vec<StepText>"))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
+#[schemars(with = "Vec<StepText>")]
 #[serde(try_from = "Vec<StepText>")]
 struct Steps(Vec<Step>);
 

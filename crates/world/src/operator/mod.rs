@@ -36,15 +36,14 @@ use teachtree_base::quantity::Length;
 use teachtree_base::yaml;
 
 /// An operator script.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Operator {
     /// A name to show.
     pub name: String,
     /// How operators differ, and how one operator differs from run to run; a machine when left out.
     #[serde(default, deserialize_with = "variation::read")]
-    #[cfg_attr(feature = "schemas", schemars(with = "variation::Written"))]
+    #[schemars(with = "variation::Written")]
     pub variation: Variation,
     /// What this script offers to the perturbations of its variation.
     #[serde(default)]
@@ -62,8 +61,7 @@ pub struct Operator {
 }
 
 /// What is recorded, and how exactly.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Measured {
     /// Values are rounded to this many decimals, in SI; kept to the last bit when left out.
@@ -73,8 +71,7 @@ pub struct Measured {
 }
 
 /// Points of an object where fingertips go.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grip {
     /// The object.
@@ -90,20 +87,18 @@ pub struct Grip {
 }
 
 /// What one hand does.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Script {
     /// Where it is at the beginning.
     pub start: Reach,
     /// The steps, one after the other.
     #[serde(deserialize_with = "goals::steps")]
-    #[cfg_attr(feature = "schemas", schemars(with = "Vec<goals::StepText>"))]
+    #[schemars(with = "Vec<goals::StepText>")]
     pub steps: Vec<Step>,
 }
 
 /// The schema of operator scripts.
-#[cfg(feature = "schemas")]
 pub fn schema() -> schemars::Schema {
     schemars::schema_for!(Operator)
 }

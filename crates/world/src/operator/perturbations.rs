@@ -23,8 +23,7 @@ const SLIP_M: [f64; 2] = [0.003, 0.010];
 const DROP_M: f64 = 1.0;
 
 /// A perturbation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Perturbation {
     /// The hand stands still for a while.
@@ -52,8 +51,7 @@ pub enum Perturbation {
 }
 
 /// What a script offers to perturbations.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Occasions {
     /// A grip with which the object is touched but not grasped.

@@ -9,8 +9,7 @@ use serde::{Deserialize, Deserializer};
 use teachtree_base::quantity::{Force, Frequency, Length, Quantity, Time};
 
 /// How much operators vary: `variation: human` in a script, or numbers of its own.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Variation {
     /// Speeds are multiplied by 1/(1 + pace) to 1 + pace.
@@ -41,8 +40,7 @@ pub struct Variation {
 }
 
 /// Tremor: in each direction a wave of its own frequency.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tremor {
     /// Amplitude in each direction.
@@ -54,8 +52,7 @@ pub struct Tremor {
 }
 
 /// Noise of force sensors, per component.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForceNoise {
     /// Standard deviation, independent from sample to sample.
@@ -161,7 +158,6 @@ pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Variati
 }
 
 /// `human`, or how much operators vary.
-#[cfg(feature = "schemas")]
 #[derive(schemars::JsonSchema)]
 #[schemars(untagged)]
 #[allow(dead_code, reason = "it is only described")]
@@ -171,7 +167,6 @@ pub(super) enum Written {
 }
 
 /// The word `human`.
-#[cfg(feature = "schemas")]
 #[derive(schemars::JsonSchema)]
 #[schemars(rename_all = "snake_case")]
 #[allow(dead_code, reason = "it is only described")]

@@ -19,8 +19,7 @@ type Jerk = Quantity<1, 0, -3, 0>;
 type TurningDamping = Quantity<2, 1, -1, -1>;
 
 /// A joint between two links.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct JointFile {
     /// The link that it is on.
@@ -83,8 +82,7 @@ pub(super) struct JointFile {
 }
 
 /// A joint that another one follows.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct CoupledFile {
     /// The joint that is followed.
@@ -94,8 +92,7 @@ struct CoupledFile {
 }
 
 /// What a URDF does not say of a joint.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LimitFile {
     /// The highest acceleration of a joint that turns.

@@ -34,8 +34,7 @@ const MAX_DRAWN_OF_LINK: usize = 1_500;
 pub type BytesOf<'a> = &'a dyn Fn(&Path) -> Result<Option<Vec<u8>>, InputError>;
 
 /// Which meshes of a URDF are read.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Meshes {
     /// Those of `collision` and of `visual`.
