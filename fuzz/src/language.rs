@@ -4,7 +4,7 @@ use crate::repository;
 use std::io::Cursor;
 use std::sync::LazyLock;
 use teachtree_analysis::expect::{Expectation, Line, compare, pending};
-use teachtree_language::graph::compare::{additive, declarations, differences};
+use teachtree_language::graph::compare::{prove_extension, declarations, differences};
 use teachtree_language::graph::{lower, text};
 use teachtree_language::{self as language, load_text};
 use teachtree_lsp::{Settings, serve};
@@ -49,11 +49,11 @@ pub fn pairs(data: &[u8]) {
     let (Some(one), Some(other)) = (load_text("one.rules", one).rules, load_text("other.rules", other).rules) else {
         return;
     };
-    additive(&one, &other).is_proved();
+    prove_extension(&one, &other).is_proved();
     differences(&one, &other);
     declarations(&one, &other);
     // Rules add nothing to themselves.
-    let same = additive(&one, &one);
+    let same = prove_extension(&one, &one);
     assert!(same.new.is_empty() && same.findings.is_empty(), "{same:?}");
 }
 

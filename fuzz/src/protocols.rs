@@ -5,9 +5,9 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
-use teachtree_logs::foxglove::{FromClient, FromServer, message_data};
+use teachtree_logs::foxglove::{ClientMessage, ServerMessage, message_data};
 use teachtree_serve::{Page, Server};
-use teachtree_logs::read::sheet::InMemoryTable;
+use teachtree_logs::read::memory_table::InMemoryTable;
 use teachtree_studio::Studio;
 use teachtree_teaching::{self as teaching, Shown};
 use teachtree_world::shipped;
@@ -23,8 +23,8 @@ pub fn foxglove(data: &[u8]) {
     let mut readings = Vec::new();
     for line in texts.split(|byte| *byte == b'\n') {
         let text = String::from_utf8_lossy(line);
-        drop(FromClient::parse(&text));
-        if let FromServer::Advertise(channels) = FromServer::parse(&text) {
+        drop(ClientMessage::parse(&text));
+        if let ServerMessage::Advertise(channels) = ServerMessage::parse(&text) {
             readings.extend(channels.iter().map(|channel| (channel.kind().to_string(), channel.reading())));
         }
     }

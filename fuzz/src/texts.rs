@@ -12,7 +12,7 @@ use teachtree_robot as robot;
 use teachtree_frames::bind::RowBinder;
 use teachtree_logs::read::csv::parse_scene;
 use teachtree_logs::read::labels as read_labels;
-use teachtree_logs::read::sheet::InMemoryTable;
+use teachtree_logs::read::memory_table::InMemoryTable;
 use teachtree_world::{Fingertips, Operator, World, shipped, teach_with_progress};
 use teachtree::{Log, Rules};
 

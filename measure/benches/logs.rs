@@ -10,8 +10,8 @@
     reason = "a program that stops when something is wrong"
 )]
 
-#[path = "logs/made.rs"]
-mod made;
+#[path = "logs/data.rs"]
+mod data;
 #[path = "logs/peers.rs"]
 mod peers;
 
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use teachtree_logs::read::formats;
-use teachtree_logs::read::table::Want;
+use teachtree_logs::read::table::ColumnRequest;
 
 /// One hour at 1 kHz.
 const HOUR: usize = 3_600_000;
@@ -49,7 +49,7 @@ fn main() {
 
     println!("{:<44} {:>14} {:>14}", "", "rows/s", "the first to it");
     let (csv, parquet) = (place("job.csv"), place("job.parquet"));
-    made::job(ROWS, &csv, &parquet);
+    data::job(ROWS, &csv, &parquet);
     let mut contest = Contest::new(ROWS);
     contest.enter("CSV, 46 columns, all cores", || seconds(|| read(&csv)));
     contest.python("polars, all cores", POLARS_CSV, &csv);
@@ -62,7 +62,7 @@ fn main() {
     contest.run(1, ROUNDS);
 
     let logs: Vec<PathBuf> = (1..=4).map(|log| place(&format!("{log}.parquet"))).collect();
-    logs.iter().for_each(|log| made::two_hands(EACH, log));
+    logs.iter().for_each(|log| data::two_hands(EACH, log));
     let mut contest = Contest::new(EACH * logs.len());
     contest.enter("analyze, four logs, two cores", || analyze(&logs, 2).seconds);
     contest.enter("the same on one core", || analyze(&logs, 1).seconds);
@@ -74,7 +74,7 @@ fn main() {
     contest.run(1, ROUNDS);
 
     let log = place("hour.parquet");
-    made::two_hands(frames, &log);
+    data::two_hands(frames, &log);
     let mut contest = Contest::new(frames);
     contest.enter("analyze, two hands, whole process", || analyze(std::slice::from_ref(&log), 1).seconds);
     contest.enter("arrow's column reader into vectors", || seconds(|| drop(black_box(arrow_columns(&log)))));
@@ -86,12 +86,13 @@ fn main() {
     println!("{:<44} {frames:>14} {:>12.0}", "two hands, Parquet", resident(&log));
     std::fs::remove_file(&log).expect("it is there");
     let csv = place("some.csv");
-    made::one_hand_csv(frames / 10, &csv);
+    data::one_hand_csv(frames / 10, &csv);
     println!("{:<44} {:>14} {:>12.0}", "one hand, CSV", frames / 10, resident(&csv));
 }
 
 fn read(path: &Path) {
-    let wants: Vec<Want> = std::iter::once(Want::Time(1.0)).chain(vec![Want::Number(1.0); made::CHANNELS]).collect();
+    let wants: Vec<ColumnRequest> =
+        std::iter::once(ColumnRequest::Time(1.0)).chain(vec![ColumnRequest::Number(1.0); data::CHANNELS]).collect();
     drop(black_box(formats::open(path).expect("opens").read(&wants, None).expect("reads")));
 }
 
@@ -150,13 +151,13 @@ fn median(times: &mut [f64]) -> f64 {
 }
 
 /// The time and memory of a run of the program.
-struct Took {
+struct RunCost {
     seconds: f64,
     resident_kb: u64,
 }
 
 /// Runs `analyze` on logs as a separate process.
-fn analyze(logs: &[PathBuf], cores: usize) -> Took {
+fn analyze(logs: &[PathBuf], cores: usize) -> RunCost {
     let start = Instant::now();
     let mut child = Command::new(program())
         .args(["analyze", "--format", "json"])
@@ -179,7 +180,7 @@ fn analyze(logs: &[PathBuf], cores: usize) -> Took {
         std::thread::sleep(Duration::from_millis(2));
     };
     assert!(status.success(), "analyze ends well");
-    Took { seconds: start.elapsed().as_secs_f64(), resident_kb }
+    RunCost { seconds: start.elapsed().as_secs_f64(), resident_kb }
 }
 
 /// The program, which `cargo build --release` puts beside the folder of the benches.

@@ -8,7 +8,7 @@ use crate::wait::released;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
-use teachtree::{Error, Labels, Question, Side, Style, Who};
+use teachtree::{Error, Labels, Question, Side, Style, TrackId};
 
 /// What rules found in a log.
 #[pyclass(frozen, module = "teachtree._teachtree")]
@@ -27,8 +27,8 @@ impl Analysis {
 }
 
 /// A track by its name.
-fn track(py: Python<'_>, name: &str) -> PyResult<Who> {
-    let sides = [("left", Who::Hand(Side::Left)), ("right", Who::Hand(Side::Right)), ("both", Who::Both)];
+fn track(py: Python<'_>, name: &str) -> PyResult<TrackId> {
+    let sides = [("left", TrackId::Hand(Side::Left)), ("right", TrackId::Hand(Side::Right)), ("both", TrackId::Both)];
     let found = sides.into_iter().find_map(|(known, who)| (known == name).then_some(who));
     found.ok_or_else(|| {
         raised(py, "argument", "track", &format!("expected `left`, `right` or `both`, found `{name}`"), None)

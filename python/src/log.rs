@@ -107,6 +107,6 @@ impl Log {
     /// The hands that it measures, `left` first.
     #[getter]
     fn hands(&self) -> Vec<String> {
-        self.0.hands().into_iter().map(|side| teachtree::Who::Hand(side).to_string()).collect()
+        self.0.hands().into_iter().map(|side| teachtree::TrackId::Hand(side).to_string()).collect()
     }
 }

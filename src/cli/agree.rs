@@ -1,6 +1,6 @@
 //! `teachtree agree`: the labels of two people, compared.
 
-use super::many::ManyArgs;
+use super::parallel::ParallelArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::truth::{TrackArg, labeled};
@@ -8,14 +8,14 @@ use super::{Failure, output};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use teachtree_analysis::Who;
-use teachtree_analysis::agreement::json::{Kinds, json};
+use teachtree_analysis::TrackId;
+use teachtree_analysis::agreement::json::{AgreementByKind, json};
 use teachtree_analysis::agreement::{Agreement, Span};
 use teachtree_analysis::number::fixed;
-use teachtree_analysis::score::{Known, NameMap};
+use teachtree_analysis::score::{KnownNames, NameMap};
 use teachtree_base::error::InputError;
 use teachtree_logs::atomic_write::Files;
-use teachtree_logs::read::labels::Kind;
+use teachtree_logs::read::labels::LabelKind;
 use teachtree_session::Labels;
 use teachtree_session::files::{all_logs, label_file};
 use teachtree_session::score::{is_of_set, is_of_several, read_labels};
@@ -54,7 +54,7 @@ pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
     #[command(flatten)]
-    many: ManyArgs,
+    many: ParallelArgs,
 }
 
 /// Forms of an agreement.
@@ -73,7 +73,7 @@ fn kappa(text: &str) -> Result<f64, String> {
 }
 
 /// The labels of a recording by track and kind.
-type Tracks = BTreeMap<(Who, Kind), Vec<Span>>;
+type Tracks = BTreeMap<(TrackId, LabelKind), Vec<Span>>;
 
 /// Runs `agree`.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let map = args.map.iter().fold(Labels::default(), |labels, map| labels.map(map)).names()?;
     let compared = args.many.each("comparing", &logs, |log| compare(args, log, &map))?;
-    let (mut rows, mut all, mut failures) = (Vec::new(), Kinds::new(), Vec::new());
+    let (mut rows, mut all, mut failures) = (Vec::new(), AgreementByKind::new(), Vec::new());
     for (log, compared) in logs.iter().zip(compared) {
         match compared {
             Ok(kinds) => {
@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     write(args, &logs, &rows, &all)?;
     Failure::some(failures, rows.len())?;
-    let found = all.get(&Kind::Primitive).and_then(Agreement::kappa);
+    let found = all.get(&LabelKind::Primitive).and_then(Agreement::kappa);
     match (args.min_kappa, found) {
         (Some(least), Some(found)) if found < least => {
             output::complain(&format!("FAILED   kappa of primitives is {found:.3}, expected at least {least}"));
@@ -127,7 +127,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn write(args: &Args, logs: &[PathBuf], rows: &[(String, Kinds)], all: &Kinds) -> Result<(), InputError> {
+fn write(
+    args: &Args,
+    logs: &[PathBuf],
+    rows: &[(String, AgreementByKind)],
+    all: &AgreementByKind,
+) -> Result<(), InputError> {
     let text = match args.format {
         Format::Text => text(args, rows, all),
         Format::Json => json(&[&args.one, &args.other].map(|path| path.display().to_string()), rows, all),
@@ -144,18 +149,19 @@ fn write(args: &Args, logs: &[PathBuf], rows: &[(String, Kinds)], all: &Kinds) -
     files.commit()
 }
 
-fn compare(args: &Args, log: &Path, map: &NameMap) -> Result<Kinds, Failure> {
+fn compare(args: &Args, log: &Path, map: &NameMap) -> Result<AgreementByKind, Failure> {
     let log = args.source.open(log)?;
     let opened = log.opened()?;
     let only = match *log.hands() {
-        [side] => Some(Who::Hand(side)),
+        [side] => Some(TrackId::Hand(side)),
         _ => None,
     };
-    let track = args.track.map(Who::from).or(only);
+    let track = args.track.map(TrackId::from).or(only);
     let read = |path: &Path| -> Result<Tracks, Failure> {
         let file = label_file(path, &opened.log)?;
         // The words in a data set stand for names of the rules.
-        let known = if is_of_set(&file) { Known::new(args.rules.load(&log)?.set()) } else { Known::default() };
+        let known =
+            if is_of_set(&file) { KnownNames::new(args.rules.load(&log)?.set()) } else { KnownNames::default() };
         let found = read_labels(&file, opened, map, &known)?;
         let mut tracks = Tracks::new();
         for interval in found.intervals {
@@ -184,8 +190,8 @@ fn compare(args: &Args, log: &Path, map: &NameMap) -> Result<Kinds, Failure> {
     let mut time: Vec<f64> = opened.row_time.iter().copied().filter(|time| time.is_finite()).collect();
     time.sort_by(f64::total_cmp);
     time.dedup();
-    let mut kinds = Kinds::new();
-    let keys: BTreeSet<&(Who, Kind)> = one.keys().chain(other.keys()).collect();
+    let mut kinds = AgreementByKind::new();
+    let keys: BTreeSet<&(TrackId, LabelKind)> = one.keys().chain(other.keys()).collect();
     for key in keys {
         let spans = |tracks: &Tracks| tracks.get(key).cloned().unwrap_or_default();
         kinds.entry(key.1).or_default().add(&Agreement::new(&spans(&one), &spans(&other), &time));
@@ -193,12 +199,12 @@ fn compare(args: &Args, log: &Path, map: &NameMap) -> Result<Kinds, Failure> {
     Ok(kinds)
 }
 
-fn text(args: &Args, rows: &[(String, Kinds)], all: &Kinds) -> String {
+fn text(args: &Args, rows: &[(String, AgreementByKind)], all: &AgreementByKind) -> String {
     let mut text = String::new();
     let plural = if rows.len() == 1 { "" } else { "s" };
     let _ = writeln!(text, "{} and {}, {} recording{plural}", args.one.display(), args.other.display(), rows.len());
     for (kind, agreement) in all {
-        let name = if *kind == Kind::Task { "tasks" } else { "primitives" };
+        let name = if *kind == LabelKind::Task { "tasks" } else { "primitives" };
         let _ = writeln!(
             text,
             "\n{name}: kappa {}, the same label on {} of {} frames that both labeled",

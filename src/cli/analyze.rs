@@ -1,7 +1,7 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
-use super::many::{Issues, ManyArgs};
 use super::mcap;
+use super::parallel::{Issues, ParallelArgs};
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, batch, output, trace};
@@ -53,7 +53,7 @@ pub struct Args {
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
     #[command(flatten)]
-    pub many: ManyArgs,
+    pub many: ParallelArgs,
     /// Also write a page for browsers (one recording only)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -241,7 +241,7 @@ pub struct Output {
     page: Option<String>,
     frames: Option<FrameTable>,
     trace: Option<String>,
-    lanes: Option<mcap::Lanes>,
+    lanes: Option<mcap::McapContent>,
 }
 
 /// The files for viewers.
@@ -250,12 +250,12 @@ fn views(args: &Args) -> Vec<PathBuf> {
 }
 
 /// What is written for viewers.
-fn lanes(args: &Args, log: &Path, analysis: &Analysis) -> Result<Option<mcap::Lanes>, Failure> {
+fn lanes(args: &Args, log: &Path, analysis: &Analysis) -> Result<Option<mcap::McapContent>, Failure> {
     if args.mcap.is_none() {
         return Ok(None);
     }
-    let into = args.into.then(|| mcap::Into::of(log, analysis.log())).transpose()?;
-    mcap::Lanes::new(analysis, &args.signals, into).map(Some)
+    let into = args.into.then(|| mcap::OriginalBag::of(log, analysis.log())).transpose()?;
+    mcap::McapContent::new(analysis, &args.signals, into).map(Some)
 }
 
 /// Analyzes a recording, the only one or one of several, and returns its output.

@@ -4,7 +4,7 @@ mod hdf5;
 mod lerobot;
 mod task_spec;
 
-use super::many::ManyArgs;
+use super::parallel::ParallelArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
@@ -72,7 +72,7 @@ pub struct Args {
     #[arg(long)]
     replace: bool,
     #[command(flatten)]
-    many: ManyArgs,
+    many: ParallelArgs,
 }
 
 /// Labels by the name that LeRobot gives them.

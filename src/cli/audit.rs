@@ -1,15 +1,15 @@
 //! `teachtree audit`: the recordings of a set that should not be trained on, with the reasons.
 
-use super::many::ManyArgs;
+use super::parallel::ParallelArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
-use teachtree_analysis::audit::{Facts, Kind, compare, task_counts, unchecked};
+use teachtree_analysis::audit::{Facts, FindingKind, compare, task_counts, unchecked};
 use teachtree_analysis::json::{Meta, VERSION, printed};
 use teachtree_base::error::InputError;
-use teachtree_base::hands::Who;
+use teachtree_base::hands::TrackId;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
 use teachtree_report::audit::{Audit, page, text};
@@ -60,7 +60,7 @@ pub struct Args {
     #[arg(long)]
     each: bool,
     #[command(flatten)]
-    many: ManyArgs,
+    many: ParallelArgs,
 }
 
 /// Forms of an audit.
@@ -93,14 +93,14 @@ enum KindArg {
 }
 
 impl KindArg {
-    const fn kind(self) -> Kind {
+    const fn kind(self) -> FindingKind {
         match self {
-            Self::Idle => Kind::Idle,
-            Self::CutOff => Kind::CutOff,
-            Self::FailedGrasp => Kind::FailedGrasp,
-            Self::LacksTask => Kind::LacksTask,
-            Self::OutOfOrder => Kind::OutOfOrder,
-            Self::Unlike => Kind::Unlike,
+            Self::Idle => FindingKind::Idle,
+            Self::CutOff => FindingKind::CutOff,
+            Self::FailedGrasp => FindingKind::FailedGrasp,
+            Self::LacksTask => FindingKind::LacksTask,
+            Self::OutOfOrder => FindingKind::OutOfOrder,
+            Self::Unlike => FindingKind::Outlier,
         }
     }
 }
@@ -113,7 +113,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 /// A recording that was audited.
-struct Audited {
+struct AuditedRecording {
     log: PathBuf,
     name: String,
 }
@@ -129,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         opened.read()?;
         let analysis = args.rules.load(&opened)?.analyze(&opened)?;
         let carries = analysis.carries()?;
-        let can_carry = |who: Who| carries.contains(&who);
+        let can_carry = |who: TrackId| carries.contains(&who);
         let facts = Facts::new(analysis.found(), &opened.opened()?.recording, args.rest, &can_carry);
         Ok::<_, Failure>((facts, analysis.meta().clone()))
     })?;
@@ -137,7 +137,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for (log, found) in logs.iter().zip(found) {
         match found {
             Ok((facts, of_log)) => {
-                audited.push(Audited { log: log.clone(), name: log.display().to_string() });
+                audited.push(AuditedRecording { log: log.clone(), name: log.display().to_string() });
                 all.push(facts);
                 meta.get_or_insert(of_log);
             }
@@ -151,7 +151,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(meta) = meta else { return Failure::some(failures, 0) };
     let (usual, unchecked, tasks) = (compare(&mut all), unchecked(&all), task_counts(&all));
     let recordings: Vec<(String, Facts)> = audited.iter().map(|it| it.name.clone()).zip(all).collect();
-    let allowed: Vec<Kind> = args.allow.iter().map(|kind| kind.kind()).collect();
+    let allowed: Vec<FindingKind> = args.allow.iter().map(|kind| kind.kind()).collect();
     let audit = Audit {
         recordings: &recordings,
         failed: &failed,
@@ -223,7 +223,13 @@ fn first(args: &Args) -> &Path {
     args.logs.first().map_or(Path::new(""), PathBuf::as_path)
 }
 
-fn write(args: &Args, audit: &Audit, audited: &[Audited], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {
+fn write(
+    args: &Args,
+    audit: &Audit,
+    audited: &[AuditedRecording],
+    meta: &Meta,
+    logs: &[PathBuf],
+) -> Result<(), InputError> {
     let files = read_by(&args.source, &args.rules);
     let inputs: Vec<&Path> = logs.iter().chain(&files).map(PathBuf::as_path).collect();
     let mut written = Files::default();
@@ -254,20 +260,20 @@ fn write(args: &Args, audit: &Audit, audited: &[Audited], meta: &Meta, logs: &[P
 }
 
 /// The good recordings.
-fn good<'a>(audit: &'a Audit, audited: &'a [Audited]) -> impl Iterator<Item = &'a Audited> {
+fn good<'a>(audit: &'a Audit, audited: &'a [AuditedRecording]) -> impl Iterator<Item = &'a AuditedRecording> {
     let pairs = audited.iter().zip(audit.recordings);
     pairs.filter(|(_, (_, facts))| audit.is_good(facts)).map(|(audited, _)| audited)
 }
 
 /// The list of good recordings. Those of a LeRobot set are numbers, as its loader takes them.
-fn keep(path: &Path, audit: &Audit, audited: &[Audited]) -> String {
+fn keep(path: &Path, audit: &Audit, audited: &[AuditedRecording]) -> String {
     let is_episode = |log: &Path| formats::is_set(&formats::without_episode(log));
     let of_one_set = audited.iter().all(|it| is_episode(&it.log))
         && audited.windows(2).all(|pair| match pair {
             [one, other] => formats::without_episode(&one.log) == formats::without_episode(&other.log),
             _ => true,
         });
-    let value = |it: &Audited| -> Value {
+    let value = |it: &AuditedRecording| -> Value {
         let name = formats::recording_of(&it.log);
         let number = name.as_ref().and_then(|name| name.parse::<u64>().ok()).filter(|_| of_one_set);
         number.map_or_else(|| json!(it.name), |number| json!(number))
@@ -280,7 +286,7 @@ fn keep(path: &Path, audit: &Audit, audited: &[Audited]) -> String {
 }
 
 /// Writes a copy of a file with the names of the good recordings, as robomimic's filter keys.
-fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[Audited], meta: &Meta) -> Result<(), InputError> {
+fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[AuditedRecording], meta: &Meta) -> Result<(), InputError> {
     use teachtree_logs::read::formats::hdf5::annotate::{AUDITED, Request, annotate};
     let names: Vec<String> = good(audit, audited).filter_map(|it| formats::recording_of(&it.log)).collect();
     let provenance = json!({ "version": VERSION, "rules": { "files": meta.rules, "digest": meta.digest } }).to_string();

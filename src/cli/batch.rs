@@ -5,7 +5,7 @@
 //! With `--shard` every part has a list of its own, `manifest-3-of-16.jsonl`, since several programs write at once; `--resume` reads all lists.
 
 use super::analyze::{Args, Format, Output, Shard, one};
-use super::many::Issues;
+use super::parallel::Issues;
 use super::rules::read_by;
 use super::{Failure, output};
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ use teachtree_logs::atomic_write;
 use teachtree_logs::issue::IssueKind;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::{file, text};
-use teachtree_session::files::Found;
+use teachtree_session::files::RecordingFile;
 
 /// How the lists of what is done are called.
 const MANIFEST: (&str, &str) = ("manifest", ".jsonl");
@@ -31,7 +31,7 @@ const MAX_MANIFEST: u64 = 1 << 30;
 
 /// A line of the list.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-struct Done {
+struct ManifestEntry {
     schema: String,
     /// The path of the recording.
     log: String,
@@ -53,16 +53,16 @@ enum Outcome {
 }
 
 /// Analyzes recordings into a folder.
-pub fn run(args: &Args, folder: &Path, logs: &[Found]) -> Result<(), Failure> {
+pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Failure> {
     let files = read_by(&args.source, &args.rules);
     let outs = places(args, folder, logs, &files)?;
     args.source.check(logs.len())?;
     output::make_folder(folder)?;
-    let list = List::open(folder, args.shard)?;
+    let list = Manifest::open(folder, args.shard)?;
     let mine = |place: &usize| args.shard.is_none_or(|shard| shard.has(*place));
     let known = digests(args, &files)?;
-    let contents = Contents::default();
-    let items: Vec<(&Found, &PathBuf)> =
+    let contents = FileDigests::default();
+    let items: Vec<(&RecordingFile, &PathBuf)> =
         logs.iter().zip(&outs).enumerate().filter(|(place, _)| mine(place)).map(|(_, item)| item).collect();
     let results = args.many.each("analyzing", &items, |(found, out)| {
         let made_of = contents.made_of(&known, &found.log);
@@ -80,7 +80,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[Found]) -> Result<(), Failure> {
             let mut digest = Digest::default();
             digest.add(text.bytes());
             let log = found.log.display().to_string();
-            list.add(Done { schema: SCHEMA.into(), log, out: name, made_of, digest: digest.shown() })?;
+            list.add(ManifestEntry { schema: SCHEMA.into(), log, out: name, made_of, digest: digest.shown() })?;
         }
         Ok::<_, Failure>(Outcome::Written(kinds))
     })?;
@@ -111,7 +111,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[Found]) -> Result<(), Failure> {
 }
 
 /// The file of each recording.
-fn places(args: &Args, folder: &Path, logs: &[Found], files: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+fn places(args: &Args, folder: &Path, logs: &[RecordingFile], files: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     let ending = match args.format {
         Format::Text => "txt",
         Format::Json => "json",
@@ -134,7 +134,7 @@ fn places(args: &Args, folder: &Path, logs: &[Found], files: &[PathBuf]) -> Resu
     let mut places = Vec::new();
     let inputs: Vec<&Path> =
         logs.iter().map(|found| found.log.as_path()).chain(files.iter().map(PathBuf::as_path)).collect();
-    for Found { log, name } in logs {
+    for RecordingFile { log, name } in logs {
         let mut place = folder.join(name).into_os_string();
         place.push(format!(".{ending}"));
         let place = PathBuf::from(place);
@@ -198,9 +198,9 @@ fn of_file(path: &Path) -> Result<String, InputError> {
 
 /// Digests of files, each computed once: many recordings may be in one.
 #[derive(Default)]
-struct Contents(Mutex<BTreeMap<PathBuf, Option<String>>>);
+struct FileDigests(Mutex<BTreeMap<PathBuf, Option<String>>>);
 
-impl Contents {
+impl FileDigests {
     /// The digest of all that the analysis of a log is made of; `None` where a file cannot be read, as standard input.
     fn made_of(&self, known: &Digest, log: &Path) -> Option<String> {
         let mut digest = *known;
@@ -220,16 +220,16 @@ impl Contents {
 }
 
 /// The list of what is done.
-struct List {
+struct Manifest {
     path: PathBuf,
     /// Of all lists in the folder.
-    known: BTreeMap<String, Done>,
+    known: BTreeMap<String, ManifestEntry>,
     /// Those of this list.
-    own: BTreeMap<String, Done>,
-    new: Mutex<(File, BTreeMap<String, Done>)>,
+    own: BTreeMap<String, ManifestEntry>,
+    new: Mutex<(File, BTreeMap<String, ManifestEntry>)>,
 }
 
-impl List {
+impl Manifest {
     fn open(folder: &Path, shard: Option<Shard>) -> Result<Self, InputError> {
         let (name, ending) = MANIFEST;
         let part = shard.map_or(String::new(), |Shard { at, of }| format!("-{at}-of-{of}"));
@@ -240,7 +240,7 @@ impl List {
             known.extend(done(&text::read(other, MAX_MANIFEST)?));
         }
         let old = if path.is_file() { text::read(&path, MAX_MANIFEST)? } else { String::new() };
-        let own: BTreeMap<String, Done> = done(&old).collect();
+        let own: BTreeMap<String, ManifestEntry> = done(&old).collect();
         known.extend(own.clone());
         let failed = |error: std::io::Error| InputError::new(&place, format!("cannot be written: {error}"));
         let mut file = OpenOptions::new().create(true).append(true).open(&path).map_err(failed)?;
@@ -252,11 +252,12 @@ impl List {
 
     /// Whether a file was made of the same things, and is still what it was then.
     fn has(&self, out: &str, made_of: &str, path: &Path) -> bool {
-        let same = |done: &&Done| done.made_of == made_of && of_file(path).is_ok_and(|digest| digest == done.digest);
+        let same =
+            |done: &&ManifestEntry| done.made_of == made_of && of_file(path).is_ok_and(|digest| digest == done.digest);
         self.known.get(out).filter(same).is_some()
     }
 
-    fn add(&self, done: Done) -> Result<(), InputError> {
+    fn add(&self, done: ManifestEntry) -> Result<(), InputError> {
         let failed = |error: String| InputError::new(self.path.display().to_string(), error);
         let line = line(&done).map_err(failed)?;
         let mut new = self.new.lock().unwrap_or_else(PoisonError::into_inner);
@@ -277,8 +278,8 @@ impl List {
 }
 
 /// The lines of a list. One that a killed program did not finish is as good as none.
-fn done(text: &str) -> impl Iterator<Item = (String, Done)> {
-    let lines = text.lines().filter_map(|line| serde_json::from_str::<Done>(line).ok());
+fn done(text: &str) -> impl Iterator<Item = (String, ManifestEntry)> {
+    let lines = text.lines().filter_map(|line| serde_json::from_str::<ManifestEntry>(line).ok());
     lines.filter(|done| done.schema == SCHEMA).map(|done| (done.out.clone(), done))
 }
 
@@ -300,6 +301,6 @@ fn lists(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
     Ok(lists)
 }
 
-fn line(done: &Done) -> Result<String, String> {
+fn line(done: &ManifestEntry) -> Result<String, String> {
     serde_json::to_string(done).map(|line| line + "\n").map_err(|error| error.to_string())
 }

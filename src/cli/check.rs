@@ -16,7 +16,7 @@ use teachtree_engine::compiled::plan::Cost;
 use teachtree_frames::averaging_lag;
 use teachtree_frames::frames::{HandLayout, Layout};
 use teachtree_language::graph::lower;
-use teachtree_language::{self as language, Loaded, Request, Rules, codes};
+use teachtree_language::{self as language, LoadedRules, Request, Rules, codes};
 
 /// Options of `check`.
 #[derive(clap::Args)]
@@ -154,7 +154,7 @@ fn sets(named: &[PathBuf]) -> Result<Vec<Vec<PathBuf>>, InputError> {
 }
 
 /// Prints the diagnostics of a rule set, and its cost.
-fn report(loaded: &Loaded) -> Result<(), Failure> {
+fn report(loaded: &LoadedRules) -> Result<(), Failure> {
     if loaded.root_unreadable {
         return Err(Failure::Text(render(&loaded.diagnostics, &loaded.sources, output::color_on_stderr())));
     }

@@ -1,6 +1,6 @@
 //! `teachtree fit`: params learned from labeled recordings, held against recordings that were held out.
 
-use super::many::ManyArgs;
+use super::parallel::ParallelArgs;
 use super::progress::Progress;
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
@@ -8,9 +8,9 @@ use super::truth::TruthArgs;
 use super::{Failure, output};
 use std::path::{Path, PathBuf};
 use teachtree_analysis::fit::{self, Fit, MIN_LOGS, Verdict};
-use teachtree_analysis::score::{Known, NameMap, Stage};
+use teachtree_analysis::score::{KnownNames, NameMap, Stage};
 use teachtree_base::error::InputError;
-use teachtree_base::nearest::nearest;
+use teachtree_base::spelling::nearest;
 use teachtree_language::param_sites::{ParamSite, param_sites};
 use teachtree_language::{Request, Rules};
 use teachtree_report as report;
@@ -50,7 +50,7 @@ pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
     #[command(flatten)]
-    many: ManyArgs,
+    many: ParallelArgs,
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// A recording that was opened, with the rules that read it.
-struct Opened {
+struct FitInput {
     recording: Recording,
     rules: Rules,
     request: Request,
@@ -108,7 +108,7 @@ struct Opened {
     warnings: Vec<String>,
 }
 
-fn open(args: &Args, log: &Path, names: &NameMap) -> Result<Opened, Failure> {
+fn open(args: &Args, log: &Path, names: &NameMap) -> Result<FitInput, Failure> {
     let log = args.source.open(log)?;
     log.read()?;
     let rules = args.rules.load(&log)?;
@@ -116,11 +116,11 @@ fn open(args: &Args, log: &Path, names: &NameMap) -> Result<Opened, Failure> {
     let fixed = rules.params().to_vec();
     let mut warnings = Vec::new();
     let recording = Recording::open(&log, &rules, |opened, analysis| {
-        let (truth, more) = args.truth.of_session().of(opened, analysis, names, &Known::new(rules.set()))?;
+        let (truth, more) = args.truth.of_session().of(opened, analysis, names, &KnownNames::new(rules.set()))?;
         warnings = more;
         Ok(truth)
     })?;
-    Ok(Opened { recording, rules: rules.set().clone(), request, fixed, warnings })
+    Ok(FitInput { recording, rules: rules.set().clone(), request, fixed, warnings })
 }
 
 /// Opens the recordings: what runs them, and the params that may be changed.

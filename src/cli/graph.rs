@@ -5,14 +5,14 @@ use super::source::SourceArgs;
 use super::truth::TrackArg;
 use super::{Failure, output};
 use std::path::{Path, PathBuf};
-use teachtree_analysis::Who;
-use teachtree_analysis::explain::{self, Moment, moment};
+use teachtree_analysis::TrackId;
+use teachtree_analysis::explain::{self, TreeTrace, tree_trace};
 use teachtree_base::error::InputError;
 use teachtree_base::units::time;
 use teachtree_language::graph::transitions::{NONE, SEPARATE, transitions};
 use teachtree_language::graph::{lower, text};
 use teachtree_language::rules::{Label, TreeScope};
-use teachtree_report::diagram::{self, Form, Now, Outline, Taken};
+use teachtree_report::diagram::{self, CurrentLeaf, DiagramFormat, Outline, TakenPath};
 use teachtree_session::{Analysis, Track};
 use teachtree_session::{AnalysisInternals, RulesInternals};
 
@@ -68,7 +68,7 @@ enum Format {
     Svg,
 }
 
-impl From<Format> for Form {
+impl From<Format> for DiagramFormat {
     fn from(format: Format) -> Self {
         match format {
             Format::Text => Self::Text,
@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 text(&lower(rules))
             } else if args.transitions {
                 let all: Vec<_> =
-                    transitions(rules).iter().map(|of| diagram::following(rules, of, None, None)).collect();
+                    transitions(rules).iter().map(|of| diagram::transition_diagram(rules, of, None, None)).collect();
                 diagram::transitions(&all, args.format.into())
             } else {
                 let trees: Vec<Outline> = rules.trees.iter().map(|tree| diagram::outline(rules, tree, None)).collect();
@@ -130,7 +130,7 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
     opened.read()?;
     let found = named(args).load(&opened)?.analyze(&opened)?;
     let rules = found.rules().set();
-    let tracks: Vec<Who> = match args.track {
+    let tracks: Vec<TrackId> = match args.track {
         Some(track) => vec![track.into()],
         None => found.tracks().map(Track::who).collect(),
     };
@@ -143,46 +143,47 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
         moments.extend(taken);
     }
     if args.at.is_some() && moments.is_empty() {
-        let whom = args.track.map_or("any track".to_string(), |track| format!("`{}`", Who::from(track)));
+        let whom = args.track.map_or("any track".to_string(), |track| format!("`{}`", TrackId::from(track)));
         let message = format!("there is no tree that labels {whom} in this recording");
         return Err(InputError::new("--track", message).help("tracks are left, right and both").into());
     }
-    let scope = |who: Who| if who == Who::Both { TreeScope::BothHands } else { TreeScope::EachHand };
+    let scope = |who: TrackId| if who == TrackId::Both { TreeScope::BothHands } else { TreeScope::EachHand };
     if !args.transitions {
-        let tree = |(who, taken, _): &(Who, Taken, Now)| {
+        let tree = |(who, taken, _): &(TrackId, TakenPath, CurrentLeaf)| {
             rules.tree(scope(*who)).map(|tree| diagram::outline(rules, tree, Some(taken)))
         };
         let trees: Vec<Outline> = moments.iter().filter_map(tree).collect();
         return Ok(diagram::trees(&trees, args.format.into()));
     }
-    let only = args.track.map(Who::from);
+    let only = args.track.map(TrackId::from);
     let side = match only {
-        Some(Who::Hand(side)) => Some(side),
+        Some(TrackId::Hand(side)) => Some(side),
         _ => None,
     };
     let name = log.display().to_string();
     let mut all = Vec::new();
     for of in transitions(rules) {
         if tracks.iter().any(|who| scope(*who) == of.scope) {
-            let mut following = diagram::following(rules, &of, Some((&name, &found.run()?.leaves)), side);
+            let mut transition_diagram =
+                diagram::transition_diagram(rules, &of, Some((&name, &found.run()?.leaves)), side);
             let now = moments.iter().filter(|(who, ..)| scope(*who) == of.scope).map(|(.., now)| now.clone());
-            following.now = now.collect();
-            all.push(following);
+            transition_diagram.now = now.collect();
+            all.push(transition_diagram);
         }
     }
     Ok(diagram::transitions(&all, args.format.into()))
 }
 
 /// What the tree of a track took at a time.
-fn taken(found: &Analysis, who: Who, at_s: f64) -> Result<Option<(Who, Taken, Now)>, Failure> {
+fn taken(found: &Analysis, who: TrackId, at_s: f64) -> Result<Option<(TrackId, TakenPath, CurrentLeaf)>, Failure> {
     let analyzed = found.explained()?;
-    let explain::Analyzed { rules, frames, .. } = analyzed;
+    let explain::AnalyzedRecording { rules, frames, .. } = analyzed;
     let name = |label: Option<Label>| label.map_or(SEPARATE.to_string(), |label| rules.label_name(label));
-    Ok(moment(&analyzed, who, at_s)?.map(|Moment { path, frame, leaf, before }| {
+    Ok(tree_trace(&analyzed, who, at_s)?.map(|TreeTrace { path, frame, leaf, before }| {
         let leaf = name(leaf);
         let time_s = frames.time.get(frame).copied().unwrap_or_default();
         let caption = format!("{who} at {time_s:.3} s: {leaf}");
         let before = before.map_or(NONE.to_string(), name);
-        (who, Taken { path, caption: caption.clone() }, Now { caption, before, leaf })
+        (who, TakenPath { path, caption: caption.clone() }, CurrentLeaf { caption, before, leaf })
     }))
 }

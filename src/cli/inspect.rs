@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_frames::bind::BindingFile;
 use teachtree_frames::bind::template::skeleton;
-use teachtree_frames::inspect::{ColumnReport, Inspection, Kind, SheetReport, inspect};
+use teachtree_frames::inspect::{ColumnReport, Inspection, SheetReport, ValueKind, inspect};
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
 use teachtree_logs::read::formats;
@@ -241,14 +241,14 @@ fn sheet_text(text: &mut String, sheet: &SheetReport) {
 
 fn column_text(column: &ColumnReport) -> String {
     let mut text = match column.kind {
-        Kind::Text if column.texts.is_empty() => return "empty".into(),
-        Kind::Text => {
+        ValueKind::Text if column.texts.is_empty() => return "empty".into(),
+        ValueKind::Text => {
             let more = if column.texts.len() == SEEN { ", …" } else { "" };
             return format!("text: {}{more}", column.texts.join(", "));
         }
-        Kind::Constant => format!("always {}", unit(column.min, &column.unit)),
-        Kind::Flag => "flag".into(),
-        Kind::Number => format!(
+        ValueKind::Constant => format!("always {}", unit(column.min, &column.unit)),
+        ValueKind::Flag => "flag".into(),
+        ValueKind::Number => format!(
             "{} … {}, noise {}",
             short(column.min),
             unit(column.max, &column.unit),

@@ -3,7 +3,7 @@
 use super::{Failure, output};
 use std::fmt::Write;
 use teachtree_base::error::InputError;
-use teachtree_base::nearest::nearest;
+use teachtree_base::spelling::nearest;
 use teachtree_language::{SHIPPED, shipped};
 
 macro_rules! bindings {

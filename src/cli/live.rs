@@ -10,7 +10,7 @@ mod source;
 
 use super::rules::RuleArgs;
 use super::{Failure, output};
-use source::{Kind, MAX_LINE, Outlet, Sent};
+use source::{Kind, MAX_LINE, Outlet, SourceEvent};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -20,7 +20,7 @@ use teachtree_base::error::InputError;
 use teachtree_frames::bind::{RowBinder, WAIT_S};
 use teachtree_logs::read::{csv, text};
 use teachtree_session::SceneInternals;
-use teachtree_session::{Calibration, Error, Feed, FeedOptions, Known, LiveEvent, Log, Scene};
+use teachtree_session::{Calibration, CalibrationSource, Error, Feed, FeedOptions, LiveEvent, Log, Scene};
 
 /// The largest calibration file, bytes.
 const MAX_CALIBRATION: u64 = 16 << 20;
@@ -129,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         move || {
             outlet.stops.store(true, Ordering::Relaxed);
             // The stop request queues behind the received rows. It is sent from a thread so that the next signal is handled immediately.
-            thread::spawn(move || outlet.send(Sent::Stop));
+            thread::spawn(move || outlet.send(SourceEvent::Stop));
         }
     });
     // Signals end the log as soon as the sink has reported its address.
@@ -149,7 +149,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
         }
         (Kind::Bag, Some(topics)) => source::begin_bag(&args.source, topics, args.follow, outlet),
-        (Kind::Robot, Some(topics)) => foxglove::Robot::new(&args.source, topics)?.begin(outlet)?,
+        (Kind::Robot, Some(topics)) => foxglove::FoxgloveSource::new(&args.source, topics)?.begin(outlet)?,
         _ => source::begin(&args.source, kind, outlet)?,
     }
     let reader = Reader { lines, waiting, late: kind.late(), is_timed: kind.is_timed(), is_labeling: true };
@@ -165,19 +165,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Reads a calibration, or a recording to calibrate with.
-fn known(path: &Path, args: &Args) -> Result<Known, Failure> {
+fn known(path: &Path, args: &Args) -> Result<CalibrationSource, Failure> {
     if path.extension().is_none_or(|ending| ending != "json") {
         let options = args.binding.iter().fold(Log::options(), |options, binding| options.binding(binding));
         let options = args.scene.iter().fold(options, |options, scene| options.scene(scene));
-        return Ok(Known::Recording(options.open(path)?));
+        return Ok(CalibrationSource::Recording(options.open(path)?));
     }
     let text = text::read(path, MAX_CALIBRATION)?;
-    Ok(Known::File(Box::new(Calibration::parse(&path.display().to_string(), &text)?)))
+    Ok(CalibrationSource::File(Box::new(Calibration::parse(&path.display().to_string(), &text)?)))
 }
 
 /// Takes what a source sends.
 struct Reader {
-    lines: Receiver<Sent>,
+    lines: Receiver<SourceEvent>,
     waiting: Arc<AtomicUsize>,
     /// When so many lines or messages wait, the newest frames are not labeled, until only so many do.
     late: [usize; 2],
@@ -199,16 +199,16 @@ impl Reader {
                 events.extend(feed.label(keeps_up));
             }
             events.extend(match sent {
-                Sent::Line(line) => feed.line(&line)?,
-                Sent::TooLong => feed.too_long(MAX_LINE),
-                Sent::Lost(lines) => feed.lost(lines),
-                Sent::Message(topic, stamp_ns, row) => feed.message(&topic, stamp_ns, &row)?,
-                Sent::Unreadable(topic, why) => feed.unreadable(&topic, &why)?,
-                Sent::Refused(topic, why) => feed.refused(&topic, &why)?,
-                Sent::Broken(message) => feed.interrupted(message)?,
-                Sent::Connected(message) => feed.connected(message),
-                Sent::Failed(error) => return Err(error.into()),
-                Sent::Stop => break,
+                SourceEvent::Line(line) => feed.line(&line)?,
+                SourceEvent::TooLong => feed.too_long(MAX_LINE),
+                SourceEvent::Lost(lines) => feed.lost(lines),
+                SourceEvent::Message(topic, stamp_ns, row) => feed.message(&topic, stamp_ns, &row)?,
+                SourceEvent::Unreadable(topic, why) => feed.unreadable(&topic, &why)?,
+                SourceEvent::Refused(topic, why) => feed.refused(&topic, &why)?,
+                SourceEvent::Broken(message) => feed.interrupted(message)?,
+                SourceEvent::Connected(message) => feed.connected(message),
+                SourceEvent::Failed(error) => return Err(error.into()),
+                SourceEvent::Stop => break,
             });
             if !sink.take(&events)? {
                 return Ok(false);

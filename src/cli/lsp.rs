@@ -16,7 +16,7 @@ pub struct Args {
     #[arg(long, value_name = "LOG")]
     log: Option<PathBuf>,
     /// The time in it, `3.41s` or `3410ms`; its beginning when left out
-    #[arg(long, value_name = "TIME", value_parser = as_written)]
+    #[arg(long, value_name = "TIME", value_parser = check_time)]
     at: Option<String>,
     /// How the columns of a foreign recording become channels
     #[arg(long, value_name = "FILE")]
@@ -33,7 +33,7 @@ pub struct Args {
 }
 
 /// A time, not yet in seconds.
-fn as_written(text: &str) -> Result<String, String> {
+fn check_time(text: &str) -> Result<String, String> {
     time(text).map(|_| text.to_string())
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::Segment;
 use teachtree_base::error::InputError;
 use teachtree_base::recording::Recording;
-use teachtree_logs::read::formats::mcap::copy::{Original, Survey, file_of};
+use teachtree_logs::read::formats::mcap::copy::{OriginalRecords, Survey, file_of};
 use teachtree_logs::read::formats::mcap::message::{self, Pose, Type};
 use teachtree_logs::read::formats::mcap::write::Writer;
 use teachtree_logs::read::table::BagClock;
@@ -20,13 +20,13 @@ const WORLD: &str = "world";
 const POSES_EVERY_S: f64 = 0.01;
 
 /// The file among whose messages the analysis is written.
-pub struct Into {
+pub struct OriginalBag {
     file: PathBuf,
     survey: Survey,
     clock: BagClock,
 }
 
-impl Into {
+impl OriginalBag {
     /// That of a log.
     ///
     /// # Errors
@@ -44,8 +44,8 @@ impl Into {
 }
 
 /// What is written, apart from when.
-pub struct Lanes {
-    into: Option<Into>,
+pub struct McapContent {
+    into: Option<OriginalBag>,
     /// Topic and type of each channel.
     channels: Vec<(String, Type)>,
     /// Time, channel and message of what changes now and then, in order of time.
@@ -54,7 +54,7 @@ pub struct Lanes {
     time: Vec<f64>,
     signals: Vec<(u16, Vec<f64>)>,
     /// What moves, and what stands still.
-    bodies: Vec<Body>,
+    bodies: Vec<BodyPoses>,
     /// Times of the poses, s.
     rows: Vec<f64>,
     /// What is added to all times so that none is before the clock begins, s.
@@ -63,14 +63,14 @@ pub struct Lanes {
 }
 
 /// Something with a pose.
-struct Body {
+struct BodyPoses {
     name: String,
     /// Positions, m, and rotations, w x y z, of each row; one row for what stands still.
     position: Vec<[f64; 3]>,
     rotation: Vec<[f64; 4]>,
 }
 
-impl Body {
+impl BodyPoses {
     /// The pose on a row; `None` where it was not measured.
     fn pose(&self, parent: &'static str, row: usize) -> Option<Pose<'_>> {
         let at = |count: usize| row.min(count.saturating_sub(1));
@@ -81,12 +81,12 @@ impl Body {
     }
 }
 
-impl Lanes {
+impl McapContent {
     /// Lays out an analysis with the values of signals, alone or among the messages of a file.
     ///
     /// # Errors
     /// When there is no such signal, or the file has one of the topics already.
-    pub fn new(analysis: &Analysis, signals: &[String], into: Option<Into>) -> Result<Self, super::Failure> {
+    pub fn new(analysis: &Analysis, signals: &[String], into: Option<OriginalBag>) -> Result<Self, super::Failure> {
         let found = analysis.found();
         let mut lanes = Self {
             into,
@@ -137,7 +137,7 @@ impl Lanes {
         let zero = meta.zero_stamp_s;
         lanes.shift_s = zero.max(-found.start_s.min(lanes.rows.first().copied().unwrap_or(0.0)));
         let params: Vec<String> = meta.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        if let Some(Into { file, survey, clock }) = &lanes.into {
+        if let Some(OriginalBag { file, survey, clock }) = &lanes.into {
             if let Some((topic, _)) = lanes.channels.iter().find(|(topic, _)| survey.has_topic(topic)) {
                 let error = InputError::new(file.display().to_string(), format!("has the topic `{topic}` already"));
                 return Err(error.help("label the file that it was made of").into());
@@ -178,7 +178,7 @@ impl Lanes {
     /// When a message is, by the clock that the stamps in messages are of, and by the clock of the file.
     fn stamps(&self, time_s: f64) -> (u64, u64) {
         let since_zero = ((time_s + self.shift_s) * 1e9).round();
-        let Some(Into { clock, .. }) = &self.into else {
+        let Some(OriginalBag { clock, .. }) = &self.into else {
             return (since_zero.max(0.0) as u64, since_zero.max(0.0) as u64);
         };
         let stamp = clock.origin_ns.saturating_add(since_zero as i64);
@@ -203,8 +203,8 @@ impl Lanes {
     pub fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
         let poses = (0..).zip(&self.channels).find(|(_, (_, ty))| *ty == Type::Poses).map(|(id, _)| id);
         let original = match &self.into {
-            Some(Into { file, survey, .. }) => {
-                let original = Original::open(file, survey.clone());
+            Some(OriginalBag { file, survey, .. }) => {
+                let original = OriginalRecords::open(file, survey.clone());
                 Some(original.map_err(|error| std::io::Error::other(error.to_string()))?)
             }
             None => None,
@@ -276,7 +276,7 @@ impl Lanes {
 }
 
 /// The bodies and hands of a recording that have a position.
-fn bodies(recording: &Recording) -> Vec<Body> {
+fn bodies(recording: &Recording) -> Vec<BodyPoses> {
     let column =
         |name: &str, part: &str| recording.columns.get(&format!("{name}.{part}")).map(|it| it.values.as_slice());
     let rows = |name: &str, parts: [&str; 3]| -> Option<Vec<[f64; 3]>> {
@@ -294,11 +294,11 @@ fn bodies(recording: &Recording) -> Vec<Body> {
     for (name, body) in &recording.scene.bodies {
         let position = moved(name).unwrap_or_else(|| vec![body.position.map(|part| part.0)]);
         let rotation = turned(name).unwrap_or_else(|| vec![body.rotation]);
-        bodies.push(Body { name: name.clone(), position, rotation });
+        bodies.push(BodyPoses { name: name.clone(), position, rotation });
     }
     for title in recording.columns.keys().filter_map(|title| title.strip_suffix(".position.x")) {
         if let Some(position) = moved(title).filter(|_| !recording.scene.bodies.contains_key(title)) {
-            bodies.push(Body { name: title.into(), position, rotation: turned(title).unwrap_or_else(upright) });
+            bodies.push(BodyPoses { name: title.into(), position, rotation: turned(title).unwrap_or_else(upright) });
         }
     }
     bodies

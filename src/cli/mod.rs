@@ -22,9 +22,9 @@ mod inspect;
 mod list;
 mod live;
 mod lsp;
-mod many;
 mod mcap;
 mod output;
+mod parallel;
 mod progress;
 mod prove;
 mod retarget;
@@ -170,7 +170,9 @@ impl Failure {
             Self::Input(error) => output::complain(&format!("error: {error}")),
             Self::Text(text) => output::complain(text.strip_suffix('\n').unwrap_or(text)),
             Self::Several(failures) | Self::Partial(failures) => {
-                many::texts(failures).iter().for_each(|text| output::complain(text.strip_suffix('\n').unwrap_or(text)));
+                parallel::texts(failures)
+                    .iter()
+                    .for_each(|text| output::complain(text.strip_suffix('\n').unwrap_or(text)));
                 let answers = failures.iter().all(|failure| matches!(failure, Self::No));
                 return match self {
                     Self::Partial(_) => PARTIAL,
@@ -247,7 +249,7 @@ fn interrupted(end: impl FnOnce()) {
     if let Some(stop) = stop {
         return stop();
     }
-    let _nothing_is_written = atomic_write::give_up();
+    let _nothing_is_written = atomic_write::abort_writes();
     end();
 }
 
@@ -276,7 +278,7 @@ fn usage(error: &clap::Error) -> u8 {
 }
 
 /// What is shown while a command works that may take long; nothing with `--quiet`, and where the command prints as it goes.
-fn at_work(matches: &clap::ArgMatches) -> Option<String> {
+fn activity_label(matches: &clap::ArgMatches) -> Option<String> {
     let (name, of) = matches.subcommand()?;
     let is_quiet = of.try_get_one::<bool>("quiet").ok().flatten() == Some(&true);
     let is_live = of.try_get_one::<bool>("live").ok().flatten() == Some(&true);
@@ -293,14 +295,14 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     interruptible();
     let mut label = None;
     let read = command().try_get_matches_from(words).and_then(|matches| {
-        label = at_work(&matches);
+        label = activity_label(&matches);
         Cli::from_arg_matches(&matches)
     });
     let cli = match read {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
-    let working = label.map(|label| progress::Working::new(&label));
+    let working = label.map(|label| progress::ActivityIndicator::new(&label));
     let outcome = match &cli.command {
         Command::Demo(args) => demo::run(args),
         Command::Check(args) => check::run(args),

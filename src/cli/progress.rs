@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
-use teachtree_logs::read::counted;
+use teachtree_logs::read::progress;
 
 /// How often the sign of work is drawn.
 const TICK: Duration = Duration::from_millis(100);
@@ -15,9 +15,9 @@ const TICK: Duration = Duration::from_millis(100);
 const PATIENCE: u32 = 10;
 
 /// What is on the terminal. Whoever draws or prints holds it.
-static SHOWN: Mutex<Shown> = Mutex::new(Shown { bars: 0, ticks: 0, sign: None });
+static SHOWN: Mutex<ProgressState> = Mutex::new(ProgressState { bars: 0, ticks: 0, sign: None });
 
-struct Shown {
+struct ProgressState {
     /// Number of bars.
     bars: usize,
     /// For how many ticks there was nothing else.
@@ -25,7 +25,7 @@ struct Shown {
     sign: Option<ProgressBar>,
 }
 
-impl Shown {
+impl ProgressState {
     /// Takes the sign of work away.
     fn clear(&mut self) {
         self.ticks = 0;
@@ -35,7 +35,7 @@ impl Shown {
     }
 }
 
-fn shown() -> MutexGuard<'static, Shown> {
+fn shown() -> MutexGuard<'static, ProgressState> {
     SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -91,9 +91,9 @@ impl Drop for Progress {
 
 /// The sign that a command is at work, with what was read of the log and for how long it takes. It appears after a second without a bar or output, and goes
 /// when either comes, or when this is dropped.
-pub struct Working(Option<(Sender<()>, JoinHandle<()>)>);
+pub struct ActivityIndicator(Option<(Sender<()>, JoinHandle<()>)>);
 
-impl Working {
+impl ActivityIndicator {
     /// A sign with this label.
     pub fn new(label: &str) -> Self {
         if !std::io::stderr().is_terminal() {
@@ -115,7 +115,7 @@ impl Working {
     }
 }
 
-impl Drop for Working {
+impl Drop for ActivityIndicator {
     fn drop(&mut self) {
         if let Some((stop, watching)) = self.0.take() {
             // Either the thread is told, or it is gone.
@@ -141,7 +141,7 @@ fn tick(label: &str, waited: Duration) {
         }
         sign
     });
-    let read = counted::share().map_or(String::new(), |share| format!(", {:.0} % of the log read", share * 100.0));
+    let read = progress::share().map_or(String::new(), |share| format!(", {:.0} % of the log read", share * 100.0));
     sign.set_message(format!("{label}{read}"));
     sign.tick();
 }

@@ -1,6 +1,6 @@
 //! `teachtree prove` and `teachtree diff`: two rule sets held against each other.
 
-use super::many::ManyArgs;
+use super::parallel::ParallelArgs;
 use super::rules::{RuleArgs, load_files};
 use super::source::SourceArgs;
 use super::truth::{TruthArgs, lacks_labels};
@@ -9,9 +9,11 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::Analysis;
 use teachtree_analysis::difference::{changes, extent, tracks};
-use teachtree_analysis::score::{Comparison, Known, NameMap, Side, compare};
+use teachtree_analysis::score::{ComparedResult, Comparison, KnownNames, NameMap, compare};
 use teachtree_language::DEFAULT_HAND;
-use teachtree_language::graph::compare::{Additive, Difference, TreeComparison, additive, declarations, differences};
+use teachtree_language::graph::compare::{
+    Difference, ExtensionProof, TreeComparison, declarations, differences, prove_extension,
+};
 use teachtree_session as session;
 use teachtree_session::files::all_logs;
 use teachtree_session::{AnalysisInternals, LabelsInternals, LogInternals, RulesInternals};
@@ -55,7 +57,7 @@ pub struct DiffArgs {
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
-    many: ManyArgs,
+    many: ParallelArgs,
     /// The hand file that implements the abstract signals of both; overrides the binding's
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
@@ -70,7 +72,7 @@ pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
     let Claim::Additive = args.claim;
     let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
     let rules = read(&args.base)?;
-    let proof = additive(rules.set(), read(&args.extended)?.set());
+    let proof = prove_extension(rules.set(), read(&args.extended)?.set());
     let (base, extended) = (args.base.display(), args.extended.display());
     let mut printed = String::new();
     if proof.is_proved() {
@@ -98,7 +100,7 @@ pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
 }
 
 /// Formats the result of a proof and the hand file that it holds for.
-fn write_proof(proof: &Additive, hand: Option<&str>, printed: &mut String) {
+fn write_proof(proof: &ExtensionProof, hand: Option<&str>, printed: &mut String) {
     let new = if proof.new.is_empty() { "none".to_string() } else { proof.new.join(", ") };
     let _ = writeln!(printed, "  new primitives: {new}");
     for tree in &proof.trees.trees {
@@ -241,16 +243,16 @@ fn write_agreement(
         let _ = writeln!(printed, "  no label file in {}: which agrees better is not known", labels.display());
         return Ok(());
     }
-    let known = [ours, theirs].map(|analysis| Known::new(analysis.rules().set()));
-    let truth = |analysis: &session::Analysis, known: &Known| {
+    let known = [ours, theirs].map(|analysis| KnownNames::new(analysis.rules().set()));
+    let truth = |analysis: &session::Analysis, known: &KnownNames| {
         let (truth, _) = args.truth.of_session().of(analysis.log().opened()?, analysis.found(), names, known)?;
         Ok::<_, Failure>(truth)
     };
     let [of_ours, of_theirs] = &known;
     let compared = truth(ours, of_ours).and_then(|one| {
         let other = truth(theirs, of_theirs)?;
-        let one = Side { truth: &one, found: ours.found(), meta: ours.meta(), known: of_ours };
-        let other = Side { truth: &other, found: theirs.found(), meta: theirs.meta(), known: of_theirs };
+        let one = ComparedResult { truth: &one, found: ours.found(), meta: ours.meta(), known: of_ours };
+        let other = ComparedResult { truth: &other, found: theirs.found(), meta: theirs.meta(), known: of_theirs };
         Ok(compare([&one, &other])?)
     });
     let Comparison { accuracy, scored_s, unknown } = match compared {

@@ -1,13 +1,13 @@
 //! `teachtree score`: what is found in recordings against what is true.
 
-use super::many::ManyArgs;
+use super::parallel::ParallelArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::truth::{TruthArgs, read};
 use super::{Failure, output};
 use std::path::{Path, PathBuf};
 use teachtree_analysis::json::Meta;
-use teachtree_analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage, Truth};
+use teachtree_analysis::score::{self, KnownNames, NameMap, Row, Score, Sequences, Stage, Truth};
 use teachtree_base::error::InputError;
 use teachtree_logs::atomic_write::Files;
 use teachtree_report as report;
@@ -30,7 +30,7 @@ pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
     #[command(flatten)]
-    many: ManyArgs,
+    many: ParallelArgs,
     /// Relabel the truth by the same rules before relabeled segments are compared with it
     #[arg(long)]
     relabel_truth: bool,
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = args.truth.labeled(logs, &args.many)?;
     let map = args.truth.of_session().names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
-    let texts = Texts { map, sequences };
+    let texts = ScoreInputs { map, sequences };
     args.source.check(logs.len())?;
     let scored = args.many.each("scoring", &logs, |log| score_log(args, log, &texts))?;
     let mut relabeled = Vec::new();
@@ -172,7 +172,7 @@ fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result
 }
 
 /// The score of one recording.
-struct Scored {
+struct RecordingScore {
     relabeled: Vec<Row>,
     raw: Vec<Row>,
     meta: Meta,
@@ -181,17 +181,17 @@ struct Scored {
 }
 
 /// What is read once for all recordings.
-struct Texts<'a> {
+struct ScoreInputs<'a> {
     map: NameMap,
     sequences: Option<(&'a Path, String)>,
 }
 
-fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> {
+fn score_log(args: &Args, log: &Path, texts: &ScoreInputs) -> Result<RecordingScore, Failure> {
     let map = &texts.map;
     let log = args.source.open(log)?;
     let opened = log.opened()?;
     let rules = args.rules.load(&log)?;
-    let known = Known::new(rules.set());
+    let known = KnownNames::new(rules.set());
     let sequences =
         texts.sequences.as_ref().map(|(path, text)| Sequences::read(text, &path.display().to_string(), &known));
     let sequences = sequences.transpose()?.unwrap_or_default();
@@ -203,6 +203,6 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
         Ok::<_, InputError>(rows)
     };
     let raw = if args.raw { rows(&truth, Stage::Raw)? } else { Vec::new() };
-    let truth = if args.relabel_truth { truth.retold(rules.set(), &analysis.run()?.frames)? } else { truth };
-    Ok(Scored { relabeled: rows(&truth, Stage::Relabeled)?, raw, meta: analysis.meta().clone(), warnings })
+    let truth = if args.relabel_truth { truth.relabeled(rules.set(), &analysis.run()?.frames)? } else { truth };
+    Ok(RecordingScore { relabeled: rows(&truth, Stage::Relabeled)?, raw, meta: analysis.meta().clone(), warnings })
 }

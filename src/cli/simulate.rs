@@ -7,10 +7,10 @@ use super::source::{SourceArgs, in_scene, is_yaml};
 use super::{Failure, output};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use teachtree_analysis::{UNKNOWN, Who};
+use teachtree_analysis::{TrackId, UNKNOWN};
 use teachtree_base::error::InputError;
 use teachtree_base::scene::Scene;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_command::{Commands, Task, in_file};
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
@@ -18,7 +18,7 @@ use teachtree_logs::read::text;
 use teachtree_robot::Robot;
 use teachtree_robot::planning::goal::goals;
 use teachtree_robot::planning::posture::Posture;
-use teachtree_robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
+use teachtree_robot::planning::trajectory::{JointTrajectory, Slowdown, trajectory};
 use teachtree_robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
 use teachtree_robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce};
 use teachtree_robot::simulation::warnings::warnings;
@@ -154,7 +154,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     more.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
     let recorded = output::of_recording(&args.out);
     output::refuse_one_for_two(&recorded.iter().map(PathBuf::as_path).chain(more).collect::<Vec<_>>())?;
-    let infeasible = told_infeasible(&commands);
+    let infeasible = format_infeasible(&commands);
     if !infeasible.is_empty() {
         output::print(&infeasible)?;
         return Err(Failure::No);
@@ -226,10 +226,10 @@ fn analyzed(recording: &Path, rules: &RuleArgs) -> Result<Analysis, Failure> {
 /// For each commanded task, whether one of that name and hand is found in the robot's recording; each one found counts once. Tasks that no rule names have nothing
 /// to be recognized by.
 fn recognized(commands: &Commands, again: &Analysis) -> Vec<Option<bool>> {
-    let mut found: Vec<(Who, String)> =
+    let mut found: Vec<(TrackId, String)> =
         again.tasks().iter().map(|task| (task.track(), task.name().to_string())).collect();
     let mut take = |task: &Task| {
-        let wanted = (Who::Hand(task.track), task.task.clone());
+        let wanted = (TrackId::Hand(task.track), task.task.clone());
         found.iter().position(|one| *one == wanted).map(|at| found.swap_remove(at)).is_some()
     };
     commands.tasks.iter().map(|task| (task.task != UNKNOWN).then(|| take(task))).collect()
@@ -267,7 +267,7 @@ fn format_recognized(commands: &Commands, recognized: &[Option<bool>], again: &A
 }
 
 /// The grasps that the robot's hand cannot take, as `retarget` noted them; empty when there is none.
-fn told_infeasible(commands: &Commands) -> String {
+fn format_infeasible(commands: &Commands) -> String {
     let mut text = String::new();
     for (number, task) in commands.tasks.iter().enumerate() {
         for why in task.grasps.iter().filter_map(|grasp| grasp.infeasible.as_ref()) {
@@ -282,7 +282,7 @@ fn summary(place: &Path, made: &JointTrajectory) -> String {
     let last = made.points.last().map_or(0.0, |point| point.time_from_start.seconds());
     let mut text =
         format!("{}: {} joints, {} points, {last:.1} s\n", place.display(), made.joint_names.len(), made.points.len());
-    for Slowed { tasks, times, joint } in &made.slowed {
+    for Slowdown { tasks, times, joint } in &made.slowed {
         if *times < 1.005 {
             continue;
         }
@@ -315,9 +315,9 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
             None => writeln!(
                 text,
                 "is {:.1} mm and {:.1} degrees from where the demonstration left it{}",
-                Shown(outcome.off * 1e3),
+                ShortNumber(outcome.off * 1e3),
                 outcome.turned.to_degrees(),
-                how_it_is(outcome)
+                format_object_state(outcome)
             ),
         };
         for cause in &outcome.causes {
@@ -350,13 +350,13 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
         if let Some(searched) = &outcome.searched {
             let _ = writeln!(text, "         {searched}");
         }
-        text += &told_forces(&outcome.forces);
+        text += &format_forces(&outcome.forces);
     }
     text
 }
 
 /// How an object is that is not where the operator left it.
-fn how_it_is(outcome: &Outcome) -> String {
+fn format_object_state(outcome: &Outcome) -> String {
     if outcome.done {
         return String::new();
     }
@@ -386,7 +386,7 @@ pub fn format_clearance(nearest: Option<&MinDistance>, collisions: &[Collision])
 }
 
 /// Forces that are not within their profile; nothing for those that are.
-fn told_forces(forces: &Forces) -> String {
+fn format_forces(forces: &Forces) -> String {
     let mut faults = Vec::new();
     if !forces.below {
         faults.push(format!("{:.2} N where {:.2} N are allowed", forces.largest, forces.allowed));

@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let count = if recordings == 1 { "1 recording".into() } else { format!("{recordings} recordings") };
     output::print(&format!("{}\n{count}; Ctrl-C ends the studio\n", server.address()))?;
     on_interrupt(|| {
-        let _nothing_is_written = atomic_write::give_up();
+        let _nothing_is_written = atomic_write::abort_writes();
         std::process::exit(0);
     });
     if !args.no_open {

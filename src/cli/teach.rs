@@ -1,7 +1,7 @@
 //! `teachtree teach`: an operator script in a scene, recorded; one simulated operator, or many in parallel.
 
 mod live;
-mod others;
+mod remote_options;
 
 use super::progress::Progress;
 use super::retarget::{open_robot, open_scene};
@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     formats::write(&recording, &out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
     let mut printed = format!("{}: {} frames, {duration:.1} s\n", out.display(), recording.time.len());
-    for (hand, tasks, begun) in did(&recording) {
+    for (hand, tasks, begun) in hand_tasks(&recording) {
         let tasks = if tasks.is_empty() { "no task to its end".into() } else { tasks.join(", ") };
         let begun = begun.map_or(String::new(), |task| format!(", and was at {task} when the recording ended"));
         printed += &format!("the {hand} hand did {tasks}{begun}\n");
@@ -146,7 +146,7 @@ fn many(scene: &Scene, operator: &Operator, places: &[(u64, PathBuf)], folder: &
         let recording = world::teach(scene, operator, *seed)?;
         formats::write(&recording, place)?;
         progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-        let idle = did(&recording).all(|(_, tasks, _)| tasks.is_empty());
+        let idle = hand_tasks(&recording).all(|(_, tasks, _)| tasks.is_empty());
         let happened = NOTED.map(|(kind, _)| events(&recording, kind).next().is_some());
         Ok::<_, InputError>((recording.time.len(), happened, idle))
     });
@@ -176,7 +176,7 @@ fn step_of(operator: &str, hand: &str, step: &str) -> String {
 }
 
 /// Of each hand the tasks that it did, in order of time, and then that which it had begun and not let go of: as the truth has them.
-fn did(recording: &Recording) -> impl Iterator<Item = (&str, Vec<&str>, Option<&str>)> {
+fn hand_tasks(recording: &Recording) -> impl Iterator<Item = (&str, Vec<&str>, Option<&str>)> {
     recording.labels.iter().filter_map(|(name, tasks)| {
         let hand = name.strip_suffix(".task")?;
         let labels = recording.labels.get(&format!("{hand}.label"))?;

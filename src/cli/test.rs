@@ -16,7 +16,7 @@ use teachtree_base::diagnostic::Span;
 use teachtree_base::error::InputError;
 use teachtree_language::Rules;
 use teachtree_language::graph::lower;
-use teachtree_language::mutate::mutants;
+use teachtree_language::mutation::mutants;
 use teachtree_logs::read::text;
 use teachtree_session::files::all_logs;
 use teachtree_session::{Analysis, leaves};

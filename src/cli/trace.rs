@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use teachtree_analysis::Segment;
 use teachtree_analysis::json::VERSION;
-use teachtree_base::hands::Who;
+use teachtree_base::hands::TrackId;
 use teachtree_session::AnalysisInternals;
 use teachtree_session::{Analysis, Error, FrameValues};
 
@@ -69,7 +69,7 @@ pub fn trace(analysis: &Analysis, signals: &[String]) -> Result<String, Error> {
 }
 
 /// The thread of a track.
-fn thread(who: Who) -> u32 {
+fn thread(who: TrackId) -> u32 {
     match who.side() {
         Some(side) => 1 + side as u32,
         None => 3,

@@ -1,8 +1,8 @@
 //! What is true of recordings: the options that name it, for the commands that compare results with a truth.
 
-use super::many::ManyArgs;
+use super::parallel::ParallelArgs;
 use std::path::{Path, PathBuf};
-use teachtree_analysis::Who;
+use teachtree_analysis::TrackId;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_logs::read::{formats, text};
@@ -21,7 +21,7 @@ pub enum TrackArg {
     Both,
 }
 
-impl From<TrackArg> for Who {
+impl From<TrackArg> for TrackId {
     fn from(track: TrackArg) -> Self {
         match track {
             TrackArg::Left => Self::Hand(Side::Left),
@@ -62,7 +62,7 @@ impl TruthArgs {
     ///
     /// # Errors
     /// When none has one.
-    pub fn labeled(&self, logs: Vec<PathBuf>, many: &ManyArgs) -> Result<Vec<PathBuf>, InputError> {
+    pub fn labeled(&self, logs: Vec<PathBuf>, many: &ParallelArgs) -> Result<Vec<PathBuf>, InputError> {
         self.labels.iter().try_fold(logs, |logs, labels| labeled(logs, labels, many))
     }
 
@@ -83,7 +83,7 @@ pub fn lacks_labels(labels: &Path, log: &Path) -> bool {
 ///
 /// # Errors
 /// When none has one.
-pub fn labeled(logs: Vec<PathBuf>, labels: &Path, many: &ManyArgs) -> Result<Vec<PathBuf>, InputError> {
+pub fn labeled(logs: Vec<PathBuf>, labels: &Path, many: &ParallelArgs) -> Result<Vec<PathBuf>, InputError> {
     let all = logs.len();
     let (without, with): (Vec<PathBuf>, Vec<PathBuf>) = logs.into_iter().partition(|log| lacks_labels(labels, log));
     if let (true, Some(log)) = (with.is_empty(), without.first()) {

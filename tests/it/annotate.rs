@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree_logs::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
+use teachtree_logs::read::formats::lerobot::annotate::{AnnotationTarget, Label, LabelFormat, Request};
 
 /// The frames of a data file as JSON.
 pub fn frames(file: &Path) -> Vec<Value> {
@@ -168,13 +168,13 @@ fn labels_that_are_there_are_kept_unless_they_are_to_be_replaced() {
     let plan = |row| Label { style: "plan", row, end: row + 1, content: format!("plan from {row}") };
     let plans = BTreeMap::from([(0, vec![plan(0), plan(50)]), (2, vec![plan(7)])]);
     let request = Request {
-        forms: &[Form::Language],
+        forms: &[LabelFormat::Language],
         styles: &["plan"],
         legacy: "subtask",
         labels: &plans,
         provenance: &json!({}),
     };
-    Annotated::open(&path("set")).unwrap().write(&path("planned"), &request, &mut |_| {}).unwrap();
+    AnnotationTarget::open(&path("set")).unwrap().write(&path("planned"), &request, &mut |_| {}).unwrap();
     assert!(annotate(folder.path(), "planned", "motion", &["--style", "motion"]).status.success());
     assert!(annotate(folder.path(), "motion", "both", &["--style", "subtask"]).status.success());
     let refused = annotate(folder.path(), "both", "other", &[]);
@@ -389,14 +389,14 @@ fn labels_begin_with_their_frame_where_stamps_have_64_bits() {
         let labels: Vec<Label> = (0..stamps.len()).map(label).collect();
         let labels = (0..3).map(|episode| (episode, labels.clone())).collect();
         let request = Request {
-            forms: &[Form::Language],
+            forms: &[LabelFormat::Language],
             styles: &["plan"],
             legacy: "subtask",
             labels: &labels,
             provenance: &json!({}),
         };
         let copy = folder.path().join(name);
-        Annotated::open(&set).unwrap().write(&copy, &request, &mut |_| {}).map(|()| words(&copy, "plan"))
+        AnnotationTarget::open(&set).unwrap().write(&copy, &request, &mut |_| {}).map(|()| words(&copy, "plan"))
     };
     let stamps: Vec<f64> = (0..200).map(|row| f64::from(row) / 20.0).collect();
     let expected: Vec<Option<String>> = (0..200).map(|row| Some(format!("plan {row}"))).collect();

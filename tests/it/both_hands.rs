@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::fmt::Write as _;
-use teachtree_analysis::{Analysis, Segment, Who, analyze};
+use teachtree_analysis::{Analysis, Segment, TrackId, analyze};
 use teachtree_base::hands::Side;
 use teachtree_base::quantity::Quantity;
 use teachtree_base::recording::Recording;
@@ -50,12 +50,12 @@ fn printed(analysis: &Analysis) -> String {
 }
 
 fn tasks(analysis: &Analysis, side: Side) -> Vec<&str> {
-    analysis.track(Who::Hand(side)).unwrap().tasks.iter().map(|task| task.task.as_str()).collect()
+    analysis.track(TrackId::Hand(side)).unwrap().tasks.iter().map(|task| task.task.as_str()).collect()
 }
 
 /// The only task of a hand: its name and its primitives.
 fn task(analysis: &Analysis, side: Side) -> (String, String) {
-    let [task] = analysis.track(Who::Hand(side)).unwrap().tasks.as_slice() else { panic!("{}", printed(analysis)) };
+    let [task] = analysis.track(TrackId::Hand(side)).unwrap().tasks.as_slice() else { panic!("{}", printed(analysis)) };
     (task.task.clone(), names(&task.segments))
 }
 
@@ -75,7 +75,7 @@ fn e3_a_ring_is_put_on_a_pole_in_the_air() {
     for side in Side::BOTH {
         assert_eq!(tasks(&found, side), ["peg_in_hole"], "{}", printed(&found));
     }
-    let both = found.track(Who::Both).unwrap();
+    let both = found.track(TrackId::Both).unwrap();
     // The first touch is a fluctuation.
     assert!(names(&both.segments).starts_with("Translate Fit Translate"), "{}", printed(&found));
     assert!(!names(&both.relabeled).contains("Translate Fit Translate"), "{}", printed(&found));
@@ -92,7 +92,7 @@ fn two_hands_with_two_objects_do_nothing_together() {
             ("pick_and_place", "Move Approach Grasp Translate Place Release")
         );
     }
-    assert_eq!(found.track(Who::Both).unwrap().relabeled, []);
+    assert_eq!(found.track(TrackId::Both).unwrap().relabeled, []);
 }
 
 /// A machine that is reported to take a share of the weight carries that share, and the other hand the rest.
@@ -124,10 +124,10 @@ fn a_mirrored_recording_gives_the_mirrored_analysis() {
     for name in ["hand_over_left_to_right", "main_grasp"] {
         let recording = taught(name);
         let (plain, other) = (analyzed(&recording), analyzed(&mirrored(&recording)));
-        for who in [Who::Hand(Side::Left), Who::Hand(Side::Right), Who::Both] {
+        for who in [TrackId::Hand(Side::Left), TrackId::Hand(Side::Right), TrackId::Both] {
             let exchanged = match who {
-                Who::Hand(side) => Who::Hand(side.other()),
-                Who::Both => Who::Both,
+                TrackId::Hand(side) => TrackId::Hand(side.other()),
+                TrackId::Both => TrackId::Both,
             };
             let (one, other) = (plain.track(who).unwrap(), other.track(exchanged).unwrap());
             assert_eq!(lane(&one.segments, true), lane(&other.segments, false), "{name} {who}");

@@ -15,7 +15,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::Scene;
-use teachtree_command::smooth::{deviation, jerk, smooth, smooth_within};
+use teachtree_command::smoothing::{deviation, jerk, smooth, smooth_within};
 use teachtree_command::{Commands, FRICTION, Segment, Task, TouchForces, commands};
 use teachtree_frames as stream;
 use teachtree_frames::OpenRequest;
@@ -348,7 +348,7 @@ fn commands_of_another_robot_are_refused() {
     );
     let mut elsewhere = commands.clone();
     elsewhere.tasks[0].into =
-        Some(teachtree_command::Into { body: "moon".into(), pose: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] });
+        Some(teachtree_command::HoleBody { body: "moon".into(), pose: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] });
     assert!(printed(&elsewhere).contains("goes into `moon`, which is no body of the scene"), "{}", printed(&elsewhere));
     let mut bent = commands;
     let mapped = bent.tasks[0].grasps[0].mapped.as_mut().unwrap();

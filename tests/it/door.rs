@@ -4,7 +4,7 @@ use crate::program::{said, teachtree};
 use crate::recordings::SHIPPED;
 use std::path::Path;
 use teachtree::{
-    Column, Error, ErrorKind, Log, Position, Question, Rules, Scene, Segment, Severity, Side, Style, Track, Who,
+    Column, Error, ErrorKind, Log, Position, Question, Rules, Scene, Segment, Severity, Side, Style, Track, TrackId,
 };
 use teachtree_base::recording::Recording;
 use teachtree_logs::read::formats;
@@ -61,7 +61,7 @@ fn a_log_of_two_hands_is_read_in_windows_as_in_memory() {
     let (columns, scene) = columns(&recording);
     let log = Log::from_columns(path.display().to_string(), columns, &scene).unwrap();
     assert_eq!(Rules::for_log(&log).unwrap().analyze(&log).unwrap().json(), analysis.json());
-    assert!(analysis.track(Who::Both).unwrap().segments().any(|segment| segment.primitive() == "EqualGrasp"));
+    assert!(analysis.track(TrackId::Both).unwrap().segments().any(|segment| segment.primitive() == "EqualGrasp"));
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn tasks_and_segments_say_what_they_are() {
     let starts: Vec<f64> = analysis.tasks().iter().map(|task| task.start_s()).collect();
     assert!(starts.is_sorted());
     let task = analysis.tasks()[0];
-    assert_eq!(task.track(), Who::Hand(Side::Right));
+    assert_eq!(task.track(), TrackId::Hand(Side::Right));
     let segments: Vec<Segment> = task.segments().collect();
     assert_eq!(segments[0].frames().start, task.frames().start);
     assert!((task.start_s() - analysis.start_s() - task.frames().start as f64 / analysis.rate_hz()).abs() < 1e-6);
@@ -129,7 +129,7 @@ fn questions_are_answered_as_on_the_command_line() {
     assert_eq!(explained.to_string(), said(&teachtree(&args)));
     assert_eq!(explained.json(), said(&teachtree(&[&args[..], &["--format", "json"]].concat())));
     let first = explained.iter().next().unwrap();
-    assert_eq!(first.track(), Who::Hand(Side::Right));
+    assert_eq!(first.track(), TrackId::Hand(Side::Right));
     assert!(first.start_s() <= first.end_s() && (14.0 - first.start_s()).abs() < 0.1);
     let taken: Vec<&str> = first.choices().filter(|it| it.is_taken()).map(|it| it.condition()).collect();
     assert!(taken.last().unwrap().contains(first.primitive()), "{taken:?}");
@@ -158,7 +158,7 @@ fn what_rules_cannot_detect_is_known_before_they_run() {
     let rules = Rules::for_log(&log).unwrap();
     let found = rules.observability(&log).unwrap();
     let [right] = found.tracks.as_slice() else { panic!("one hand") };
-    assert_eq!(right.track, Who::Hand(Side::Right));
+    assert_eq!(right.track, TrackId::Hand(Side::Right));
     assert!(right.detectable.iter().any(|name| name == "Grasp"));
     assert!(!right.undetectable.is_empty());
     for lack in &right.undetectable {
@@ -255,7 +255,7 @@ fn an_error_has_its_kind() {
 
     let analysis = Rules::for_log(&log).unwrap().analyze(&log).unwrap();
     assert_eq!(failed(analysis.explain(&Question::at(1e6))).0, ErrorKind::Argument);
-    assert_eq!(failed(analysis.explain(&Question::at(8.0).track(Who::Both))).0, ErrorKind::Argument);
+    assert_eq!(failed(analysis.explain(&Question::at(8.0).track(TrackId::Both))).0, ErrorKind::Argument);
     assert_eq!(failed(analysis.explain(&Question::at(8.0).why_not("Dance"))).0, ErrorKind::Argument);
 
     let column = |name: &str, values: &[f64]| Column::new(name, "", values);

@@ -10,15 +10,15 @@ use teachtree_engine::evaluator::evaluate;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::Leaves;
 use teachtree_language::graph::lower;
-use teachtree_language::rules::{Branch, Label, Rules, Then, TreeScope};
+use teachtree_language::rules::{Branch, Consequent, Label, Rules, TreeScope};
 
 /// The leaf at the end of a path.
 fn at_end(branch: &Branch, path: &[usize], before: Option<Label>) -> Option<Label> {
     match &branch.choices[path[0]].then {
-        Then::Primitive(label) => Some(*label),
-        Then::Separate => None,
-        Then::Stay => before,
-        Then::Branch(below) => at_end(below, &path[1..], before),
+        Consequent::Primitive(label) => Some(*label),
+        Consequent::Separate => None,
+        Consequent::Stay => before,
+        Consequent::Branch(below) => at_end(below, &path[1..], before),
     }
 }
 

@@ -23,9 +23,9 @@ fn belt(on: &str, off: &str) -> String {
 }
 
 /// Numbers from 0 to 1, the same every time.
-struct Chance(u64);
+struct SplitMix64(u64);
 
-impl Chance {
+impl SplitMix64 {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f64 / (1_u64 << 24) as f64
@@ -34,7 +34,7 @@ impl Chance {
 
 /// A recording of a belt that speeds up and slows down; it runs from 100 mm/s on until below 60 mm/s, or as `label` says.
 fn recording(seed: u64, label: Option<&str>) -> String {
-    let mut chance = Chance(seed.wrapping_mul(7919) + 1);
+    let mut chance = SplitMix64(seed.wrapping_mul(7919) + 1);
     let mut text = String::from(
         "time [s],right.thumb.position.x,right.thumb.position.y,right.thumb.position.z,belt.speed [m/s],right.label\n",
     );

@@ -1,7 +1,7 @@
 //! `analyze --frames`: labels and signals per frame, as the library gives them and as the program writes them.
 
 use crate::program::{complained, demonstrate, said, teachtree_in};
-use teachtree::{FrameValues, Log, Question, Rules, Side, Who};
+use teachtree::{FrameValues, Log, Question, Rules, Side, TrackId};
 use teachtree_logs::read::formats;
 use teachtree_world::{shipped, teach};
 
@@ -36,20 +36,20 @@ fn labels_and_signals_are_given_for_each_frame() {
     }));
     let text = |name: &str| texts(table.column(name), name);
     let number = |name: &str| numbers(table.column(name), name);
-    for segment in analysis.track(Who::Hand(Side::Right)).unwrap().segments() {
+    for segment in analysis.track(TrackId::Hand(Side::Right)).unwrap().segments() {
         for frame in segment.frames() {
             assert_eq!(text("right.label")[frame], segment.primitive());
             assert_eq!(text("right.object")[frame], segment.object().unwrap_or_default());
             assert_eq!(text("right.partner")[frame], segment.partner().unwrap_or_default());
         }
     }
-    for task in analysis.track(Who::Hand(Side::Left)).unwrap().tasks() {
+    for task in analysis.track(TrackId::Hand(Side::Left)).unwrap().tasks() {
         assert!(task.frames().all(|frame| text("left.task")[frame] == task.name()));
     }
     // What the signals say is what `explain` says of them.
     let approach = text("right.raw").iter().position(|label| label == "Approach").unwrap();
     assert_eq!((number("right.near")[approach - 1], number("right.near")[approach]), (0.0, 1.0));
-    let question = Question::at(number("time")[approach]).track(Who::Hand(Side::Right));
+    let question = Question::at(number("time")[approach]).track(TrackId::Hand(Side::Right));
     assert!(analysis.explain(&question).unwrap().to_string().contains("Approach peg"));
     assert_eq!(number("row")[approach], approach as f64);
     assert_eq!(text("right.target")[approach], "peg");

@@ -22,7 +22,7 @@ fn demos() -> PathBuf {
 
 /// How a bag is stored.
 #[derive(Clone, Copy)]
-enum Stored {
+enum BagLayout {
     Chunks(Option<Compression>),
     Loose,
     /// The device that stamps messages has a clock of its own.
@@ -31,13 +31,13 @@ enum Stored {
 
 /// Writes the demonstration as a bag: its rows as JSON, messages in between that are not read, an attachment and metadata. And its binding, and what its
 /// recorder's clock showed at t = 0.
-fn bag(folder: &Path, stored: Stored) -> u64 {
+fn bag(folder: &Path, stored: BagLayout) -> u64 {
     let mut rows = csv::Reader::from_path(demos().join(LOG)).unwrap();
     let header: Vec<String> = rows.headers().unwrap().iter().map(str::to_string).collect();
     let options = match stored {
-        Stored::Chunks(compression) => WriteOptions::new().compression(compression).chunk_size(Some(20_000)),
-        Stored::Loose => WriteOptions::new().use_chunks(false),
-        Stored::OtherClock => WriteOptions::new(),
+        BagLayout::Chunks(compression) => WriteOptions::new().compression(compression).chunk_size(Some(20_000)),
+        BagLayout::Loose => WriteOptions::new().use_chunks(false),
+        BagLayout::OtherClock => WriteOptions::new(),
     };
     let file = std::io::BufWriter::new(std::fs::File::create(folder.join("log.mcap")).unwrap());
     let mut writer = options.profile("ros2").create(file).unwrap();
@@ -53,7 +53,7 @@ fn bag(folder: &Path, stored: Stored) -> u64 {
             header.iter().zip(&row).map(|(name, cell)| (name.clone(), json!(cell.parse::<f64>().unwrap()))).collect();
         let since = ((object["t"].as_f64().unwrap() - zero) * 1e9).round() as u64;
         let mut time = RECORDED + since;
-        if matches!(stored, Stored::OtherClock) {
+        if matches!(stored, BagLayout::OtherClock) {
             let stamp = 50_000_000_000 + since;
             object.insert(
                 "header".into(),
@@ -98,7 +98,7 @@ fn bag(folder: &Path, stored: Stored) -> u64 {
     let channels: String = channels.lines().map(bound).collect();
     std::fs::write(folder.join("log.binding.yaml"), format!("{head}channels:\n{channels}\n{tail}")).unwrap();
     let at_zero = (zero * 1e9) as u64;
-    RECORDED - at_zero + if matches!(stored, Stored::OtherClock) { LATER } else { 0 }
+    RECORDED - at_zero + if matches!(stored, BagLayout::OtherClock) { LATER } else { 0 }
 }
 
 fn label(folder: &Path, log: &str, more: &[&str]) -> std::process::Output {
@@ -125,7 +125,7 @@ fn is_ours(message: &Message) -> bool {
     message.0.starts_with("/teachtree/")
 }
 
-fn check(stored: Stored) {
+fn check(stored: BagLayout) {
     let folder = tempfile::tempdir().unwrap();
     let zero = bag(folder.path(), stored);
     let original = std::fs::read(folder.path().join("log.mcap")).unwrap();
@@ -207,25 +207,25 @@ fn check_in_python(folder: &Path) {
 
 #[test]
 fn a_bag_in_compressed_chunks_keeps_all_its_messages() {
-    check(Stored::Chunks(Some(Compression::Zstd)));
-    check(Stored::Chunks(Some(Compression::Lz4)));
+    check(BagLayout::Chunks(Some(Compression::Zstd)));
+    check(BagLayout::Chunks(Some(Compression::Lz4)));
 }
 
 #[test]
 fn a_bag_without_compression_or_chunks_keeps_all_its_messages() {
-    check(Stored::Chunks(None));
-    check(Stored::Loose);
+    check(BagLayout::Chunks(None));
+    check(BagLayout::Loose);
 }
 
 #[test]
 fn labels_lie_over_messages_whose_stamps_are_of_another_clock() {
-    check(Stored::OtherClock);
+    check(BagLayout::OtherClock);
 }
 
 #[test]
 fn a_bag_that_is_cut_off_keeps_what_is_there() {
     let folder = tempfile::tempdir().unwrap();
-    bag(folder.path(), Stored::Chunks(Some(Compression::Zstd)));
+    bag(folder.path(), BagLayout::Chunks(Some(Compression::Zstd)));
     let original = std::fs::read(folder.path().join("log.mcap")).unwrap();
     let whole = messages(&original);
     std::fs::write(folder.path().join("log.mcap"), &original[..original.len() * 2 / 3]).unwrap();
@@ -247,7 +247,7 @@ fn other_logs_are_not_copied() {
     let metadata =
         "rosbag2_bagfile_information:\n  storage_identifier: mcap\n  relative_file_paths: [a.mcap, b.mcap]\n";
     std::fs::write(path("two/metadata.yaml"), metadata).unwrap();
-    bag(folder.path(), Stored::Loose);
+    bag(folder.path(), BagLayout::Loose);
     std::fs::copy(demos().join(LOG), path("log.csv")).unwrap();
     let before = std::fs::read_dir(folder.path()).unwrap().count();
     for (log, message) in [

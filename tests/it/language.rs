@@ -15,9 +15,9 @@ mod trees;
 mod witnesses;
 
 use teachtree_base::diagnostic::render;
-use teachtree_language::Loaded;
+use teachtree_language::LoadedRules;
 
 /// What a user sees of it, without colours.
-fn report(loaded: &Loaded) -> String {
+fn report(loaded: &LoadedRules) -> String {
     render(&loaded.diagnostics, &loaded.sources, false)
 }

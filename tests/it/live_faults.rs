@@ -2,7 +2,7 @@
 
 use crate::live_log::{Rows, demonstration, events, whole, without_contacts};
 use std::collections::BTreeMap;
-use teachtree::{Calibration, ErrorKind, Live, LiveEvent, Rules, Scene, Who};
+use teachtree::{Calibration, ErrorKind, Live, LiveEvent, Rules, Scene, TrackId};
 
 fn learned(rows: &Rows) -> (Rules, Calibration) {
     let log = rows.log();
@@ -159,7 +159,7 @@ fn what_lasts_too_long_is_final_in_parts() {
     let [before, after] = events(&rows, &rules, &calibration);
     let issues = issues(before.iter().chain(&after));
     assert!(issues.len() == 1 && issues[0].starts_with("relabeling_stopped"), "{issues:?}");
-    let mut ends: BTreeMap<Who, f64> = BTreeMap::new();
+    let mut ends: BTreeMap<TrackId, f64> = BTreeMap::new();
     for segment in before.iter().chain(&after).filter(|event| event.is_final()).filter_map(LiveEvent::segment) {
         let end = ends.entry(segment.track()).or_insert_with(|| rows.rows[0][0]);
         assert!((segment.start_s() - *end).abs() < 1e-9, "{segment} begins, {end} s was the end of the one before");

@@ -3,7 +3,7 @@
 use crate::program::{said, teachtree_fed};
 use crate::recordings::SHIPPED;
 use std::collections::BTreeMap;
-use teachtree::{Analysis, Calibration, Column, Live, LiveEvent, Log, Rules, Scene, Segment, Task, Who};
+use teachtree::{Analysis, Calibration, Column, Live, LiveEvent, Log, Rules, Scene, Segment, Task, TrackId};
 use teachtree_base::recording::Recording;
 use teachtree_frames::{OpenRequest, open};
 use teachtree_world::{shipped, teach};
@@ -55,7 +55,7 @@ fn task(task: Task) -> String {
 }
 
 /// What an analysis says of each track: segments of the trees, segments after relabeling, tasks.
-pub fn whole(analysis: &Analysis) -> BTreeMap<Who, [Vec<String>; 3]> {
+pub fn whole(analysis: &Analysis) -> BTreeMap<TrackId, [Vec<String>; 3]> {
     let of = |track: teachtree::Track<'_>| {
         let [raw, relabeled] = [track.raw_segments().map(segment).collect(), track.segments().map(segment).collect()];
         (track.who(), [raw, relabeled, track.tasks().map(task).collect()])
@@ -64,8 +64,8 @@ pub fn whole(analysis: &Analysis) -> BTreeMap<Who, [Vec<String>; 3]> {
 }
 
 /// The same of events.
-pub fn reported<'a>(events: impl Iterator<Item = &'a LiveEvent>) -> BTreeMap<Who, [Vec<String>; 3]> {
-    let mut tracks: BTreeMap<Who, [Vec<String>; 3]> = BTreeMap::new();
+pub fn reported<'a>(events: impl Iterator<Item = &'a LiveEvent>) -> BTreeMap<TrackId, [Vec<String>; 3]> {
+    let mut tracks: BTreeMap<TrackId, [Vec<String>; 3]> = BTreeMap::new();
     for event in events {
         if let Some(found) = event.segment() {
             let lists = tracks.entry(found.track()).or_default();

@@ -8,14 +8,14 @@ use teachtree::{Calibration, Live, Rules};
 const IN_STEP: usize = 3200;
 
 /// A demonstration that is repeated without a gap.
-struct Repeated {
+struct DemonstrationLoop {
     rows: Rows,
     live: Live,
     step: f64,
     taken: usize,
 }
 
-impl Repeated {
+impl DemonstrationLoop {
     fn new(name: &str) -> Self {
         let mut rows = Rows::of(&demonstration(name));
         let step = rows.rows[1][0] - rows.rows[0][0];
@@ -50,7 +50,7 @@ impl Repeated {
 }
 
 fn memory_is_constant(name: &str, frames: usize) {
-    let mut log = Repeated::new(name);
+    let mut log = DemonstrationLoop::new(name);
     // What is kept has its largest size.
     for _ in 0..2 {
         log.once();

@@ -107,7 +107,7 @@ pub fn bag(messages: &[Message], path: &Path) {
 
 /// Tasks and segments, of all tracks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct LabelTexts {
     pub tasks: Vec<String>,
     pub segments: Vec<String>,
 }
@@ -118,11 +118,11 @@ fn span(of: &Value, name: &str) -> String {
 }
 
 /// What `analyze` finds in a log.
-pub fn analyzed(log: &str, binding: &str) -> Found {
+pub fn analyzed(log: &str, binding: &str) -> LabelTexts {
     let output = teachtree_fed(&["analyze", log, "--binding", binding, "--format", "json"], b"");
     assert!(output.status.success(), "{}", complained(&output));
     let analysis: Value = serde_json::from_str(&said(&output)).unwrap();
-    let mut found = Found { tasks: vec![], segments: vec![] };
+    let mut found = LabelTexts { tasks: vec![], segments: vec![] };
     for track in analysis["tracks"].as_array().unwrap() {
         let all = |key: &str, name: &str| -> Vec<String> {
             let spans = track[key].as_array().unwrap().iter().cloned().map(|mut of| {
@@ -140,7 +140,7 @@ pub fn analyzed(log: &str, binding: &str) -> Found {
 }
 
 /// What is final of events, and the messages of issues.
-pub fn finals(events: &str) -> (Found, Vec<String>) {
+pub fn finals(events: &str) -> (LabelTexts, Vec<String>) {
     let events: Vec<Value> = events.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(events.iter().enumerate().all(|(at, event)| event["sequence"] == at), "{events:?}");
     let all = |kind: &str, name: &str| {
@@ -154,11 +154,11 @@ pub fn finals(events: &str) -> (Found, Vec<String>) {
         let text = |key: &str| of[key].as_str().unwrap();
         format!("{} {} {}", text("kind"), text("channel"), text("message"))
     };
-    (Found { tasks: all("task", "task"), segments: all("segment", "primitive") }, issues.map(issue).collect())
+    (LabelTexts { tasks: all("task", "task"), segments: all("segment", "primitive") }, issues.map(issue).collect())
 }
 
 /// What `live` finds in a log.
-fn live(args: &[&str]) -> (Found, Vec<String>) {
+fn live(args: &[&str]) -> (LabelTexts, Vec<String>) {
     let output = teachtree_fed(&[&["live", "--format", "json"], args].concat(), b"");
     assert!(output.status.success(), "{}", complained(&output));
     finals(&said(&output))

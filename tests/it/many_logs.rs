@@ -4,7 +4,7 @@ use crate::program::{complained, said, teachtree_in};
 use std::path::Path;
 use teachtree_base::recording::Recording;
 use teachtree_frames::OpenRequest;
-use teachtree_frames::streaming::Flow;
+use teachtree_frames::streaming::StreamedLog;
 use teachtree_logs::read::formats;
 use teachtree_world::{shipped, teach};
 
@@ -23,7 +23,7 @@ fn without(mut recording: Recording, rows: std::ops::Range<usize>) -> Recording 
 /// Whether a log flows through, rather than being in memory.
 fn flows(log: &Path) -> bool {
     let request = OpenRequest { log: log.into(), ..OpenRequest::default() };
-    let known = Flow::open(&request).and_then(|flow| flow.look_through(&[]));
+    let known = StreamedLog::open(&request).and_then(|flow| flow.look_through(&[]));
     known.is_some_and(|known| known.parts(&mut |_| Ok(())).is_ok())
 }
 

@@ -207,9 +207,9 @@ fn mimicgens_rule_of_ends_gives_our_boundaries() {
 }
 
 /// A recording of robosuite as a table.
-struct Recorded(BTreeMap<String, Vec<f64>>);
+struct RobosuiteTable(BTreeMap<String, Vec<f64>>);
 
-impl Recorded {
+impl RobosuiteTable {
     fn read(log: &str) -> Self {
         let text = std::fs::read_to_string(demos().join(log)).unwrap();
         let mut lines = text.lines().map(|line| line.split(','));
@@ -280,7 +280,7 @@ fn signals_are_near_the_conditions_of_mimicgens_environments() {
         ));
     };
     for (log, binding) in [("SawyerLift_demo_1.csv", "sawyer_lift"), ("lift_demo_1.csv", "panda_lift")] {
-        let recorded = Recorded::read(log);
+        let recorded = RobosuiteTable::read(log);
         compare(
             log,
             binding,
@@ -290,7 +290,7 @@ fn signals_are_near_the_conditions_of_mimicgens_environments() {
         );
     }
     for (log, binding) in [("SawyerStack_demo_1.csv", "sawyer_stack"), ("stack_panda_demo_1.csv", "panda_stack")] {
-        let recorded = Recorded::read(log);
+        let recorded = RobosuiteTable::read(log);
         compare(
             log,
             binding,
@@ -305,7 +305,7 @@ fn signals_are_near_the_conditions_of_mimicgens_environments() {
         ("SawyerNutAssembly_demo_1.csv", "sawyer_nut_assembly", "RoundNut0", "peg2", [0.73, -0.1]),
         ("nut_assembly_panda_demo_1.csv", "panda_nut_assembly", "RoundNut0", "peg2", [0.23, -0.1]),
     ] {
-        let recorded = Recorded::read(log);
+        let recorded = RobosuiteTable::read(log);
         compare(
             log,
             binding,
@@ -331,7 +331,7 @@ fn signals_are_near_the_conditions_of_mimicgens_environments() {
 
 /// A recording in a table, as a demonstration of an HDF5 file with a data set for each column, in which MimicGen's `object_poses` name some bodies.
 fn as_hdf5(log: &str, bodies: &[&str], path: &Path) {
-    let table = Recorded::read(log);
+    let table = RobosuiteTable::read(log);
     let rows = table.0["t"].len();
     let mut builder = hdf5_pure::FileBuilder::new();
     let mut data = builder.create_group("data");

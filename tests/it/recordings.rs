@@ -22,20 +22,20 @@ fn analysis(log: &str, binding: &str) -> Value {
 }
 
 /// A stretch of time with its name, s.
-type Named = (String, f64, f64);
+type NamedInterval = (String, f64, f64);
 
 /// The relabeled segments of all tasks of the right hand, one after the other.
-fn segments(analysis: &Value) -> Vec<Named> {
+fn segments(analysis: &Value) -> Vec<NamedInterval> {
     let tasks = analysis["tracks"][0]["tasks"].as_array().unwrap();
     tasks.iter().flat_map(|task| task["segments"].as_array().unwrap()).map(|it| named(it, "primitive")).collect()
 }
 
 /// The segments of the right hand before relabeling.
-fn raw(analysis: &Value) -> Vec<Named> {
+fn raw(analysis: &Value) -> Vec<NamedInterval> {
     analysis["tracks"][0]["segments"].as_array().unwrap().iter().map(|it| named(it, "primitive")).collect()
 }
 
-fn named(value: &Value, name: &str) -> Named {
+fn named(value: &Value, name: &str) -> NamedInterval {
     let time = |key: &str| value[key].as_f64().unwrap();
     (value[name].as_str().unwrap().to_string(), time("start_s"), time("end_s"))
 }
@@ -46,7 +46,7 @@ fn tasks(analysis: &Value) -> Vec<String> {
 }
 
 /// The segments with one of these names.
-fn of<'a>(segments: &'a [Named], names: &[&str]) -> Vec<&'a Named> {
+fn of<'a>(segments: &'a [NamedInterval], names: &[&str]) -> Vec<&'a NamedInterval> {
     segments.iter().filter(|(name, ..)| names.contains(&name.as_str())).collect()
 }
 
@@ -156,7 +156,7 @@ fn a_lever_is_turned_without_a_grasp() {
     let (_, from, to) = turned.iter().max_by(|a, b| (a.2 - a.1).total_cmp(&(b.2 - b.1))).unwrap();
     near(*from, 8.00, 0.30);
     near(*to, 13.05, 0.10);
-    assert_eq!(of(&segments, &["Grasp", "Translate", "Follow", "Insert", "Pullout"]), [] as [&Named; 0]);
+    assert_eq!(of(&segments, &["Grasp", "Translate", "Follow", "Insert", "Pullout"]), [] as [&NamedInterval; 0]);
 }
 
 /// The tool is on the table from 3.95 s on.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use teachtree_analysis::json::Meta;
 use teachtree_analysis::{Analysis, analyze, explain};
-use teachtree_base::channels::{Absent, Axis, ChannelSpec, HANDLING, Shape};
+use teachtree_base::channels::{Axis, ChannelSpec, Fallback, HANDLING, Shape};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
 use teachtree_base::units::Dimension;
@@ -38,7 +38,7 @@ fn touch_channel() -> ChannelSpec {
         axis: Some(Axis::Fingers),
         shape: Shape::Bool,
         dimension: Dimension::NONE,
-        absent: Absent::Refused,
+        absent: Fallback::Refused,
     }
 }
 
@@ -113,7 +113,7 @@ fn meta() -> Meta {
 /// The page of a recording of which nothing is known but its frames.
 fn html(analysis: &Analysis, frames: &Frames, leaves: &[Leaves], meta: &Meta) -> String {
     let rules = Rules { channels: frames.channels.clone(), ..chapter() };
-    let analyzed = explain::Analyzed { rules: &rules, frames, leaves, analysis };
+    let analyzed = explain::AnalyzedRecording { rules: &rules, frames, leaves, analysis };
     teachtree_report::html(&analyzed, &Recording::default(), meta).unwrap()
 }
 
@@ -500,7 +500,7 @@ fn what_cannot_be_drawn_is_said() {
 
 #[test]
 fn a_recording_of_nothing_has_a_page() {
-    let analyzed = explain::Analyzed {
+    let analyzed = explain::AnalyzedRecording {
         rules: &Rules::default(),
         frames: &Frames::default(),
         leaves: &[],

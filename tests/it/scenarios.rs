@@ -1,10 +1,10 @@
 //! The scenarios on atom streams: what the chapter's trees must say when every condition is given by hand (docs/sources.md).
 //!
-//! A scenario is a list of phases; a phase sets conditions ("atoms"), and [`Atoms::frames`] makes channels that fulfil them.
+//! A scenario is a list of phases; a phase sets conditions ("atoms"), and [`PhaseConditions::frames`] makes channels that fulfil them.
 //! No physics, no thresholds near: this is a check of the logic of the shipped trees, tasks and relabeling.
 
 use std::collections::BTreeMap;
-use teachtree_analysis::{Analysis, Who, analyze};
+use teachtree_analysis::{Analysis, TrackId, analyze};
 use teachtree_base::channels::{Axis, ChannelSpec};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_engine::evaluator::evaluate;
@@ -14,7 +14,7 @@ use teachtree_language::{Request, Rules, load};
 
 /// The conditions of a phase.
 #[derive(Clone, Copy, Default)]
-struct Atoms {
+struct PhaseConditions {
     near: bool,
     touch: bool,
     /// The grasp condition: thumb against two fingers.
@@ -37,7 +37,7 @@ struct Atoms {
     over_socket: bool,
 }
 
-const FAR: Atoms = Atoms {
+const FAR: PhaseConditions = PhaseConditions {
     near: false,
     touch: false,
     grasp: false,
@@ -52,14 +52,14 @@ const FAR: Atoms = Atoms {
     over_socket: false,
 };
 /// The hand is near the target, which rests.
-const NEAR: Atoms = Atoms { near: true, supported: true, ..FAR };
+const NEAR: PhaseConditions = PhaseConditions { near: true, supported: true, ..FAR };
 /// A touch without a grasp.
-const TOUCH: Atoms = Atoms { touch: true, ..NEAR };
+const TOUCH: PhaseConditions = PhaseConditions { touch: true, ..NEAR };
 /// A grasp of the target where it rests.
-const HELD: Atoms = Atoms { grasp: true, ..TOUCH };
+const HELD: PhaseConditions = PhaseConditions { grasp: true, ..TOUCH };
 /// A grasp of the target in the air.
-const AIR: Atoms = Atoms { supported: false, ..HELD };
-const LEAVING: Atoms = Atoms { leaving: true, ..TOUCH };
+const AIR: PhaseConditions = PhaseConditions { supported: false, ..HELD };
+const LEAVING: PhaseConditions = PhaseConditions { leaving: true, ..TOUCH };
 
 /// Length of one unit of a phase, frames at 1 kHz; longer than every window of the shipped rules.
 const UNIT: usize = 400;
@@ -69,7 +69,7 @@ const SPEED: f64 = 0.05;
 const LETTING_GO: usize = 150;
 
 /// Channels that fulfil the phases (length in units, conditions), one right hand with three fingers.
-fn frames(phases: &[(usize, Atoms)], channels: &[ChannelSpec]) -> Frames {
+fn frames(phases: &[(usize, PhaseConditions)], channels: &[ChannelSpec]) -> Frames {
     let mut atoms = Vec::new();
     for (units, phase) in phases {
         let len = if phase.leaving { 2 * LETTING_GO } else { units * UNIT };
@@ -128,7 +128,7 @@ fn frames(phases: &[(usize, Atoms)], channels: &[ChannelSpec]) -> Frames {
 }
 
 /// The components of a channel in a phase, `at` frames after its beginning.
-fn value(channel: &str, slot: usize, now: &Atoms, at: usize, (depth, way): (f64, f64)) -> Vec<f64> {
+fn value(channel: &str, slot: usize, now: &PhaseConditions, at: usize, (depth, way): (f64, f64)) -> Vec<f64> {
     let yes = |condition: bool| if condition { 1.0 } else { 0.0 };
     let force = force(slot, now, at);
     match channel {
@@ -158,7 +158,7 @@ fn value(channel: &str, slot: usize, now: &Atoms, at: usize, (depth, way): (f64,
     }
 }
 
-fn force(finger: usize, now: &Atoms, at: usize) -> [f64; 3] {
+fn force(finger: usize, now: &PhaseConditions, at: usize) -> [f64; 3] {
     let gone = now.leaving && (finger == 0 || at >= LETTING_GO);
     if !now.touch || gone {
         return [0.0; 3];
@@ -178,16 +178,16 @@ fn rules(file: &str) -> Rules {
     loaded.rules.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics))
 }
 
-fn analysis(rules: &Rules, phases: &[(usize, Atoms)]) -> Analysis {
+fn analysis(rules: &Rules, phases: &[(usize, PhaseConditions)]) -> Analysis {
     let frames = frames(phases, &rules.channels);
     let leaves = evaluate(&lower(rules), &frames).unwrap();
     analyze(rules, &frames, &leaves)
 }
 
 /// Raw sequence, relabeled sequence and tasks of the right hand.
-fn printed(rules: &Rules, phases: &[(usize, Atoms)]) -> (String, String, String) {
+fn printed(rules: &Rules, phases: &[(usize, PhaseConditions)]) -> (String, String, String) {
     let analysis = analysis(rules, phases);
-    let track = analysis.track(Who::Hand(Side::Right)).unwrap();
+    let track = analysis.track(TrackId::Hand(Side::Right)).unwrap();
     let raw: Vec<&str> = track.segments.iter().map(|segment| segment.primitive.as_str()).collect();
     let relabeled: Vec<Vec<&str>> = track
         .tasks
@@ -200,28 +200,28 @@ fn printed(rules: &Rules, phases: &[(usize, Atoms)]) -> (String, String, String)
 
 struct Scenario {
     name: &'static str,
-    phases: Vec<(usize, Atoms)>,
+    phases: Vec<(usize, PhaseConditions)>,
     raw: &'static str,
     relabeled: &'static str,
     task: &'static str,
 }
 
-fn reach() -> Vec<(usize, Atoms)> {
+fn reach() -> Vec<(usize, PhaseConditions)> {
     vec![(3, FAR), (3, NEAR)]
 }
 
 /// The target is in a socket from the beginning.
-fn reach_inside() -> Vec<(usize, Atoms)> {
-    vec![(3, Atoms { inside: true, ..FAR }), (3, Atoms { inside: true, ..NEAR })]
+fn reach_inside() -> Vec<(usize, PhaseConditions)> {
+    vec![(3, PhaseConditions { inside: true, ..FAR }), (3, PhaseConditions { inside: true, ..NEAR })]
 }
 
-fn leave() -> Vec<(usize, Atoms)> {
+fn leave() -> Vec<(usize, PhaseConditions)> {
     vec![(1, LEAVING), (1, NEAR), (3, FAR)]
 }
 
 fn scenario(
     name: &'static str,
-    middle: Vec<(usize, Atoms)>,
+    middle: Vec<(usize, PhaseConditions)>,
     raw: &'static str,
     relabeled: &'static str,
     task: &'static str,
@@ -231,10 +231,10 @@ fn scenario(
 
 /// Both sequences are written without the Move that closes the recording.
 fn single_hand() -> Vec<Scenario> {
-    let inside = |atoms: Atoms| Atoms { inside: true, ..atoms };
-    let moving = |atoms: Atoms| Atoms { moving: true, ..atoms };
-    let turning = |atoms: Atoms| Atoms { turning: true, ..atoms };
-    let sinking = |speed: f64, atoms: Atoms| Atoms { inside: true, sinking: speed, ..atoms };
+    let inside = |atoms: PhaseConditions| PhaseConditions { inside: true, ..atoms };
+    let moving = |atoms: PhaseConditions| PhaseConditions { moving: true, ..atoms };
+    let turning = |atoms: PhaseConditions| PhaseConditions { turning: true, ..atoms };
+    let sinking = |speed: f64, atoms: PhaseConditions| PhaseConditions { inside: true, sinking: speed, ..atoms };
     vec![
         scenario(
             "pick and place",
@@ -255,8 +255,8 @@ fn single_hand() -> Vec<Scenario> {
             vec![
                 (2, HELD),
                 (3, AIR),
-                (2, Atoms { over_socket: true, ..HELD }),
-                (3, Atoms { over_socket: true, ..sinking(20.0, AIR) }),
+                (2, PhaseConditions { over_socket: true, ..HELD }),
+                (3, PhaseConditions { over_socket: true, ..sinking(20.0, AIR) }),
                 (1, inside(HELD)),
             ],
             "Move Approach Grasp Translate Insert Release",
@@ -310,8 +310,8 @@ fn single_hand() -> Vec<Scenario> {
 
 /// The scenarios of the four primitives that need 3-D force.
 fn contact() -> Vec<Scenario> {
-    let moving = |atoms: Atoms| Atoms { moving: true, ..atoms };
-    let walled = |atoms: Atoms| Atoms { walled: true, ..atoms };
+    let moving = |atoms: PhaseConditions| PhaseConditions { moving: true, ..atoms };
+    let walled = |atoms: PhaseConditions| PhaseConditions { walled: true, ..atoms };
     vec![
         scenario(
             "E1a: pick and follow (section 3.2)",
@@ -342,7 +342,7 @@ fn contact() -> Vec<Scenario> {
         ),
         scenario(
             "pick and press downwards (stamp)",
-            vec![(2, HELD), (2, AIR), (4, Atoms { down: true, ..HELD }), (2, HELD)],
+            vec![(2, HELD), (2, AIR), (4, PhaseConditions { down: true, ..HELD }), (2, HELD)],
             // The press is known only when it has lasted.
             "Move Approach Grasp Translate Press Place Release",
             "Move Approach Grasp Translate Press Place Release",

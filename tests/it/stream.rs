@@ -21,7 +21,7 @@ mod round_trip;
 mod targets;
 mod touch;
 
-use teachtree_base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
+use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape, derived};
 use teachtree_base::hands::Side;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::units::Dimension;
@@ -53,14 +53,14 @@ fn ask(name: &str) -> ChannelSpec {
         axis: known.axis,
         shape: known.shape,
         dimension: known.dimension,
-        absent: Absent::Derived,
+        absent: Fallback::Derived,
     }
 }
 
 /// `fingers.contact` with the default of the paper's hands.
 fn ask_contact() -> ChannelSpec {
     ChannelSpec {
-        absent: Absent::NormAbove { channel: "fingers.force".into(), on: 0.05, off: 0.02, needed: true },
+        absent: Fallback::NormAbove { channel: "fingers.force".into(), on: 0.05, off: 0.02, needed: true },
         ..ask_fingers("contact", Shape::Bool, Dimension::NONE)
     }
 }
@@ -73,7 +73,7 @@ fn ask_fingers(quantity: &str, shape: Shape, dimension: Dimension) -> ChannelSpe
         axis: Some(Axis::Fingers),
         shape,
         dimension,
-        absent: Absent::Refused,
+        absent: Fallback::Refused,
     }
 }
 

@@ -1,6 +1,6 @@
 //! What segments and tasks are about: the object, its partner, and the rows of the log.
 
-use teachtree::{Analysis, Log, Rules, Segment, Side, Track, Who};
+use teachtree::{Analysis, Log, Rules, Segment, Side, Track, TrackId};
 use teachtree_base::recording::Recording;
 use teachtree_logs::read::formats;
 use teachtree_world::{shipped, teach};
@@ -21,12 +21,12 @@ fn of_scene(name: &str) -> Analysis {
     analyzed(&Log::open(&path).unwrap())
 }
 
-fn track(analysis: &Analysis, who: Who) -> Track<'_> {
+fn track(analysis: &Analysis, who: TrackId) -> Track<'_> {
     analysis.track(who).unwrap_or_else(|| panic!("no {who} in {analysis:?}"))
 }
 
 /// The segments of a track with a primitive, as `object` or `object (partner)`.
-fn about(analysis: &Analysis, who: Who, primitive: &str) -> Vec<String> {
+fn about(analysis: &Analysis, who: TrackId, primitive: &str) -> Vec<String> {
     let segments = track(analysis, who).segments().filter(|segment| segment.primitive() == primitive);
     segments.map(|segment| printed(segment.object(), segment.partner())).collect()
 }
@@ -36,8 +36,8 @@ fn printed(object: Option<&str>, partner: Option<&str>) -> String {
     format!("{}{partner}", object.unwrap_or("-"))
 }
 
-const LEFT: Who = Who::Hand(Side::Left);
-const RIGHT: Who = Who::Hand(Side::Right);
+const LEFT: TrackId = TrackId::Hand(Side::Left);
+const RIGHT: TrackId = TrackId::Hand(Side::Right);
 
 #[test]
 fn an_inserted_peg_has_the_body_of_its_hole_as_partner_not_what_the_body_stands_on() {
@@ -65,7 +65,7 @@ fn a_wall_is_the_partner_of_what_slides_along_it() {
 #[test]
 fn a_hand_over_is_about_one_object() {
     let analysis = of_scene("hand_over_left_to_right");
-    for who in [LEFT, RIGHT, Who::Both] {
+    for who in [LEFT, RIGHT, TrackId::Both] {
         assert_eq!(about(&analysis, who, "Pass"), ["box"], "{who}");
     }
 }
@@ -75,7 +75,7 @@ fn what_two_hands_join_is_about_the_object_that_enters_the_other() {
     let analysis = of_scene("ring_and_pole");
     assert_eq!(about(&analysis, LEFT, "Insert"), ["cylinder (ring)"]);
     assert_eq!(about(&analysis, RIGHT, "Insert"), ["ring (cylinder)"]);
-    assert_eq!(about(&analysis, Who::Both, "Insert"), ["ring (cylinder)"]);
+    assert_eq!(about(&analysis, TrackId::Both, "Insert"), ["ring (cylinder)"]);
 }
 
 #[test]

@@ -6,17 +6,17 @@ use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
-use teachtree_serve::duplex::Duplex;
+use teachtree_serve::duplex_stream::DuplexStream;
 use teachtree_serve::{Certificate, Host};
 
 /// A program that serves with TLS, and ends with this.
-struct Serving {
+struct TlsProgram {
     process: Child,
     /// The address, what to do, what the certificate is, its fingerprint.
     lines: [String; 4],
 }
 
-impl Serving {
+impl TlsProgram {
     fn start(folder: &Path, args: &[&str]) -> Self {
         let args = [&["teach", "pick_and_place", "--live", "--no-open", "--host", "127.0.0.1"], args].concat();
         let mut process = program(folder, &args).stdout(Stdio::piped()).stderr(Stdio::inherit()).spawn().unwrap();
@@ -30,7 +30,7 @@ impl Serving {
     }
 }
 
-impl Drop for Serving {
+impl Drop for TlsProgram {
     fn drop(&mut self) {
         // It may be gone already.
         let _ = self.process.kill();
@@ -136,7 +136,7 @@ print("well")
 fn another_machine_opens_the_page_and_speaks_to_it_by_tls() {
     let Some(python) = python_with("websockets", "websockets") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let serving = Serving::start(folder.path(), &["--certificate", "bench.pem"]);
+    let serving = TlsProgram::start(folder.path(), &["--certificate", "bench.pem"]);
     let [address, _, certificate, fingerprint] = &serving.lines;
     assert_eq!(certificate, "certificate, signed by itself and new in bench.pem; SHA-256 fingerprint:");
     let pem = folder.path().join("bench.pem");
@@ -148,7 +148,7 @@ fn another_machine_opens_the_page_and_speaks_to_it_by_tls() {
         assert_eq!(std::fs::metadata(&pem).unwrap().permissions().mode() & 0o777, 0o600);
     }
     // It is the same one the next time.
-    let again = Serving::start(folder.path(), &["--certificate", "bench.pem"]);
+    let again = TlsProgram::start(folder.path(), &["--certificate", "bench.pem"]);
     assert_eq!(again.lines[2..], ["certificate in bench.pem; SHA-256 fingerprint:", fingerprint]);
 }
 
@@ -179,7 +179,7 @@ fn who_reads_is_not_held_up_by_who_cannot_write() {
     let mut command = Command::new(python);
     command.args(["-c", UNEVEN, &port]).arg(&pem).stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut client = command.spawn().unwrap();
-    let mut stream = Duplex::with_tls(listener.accept().unwrap().0, Arc::clone(certificate.config())).unwrap();
+    let mut stream = DuplexStream::with_tls(listener.accept().unwrap().0, Arc::clone(certificate.config())).unwrap();
     let mut first = [0; 1 << 10];
     stream.read_exact(&mut first).unwrap();
     let mut writing = stream.clone();

@@ -33,7 +33,10 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("similar", &["crates/session/src/patch.rs"]),
     ("httparse", &["crates/serve/src/http.rs"]),
     ("getrandom", &["crates/serve/src/server.rs"]),
-    ("rustls", &["crates/serve/src/duplex.rs", "crates/serve/src/duplex/", "crates/serve/src/certificate.rs"]),
+    (
+        "rustls",
+        &["crates/serve/src/duplex_stream.rs", "crates/serve/src/duplex_stream/", "crates/serve/src/certificate.rs"],
+    ),
     ("rcgen", &["crates/serve/src/certificate.rs"]),
     ("ring", &["crates/serve/src/certificate.rs"]),
     ("annotate_snippets", &["crates/base/src/diagnostic/render.rs"]),

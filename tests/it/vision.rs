@@ -4,7 +4,7 @@ use crate::program::{said, teachtree_in};
 use std::fmt::Write as _;
 
 /// Where the middle of the fingertips, or an object, is at a time, s, m.
-type Way<'a> = &'a dyn Fn(f64) -> [f64; 3];
+type Trajectory<'a> = &'a dyn Fn(f64) -> [f64; 3];
 
 /// From 0 to 1 between two times.
 fn ramp(time: f64, from: f64, to: f64) -> f64 {
@@ -12,7 +12,7 @@ fn ramp(time: f64, from: f64, to: f64) -> f64 {
 }
 
 /// The raw primitives of a hand in 10 s at 100 Hz, of hands whose three fingertips go these ways and are so far apart, m.
-fn found(hands: &[(&str, Way)], spread: &dyn Fn(f64) -> f64, object: Way, of: &str) -> Vec<String> {
+fn found(hands: &[(&str, Trajectory)], spread: &dyn Fn(f64) -> f64, object: Trajectory, of: &str) -> Vec<String> {
     let mut log = "time [s]".to_string();
     let fingers = ["thumb", "index", "middle"];
     for (side, _) in hands {
@@ -70,7 +70,7 @@ fn a_hand_at_rest_beside_what_rises_holds_nothing() {
         let come = ramp(time, 0.3, 1.3) - ramp(time, 8.0, 9.0);
         [0.17 + 0.63 * (1.0 - come), 0.3 * (1.0 - come), 0.07]
     };
-    let hands: [(&str, Way); 2] = [("right", &right), ("left", &left)];
+    let hands: [(&str, Trajectory); 2] = [("right", &right), ("left", &left)];
     let object = |time| [0.0, 0.0, 0.02 + up(time)];
     assert!(found(&hands, &|_| 0.01, &object, "right").iter().any(|name| name == "Translate"));
     assert_eq!(found(&hands, &|_| 0.01, &object, "left"), ["Move"]);

@@ -44,13 +44,13 @@ pub struct Composites {
 }
 
 /// What is known of the tasks that wait.
-enum Fit {
+enum MatchState {
     /// They are something else.
-    Not,
+    Mismatch,
     /// They may become it.
-    Begun,
+    Partial,
     /// So many of them are it; whether the next one belongs to it too is open.
-    Found(usize, bool),
+    Complete(usize, bool),
 }
 
 impl Composites {
@@ -89,14 +89,14 @@ impl Composites {
             let mut is_open = false;
             for (name, parts) in &self.rules {
                 match fit(parts, waiting) {
-                    Fit::Begun if !ends => is_open = true,
-                    Fit::Found(_, true) if !ends => is_open = true,
-                    Fit::Found(count, _) => {
+                    MatchState::Partial if !ends => is_open = true,
+                    MatchState::Complete(_, true) if !ends => is_open = true,
+                    MatchState::Complete(count, _) => {
                         taken = count;
                         let tasks = self.first + done..self.first + done + count;
                         found.extend(waiting.get(..count).and_then(|own| span(name, own, tasks)));
                     }
-                    Fit::Not | Fit::Begun => continue,
+                    MatchState::Mismatch | MatchState::Partial => continue,
                 }
                 break;
             }
@@ -112,7 +112,7 @@ impl Composites {
 }
 
 /// Whether tasks begin with these parts.
-fn fit(parts: &[(String, bool)], tasks: &[TaskSpan]) -> Fit {
+fn fit(parts: &[(String, bool)], tasks: &[TaskSpan]) -> MatchState {
     let mut at = 0;
     let is_full = tasks.len() >= MOST_TASKS;
     let tasks = tasks.get(..MOST_TASKS).unwrap_or(tasks);
@@ -122,9 +122,9 @@ fn fit(parts: &[(String, bool)], tasks: &[TaskSpan]) -> Fit {
     for (place, (name, many)) in parts.iter().enumerate() {
         let is_it = |at: usize| tasks.get(at).is_some_and(|task| task.task == *name);
         let next = if place == 0 { Some(0) } else { named(at) };
-        let Some(next) = next else { return if is_full { Fit::Not } else { Fit::Begun } };
+        let Some(next) = next else { return if is_full { MatchState::Mismatch } else { MatchState::Partial } };
         if !is_it(next) {
-            return Fit::Not;
+            return MatchState::Mismatch;
         }
         at = next + 1;
         is_open = false;
@@ -142,7 +142,7 @@ fn fit(parts: &[(String, bool)], tasks: &[TaskSpan]) -> Fit {
             }
         }
     }
-    Fit::Found(at, is_open)
+    MatchState::Complete(at, is_open)
 }
 
 fn span(name: &str, own: &[TaskSpan], tasks: Range<usize>) -> Option<CompositeSpan> {

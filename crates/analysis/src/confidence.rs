@@ -3,7 +3,7 @@
 //! The confidence of a boundary is the share of the variations that have it at the same place, to [`SAME_S`]; that of a task the share that has it under the
 //! same name over half of the time.
 
-use super::{Analysis, Segment, TaskSpan, Who};
+use super::{Analysis, Segment, TaskSpan, TrackId};
 
 /// A boundary is the same when it is no farther off, s …
 pub const SAME_S: f64 = 0.1;
@@ -50,7 +50,7 @@ pub fn compare(analysis: &mut Analysis, variations: &[Analysis]) {
 /// Gives each boundary its margin, by track and frame.
 pub fn with_margins<E>(
     analysis: &mut Analysis,
-    mut margin: impl FnMut(Who, usize) -> Result<Option<f64>, E>,
+    mut margin: impl FnMut(TrackId, usize) -> Result<Option<f64>, E>,
 ) -> Result<(), E> {
     for track in &mut analysis.tracks {
         for segment in &mut track.relabeled {

@@ -7,21 +7,21 @@ use teachtree_base::hands::Side;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::Leaves;
 use teachtree_frames::frames::Frames;
-use teachtree_language::rules::{Branch, Choice, Expr, ExprKind, Rules, Then};
+use teachtree_language::rules::{Branch, Choice, Consequent, Expr, ExprKind, Rules};
 
 /// Where something stands: file, first byte, one past the last; and its text, which names the hand where a choice is meant for each of them.
-type Place = (String, u32, u32, String);
+type SourceKey = (String, u32, u32, String);
 
 /// What was seen, over any number of recordings.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Coverage {
-    choices: BTreeMap<Place, Seen>,
-    conditions: BTreeMap<Place, Seen>,
+    choices: BTreeMap<SourceKey, OutcomeCoverage>,
+    conditions: BTreeMap<SourceKey, OutcomeCoverage>,
 }
 
 /// What was seen of a choice or a condition.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct Seen {
+struct OutcomeCoverage {
     text: String,
     shown: String,
     yes: bool,
@@ -81,7 +81,7 @@ impl Coverage {
 
     /// What no recording shows, by file and place.
     pub fn gaps(&self) -> Vec<Gap> {
-        let gap = |what, seen: &Seen| Gap { what, text: seen.text.clone(), place: seen.shown.clone() };
+        let gap = |what, seen: &OutcomeCoverage| Gap { what, text: seen.text.clone(), place: seen.shown.clone() };
         let untaken =
             self.choices.iter().filter(|(_, seen)| !seen.yes).map(|(at, seen)| (at, gap("never taken", seen)));
         let never_true =
@@ -113,7 +113,7 @@ impl Coverage {
                 None => (reach, Vec::new()),
             };
             self.choice(inspector.rules(), choice, !taken.is_empty());
-            if let Then::Branch(below) = &choice.then {
+            if let Consequent::Branch(below) = &choice.then {
                 self.branch(inspector, below, side, taken)?;
             }
             reach = rest;
@@ -151,11 +151,16 @@ impl Coverage {
     }
 }
 
-fn seen<'a>(all: &'a mut BTreeMap<Place, Seen>, rules: &Rules, span: Span, text: String) -> &'a mut Seen {
+fn seen<'a>(
+    all: &'a mut BTreeMap<SourceKey, OutcomeCoverage>,
+    rules: &Rules,
+    span: Span,
+    text: String,
+) -> &'a mut OutcomeCoverage {
     let file = rules.sources.files.get(span.file as usize).map_or("", |file| file.name.as_str());
-    all.entry((file.to_string(), span.start, span.end, text.clone())).or_insert_with(|| Seen {
+    all.entry((file.to_string(), span.start, span.end, text.clone())).or_insert_with(|| OutcomeCoverage {
         text,
         shown: rules.sources.place(span),
-        ..Seen::default()
+        ..OutcomeCoverage::default()
     })
 }

@@ -1,6 +1,6 @@
 //! Where two analyses of one recording differ: by other rules, or by other values of params.
 
-use super::{Analysis, Segment, Who};
+use super::{Analysis, Segment, TrackId};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ const NOTHING: &str = "nothing";
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
     /// Whose track it is.
-    pub who: Who,
+    pub who: TrackId,
     /// The frames `[start, end)`.
     pub frames: Range<usize>,
     /// Start, s.
@@ -38,7 +38,7 @@ pub struct Extent {
 }
 
 /// The tracks that one of two analyses has, in order.
-pub fn tracks(one: &Analysis, other: &Analysis) -> BTreeSet<Who> {
+pub fn tracks(one: &Analysis, other: &Analysis) -> BTreeSet<TrackId> {
     one.tracks.iter().chain(&other.tracks).map(|track| track.who).collect()
 }
 
@@ -70,11 +70,11 @@ fn key(segment: &Segment) -> (usize, usize, &str) {
     (segment.frames.start, segment.frames.end, &segment.primitive)
 }
 
-fn segments(analysis: &Analysis, who: Who) -> &[Segment] {
+fn segments(analysis: &Analysis, who: TrackId) -> &[Segment] {
     analysis.track(who).map_or(&[], |track| &track.relabeled)
 }
 
-fn of_track(who: Who, one: &[Segment], other: &[Segment]) -> Vec<Change> {
+fn of_track(who: TrackId, one: &[Segment], other: &[Segment]) -> Vec<Change> {
     let mut cuts: Vec<(usize, f64)> = Vec::new();
     for segment in one.iter().chain(other) {
         cuts.extend([(segment.frames.start, segment.start_s), (segment.frames.end, segment.end_s)]);

@@ -14,8 +14,8 @@
 
 mod update;
 
-use super::score::Known;
-use super::{Analysis, Who};
+use super::score::KnownNames;
+use super::{Analysis, TrackId};
 use teachtree_base::error::InputError;
 use teachtree_base::units::{self, Dimension};
 use teachtree_language::rules::Rules;
@@ -55,7 +55,7 @@ pub struct Expectation {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     /// Whose.
-    pub who: Who,
+    pub who: TrackId,
     /// Whether it is a task.
     pub is_task: bool,
     /// The primitive or the task.
@@ -88,7 +88,7 @@ impl Expectation {
             head: String::new(),
             text: text.to_string(),
         };
-        let mut who: Option<Who> = None;
+        let mut who: Option<TrackId> = None;
         // What was accepted with `cargo insta review` begins with a header between two lines `---`.
         let mut in_header = text.lines().next().is_some_and(|line| line.trim_end() == HEADER);
         for (line, at) in text.lines().zip(1..) {
@@ -148,7 +148,7 @@ impl Expectation {
     /// # Errors
     /// At the first line that names something else.
     pub fn check(&self, rules: &Rules, name: &str) -> Result<(), InputError> {
-        let known = Known::new(rules);
+        let known = KnownNames::new(rules);
         for line in &self.lines {
             let (names, what) = if line.is_task { (&known.tasks, "task") } else { (&known.primitives, "primitive") };
             if line.name != super::UNKNOWN && !names.contains(&line.name) {
@@ -183,8 +183,8 @@ impl Expectation {
 }
 
 /// The track that a line begins.
-fn track(line: &str) -> Option<Who> {
-    Who::from_name(line.split('#').next().unwrap_or("").trim().strip_prefix("track ")?.trim())
+fn track(line: &str) -> Option<TrackId> {
+    TrackId::from_name(line.split('#').next().unwrap_or("").trim().strip_prefix("track ")?.trim())
 }
 
 fn tolerance(text: &str) -> Option<f64> {
@@ -195,7 +195,7 @@ fn tolerance(text: &str) -> Option<f64> {
     (dimension == Dimension::TIME && seconds >= 0.0 && seconds.is_finite()).then_some(seconds)
 }
 
-fn expected(said: &str, who: Who, line: usize) -> Option<Line> {
+fn expected(said: &str, who: TrackId, line: usize) -> Option<Line> {
     let (is_task, rest) = match said.strip_prefix("task ") {
         Some(rest) => (true, rest.trim()),
         None => (false, said),
@@ -250,7 +250,7 @@ pub fn pending(expectation: &Expectation, found: &[Line]) -> String {
 /// How what was found differs from what was expected, each with the line of the file that it is about.
 pub fn compare(expected: &[Line], found: &[Line], tolerance_s: f64) -> Vec<(usize, String)> {
     let mut differences = Vec::new();
-    let mut kinds: Vec<(Who, bool)> = expected.iter().chain(found).map(|line| (line.who, line.is_task)).collect();
+    let mut kinds: Vec<(TrackId, bool)> = expected.iter().chain(found).map(|line| (line.who, line.is_task)).collect();
     kinds.sort_unstable();
     kinds.dedup();
     for kind in kinds {

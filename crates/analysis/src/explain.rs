@@ -3,31 +3,31 @@
 
 mod change;
 mod fact;
-mod moment;
 mod reason;
 mod rows;
 mod task;
+mod tree_trace;
 mod value;
 mod why_not;
 
-pub use change::{Change, Changed, Decided, State, change, task};
+pub use change::{Change, ConditionChange, ConditionState, DecidingChoice, change, task};
 pub use fact::{Fact, Wait, quantities};
-pub use moment::{Moment, moment};
 pub use reason::{Reason, slots, text};
 pub use rows::{Row, of_channel, of_expr};
-pub use task::{Asked, PartOf, TaskReason, Tried};
+pub use task::{CompositePart, Requirement, TaskCandidate, TaskReason};
+pub use tree_trace::{TreeTrace, tree_trace};
 pub use value::{frame_at, value};
-pub use why_not::{Obstacle, WhyNot};
+pub use why_not::{NearestPath, Obstacle};
 
 use super::json::{self, Meta, VERSION, printed};
-use super::{Analysis, Segment, Subject, Who};
-use reason::{Reasons, Spot};
+use super::{Analysis, Segment, Subject, TrackId};
+use reason::{EvalPoint, Reasons};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::Leaves;
 use teachtree_frames::frames::Frames;
-use teachtree_language::rules::{Branch, Expr, ExprKind, Label, Rules, Then};
+use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Label, Rules};
 
 use serde::Serialize;
 use std::ops::Range;
@@ -42,7 +42,7 @@ pub const MAX_BLOCKS: usize = 50;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
     /// Whose it is.
-    pub track: Who,
+    pub track: TrackId,
     /// The time that is explained, s.
     pub time_s: f64,
     /// The frame.
@@ -65,16 +65,16 @@ pub struct Explanation {
     pub latches: Vec<LatchState>,
     /// The settled segment, where it is another one than the leaf says, and why.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub settled: Option<Became>,
+    pub settled: Option<LabelChange>,
     /// The segment after relabeling, where rules changed it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub relabeled: Option<Became>,
+    pub relabeled: Option<LabelChange>,
     /// The task.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub task: Option<TaskReason>,
     /// The nearest path to the primitive that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub why_not: Option<WhyNot>,
+    pub why_not: Option<NearestPath>,
 }
 
 /// A choice that was looked at.
@@ -106,7 +106,7 @@ pub struct LatchState {
 
 /// A label that came to be another one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Became {
+pub struct LabelChange {
     /// The segment's primitive.
     pub primitive: String,
     /// When it starts, s.
@@ -116,12 +116,12 @@ pub struct Became {
     /// The raw primitives of this time.
     pub was: Vec<String>,
     /// Why, each with the place of the rule, if it is one.
-    pub by: Vec<By>,
+    pub by: Vec<ChangeCause>,
 }
 
 /// What made a label another one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct By {
+pub struct ChangeCause {
     /// The rule as its author wrote it, or what happened.
     pub what: String,
     /// Where the rule stands.
@@ -131,7 +131,7 @@ pub struct By {
 
 /// A recording that was analyzed.
 #[derive(Clone, Copy)]
-pub struct Analyzed<'a> {
+pub struct AnalyzedRecording<'a> {
     /// The rules.
     pub rules: &'a Rules,
     /// What they read.
@@ -146,7 +146,7 @@ pub struct Analyzed<'a> {
 #[derive(Clone, Debug)]
 pub struct Question {
     /// Whose labels.
-    pub who: Who,
+    pub who: TrackId,
     /// From when to when, s; an end not after the beginning asks for one frame.
     pub time_s: (f64, f64),
     /// The primitive that was expected.
@@ -158,7 +158,7 @@ pub struct Question {
 /// # Errors
 /// When the recording does not say anything at that time, when the primitive that is asked for is unknown or given by no leaf of the
 /// tree, and when the rate cannot honour a duration of the rules.
-pub fn explain(analyzed: &Analyzed, question: &Question) -> Result<Vec<Explanation>, InputError> {
+pub fn explain(analyzed: &AnalyzedRecording, question: &Question) -> Result<Vec<Explanation>, InputError> {
     let labels = question.why_not.as_ref().map(|name| labels(analyzed.rules, name)).transpose()?;
     let side = question.who.side();
     let mut explained: Vec<Explanation> = Vec::new();
@@ -218,7 +218,10 @@ pub fn json(explained: &[Explanation], meta: &Meta) -> String {
 }
 
 /// The frames that are asked about, by stretch.
-fn asked<'a>(analyzed: &Analyzed<'a>, question: &Question) -> Result<Vec<(&'a Leaves, Range<usize>)>, InputError> {
+fn asked<'a>(
+    analyzed: &AnalyzedRecording<'a>,
+    question: &Question,
+) -> Result<Vec<(&'a Leaves, Range<usize>)>, InputError> {
     let frames = analyzed.frames;
     let (from, to) = question.time_s;
     let half = 0.5 / frames.layout.rate_hz;
@@ -260,9 +263,9 @@ fn labels(rules: &Rules, name: &str) -> Result<Vec<Label>, InputError> {
 
 /// Why a track has its label on a frame, without the task.
 fn block<'a>(
-    analyzed: &Analyzed<'a>,
+    analyzed: &AnalyzedRecording<'a>,
     inspector: &mut Inspector<'a>,
-    who: Who,
+    who: TrackId,
     frame: usize,
 ) -> Result<Explanation, InputError> {
     let rules = analyzed.rules;
@@ -278,7 +281,7 @@ fn block<'a>(
             let reason = match &choice.condition {
                 Some(condition) => {
                     latches_of(inspector, condition, side, frame, &mut latches)?;
-                    Some(Reasons { inspector }.reason(condition, Spot::new(side, frame))?)
+                    Some(Reasons { inspector }.reason(condition, EvalPoint::new(side, frame))?)
                 }
                 None => None,
             };
@@ -291,7 +294,7 @@ fn block<'a>(
             });
         }
         branch = open.choices.get(*taken).and_then(|choice| match &choice.then {
-            Then::Branch(below) => Some(below),
+            Consequent::Branch(below) => Some(below),
             _ => None,
         });
     }
@@ -334,13 +337,13 @@ fn block<'a>(
     })
 }
 
-fn became(rules: &Rules, segment: Segment, what: String) -> Became {
+fn became(rules: &Rules, segment: Segment, what: String) -> LabelChange {
     let by = segment.by.iter().map(|text| {
         let rule = rules.relabels.iter().find(|rule| rule.text == *text);
-        By { what: text.clone(), place: rule.map(|rule| rules.sources.place(rule.span)) }
+        ChangeCause { what: text.clone(), place: rule.map(|rule| rules.sources.place(rule.span)) }
     });
-    let happened = (!what.is_empty()).then_some(By { what, place: None });
-    Became {
+    let happened = (!what.is_empty()).then_some(ChangeCause { what, place: None });
+    LabelChange {
         primitive: segment.primitive,
         start_s: segment.start_s,
         end_s: segment.end_s,

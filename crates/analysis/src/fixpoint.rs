@@ -1,14 +1,14 @@
 //! Rounds of relabeling: before recognition on whole lanes, after it within the spans of the named tasks.
 //! In each round the rules are applied in order, until a round changes nothing.
 
+use super::interval_labels::IntervalLabels;
 use super::labeled_span::LabeledSpan;
 use super::measures::Measures;
 use super::relabel::{in_hands, in_lane, separated_in_hands};
-use super::stretch::Stretch;
-use super::tasks::Named;
+use super::tasks::NamedSpan;
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
-use teachtree_language::rules::{Relabel, RelabelKind, Rules, TaskId};
+use teachtree_language::rules::{RelabelKind, RelabelRule, Rules, TaskId};
 
 /// How many rounds there are at most: when they do not suffice, two rules undo each other.
 ///
@@ -31,7 +31,7 @@ fn to_fixpoint(mut round: impl FnMut() -> Vec<usize>) -> Vec<usize> {
 /// Applies the rules that are for no task. Returns the rules that could not be finished.
 pub(super) fn before_recognition(
     rules: &Rules,
-    stretch: &mut Stretch,
+    stretch: &mut IntervalLabels,
     measures: &BTreeMap<Side, Measures>,
 ) -> Vec<usize> {
     to_fixpoint(|| {
@@ -68,7 +68,7 @@ pub(super) fn before_recognition(
 /// same name that share time. Returns the rules that could not be finished.
 pub(super) fn of_tasks(
     rules: &Rules,
-    named: &mut BTreeMap<Side, Vec<Named>>,
+    named: &mut BTreeMap<Side, Vec<NamedSpan>>,
     measures: &BTreeMap<Side, Measures>,
 ) -> Vec<usize> {
     to_fixpoint(|| {
@@ -95,7 +95,7 @@ pub(super) fn of_tasks(
     })
 }
 
-fn of_task(rules: &Rules, task: Option<TaskId>) -> impl Iterator<Item = (usize, &Relabel)> {
+fn of_task(rules: &Rules, task: Option<TaskId>) -> impl Iterator<Item = (usize, &RelabelRule)> {
     rules.relabels.iter().enumerate().filter(move |(_, rule)| rule.task == task)
 }
 
@@ -104,7 +104,7 @@ fn both<'a, 'm>(measures: &'m BTreeMap<Side, Measures<'a>>) -> Option<[&'m Measu
     Some([measures.get(&Side::Left)?, measures.get(&Side::Right)?])
 }
 
-fn apply_in_lane(lane: &mut Vec<LabeledSpan>, at: usize, rule: &Relabel, measures: &Measures) -> bool {
+fn apply_in_lane(lane: &mut Vec<LabeledSpan>, at: usize, rule: &RelabelRule, measures: &Measures) -> bool {
     let rewritten = in_lane(lane, at, rule, measures);
     let changed = rewritten.is_some();
     if let Some(rewritten) = rewritten {
@@ -115,10 +115,10 @@ fn apply_in_lane(lane: &mut Vec<LabeledSpan>, at: usize, rule: &Relabel, measure
 
 /// Applies a rule over both hands to all pairs of their tasks.
 fn apply_in_tasks(
-    mut left: Vec<&mut Named>,
-    mut right: Vec<&mut Named>,
+    mut left: Vec<&mut NamedSpan>,
+    mut right: Vec<&mut NamedSpan>,
     at: usize,
-    rule: &Relabel,
+    rule: &RelabelRule,
     measures: [&Measures; 2],
 ) -> bool {
     let mut changed = false;
@@ -133,7 +133,7 @@ fn apply_in_tasks(
 fn apply_in_hands(
     [left, right]: [&mut Vec<LabeledSpan>; 2],
     at: usize,
-    rule: &Relabel,
+    rule: &RelabelRule,
     measures: [&Measures; 2],
 ) -> bool {
     let Some([new_left, new_right]) = in_hands([left, right], at, rule, measures) else {

@@ -19,7 +19,7 @@
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
 
 use super::number::number;
-use super::{Analysis, CompositeSpan, Confidence, Segment, Subject, TaskSpan, Track, Who};
+use super::{Analysis, CompositeSpan, Confidence, Segment, Subject, TaskSpan, Track, TrackId};
 use serde_json::{Map, Value, json};
 use std::ops::Range;
 use teachtree_logs::issue::Issue;
@@ -190,7 +190,13 @@ fn relabeled(segment: &Segment) -> Value {
 const LIVE: &str = "teachtree.live/1";
 
 /// The primitive of a track at the newest frame, on one line.
-pub fn live_label(sequence: u64, who: Who, primitive: Option<&str>, time_s: f64, confidence: Option<f64>) -> String {
+pub fn live_label(
+    sequence: u64,
+    who: TrackId,
+    primitive: Option<&str>,
+    time_s: f64,
+    confidence: Option<f64>,
+) -> String {
     let mut label = json!({ "primitive": primitive, "time_s": time_s });
     if let (Value::Object(label), Some(confidence)) = (&mut label, confidence) {
         label.insert("confidence".into(), json!(confidence));
@@ -199,17 +205,17 @@ pub fn live_label(sequence: u64, who: Who, primitive: Option<&str>, time_s: f64,
 }
 
 /// A segment of a live log, on one line.
-pub fn live_segment(sequence: u64, who: Who, segment: &Segment, is_final: bool) -> String {
+pub fn live_segment(sequence: u64, who: TrackId, segment: &Segment, is_final: bool) -> String {
     live("segment", sequence, Some(who), is_final, relabeled(segment))
 }
 
 /// A task of a live log, on one line.
-pub fn live_task(sequence: u64, who: Who, span: &TaskSpan, is_final: bool) -> String {
+pub fn live_task(sequence: u64, who: TrackId, span: &TaskSpan, is_final: bool) -> String {
     live("task", sequence, Some(who), is_final, task(span))
 }
 
 /// A task that is made of tasks, of a live log, on one line. Its tasks are not numbered.
-pub fn live_composite(sequence: u64, who: Who, found: &CompositeSpan) -> String {
+pub fn live_composite(sequence: u64, who: TrackId, found: &CompositeSpan) -> String {
     let mut value = composite(found);
     if let Value::Object(fields) = &mut value {
         fields.shift_remove("tasks");
@@ -227,7 +233,7 @@ pub fn live_clock(sequence: u64, origin_ns: i64) -> String {
     live("clock", sequence, None, true, json!({ "origin_ns": origin_ns }))
 }
 
-fn live(event: &str, sequence: u64, who: Option<Who>, is_final: bool, what: Value) -> String {
+fn live(event: &str, sequence: u64, who: Option<TrackId>, is_final: bool, what: Value) -> String {
     let mut line = Map::new();
     line.insert("schema".into(), json!(LIVE));
     line.insert("sequence".into(), json!(sequence));

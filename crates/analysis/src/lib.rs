@@ -20,6 +20,7 @@ pub mod expect;
 pub mod explain;
 pub mod fit;
 mod fixpoint;
+mod interval_labels;
 pub mod json;
 mod labeled_span;
 pub mod margin;
@@ -30,7 +31,6 @@ mod relabel;
 pub mod score;
 mod spans;
 pub mod steps;
-mod stretch;
 mod subject;
 mod tasks;
 
@@ -40,16 +40,16 @@ pub use fixpoint::MAX_ROUNDS;
 pub use measures::{channels, reads_later};
 pub use subject::Subject;
 
-pub use teachtree_base::hands::Who;
+pub use teachtree_base::hands::TrackId;
 
+use interval_labels::{IntervalLabels, Settling};
 use labeled_span::LabeledSpan;
 use measures::Measures;
 use naming::Naming;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use stretch::{Settling, Stretch};
-use subject::Handling;
-use tasks::Named;
+use subject::HandledObjects;
+use tasks::NamedSpan;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::meaning::{Meaning, Primitives};
@@ -89,12 +89,12 @@ pub struct Analysis {
 
 impl Analysis {
     /// The track of a hand or of both.
-    pub fn track(&self, who: Who) -> Option<&Track> {
+    pub fn track(&self, who: TrackId) -> Option<&Track> {
         self.tracks.iter().find(|track| track.who == who)
     }
 
     /// Returns the owner of the only track. Labels without a track refer to it.
-    pub fn only(&self) -> Option<Who> {
+    pub fn only(&self) -> Option<TrackId> {
         match self.tracks.as_slice() {
             [track] => Some(track.who),
             _ => None,
@@ -106,7 +106,7 @@ impl Analysis {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     /// Whose it is.
-    pub who: Who,
+    pub who: TrackId,
     /// The settled labels as the trees gave them.
     pub segments: Vec<Segment>,
     /// The same time after relabeling.
@@ -200,22 +200,22 @@ pub fn analyze(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
 /// The same of frames whose columns are elsewhere: those of the channels that [`reads_later`] names.
 pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leaves: &[Leaves]) -> Analysis {
     let rate_hz = frames.layout.rate_hz;
-    let handling = Handling::new(frames, series);
+    let handling = HandledObjects::new(frames, series);
     let show = Naming { rules, frames, handling: &handling };
     let of_hand = |side| leaves.iter().any(|leaves| leaves.hands.contains_key(&side));
     let sides: Vec<Side> = Side::BOTH.into_iter().filter(|side| of_hand(*side)).collect();
     let measures: BTreeMap<Side, Measures> =
         sides.iter().map(|side| (*side, Measures::new(frames, series, *side))).collect();
-    let mut hands: BTreeMap<Side, Track> = sides.iter().map(|side| (*side, Track::new(Who::Hand(*side)))).collect();
-    let mut both = Track::new(Who::Both);
+    let mut hands: BTreeMap<Side, Track> = sides.iter().map(|side| (*side, Track::new(TrackId::Hand(*side)))).collect();
+    let mut both = Track::new(TrackId::Both);
     let mut issues = frames.issues.clone();
-    issues.extend(show.what_keys_lack(&measures));
+    issues.extend(show.unsupported_keys(&measures));
 
     let settling = Settling::new(rules, rate_hz);
     for leaves in leaves {
-        let mut stretch = Stretch::new(leaves, settling);
+        let mut stretch = IntervalLabels::new(leaves, settling);
         let mut undone = fixpoint::before_recognition(rules, &mut stretch, &measures);
-        let mut named: BTreeMap<Side, Vec<Named>> = BTreeMap::new();
+        let mut named: BTreeMap<Side, Vec<NamedSpan>> = BTreeMap::new();
         for (side, measures) in &measures {
             let lane = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
             named.insert(*side, tasks::recognise(rules, lane, measures));
@@ -228,7 +228,7 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
             stretch.put_back(*side, tasks.iter().flat_map(|task| &task.pieces));
             let raw = stretch.raw.get(side).map_or(&[][..], Vec::as_slice);
             let relabeled = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
-            let segment = |piece: &LabeledSpan| show.segment(Who::Hand(*side), piece, raw, &stretch.frames());
+            let segment = |piece: &LabeledSpan| show.segment(TrackId::Hand(*side), piece, raw, &stretch.frames());
             track.segments.extend(raw.iter().map(segment));
             track.relabeled.extend(relabeled.iter().map(segment));
             let before = track.tasks.len();
@@ -236,7 +236,7 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
             let new = track.tasks.get(before..).unwrap_or_default();
             track.composites.extend(composites::of_stretch(rules, new, before));
         }
-        let segment = |piece: &LabeledSpan| show.segment(Who::Both, piece, &stretch.raw_both, &stretch.frames());
+        let segment = |piece: &LabeledSpan| show.segment(TrackId::Both, piece, &stretch.raw_both, &stretch.frames());
         both.segments.extend(stretch.raw_both.iter().map(segment));
         both.relabeled.extend(stretch.coordination().iter().map(segment));
     }
@@ -253,7 +253,7 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
 
 impl Track {
     /// A track without segments.
-    pub fn new(who: Who) -> Self {
+    pub fn new(who: TrackId) -> Self {
         Self { who, segments: Vec::new(), relabeled: Vec::new(), tasks: Vec::new(), composites: Vec::new() }
     }
 }

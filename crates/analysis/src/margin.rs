@@ -6,8 +6,8 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_engine::inspect::{Column, Inspector};
 use teachtree_engine::semantics::samples;
-use teachtree_language::ops::Temporal;
-use teachtree_language::rules::{Branch, Constant, Expr, ExprKind, Function, Hand, Then};
+use teachtree_language::ops::TemporalOperator;
+use teachtree_language::rules::{Branch, Consequent, Constant, Expr, ExprKind, Function, Hand};
 
 /// How far around a boundary a quantity is looked at, s.
 const AROUND_SECS: f64 = 0.1;
@@ -41,7 +41,7 @@ pub fn margin<'a>(inspector: &mut Inspector<'a>, side: Option<Side>, frame: usiz
             smaller(&mut least, Crossing { inspector, frame, depth: 0 }.of(condition, side)?);
         }
         branch = match open.choices.get(is).map(|choice| &choice.then) {
-            Some(Then::Branch(below)) if was == is => Some(below),
+            Some(Consequent::Branch(below)) if was == is => Some(below),
             _ => None,
         };
     }
@@ -149,7 +149,7 @@ impl<'a> Crossing<'_, 'a> {
     fn nearest(
         &mut self,
         inner: &'a Expr,
-        operator: &Temporal<Constant>,
+        operator: &TemporalOperator<Constant>,
         this: Option<Side>,
     ) -> Outcome<Option<usize>> {
         let rate_hz = self.inspector.frames().layout.rate_hz;

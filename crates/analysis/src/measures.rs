@@ -1,9 +1,9 @@
 //! What a key asks beyond its primitive: how long, how far, how much turned (`lasting`, `travelling`, `turning`).
 
+use super::interval_labels::samples;
 use super::labeled_span::LabeledSpan;
-use super::stretch::samples;
 use std::ops::Range;
-use teachtree_base::channels::{ChannelSpec, Derived, HANDLING, derived, handling};
+use teachtree_base::channels::{ChannelSpec, DerivedChannel, HANDLING, derived, handling};
 use teachtree_base::hands::Side;
 use teachtree_frames::frames::{ColumnKey, Frames};
 use teachtree_frames::spilled_columns::Series;
@@ -16,14 +16,14 @@ pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
     let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
     let asked = [
         (TARGET, true),
-        (POSITION, asks_a_way(rules)),
+        (POSITION, asks_distance(rules)),
         (SPIN, keys().any(|key| asks(key, SPIN))),
-        (ROTATION, asks_a_way(rules)),
-        (RADIUS, asks_a_way(rules)),
+        (ROTATION, asks_distance(rules)),
+        (RADIUS, asks_distance(rules)),
     ];
     for (name, _) in asked.into_iter().filter(|(_, asked)| *asked) {
         if !channels.iter().any(|channel| channel.name == name) {
-            channels.extend(derived(name).map(Derived::spec));
+            channels.extend(derived(name).map(DerivedChannel::spec));
         }
     }
     channels.extend(HANDLING.map(handling));
@@ -54,12 +54,12 @@ pub(super) fn asks(key: &Key, channel: &str) -> bool {
 /// Whether a channel is read after the trees have run: for the objects of segments, or by the keys of the tasks.
 pub fn reads_later(rules: &Rules, channel: &str) -> bool {
     let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
-    let of_way = [POSITION, ROTATION, RADIUS].contains(&channel) && asks_a_way(rules);
+    let of_way = [POSITION, ROTATION, RADIUS].contains(&channel) && asks_distance(rules);
     channel == TARGET || HANDLING.contains(&channel) || of_way || keys().any(|key| asks(key, channel))
 }
 
 /// Whether a key or a relabeling rule asks how far the target goes.
-fn asks_a_way(rules: &Rules) -> bool {
+fn asks_distance(rules: &Rules) -> bool {
     let keys = rules.tasks.iter().flat_map(|task| &task.keys);
     { keys }.any(|key| asks(key, POSITION)) || rules.relabels.iter().any(|rule| rule.kind.shorter_way().is_some())
 }

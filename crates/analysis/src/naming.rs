@@ -3,9 +3,9 @@
 use super::fixpoint::MAX_ROUNDS;
 use super::labeled_span::{LabeledSpan, within};
 use super::measures::{self, Measures};
-use super::subject::Handling;
-use super::tasks::Named;
-use super::{Segment, TaskSpan, UNKNOWN, Who};
+use super::subject::HandledObjects;
+use super::tasks::NamedSpan;
+use super::{Segment, TaskSpan, TrackId, UNKNOWN};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use teachtree_base::hands::Side;
@@ -21,7 +21,7 @@ pub(super) struct Naming<'a> {
     /// The times.
     pub frames: &'a Frames,
     /// What the hands handle.
-    pub handling: &'a Handling<'a>,
+    pub handling: &'a HandledObjects<'a>,
 }
 
 impl Naming<'_> {
@@ -49,7 +49,7 @@ impl Naming<'_> {
     }
 
     /// A segment of a track in a stretch, with what it was among the raw pieces.
-    pub fn segment(&self, who: Who, piece: &LabeledSpan, raw: &[LabeledSpan], stretch: &Range<usize>) -> Segment {
+    pub fn segment(&self, who: TrackId, piece: &LabeledSpan, raw: &[LabeledSpan], stretch: &Range<usize>) -> Segment {
         let name = |piece: &LabeledSpan| self.rules.label_name(piece.label);
         let by = piece.by.iter().filter_map(|rule| self.rules.relabels.get(*rule)).map(|rule| rule.text.clone());
         let was = if piece.by.is_empty() { &[][..] } else { within(raw, &piece.frames) };
@@ -68,18 +68,18 @@ impl Naming<'_> {
     }
 
     /// Whether a hand lets go in a segment.
-    fn opens(&self, who: Who, piece: &LabeledSpan) -> bool {
+    fn opens(&self, who: TrackId, piece: &LabeledSpan) -> bool {
         self.rules.meaning_for(piece.label, who.side()) == Some(Meaning::Open)
     }
 
     /// A task of a hand in a stretch.
-    pub fn task(&self, side: Side, named: &Named, raw: &[LabeledSpan], stretch: &Range<usize>) -> TaskSpan {
+    pub fn task(&self, side: Side, named: &NamedSpan, raw: &[LabeledSpan], stretch: &Range<usize>) -> TaskSpan {
         let name = |id: TaskId| self.rules.tasks.get(id.index()).map_or(UNKNOWN, |task| &task.name).to_string();
         let frames = named.pieces.first().map_or(0, |piece| piece.frames.start)
             ..named.pieces.last().map_or(0, |piece| piece.frames.end);
         let keys = named.task.and_then(|id| self.rules.tasks.get(id.index())).map_or(&[][..], |task| &task.keys);
         let is_key = |piece: &LabeledSpan| keys.iter().any(|key| key.label.covers(piece.label));
-        let opens = |piece: &LabeledSpan| self.opens(Who::Hand(side), piece);
+        let opens = |piece: &LabeledSpan| self.opens(TrackId::Hand(side), piece);
         TaskSpan {
             subject: self.handling.of_task(side, &named.pieces, is_key, opens, stretch),
             rows: self.frames.rows(&frames),
@@ -90,13 +90,13 @@ impl Naming<'_> {
             secondary: named.secondary.iter().map(|id| name(*id)).collect(),
             open_start: named.span.open_start,
             open_end: named.span.open_end,
-            segments: named.pieces.iter().map(|piece| self.segment(Who::Hand(side), piece, raw, stretch)).collect(),
+            segments: named.pieces.iter().map(|piece| self.segment(TrackId::Hand(side), piece, raw, stretch)).collect(),
             confidence: None,
         }
     }
 
     /// Keys that ask for more than the recording has, by hand and channel.
-    pub fn what_keys_lack(&self, measures: &BTreeMap<Side, Measures>) -> Vec<Issue> {
+    pub fn unsupported_keys(&self, measures: &BTreeMap<Side, Measures>) -> Vec<Issue> {
         let mut issues = Vec::new();
         for (side, measures) in measures {
             for channel in [measures::POSITION, measures::SPIN] {

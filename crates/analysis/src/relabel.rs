@@ -3,22 +3,22 @@
 //! Invariants: the frames of a lane never change, only the labels and where they meet; every piece that a rule changes carries the rule;
 //! a rule reads the lane as it was before the rule, and its matches do not overlap.
 
+use super::interval_labels::samples;
 use super::labeled_span::{LabeledSpan, add, append};
 use super::measures::{Measures, POSITION};
-use super::stretch::samples;
 use std::ops::Range;
-use teachtree_language::rules::{Label, Relabel, RelabelKind, Repeat};
+use teachtree_language::rules::{Label, RelabelKind, RelabelRule, Repetition};
 
 /// Applies a rule on one lane; `None` when it changes nothing. Rules over both hands change nothing here.
 pub(super) fn in_lane(
     lane: &[LabeledSpan],
     at: usize,
-    rule: &Relabel,
+    rule: &RelabelRule,
     measures: &Measures,
 ) -> Option<Vec<LabeledSpan>> {
     let (matches, becomes) = match &rule.kind {
         RelabelKind::Between { what, run, between, becomes, .. } => {
-            let what = What { labels: what, run: *run, rule, measures };
+            let what = LabelPattern { labels: what, run: *run, rule, measures };
             (what.between(lane, between), *becomes)
         }
         RelabelKind::Become { what, becomes } => {
@@ -35,7 +35,7 @@ pub(super) fn in_lane(
 pub(super) fn in_hands(
     lanes: [&[LabeledSpan]; 2],
     at: usize,
-    rule: &Relabel,
+    rule: &RelabelRule,
     measures: [&Measures; 2],
 ) -> Option<[Vec<LabeledSpan>; 2]> {
     let RelabelKind::BetweenInHands { becomes: Some(becomes), .. } = &rule.kind else {
@@ -55,7 +55,7 @@ pub(super) fn in_hands(
 /// The frames that a rule over both hands gives back to them (`becomes separate`), in order, apart.
 pub(super) fn separated_in_hands(
     lanes: [&[LabeledSpan]; 2],
-    rule: &Relabel,
+    rule: &RelabelRule,
     measures: [&Measures; 2],
 ) -> Vec<Range<usize>> {
     let RelabelKind::BetweenInHands { becomes: None, .. } = &rule.kind else {
@@ -76,14 +76,18 @@ pub(super) fn separated_in_hands(
 }
 
 /// Where a rule over both hands fits, in each lane. Which hand is the one and which the other is tried both ways; the two matches must share time.
-fn matches_in_hands(lanes: [&[LabeledSpan]; 2], rule: &Relabel, measures: [&Measures; 2]) -> [Vec<Range<usize>>; 2] {
+fn matches_in_hands(
+    lanes: [&[LabeledSpan]; 2],
+    rule: &RelabelRule,
+    measures: [&Measures; 2],
+) -> [Vec<Range<usize>>; 2] {
     let mut matches = [Vec::new(), Vec::new()];
     let RelabelKind::BetweenInHands { what, run, one, other, .. } = &rule.kind else {
         return matches;
     };
     let ([left, right], [of_left, of_right]) = (lanes, measures);
-    let what_left = What { labels: what, run: *run, rule, measures: of_left };
-    let what_right = What { labels: what, run: *run, rule, measures: of_right };
+    let what_left = LabelPattern { labels: what, run: *run, rule, measures: of_left };
+    let what_right = LabelPattern { labels: what, run: *run, rule, measures: of_right };
     for (ours, theirs) in [(one, other), (other, one)] {
         let of_right = what_right.between(right, theirs);
         for of_left in what_left.between(left, ours) {
@@ -112,14 +116,14 @@ fn span(lane: &[LabeledSpan], range: &Range<usize>) -> Range<usize> {
 }
 
 /// `X`, or `(P or Q)+`, with the bound of its rule.
-struct What<'a> {
+struct LabelPattern<'a> {
     labels: &'a [Label],
     run: bool,
-    rule: &'a Relabel,
+    rule: &'a RelabelRule,
     measures: &'a Measures<'a>,
 }
 
-impl What<'_> {
+impl LabelPattern<'_> {
     /// Whether frames are shorter than the rule says, in time or by the way of the target.
     fn is_short(&self, frames: &Range<usize>) -> bool {
         let kind = &self.rule.kind;
@@ -162,7 +166,7 @@ impl What<'_> {
 }
 
 /// Where the elements of a sequence stand one after the other: the leftmost matches, each as long as it can be.
-fn sequences(lane: &[LabeledSpan], elements: &[(Vec<Label>, Repeat)]) -> Vec<Range<usize>> {
+fn sequences(lane: &[LabeledSpan], elements: &[(Vec<Label>, Repetition)]) -> Vec<Range<usize>> {
     // longest[at][element]: where the farthest match of the remaining elements ends that begins at this piece.
     let mut longest = vec![vec![None; elements.len() + 1]; lane.len() + 1];
     for at in (0..=lane.len()).rev() {
@@ -172,9 +176,9 @@ fn sequences(lane: &[LabeledSpan], elements: &[(Vec<Label>, Repeat)]) -> Vec<Ran
             let done = if here { longest[at + 1][element + 1] } else { None };
             let again = if here { longest[at + 1][element] } else { None };
             longest[at][element] = match repeat {
-                Repeat::Once => done,
-                Repeat::Some => done.max(again),
-                Repeat::Any => longest[at][element + 1].max(again),
+                Repetition::Once => done,
+                Repetition::OneOrMore => done.max(again),
+                Repetition::ZeroOrMore => longest[at][element + 1].max(again),
             };
         }
     }

@@ -6,7 +6,7 @@
 //! last start of Grasp of cube by right
 //! ```
 
-use super::{Analysis, Subject, Who};
+use super::{Analysis, Subject, TrackId};
 use std::fmt;
 use std::ops::Range;
 use teachtree_base::hands::Side;
@@ -27,17 +27,17 @@ pub struct Step {
 
 /// Why a signal does not rise.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Lack {
+pub enum SignalError {
     /// There is no such segment and no such task.
-    Nothing(String),
+    NotFound(String),
     /// It goes on when the recording begins or ends: when it began, or ends, is not known.
     CutOff(String),
 }
 
-impl fmt::Display for Lack {
+impl fmt::Display for SignalError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Nothing(what) => write!(f, "no {what}"),
+            Self::NotFound(what) => write!(f, "no {what}"),
             Self::CutOff(what) => write!(f, "{what} is cut off"),
         }
     }
@@ -105,25 +105,25 @@ impl Step {
     ///
     /// # Errors
     /// Why it does not rise.
-    pub fn row(&self, analysis: &Analysis) -> Result<usize, Lack> {
+    pub fn row(&self, analysis: &Analysis) -> Result<usize, SignalError> {
         let spans: Vec<Range<usize>> = self.spans(analysis).into_iter().map(|(.., rows)| rows).collect();
         if spans.is_empty() {
-            return Err(Lack::Nothing(self.what()));
+            return Err(SignalError::NotFound(self.what()));
         }
         let key = |rows: &Range<usize>| if self.end { rows.end } else { rows.start };
         // A signal that is 1 from the first row on does not rise, and one that would rise behind the last row neither.
         let rows = spans.iter().map(key).filter(|row| (1..analysis.rows).contains(row));
         let row = if self.last { rows.max() } else { rows.min() };
-        row.ok_or_else(|| Lack::CutOff(self.what()))
+        row.ok_or_else(|| SignalError::CutOff(self.what()))
     }
 
     /// The segments and tasks that it is about: who does it, what with, and the rows.
-    pub fn spans<'a>(&self, analysis: &'a Analysis) -> Vec<(Who, &'a Subject, Range<usize>)> {
+    pub fn spans<'a>(&self, analysis: &'a Analysis) -> Vec<(TrackId, &'a Subject, Range<usize>)> {
         let mut spans = Vec::new();
         for track in &analysis.tracks {
             let by = match track.who {
-                Who::Hand(side) => Some(side),
-                Who::Both => None,
+                TrackId::Hand(side) => Some(side),
+                TrackId::Both => None,
             };
             // What both do is in the tracks of the hands as well, and may have its name in that of both only.
             if self.hand.is_some() && by != self.hand {

@@ -5,7 +5,7 @@
 //! that it touches next, else the one nearest to its fingertips at the end. Where the hand opens, it is the one touched as it
 //! begins to. The partner is the body that is it for most of the time.
 
-use super::Who;
+use super::TrackId;
 use super::labeled_span::LabeledSpan;
 use super::measures::{TARGET, together};
 use std::collections::BTreeMap;
@@ -47,26 +47,26 @@ struct Run<'a> {
 }
 
 /// What the hands handle over a whole log.
-pub(super) struct Handling<'a> {
+pub(super) struct HandledObjects<'a> {
     hands: BTreeMap<Side, Vec<Run<'a>>>,
 }
 
 /// A subject with what speaks for it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Found<'a> {
+struct SubjectEvidence<'a> {
     object: Option<&'a str>,
     partner: Option<&'a str>,
     inside: bool,
     touched: bool,
 }
 
-impl From<Found<'_>> for Subject {
-    fn from(found: Found) -> Self {
+impl From<SubjectEvidence<'_>> for Subject {
+    fn from(found: SubjectEvidence) -> Self {
         Self { object: found.object.map(str::to_string), partner: found.partner.map(str::to_string) }
     }
 }
 
-impl<'a> Handling<'a> {
+impl<'a> HandledObjects<'a> {
     /// Reads what the hands handle; nothing is known of a hand without the columns.
     pub fn new(frames: &'a Frames, series: &dyn Series) -> Self {
         let hands = frames.layout.hands.iter().filter_map(|hand| Some((hand.side, runs(frames, series, hand.side)?)));
@@ -74,10 +74,10 @@ impl<'a> Handling<'a> {
     }
 
     /// What a segment of a track is about; `stretch` is the gap-free stretch that it is in. A hand that opens may brush past something else then.
-    pub fn of_segment(&self, who: Who, opens: bool, frames: &Range<usize>, stretch: &Range<usize>) -> Subject {
+    pub fn of_segment(&self, who: TrackId, opens: bool, frames: &Range<usize>, stretch: &Range<usize>) -> Subject {
         match who {
-            Who::Hand(side) => self.found(side, opens, frames, stretch).into(),
-            Who::Both => {
+            TrackId::Hand(side) => self.found(side, opens, frames, stretch).into(),
+            TrackId::Both => {
                 let [left, right] = Side::BOTH.map(|side| self.found(side, opens, frames, stretch));
                 match (left.object, right.object) {
                     (Some(one), Some(other)) if one != other => {
@@ -87,10 +87,10 @@ impl<'a> Handling<'a> {
                         Subject { object: Some(object.to_string()), partner: Some(partner.to_string()) }
                     }
                     (one, other) => {
-                        let found = Found {
+                        let found = SubjectEvidence {
                             object: one.or(other),
                             partner: left.partner.or(right.partner),
-                            ..Found::default()
+                            ..SubjectEvidence::default()
                         };
                         found.into()
                     }
@@ -110,7 +110,7 @@ impl<'a> Handling<'a> {
         stretch: &Range<usize>,
     ) -> Subject {
         let found = |piece: &LabeledSpan| (self.found(side, opens(piece), &piece.frames, stretch), piece.frames.len());
-        let mut all: Vec<(Found, usize)> = pieces.iter().filter(|piece| is_key(piece)).map(found).collect();
+        let mut all: Vec<(SubjectEvidence, usize)> = pieces.iter().filter(|piece| is_key(piece)).map(found).collect();
         if !all.iter().any(|(found, _)| found.touched) {
             all = pieces.iter().map(found).collect();
         }
@@ -121,11 +121,11 @@ impl<'a> Handling<'a> {
             most(all.iter().filter_map(|(found, frames)| Some((found.object?, *frames)))).map(|(name, _)| name);
         all.retain(|(found, _)| found.object == object);
         let partner = most(all.iter().filter_map(|(found, frames)| Some((found.partner?, *frames))));
-        Found { object, partner: partner.map(|(name, _)| name), ..Found::default() }.into()
+        SubjectEvidence { object, partner: partner.map(|(name, _)| name), ..SubjectEvidence::default() }.into()
     }
 
-    fn found(&self, side: Side, opens: bool, frames: &Range<usize>, stretch: &Range<usize>) -> Found<'a> {
-        let Some(runs) = self.hands.get(&side) else { return Found::default() };
+    fn found(&self, side: Side, opens: bool, frames: &Range<usize>, stretch: &Range<usize>) -> SubjectEvidence<'a> {
+        let Some(runs) = self.hands.get(&side) else { return SubjectEvidence::default() };
         let within = within(runs, frames);
         let length = |run: &Run| run.frames.end.min(frames.end) - run.frames.start.max(frames.start);
         // The last touch may be that of the frame before.
@@ -136,14 +136,19 @@ impl<'a> Handling<'a> {
         let Some((object, lasted)) = most(touched().filter_map(|run| Some((run.object?, length(run))))) else {
             let next = (frames.end < stretch.end).then(|| at(runs, frames.end)).flatten().filter(|run| run.touched);
             let object = held.or_else(|| next.or_else(|| within.last()).and_then(|run| run.object));
-            return Found { object, ..Found::default() };
+            return SubjectEvidence { object, ..SubjectEvidence::default() };
         };
         let own = || touched().filter(|run| run.object == Some(object));
         let partner = most(own().filter_map(|run| Some((run.partner?, length(run)))))
             .filter(|(_, share)| 2 * share >= lasted)
             .map(|(partner, _)| partner);
         let inside = own().filter(|run| run.inside && run.partner == partner).map(length).sum::<usize>();
-        Found { object: Some(object), partner, inside: partner.is_some() && 2 * inside >= lasted, touched: true }
+        SubjectEvidence {
+            object: Some(object),
+            partner,
+            inside: partner.is_some() && 2 * inside >= lasted,
+            touched: true,
+        }
     }
 }
 

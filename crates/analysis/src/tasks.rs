@@ -11,7 +11,7 @@ use teachtree_language::rules::{Pattern, Rules, Task, TaskId};
 
 /// A span with its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Named {
+pub(super) struct NamedSpan {
     /// The task; `None` when no task has its keys here.
     pub task: Option<TaskId>,
     /// The other tasks that match here too, by priority.
@@ -23,7 +23,7 @@ pub(super) struct Named {
 }
 
 /// Names the tasks of a lane, in order of time.
-pub(super) fn recognise(rules: &Rules, lane: &[LabeledSpan], measures: &Measures) -> Vec<Named> {
+pub(super) fn recognise(rules: &Rules, lane: &[LabeledSpan], measures: &Measures) -> Vec<NamedSpan> {
     let lane = Lane { rules, pieces: lane, measures };
     let mut claims: Vec<(bool, TaskId, Span)> = Vec::new();
     for (id, task) in (0..).map(TaskId).zip(&rules.tasks) {
@@ -43,17 +43,17 @@ pub(super) fn recognise(rules: &Rules, lane: &[LabeledSpan], measures: &Measures
         }
         free
     };
-    let mut named: Vec<Named> = Vec::new();
+    let mut named: Vec<NamedSpan> = Vec::new();
     for (_, id, span) in claims {
         if take(&span) {
             let secondary = lane.matching(&span).filter(|other| *other != id).collect();
-            named.push(Named { task: Some(id), secondary, pieces: lane.of(&span).to_vec(), span });
+            named.push(NamedSpan { task: Some(id), secondary, pieces: lane.of(&span).to_vec(), span });
         }
     }
     for (first, last) in ends(rules) {
         for span in Spans::of(lane.pieces, first, last) {
             if span.has_last && lane.matching(&span).next().is_none() && take(&span) {
-                named.push(Named { task: None, secondary: Vec::new(), pieces: lane.of(&span).to_vec(), span });
+                named.push(NamedSpan { task: None, secondary: Vec::new(), pieces: lane.of(&span).to_vec(), span });
             }
         }
     }
@@ -63,10 +63,10 @@ pub(super) fn recognise(rules: &Rules, lane: &[LabeledSpan], measures: &Measures
 
 /// Gives a touch that came to nothing to the task that follows it without a new first primitive: whoever fumbles at an object
 /// before the grasp is at that task already.
-fn with_touches_before(named: Vec<Named>, lane: &Lane) -> Vec<Named> {
-    let mut kept: Vec<Named> = Vec::with_capacity(named.len());
+fn with_touches_before(named: Vec<NamedSpan>, lane: &Lane) -> Vec<NamedSpan> {
+    let mut kept: Vec<NamedSpan> = Vec::with_capacity(named.len());
     for mut next in named {
-        let fumbled = |before: &mut Named| {
+        let fumbled = |before: &mut NamedSpan| {
             before.task.is_none() && !next.span.has_first && before.span.pieces.end == next.span.pieces.start
         };
         if let Some(before) = kept.pop_if(fumbled) {

@@ -53,12 +53,12 @@ pub struct ChannelSpec {
     /// The dimension of an element; `NONE` for bool, rotation and object.
     pub dimension: Dimension,
     /// The treatment of logs without the channel.
-    pub absent: Absent,
+    pub absent: Fallback,
 }
 
 /// The treatment of a channel that a log lacks.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Absent {
+pub enum Fallback {
     /// The log is refused.
     Refused,
     /// A constant in SI units for every component; for a rotation, its angle, which must be 0.
@@ -79,7 +79,7 @@ pub enum Absent {
 }
 
 /// A derived channel with its documentation.
-pub struct Derived {
+pub struct DerivedChannel {
     /// The name in rules.
     pub name: &'static str,
     /// Whether each hand has its own channel.
@@ -96,7 +96,7 @@ pub struct Derived {
     pub is_averaged: bool,
 }
 
-impl Derived {
+impl DerivedChannel {
     const fn averaged(self) -> Self {
         Self { is_averaged: true, ..self }
     }
@@ -109,21 +109,21 @@ impl Derived {
             axis: self.axis,
             shape: self.shape,
             dimension: self.dimension,
-            absent: Absent::Derived,
+            absent: Fallback::Derived,
         }
     }
 }
 
-const fn hand(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
-    Derived { name, per_hand: true, axis: None, shape, dimension, doc, is_averaged: false }
+const fn hand(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> DerivedChannel {
+    DerivedChannel { name, per_hand: true, axis: None, shape, dimension, doc, is_averaged: false }
 }
 
-const fn contact(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
-    Derived { name, per_hand: true, axis: Some(Axis::Contacts), shape, dimension, doc, is_averaged: false }
+const fn contact(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> DerivedChannel {
+    DerivedChannel { name, per_hand: true, axis: Some(Axis::Contacts), shape, dimension, doc, is_averaged: false }
 }
 
-const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
-    Derived { name, per_hand: false, axis: None, shape, dimension, doc, is_averaged: false }
+const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> DerivedChannel {
+    DerivedChannel { name, per_hand: false, axis: None, shape, dimension, doc, is_averaged: false }
 }
 
 /// Whether the log contains the distance of a hand from its target. The engine knows the value before the first frame and omits conditions that it
@@ -131,7 +131,7 @@ const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'s
 pub const DISTANCE_KNOWN: &str = "distance_known";
 
 /// Every derived channel. `frames` computes exactly these; the language knows their types from here.
-pub const DERIVED: &[Derived] = &[
+pub const DERIVED: &[DerivedChannel] = &[
     hand(
         "target",
         Shape::Object,
@@ -271,12 +271,12 @@ pub fn handling(name: &str) -> ChannelSpec {
         axis: None,
         shape: Shape::Scalar,
         dimension: Dimension::NONE,
-        absent: Absent::Derived,
+        absent: Fallback::Derived,
     }
 }
 
 /// The derived channel with this name.
-pub fn derived(name: &str) -> Option<&'static Derived> {
+pub fn derived(name: &str) -> Option<&'static DerivedChannel> {
     DERIVED.iter().find(|channel| channel.name == name)
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 pub use super::pose::{pose, unit};
 
 /// Two unit directions at right angles to each other and to a unit direction.
-pub fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
+pub fn perpendiculars(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
     // The axis that is least along it keeps away from a cross product of nothing.
     let least = Vector3::from_fn(|row, _| if row == axis.iamin() { 1.0 } else { 0.0 });
     let one = (least - axis * axis.dot(&least)).normalize();

@@ -51,16 +51,16 @@ impl fmt::Display for Side {
     }
 }
 
-/// Whose a track is.
+/// The identity of a track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Who {
-    /// One hand's.
+pub enum TrackId {
+    /// The track of a hand.
     Hand(Side),
-    /// The coordination of both hands.
+    /// The track of the coordination of both hands.
     Both,
 }
 
-impl Who {
+impl TrackId {
     /// The hand, if it is one hand's.
     pub const fn side(self) -> Option<Side> {
         match self {
@@ -85,14 +85,14 @@ impl Who {
     }
 }
 
-impl fmt::Display for Who {
+impl fmt::Display for TrackId {
     /// `left`, `right`, `both`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
-impl Serialize for Who {
+impl Serialize for TrackId {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
     }

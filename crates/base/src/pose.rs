@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 const SAME_TURN_RAD: f64 = 1e-9;
 
 /// A pose as seven numbers: position x y z, m, and quaternion w x y z.
-pub type Seven = [f64; 7];
+pub type PoseArray = [f64; 7];
 
 /// Returns the pose of a position, m, and a quaternion w x y z; a quaternion without direction is no rotation.
 pub fn pose(position: [f64; 3], rotation: [f64; 4]) -> Isometry3<f64> {
@@ -27,13 +27,13 @@ pub fn directed([w, x, y, z]: [f64; 4], least: f64) -> Option<UnitQuaternion<f64
 }
 
 /// Returns a pose as seven numbers.
-pub fn seven(pose: &Isometry3<f64>) -> Seven {
+pub fn pose_array(pose: &Isometry3<f64>) -> PoseArray {
     let (at, turn) = (pose.translation.vector, pose.rotation);
     [at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k]
 }
 
 /// Returns the pose of seven numbers.
-pub fn from_seven([x, y, z, a, b, c, d]: &Seven) -> Isometry3<f64> {
+pub fn pose_from_array([x, y, z, a, b, c, d]: &PoseArray) -> Isometry3<f64> {
     pose([*x, *y, *z], [*a, *b, *c, *d])
 }
 

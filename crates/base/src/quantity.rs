@@ -1,6 +1,6 @@
 //! Numbers with a unit in YAML files: `120 mm`, `50 g`, `0.4`.
 
-use super::shown::{PLAIN, Shown};
+use super::short_number::{PLAIN, ShortNumber};
 use super::units::{Dimension, compound};
 use serde::{Deserialize, Deserializer};
 
@@ -117,7 +117,7 @@ fn in_range<T: Numbers>(read: T, fits: impl Fn(f64) -> bool, wanted: &str) -> Re
     let unit = T::DIMENSION.si_unit();
     let blank = if unit.is_empty() { "" } else { " " };
     outside.map_or(Ok(read), |number| {
-        Err(format!("found {}{blank}{unit}, expected {} {wanted}", Shown(number), T::DIMENSION))
+        Err(format!("found {}{blank}{unit}, expected {} {wanted}", ShortNumber(number), T::DIMENSION))
     })
 }
 

@@ -3,7 +3,7 @@
 
 use super::hands::{Finger, Side};
 use super::quantity::{Acceleration, Length, Mass, above_zero, not_below_zero, with_direction};
-use super::shown::Shown;
+use super::short_number::ShortNumber;
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -152,7 +152,7 @@ impl Part {
             if SIZES_M.contains(&size.0) {
                 return Ok(());
             }
-            Err(format!("has {what} {} m, expected 0.1 mm to 10 m", Shown(size.0)))
+            Err(format!("has {what} {} m, expected 0.1 mm to 10 m", ShortNumber(size.0)))
         };
         match self.shape {
             Shape::Box(edges) => edges.into_iter().try_for_each(|edge| check("an edge of", edge))?,
@@ -163,7 +163,7 @@ impl Part {
             Shape::Ball(radius) => check("a radius of", radius)?,
         }
         match self.at.iter().find(|length| length.0.abs() > *SIZES_M.end()) {
-            Some(far) => Err(format!("is {} m from the middle of its body, expected at most 10 m", Shown(far.0))),
+            Some(far) => Err(format!("is {} m from the middle of its body, expected at most 10 m", ShortNumber(far.0))),
             None => Ok(()),
         }
     }
@@ -213,7 +213,7 @@ fn downwards<'de, D: Deserializer<'de>>(from: D) -> Result<[Acceleration; 3], D:
     match read.map(|part| part.0) {
         [0.0, 0.0, z] if z <= 0.0 && z.is_finite() => Ok(read),
         [x, y, z] => {
-            let [x, y, z] = [x, y, z].map(Shown);
+            let [x, y, z] = [x, y, z].map(ShortNumber);
             Err(serde::de::Error::custom(format!(
                 "found gravity [{x}, {y}, {z}] m/s^2, expected it along -z, such as [0, 0, -9.81]: turn the scene so that z is up"
             )))

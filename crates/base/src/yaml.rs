@@ -1,10 +1,10 @@
 //! Reads and writes YAML; no other file uses the YAML crate. Every error has file, line and column, and uses the terms of YAML (keys, lists)
 //! instead of Rust types.
 
-mod twice;
+mod duplicate_keys;
 
 use super::error::InputError;
-use super::shown::Shown;
+use super::short_number::ShortNumber;
 use serde::de::{DeserializeOwned, DeserializeSeed, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserializer, Serialize};
 use std::fmt;
@@ -35,9 +35,9 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         return Err(InputError::new(format!("{file}:{line}:{column}"), message));
     }
     let mut documents = serde_yaml::Deserializer::from_str(text);
-    if let Some(error) = documents.find_map(|document| twice::search(document).err())
+    if let Some(error) = documents.find_map(|document| duplicate_keys::search(document).err())
         && let (message, Some(at)) = (error.to_string(), error.location())
-        && let Some(message) = twice::said(&message)
+        && let Some(message) = duplicate_keys::message_of(&message)
     {
         return Err(InputError::new(format!("{file}:{}:{}", at.line(), at.column()), message));
     }
@@ -55,7 +55,8 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
 /// Returns the place `file:line:column` of the value at a path of keys; list items are numbered from 0. If a key does not exist, the place of its
 /// parent is returned.
 pub fn place(text: &str, file: &str, keys: &[&str]) -> String {
-    let found = serde_yaml::Deserializer::from_str(text).next().and_then(|value| Down(keys).deserialize(value).err());
+    let found =
+        serde_yaml::Deserializer::from_str(text).next().and_then(|value| KeyPath(keys).deserialize(value).err());
     match found.and_then(|stopped| stopped.location()) {
         Some(at) => format!("{file}:{}:{}", at.line(), at.column()),
         None => file.into(),
@@ -68,10 +69,10 @@ pub fn located(error: InputError, text: &str, file: &str) -> InputError {
     InputError { place: place(text, file, &keys), message: format!("{}: {}", error.place, error.message), ..error }
 }
 
-/// Descends along the keys and stops there with an error, since the crate reports a place only with an error.
-struct Down<'k>(&'k [&'k str]);
+/// The path of keys to a value. Descends along them and stops at the value with an error, since the crate reports a place only with an error.
+struct KeyPath<'k>(&'k [&'k str]);
 
-impl<'de> DeserializeSeed<'de> for Down<'_> {
+impl<'de> DeserializeSeed<'de> for KeyPath<'_> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, from: D) -> Result<(), D::Error> {
@@ -79,7 +80,7 @@ impl<'de> DeserializeSeed<'de> for Down<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Down<'_> {
+impl<'de> Visitor<'de> for KeyPath<'_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -89,7 +90,7 @@ impl<'de> Visitor<'de> for Down<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
         while let (Some((key, below)), Some(found)) = (self.0.split_first(), map.next_key::<String>()?) {
             if found == *key {
-                return map.next_value_seed(Down(below));
+                return map.next_value_seed(KeyPath(below));
             }
             map.next_value::<IgnoredAny>()?;
         }
@@ -103,7 +104,7 @@ impl<'de> Visitor<'de> for Down<'_> {
             for _ in 0..wanted {
                 items.next_element::<IgnoredAny>()?;
             }
-            items.next_element_seed(Down(below))?;
+            items.next_element_seed(KeyPath(below))?;
         }
         Err(Error::custom("here"))
     }
@@ -194,7 +195,7 @@ fn found_words(found: &str) -> String {
 /// Abbreviates a number with many digits; returns any other text unchanged.
 fn short(value: &str) -> String {
     match value.parse::<f64>() {
-        Ok(number) if number.is_finite() && value.len() > LONG => Shown(number).to_string(),
+        Ok(number) if number.is_finite() && value.len() > LONG => ShortNumber(number).to_string(),
         _ => value.into(),
     }
 }

@@ -1,6 +1,6 @@
 //! Commands as a table: one row a sample of each segment.
 
-use super::form::Commands;
+use super::schema::Commands;
 use std::collections::BTreeMap;
 use teachtree_analysis::number::number;
 use teachtree_base::error::InputError;

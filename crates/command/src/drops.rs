@@ -2,13 +2,13 @@
 //! inadvertent human error is compensated). The way to the object is not lost with them: who tries again on the spot has come on it.
 
 use super::episodes::{BRUSH_S, STAYS_M};
-use super::form::{LeftOut, Segment, Task};
-use super::series::seven;
+use super::schema::{Omission, Segment, Task};
+use super::series::pose_array;
 use nalgebra::Vector3;
 use teachtree_analysis::UNKNOWN;
 use teachtree_base::hands::Side;
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::from_seven;
+use teachtree_base::pose::pose_from_array;
 
 /// An object still stands as it stood when it is turned by less, rad.
 const STANDS_RAD: f64 = 0.35;
@@ -45,8 +45,8 @@ pub(super) fn without_brushes(tasks: Vec<Task>) -> Vec<Task> {
 fn is_brush(task: &Task, tasks: &[Task]) -> bool {
     let touches = || task.segments.iter().filter(|segment| segment.touching);
     let lasts = touches().filter(|segment| segment.does != Meaning::Open).map(|segment| segment.duration_s);
-    let first = touches().next().and_then(|first| first.object.first()).map(from_seven);
-    let last = touches().next_back().and_then(|last| last.object.last()).map(from_seven);
+    let first = touches().next().and_then(|first| first.object.first()).map(pose_from_array);
+    let last = touches().next_back().and_then(|last| last.object.last()).map(pose_from_array);
     let stays = first.zip(last).is_none_or(|(first, last)| {
         let moved = (last.translation.vector - first.translation.vector).norm();
         moved < STAYS_M && first.rotation.angle_to(&last.rotation) < STAYS_RAD
@@ -57,11 +57,11 @@ fn is_brush(task: &Task, tasks: &[Task]) -> bool {
 }
 
 /// The segments of a task from one on as something that is not commanded.
-fn left_out(task: &Task, from: usize, why: &str) -> LeftOut {
+fn left_out(task: &Task, from: usize, why: &str) -> Omission {
     let segments = &task.segments[from.min(task.segments.len())..];
     let primitives = segments.iter().map(|segment| segment.primitive.clone()).collect();
     let start_s = segments.first().filter(|_| from > 0).map_or(task.start_s, |first| first.demonstrated_start_s);
-    LeftOut { primitives, start_s, end_s: task.end_s, why: why.into() }
+    Omission { primitives, start_s, end_s: task.end_s, why: why.into() }
 }
 
 /// Leaves out tasks that only carried and dropped an object, or lost it while lifting, if the same hand picks the object up again and its orientation
@@ -96,7 +96,7 @@ fn lost(before: &Task, task: &Task) -> bool {
     let touches = before.segments.iter().filter(|segment| segment.touching);
     let only_lifts = { touches }.all(|segment| LIFTS.contains(&segment.does));
     let on_the_spot = task.segments.first().is_some_and(|segment| segment.touching);
-    let way = task.taken_at().translation.vector - before.taken_at().translation.vector;
+    let way = task.grasp_pose().translation.vector - before.grasp_pose().translation.vector;
     on_the_spot
         && only_lifts
         && !set_down(before)
@@ -120,7 +120,7 @@ fn set_down(task: &Task) -> bool {
 
 /// Whether the object of a task is that of the one before, and stands as it stood then.
 fn stands(before: &Task, task: &Task) -> bool {
-    let turned = before.taken_at().rotation.angle_to(&task.taken_at().rotation);
+    let turned = before.grasp_pose().rotation.angle_to(&task.grasp_pose().rotation);
     before.object == task.object && turned < STANDS_RAD
 }
 
@@ -153,11 +153,11 @@ pub(super) fn lead_to_the_touch(task: &mut Task) {
         if last.touching || !touch.touching || later_s < NEXT_S {
             continue;
         }
-        let moved = from_seven(to) * from_seven(from).inverse();
+        let moved = pose_from_array(to) * pose_from_array(from).inverse();
         for segment in ways.iter_mut().rev().take_while(|segment| !segment.touching) {
             segment.demonstrated_start_s += later_s;
             for object in &mut segment.object {
-                *object = seven(&(moved * from_seven(object)));
+                *object = pose_array(&(moved * pose_from_array(object)));
             }
         }
     }

@@ -5,8 +5,8 @@
 //! Move. Events that have a primitive of their own were intended: a second grasp with a different name, and a fall.
 
 use super::RATE_HZ;
-use super::form::LeftOut;
-use super::series::{Episode, FingerSeries, Piece, Series};
+use super::schema::Omission;
+use super::series::{Episode, EpisodeSegment, FingerSeries, Series};
 use nalgebra::{Isometry3, Vector3};
 use teachtree_analysis::{Segment, TaskSpan};
 use teachtree_base::meaning::Meaning;
@@ -46,7 +46,7 @@ fn lets_go(segment: &Segment) -> bool {
 }
 
 /// The tries of a task that are commanded, and what is not; a hand that `waits` for the other one makes no pauses.
-pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Episode>, Vec<LeftOut>) {
+pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Episode>, Vec<Omission>) {
     let mut tries: Vec<Vec<&Segment>> = Vec::new();
     for segment in &span.segments {
         let begins = match tries.last().and_then(|one| one.last()) {
@@ -65,7 +65,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     let mut kept: Vec<Vec<&Segment>> = Vec::new();
     // A brush is not joined to the push after it.
     tries.dedup_by(|next, one| {
-        let joined = !brushes(one, series) && comes_off(one, next);
+        let joined = !brushes(one, series) && loses_contact(one, next);
         if joined {
             one.append(next);
         }
@@ -126,7 +126,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     }
     let mut episodes = Vec::new();
     for segments in kept {
-        let mut pieces: Vec<Piece> = Vec::with_capacity(segments.len());
+        let mut pieces: Vec<EpisodeSegment> = Vec::with_capacity(segments.len());
         for (number, segment) in segments.iter().enumerate() {
             let touches_next = segments.get(number + 1).is_some_and(|next| !is_free(next));
             let Some(mut piece) = piece(segment, series, waits, touches_next, &mut left_out) else { continue };
@@ -184,7 +184,7 @@ fn brushes(one: &[&Segment], series: &Series) -> bool {
 }
 
 /// Whether the hand came off for a moment as it pushed, and goes on with the next try.
-fn comes_off(one: &[&Segment], next: &[&Segment]) -> bool {
+fn loses_contact(one: &[&Segment], next: &[&Segment]) -> bool {
     let [.., before, release] = one else { return false };
     let briefly = lets_go(release) && release.end_s - release.start_s < COMES_OFF_S;
     briefly && pushes(before) && next.first().is_some_and(|segment| pushes(segment))
@@ -200,8 +200,8 @@ fn stays(segments: &[&Segment], series: &Series) -> bool {
     ends.all(|place| (place - first).norm() <= STAYS_M)
 }
 
-fn leave(segments: &[&Segment], why: &str) -> LeftOut {
-    LeftOut {
+fn leave(segments: &[&Segment], why: &str) -> Omission {
+    Omission {
         primitives: segments.iter().map(|segment| segment.primitive.clone()).collect(),
         start_s: segments.first().map_or(0.0, |segment| segment.start_s),
         end_s: segments.last().map_or(0.0, |segment| segment.end_s),
@@ -214,8 +214,8 @@ fn piece(
     series: &Series,
     waits: bool,
     touches_next: bool,
-    left_out: &mut Vec<LeftOut>,
-) -> Option<Piece> {
+    left_out: &mut Vec<Omission>,
+) -> Option<EpisodeSegment> {
     let (start, end) = (series.sample(segment.start_s), series.sample(segment.end_s));
     let mut samples: Vec<usize> = (start..=end).collect();
     if is_free(segment) && touches_next {
@@ -225,7 +225,7 @@ fn piece(
         samples = without_pauses(samples, segment, series, left_out);
     }
     let touching = !is_free(segment);
-    (!samples.is_empty()).then(|| Piece {
+    (!samples.is_empty()).then(|| EpisodeSegment {
         primitive: segment.primitive.clone(),
         does: does(segment),
         samples,
@@ -239,7 +239,7 @@ fn without_failed_try(
     mut samples: Vec<usize>,
     segment: &Segment,
     series: &Series,
-    left_out: &mut Vec<LeftOut>,
+    left_out: &mut Vec<Omission>,
 ) -> Vec<usize> {
     let touches = |at: usize| series.fingers.iter().any(|finger| finger.touches[at]);
     // What it touches at the beginning is what it lets go of.
@@ -247,14 +247,14 @@ fn without_failed_try(
     let Some(touch) = samples.iter().skip(free).position(|at| touches(*at)).map(|after| free + after) else {
         return samples;
     };
-    let comes_off = samples.iter().skip(touch).any(|at| !touches(*at));
+    let loses_contact = samples.iter().skip(touch).any(|at| !touches(*at));
     let (from, to) = (samples[touch], samples[samples.len() - 1]);
     let way = |finger: &FingerSeries| (finger.tip_in_world[to] - finger.tip_in_world[from]).norm();
-    if !comes_off || series.fingers.iter().any(|finger| way(finger) > ON_THE_SPOT_M) {
+    if !loses_contact || series.fingers.iter().any(|finger| way(finger) > ON_THE_SPOT_M) {
         return samples;
     }
     let time = |at: usize| series.start_s + at as f64 / RATE_HZ;
-    left_out.push(LeftOut {
+    left_out.push(Omission {
         primitives: vec![segment.primitive.clone()],
         start_s: time(from),
         end_s: time(to),
@@ -265,7 +265,7 @@ fn without_failed_try(
 }
 
 /// Takes out of a free motion the samples on which the hand stands still for long.
-fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_out: &mut Vec<LeftOut>) -> Vec<usize> {
+fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_out: &mut Vec<Omission>) -> Vec<usize> {
     let slow = |at: usize| {
         series.fingers.iter().all(|finger| {
             let (before, after) = (at.saturating_sub(3), (at + 3).min(series.len() - 1));
@@ -285,7 +285,7 @@ fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_
         let ends =
             still.first().zip(still.last()).filter(|(first, last)| still.len() > longest && stays(**first, **last));
         if let Some((first, last)) = ends {
-            left_out.push(LeftOut {
+            left_out.push(Omission {
                 primitives: vec![segment.primitive.clone()],
                 start_s: time(*first),
                 end_s: time(*last),

@@ -4,11 +4,11 @@
 //! those of carrying it.
 
 use super::RATE_HZ;
-use super::form::Into;
-use super::series::{Episode, Piece, Series, seven};
+use super::schema::HoleBody;
+use super::series::{Episode, EpisodeSegment, Series, pose_array};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use teachtree_base::easing::smooth_step;
-use teachtree_base::geometry::{Solid, across};
+use teachtree_base::geometry::{Solid, perpendiculars};
 use teachtree_base::meaning::Meaning;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Role, Scene};
@@ -49,27 +49,27 @@ struct Hole<'a> {
 }
 
 /// A hole where it is at a time, reference frame.
-struct Place {
+struct HolePose {
     frame: SocketFrame,
     radius: f64,
 }
 
 /// Another object into whose hole an object went.
-pub(super) struct Entered {
+pub(super) struct HoleEntry {
     pub(super) body: String,
     /// From when on it was inserted, s of the recording.
     pub(super) since_s: f64,
     /// Where that object stood meanwhile; `None` where it was moved.
-    pub(super) into: Option<Into>,
+    pub(super) into: Option<HoleBody>,
 }
 
 /// Straightens the way of the object into a hole, in all episodes in which it is inserted; the last other object whose hole that is.
-pub(super) fn along_the_axis(
+pub(super) fn align_with_hole(
     series: &mut Series,
     recording: &Recording,
     name: &str,
     episodes: &[Episode],
-) -> Option<Entered> {
+) -> Option<HoleEntry> {
     let scene = &recording.scene;
     let plug = scene.bodies.get(name)?.plug_point();
     let holes = holes(scene, name);
@@ -82,7 +82,7 @@ pub(super) fn along_the_axis(
         .collect();
     let mut entered = None;
     for episode in episodes {
-        let inserts = |piece: &&Piece| piece.does == Meaning::Insert;
+        let inserts = |piece: &&EpisodeSegment| piece.does == Meaning::Insert;
         let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece)) else { continue };
         // Of two hands in the air, each of which feels for the other's, objects are inserted and fitted by turns.
         let going_in = episode.pieces[first..].iter().take_while(|piece| inserts(piece) || piece.does == Meaning::Fit);
@@ -99,8 +99,8 @@ pub(super) fn along_the_axis(
         // Where both hands move what they hold, neither waits for the other's hole.
         let stands = (way[deepest].translation.vector - way[begins].translation.vector).norm() < STANDS_M;
         if hole.fixed.is_none() {
-            let into = stands.then(|| Into { body: hole.body.into(), pose: seven(&way[deepest]) });
-            entered = Some(Entered { body: hole.body.into(), since_s: series.time_s(begins), into });
+            let into = stands.then(|| HoleBody { body: hole.body.into(), pose: pose_array(&way[deepest]) });
+            entered = Some(HoleEntry { body: hole.body.into(), since_s: series.time_s(begins), into });
         }
         let held: Vec<usize> = episode
             .pieces
@@ -152,7 +152,7 @@ pub(super) fn along_the_axis(
 
 /// A plain hole with an object in it, where both are; reference frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Opening {
+pub struct HoleGeometry {
     /// Where the object's plug point is when it is about to enter.
     pub rim: Point3<f64>,
     /// Unit, outwards.
@@ -169,7 +169,7 @@ pub fn hole_of(
     name: &str,
     object: &Isometry3<f64>,
     now: &dyn Fn(&str) -> Option<Isometry3<f64>>,
-) -> Option<Opening> {
+) -> Option<HoleGeometry> {
     let plug = scene.bodies.get(name)?.plug_point();
     let holes = holes(scene, name);
     let mut places = holes.iter().filter(|hole| !hole.threaded).filter_map(|hole| {
@@ -179,7 +179,7 @@ pub fn hole_of(
     let (hole, place) = places.find(|(_, place)| place.holds(object, &plug))?;
     let own = object.inverse_transform_vector(&place.frame.axis);
     let clearance = clearance(scene, (hole.body, &hole.frame.rim, &hole.frame.axis), (name, &plug, &own));
-    Some(Opening { rim: place.frame.rim, axis: place.frame.axis, plug, clearance })
+    Some(HoleGeometry { rim: place.frame.rim, axis: place.frame.axis, plug, clearance })
 }
 
 /// How much wider a hole is than what goes in, m: shapes are looked at just behind the rim, what is solid there from within. It is the other way round
@@ -204,7 +204,7 @@ fn clearance(
 /// How near the surface is to a point at right angles to an axis, m, and whether the point is in the body.
 fn radius_about(solid: &Solid, point: &Point3<f64>, axis: &Vector3<f64>) -> Option<(f64, bool)> {
     let inside = solid.distance(point) < 0.0;
-    let [one, other] = across(axis);
+    let [one, other] = perpendiculars(axis);
     let mut nearest = f64::INFINITY;
     for ray in 0..RAYS {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(ray) / f64::from(RAYS)).sin_cos();
@@ -246,12 +246,12 @@ fn holes<'a>(scene: &'a Scene, object: &str) -> Vec<Hole<'a>> {
 
 impl Hole<'_> {
     /// Where it is when its body is at this pose.
-    fn at(&self, body: &Isometry3<f64>) -> Place {
-        Place { frame: self.frame.placed(body), radius: self.radius }
+    fn at(&self, body: &Isometry3<f64>) -> HolePose {
+        HolePose { frame: self.frame.placed(body), radius: self.radius }
     }
 }
 
-impl Place {
+impl HolePose {
     /// Whether an object at this pose is in it.
     fn holds(&self, object: &Isometry3<f64>, plug: &Point3<f64>) -> bool {
         let seen = self.seen(object, plug);

@@ -4,48 +4,48 @@
 //! the contact points, smoothed within a segment and never across a contact (the paper's sections 2.1, 2.5 and 3.2). What came to nothing,
 //! and pauses on the way, are left out. No robot is named here: which hand takes hold how is added by `robot`.
 
-mod also_moved;
 mod columns;
 pub mod csv;
 mod drops;
 mod episodes;
-mod falling;
-mod form;
-mod gripping;
+mod free_fall;
+mod grip_force;
 mod insertion;
-mod leaning;
+mod moved_objects;
 mod pads;
-mod reading;
+mod placement;
+mod schema;
 mod series;
-mod settling;
-pub mod smooth;
-mod touching;
+pub mod smoothing;
+mod touch_detection;
+mod validation;
+mod wall_press;
 
-pub use form::{
-    Commands, Contact, GraspSpec, Into, LeftOut, MappedFinger, MappedGrasp, Precedence, Quality, SCHEMA, Segment, Task,
-    Tip,
+pub use insertion::{HoleGeometry, hole_of};
+pub use schema::{
+    Commands, Contact, GraspSpec, HoleBody, MappedFinger, MappedGrasp, Omission, Precedence, Quality, SCHEMA, Segment,
+    Task, Tip,
 };
-pub use insertion::{Opening, hole_of};
-pub use reading::in_file;
 pub use series::into_cone;
-pub use touching::TouchForces;
+pub use touch_detection::TouchForces;
+pub use validation::in_file;
 
-use also_moved::also_moved;
 use drops::{without_brushes, without_drops};
 use episodes::episodes;
 use indexmap::IndexMap;
-use insertion::Entered;
+use insertion::HoleEntry;
+use moved_objects::moved_objects;
 use nalgebra::Isometry3;
 use series::{Episode, Series};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use teachtree_analysis::json::printed;
-use teachtree_analysis::{Analysis, TaskSpan, Who};
+use teachtree_analysis::{Analysis, TaskSpan, TrackId};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::{FingerPart, LogChannel};
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::from_seven;
+use teachtree_base::pose::pose_from_array;
 use teachtree_base::quantity::Quantity;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Body, Hand, Role};
@@ -80,42 +80,42 @@ pub fn commands(
     }
     let objects = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name);
     let falling: BTreeMap<&String, f64> =
-        objects.filter_map(|name| Some((name, falling::falls_s(recording, name)?))).collect();
-    let mut spans: Vec<(Side, &Hand, Cow<'_, TaskSpan>, Option<LeftOut>)> = Vec::new();
+        objects.filter_map(|name| Some((name, free_fall::falls_s(recording, name)?))).collect();
+    let mut spans: Vec<(Side, &Hand, Cow<'_, TaskSpan>, Option<Omission>)> = Vec::new();
     for track in &analysis.tracks {
-        let Who::Hand(side) = track.who else { continue };
+        let TrackId::Hand(side) = track.who else { continue };
         let Some(hand) = hands.get(&side) else { continue };
         for span in &track.tasks {
-            carried_out(span, log)?;
+            check_meanings(span, log)?;
             let about = || about(recording, (side, hand), span, touch);
             let fell_s = if falling.is_empty() { None } else { about().and_then(|(object, ..)| falling.get(object)) };
             match fell_s.filter(|fell_s| **fell_s < span.end_s) {
                 None => spans.push((side, hand, Cow::Borrowed(span), None)),
                 Some(&fell_s) => {
-                    let (ended, left_out) = falling::ended(span, fell_s);
+                    let (ended, left_out) = free_fall::ended(span, fell_s);
                     spans.extend(ended.map(|ended| (side, hand, Cow::Owned(ended), Some(left_out))));
                 }
             }
         }
     }
-    let mut handled: Vec<Handled<'_>> = Vec::new();
+    let mut handled: Vec<HandledTask<'_>> = Vec::new();
     for (side, hand, span, fell) in &spans {
         let Some((object, series, others)) = about(recording, (*side, hand), span, touch) else { continue };
         // A hand that stands still while the other hand works is waiting for it.
-        let others_of = analysis.tracks.iter().filter(|other| other.who != Who::Hand(*side));
+        let others_of = analysis.tracks.iter().filter(|other| other.who != TrackId::Hand(*side));
         let waits = others_of.flat_map(|other| &other.tasks).any(|other| overlap(other, span));
-        let mut this = Handled::new(span, *side, recording, object, series, waits);
+        let mut this = HandledTask::new(span, *side, recording, object, series, waits);
         let by_another = |name: &str, body: &Body, times: [f64; 2]| {
             let others = hands.iter().filter(|(other, _)| *other != side);
             let series = |(other, hand): (&Side, &Hand)| Series::new(recording, *other, hand, name, times, touch);
             { others }.filter_map(series).any(|series| series.touched(body).is_some())
         };
-        this.left_out.extend(also_moved(span, &this.series, &others, by_another));
+        this.left_out.extend(moved_objects(span, &this.series, &others, by_another));
         this.left_out.extend(fell.clone());
         handled.push(this);
     }
-    settling::note_brushes(&mut handled);
-    settling::put_all_down(&mut handled, recording);
+    placement::note_brushes(&mut handled);
+    placement::put_all_down(&mut handled, recording);
     let falls = handled.iter().filter(|handled| handled.episodes.last().is_some_and(|last| last.lets_fall));
     let falls: Vec<(Side, f64)> = falls.map(|handled| (handled.side, handled.span.end_s)).collect();
     let mut tasks: Vec<Task> = handled.into_iter().map(|handled| handled.task(recording)).collect();
@@ -127,7 +127,7 @@ pub fn commands(
 }
 
 /// An object with a hand's samples relative to it.
-type Touched<'a> = (&'a String, &'a Body, Series);
+type TouchedObject<'a> = (&'a String, &'a Body, Series);
 
 /// Returns the object that a hand's task handles, with its samples, and the other objects that the hand touches. The handled object is the one that
 /// is touched longest.
@@ -136,10 +136,10 @@ fn about<'a>(
     (side, hand): (Side, &Hand),
     span: &TaskSpan,
     touch: TouchForces,
-) -> Option<(&'a String, Series, Vec<Touched<'a>>)> {
+) -> Option<(&'a String, Series, Vec<TouchedObject<'a>>)> {
     let times = [span.start_s, span.end_s];
     let objects = recording.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
-    let mut touched: Vec<Touched<'_>> = objects
+    let mut touched: Vec<TouchedObject<'_>> = objects
         .filter_map(|(name, body)| Some((name, body, Series::new(recording, side, hand, name, times, touch)?)))
         .collect();
     touched.retain(|(_, body, series)| series.nearness(body) > 0);
@@ -166,7 +166,7 @@ fn hands(recording: &Recording) -> IndexMap<Side, Hand> {
 }
 
 /// Refuses a task in which a primitive does not say what a hand does: no robot can know.
-fn carried_out(span: &TaskSpan, log: &str) -> Result<(), InputError> {
+fn check_meanings(span: &TaskSpan, log: &str) -> Result<(), InputError> {
     let Some(unsaid) = span.segments.iter().find(|segment| segment.does.is_none()) else { return Ok(()) };
     let name = unsaid.primitive.split('(').next().unwrap_or_default();
     let message = format!(
@@ -184,19 +184,19 @@ fn overlap(one: &TaskSpan, other: &TaskSpan) -> bool {
 }
 
 /// A task, and the samples of what its hand handles.
-struct Handled<'a> {
+struct HandledTask<'a> {
     side: Side,
     span: &'a TaskSpan,
     object: &'a str,
     series: Series,
     episodes: Vec<Episode>,
-    left_out: Vec<LeftOut>,
-    entered: Option<Entered>,
+    left_out: Vec<Omission>,
+    entered: Option<HoleEntry>,
     /// Whether it is too short to be meant, and just after the object was let go: it is left out.
     is_brush: bool,
 }
 
-impl<'a> Handled<'a> {
+impl<'a> HandledTask<'a> {
     fn new(
         span: &'a TaskSpan,
         side: Side,
@@ -207,9 +207,9 @@ impl<'a> Handled<'a> {
     ) -> Self {
         let (episodes, left_out) = episodes(span, &series, waits);
         let body = recording.scene.bodies.get(object);
-        body.iter().for_each(|body| gripping::with_forces(&mut series, recording, body, &episodes));
-        let entered = insertion::along_the_axis(&mut series, recording, object, &episodes);
-        leaning::against_the_wall(&mut series, recording, object, &episodes);
+        body.iter().for_each(|body| grip_force::with_forces(&mut series, recording, body, &episodes));
+        let entered = insertion::align_with_hole(&mut series, recording, object, &episodes);
+        wall_press::press_against_wall(&mut series, recording, object, &episodes);
         Self { side, span, object, series, episodes, left_out, entered, is_brush: false }
     }
 
@@ -257,10 +257,10 @@ impl Task {
     }
 
     /// Where the object is when it is touched first, reference frame; the same frame for a task that touches nothing.
-    pub fn taken_at(&self) -> Isometry3<f64> {
+    pub fn grasp_pose(&self) -> Isometry3<f64> {
         let touched = self.segments.iter().find(|segment| segment.touching).or(self.segments.first());
         let first = touched.and_then(|segment| segment.object.first());
-        first.map_or_else(Isometry3::identity, from_seven)
+        first.map_or_else(Isometry3::identity, pose_from_array)
     }
 
     /// How long its commands take, s.

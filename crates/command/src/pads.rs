@@ -1,9 +1,9 @@
 //! The contacts of two flat pads. A log has the middle of each pad, which may be nearest to a face beside the one that it presses on; and the contacts that are
 //! commanded are points, where pads are areas.
 
-use super::form::Contact;
+use super::schema::Contact;
 use nalgebra::Vector3;
-use teachtree_base::geometry::{across, face_normal, surface_distance};
+use teachtree_base::geometry::{face_normal, perpendiculars, surface_distance};
 use teachtree_base::scene::Body;
 
 /// Faces are opposite when the cosine between their normals is below the negative of this.
@@ -22,7 +22,7 @@ const PROBE_M: f64 = 1e-4;
 
 /// Puts two contacts that are not on opposite faces to where the line between both pads meets the object, if the faces there are. `pads` are the middles of
 /// the pads, frame of the object, m.
-pub(super) fn facing(body: &Body, contacts: &mut [Contact], pads: &[Vector3<f64>]) {
+pub(super) fn face_contacts(body: &Body, contacts: &mut [Contact], pads: &[Vector3<f64>]) {
     let ([one, two], [from, to]) = (contacts, pads) else { return };
     if faces(&one.normal.into(), &two.normal.into()) {
         return;
@@ -94,7 +94,7 @@ pub(super) fn opposite(body: &Body, contacts: &mut [Contact], radius: f64) {
         gap(0.0).abs() < FLAT_M && gap(radius) > radius - FLAT_M
     };
     let mut nearer = Vector3::zeros();
-    for (direction, length) in across(&normal).map(|direction| (direction, aside.dot(&direction))) {
+    for (direction, length) in perpendiculars(&normal).map(|direction| (direction, aside.dot(&direction))) {
         let shares = SHARES.map(|share| nearer + direction * (length.clamp(-PAD_M, PAD_M) * share));
         nearer = shares.into_iter().find(|nearer| ends(nearer).into_iter().all(lies)).unwrap_or(nearer);
     }

@@ -1,16 +1,16 @@
 //! A task's part of a recording at the rate of commands, and the segments and contact points that come out of it.
 
 use super::columns::{RowTime, interpolated, poses, poses_at, positions_at, vectors};
-use super::form::{Contact, GraspSpec, Quality, Segment, Tip};
-use super::smooth::{deviation, jerk, smooth_within};
-use super::touching::{TouchForces, flags, touching};
+use super::schema::{Contact, GraspSpec, Quality, Segment, Tip};
+use super::smoothing::{deviation, jerk, smooth_within};
+use super::touch_detection::{TouchForces, flags, touching};
 use super::{FRICTION, RATE_HZ, pads};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use teachtree_base::geometry::{face_normal, surface_distance};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::{ContactPart, FingerPart, LogChannel};
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::Seven;
+use teachtree_base::pose::PoseArray;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Body, Hand};
 
@@ -35,13 +35,13 @@ const SETTLES_S: f64 = 0.1;
 
 /// A try that counts.
 pub(super) struct Episode {
-    pub(super) pieces: Vec<Piece>,
+    pub(super) pieces: Vec<EpisodeSegment>,
     /// Whether the object falls intentionally at the end.
     pub(super) lets_fall: bool,
 }
 
 /// A segment of it.
-pub(super) struct Piece {
+pub(super) struct EpisodeSegment {
     pub(super) primitive: String,
     /// What the hand does.
     pub(super) does: Meaning,
@@ -200,16 +200,16 @@ impl Series {
 
     /// For how many samples a fingertip touches and is at the object.
     pub(super) fn nearness(&self, body: &Body) -> usize {
-        self.at_it(body).count()
+        self.touching_samples(body).count()
     }
 
     /// The first and the last sample at which a fingertip touches and is at the object; `None` where none is.
     pub(super) fn touched(&self, body: &Body) -> Option<(usize, usize)> {
-        Some((self.at_it(body).min()?, self.at_it(body).max()?))
+        Some((self.touching_samples(body).min()?, self.touching_samples(body).max()?))
     }
 
     /// The samples at which a fingertip touches and is at the object, of one finger after the other.
-    fn at_it<'a>(&'a self, body: &'a Body) -> impl Iterator<Item = usize> + 'a {
+    fn touching_samples<'a>(&'a self, body: &'a Body) -> impl Iterator<Item = usize> + 'a {
         let is_at = |tip: &Vector3<f64>| surface_distance(body, &Point3::from(*tip)) < self.tip_radius + 0.004;
         self.fingers.iter().flat_map(move |finger| {
             let samples = finger.tip.iter().zip(&finger.touches).enumerate();
@@ -240,7 +240,7 @@ impl Series {
             means.push(mean);
         }
         if self.flat_pads {
-            pads::facing(body, &mut contacts, &means);
+            pads::face_contacts(body, &mut contacts, &means);
             pads::opposite(body, &mut contacts, self.tip_radius);
         }
         for contact in &mut contacts {
@@ -250,7 +250,7 @@ impl Series {
     }
 
     /// A commanded segment.
-    pub(super) fn segment(&self, piece: &Piece, grasp: Option<&GraspSpec>) -> Segment {
+    pub(super) fn segment(&self, piece: &EpisodeSegment, grasp: Option<&GraspSpec>) -> Segment {
         let mut quality = Quality::default();
         let at = &piece.samples;
         let first = self.wanted[at[0]].rotation;
@@ -352,15 +352,15 @@ fn flattened(pose: &Isometry3<f64>, first: &UnitQuaternion<f64>) -> [f64; 6] {
     [place.x, place.y, place.z, turned.x, turned.y, turned.z]
 }
 
-fn unflattened(flat: &[f64; 6], first: &UnitQuaternion<f64>) -> Seven {
+fn unflattened(flat: &[f64; 6], first: &UnitQuaternion<f64>) -> PoseArray {
     let turned = Vector3::new(flat[3], flat[4], flat[5]) / TURN_M;
     let turn = UnitQuaternion::from_scaled_axis(turned) * first;
     [flat[0], flat[1], flat[2], turn.w, turn.i, turn.j, turn.k].map(round)
 }
 
 /// Returns a pose as commands write it: seven numbers with seven decimals.
-pub(super) fn seven(pose: &Isometry3<f64>) -> Seven {
-    teachtree_base::pose::seven(pose).map(round)
+pub(super) fn pose_array(pose: &Isometry3<f64>) -> PoseArray {
+    teachtree_base::pose::pose_array(pose).map(round)
 }
 
 /// The force on an object (N) nearest to this one within the friction cone about `-normal`, the way into its surface, and whether it lay outside.

@@ -72,7 +72,7 @@ impl CollisionShape {
     /// show it early.
     pub fn gap_below(&self, other: &Self, below: f64) -> Option<f64> {
         let round = self.radius() + other.radius();
-        let mut at = self.begin(other);
+        let mut at = self.start_point(other);
         let mut there = other.nearest(&at);
         // Between two bars, one step from there is the last.
         let steps = if matches!((self, other), (Self::Capsule(..), Self::Capsule(..))) { 1 } else { STEPS };
@@ -99,14 +99,14 @@ impl CollisionShape {
         let apart = (at - there).norm();
         let has_piece = [self, other].iter().any(|shape| matches!(shape, Self::Piece(..)));
         let may_overlap = apart < SHORT_M || apart < UNSURE_M && !has_piece;
-        let way_out = Some(other).filter(|_| may_overlap).map_or(0.0, |other| self.way_out(other));
+        let penetration = Some(other).filter(|_| may_overlap).map_or(0.0, |other| self.penetration(other));
         // Of pieces not every axis is tried, so that one on which they overlap proves nothing.
-        let apart = if way_out > 0.0 || apart < SHORT_M { -way_out.max(0.0) } else { apart };
+        let apart = if penetration > 0.0 || apart < SHORT_M { -penetration.max(0.0) } else { apart };
         Some(apart - round).filter(|gap| *gap < below)
     }
 
-    /// The least way after which the core of a shape is out of that of another one, m; below zero where they are not in each other.
-    fn way_out(&self, other: &Self) -> f64 {
+    /// The penetration depth of the cores of two shapes, m; below zero where they are not in each other.
+    fn penetration(&self, other: &Self) -> f64 {
         let (ours, theirs) = (self.edges(), other.edges());
         let across = ours.iter().flat_map(|edge| theirs.iter().map(move |other| edge.cross(other)));
         let axes = self.normals().into_iter().chain(other.normals()).chain(across);
@@ -168,7 +168,7 @@ impl CollisionShape {
 
     /// A point of the shape from which it is near to another one. Of bars it is the nearest to the other's line, so that nearly parallel ones, between which
     /// each step is a short one, are there at once (C. Ericson, *Real-Time Collision Detection*, 5.1.9).
-    fn begin(&self, other: &Self) -> Point3<f64> {
+    fn start_point(&self, other: &Self) -> Point3<f64> {
         if let (Self::Capsule(from, to, _), Self::Capsule(from_of_other, to_of_other, _)) = (self, other) {
             let (ours, theirs, between) = (to - from, to_of_other - from_of_other, from - from_of_other);
             let (a, b, e) = (ours.norm_squared(), ours.dot(&theirs), theirs.norm_squared());

@@ -63,7 +63,7 @@ pub struct Joint {
     /// The name in the file.
     pub name: String,
     /// Whether it turns or slides.
-    pub kind: Kind,
+    pub kind: JointKind,
     /// The axis, frame of the joint.
     pub axis: Unit<Vector3<f64>>,
     /// Index of the degree of freedom that drives it.
@@ -74,7 +74,7 @@ pub struct Joint {
 
 /// Forms of joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum JointKind {
     /// Turns about its axis; rad and N m.
     Revolute,
     /// Slides along its axis; m and N.
@@ -116,10 +116,10 @@ impl Joint {
     pub fn motion(&self, value: f64) -> Isometry3<f64> {
         let moved = value * self.ratio;
         match self.kind {
-            Kind::Revolute => {
+            JointKind::Revolute => {
                 Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(&self.axis, moved))
             }
-            Kind::Prismatic => {
+            JointKind::Prismatic => {
                 Isometry3::from_parts((self.axis.into_inner() * moved).into(), UnitQuaternion::identity())
             }
         }
@@ -160,8 +160,8 @@ impl KinematicTree {
             let Some(joint) = &self.links[index].joint else { continue };
             let axis = poses[index].rotation * joint.axis.into_inner() * joint.ratio;
             let (linear, angular) = match joint.kind {
-                Kind::Revolute => (axis.cross(&(point - poses[index].translation.vector).coords), axis),
-                Kind::Prismatic => (axis, Vector3::zeros()),
+                JointKind::Revolute => (axis.cross(&(point - poses[index].translation.vector).coords), axis),
+                JointKind::Prismatic => (axis, Vector3::zeros()),
             };
             let mut column = jacobian.column_mut(joint.dof);
             for row in 0..3 {

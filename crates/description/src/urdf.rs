@@ -6,13 +6,13 @@
 use super::limits::{MAX_LINKS, MAX_MESHES, MAX_SOLIDS, SPEEDS_UP_S};
 use super::mesh::{MeshName, MeshUse};
 use super::shape::{CollisionShape, inertia_of};
-use super::tree::{Dof, Joint, Kind, KinematicTree, Link};
+use super::tree::{Dof, Joint, JointKind, KinematicTree, Link};
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use teachtree_base::error::InputError;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 
 /// The largest URDF text that is read, in bytes, and how many nodes it may have.
 const MAX_BYTES: usize = 4 << 20;
@@ -241,8 +241,8 @@ impl<'a> Reader<'a> {
             if range[0] >= range[1] {
                 let message = format!(
                     "`{name}` goes from {} to {}, expected the smaller end first",
-                    Shown(range[0]),
-                    Shown(range[1])
+                    ShortNumber(range[0]),
+                    ShortNumber(range[1])
                 );
                 return Err(self.error(*node, message));
             }
@@ -266,8 +266,8 @@ impl<'a> Reader<'a> {
     fn joint(&self, node: Node<'a, 'a>, dofs: &[Dof]) -> Result<Option<Joint>, InputError> {
         let kind = match self.name(node, "type")? {
             "fixed" => return Ok(None),
-            "prismatic" => Kind::Prismatic,
-            _ => Kind::Revolute,
+            "prismatic" => JointKind::Prismatic,
+            _ => JointKind::Revolute,
         };
         let name = self.name(node, "name")?;
         let (mut driver, mut ratio) = (name, 1.0);
@@ -336,9 +336,10 @@ impl<'a> Reader<'a> {
         let at = self.origin(inertial)?;
         link.mass = children(inertial, "mass").next().map_or(Ok(0.0), |mass| self.number(mass, "value", 0.0))?;
         if !(0.0..=1e3).contains(&link.mass) {
-            return Err(
-                self.error(inertial, format!("`{name}` has a mass of {} kg, expected 0 to 1000 kg", Shown(link.mass)))
-            );
+            return Err(self.error(
+                inertial,
+                format!("`{name}` has a mass of {} kg, expected 0 to 1000 kg", ShortNumber(link.mass)),
+            ));
         }
         link.centre = at * Point3::origin();
         link.inertia = match children(inertial, "inertia").next() {

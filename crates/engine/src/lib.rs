@@ -10,6 +10,6 @@ pub mod reference;
 pub mod runs;
 pub mod semantics;
 pub mod summary;
-pub mod temporal;
+pub mod temporal_operators;
 
 pub use compiled::evaluator;

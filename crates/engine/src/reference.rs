@@ -16,10 +16,10 @@ use teachtree_base::channels::{Shape, reads_target};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_frames::frames::{ColumnKey, Frames};
-use teachtree_language::ops::Temporal;
+use teachtree_language::ops::TemporalOperator;
 use teachtree_language::rules::{
-    Arithmetic, Branch, ChannelId, Comparison, Constant, Expr, ExprKind, Label, LatchId, Rules, SignalId, Then, Tree,
-    TreeScope,
+    Arithmetic, Branch, ChannelId, Comparison, Consequent, Constant, Expr, ExprKind, Label, LatchId, Rules, SignalId,
+    Tree, TreeScope,
 };
 
 /// Evaluates a whole log, stretch by stretch.
@@ -36,10 +36,10 @@ type LeafOnFrame = Option<Label>;
 type Outcome<T> = Result<T, InputError>;
 
 /// A declaration of a hand: whether it is a latch, its position, whose.
-type Declared = (bool, u32, Option<Side>);
+type DeclarationKey = (bool, u32, Option<Side>);
 
-/// Values by what they are of, whose, and when.
-type Known<Id, T> = HashMap<(Id, Option<Side>, usize), T>;
+/// Values by declaration, hand and frame.
+type Cache<Id, T> = HashMap<(Id, Option<Side>, usize), T>;
 
 struct Reference<'a> {
     rules: &'a Rules,
@@ -48,13 +48,13 @@ struct Reference<'a> {
     /// The leaves so far of each tree: by side, `None` for the one over both hands.
     leaves: HashMap<Option<Side>, Vec<LeafOnFrame>>,
     /// Values of signals and latches that were asked for before.
-    signals: RefCell<Known<SignalId, Value>>,
-    latches: RefCell<Known<LatchId, bool>>,
+    signals: RefCell<Cache<SignalId, Value>>,
+    latches: RefCell<Cache<LatchId, bool>>,
     /// Likewise of operators with memory, each by its place in the rules: looked up again for each frame of each operator around them, they would take time
     /// with the power of how deep they are nested.
-    remembered: RefCell<Known<*const Expr, Value>>,
+    remembered: RefCell<Cache<*const Expr, Value>>,
     /// The targets that a signal or latch reads.
-    targets: RefCell<HashMap<Declared, BTreeSet<Side>>>,
+    targets: RefCell<HashMap<DeclarationKey, BTreeSet<Side>>>,
 }
 
 impl<'a> Reference<'a> {
@@ -125,10 +125,10 @@ impl<'a> Reference<'a> {
             };
             if taken {
                 return match &choice.then {
-                    Then::Primitive(label) => Ok(Some(*label)),
-                    Then::Separate => Ok(None),
-                    Then::Stay => Ok(self.leaf_before(tree, frame).flatten()),
-                    Then::Branch(inner) => self.decide(inner, tree, frame),
+                    Consequent::Primitive(label) => Ok(Some(*label)),
+                    Consequent::Separate => Ok(None),
+                    Consequent::Stay => Ok(self.leaf_before(tree, frame).flatten()),
+                    Consequent::Branch(inner) => self.decide(inner, tree, frame),
                 };
             }
         }
@@ -171,7 +171,7 @@ impl<'a> Reference<'a> {
         targets
     }
 
-    fn targets_of(&self, declared: Declared, inner: &[&Expr]) -> BTreeSet<Side> {
+    fn targets_of(&self, declared: DeclarationKey, inner: &[&Expr]) -> BTreeSet<Side> {
         if let Some(targets) = self.targets.borrow().get(&declared) {
             return targets.clone();
         }
@@ -380,28 +380,34 @@ impl<'a> Reference<'a> {
     }
 
     /// Operators over time on a condition.
-    fn over_time(&self, op: &Temporal<Constant>, condition: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+    fn over_time(
+        &self,
+        op: &TemporalOperator<Constant>,
+        condition: &Expr,
+        this: Option<Side>,
+        frame: usize,
+    ) -> Outcome<Value> {
         let frames = |duration: &Constant| Ok(samples(duration.value, self.frames.layout.rate_hz)? as usize);
         let beginning = self.beginning(&[condition], this, frame);
         let now = self.value(condition, this, frame)?;
         // The last `n` frames, as far as they are there.
         let last = |n: usize| (frame + 1).saturating_sub(n).max(beginning)..frame + 1;
         match op {
-            Temporal::For(duration) => {
+            TemporalOperator::For(duration) => {
                 let n = frames(duration)?;
                 if frame + 1 < beginning + n {
                     return Ok(each(&now, &|_| Value::Bool(false)));
                 }
                 self.over(last(n), condition, this, &now, true, |every, then| every && then)
             }
-            Temporal::WithinLast(duration) => {
+            TemporalOperator::WithinLast(duration) => {
                 self.over(last(frames(duration)?), condition, this, &now, false, |any, then| any || then)
             }
-            Temporal::WithinNext(duration) => {
+            TemporalOperator::WithinNext(duration) => {
                 let next = frame..(frame + frames(duration)?).min(self.stretch.end);
                 self.over(next, condition, this, &now, false, |any, then| any || then)
             }
-            Temporal::AtLeast { times, within } => {
+            TemporalOperator::AtLeast { times, within } => {
                 let mut begun = each(&now, &|_| Value::Number(0.0));
                 for at in last(frames(within)?) {
                     let holds = self.value(condition, this, at)?;
@@ -417,8 +423,8 @@ impl<'a> Reference<'a> {
                 }
                 Ok(each(&begun, &|begun| Value::Bool(scalar(begun) >= times.value)))
             }
-            Temporal::Rises | Temporal::Falls => {
-                let rises = matches!(op, Temporal::Rises);
+            TemporalOperator::Rises | TemporalOperator::Falls => {
+                let rises = matches!(op, TemporalOperator::Rises);
                 if frame == beginning {
                     return Ok(each(&now, &|_| Value::Bool(false)));
                 }

@@ -4,7 +4,7 @@
 use teachtree_base::channels::{Axis, Shape};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_frames::frames::{ColumnKey, Frames, Layout};
 use teachtree_language::rules::{LEAST_SAMPLES, MOST_TIMES};
 
@@ -27,8 +27,8 @@ pub fn samples(duration_s: f64, rate_hz: f64) -> Result<u32, InputError> {
     if samples > MAX_WINDOW {
         let message = format!(
             "a duration of {} s is {:.0} samples at {rate_hz:.1} Hz, at most {MAX_WINDOW:.0} are counted",
-            Shown(duration_s),
-            Shown(samples)
+            ShortNumber(duration_s),
+            ShortNumber(samples)
         );
         return Err(InputError::new("rules", message));
     }

@@ -6,10 +6,10 @@
 
 use teachtree_language::ops::{Samples, Summary};
 
-/// What is made of which samples; a window is in samples, at least 1.
+/// A summary of samples; a window is in samples, at least 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Over {
-    /// What is made of them.
+pub struct Aggregation {
+    /// The summary.
     pub summary: Summary,
     /// The rate of the log, Hz.
     pub rate: f64,
@@ -63,7 +63,7 @@ fn joined(summary: Summary, one: f64, other: f64) -> f64 {
     }
 }
 
-impl Over {
+impl Aggregation {
     /// What is made of so many samples that were put together.
     #[inline(always)]
     fn result(self, joined: f64, count: u64) -> f64 {
@@ -102,23 +102,23 @@ impl State {
 
     /// What is made of the samples up to this frame.
     #[inline(always)]
-    pub fn value(&self, over: Over, frame: Frame) -> f64 {
-        let Over { summary, .. } = over;
+    pub fn value(&self, aggregation: Aggregation, frame: Frame) -> f64 {
+        let Aggregation { summary, .. } = aggregation;
         match self {
             Self::Last { ring, at, full, running } => {
                 let (at, full) = if frame.anew { (0, false) } else { (*at, *full) };
                 let piece = if at == 0 { frame.now } else { joined(summary, *running, frame.now) };
                 match ring.get(at + 1).filter(|_| full) {
-                    Some(before) => over.result(joined(summary, *before, piece), ring.len() as u64),
-                    None => over.result(piece, at as u64 + 1),
+                    Some(before) => aggregation.result(joined(summary, *before, piece), ring.len() as u64),
+                    None => aggregation.result(piece, at as u64 + 1),
                 }
             }
             Self::Since { running, count, .. } => match self.since(frame) {
                 // It has not begun so far.
                 None if summary == Summary::Integral => 0.0,
                 None => frame.now,
-                Some(true) => over.result(frame.now, 1),
-                Some(false) => over.result(joined(summary, *running, frame.now), count + 1),
+                Some(true) => aggregation.result(frame.now, 1),
+                Some(false) => aggregation.result(joined(summary, *running, frame.now), count + 1),
             },
         }
     }
@@ -138,8 +138,8 @@ impl State {
 
     /// Goes on to the next frame.
     #[inline(always)]
-    pub fn advance(&mut self, over: Over, frame: Frame) {
-        let summary = over.summary;
+    pub fn advance(&mut self, aggregation: Aggregation, frame: Frame) {
+        let summary = aggregation.summary;
         let begins = self.since(frame);
         match self {
             Self::Last { ring, at, full, running } => {
@@ -170,24 +170,24 @@ impl State {
     /// The results of a block, whose numbers stand in `out`: `at` says of a frame of it whether the condition of `since` holds, and whether the memory
     /// begins there.
     #[inline(always)]
-    pub fn block(&mut self, over: Over, out: &mut [f64], at: impl Fn(usize) -> (bool, bool)) {
+    pub fn block(&mut self, aggregation: Aggregation, out: &mut [f64], at: impl Fn(usize) -> (bool, bool)) {
         // Which summary it is, is decided once.
-        match over.summary {
-            Summary::Mean => self.each(Over { summary: Summary::Mean, ..over }, out, at),
-            Summary::Min => self.each(Over { summary: Summary::Min, ..over }, out, at),
-            Summary::Max => self.each(Over { summary: Summary::Max, ..over }, out, at),
-            Summary::Integral => self.each(Over { summary: Summary::Integral, ..over }, out, at),
-            Summary::Earliest => self.each(Over { summary: Summary::Earliest, ..over }, out, at),
+        match aggregation.summary {
+            Summary::Mean => self.each(Aggregation { summary: Summary::Mean, ..aggregation }, out, at),
+            Summary::Min => self.each(Aggregation { summary: Summary::Min, ..aggregation }, out, at),
+            Summary::Max => self.each(Aggregation { summary: Summary::Max, ..aggregation }, out, at),
+            Summary::Integral => self.each(Aggregation { summary: Summary::Integral, ..aggregation }, out, at),
+            Summary::Earliest => self.each(Aggregation { summary: Summary::Earliest, ..aggregation }, out, at),
         }
     }
 
     #[inline(always)]
-    fn each(&mut self, over: Over, out: &mut [f64], at: impl Fn(usize) -> (bool, bool)) {
+    fn each(&mut self, aggregation: Aggregation, out: &mut [f64], at: impl Fn(usize) -> (bool, bool)) {
         for (place, out) in out.iter_mut().enumerate() {
             let (holds, anew) = at(place);
             let frame = Frame { now: *out, holds, anew };
-            *out = self.value(over, frame);
-            self.advance(over, frame);
+            *out = self.value(aggregation, frame);
+            self.advance(aggregation, frame);
         }
     }
 }

@@ -5,7 +5,7 @@ const CLEAR: f64 = 4.0;
 
 /// Numbers in two groups.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Split {
+pub struct OtsuSplit {
     /// How many are in the first group.
     pub count: usize,
     /// The means of the groups.
@@ -14,7 +14,7 @@ pub struct Split {
     pub distance: f64,
 }
 
-impl Split {
+impl OtsuSplit {
     /// Whether there are two groups, and not one that was cut.
     pub fn is_clear(&self) -> bool {
         self.distance >= CLEAR
@@ -22,7 +22,7 @@ impl Split {
 }
 
 /// Splits numbers in rising order where the means of the groups are farthest apart, weighted by how many they are. `None` of numbers that are all the same.
-pub fn split(numbers: &[f64]) -> Option<Split> {
+pub fn split(numbers: &[f64]) -> Option<OtsuSplit> {
     let (count, total) = (numbers.len(), numbers.iter().sum::<f64>());
     let (mut best, mut at, mut below) = (0.0, 0, 0.0);
     for (place, number) in (1..count).zip(numbers) {
@@ -37,7 +37,7 @@ pub fn split(numbers: &[f64]) -> Option<Split> {
     let (first, second) = numbers.split_at_checked(at).filter(|(first, _)| !first.is_empty())?;
     let ((low, low_variance), (high, high_variance)) = (moments(first), moments(second));
     let scatter = (low_variance + high_variance).max(f64::MIN_POSITIVE).sqrt();
-    Some(Split { count: at, means: [low, high], distance: std::f64::consts::SQRT_2 * (high - low) / scatter })
+    Some(OtsuSplit { count: at, means: [low, high], distance: std::f64::consts::SQRT_2 * (high - low) / scatter })
 }
 
 /// Mean and variance.

@@ -1,6 +1,6 @@
 //! Looking at a log before anything is known about it: raw columns in, what each of them is like out.
 
-use crate::bind::{Filling, Pattern};
+use crate::bind::{Pattern, PlaceholderValues};
 use crate::clean::stuck_sensors::LAZY_SECS;
 use crate::clean::timebase::GAP_STEPS;
 use crate::groups;
@@ -9,7 +9,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::units::{Dimension, compound};
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
-use teachtree_logs::read::table::{Source, Table, Want};
+use teachtree_logs::read::table::{ColumnRequest, Source, Table};
 
 /// A value that is repeated for this long is reported, s.
 const REPEATED_SECS: f64 = 1.0;
@@ -79,7 +79,7 @@ pub struct ColumnReport {
     /// Its unit, where the log says one.
     pub unit: String,
     /// The kind of its values.
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// The smallest value.
     pub min: f64,
     /// The largest value.
@@ -102,7 +102,7 @@ pub struct ColumnReport {
 /// The kind of values of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum ValueKind {
     /// Numbers.
     Number,
     /// Only 0 and 1.
@@ -114,7 +114,7 @@ pub enum Kind {
 }
 
 /// The column of the stamps: where it is, how a binding calls it, and how many seconds its unit is.
-pub(crate) struct Stamps {
+pub(crate) struct StampColumn {
     column: usize,
     pub title: String,
     to_seconds: f64,
@@ -133,10 +133,10 @@ pub fn inspect(source: Source, time: Option<&Pattern>, rate_hz: Option<f64>) -> 
         let at = stamps(&header, time);
         let rate = if at.is_none() { rate_hz.or(Some(1.0)) } else { None };
         let want = |index: usize| match &at {
-            Some(at) if at.column == index => Want::Time(at.to_seconds),
-            _ => Want::Sniff,
+            Some(at) if at.column == index => ColumnRequest::Time(at.to_seconds),
+            _ => ColumnRequest::Sniff,
         };
-        let wants: Vec<Want> = (0..header.len()).map(want).collect();
+        let wants: Vec<ColumnRequest> = (0..header.len()).map(want).collect();
         let table = Source::many(&file, vec![sheet]).read(&wants, rate);
         match table {
             Ok(table) => {
@@ -153,28 +153,28 @@ pub fn inspect(source: Source, time: Option<&Pattern>, rate_hz: Option<f64>) -> 
 }
 
 /// The column of the stamps: the one of this name, else the one that is called as such columns are; the first of a table without names.
-pub(crate) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps> {
+pub(crate) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<StampColumn> {
     let factor = |unit: Option<&str>| unit.and_then(|unit| compound(unit).ok()).map_or(1.0, |(factor, _)| factor);
     if let Some(time) = time {
-        let wanted = time.name.fill(Filling::default());
+        let wanted = time.name.fill(PlaceholderValues::default());
         let is_it = |title: &String| *title == wanted || names::split_known_unit(title).0 == wanted;
         let column = header.iter().position(is_it)?;
         let unit = names::split_known_unit(header.get(column)?).1;
-        return Some(Stamps { column, title: wanted, to_seconds: factor(time.unit.as_deref().or(unit)) });
+        return Some(StampColumn { column, title: wanted, to_seconds: factor(time.unit.as_deref().or(unit)) });
     }
     let found = TIMES.iter().find_map(|known| {
         header.iter().enumerate().find_map(|(column, title)| {
             let (name, unit) = names::split_known_unit(title);
             let name = name.to_lowercase();
             if name == *known {
-                return Some(Stamps { column, title: title.clone(), to_seconds: factor(unit) });
+                return Some(StampColumn { column, title: title.clone(), to_seconds: factor(unit) });
             }
             let (_, unit) = ENDINGS.iter().find(|(ending, _)| name.strip_suffix(ending) == Some(*known))?;
-            Some(Stamps { column, title: format!("{title} [{unit}]"), to_seconds: factor(Some(unit)) })
+            Some(StampColumn { column, title: format!("{title} [{unit}]"), to_seconds: factor(Some(unit)) })
         })
     });
     let unnamed = || header.iter().take(2).eq(["1", "2"]);
-    found.or_else(|| unnamed().then(|| Stamps { column: 0, title: "1".into(), to_seconds: 1.0 }))
+    found.or_else(|| unnamed().then(|| StampColumn { column: 0, title: "1".into(), to_seconds: 1.0 }))
 }
 
 /// The unit in which a stamp counts from 1970, if it is too large for seconds and so is in another: about 1.7e9 s have passed.
@@ -184,7 +184,7 @@ fn since_1970(stamp: f64) -> Option<(&'static str, f64)> {
         .find_map(|(least, unit, factor)| (stamp > least).then_some((unit, factor)))
 }
 
-fn report(name: String, header: &[String], mut at: Option<Stamps>, rated: bool, table: Table) -> SheetReport {
+fn report(name: String, header: &[String], mut at: Option<StampColumn>, rated: bool, table: Table) -> SheetReport {
     let Table { mut time, numbers, texts, .. } = table;
     if let (Some(at), Some((unit, factor))) = (&mut at, time.first().and_then(|first| since_1970(*first)))
         && at.to_seconds == 1.0
@@ -225,10 +225,10 @@ fn column(title: &str, values: &[f64], texts: Vec<String>, time: &[f64]) -> Colu
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), value| (min.min(*value), max.max(*value)));
     let flag = |value: &f64| *value == 0.0 || (*value - 1.0).abs() < f64::EPSILON;
     let kind = match (measured.is_empty(), max > min) {
-        (true, _) => Kind::Text,
-        (false, false) => Kind::Constant,
-        (false, true) if measured.iter().all(flag) => Kind::Flag,
-        (false, true) => Kind::Number,
+        (true, _) => ValueKind::Text,
+        (false, false) => ValueKind::Constant,
+        (false, true) if measured.iter().all(flag) => ValueKind::Flag,
+        (false, true) => ValueKind::Number,
     };
     ColumnReport {
         name: name.to_string(),
@@ -236,12 +236,12 @@ fn column(title: &str, values: &[f64], texts: Vec<String>, time: &[f64]) -> Colu
         kind,
         min: if measured.is_empty() { 0.0 } else { min },
         max: if measured.is_empty() { 0.0 } else { max },
-        noise: if kind == Kind::Number { noise(&measured) } else { 0.0 },
+        noise: if kind == ValueKind::Number { noise(&measured) } else { 0.0 },
         missing: (values.len() - measured.len()) as f64 / values.len().max(1) as f64,
         texts,
-        repeated_s: if kind == Kind::Number { repeated(values, time, REPEATED_SECS).longest_s } else { 0.0 },
-        repeated_share: if kind == Kind::Number { repeated(values, time, LAZY_SECS).share } else { 0.0 },
-        groups: if kind == Kind::Number { two_groups(measured) } else { None },
+        repeated_s: if kind == ValueKind::Number { repeated(values, time, REPEATED_SECS).longest_s } else { 0.0 },
+        repeated_share: if kind == ValueKind::Number { repeated(values, time, LAZY_SECS).share } else { 0.0 },
+        groups: if kind == ValueKind::Number { two_groups(measured) } else { None },
     }
 }
 
@@ -262,8 +262,8 @@ fn dead(sheet: &SheetReport, column: &ColumnReport) -> Option<Issue> {
         return None;
     }
     let message = match column.kind {
-        Kind::Constant => format!("it stays at exactly {}: a sensor that measures has noise", column.min),
-        Kind::Number if column.repeated_share > MOST => format!(
+        ValueKind::Constant => format!("it stays at exactly {}: a sensor that measures has noise", column.min),
+        ValueKind::Number if column.repeated_share > MOST => format!(
             "it repeats one value for {LAZY_SECS} s and longer in {:.0} % of the rows, and never reads zero",
             column.repeated_share * 100.0
         ),
@@ -298,7 +298,7 @@ fn noise(values: &[f64]) -> f64 {
 
 /// How a column repeats itself.
 #[derive(Default)]
-struct Repeated {
+struct Repetition {
     /// The longest time for which exactly one value other than zero is repeated, s; 0 when it is short.
     longest_s: f64,
     /// The share of the rows in which one is repeated for so long.
@@ -306,8 +306,8 @@ struct Repeated {
 }
 
 /// How a column repeats itself for `least_s` and longer, s.
-fn repeated(values: &[f64], time: &[f64], least_s: f64) -> Repeated {
-    let mut found = Repeated::default();
+fn repeated(values: &[f64], time: &[f64], least_s: f64) -> Repetition {
+    let mut found = Repetition::default();
     let mut rows = 0;
     let samples: Vec<(f64, f64)> = values.iter().copied().zip(time.iter().copied()).collect();
     for run in samples.chunk_by(|(one, _), (next, _)| one.to_bits() == next.to_bits()) {

@@ -13,5 +13,5 @@ pub mod spilled_columns;
 pub mod streaming;
 
 pub use derive::frames;
-pub use derive::{averaging_lag, convex, trusted};
-pub use open::{OpenRequest, Opened, hand_file_of, open, open_memory, open_source};
+pub use derive::{averaging_lag, convex_gap, trusted};
+pub use open::{OpenRequest, OpenedLog, hand_file_of, open, open_memory, open_source};

@@ -31,7 +31,7 @@ pub struct OpenRequest {
 
 /// An opened log.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Opened {
+pub struct OpenedLog {
     /// The log as the user named it.
     pub log: PathBuf,
     /// Its columns under canonical names.
@@ -58,7 +58,7 @@ pub struct Opened {
 ///
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
-pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
+pub fn open(request: &OpenRequest) -> Result<OpenedLog, InputError> {
     open_source(formats::open_within(&request.log, &request.folders.log)?, request)
 }
 
@@ -66,12 +66,12 @@ pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
 ///
 /// # Errors
 /// As [`open`].
-pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, InputError> {
+pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputError> {
     let log = request.log.clone();
     let clock = source.clock;
     let Some(binding) = &request.binding else {
         let read = csv::read_source(source, &log, request.scene.as_deref(), &request.folders.beside)?;
-        return Ok(Opened { clock, ..canonical(read, log) });
+        return Ok(OpenedLog { clock, ..canonical(read, log) });
     };
     let in_binding = |error: InputError| error.or_kind(ErrorKind::Binding);
     let file = BindingFile::read(binding).map_err(in_binding)?;
@@ -87,7 +87,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
         suspicious_channels.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
     };
     let bound = bind(source, &file, scene).map_err(|error| in_binding(in_log(&log, said(error))))?;
-    let csv::Read { mut recording, mut issues, row_time } = bound;
+    let csv::LoadedRecording { mut recording, mut issues, row_time } = bound;
     let clock = clock.filter(|_| file.binding.has_stamps_of_log());
     let Binding { hand_file, params, trust, resample, time_offset, .. } = file.binding;
     if resample.is_none() {
@@ -97,27 +97,38 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     // Zero stays zero, without a sign.
     let zero_stamp_s = 0.0 - time_offset.0;
     let params = params.into_iter().collect();
-    Ok(Opened { log, recording, issues, row_time, zero_stamp_s, clock, hand_file, params, trust, suspicious_channels })
+    Ok(OpenedLog {
+        log,
+        recording,
+        issues,
+        row_time,
+        zero_stamp_s,
+        clock,
+        hand_file,
+        params,
+        trust,
+        suspicious_channels,
+    })
 }
 
 /// Opens a log with canonical names that is in memory, its scene included: no file beside it is looked for. `log` is its name in messages.
 ///
 /// # Errors
 /// As [`open`].
-pub fn open_memory(mut source: Source, log: PathBuf) -> Result<Opened, InputError> {
+pub fn open_memory(mut source: Source, log: PathBuf) -> Result<OpenedLog, InputError> {
     let scene = source.scene.take().unwrap_or_default();
-    let mut read = csv::columns(source, &csv::Clock::canonical())?;
+    let mut read = csv::columns(source, &csv::StampSource::canonical())?;
     read.recording.scene = scene;
     Ok(canonical(read, log))
 }
 
 /// A log with canonical names as it was read, cleaned.
-fn canonical(read: csv::Read, log: PathBuf) -> Opened {
-    let csv::Read { mut recording, mut issues, row_time } = read;
+fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
+    let csv::LoadedRecording { mut recording, mut issues, row_time } = read;
     issues.extend(spikes::reject(&mut recording));
     issues.extend(gap_filling::fill_gaps(&mut recording));
     let (params, trust, suspicious_channels) = (vec![], vec![], vec![]);
-    Opened {
+    OpenedLog {
         log,
         recording,
         issues,
@@ -131,7 +142,7 @@ fn canonical(read: csv::Read, log: PathBuf) -> Opened {
     }
 }
 
-impl Opened {
+impl OpenedLog {
     /// The hands that the log measures, left first.
     pub fn hands(&self) -> Vec<Side> {
         derive::sides(&self.recording.scene, self.recording.columns.keys().map(String::as_str))

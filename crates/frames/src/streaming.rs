@@ -10,8 +10,8 @@
 use crate::clean::dropouts;
 use crate::clean::gap_filling;
 use crate::clean::preprocess::{CleanLog, Columns, Window, span, whole_vectors};
-use crate::clean::spikes::Jumps;
-use crate::clean::stuck_sensors::Repeats;
+use crate::clean::spikes::SpikeDetector;
+use crate::clean::stuck_sensors::RepeatDetector;
 use crate::clean::timebase::{Timebase, timebase};
 use crate::clean::unknown_columns::{self, UnknownColumn};
 use crate::derive::pose_noise;
@@ -33,26 +33,26 @@ use teachtree_base::units::Dimension;
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
-use teachtree_logs::read::csv::{self, Clock};
+use teachtree_logs::read::csv::{self, StampSource};
 use teachtree_logs::read::formats;
-use teachtree_logs::read::table::{Blocks, Table, Want};
+use teachtree_logs::read::table::{Blocks, ColumnRequest, Table};
 
 /// How many frames are derived at once: few enough to stay near the processor.
 const WINDOW: usize = 32 * ANCHOR;
 
 /// A log that can be read again and again, as far as its head shows.
-pub struct Flow {
+pub struct StreamedLog {
     log: PathBuf,
     /// The folders that the log must be in.
     folders: AllowedFolders,
     scene: Scene,
     /// The columns, and what is read of them.
-    columns: Vec<(String, Dimension, Want)>,
+    columns: Vec<(String, Dimension, ColumnRequest)>,
 }
 
 /// What is known of a log once it was looked through.
 pub struct FirstPass {
-    flow: Flow,
+    flow: StreamedLog,
     channels: Vec<ChannelSpec>,
     /// Stamp of each frame, s.
     pub time: Vec<f64>,
@@ -75,7 +75,7 @@ pub struct Chunk<'a> {
     pub ends: bool,
 }
 
-impl Flow {
+impl StreamedLog {
     /// Opens a log; `None` when it has to be in memory to be read, or cannot be read.
     pub fn open(request: &OpenRequest) -> Option<Self> {
         // What comes through a pipe comes once.
@@ -92,13 +92,16 @@ impl Flow {
         if !sheet.rows.comes_in_blocks() {
             return None;
         }
-        let columns = csv::wanted(&source, &Clock::canonical()).ok()?;
+        let columns = csv::wanted(&source, &StampSource::canonical()).ok()?;
         Some(Self { log: request.log.clone(), folders: request.folders.log.clone(), scene, columns })
     }
 
     /// The hands that the log measures, left first.
     pub fn hands(&self) -> Vec<Side> {
-        let measured = self.columns.iter().filter(|(.., want)| matches!(want, Want::Number(_) | Want::Optional(_)));
+        let measured = self
+            .columns
+            .iter()
+            .filter(|(.., want)| matches!(want, ColumnRequest::Number(_) | ColumnRequest::Optional(_)));
         derive::sides(&self.scene, measured.map(|(name, ..)| name.as_str()))
     }
 
@@ -109,12 +112,12 @@ impl Flow {
 
     /// Reads the stamps once more, and the columns that are asked for by name.
     fn blocks_of(&self, asked: impl Fn(&str) -> bool) -> Option<Box<dyn Blocks>> {
-        let want = |(name, _, want): &(String, Dimension, Want)| match want {
-            Want::Time(_) => *want,
+        let want = |(name, _, want): &(String, Dimension, ColumnRequest)| match want {
+            ColumnRequest::Time(_) => *want,
             _ if asked(name) => *want,
-            _ => Want::Nothing,
+            _ => ColumnRequest::Nothing,
         };
-        let wants: Vec<Want> = self.columns.iter().map(want).collect();
+        let wants: Vec<ColumnRequest> = self.columns.iter().map(want).collect();
         let header = formats::open_within(&self.log, &self.folders).ok()?;
         let issues = header.issues.is_empty();
         let [sheet] = <[_; 1]>::try_from(header.sheets).ok()?;
@@ -126,16 +129,16 @@ impl Flow {
         let mut unknown = vec![];
         for (name, _, want) in &mut self.columns {
             match (UnknownColumn::of(name, &self.scene), &want) {
-                (_, Want::Time(_)) => {}
-                (_, Want::Text) => *want = Want::Nothing,
+                (_, ColumnRequest::Time(_)) => {}
+                (_, ColumnRequest::Text) => *want = ColumnRequest::Nothing,
                 (Some(unknown_column), _) if !derive::asks(channels, name) => {
                     unknown.push((name.clone(), unknown_column.owned()));
-                    *want = Want::Nothing;
+                    *want = ColumnRequest::Nothing;
                 }
                 _ => {}
             }
         }
-        let none = |(name, dimension, _): &'_ (String, Dimension, Want)| (name.clone(), *dimension);
+        let none = |(name, dimension, _): &'_ (String, Dimension, ColumnRequest)| (name.clone(), *dimension);
         let names: Vec<(String, Dimension)> = self.read_columns().map(none).collect();
         let empty: Columns =
             names.iter().map(|(name, dimension)| (name.as_str(), (*dimension, Cow::Owned(vec![])))).collect();
@@ -193,14 +196,17 @@ impl Flow {
     }
 
     /// The columns that are read, the time left out.
-    fn read_columns(&self) -> impl Iterator<Item = &(String, Dimension, Want)> {
-        self.columns.iter().filter(|(.., want)| !matches!(want, Want::Nothing | Want::Time(_)))
+    fn read_columns(&self) -> impl Iterator<Item = &(String, Dimension, ColumnRequest)> {
+        self.columns.iter().filter(|(.., want)| !matches!(want, ColumnRequest::Nothing | ColumnRequest::Time(_)))
     }
 
     /// Of the columns of a table those of [`read_columns`](Self::read_columns).
     fn of_read<'a>(&self, numbers: &'a [Vec<f64>]) -> impl Iterator<Item = &'a Vec<f64>> {
         let wants = self.columns.iter().map(|(.., want)| *want);
-        let read = numbers.iter().zip(wants).filter(|(_, want)| !matches!(want, Want::Nothing | Want::Time(_)));
+        let read = numbers
+            .iter()
+            .zip(wants)
+            .filter(|(_, want)| !matches!(want, ColumnRequest::Nothing | ColumnRequest::Time(_)));
         read.map(|(values, _)| values)
     }
 }
@@ -225,8 +231,8 @@ impl FirstPass {
         let mut blocks = self.flow.blocks().ok_or_else(gone)?;
         let mut plain = FastPath::new(&self.flow, self.rate_hz);
         let mut row_issues = vec![];
-        let around = derive::looked_at(self.rate_hz);
-        let mut held = Held { first: 0, columns: self.flow.read_columns().map(|_| vec![]).collect() };
+        let around = derive::padding(self.rate_hz);
+        let mut held = RowBuffer { first: 0, columns: self.flow.read_columns().map(|_| vec![]).collect() };
         let mut findings = Findings::default();
         let mut last = None;
         let mut before = BTreeMap::new();
@@ -298,13 +304,13 @@ impl FirstPass {
 }
 
 /// The rows that are in memory.
-struct Held {
+struct RowBuffer {
     /// The first of them in the log.
     first: usize,
     columns: Vec<Vec<f64>>,
 }
 
-impl Held {
+impl RowBuffer {
     fn end(&self) -> usize {
         self.first + self.columns.first().map_or(0, Vec::len)
     }
@@ -320,7 +326,7 @@ impl Held {
     }
 
     /// The first rows by name.
-    fn columns<'a>(&'a self, flow: &'a Flow, rows: usize) -> Columns<'a> {
+    fn columns<'a>(&'a self, flow: &'a StreamedLog, rows: usize) -> Columns<'a> {
         let named = flow.read_columns().zip(&self.columns);
         named
             .map(|((name, dimension, _), values)| {
@@ -336,15 +342,15 @@ struct FastPath {
     bounds: Vec<(f64, bool)>,
     /// The columns of each rotation.
     rotations: Vec<[usize; 4]>,
-    repeats: Vec<([usize; 3], Repeats)>,
-    jumps: Vec<(Vec<usize>, Jumps)>,
+    repeats: Vec<([usize; 3], RepeatDetector)>,
+    spikes: Vec<(Vec<usize>, SpikeDetector)>,
     /// The columns of each object's position, whose noise must not count.
-    noises: Vec<([usize; 3], [pose_noise::Estimate; 3])>,
+    noises: Vec<([usize; 3], [pose_noise::NoiseEstimator; 3])>,
     rate_hz: f64,
 }
 
 impl FastPath {
-    fn new(flow: &Flow, rate_hz: f64) -> Self {
+    fn new(flow: &StreamedLog, rate_hz: f64) -> Self {
         let names: Vec<&str> = flow.read_columns().map(|(name, ..)| name.as_str()).collect();
         let place = |name: String| names.iter().position(|it| *it == name);
         let bounds = names.iter().map(|name| dropouts::bound(name)).collect();
@@ -358,13 +364,13 @@ impl FastPath {
         let channels: Vec<String> = names.iter().filter_map(first).collect();
         let rotations = channels.iter().filter_map(|channel| of_channel(["w", "x", "y", "z"], channel)).collect();
         let repeated = channels.iter().filter_map(|channel| {
-            let repeats = Repeats::of(channel)?;
+            let repeats = RepeatDetector::of(channel)?;
             let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{channel}.{letter}")));
             Some(([x?, y?, z?], repeats))
         });
-        let jumps = channels.iter().filter_map(|channel| {
+        let spikes = channels.iter().filter_map(|channel| {
             let parts: Option<_> = LogChannel::parse(channel)?.columns().into_iter().map(place).collect();
-            Some((parts?, Jumps::of(channel)?))
+            Some((parts?, SpikeDetector::of(channel)?))
         });
         let noises = flow.scene.bodies.iter().filter_map(|(name, body)| {
             let has_velocity = place(format!("{name}.velocity.x")).is_some();
@@ -373,11 +379,11 @@ impl FastPath {
             pose_noise::counts(body.role, has_velocity).then(|| (columns, Default::default()))
         });
         let noises = noises.collect();
-        Self { bounds, rotations, repeats: repeated.collect(), jumps: jumps.collect(), noises, rate_hz }
+        Self { bounds, rotations, repeats: repeated.collect(), spikes: spikes.collect(), noises, rate_hz }
     }
 
     /// Looks at a block; whether it is plain.
-    fn look(&mut self, block: &Table, flow: &Flow) -> bool {
+    fn look(&mut self, block: &Table, flow: &StreamedLog) -> bool {
         let values: Vec<&[f64]> = flow.of_read(&block.numbers).map(Vec::as_slice).collect();
         let bounded = values.iter().zip(&self.bounds).all(|(values, (largest, flag))| {
             values.len() == block.time.len()
@@ -391,16 +397,15 @@ impl FastPath {
         bounded
             && self.rotations.iter().all(|parts| dropouts::are_rotations(parts.map(column)))
             && self.repeats.iter_mut().all(|(parts, repeats)| repeats.look(&block.time, parts.map(column)))
-            && self
-                .jumps
-                .iter_mut()
-                .all(|(parts, jumps)| jumps.look(&block.time, &parts.iter().map(|at| column(*at)).collect::<Vec<_>>()))
+            && self.spikes.iter_mut().all(|(parts, spikes)| {
+                spikes.look(&block.time, &parts.iter().map(|at| column(*at)).collect::<Vec<_>>())
+            })
     }
 
     fn finish(&self, rows: usize) -> bool {
         rows > 1
             && self.repeats.iter().all(|(_, repeats)| repeats.finish(rows))
-            && self.jumps.iter().all(|(_, jumps)| jumps.finish())
+            && self.spikes.iter().all(|(_, spikes)| spikes.finish())
             && self.noises.iter().all(|(_, of)| pose_noise::of_columns(of.clone(), self.rate_hz).is_none())
     }
 }

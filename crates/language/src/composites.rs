@@ -53,7 +53,7 @@ impl Resolver {
                 );
                 continue;
             }
-            self.warn_of_taken(name, &parts);
+            self.warn_hidden_composite(name, &parts);
             self.rules.composites.push(Composite { name: name.text.clone(), parts, span: *span });
         }
     }
@@ -69,7 +69,7 @@ impl Resolver {
     }
 
     /// Warns of one that begins with all tasks of an earlier one: that takes them. How many its last one may be does not matter.
-    fn warn_of_taken(&mut self, name: &syntax::Name, parts: &[Part]) {
+    fn warn_hidden_composite(&mut self, name: &syntax::Name, parts: &[Part]) {
         let takes = |earlier: &&Composite| {
             let last = earlier.parts.len().saturating_sub(1);
             let mut pairs = earlier.parts.iter().zip(parts).enumerate();

@@ -5,7 +5,7 @@
 //! INVARIANT: words, signs and comments of the result are those of the text, in the same order; so the meaning is the same.
 
 use super::parse;
-use super::syntax::{Choice, File, Item, ItemKind, Then};
+use super::syntax::{Choice, Consequent, File, Item, ItemKind};
 use std::collections::BTreeSet;
 use teachtree_base::diagnostic::Diagnostic;
 
@@ -60,7 +60,7 @@ fn items(list: &[Item], heads: &mut BTreeSet<u32>) {
             ItemKind::Stream(channels) => heads.extend(channels.iter().map(|channel| channel.span.start)),
             ItemKind::ForEachHand(inner) => items(inner, heads),
             ItemKind::Tree(tree) => choices(&tree.choices, heads),
-            ItemKind::Extend(extend) => choices(&extend.choices, heads),
+            ItemKind::Extension(extend) => choices(&extend.choices, heads),
             ItemKind::Relabel(block) => heads.extend(block.rules.iter().map(|rule| rule.span.start)),
             _ => {}
         }
@@ -70,7 +70,7 @@ fn items(list: &[Item], heads: &mut BTreeSet<u32>) {
 fn choices(list: &[Choice], heads: &mut BTreeSet<u32>) {
     for choice in list {
         heads.insert(choice.span.start);
-        if let Then::Branch(below) = &choice.then {
+        if let Consequent::Branch(below) = &choice.then {
             choices(below, heads);
         }
     }

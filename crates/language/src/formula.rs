@@ -1,15 +1,15 @@
 //! Conditions as formulas, and whether some of them can hold together: decided on intervals of quantities, on states of hystereses and on
 //! the leaf before. Different quantities are free, so what is found impossible is impossible on every log.
 
+mod canonical_text;
 mod interval;
-mod read;
+mod reader;
 mod witness;
-mod written;
 
+pub use canonical_text::{canonical_text, label};
 pub use interval::Interval;
-pub use read::Reader;
+pub use reader::Reader;
 pub use witness::{Frame, shown};
-pub use written::{label, written};
 
 use crate::rules::Comparison;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,7 +23,7 @@ const MAX_STEPS: usize = 100_000;
 #[derive(Clone, Debug)]
 pub enum Formula {
     /// Known.
-    Known(bool),
+    Constant(bool),
     /// Something that holds or does not.
     Atom(Rc<Atom>),
     /// `from`: the names of the leaves, `none` among them.
@@ -135,14 +135,14 @@ impl Formula {
         match self {
             Self::Atom(atom) => Some(atom.text.clone()),
             Self::From(leaves) => Some(format!("from({})", leaves.join(", "))),
-            Self::Known(_) | Self::Not(_) | Self::All(_) | Self::Any(_) => None,
+            Self::Constant(_) | Self::Not(_) | Self::All(_) | Self::Any(_) => None,
         }
     }
 
     /// How many pieces it has.
     pub fn size(&self) -> usize {
         match self {
-            Self::Known(_) | Self::Atom(_) | Self::From(_) => 1,
+            Self::Constant(_) | Self::Atom(_) | Self::From(_) => 1,
             Self::Not(inner) => 1 + inner.size(),
             Self::All(parts) | Self::Any(parts) => 1 + parts.iter().map(Self::size).sum::<usize>(),
         }
@@ -155,25 +155,25 @@ pub struct Case {
     /// What holds and what does not, by key.
     atoms: BTreeMap<Rc<str>, (Rc<Atom>, bool)>,
     /// What is known of numbers, by key.
-    numbers: BTreeMap<Rc<str>, (Rc<Number>, Known)>,
+    numbers: BTreeMap<Rc<str>, (Rc<Number>, Domain)>,
     /// What is known of differences of two numbers, by the keys of the two.
-    differences: BTreeMap<(Rc<str>, Rc<str>), Known>,
+    differences: BTreeMap<(Rc<str>, Rc<str>), Domain>,
     /// The leaves that may come before.
     pub before: Rc<BTreeSet<String>>,
     /// Whether it matters which of them does.
     asks_before: bool,
 }
 
-/// What is known of a number.
+/// The values that a number can have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Known {
+struct Domain {
     /// Where it lies if it is one; `None` for nowhere.
     lies: Option<Interval>,
     /// Whether it may be not a number.
     undefined: bool,
 }
 
-impl Known {
+impl Domain {
     /// Whether there is anything that it may be.
     const fn is_possible(self) -> bool {
         self.lies.is_some() || self.undefined
@@ -197,7 +197,7 @@ impl Case {
             Quantity::One(number) => self.narrow(number, lies, undefined),
             Quantity::Difference(one, other) => {
                 let may_be = one.undefined || other.undefined;
-                let free = Known { lies: Some(Interval::ALL), undefined: may_be };
+                let free = Domain { lies: Some(Interval::ALL), undefined: may_be };
                 let known = self.differences.entry((Rc::clone(&one.key), Rc::clone(&other.key))).or_insert(free);
                 known.lies = known.lies.and_then(|known| known.with(lies));
                 known.undefined &= undefined;
@@ -215,7 +215,7 @@ impl Case {
         let (known_number, known) = self
             .numbers
             .entry(Rc::clone(&number.key))
-            .or_insert_with(|| (Rc::clone(number), Known { lies: Some(number.natural), undefined: number.undefined }));
+            .or_insert_with(|| (Rc::clone(number), Domain { lies: Some(number.natural), undefined: number.undefined }));
         if known_number.shown.is_none() {
             known_number.clone_from(number);
         }
@@ -238,7 +238,7 @@ impl Case {
                 changed |= narrower_a != a || narrower_b != b;
                 for (key, narrower) in [(one, narrower_a), (other, narrower_b)] {
                     if let Some((number, known)) = self.numbers.get_mut(key) {
-                        *known = Known { lies: number.fitting(narrower), undefined: false };
+                        *known = Domain { lies: number.fitting(narrower), undefined: false };
                         if !known.is_possible() {
                             return false;
                         }
@@ -260,41 +260,37 @@ impl Number {
     }
 }
 
-/// Whether formulas can come out as wanted.
+/// Whether formulas can have their wanted results.
 pub enum Answer {
     /// Never.
     No,
     /// In this case.
     Yes(Case),
     /// It was too much work to find out.
-    Perhaps,
+    Unknown,
 }
 
 /// Looks for a case in which each formula comes out as wanted, after one of the leaves `before`.
-pub fn possible(wanted: &[(&Formula, bool)], before: impl Into<Rc<BTreeSet<String>>>) -> Answer {
+pub fn solve(wanted: &[(&Formula, bool)], before: impl Into<Rc<BTreeSet<String>>>) -> Answer {
     let mut left = MAX_STEPS;
-    possible_within(wanted, before, &mut left)
+    solve_within(wanted, before, &mut left)
 }
 
 /// The same with the steps that are `left`, which become fewer.
-pub fn possible_within(
-    wanted: &[(&Formula, bool)],
-    before: impl Into<Rc<BTreeSet<String>>>,
-    left: &mut usize,
-) -> Answer {
+pub fn solve_within(wanted: &[(&Formula, bool)], before: impl Into<Rc<BTreeSet<String>>>, left: &mut usize) -> Answer {
     let case = Case { before: before.into(), ..Case::default() };
     match search(wanted.iter().copied().rev().collect(), Vec::new(), case, left) {
         Some(case) => Answer::Yes(case),
-        None if *left == 0 => Answer::Perhaps,
+        None if *left == 0 => Answer::Unknown,
         None => Answer::No,
     }
 }
 
-/// What still has to come out how.
-type Open<'a> = Vec<(&'a Formula, bool)>;
+/// Formulas with their wanted results.
+type Goals<'a> = Vec<(&'a Formula, bool)>;
 
 /// First everything that leaves no choice, then the alternatives in `later`, the last one first.
-fn search<'a>(mut open: Open<'a>, mut later: Open<'a>, mut case: Case, left: &mut usize) -> Option<Case> {
+fn search<'a>(mut open: Goals<'a>, mut later: Goals<'a>, mut case: Case, left: &mut usize) -> Option<Case> {
     let mut split = Vec::new();
     while let Some((formula, wanted)) = open.pop() {
         *left = left.saturating_sub(1);
@@ -302,8 +298,8 @@ fn search<'a>(mut open: Open<'a>, mut later: Open<'a>, mut case: Case, left: &mu
             return None;
         }
         match (formula, wanted) {
-            (Formula::Known(value), _) if *value == wanted => {}
-            (Formula::Known(_), _) => return None,
+            (Formula::Constant(value), _) if *value == wanted => {}
+            (Formula::Constant(_), _) => return None,
             (Formula::Atom(atom), _) => {
                 if !case.assume(atom, wanted) {
                     return None;

@@ -3,7 +3,9 @@
 
 use super::ops::function;
 use super::source::used_file;
-use super::syntax::{Anchor, Choice, Expr, ExprKind, File, Item, ItemKind, Key, Label, Name, Path, RelabelKind, Then};
+use super::syntax::{
+    Anchor, Choice, Consequent, Expr, ExprKind, File, Item, ItemKind, Key, Label, Name, Path, RelabelKind,
+};
 use std::collections::BTreeMap;
 use teachtree_base::channels::{DERIVED, derived};
 use teachtree_base::diagnostic::{Sources, Span};
@@ -61,11 +63,11 @@ impl Kind {
 
 /// A place that declares a name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Declared {
+pub struct Declaration {
     /// The name.
     pub name: Span,
     /// The whole declaration.
-    pub whole: Span,
+    pub extent: Span,
     /// The comments right above it and behind it, without their slashes.
     pub doc: String,
 }
@@ -80,7 +82,7 @@ pub struct Symbol {
     /// The tree of a choice; else empty.
     pub tree: String,
     /// Its declarations: several for an abstract signal and its implementation, none for what is built in.
-    pub declared: Vec<Declared>,
+    pub declared: Vec<Declaration>,
 }
 
 /// A place that names a thing, its declarations among them.
@@ -102,16 +104,16 @@ pub struct Index {
     by_name: BTreeMap<(Kind, String, String), usize>,
 }
 
-/// What the walk meets.
-enum Met<'a> {
+/// An occurrence of a name.
+enum Occurrence<'a> {
     /// A declaration: what it is, the tree of a choice, the name, the whole of it.
-    Declared(Kind, &'a str, String, Span, Span),
+    Declaration(Kind, &'a str, String, Span, Span),
     /// A name whose kind is clear from where it stands: the kind, the tree of a choice, the name.
-    Named(Kind, &'a str, &'a Name),
+    Reference(Kind, &'a str, &'a Name),
     /// A name in an expression.
     Value(&'a Path),
     /// The name of a function.
-    Called(&'a Path),
+    Call(&'a Path),
 }
 
 impl Index {
@@ -125,15 +127,15 @@ impl Index {
             }
         }
         walk(files, &mut |met| {
-            if let Met::Declared(kind, tree, name, span, whole) = met {
-                let doc = doc(comments.get(&span.file).copied().unwrap_or_default(), sources, whole);
-                index.declare(kind, tree, name, Declared { name: span, whole, doc });
+            if let Occurrence::Declaration(kind, tree, name, span, extent) = met {
+                let doc = doc(comments.get(&span.file).copied().unwrap_or_default(), sources, extent);
+                index.declare(kind, tree, name, Declaration { name: span, extent, doc });
             }
         });
         for channel in DERIVED {
             index.built_in(Kind::Channel, channel.name);
         }
-        walk(files, &mut |met| index.meet(&met, sources));
+        walk(files, &mut |met| index.visit(&met, sources));
         index.mentions.sort_by_key(|mention| mention.span);
         index
     }
@@ -170,7 +172,7 @@ impl Index {
         self.symbol(kind, "", name.to_string())
     }
 
-    fn declare(&mut self, kind: Kind, tree: &str, name: String, declared: Declared) {
+    fn declare(&mut self, kind: Kind, tree: &str, name: String, declared: Declaration) {
         let at = self.symbol(kind, tree, name);
         self.mentions.push(Mention { span: declared.name, symbol: at });
         if let Some(symbol) = self.symbols.get_mut(at) {
@@ -178,15 +180,15 @@ impl Index {
         }
     }
 
-    fn meet(&mut self, met: &Met<'_>, sources: &Sources) {
+    fn visit(&mut self, met: &Occurrence<'_>, sources: &Sources) {
         let found = match met {
-            Met::Declared(..) => None,
-            Met::Named(Kind::File, _, name) => self.used_file(name, sources).map(|at| (at, name.span)),
-            Met::Named(kind, tree, name) => self.find(*kind, tree, &name.text).map(|at| (at, name.span)),
-            Met::Called(path) => {
+            Occurrence::Declaration(..) => None,
+            Occurrence::Reference(Kind::File, _, name) => self.used_file(name, sources).map(|at| (at, name.span)),
+            Occurrence::Reference(kind, tree, name) => self.find(*kind, tree, &name.text).map(|at| (at, name.span)),
+            Occurrence::Call(path) => {
                 function(&path.text()).map(|known| (self.built_in(Kind::Function, known.name), path.span))
             }
-            Met::Value(path) => self.value(path),
+            Occurrence::Value(path) => self.value(path),
         };
         self.mentions.extend(found.map(|(symbol, span)| Mention { span, symbol }));
     }
@@ -212,7 +214,7 @@ impl Index {
         let symbol = self.symbol(Kind::File, "", found);
         let start = Span { file, start: 0, end: 0 };
         if let Some(symbol) = self.symbols.get_mut(symbol).filter(|symbol| symbol.declared.is_empty()) {
-            symbol.declared.push(Declared { name: start, whole: start, doc: String::new() });
+            symbol.declared.push(Declaration { name: start, extent: start, doc: String::new() });
         }
         Some(symbol)
     }
@@ -233,12 +235,12 @@ impl Symbol {
 }
 
 /// The comments right above a declaration, and the one behind it on its last line.
-fn doc(comments: &[Span], sources: &Sources, whole: Span) -> String {
-    let between = |start: u32, end: u32| sources.text(Span { start, end, ..whole });
+fn doc(comments: &[Span], sources: &Sources, extent: Span) -> String {
+    let between = |start: u32, end: u32| sources.text(Span { start, end, ..extent });
     let words = |comment: &Span| sources.text(*comment).trim_start_matches('/').trim().to_string();
-    let first_behind = comments.partition_point(|comment| comment.start < whole.start);
+    let first_behind = comments.partition_point(|comment| comment.start < extent.start);
     let mut lines = Vec::new();
-    let mut start = whole.start;
+    let mut start = extent.start;
     for comment in comments.get(..first_behind).unwrap_or_default().iter().rev() {
         let gap = between(comment.end, start);
         let line = between(0, comment.start).rsplit('\n').next().unwrap_or("");
@@ -248,9 +250,9 @@ fn doc(comments: &[Span], sources: &Sources, whole: Span) -> String {
         lines.insert(0, words(comment));
         start = comment.start;
     }
-    let behind = comments.get(comments.partition_point(|comment| comment.start < whole.end));
+    let behind = comments.get(comments.partition_point(|comment| comment.start < extent.end));
     let behind = behind.filter(|comment| {
-        let gap = between(whole.end, comment.start);
+        let gap = between(extent.end, comment.start);
         gap.trim().is_empty() && !gap.contains('\n')
     });
     lines.extend(behind.map(words));
@@ -258,110 +260,111 @@ fn doc(comments: &[Span], sources: &Sources, whole: Span) -> String {
     lines.join("\n")
 }
 
-/// Calls `meet` for every name of the files.
-fn walk<'a>(files: &'a [File], meet: &mut dyn FnMut(Met<'a>)) {
+/// Calls `visit` for every name of the files.
+fn walk<'a>(files: &'a [File], visit: &mut dyn FnMut(Occurrence<'a>)) {
     for item in files.iter().flat_map(|file| &file.items) {
-        walk_item(item, meet);
+        walk_item(item, visit);
     }
 }
 
-fn walk_item<'a>(item: &'a Item, meet: &mut dyn FnMut(Met<'a>)) {
-    let mut declare = |kind, name: &'a Name, whole| meet(Met::Declared(kind, "", name.text.clone(), name.span, whole));
+fn walk_item<'a>(item: &'a Item, visit: &mut dyn FnMut(Occurrence<'a>)) {
+    let mut declare =
+        |kind, name: &'a Name, extent| visit(Occurrence::Declaration(kind, "", name.text.clone(), name.span, extent));
     match &item.kind {
         ItemKind::Use(used) => {
             let files = std::iter::once(&used.file).chain(&used.before);
-            files.for_each(|name| meet(Met::Named(Kind::File, "", name)));
+            files.for_each(|name| visit(Occurrence::Reference(Kind::File, "", name)));
         }
         ItemKind::Stream(channels) => {
             for channel in channels {
-                meet(Met::Declared(Kind::Channel, "", channel.name.text(), channel.name.span, channel.span));
-                channel.default.iter().for_each(|default| walk_expr(default, meet));
+                visit(Occurrence::Declaration(Kind::Channel, "", channel.name.text(), channel.name.span, channel.span));
+                channel.default.iter().for_each(|default| walk_expr(default, visit));
             }
         }
         ItemKind::Param(param) => {
             declare(Kind::Param, &param.name, item.span);
-            walk_expr(&param.value, meet);
+            walk_expr(&param.value, visit);
             for end in param.range.iter().flat_map(|(low, high)| [low, high]) {
-                walk_expr(end, meet);
+                walk_expr(end, visit);
             }
         }
         ItemKind::Signal(signal) => {
             declare(Kind::Signal, &signal.name, item.span);
-            signal.value.iter().for_each(|value| walk_expr(value, meet));
+            signal.value.iter().for_each(|value| walk_expr(value, visit));
         }
         ItemKind::Latch(latch) => {
             declare(Kind::Latch, &latch.name, item.span);
-            walk_expr(&latch.set, meet);
-            walk_expr(&latch.clear, meet);
+            walk_expr(&latch.set, visit);
+            walk_expr(&latch.clear, visit);
         }
-        ItemKind::ForEachHand(items) => items.iter().for_each(|item| walk_item(item, meet)),
+        ItemKind::ForEachHand(items) => items.iter().for_each(|item| walk_item(item, visit)),
         ItemKind::Primitives(primitives) => {
             primitives.iter().for_each(|primitive| declare(Kind::Primitive, &primitive.name, item.span));
         }
         ItemKind::Tree(tree) => {
             declare(Kind::Tree, &tree.name, tree.head);
-            tree.settle.iter().for_each(|settle| walk_expr(settle, meet));
-            walk_choices(&tree.choices, &tree.name.text, meet);
+            tree.settle.iter().for_each(|settle| walk_expr(settle, visit));
+            walk_choices(&tree.choices, &tree.name.text, visit);
         }
-        ItemKind::Extend(extend) => {
+        ItemKind::Extension(extend) => {
             let tree = extend.place.parts.first().map_or("", |tree| tree.text.as_str());
             for (at, part) in extend.place.parts.iter().enumerate() {
                 let (kind, of) = if at == 0 { (Kind::Tree, "") } else { (Kind::Choice, tree) };
-                meet(Met::Named(kind, of, part));
+                visit(Occurrence::Reference(kind, of, part));
             }
             if let Anchor::Before(name) | Anchor::After(name) = &extend.anchor {
                 let is_primitive = name.text.starts_with(|c: char| c.is_ascii_uppercase());
                 let (kind, of) = if is_primitive { (Kind::Primitive, "") } else { (Kind::Choice, tree) };
-                meet(Met::Named(kind, of, name));
+                visit(Occurrence::Reference(kind, of, name));
             }
-            walk_choices(&extend.choices, tree, meet);
+            walk_choices(&extend.choices, tree, visit);
         }
         ItemKind::Task(task) => {
             declare(Kind::Task, &task.name, item.span);
-            [&task.first, &task.last].into_iter().chain(&task.without).for_each(|label| walk_label(label, meet));
-            task.keys.iter().for_each(|key| walk_key(key, meet));
-            task.before.iter().for_each(|before| meet(Met::Named(Kind::Task, "", before)));
+            [&task.first, &task.last].into_iter().chain(&task.without).for_each(|label| walk_label(label, visit));
+            task.keys.iter().for_each(|key| walk_key(key, visit));
+            task.before.iter().for_each(|before| visit(Occurrence::Reference(Kind::Task, "", before)));
         }
         ItemKind::Composite(composite) => {
             declare(Kind::Task, &composite.name, item.span);
-            composite.parts.iter().for_each(|(task, _)| meet(Met::Named(Kind::Task, "", task)));
+            composite.parts.iter().for_each(|(task, _)| visit(Occurrence::Reference(Kind::Task, "", task)));
         }
-        ItemKind::ExtendTask(extension) => {
-            meet(Met::Named(Kind::Task, "", &extension.name));
-            extension.keys.iter().for_each(|key| walk_key(key, meet));
+        ItemKind::TaskExtension(extension) => {
+            visit(Occurrence::Reference(Kind::Task, "", &extension.name));
+            extension.keys.iter().for_each(|key| walk_key(key, visit));
         }
         ItemKind::Relabel(block) => {
-            block.task.iter().for_each(|task| meet(Met::Named(Kind::Task, "", task)));
-            block.rules.iter().for_each(|rule| walk_relabel(&rule.kind, meet));
+            block.task.iter().for_each(|task| visit(Occurrence::Reference(Kind::Task, "", task)));
+            block.rules.iter().for_each(|rule| walk_relabel(&rule.kind, visit));
         }
     }
 }
 
-fn walk_choices<'a>(choices: &'a [Choice], tree: &'a str, meet: &mut dyn FnMut(Met<'a>)) {
+fn walk_choices<'a>(choices: &'a [Choice], tree: &'a str, visit: &mut dyn FnMut(Occurrence<'a>)) {
     for choice in choices {
         if let Some(name) = &choice.name {
-            meet(Met::Declared(Kind::Choice, tree, name.text.clone(), name.span, choice.span));
+            visit(Occurrence::Declaration(Kind::Choice, tree, name.text.clone(), name.span, choice.span));
         }
-        choice.condition.iter().for_each(|condition| walk_expr(condition, meet));
+        choice.condition.iter().for_each(|condition| walk_expr(condition, visit));
         match &choice.then {
-            Then::Primitive(label) | Then::EachSide(label) => walk_label(label, meet),
-            Then::Branch(below) => walk_choices(below, tree, meet),
-            Then::Stay | Then::Separate | Then::Broken => {}
+            Consequent::Primitive(label) | Consequent::EachSide(label) => walk_label(label, visit),
+            Consequent::Branch(below) => walk_choices(below, tree, visit),
+            Consequent::Stay | Consequent::Separate | Consequent::Broken => {}
         }
     }
 }
 
-fn walk_label<'a>(label: &'a Label, meet: &mut dyn FnMut(Met<'a>)) {
-    meet(Met::Named(Kind::Primitive, "", &label.name));
+fn walk_label<'a>(label: &'a Label, visit: &mut dyn FnMut(Occurrence<'a>)) {
+    visit(Occurrence::Reference(Kind::Primitive, "", &label.name));
 }
 
-fn walk_key<'a>(key: &'a Key, meet: &mut dyn FnMut(Met<'a>)) {
-    walk_label(&key.label, meet);
-    key.demands.iter().for_each(|(_, demand)| walk_expr(demand, meet));
+fn walk_key<'a>(key: &'a Key, visit: &mut dyn FnMut(Occurrence<'a>)) {
+    walk_label(&key.label, visit);
+    key.demands.iter().for_each(|(_, demand)| walk_expr(demand, visit));
 }
 
-fn walk_relabel<'a>(rule: &'a RelabelKind, meet: &mut dyn FnMut(Met<'a>)) {
-    let mut labels = |labels: &'a [Label]| labels.iter().for_each(|label| walk_label(label, meet));
+fn walk_relabel<'a>(rule: &'a RelabelKind, visit: &mut dyn FnMut(Occurrence<'a>)) {
+    let mut labels = |labels: &'a [Label]| labels.iter().for_each(|label| walk_label(label, visit));
     match rule {
         RelabelKind::Between { what, shorter, between, other, becomes, .. } => {
             labels(what);
@@ -370,7 +373,7 @@ fn walk_relabel<'a>(rule: &'a RelabelKind, meet: &mut dyn FnMut(Met<'a>)) {
                 labels(behind);
             }
             labels(becomes.as_slice());
-            shorter.iter().for_each(|shorter| walk_expr(shorter, meet));
+            shorter.iter().for_each(|shorter| walk_expr(shorter, visit));
         }
         RelabelKind::Become { what, becomes } => {
             labels(what);
@@ -387,11 +390,11 @@ fn walk_relabel<'a>(rule: &'a RelabelKind, meet: &mut dyn FnMut(Met<'a>)) {
     }
 }
 
-fn walk_expr<'a>(expr: &'a Expr, meet: &mut dyn FnMut(Met<'a>)) {
+fn walk_expr<'a>(expr: &'a Expr, visit: &mut dyn FnMut(Occurrence<'a>)) {
     expr.walk(&mut |part| match &part.kind {
-        ExprKind::Path(path) => meet(Met::Value(path)),
-        ExprKind::Call(function, _) | ExprKind::Summary(function, ..) => meet(Met::Called(function)),
-        ExprKind::From(labels, _) => labels.iter().for_each(|label| walk_label(label, meet)),
+        ExprKind::Path(path) => visit(Occurrence::Value(path)),
+        ExprKind::Call(function, _) | ExprKind::Summary(function, ..) => visit(Occurrence::Call(function)),
+        ExprKind::From(labels, _) => labels.iter().for_each(|label| walk_label(label, visit)),
         _ => {}
     });
 }

@@ -10,7 +10,7 @@ pub mod formula;
 pub mod graph;
 pub mod index;
 pub mod lints;
-pub mod mutate;
+pub mod mutation;
 pub mod ops;
 pub mod param_sites;
 mod parse;
@@ -24,7 +24,7 @@ pub mod tree;
 mod types;
 
 pub use index::Index;
-pub use parse::{Expected, expected, is_name, is_primitive};
+pub use parse::{Candidate, candidates, is_name, is_primitive};
 pub use rules::Rules;
 pub use source::{MAX_BYTES, SHIPPED, shipped};
 pub use types::describe;
@@ -62,9 +62,9 @@ pub struct Request {
     pub buffers: BTreeMap<PathBuf, String>,
 }
 
-/// What came of it.
+/// The result of loading.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub struct LoadedRules {
     /// The rule set, when there is no error.
     pub rules: Option<Rules>,
     /// The texts that were read.
@@ -91,13 +91,13 @@ pub struct Survey {
 }
 
 /// Loads rule files with all that they use.
-pub fn load(request: &Request) -> Loaded {
+pub fn load(request: &Request) -> LoadedRules {
     finish(loader(request), request).0
 }
 
 /// Looks at rule files with all that they use.
 pub fn survey(request: &Request) -> Survey {
-    let (Loaded { rules, sources, diagnostics, .. }, files, partial) = finish(loader(request), request);
+    let (LoadedRules { rules, sources, diagnostics, .. }, files, partial) = finish(loader(request), request);
     let index = Index::new(&files, &sources);
     Survey { sources, index, sound: rules.is_some(), rules: rules.unwrap_or(partial), diagnostics }
 }
@@ -118,7 +118,7 @@ fn loader(request: &Request) -> Loader {
 }
 
 /// Loads a text; what it uses is looked up among the shipped files.
-pub fn load_text(name: &str, text: &str) -> Loaded {
+pub fn load_text(name: &str, text: &str) -> LoadedRules {
     let mut loader = Loader::default();
     loader.load_text(name, text);
     finish(loader, &Request::default()).0
@@ -131,7 +131,7 @@ pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
 }
 
 /// What was loaded, the syntax trees, and what could be made of the rules.
-fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, Rules) {
+fn finish(mut loader: Loader, request: &Request) -> (LoadedRules, Vec<syntax::File>, Rules) {
     if !loader.unimplemented().is_empty() {
         loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
     }
@@ -157,8 +157,8 @@ fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, 
     let checked = |file: u32| named.contains(&file);
     let checked: Option<&dyn Fn(u32) -> bool> = if whole && !wrong { Some(&checked) } else { None };
     let comments: Vec<&[_]> = files.iter().map(|file| file.comments.as_slice()).collect();
-    let diagnostics = sorted(lints::allow::allowed(findings, &comments, &sources, checked));
-    (Loaded { rules: (!wrong).then(|| rules.clone()), sources, diagnostics, root_unreadable }, files, rules)
+    let diagnostics = sorted(lints::suppressions::suppress(findings, &comments, &sources, checked));
+    (LoadedRules { rules: (!wrong).then(|| rules.clone()), sources, diagnostics, root_unreadable }, files, rules)
 }
 
 /// The report for rules that label nothing, which is fine only for a part that other files use.

@@ -1,20 +1,20 @@
 //! Warnings: likely mistakes in rule sets that have no errors.
 
-mod after;
-pub mod allow;
 pub mod choices;
 pub mod conditions;
 pub mod cyclic_rewrites;
 pub mod durations;
 pub mod labels;
+mod missing_from;
 mod proof;
 mod quotients;
+pub mod suppressions;
 pub mod tasks;
 
 use super::codes;
-use super::ops::Temporal;
-use super::resolve::{Resolver, What};
-use super::rules::{Branch, Constant, Expr, ExprKind, Hand, Label, PrimitiveId, Rules, Then, TreeScope};
+use super::ops::TemporalOperator;
+use super::resolve::{Resolver, ValueKind};
+use super::rules::{Branch, Consequent, Constant, Expr, ExprKind, Hand, Label, PrimitiveId, Rules, TreeScope};
 use std::collections::BTreeSet;
 use teachtree_base::diagnostic::{Diagnostic, Severity};
 
@@ -32,7 +32,7 @@ impl Resolver {
             self.meanings_left_out(named);
         }
         self.racing_latches();
-        self.forgotten_from();
+        self.missing_from();
         let dead: Vec<Diagnostic> =
             choices::dead_choices(&self.rules, named).into_iter().map(|dead| dead.finding).collect();
         let reported: Vec<_> = dead.iter().filter_map(Diagnostic::place).collect();
@@ -54,9 +54,9 @@ impl Resolver {
             .filter(|(name, value)| named.contains(&value.span.file) && !self.used.contains(*name))
             .map(|(name, value)| {
                 let kind = match value.what {
-                    What::Param => "param",
-                    What::Signal => "signal",
-                    What::Latch => "latch",
+                    ValueKind::Param => "param",
+                    ValueKind::Signal => "signal",
+                    ValueKind::Latch => "latch",
                 };
                 Diagnostic::warning(codes::UNUSED, format!("the {kind} `{name}` is never used"))
                     .at(value.span, "nothing reads it")
@@ -147,11 +147,11 @@ fn leaves(branch: &Branch, given: &mut BTreeSet<usize>) {
 fn leaves_with_sides(branch: &Branch, given: &mut BTreeSet<Label>) {
     for choice in &branch.choices {
         match &choice.then {
-            Then::Primitive(label) => {
+            Consequent::Primitive(label) => {
                 given.insert(*label);
             }
-            Then::Branch(below) => leaves_with_sides(below, given),
-            Then::Stay | Then::Separate => {}
+            Consequent::Branch(below) => leaves_with_sides(below, given),
+            Consequent::Stay | Consequent::Separate => {}
         }
     }
 }
@@ -161,7 +161,7 @@ fn expressions(rules: &Rules) -> Vec<(&Expr, Hand)> {
     fn choices<'a>(branch: &'a Branch, this: Hand, all: &mut Vec<(&'a Expr, Hand)>) {
         for choice in &branch.choices {
             all.extend(choice.condition.iter().map(|condition| (condition, this)));
-            if let Then::Branch(below) = &choice.then {
+            if let Consequent::Branch(below) = &choice.then {
                 choices(below, this, all);
             }
         }
@@ -182,7 +182,9 @@ fn expressions(rules: &Rules) -> Vec<(&Expr, Hand)> {
 fn waits_for_from(set: &Expr) -> Option<(&Expr, Option<&Constant>)> {
     fn window(expr: &Expr) -> Option<(&Expr, Option<&Constant>)> {
         match &expr.kind {
-            ExprKind::Temporal(Temporal::For(duration), inner) if reads_from(inner) => Some((expr, Some(duration))),
+            ExprKind::Temporal(TemporalOperator::For(duration), inner) if reads_from(inner) => {
+                Some((expr, Some(duration)))
+            }
             ExprKind::And(parts) | ExprKind::Or(parts) => parts.iter().find_map(window),
             _ => None,
         }

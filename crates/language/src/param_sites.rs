@@ -104,7 +104,7 @@ pub fn thresholds(rules: &Rules) -> BTreeSet<(ParamId, ParamId)> {
     };
     let signals = rules.signals.iter().map(|signal| &signal.expr);
     let latches = rules.latches.iter().flat_map(|latch| [&latch.set, &latch.clear]);
-    let asked = rules.trees.iter().flat_map(|tree| tree.root.ways()).flat_map(|way| way.asked);
+    let asked = rules.trees.iter().flat_map(|tree| tree.root.paths()).flat_map(|way| way.asked);
     for expr in signals.chain(latches).chain(asked.map(|(_, condition, _)| condition)) {
         expr.walk(&mut look);
     }

@@ -2,7 +2,7 @@
 
 use super::codes;
 use super::resolve::Resolver;
-use super::rules::{Constant, Relabel, RelabelKind, TaskId};
+use super::rules::{Constant, RelabelKind, RelabelRule, TaskId};
 use super::syntax::{self, RelabelBlock};
 use super::types::Scope;
 use teachtree_base::diagnostic::{Diagnostic, Span};
@@ -41,7 +41,7 @@ impl Resolver {
                 if let Some(mut kind) = self.relabel(&rule.kind) {
                     self.kinds_in_relabel(&mut kind);
                     let text = self.folded(rule.span);
-                    self.rules.relabels.push(Relabel { task, kind, text, span: rule.span });
+                    self.rules.relabels.push(RelabelRule { task, kind, text, span: rule.span });
                 }
             }
         }

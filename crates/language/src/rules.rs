@@ -12,7 +12,7 @@ mod paths;
 pub use expr::{Arithmetic, Comparison, Constant, Expr, ExprKind, Function, LEAST_SAMPLES, MOST_TIMES};
 pub use kinds::{MOST_KINDS, Pattern};
 pub use lookup::folded;
-pub use paths::Way;
+pub use paths::LeafPath;
 
 use teachtree_base::channels::{Axis, ChannelSpec, Shape};
 use teachtree_base::diagnostic::{Sources, Span};
@@ -69,7 +69,7 @@ pub struct Rules {
     /// Tasks that are made of tasks, by priority.
     pub composites: Vec<Composite>,
     /// Relabeling rules in order.
-    pub relabels: Vec<Relabel>,
+    pub relabels: Vec<RelabelRule>,
 }
 
 /// A named threshold or duration.
@@ -246,14 +246,14 @@ pub struct Choice {
     /// Its condition; `None` for `else`.
     pub condition: Option<Expr>,
     /// What follows.
-    pub then: Then,
+    pub then: Consequent,
     /// Where it stands; its file names the extension that brought it.
     pub span: Span,
 }
 
-/// What a choice leads to.
+/// The consequent of a choice: a leaf or more choices.
 #[derive(Clone, Debug)]
-pub enum Then {
+pub enum Consequent {
     /// A leaf: this primitive.
     Primitive(Label),
     /// A leaf: the primitive of the frame before goes on. Never reachable from `none`.
@@ -322,7 +322,7 @@ pub struct Key {
 
 /// A relabeling rule.
 #[derive(Clone, Debug)]
-pub struct Relabel {
+pub struct RelabelRule {
     /// The task it is for; `None` runs before recognition.
     pub task: Option<TaskId>,
     /// What it does.
@@ -377,7 +377,7 @@ pub enum RelabelKind {
     /// `sequence A, (B or C)*, D becomes E`.
     Sequence {
         /// The elements.
-        elements: Vec<(Labels, Repeat)>,
+        elements: Vec<(Labels, Repetition)>,
         /// E.
         becomes: Label,
     },
@@ -424,11 +424,11 @@ impl RelabelKind {
 
 /// How often an element of a sequence stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Repeat {
+pub enum Repetition {
     /// Once.
     Once,
     /// Any number of times, also none: `*`.
-    Any,
+    ZeroOrMore,
     /// Once or more: `+`.
-    Some,
+    OneOrMore,
 }

@@ -2,8 +2,8 @@
 //!
 //! Documentation comments stay with their declarations and all comments are listed, so that a formatter can keep them.
 
-use super::ops::{Samples, Temporal};
-use super::rules::{Arithmetic, Comparison, Repeat};
+use super::ops::{Samples, TemporalOperator};
+use super::rules::{Arithmetic, Comparison, Repetition};
 use teachtree_base::channels::{Axis, Shape};
 use teachtree_base::diagnostic::Span;
 use teachtree_base::hands::Side;
@@ -48,10 +48,10 @@ impl Path {
 
     /// Whose value is asked for, where that is written, and the names behind it. `other`, `either` and `both` are names too: before
     /// nothing and before a component they are.
-    pub fn whose(&self) -> (Option<Whose>, &[Name]) {
+    pub fn whose(&self) -> (Option<HandPrefix>, &[Name]) {
         let Some((first, rest)) = self.parts.split_first() else { return (None, &[]) };
-        let whose = Whose::from_name(&first.text).filter(|whose| match (whose, rest.first()) {
-            (Whose::Side(_), _) => true,
+        let whose = HandPrefix::from_name(&first.text).filter(|whose| match (whose, rest.first()) {
+            (HandPrefix::Side(_), _) => true,
             (_, Some(next)) => !matches!(next.text.as_str(), "x" | "y" | "z"),
             (_, None) => false,
         });
@@ -61,7 +61,7 @@ impl Path {
 
 /// The hands that a path may begin with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Whose {
+pub enum HandPrefix {
     /// `left.`, `right.`
     Side(Side),
     /// `other.`: the other hand, in `for each hand`.
@@ -72,7 +72,7 @@ pub enum Whose {
     Both,
 }
 
-impl Whose {
+impl HandPrefix {
     /// The words that are no hand by name.
     pub const WORDS: [&str; 3] = ["other", "either", "both"];
 
@@ -123,13 +123,13 @@ pub enum ItemKind {
     /// `tree name for … { … }`
     Tree(Tree),
     /// `extend tree.branch … { … }`
-    Extend(Extend),
+    Extension(Extension),
     /// `task name = A .. B with …`
     Task(Task),
     /// `task name = task, task`
     Composite(Composite),
     /// `extend task name with …`
-    ExtendTask(ExtendTask),
+    TaskExtension(TaskExtension),
     /// `relabel { … }`
     Relabel(RelabelBlock),
 }
@@ -247,7 +247,7 @@ pub struct Tree {
 
 /// Choices added to a branch of a tree.
 #[derive(Clone, Debug)]
-pub struct Extend {
+pub struct Extension {
     /// `tree` or `tree.branch`.
     pub place: Path,
     /// Where in the branch.
@@ -279,14 +279,14 @@ pub struct Choice {
     /// Its condition; `None` for `else`.
     pub condition: Option<Expr>,
     /// What follows.
-    pub then: Then,
+    pub then: Consequent,
     /// From its name or condition to its leaf or opening brace.
     pub span: Span,
 }
 
-/// What a choice leads to.
+/// The consequent of a choice: a leaf or more choices.
 #[derive(Clone, Debug)]
-pub enum Then {
+pub enum Consequent {
     /// `=> Primitive`
     Primitive(Label),
     /// `=> Primitive(side)`: a choice of the left hand, then one of the right.
@@ -333,7 +333,7 @@ pub struct Composite {
 
 /// `extend task name with …`
 #[derive(Clone, Debug)]
-pub struct ExtendTask {
+pub struct TaskExtension {
     /// The task.
     pub name: Name,
     /// More keys.
@@ -368,12 +368,12 @@ pub struct RelabelBlock {
     /// The task it is for.
     pub task: Option<Name>,
     /// Its rules.
-    pub rules: Vec<Relabel>,
+    pub rules: Vec<RelabelRule>,
 }
 
 /// A relabeling rule.
 #[derive(Clone, Debug)]
-pub struct Relabel {
+pub struct RelabelRule {
     /// What it says.
     pub kind: RelabelKind,
     /// Where it stands.
@@ -411,7 +411,7 @@ pub enum RelabelKind {
     /// `sequence A, (B or C)*, D becomes E`
     Sequence {
         /// The elements.
-        elements: Vec<(Labels, Repeat)>,
+        elements: Vec<(Labels, Repetition)>,
         /// E.
         becomes: Label,
     },
@@ -487,7 +487,7 @@ pub enum ExprKind {
         rising: bool,
     },
     /// `(c) for d`, `(c) within last d`: an operator over time and its condition
-    Temporal(Temporal<Box<Expr>>, Box<Expr>),
+    Temporal(TemporalOperator<Box<Expr>>, Box<Expr>),
 }
 
 impl ExprKind {

@@ -11,7 +11,7 @@ use teachtree_base::units::Dimension;
 
 impl Resolver {
     /// Checks and orders the tasks.
-    pub(super) fn tasks(&mut self, tasks: &[(&syntax::Task, Span)], extensions: &[&syntax::ExtendTask]) {
+    pub(super) fn tasks(&mut self, tasks: &[(&syntax::Task, Span)], extensions: &[&syntax::TaskExtension]) {
         let mut declared: Vec<(&syntax::Task, Option<Task>)> = Vec::new();
         let mut at: BTreeMap<&str, usize> = BTreeMap::new();
         for (task, span) in tasks {

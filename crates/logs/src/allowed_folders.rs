@@ -144,7 +144,7 @@ impl AllowedFolders {
     ///
     /// # Errors
     /// The path exists and [`open`](Self::open) rejects it, or a parent folder is a link out of the allowed folders.
-    pub fn place(&self, path: &Path) -> Result<Place, InputError> {
+    pub fn place(&self, path: &Path) -> Result<PinnedPath, InputError> {
         let unwritable = |error| InputError::unwritable(path.display().to_string(), &error);
         let folder_of = |path: &Path| path.parent().map(Path::to_path_buf).unwrap_or_default();
         let real = if path.symlink_metadata().is_ok() {
@@ -158,7 +158,7 @@ impl AllowedFolders {
         };
         let folder = file::open_folder(&folder_of(&real)).map_err(unwritable)?;
         if self.has_opened(&folder, &folder_of(&real)) {
-            Ok(Place::new(folder, &real))
+            Ok(PinnedPath::new(folder, &real))
         } else {
             Err(self.leads_elsewhere(path))
         }
@@ -182,12 +182,12 @@ fn leads_nowhere(path: &Path) -> InputError {
 }
 
 /// The place of a file to be written: a path that refers to the same folder as long as the value lives.
-pub struct Place {
+pub struct PinnedPath {
     path: PathBuf,
     _folder: Option<File>,
 }
 
-impl Place {
+impl PinnedPath {
     /// A file in a folder.
     fn new(folder: File, real: &Path) -> Self {
         let path = by_number(&folder).zip(real.file_name()).map(|(folder, name)| folder.join(name));
@@ -195,14 +195,14 @@ impl Place {
     }
 }
 
-impl From<PathBuf> for Place {
+impl From<PathBuf> for PinnedPath {
     /// A path in a folder that no other program changes.
     fn from(path: PathBuf) -> Self {
         Self { path, _folder: None }
     }
 }
 
-impl Deref for Place {
+impl Deref for PinnedPath {
     type Target = Path;
 
     fn deref(&self) -> &Path {

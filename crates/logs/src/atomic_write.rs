@@ -8,7 +8,7 @@
 //! A temporary file is locked while its program lives. The next program that writes to a folder removes those that nobody holds.
 
 use crate::allowed_folders::AllowedFolders;
-use crate::allowed_folders::Place;
+use crate::allowed_folders::PinnedPath;
 use crate::read::file;
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -69,7 +69,7 @@ pub fn refuse_unfinished(log: &Path) -> std::result::Result<(), InputError> {
 }
 
 /// Removes all temporary files of this program, which is about to end; nothing can be written from then on.
-pub fn give_up() -> impl Sized {
+pub fn abort_writes() -> impl Sized {
     let state = state();
     for file in &state.temporary {
         // It is removed by the next run where it cannot be now.
@@ -82,7 +82,7 @@ pub fn give_up() -> impl Sized {
 /// A folder that is filled under a temporary name beside its place, and then is there whole or not at all.
 pub struct Folder {
     /// A file that is locked while the folder is filled.
-    lock: Temporary,
+    lock: TemporaryFile,
     target: PathBuf,
 }
 
@@ -99,11 +99,11 @@ impl Folder {
             );
         }
         let made = || {
-            let lock = Temporary::beside(target)?;
+            let lock = TemporaryFile::beside(target)?;
             std::fs::create_dir(folder_at(lock.0.path()))?;
             Ok(Self { lock, target: target.to_path_buf() })
         };
-        made().map_err(|error: Error| cannot(target, &error))
+        made().map_err(|error: Error| write_error(target, &error))
     }
 
     /// The folder to be filled.
@@ -125,7 +125,7 @@ impl Folder {
             }
             linked => linked,
         }
-        .map_err(|error| cannot(&self.target, &error))?;
+        .map_err(|error| write_error(&self.target, &error))?;
         sync(folder_of(&self.target));
         drop(state);
         Ok(())
@@ -145,7 +145,7 @@ impl Folder {
             Ok(_) => Err(ErrorKind::AlreadyExists.into()),
             Err(_) => std::fs::rename(&folder, &self.target),
         };
-        renamed.map_err(|error| cannot(&self.target, &error))?;
+        renamed.map_err(|error| write_error(&self.target, &error))?;
         sync(folder_of(&self.target));
         state.temporary.remove(self.lock.0.path());
         Ok(())
@@ -169,24 +169,24 @@ fn folder_at(file: &Path) -> PathBuf {
 /// Files that belong together: all are written, then all are put in their places.
 #[derive(Default)]
 pub struct Files {
-    parts: Vec<Part>,
+    parts: Vec<PendingFile>,
 }
 
-struct Part {
+struct PendingFile {
     /// The path as it was given.
     shown: PathBuf,
     content: Content,
     /// Dropped last: the path of a temporary file may lead through the folder that it holds open.
-    target: Place,
+    target: PinnedPath,
 }
 
 enum Content {
     /// A file that is written and synchronized.
-    New(Temporary),
+    New(TemporaryFile),
     /// As `New`, and what is beside it belongs to it.
-    NewLog(Temporary),
+    NewLog(TemporaryFile),
     /// The file is to be gone.
-    Gone,
+    Removal,
 }
 
 impl Files {
@@ -199,7 +199,7 @@ impl Files {
         path: &Path,
         fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
     ) -> std::result::Result<(), InputError> {
-        self.put(path, fill, Content::New).map_err(|error| cannot(path, &error))
+        self.put(path, fill, Content::New).map_err(|error| write_error(path, &error))
     }
 
     /// Writes a log, to which files added before belong: it is put in its place after them.
@@ -211,14 +211,18 @@ impl Files {
         path: &Path,
         fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
     ) -> std::result::Result<(), InputError> {
-        self.put(path, fill, Content::NewLog).map_err(|error| cannot(path, &error))
+        self.put(path, fill, Content::NewLog).map_err(|error| write_error(path, &error))
     }
 
     /// A file that does not belong to the others any more: it is removed.
     pub fn remove(&mut self, path: &Path) {
         let target = destination(path);
         if target.is_file() {
-            self.parts.push(Part { shown: path.to_path_buf(), target: target.into(), content: Content::Gone });
+            self.parts.push(PendingFile {
+                shown: path.to_path_buf(),
+                target: target.into(),
+                content: Content::Removal,
+            });
         }
     }
 
@@ -233,8 +237,8 @@ impl Files {
         fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
     ) -> std::result::Result<(), InputError> {
         let target = folders.place(path)?;
-        let content = Content::New(Temporary::filled(&target, fill).map_err(|error| cannot(path, &error))?);
-        self.parts.push(Part { shown: path.to_path_buf(), target, content });
+        let content = Content::New(TemporaryFile::filled(&target, fill).map_err(|error| write_error(path, &error))?);
+        self.parts.push(PendingFile { shown: path.to_path_buf(), target, content });
         Ok(())
     }
 
@@ -245,7 +249,7 @@ impl Files {
     pub fn remove_in(&mut self, folders: &AllowedFolders, path: &Path) -> std::result::Result<(), InputError> {
         let target = folders.place(path)?;
         if target.is_file() {
-            self.parts.push(Part { shown: path.to_path_buf(), target, content: Content::Gone });
+            self.parts.push(PendingFile { shown: path.to_path_buf(), target, content: Content::Removal });
         }
         Ok(())
     }
@@ -254,7 +258,7 @@ impl Files {
         &mut self,
         path: &Path,
         fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
-        content: fn(Temporary) -> Content,
+        content: fn(TemporaryFile) -> Content,
     ) -> Result<()> {
         let target = destination(path);
         if target.is_dir() {
@@ -265,8 +269,8 @@ impl Files {
             fill(&mut out)?;
             return out.flush();
         }
-        let content = content(Temporary::filled(&target, fill)?);
-        self.parts.push(Part { shown: path.to_path_buf(), target: target.into(), content });
+        let content = content(TemporaryFile::filled(&target, fill)?);
+        self.parts.push(PendingFile { shown: path.to_path_buf(), target: target.into(), content });
         Ok(())
     }
 
@@ -286,7 +290,7 @@ impl Files {
     pub fn commit_anew(self) -> std::result::Result<(), InputError> {
         let there = self.parts.iter().filter(|part| self.parts.len() > 1 && part.target.is_file());
         let aside = there.map(|part| {
-            let empty = Temporary::beside(&part.target).map_err(|error| cannot(&part.shown, &error))?;
+            let empty = TemporaryFile::beside(&part.target).map_err(|error| write_error(&part.shown, &error))?;
             Ok((part.target.to_path_buf(), empty))
         });
         let aside: Vec<_> = aside.collect::<std::result::Result<_, InputError>>()?;
@@ -294,13 +298,13 @@ impl Files {
     }
 
     /// Puts all files in place after moving the previous ones to temporary paths.
-    fn replace(self, aside: &[(PathBuf, Temporary)]) -> std::result::Result<(), InputError> {
+    fn replace(self, aside: &[(PathBuf, TemporaryFile)]) -> std::result::Result<(), InputError> {
         // Whoever wants to end the program waits for this.
         let mut state = state();
         let mut moved = Vec::new();
         let moving = || {
             for (place, empty) in aside {
-                std::fs::rename(place, empty.0.path()).map_err(|error| cannot(place, &error))?;
+                std::fs::rename(place, empty.0.path()).map_err(|error| write_error(place, &error))?;
                 moved.push((place, empty));
             }
             self.put_in_place(&mut state)
@@ -318,16 +322,16 @@ impl Files {
         let mut markers = Vec::new();
         if self.parts.len() > 1 {
             for part in self.parts.iter().filter(|part| matches!(part.content, Content::NewLog(_))) {
-                markers.extend(Marker::set(&part.target).map_err(|error| cannot(&part.shown, &error))?);
+                markers.extend(Marker::set(&part.target).map_err(|error| write_error(&part.shown, &error))?);
             }
         }
         let mut targets = Vec::new();
-        for Part { shown, target, content } in self.parts {
+        for PendingFile { shown, target, content } in self.parts {
             match content {
                 Content::New(file) | Content::NewLog(file) => file.persist(&target, state),
-                Content::Gone => std::fs::remove_file(&*target),
+                Content::Removal => std::fs::remove_file(&*target),
             }
-            .map_err(|error| cannot(&shown, &error))?;
+            .map_err(|error| write_error(&shown, &error))?;
             targets.push(target);
         }
         let folders: BTreeSet<&Path> = targets.iter().map(|target| folder_of(target)).collect();
@@ -337,7 +341,7 @@ impl Files {
     }
 }
 
-fn cannot(path: &Path, error: &Error) -> InputError {
+fn write_error(path: &Path, error: &Error) -> InputError {
     InputError::unwritable(path.display().to_string(), error)
 }
 
@@ -367,9 +371,9 @@ fn sync(folder: &Path) {
 }
 
 /// A temporary file, which is locked.
-struct Temporary(NamedTempFile);
+struct TemporaryFile(NamedTempFile);
 
-impl Temporary {
+impl TemporaryFile {
     fn beside(target: &Path) -> Result<Self> {
         let folder = folder_of(target);
         let mut state = state();

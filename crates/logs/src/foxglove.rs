@@ -1,7 +1,7 @@
 //! The Foxglove WebSocket protocol: texts are JSON with an `op`, messages of topics are binary.
 
 use crate::read::formats::mcap::message::Type;
-use crate::read::formats::topics::Reading;
+use crate::read::formats::topics::MessageDecoder;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ const HEAD: usize = 1 + 4 + 8;
 /// A channel that a server advertises.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub struct Advertised {
+pub struct AdvertisedChannel {
     /// Its number.
     pub id: u64,
     /// Its name.
@@ -28,9 +28,9 @@ pub struct Advertised {
     schema_encoding: Option<String>,
 }
 
-impl Advertised {
+impl AdvertisedChannel {
     /// How its messages are read.
-    pub fn reading(&self) -> Reading {
+    pub fn reading(&self) -> MessageDecoder {
         // Older servers leave out what follows from the encoding.
         let form =
             self.schema_encoding.as_deref().filter(|form| !form.is_empty()).unwrap_or(match self.encoding.as_str() {
@@ -38,7 +38,10 @@ impl Advertised {
                 "cdr" => "ros2msg",
                 _ => "",
             });
-        Reading::of(&self.encoding, self.schema.as_deref().map(|schema| (self.schema_name.as_str(), form, schema)))
+        MessageDecoder::of(
+            &self.encoding,
+            self.schema.as_deref().map(|schema| (self.schema_name.as_str(), form, schema)),
+        )
     }
 
     /// The type of its messages, else their encoding.
@@ -47,25 +50,25 @@ impl Advertised {
     }
 }
 
-/// What a server sends as text.
+/// A text message of a server.
 #[derive(Debug)]
-pub enum FromServer {
+pub enum ServerMessage {
     /// Channels that are new.
-    Advertise(Vec<Advertised>),
+    Advertise(Vec<AdvertisedChannel>),
     /// Numbers of channels that are gone.
     Unadvertise(Vec<u64>),
     /// Anything else.
     Other,
 }
 
-impl FromServer {
+impl ServerMessage {
     /// Reads a text; what is not understood counts for nothing.
     pub fn parse(text: &str) -> Self {
         #[derive(Deserialize)]
         #[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
         enum Op {
             Advertise {
-                channels: Vec<Advertised>,
+                channels: Vec<AdvertisedChannel>,
             },
             Unadvertise {
                 channel_ids: Vec<u64>,
@@ -155,9 +158,9 @@ pub fn data(subscription: u32, time_ns: u64, payload: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// What a client sends as text.
+/// A text message of a client.
 #[derive(Debug)]
-pub enum FromClient {
+pub enum ClientMessage {
     /// Numbers of subscriptions, and their channels.
     Subscribe(Vec<(u32, u64)>),
     /// Numbers of subscriptions.
@@ -166,7 +169,7 @@ pub enum FromClient {
     Other,
 }
 
-impl FromClient {
+impl ClientMessage {
     /// Reads a text; what is not understood counts for nothing.
     pub fn parse(text: &str) -> Self {
         #[derive(Deserialize)]

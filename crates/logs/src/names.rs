@@ -8,13 +8,13 @@
 //! ```
 
 use teachtree_base::channels::Shape;
-use teachtree_base::hands::Who;
+use teachtree_base::hands::TrackId;
 use teachtree_base::log_channel::LogChannel;
 use teachtree_base::units::{Dimension, compound};
 
 /// What a column is, as far as its name shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Meaning<'a> {
+pub struct ColumnMeaning<'a> {
     /// The name without the component: `right.thumb.force`.
     pub channel: &'a str,
     /// The component among `shape.components()`.
@@ -28,7 +28,7 @@ pub struct Meaning<'a> {
 }
 
 /// The meaning of a column, or `None` for a name that is not canonical.
-pub fn meaning(column: &str) -> Option<Meaning<'_>> {
+pub fn meaning(column: &str) -> Option<ColumnMeaning<'_>> {
     let whole = LogChannel::parse(column).filter(|channel| channel.shape().components().len() == 1);
     let (name, component, channel) = match whole {
         Some(channel) => (column, 0, channel),
@@ -39,7 +39,7 @@ pub fn meaning(column: &str) -> Option<Meaning<'_>> {
         }
     };
     let (shape, dimension, bodies) = (channel.shape(), channel.dimension(), channel.bodies());
-    Some(Meaning { channel: name, component, shape, dimension, bodies })
+    Some(ColumnMeaning { channel: name, component, shape, dimension, bodies })
 }
 
 /// Whether this column is ground truth: text that no rule reads.
@@ -49,7 +49,7 @@ pub fn is_label(column: &str) -> bool {
 
 /// Whether a body may have this name: it must not be taken for another part of a channel name.
 pub fn is_body_name(name: &str) -> bool {
-    let reserved = Who::from_name(name).is_some() || matches!(name, "contact" | "time");
+    let reserved = TrackId::from_name(name).is_some() || matches!(name, "contact" | "time");
     !name.is_empty()
         && !reserved
         && !name.contains(|c: char| c == '.' || c == ',' || c.is_whitespace() || c.is_control())

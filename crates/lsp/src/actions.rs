@@ -3,7 +3,7 @@
 use super::findings;
 use super::uri;
 use super::workspace::Workspace;
-use super::{Answer, Refused};
+use super::{Answer, RequestError};
 use lsp_types::{CodeAction, CodeActionKind, CodeActionParams, Range, TextEdit, Uri, WorkspaceEdit};
 use teachtree_language::format::format;
 
@@ -16,13 +16,13 @@ pub fn fixes(workspace: &mut Workspace, params: &CodeActionParams) -> Vec<CodeAc
     }
     let path = uri::path_of(params.text_document.uri.as_ref());
     let mut actions: Vec<CodeAction> = Vec::new();
-    for whole in workspace.wholes() {
-        for finding in &whole.survey.diagnostics {
+    for rule_set in workspace.rule_sets() {
+        for finding in &rule_set.survey.diagnostics {
             let Some(fix) = &finding.fix else { continue };
-            let (file, diagnostic) = findings::shown(workspace, &whole, finding);
-            let Some(place) = workspace.location(&whole, fix.span) else { continue };
+            let (file, diagnostic) = findings::shown(workspace, &rule_set, finding);
+            let Some(place) = workspace.location(&rule_set, fix.span) else { continue };
             let near = touches(diagnostic.range, params.range) || touches(place.range, params.range);
-            let own = whole.path(fix.span.file).is_some_and(|path| !workspace.library.holds(path));
+            let own = rule_set.path(fix.span.file).is_some_and(|path| !workspace.library.holds(path));
             if file != path || !near || !own {
                 continue;
             }
@@ -54,11 +54,11 @@ fn touches(one: Range, other: Range) -> bool {
 /// what they are.
 pub fn style(workspace: &Workspace, uri: &Uri) -> Answer<Vec<TextEdit>> {
     let Some(document) = workspace.open.get(&uri::path_of(uri.as_ref())) else {
-        return Err(Refused::failed("this file is not open"));
+        return Err(RequestError::failed("this file is not open"));
     };
     let formatted = format(&document.text).map_err(|findings| {
         let first = findings.first().map_or("", |finding| finding.message.as_str());
-        Refused::failed(format!("a file is formatted when it can be read: {first}"))
+        RequestError::failed(format!("a file is formatted when it can be read: {first}"))
     })?;
     let end = if document.text.contains("\r\n") { "\r\n" } else { "\n" };
     let old: Vec<&str> = document.text.split_inclusive('\n').collect();

@@ -1,8 +1,8 @@
 //! Diagnostics as editors show them: each where it is, with its code, what is said about it, and what to do.
 
 use super::library::Library;
-use super::workspace::{Whole, Workspace};
-use super::{Wrong, uri};
+use super::workspace::{RuleSet, Workspace};
+use super::{FileValidator, uri};
 use lsp_types::{CodeDescription, Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Position, Range, Uri};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,16 +10,16 @@ use teachtree_base::diagnostic::{Diagnostic as Finding, Severity, Span};
 use teachtree_base::error::InputError;
 
 /// The diagnostics of all that is open, by file; an open file without any has an empty list. One that several files bring up is reported once.
-pub fn all(workspace: &mut Workspace, wrong: Wrong) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
+pub fn all(workspace: &mut Workspace, validate: FileValidator) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
     let mut by_file: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
     for (path, document) in &workspace.others {
-        let found = wrong(path, &document.text);
+        let found = validate(path, &document.text);
         by_file.insert(path.clone(), found.iter().map(|error| of_other(error, path, &document.text)).collect());
     }
     by_file.extend(workspace.open.keys().map(|path| (path.clone(), Vec::new())));
-    for whole in workspace.wholes() {
-        for finding in &whole.survey.diagnostics {
-            let (path, diagnostic) = shown(workspace, &whole, finding);
+    for rule_set in workspace.rule_sets() {
+        for finding in &rule_set.survey.diagnostics {
+            let (path, diagnostic) = shown(workspace, &rule_set, finding);
             let known = by_file.entry(path).or_default();
             if !known.contains(&diagnostic) {
                 known.push(diagnostic);
@@ -55,10 +55,10 @@ fn of_other(error: &InputError, path: &Path, text: &str) -> Diagnostic {
 }
 
 /// A finding as an editor shows it, and in which file.
-pub fn shown(workspace: &Workspace, whole: &Whole, finding: &Finding) -> (PathBuf, Diagnostic) {
-    let span = place(&workspace.library, whole, finding);
+pub fn shown(workspace: &Workspace, rule_set: &RuleSet, finding: &Finding) -> (PathBuf, Diagnostic) {
+    let span = place(&workspace.library, rule_set, finding);
     // A file that could not be read at all is none of the sources.
-    let path = whole.path(span.file).unwrap_or(&whole.root).to_path_buf();
+    let path = rule_set.path(span.file).unwrap_or(&rule_set.root).to_path_buf();
     let mut message = finding.message.clone();
     for line in finding.labels.first().map(|label| &label.text).into_iter().chain(&finding.notes) {
         message.push('\n');
@@ -75,13 +75,13 @@ pub fn shown(workspace: &Workspace, whole: &Whole, finding: &Finding) -> (PathBu
     }
     let related = finding.labels.iter().filter(|label| label.span != span).filter_map(|label| {
         Some(DiagnosticRelatedInformation {
-            location: workspace.location(whole, label.span)?,
+            location: workspace.location(rule_set, label.span)?,
             message: label.text.clone(),
         })
     });
     let related: Vec<_> = related.collect();
     let diagnostic = Diagnostic {
-        range: whole.range(span),
+        range: rule_set.range(span),
         severity: Some(match finding.severity {
             Severity::Error => DiagnosticSeverity::Error,
             Severity::Warning => DiagnosticSeverity::Warning,
@@ -97,12 +97,12 @@ pub fn shown(workspace: &Workspace, whole: &Whole, finding: &Finding) -> (PathBu
 }
 
 /// Where a finding is shown: at its first place in a file of the user, else at the beginning of the file that was asked for.
-fn place(library: &Library, whole: &Whole, finding: &Finding) -> Span {
+fn place(library: &Library, rule_set: &RuleSet, finding: &Finding) -> Span {
     let is_users = |path: Option<&Path>| path.is_some_and(|path| !library.holds(path));
-    let asked_for = (0..).zip(&whole.paths).find(|(_, path)| is_users(path.as_deref())).map_or(0, |(file, _)| file);
+    let asked_for = (0..).zip(&rule_set.paths).find(|(_, path)| is_users(path.as_deref())).map_or(0, |(file, _)| file);
     let places = finding.labels.iter().map(|label| label.span);
-    let own = places.clone().find(|span| is_users(whole.path(span.file)));
+    let own = places.clone().find(|span| is_users(rule_set.path(span.file)));
     // Where nothing of the user's is looked at, what comes with the program is.
-    let any = places.into_iter().next().filter(|_| !is_users(whole.path(asked_for)));
+    let any = places.into_iter().next().filter(|_| !is_users(rule_set.path(asked_for)));
     own.or(any).unwrap_or(Span { file: asked_for, start: 0, end: 0 })
 }

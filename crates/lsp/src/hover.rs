@@ -1,7 +1,7 @@
 //! What is known of the name or sign under the pointer: its declaration, type, range and comments, and its value in the recording.
 
 use super::recording::Recording;
-use super::workspace::{Spot, Whole};
+use super::workspace::{RuleSet, Spot};
 use lsp_types::{Hover, MarkupContent, MarkupKind};
 use teachtree_analysis::explain::quantities;
 use teachtree_base::channels::derived;
@@ -16,31 +16,32 @@ const MAX_LINES: usize = 12;
 
 /// What is known of a place.
 pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
-    let whole = &spot.whole;
+    let rule_set = &spot.rule_set;
     let here = Span { file: spot.file, start: spot.offset, end: spot.offset };
     let mention = spot.mention();
     let span = mention.map_or(here, |mention| mention.span);
-    let checked = whole.survey.rules.expr_at(span);
-    let symbol = mention.and_then(|mention| whole.symbol(mention));
+    let checked = rule_set.survey.rules.expr_at(span);
+    let symbol = mention.and_then(|mention| rule_set.symbol(mention));
     let mut parts = Vec::new();
     let (range, value) = match symbol {
         Some(symbol) => {
-            parts.extend(declaration(whole, symbol));
-            parts.extend(kind(&whole.survey.rules, symbol));
+            parts.extend(declaration(rule_set, symbol));
+            parts.extend(kind(&rule_set.survey.rules, symbol));
             parts.extend(Some(prose(&symbol.doc())).filter(|doc| !doc.is_empty()));
             // Where it stands says whose it is; in its declaration it is its own.
-            let expr =
-                checked.filter(|(expr, _)| names(whole, symbol, expr)).map(|(expr, per_hand)| (expr.clone(), per_hand));
-            (span, expr.or_else(|| own(&whole.survey.rules, symbol, span)))
+            let expr = checked
+                .filter(|(expr, _)| names(rule_set, symbol, expr))
+                .map(|(expr, per_hand)| (expr.clone(), per_hand));
+            (span, expr.or_else(|| own(&rule_set.survey.rules, symbol, span)))
         }
-        None => match unit(whole, here) {
+        None => match unit(rule_set, here) {
             Some((span, text)) => {
                 parts.push(text);
                 (span, None)
             }
             None => {
                 let (expr, per_hand) = checked?;
-                let text = whole.survey.sources.text(expr.span);
+                let text = rule_set.survey.sources.text(expr.span);
                 parts.push(code(text));
                 parts.push(describe(expr.ty));
                 parts.extend(ops::of(&expr.kind).map(|operator| prose(operator.doc)));
@@ -48,19 +49,21 @@ pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
             }
         },
     };
-    let rules = &whole.survey.rules;
+    let rules = &rule_set.survey.rules;
     match (value, symbol) {
-        (Some((expr, per_hand)), _) => parts.extend(lines_of(whole, recording, |it| it.value(rules, &expr, per_hand))),
+        (Some((expr, per_hand)), _) => {
+            parts.extend(lines_of(rule_set, recording, |it| it.value(rules, &expr, per_hand)))
+        }
         (None, Some(Symbol { kind: Kind::Param, name, .. })) => {
             parts.extend(rules.param(name).map(|param| format!("now {}", quantity(param.value, param))));
         }
         (None, Some(Symbol { kind: Kind::Tree | Kind::Primitive, .. })) => {
-            parts.extend(lines_of(whole, recording, |it| it.leaves(rules)));
+            parts.extend(lines_of(rule_set, recording, |it| it.leaves(rules)));
         }
         _ => {}
     }
     let content = MarkupContent { kind: MarkupKind::Markdown, value: parts.join("\n\n") };
-    Some(Hover { contents: content.into(), range: Some(whole.range(range)) })
+    Some(Hover { contents: content.into(), range: Some(rule_set.range(range)) })
 }
 
 /// The type of a thing, as far as it has one.
@@ -83,7 +86,8 @@ pub fn kind(rules: &Rules, symbol: &Symbol) -> Option<String> {
         }
         Kind::Channel => {
             let known = rules.channels.iter().find(|channel| channel.name == symbol.name).cloned();
-            let channel = known.or_else(|| derived(&symbol.name).map(teachtree_base::channels::Derived::spec))?;
+            let channel =
+                known.or_else(|| derived(&symbol.name).map(teachtree_base::channels::DerivedChannel::spec))?;
             let axis = channel.axis.map(|axis| (axis, Hand::This));
             let ty = Type { shape: channel.shape, dimension: channel.dimension, axis };
             Some(of_hands(describe(ty), channel.per_hand))
@@ -112,7 +116,7 @@ fn quantity(value: f64, param: &Param) -> String {
 }
 
 /// How it is declared, or called.
-fn declaration(whole: &Whole, symbol: &Symbol) -> Option<String> {
+fn declaration(rule_set: &RuleSet, symbol: &Symbol) -> Option<String> {
     if symbol.kind == Kind::Function {
         let function = ops::function(&symbol.name)?;
         return Some(code(&function.calls().join("\n")));
@@ -121,8 +125,8 @@ fn declaration(whole: &Whole, symbol: &Symbol) -> Option<String> {
         return Some(format!("the file `{}`", symbol.name));
     }
     // The implementation of an abstract signal, rather than its declaration.
-    let sources = &whole.survey.sources;
-    let texts: Vec<&str> = symbol.declared.iter().map(|at| sources.text(at.whole)).collect();
+    let sources = &rule_set.survey.sources;
+    let texts: Vec<&str> = symbol.declared.iter().map(|at| sources.text(at.extent)).collect();
     let text = texts.iter().find(|text| text.contains('=')).or_else(|| texts.first());
     match text {
         Some(text) => Some(code(text.trim_end_matches('{').trim_end())),
@@ -156,8 +160,8 @@ fn prose(doc: &str) -> String {
 }
 
 /// Whether an expression is just this name.
-fn names(whole: &Whole, symbol: &Symbol, expr: &Expr) -> bool {
-    let rules = &whole.survey.rules;
+fn names(rule_set: &RuleSet, symbol: &Symbol, expr: &Expr) -> bool {
+    let rules = &rule_set.survey.rules;
     match (&expr.kind, symbol.kind) {
         (ExprKind::Signal(id, _), Kind::Signal) => {
             rules.signals.get(id.index()).is_some_and(|it| it.name == symbol.name)
@@ -194,12 +198,12 @@ fn own(rules: &Rules, symbol: &Symbol, span: Span) -> Option<(Expr, bool)> {
 
 /// What the recording says.
 fn lines_of(
-    whole: &Whole,
+    rule_set: &RuleSet,
     recording: &mut Recording,
     values: impl FnOnce(&mut Recording) -> Option<Result<String, String>>,
 ) -> Option<String> {
     recording.log()?;
-    if !whole.survey.sound {
+    if !rule_set.survey.sound {
         return Some("no value: the rules have mistakes".to_string());
     }
     match values(recording)? {
@@ -209,8 +213,8 @@ fn lines_of(
 }
 
 /// The unit at a place.
-fn unit(whole: &Whole, here: Span) -> Option<(Span, String)> {
-    let text = whole.text(here.file);
+fn unit(rule_set: &RuleSet, here: Span) -> Option<(Span, String)> {
+    let text = rule_set.text(here.file);
     let letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '%');
     let head = text.get(..here.start as usize)?;
     let start = head.len() - head.chars().rev().take_while(|c| letter(*c)).count();

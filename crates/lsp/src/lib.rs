@@ -8,45 +8,45 @@
 //! files of the cache.
 
 mod actions;
-mod complete;
+mod completion;
 mod findings;
 mod hover;
+mod language_service;
 mod library;
 mod lines;
-mod navigate;
+mod navigation;
 mod outline;
 mod recording;
 mod rename;
 mod server;
 mod settings;
-mod sheet;
 mod uri;
 mod wire;
 mod workspace;
 
+pub use language_service::{LanguageService, Proposal};
 pub use server::serve;
 pub use settings::Settings;
-pub use sheet::{Proposal, Sheet};
 
 use lsp_server::ErrorCode;
 use std::path::Path;
 use teachtree_base::error::InputError;
 
-/// What is wrong with the text of a YAML file at a path: a scene, an operator script, a binding or a robot file. Nothing for other files.
-pub type Wrong = fn(&Path, &str) -> Option<InputError>;
+/// Validates the text of a YAML file at a path: a scene, an operator script, a binding or a robot file. Returns nothing for other files.
+pub type FileValidator = fn(&Path, &str) -> Option<InputError>;
 
-/// Why a request has no answer.
+/// The error of a request.
 #[derive(Debug)]
-struct Refused {
+struct RequestError {
     code: ErrorCode,
     message: String,
 }
 
-impl Refused {
+impl RequestError {
     /// A request that was understood and cannot be done.
     fn failed(message: impl Into<String>) -> Self {
         Self { code: ErrorCode::RequestFailed, message: message.into() }
     }
 }
 
-type Answer<T> = Result<T, Refused>;
+type Answer<T> = Result<T, RequestError>;

@@ -4,7 +4,7 @@ use super::lines::Lines;
 use lsp_types::{DocumentSymbol, SymbolKind};
 use teachtree_base::diagnostic::Span;
 use teachtree_language::parse_text;
-use teachtree_language::syntax::{Choice, Item, ItemKind, Then};
+use teachtree_language::syntax::{Choice, Consequent, Item, ItemKind};
 
 /// The declarations of a text.
 pub fn outline(text: &str) -> Vec<DocumentSymbol> {
@@ -56,13 +56,13 @@ impl Outline<'_> {
             ItemKind::Tree(tree) => {
                 one(&tree.name.text, "tree", SymbolKind::Class, tree.name.span, self.choices(&tree.choices))
             }
-            ItemKind::Extend(extend) => {
+            ItemKind::Extension(extend) => {
                 let name = format!("extend {}", extend.place.text());
                 one(&name, "", SymbolKind::Class, extend.place.span, self.choices(&extend.choices))
             }
             ItemKind::Task(task) => one(&task.name.text, "task", SymbolKind::Event, task.name.span, Vec::new()),
             ItemKind::Composite(task) => one(&task.name.text, "task", SymbolKind::Event, task.name.span, Vec::new()),
-            ItemKind::ExtendTask(task) => {
+            ItemKind::TaskExtension(task) => {
                 one(&format!("extend task {}", task.name.text), "", SymbolKind::Event, task.name.span, Vec::new())
             }
             ItemKind::Relabel(block) => {
@@ -76,11 +76,11 @@ impl Outline<'_> {
         let symbol = |choice: &Choice| {
             let text = |span: Span| self.text.get(span.start as usize..span.end as usize).unwrap_or("");
             let leaf = match &choice.then {
-                Then::Primitive(label) | Then::EachSide(label) => text(label.span),
-                Then::Stay => "stay",
-                Then::Separate => "separate",
-                Then::Branch(_) => "",
-                Then::Broken => return None,
+                Consequent::Primitive(label) | Consequent::EachSide(label) => text(label.span),
+                Consequent::Stay => "stay",
+                Consequent::Separate => "separate",
+                Consequent::Branch(_) => "",
+                Consequent::Broken => return None,
             };
             let condition = choice.condition.as_ref().map_or("else".to_string(), |condition| {
                 text(condition.span).split_whitespace().collect::<Vec<_>>().join(" ")
@@ -91,7 +91,7 @@ impl Outline<'_> {
             };
             let name = if leaf.is_empty() { name } else { format!("{name} => {leaf}") };
             let (kind, below) = match &choice.then {
-                Then::Branch(below) => (SymbolKind::Object, self.choices(below)),
+                Consequent::Branch(below) => (SymbolKind::Object, self.choices(below)),
                 _ => (SymbolKind::Key, Vec::new()),
             };
             let last = below_end(choice);
@@ -119,7 +119,7 @@ impl Outline<'_> {
 /// The end of what is below a choice.
 fn below_end(choice: &Choice) -> Span {
     match &choice.then {
-        Then::Branch(below) => below.last().map_or(choice.span, below_end),
+        Consequent::Branch(below) => below.last().map_or(choice.span, below_end),
         _ => choice.span,
     }
 }

@@ -1,9 +1,9 @@
 //! A new name for what is declared in files of the user, wherever it stands. The new name is tried before it is proposed: a name that is
 //! taken, no name, or one with which the files no longer compile is refused.
 
-use super::navigate::{Found, everywhere};
+use super::navigation::{SymbolMatch, find_matches};
 use super::workspace::{Spot, Workspace};
-use super::{Answer, Refused};
+use super::{Answer, RequestError};
 use lsp_types::{PrepareRenamePlaceholder, TextEdit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -16,34 +16,34 @@ use teachtree_language::{Survey, is_name, is_primitive, ops};
 
 /// The name at a place, when it may be changed.
 pub fn prepare(workspace: &Workspace, spot: &Spot) -> Answer<PrepareRenamePlaceholder> {
-    let mention = spot.mention().ok_or_else(|| Refused::failed("nothing here has a name that can be changed"))?;
-    let symbol = spot.whole.symbol(mention).ok_or_else(|| Refused::failed("nothing here has a name"))?;
+    let mention = spot.mention().ok_or_else(|| RequestError::failed("nothing here has a name that can be changed"))?;
+    let symbol = spot.rule_set.symbol(mention).ok_or_else(|| RequestError::failed("nothing here has a name"))?;
     renameable(workspace, spot, symbol)?;
-    Ok(PrepareRenamePlaceholder { range: spot.whole.range(mention.span), placeholder: symbol.name.clone() })
+    Ok(PrepareRenamePlaceholder { range: spot.rule_set.range(mention.span), placeholder: symbol.name.clone() })
 }
 
 /// The edits that give the thing at a place a new name, by file.
 pub fn rename(workspace: &mut Workspace, spot: &Spot, name: &str) -> Answer<BTreeMap<String, Vec<TextEdit>>> {
     prepare(workspace, spot)?;
-    let found = everywhere(workspace, spot);
-    let symbol = spot.mention().and_then(|mention| spot.whole.symbol(mention));
-    let symbol = symbol.ok_or_else(|| Refused::failed("nothing here has a name"))?;
+    let found = find_matches(workspace, spot);
+    let symbol = spot.mention().and_then(|mention| spot.rule_set.symbol(mention));
+    let symbol = symbol.ok_or_else(|| RequestError::failed("nothing here has a name"))?;
     well_formed(symbol, name)?;
     if name == symbol.name {
         return Ok(BTreeMap::new());
     }
     for found in &found {
-        readable(&found.whole.survey)?;
-        free(&found.whole.survey, symbol, name)?;
+        readable(&found.rule_set.survey)?;
+        free(&found.rule_set.survey, symbol, name)?;
     }
     let places = places(workspace, &found)?;
-    tried(workspace, &found, &places, symbol, name)?;
+    check_compiles(workspace, &found, &places, symbol, name)?;
     let mut edits: BTreeMap<String, Vec<TextEdit>> = BTreeMap::new();
     for (path, spans) in &places {
-        let whole = found.iter().find_map(|found| found.whole.file(path).map(|file| (&found.whole, file)));
-        let Some((whole, file)) = whole else { continue };
+        let rule_set = found.iter().find_map(|found| found.rule_set.file(path).map(|file| (&found.rule_set, file)));
+        let Some((rule_set, file)) = rule_set else { continue };
         let edit = |(start, end): &(u32, u32)| {
-            let range = whole.range(Span { file, start: *start, end: *end });
+            let range = rule_set.range(Span { file, start: *start, end: *end });
             TextEdit { range, new_text: name.to_string() }
         };
         edits.insert(workspace.uri(path).0, spans.iter().map(edit).collect());
@@ -54,10 +54,10 @@ pub fn rename(workspace: &mut Workspace, spot: &Spot, name: &str) -> Answer<BTre
 fn renameable(workspace: &Workspace, spot: &Spot, symbol: &Symbol) -> Answer<()> {
     let (word, name) = (symbol.kind.word(), &symbol.name);
     let shipped = symbol.declared.iter().find_map(|at| {
-        let path = spot.whole.path(at.name.file);
-        path.is_none_or(|path| workspace.library.holds(path)).then(|| spot.whole.survey.sources.place(at.name))
+        let path = spot.rule_set.path(at.name.file);
+        path.is_none_or(|path| workspace.library.holds(path)).then(|| spot.rule_set.survey.sources.place(at.name))
     });
-    Err(Refused::failed(match symbol.kind {
+    Err(RequestError::failed(match symbol.kind {
         Kind::File => "a file is renamed where it lies, and then in the `use` lines".to_string(),
         Kind::Function => format!("`{name}` is a function of the language"),
         Kind::Channel if symbol.declared.is_empty() => format!("`{name}` is derived by the program"),
@@ -74,7 +74,7 @@ fn well_formed(symbol: &Symbol, name: &str) -> Answer<()> {
     if is_one {
         return Ok(());
     }
-    Err(Refused::failed(if symbol.kind == Kind::Primitive {
+    Err(RequestError::failed(if symbol.kind == Kind::Primitive {
         format!("`{name}` is no name of a primitive: a capital letter, then letters, digits and `_`, such as `Grasp`")
     } else if !name.is_empty() && is_name(&format!("{name}_")) {
         format!("`{name}` is a word of the language")
@@ -88,13 +88,13 @@ fn readable(survey: &Survey) -> Answer<()> {
     let unread = survey.diagnostics.iter().find(|finding| finding.code.starts_with("E1"));
     unread.map_or(Ok(()), |finding| {
         let place = finding.place().map_or(String::new(), |span| format!(", {}", survey.sources.place(span)));
-        Err(Refused::failed(format!("names are changed when the files can be read: {}{place}", finding.message)))
+        Err(RequestError::failed(format!("names are changed when the files can be read: {}{place}", finding.message)))
     })
 }
 
 /// Whether a name is free where a thing is to have it.
 fn free(survey: &Survey, symbol: &Symbol, name: &str) -> Answer<()> {
-    let taken = |what: String| Err(Refused::failed(format!("`{name}` is {what} already")));
+    let taken = |what: String| Err(RequestError::failed(format!("`{name}` is {what} already")));
     if symbol.kind.space() == Kind::Param {
         if units::unit(name).is_some() {
             return taken("a unit".into());
@@ -119,7 +119,7 @@ fn free(survey: &Survey, symbol: &Symbol, name: &str) -> Answer<()> {
     match survey.index.find(symbol.kind, &symbol.tree, name).and_then(|at| survey.index.symbols.get(at)) {
         Some(other) => {
             let place = other.declared.first().map_or(String::new(), |at| survey.sources.place(at.name));
-            Err(Refused::failed(format!("`{name}` is a {} already: {place}", other.kind.word())))
+            Err(RequestError::failed(format!("`{name}` is a {} already: {place}", other.kind.word())))
         }
         None => Ok(()),
     }
@@ -128,12 +128,12 @@ fn free(survey: &Survey, symbol: &Symbol, name: &str) -> Answer<()> {
 /// Where the name stands, by file, from its beginning to its end.
 type Places = BTreeMap<PathBuf, BTreeSet<(u32, u32)>>;
 
-fn places(workspace: &Workspace, found: &[Found]) -> Answer<Places> {
+fn places(workspace: &Workspace, found: &[SymbolMatch]) -> Answer<Places> {
     let mut places = Places::new();
     for found in found {
-        for span in found.whole.survey.index.places(found.symbol) {
-            let path = found.whole.path(span.file).filter(|path| !workspace.library.holds(path));
-            let path = path.ok_or_else(|| Refused::failed("a file that comes with the program names it too"))?;
+        for span in found.rule_set.survey.index.places(found.symbol) {
+            let path = found.rule_set.path(span.file).filter(|path| !workspace.library.holds(path));
+            let path = path.ok_or_else(|| RequestError::failed("a file that comes with the program names it too"))?;
             places.entry(path.to_path_buf()).or_default().insert((span.start, span.end));
         }
     }
@@ -141,11 +141,17 @@ fn places(workspace: &Workspace, found: &[Found]) -> Answer<Places> {
 }
 
 /// Compiles the files with the new name: nothing may be wrong with them that was right before.
-fn tried(workspace: &Workspace, found: &[Found], places: &Places, symbol: &Symbol, name: &str) -> Answer<()> {
+fn check_compiles(
+    workspace: &Workspace,
+    found: &[SymbolMatch],
+    places: &Places,
+    symbol: &Symbol,
+    name: &str,
+) -> Answer<()> {
     let mut texts = BTreeMap::new();
     for (path, spans) in places {
-        let whole = found.iter().find_map(|found| found.whole.file(path).map(|file| found.whole.text(file)));
-        let mut text = whole.unwrap_or_default().to_string();
+        let unchanged = found.iter().find_map(|found| found.rule_set.file(path).map(|file| found.rule_set.text(file)));
+        let mut text = unchanged.unwrap_or_default().to_string();
         for (start, end) in spans.iter().rev() {
             text.replace_range(*start as usize..*end as usize, name);
         }
@@ -156,12 +162,12 @@ fn tried(workspace: &Workspace, found: &[Found], places: &Places, symbol: &Symbo
         errors.map(|finding| finding.message.clone()).collect::<Vec<_>>()
     };
     for found in found {
-        let before = errors(&found.whole.survey);
-        let after = errors(&workspace.look(&found.whole.root, &texts).survey);
+        let before = errors(&found.rule_set.survey);
+        let after = errors(&workspace.compile(&found.rule_set.root, &texts).survey);
         if after.len() > before.len() {
             let new = after.iter().find(|message| !before.contains(message)).map_or("", String::as_str);
             let message = format!("with `{name}` for `{}` the files would no longer compile: {new}", symbol.name);
-            return Err(Refused::failed(message));
+            return Err(RequestError::failed(message));
         }
     }
     Ok(())

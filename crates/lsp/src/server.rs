@@ -2,10 +2,11 @@
 
 use super::recording::Recording;
 use super::settings::Settings;
-use super::wire::{self, Incoming};
+use super::wire::{self, WireMessage};
 use super::workspace::{Document, Spot, Workspace};
 use super::{
-    Answer, Refused, Wrong, actions, complete, findings, hover, library::Library, navigate, outline, rename, uri,
+    Answer, FileValidator, RequestError, actions, completion, findings, hover, library::Library, navigation, outline,
+    rename, uri,
 };
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::{
@@ -40,7 +41,7 @@ pub fn serve(
     input: impl Read + Send + 'static,
     output: impl Write,
     settings: Settings,
-    wrong: Wrong,
+    validate: FileValidator,
 ) -> io::Result<bool> {
     let (sender, receiver) = channel();
     // Reading beside the work lets what is no longer wanted be dropped, and diagnostics wait until a burst of changes is over.
@@ -58,7 +59,7 @@ pub fn serve(
         workspace: Workspace::default(),
         recording: Recording::default(),
         settings,
-        wrong,
+        validate,
         published: BTreeMap::new(),
         stale: false,
     };
@@ -71,7 +72,7 @@ struct Server<W> {
     workspace: Workspace,
     recording: Recording,
     settings: Settings,
-    wrong: Wrong,
+    validate: FileValidator,
     /// The files that have diagnostics in the editor, with their URIs.
     published: BTreeMap<PathBuf, Uri>,
     /// Whether diagnostics may have changed.
@@ -79,8 +80,8 @@ struct Server<W> {
 }
 
 impl<W: Write> Server<W> {
-    fn run(&mut self, receiver: &Receiver<Incoming>) -> io::Result<bool> {
-        let mut queue: VecDeque<Incoming> = VecDeque::new();
+    fn run(&mut self, receiver: &Receiver<WireMessage>) -> io::Result<bool> {
+        let mut queue: VecDeque<WireMessage> = VecDeque::new();
         loop {
             loop {
                 match receiver.try_recv() {
@@ -104,22 +105,22 @@ impl<W: Write> Server<W> {
                 }
             };
             match incoming {
-                Incoming::Message(Message::Request(request)) => self.request(request)?,
-                Incoming::Message(Message::Notification(notification)) if notification.method == "exit" => {
+                WireMessage::Message(Message::Request(request)) => self.request(request)?,
+                WireMessage::Message(Message::Notification(notification)) if notification.method == "exit" => {
                     return Ok(self.phase == Phase::ShutDown);
                 }
-                Incoming::Message(Message::Notification(notification)) => self.notification(notification)?,
+                WireMessage::Message(Message::Notification(notification)) => self.notification(notification)?,
                 // Nothing is asked of the editor.
-                Incoming::Message(Message::Response(_)) => {}
-                Incoming::Broken(reason) => self.broken(&reason)?,
+                WireMessage::Message(Message::Response(_)) => {}
+                WireMessage::Malformed(reason) => self.broken(&reason)?,
             }
         }
     }
 
     /// Puts a message behind the others; a request that is cancelled goes.
-    fn queue(&mut self, queue: &mut VecDeque<Incoming>, incoming: Incoming) -> io::Result<()> {
+    fn queue(&mut self, queue: &mut VecDeque<WireMessage>, incoming: WireMessage) -> io::Result<()> {
         let cancelled = match &incoming {
-            Incoming::Message(Message::Notification(it)) if it.method == "$/cancelRequest" => {
+            WireMessage::Message(Message::Notification(it)) if it.method == "$/cancelRequest" => {
                 it.params.get("id").cloned()
             }
             _ => None,
@@ -128,14 +129,16 @@ impl<W: Write> Server<W> {
             queue.push_back(incoming);
             return Ok(());
         };
-        let meant = |incoming: &Incoming| match incoming {
-            Incoming::Message(Message::Request(request)) => serde_json::to_value(&request.id).is_ok_and(|it| it == id),
+        let meant = |incoming: &WireMessage| match incoming {
+            WireMessage::Message(Message::Request(request)) => {
+                serde_json::to_value(&request.id).is_ok_and(|it| it == id)
+            }
             _ => false,
         };
-        if let Some(Incoming::Message(Message::Request(request))) =
+        if let Some(WireMessage::Message(Message::Request(request))) =
             queue.iter().position(meant).and_then(|at| queue.remove(at))
         {
-            let refused = Refused { code: ErrorCode::RequestCanceled, message: "cancelled".into() };
+            let refused = RequestError { code: ErrorCode::RequestCanceled, message: "cancelled".into() };
             self.answer(request.id, Err(refused))?;
         }
         Ok(())
@@ -148,15 +151,16 @@ impl<W: Write> Server<W> {
                 self.phase = Phase::Running;
                 Ok(self.initialize(&params)?)
             }
-            (Phase::Fresh, _) => Err(Refused {
+            (Phase::Fresh, _) => Err(RequestError {
                 code: ErrorCode::ServerNotInitialized,
                 message: format!("`initialize` comes before `{method}`"),
             }),
-            (Phase::ShutDown, _) => {
-                Err(Refused { code: ErrorCode::InvalidRequest, message: format!("`{method}` came behind `shutdown`") })
-            }
+            (Phase::ShutDown, _) => Err(RequestError {
+                code: ErrorCode::InvalidRequest,
+                message: format!("`{method}` came behind `shutdown`"),
+            }),
             (Phase::Running, "initialize") => {
-                Err(Refused { code: ErrorCode::InvalidRequest, message: "`initialize` came twice".into() })
+                Err(RequestError { code: ErrorCode::InvalidRequest, message: "`initialize` came twice".into() })
             }
             (Phase::Running, "shutdown") => {
                 self.phase = Phase::ShutDown;
@@ -164,8 +168,8 @@ impl<W: Write> Server<W> {
             }
             // A panic is a bug, but not one for which an author should lose the server.
             (Phase::Running, _) => {
-                catch_unwind(AssertUnwindSafe(|| self.asked(&method, params))).unwrap_or_else(|_| {
-                    Err(Refused {
+                catch_unwind(AssertUnwindSafe(|| self.dispatch(&method, params))).unwrap_or_else(|_| {
+                    Err(RequestError {
                         code: ErrorCode::InternalError,
                         message: format!("`{method}` failed: this is a bug"),
                     })
@@ -176,7 +180,7 @@ impl<W: Write> Server<W> {
     }
 
     /// Answers a request about rule files. Of its parameters only what is needed is read.
-    fn asked(&mut self, method: &str, params: Value) -> Answer<Value> {
+    fn dispatch(&mut self, method: &str, params: Value) -> Answer<Value> {
         // Of other files only what is wrong with them is told.
         let uri = params.pointer("/textDocument/uri").and_then(Value::as_str);
         if uri.is_some_and(|uri| is_yaml(&uri::path_of(uri))) {
@@ -189,49 +193,53 @@ impl<W: Write> Server<W> {
                 self.open_recording();
                 let spot = self.spot(&at);
                 let hover = spot.and_then(|spot| hover::hover(&spot, &mut self.recording));
-                given(&hover)
+                to_json(&hover)
             }
             "textDocument/definition" => {
                 let at = read(params)?;
                 let spot = self.spot(&at);
-                given(&spot.map_or(Vec::new(), |spot| navigate::definition(&self.workspace, &spot)))
+                to_json(&spot.map_or(Vec::new(), |spot| navigation::definition(&self.workspace, &spot)))
             }
             "textDocument/references" => {
                 let ReferenceParams { text_document_position_params: at, context, .. } = read(params)?;
                 let spot = self.spot(&at);
                 let declarations = context.include_declaration;
-                given(&spot.map_or(Vec::new(), |spot| navigate::references(&mut self.workspace, &spot, declarations)))
+                to_json(
+                    &spot.map_or(Vec::new(), |spot| navigation::references(&mut self.workspace, &spot, declarations)),
+                )
             }
             "textDocument/prepareRename" => {
                 let at = read(params)?;
-                let spot = self.spot(&at).ok_or_else(|| Refused::failed("this file is not open"))?;
-                given(&rename::prepare(&self.workspace, &spot)?)
+                let spot = self.spot(&at).ok_or_else(|| RequestError::failed("this file is not open"))?;
+                to_json(&rename::prepare(&self.workspace, &spot)?)
             }
             "textDocument/rename" => {
                 let RenameParams { text_document_position_params: at, new_name, .. } = read(params)?;
-                let spot = self.spot(&at).ok_or_else(|| Refused::failed("this file is not open"))?;
+                let spot = self.spot(&at).ok_or_else(|| RequestError::failed("this file is not open"))?;
                 let changes = rename::rename(&mut self.workspace, &spot, new_name.trim())?;
-                given(&json!({ "changes": changes }))
+                to_json(&json!({ "changes": changes }))
             }
             "textDocument/completion" => {
                 let at = read(params)?;
                 let spot = self.spot(&at);
-                given(&spot.map_or(Vec::new(), |spot| complete::complete(&spot)))
+                to_json(&spot.map_or(Vec::new(), |spot| completion::complete(&spot)))
             }
             "textDocument/documentSymbol" => {
                 let DocumentSymbolParams { text_document, .. } = read(params)?;
                 let document = self.workspace.open.get(&uri::path_of(text_document.uri.as_ref()));
-                given(&document.map_or(Vec::new(), |document| outline::outline(&document.text)))
+                to_json(&document.map_or(Vec::new(), |document| outline::outline(&document.text)))
             }
             "textDocument/formatting" => {
                 let DocumentSymbolParams { text_document, .. } = read(params)?;
-                given(&actions::style(&self.workspace, &text_document.uri)?)
+                to_json(&actions::style(&self.workspace, &text_document.uri)?)
             }
             "textDocument/codeAction" => {
                 let params: CodeActionParams = read(params)?;
-                given(&actions::fixes(&mut self.workspace, &params))
+                to_json(&actions::fixes(&mut self.workspace, &params))
             }
-            _ => Err(Refused { code: ErrorCode::MethodNotFound, message: format!("`{method}` is not known here") }),
+            _ => {
+                Err(RequestError { code: ErrorCode::MethodNotFound, message: format!("`{method}` is not known here") })
+            }
         }
     }
 
@@ -374,7 +382,7 @@ impl<W: Write> Server<W> {
         if !std::mem::take(&mut self.stale) {
             return Ok(());
         }
-        let all = catch_unwind(AssertUnwindSafe(|| findings::all(&mut self.workspace, self.wrong)));
+        let all = catch_unwind(AssertUnwindSafe(|| findings::all(&mut self.workspace, self.validate)));
         let Ok(all) = all else { return self.warn("looking at the files failed: this is a bug") };
         let gone: Vec<Uri> =
             self.published.iter().filter(|(path, _)| !all.contains_key(*path)).map(|(_, uri)| uri.clone()).collect();
@@ -423,9 +431,10 @@ impl<W: Write> Server<W> {
 
 fn read<P: DeserializeOwned>(params: Value) -> Answer<P> {
     serde_json::from_value(params)
-        .map_err(|error| Refused { code: ErrorCode::InvalidParams, message: format!("wrong parameters: {error}") })
+        .map_err(|error| RequestError { code: ErrorCode::InvalidParams, message: format!("wrong parameters: {error}") })
 }
 
-fn given<R: serde::Serialize>(result: &R) -> Answer<Value> {
-    serde_json::to_value(result).map_err(|error| Refused { code: ErrorCode::InternalError, message: error.to_string() })
+fn to_json<R: serde::Serialize>(result: &R) -> Answer<Value> {
+    serde_json::to_value(result)
+        .map_err(|error| RequestError { code: ErrorCode::InternalError, message: error.to_string() })
 }

@@ -9,19 +9,19 @@ const MAX_MESSAGE: u64 = 64 << 20;
 /// The longest line of a header.
 const MAX_HEADER: u64 = 4096;
 
-/// What was read.
-pub enum Incoming {
+/// A message from the input.
+pub enum WireMessage {
     /// A message.
     Message(Message),
     /// Something else, and what is wrong with it.
-    Broken(String),
+    Malformed(String),
 }
 
 /// Reads the next message; `None` when the input has ended.
 ///
 /// # Errors
 /// When the input cannot be read.
-pub fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
+pub fn read(input: &mut impl BufRead) -> io::Result<Option<WireMessage>> {
     let mut length = None;
     loop {
         let mut line = Vec::new();
@@ -41,19 +41,19 @@ pub fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
     }
     let length = match length {
         Some(Ok(length)) => length,
-        Some(Err(_)) => return Ok(Some(Incoming::Broken("`Content-Length` is no number of bytes".into()))),
-        None => return Ok(Some(Incoming::Broken("a message begins with `Content-Length`".into()))),
+        Some(Err(_)) => return Ok(Some(WireMessage::Malformed("`Content-Length` is no number of bytes".into()))),
+        None => return Ok(Some(WireMessage::Malformed("a message begins with `Content-Length`".into()))),
     };
     if length > MAX_MESSAGE {
         io::copy(&mut input.take(length), &mut io::sink())?;
-        return Ok(Some(Incoming::Broken(format!("a message has at most {MAX_MESSAGE} bytes, found {length}"))));
+        return Ok(Some(WireMessage::Malformed(format!("a message has at most {MAX_MESSAGE} bytes, found {length}"))));
     }
     let mut body = Vec::new();
     if (input.take(length).read_to_end(&mut body)? as u64) < length {
         return Ok(None);
     }
     Ok(Some(match serde_json::from_slice(&body) {
-        Ok(message) => Incoming::Message(message),
-        Err(error) => Incoming::Broken(format!("this is no message: {error}")),
+        Ok(message) => WireMessage::Message(message),
+        Err(error) => WireMessage::Malformed(format!("this is no message: {error}")),
     }))
 }

@@ -25,9 +25,9 @@ pub struct Document {
     pub text: String,
 }
 
-/// A file with all that it uses, as the compiler sees them.
+/// A rule file and all files that it uses, compiled together.
 #[derive(Debug)]
-pub struct Whole {
+pub struct RuleSet {
     /// The file that was asked for.
     pub root: PathBuf,
     /// What is known.
@@ -38,11 +38,11 @@ pub struct Whole {
     pub lines: Vec<Lines>,
 }
 
-/// A place in a whole.
+/// A place in a rule set.
 #[derive(Clone, Debug)]
 pub struct Spot {
-    /// The whole.
-    pub whole: Rc<Whole>,
+    /// The rule set.
+    pub rule_set: Rc<RuleSet>,
     /// The file.
     pub file: u32,
     /// The byte.
@@ -65,10 +65,10 @@ pub struct Workspace {
     /// Params that are overridden.
     pub overrides: Vec<(String, String)>,
     /// What has been looked at since the last change.
-    wholes: Option<Vec<Rc<Whole>>>,
+    rule_sets: Option<Vec<Rc<RuleSet>>>,
 }
 
-impl Whole {
+impl RuleSet {
     /// The text of a file.
     pub fn text(&self, file: u32) -> &str {
         self.survey.sources.files.get(file as usize).map_or("", |source| source.text.as_str())
@@ -105,29 +105,29 @@ impl Whole {
 impl Workspace {
     /// Forgets what was looked at: something has changed.
     pub fn change(&mut self) {
-        self.wholes = None;
+        self.rule_sets = None;
     }
 
     /// The open files that no other open file uses, each with all that it uses.
-    pub fn wholes(&mut self) -> Vec<Rc<Whole>> {
-        if let Some(wholes) = &self.wholes {
-            return wholes.clone();
+    pub fn rule_sets(&mut self) -> Vec<Rc<RuleSet>> {
+        if let Some(rule_sets) = &self.rule_sets {
+            return rule_sets.clone();
         }
-        let mut wholes: Vec<Rc<Whole>> = Vec::new();
+        let mut rule_sets: Vec<Rc<RuleSet>> = Vec::new();
         for path in self.open.keys() {
             // Of files that use each other, which is a mistake, the first one stands for all.
-            if !wholes.iter().any(|whole| whole.covers(path)) {
-                let whole = self.look(path, &BTreeMap::new());
-                wholes.retain(|known| !whole.covers(&known.root));
-                wholes.push(Rc::new(whole));
+            if !rule_sets.iter().any(|rule_set| rule_set.covers(path)) {
+                let rule_set = self.compile(path, &BTreeMap::new());
+                rule_sets.retain(|known| !rule_set.covers(&known.root));
+                rule_sets.push(Rc::new(rule_set));
             }
         }
-        self.wholes = Some(wholes.clone());
-        wholes
+        self.rule_sets = Some(rule_sets.clone());
+        rule_sets
     }
 
     /// A file with all that it uses; `texts` are laid over what is open.
-    pub fn look(&self, path: &Path, texts: &BTreeMap<PathBuf, String>) -> Whole {
+    pub fn compile(&self, path: &Path, texts: &BTreeMap<PathBuf, String>) -> RuleSet {
         let open = self.open.iter().map(|(path, document)| (path.clone(), document.text.clone()));
         let request = Request {
             files: vec![path.to_path_buf()],
@@ -148,22 +148,23 @@ impl Workspace {
         };
         let paths = survey.sources.files.iter().map(|source| place(&source.name)).collect();
         let lines = survey.sources.files.iter().map(|source| Lines::new(&source.text)).collect();
-        Whole { root: path.to_path_buf(), survey, paths, lines }
+        RuleSet { root: path.to_path_buf(), survey, paths, lines }
     }
 
     /// The place that a position in an open file means.
     pub fn spot(&mut self, uri: &Uri, position: Position) -> Option<Spot> {
         let path = uri::path_of(uri.as_ref());
         self.open.get(&path)?;
-        let (whole, file) = self.wholes().into_iter().find_map(|whole| whole.file(&path).map(|file| (whole, file)))?;
-        let offset = whole.offset(file, position);
-        Some(Spot { whole, file, offset })
+        let (rule_set, file) =
+            self.rule_sets().into_iter().find_map(|rule_set| rule_set.file(&path).map(|file| (rule_set, file)))?;
+        let offset = rule_set.offset(file, position);
+        Some(Spot { rule_set, file, offset })
     }
 
     /// A place as the editor wants it; `None` for a file that lies nowhere.
-    pub fn location(&self, whole: &Whole, span: Span) -> Option<Location> {
-        let path = whole.path(span.file)?;
-        Some(Location { uri: self.uri(path), range: whole.range(span) })
+    pub fn location(&self, rule_set: &RuleSet, span: Span) -> Option<Location> {
+        let path = rule_set.path(span.file)?;
+        Some(Location { uri: self.uri(path), range: rule_set.range(span) })
     }
 
     /// The URI of a file: as its editor calls it, when it is open.
@@ -172,20 +173,20 @@ impl Workspace {
         open.map_or_else(|| Uri::from(uri::uri_of(path)), |document| document.uri.clone())
     }
 
-    /// The wholes to search for what stands in a file: those that are open, and those of closed files that use it. A file is used only from
+    /// The rule sets to search for what stands in a file: those that are open, and those of closed files that use it. A file is used only from
     /// its own folder and those above, so these are looked through, as far as the editor's folders reach.
-    pub fn all_that_use(&mut self, path: &Path) -> Vec<Rc<Whole>> {
-        let mut found = self.wholes();
+    pub fn dependents(&mut self, path: &Path) -> Vec<Rc<RuleSet>> {
+        let mut found = self.rule_sets();
         if self.library.holds(path) {
             return found;
         }
         let shown = |folder: &&Path| self.folders.iter().any(|shown| folder.starts_with(shown));
         let above = path.ancestors().skip(2).take_while(shown);
         for file in path.parent().into_iter().chain(above).flat_map(rule_files) {
-            if !found.iter().any(|whole| whole.covers(&file)) {
-                let whole = self.look(&file, &BTreeMap::new());
-                if whole.covers(path) {
-                    found.push(Rc::new(whole));
+            if !found.iter().any(|rule_set| rule_set.covers(&file)) {
+                let rule_set = self.compile(&file, &BTreeMap::new());
+                if rule_set.covers(path) {
+                    found.push(Rc::new(rule_set));
                 }
             }
         }

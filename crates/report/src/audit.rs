@@ -4,9 +4,9 @@ use super::palette::{INK, color};
 use super::svg::{escape, length};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use teachtree_analysis::audit::{Drawn, Facts, Kind};
+use teachtree_analysis::audit::{DrawnSegment, Facts, FindingKind};
 use teachtree_analysis::json::{Meta, VERSION};
-use teachtree_analysis::{Who, number::fixed};
+use teachtree_analysis::{TrackId, number::fixed};
 
 /// The widest name of a recording in a table.
 const NAME: usize = 48;
@@ -29,7 +29,7 @@ pub struct Audit<'a> {
     /// Checks that were left out, with the reason, in words.
     pub unchecked: &'a [String],
     /// What does not make a recording a bad one.
-    pub allowed: &'a [Kind],
+    pub allowed: &'a [FindingKind],
 }
 
 impl Audit<'_> {
@@ -39,11 +39,11 @@ impl Audit<'_> {
     }
 
     /// The number of recordings with findings of each kind.
-    pub fn counts(&self) -> BTreeMap<Kind, usize> {
-        let has = |kind: Kind| {
+    pub fn counts(&self) -> BTreeMap<FindingKind, usize> {
+        let has = |kind: FindingKind| {
             self.recordings.iter().filter(move |(_, facts)| facts.findings.iter().any(|it| it.kind == kind))
         };
-        Kind::ALL.into_iter().map(|kind| (kind, has(kind).count())).collect()
+        FindingKind::ALL.into_iter().map(|kind| (kind, has(kind).count())).collect()
     }
 
     /// Number of recordings that are good.
@@ -198,7 +198,7 @@ fn lanes(facts: &Facts, longest: f64) -> String {
     }
     for finding in &facts.findings {
         let Some([start, end]) = finding.span_s else { continue };
-        let lane = |who: Who| facts.lanes.iter().position(|(known, _)| *known == who);
+        let lane = |who: TrackId| facts.lanes.iter().position(|(known, _)| *known == who);
         let (top, lanes) = finding.track.and_then(lane).map_or((0, facts.lanes.len()), |at| (at, 1));
         let (left, top, height) = (x(start), 1.0 + top as f64 * (LANE + 2.0), lanes as f64 * (LANE + 2.0) - 2.0);
         let (left, top, width, height) = (length(left), length(top), length((x(end) - left).max(2.0)), length(height));
@@ -207,7 +207,7 @@ fn lanes(facts: &Facts, longest: f64) -> String {
     svg + "</svg>"
 }
 
-fn bar((start, end, name, does): &Drawn, top: f64, x: &dyn Fn(f64) -> f64) -> String {
+fn bar((start, end, name, does): &DrawnSegment, top: f64, x: &dyn Fn(f64) -> f64) -> String {
     let (left, width) = (x(*start), x(*end) - x(*start));
     let fill = color(name, *does).hex();
     let title = escape(&format!("{name} {}–{} s", fixed(*start, 2), fixed(*end, 2)));

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use teachtree_analysis::Subject;
-use teachtree_analysis::explain::{Became, Explanation, Obstacle, PartOf, Reason, Step, TaskReason, WhyNot};
+use teachtree_analysis::explain::{
+    CompositePart, Explanation, LabelChange, NearestPath, Obstacle, Reason, Step, TaskReason,
+};
 
 /// Names that were opened before, with the slot that they were about.
-type Printed = BTreeSet<(String, String)>;
+type PrintedNames = BTreeSet<(String, String)>;
 
 /// Writes explanations one below the other.
 pub fn explanation(explained: &[Explanation]) -> String {
@@ -32,7 +34,7 @@ fn write_one(text: &mut String, one: &Explanation) {
         one.since_s,
         one.tree
     );
-    let mut printed = Printed::new();
+    let mut printed = PrintedNames::new();
     for step in &one.path {
         write_step(text, step, &mut printed);
     }
@@ -49,10 +51,10 @@ fn write_one(text: &mut String, one: &Explanation) {
         }
     }
     if let Some(settled) = &one.settled {
-        write_became(text, "settled", settled);
+        write_label_change(text, "settled", settled);
     }
     if let Some(relabeled) = &one.relabeled {
-        write_became(text, "relabeled", relabeled);
+        write_label_change(text, "relabeled", relabeled);
     }
     if let Some(task) = &one.task {
         write_task(text, task);
@@ -70,7 +72,7 @@ fn suffix(object: &Option<String>, partner: &Option<String>) -> String {
     Subject { object: object.clone(), partner: partner.clone() }.suffix()
 }
 
-fn write_step(text: &mut String, step: &Step, printed: &mut Printed) {
+fn write_step(text: &mut String, step: &Step, printed: &mut PrintedNames) {
     let indent = "  ".repeat(step.depth + 1);
     let taken = if step.taken { "yes" } else { "no " };
     let fact = match &step.reason {
@@ -88,7 +90,7 @@ fn words(reason: &Reason) -> String {
     reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)))
 }
 
-fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut Printed) {
+fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut PrintedNames) {
     let indent = "  ".repeat(depth);
     let holds = if reason.holds { "yes" } else { "no " };
     let slot = reason.slot.as_ref().map_or(String::new(), |slot| format!("{slot}: "));
@@ -125,7 +127,7 @@ fn is_name(condition: &str) -> bool {
     condition.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '[' | ']'))
 }
 
-fn write_became(text: &mut String, word: &str, became: &Became) {
+fn write_label_change(text: &mut String, word: &str, became: &LabelChange) {
     let _ = writeln!(text, "  {word}: {} {:.3} – {:.3} s", became.primitive, became.start_s, became.end_s);
     if !became.was.is_empty() {
         let _ = writeln!(text, "    was {}", became.was.join(" "));
@@ -145,7 +147,7 @@ fn write_became(text: &mut String, word: &str, became: &Became) {
 fn write_task(text: &mut String, task: &TaskReason) {
     let subject = suffix(&task.object, &task.partner);
     let _ = writeln!(text, "  task: {}{subject} {:.3} – {:.3} s", task.task, task.start_s, task.end_s);
-    if let Some(PartOf { task, part, parts, start_s, end_s }) = &task.part_of {
+    if let Some(CompositePart { task, part, parts, start_s, end_s }) = &task.part_of {
         let (of, parts) = (parts.len(), parts.join(", "));
         let _ = writeln!(text, "    part {part} of {of} of {task} {start_s:.3} – {end_s:.3} s: {parts}");
     }
@@ -157,8 +159,8 @@ fn write_task(text: &mut String, task: &TaskReason) {
     }
 }
 
-fn write_why_not(text: &mut String, why_not: &WhyNot, printed: &mut Printed) {
-    let WhyNot { primitive, time_s, choice, place, missing } = why_not;
+fn write_why_not(text: &mut String, why_not: &NearestPath, printed: &mut PrintedNames) {
+    let NearestPath { primitive, time_s, choice, place, missing } = why_not;
     if missing.is_empty() {
         let _ = writeln!(text, "  {primitive} was given at {time_s:.3} s by {choice}   {place}");
         return;

@@ -6,7 +6,7 @@ use super::svg::{BAR, Bar, LEFT, TimeAxis, ValueAxis, WIDTH, curve, escape, leng
 use super::{parts, remarks};
 use std::ops::Range;
 use teachtree_analysis::number::decimals;
-use teachtree_analysis::{Analysis, Segment, TaskSpan, Track, Who};
+use teachtree_analysis::{Analysis, Segment, TaskSpan, Track, TrackId};
 use teachtree_frames::frames::Frames;
 
 /// Distance between lanes.
@@ -36,12 +36,12 @@ pub(super) fn figure(
     let lanes_end = drawing.y;
     let mut lacking = Vec::new();
     let panels = match track.who {
-        Who::Hand(side) => {
+        TrackId::Hand(side) => {
             let signals = Signals::new(frames, side);
             drawing.touches(&signals);
             signals.panels()
         }
-        Who::Both => of_both(frames),
+        TrackId::Both => of_both(frames),
     };
     let mut drawn = Vec::new();
     for panel in panels {
@@ -57,14 +57,14 @@ pub(super) fn figure(
     let svg = format!(
         "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}: {}\">\n{ticks}\n{}</svg>\n",
         escape(label),
-        escape(&spoken(track)),
+        escape(&alt_text(track)),
         drawing.body
     );
     (svg, lacking)
 }
 
 /// The figure in words.
-fn spoken(track: &Track) -> String {
+fn alt_text(track: &Track) -> String {
     let tasks: Vec<String> = track
         .tasks
         .iter()
@@ -84,7 +84,7 @@ struct Drawing<'a> {
 }
 
 /// A panel that has been drawn.
-struct Drawn {
+struct DrawnPanel {
     axis: ValueAxis,
     panel: Panel,
 }
@@ -194,7 +194,7 @@ impl Drawing<'_> {
         self.y += GAP;
     }
 
-    fn panel(&mut self, panel: Panel) -> Drawn {
+    fn panel(&mut self, panel: Panel) -> DrawnPanel {
         let curves = panel.curves.as_deref().unwrap_or(&[]);
         let values = curves.iter().map(|curve| curve.values.as_slice());
         let rate_hz = self.frames.layout.rate_hz;
@@ -220,11 +220,11 @@ impl Drawing<'_> {
         }
         self.body.push('\n');
         self.y += PANEL;
-        Drawn { axis, panel }
+        DrawnPanel { axis, panel }
     }
 
     /// The boundaries of the raw segments: a line through all panels, and a point on each curve.
-    fn cuts(&mut self, top: f64, segments: &[Segment], panels: &[Drawn]) {
+    fn cuts(&mut self, top: f64, segments: &[Segment], panels: &[DrawnPanel]) {
         self.body.push_str("<g class=\"cuts\">\n");
         for pair in segments.windows(2) {
             let [before, after] = pair else { continue };

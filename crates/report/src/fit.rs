@@ -1,7 +1,7 @@
 //! What was fitted, for terminals: objective before and after, the params, each recording while it was held out, and what is to be thought of it.
 
 use std::fmt::{Display, Write};
-use teachtree_analysis::fit::{Fit, HeldOut, MIN_GAIN, MIN_LOGS, Objective, Verdict};
+use teachtree_analysis::fit::{CrossValidation, Fit, MIN_GAIN, MIN_LOGS, Objective, Verdict};
 use teachtree_analysis::number::fixed;
 
 /// The longest name of a recording that is shown whole.
@@ -72,7 +72,7 @@ fn params(text: &mut String, fit: &Fit, changed: &[(usize, f64)]) {
     table(text, &rows);
 }
 
-fn recordings(text: &mut String, fit: &Fit, held: &HeldOut) {
+fn recordings(text: &mut String, fit: &Fit, held: &CrossValidation) {
     let mut rows = vec![["group", "held out", "in the files", "fitted", "gain"].map(String::from)];
     for (number, fold) in held.folds.iter().enumerate() {
         for (log, (before, after)) in fold.logs.iter().zip(fold.before.iter().zip(&fold.after)) {

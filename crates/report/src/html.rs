@@ -6,10 +6,10 @@
 use super::figure::figure;
 use super::svg::{escape, scrolled};
 use super::{page, palette, parts, remarks};
-use teachtree_analysis::explain::Analyzed;
+use teachtree_analysis::explain::AnalyzedRecording;
 use teachtree_analysis::json::{Meta, VERSION};
 use teachtree_analysis::number::{decimals, number};
-use teachtree_analysis::{Analysis, CompositeSpan, Confidence, Segment, Subject, Track, Who};
+use teachtree_analysis::{Analysis, CompositeSpan, Confidence, Segment, Subject, Track, TrackId};
 use teachtree_base::error::InputError;
 use teachtree_base::recording::Recording;
 use teachtree_frames::frames::Frames;
@@ -21,8 +21,8 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
-pub fn html(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
-    let Analyzed { analysis, frames, .. } = *analyzed;
+pub fn html(analyzed: &AnalyzedRecording, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
+    let AnalyzedRecording { analysis, frames, .. } = *analyzed;
     let mut body = header(analysis, meta);
     body.push_str(page::PLACE);
     body.push_str(&tasks(analysis));
@@ -140,8 +140,8 @@ fn chip(segment: &Segment) -> String {
 
 fn section(track: &Track, analysis: &Analysis, frames: &Frames) -> String {
     let heading = match track.who {
-        Who::Hand(side) => format!("{} hand", capital(side.name())),
-        Who::Both => "Both hands".into(),
+        TrackId::Hand(side) => format!("{} hand", capital(side.name())),
+        TrackId::Both => "Both hands".into(),
     };
     let (drawing, lacking) = figure(track, analysis, frames, &heading);
     let mut section = format!("<h2>{heading}</h2>\n{}{drawing}</div>\n", scrolled(&heading));

@@ -1,7 +1,7 @@
 //! The signals of the paper's Figure 5: frames in, curves in the units that people read out (docs/sources.md, C23 to C25).
 
 use teachtree_analysis as analysis;
-use teachtree_base::channels::{Absent, Axis, ChannelSpec, Derived, Shape, derived};
+use teachtree_base::channels::{Axis, ChannelSpec, DerivedChannel, Fallback, Shape, derived};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::units::Dimension;
 use teachtree_frames::frames::{ColumnKey, Frames};
@@ -28,7 +28,7 @@ pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
     let mut channels = analysis::channels(rules);
     for name in CHANNELS {
         if !channels.iter().any(|channel| channel.name == *name) {
-            channels.push(derived(name).map_or_else(|| of_fingers(name), Derived::spec));
+            channels.push(derived(name).map_or_else(|| of_fingers(name), DerivedChannel::spec));
         }
     }
     channels
@@ -41,7 +41,7 @@ fn of_fingers(name: &str) -> ChannelSpec {
         axis: Some(Axis::Fingers),
         shape: Shape::Vec3,
         dimension: if name.ends_with("force") { Dimension::FORCE } else { Dimension::LENGTH },
-        absent: Absent::Constant(f64::NAN),
+        absent: Fallback::Constant(f64::NAN),
     }
 }
 

@@ -8,7 +8,7 @@ use super::palette::{self, Color, INK};
 use super::{parts, remarks, round_step};
 use teachtree_analysis::json::{Meta, VERSION};
 use teachtree_analysis::number::{decimals, number};
-use teachtree_analysis::{Analysis, Confidence, Segment, Subject, TaskSpan, Track, Who};
+use teachtree_analysis::{Analysis, Confidence, Segment, Subject, TaskSpan, Track, TrackId};
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -236,7 +236,7 @@ impl Page<'_> {
             lines.extend(self.task(task));
         }
         if track.tasks.is_empty() {
-            if matches!(track.who, Who::Hand(_)) {
+            if matches!(track.who, TrackId::Hand(_)) {
                 lines.push("  no task".into());
             } else if track.relabeled.is_empty() {
                 lines.push("  no coordination".into());
@@ -250,8 +250,8 @@ impl Page<'_> {
         let times = self.times(task.start_s, task.end_s);
         let width = self.names + SWATCH;
         let name = self.bold(&format!("{:width$}", task.task.clone() + &task.subject.suffix()));
-        let sure = task.confidence.map_or_else(String::new, |share| format!("   {:3.0} %", share * 100.0));
-        let mut lines = vec![format!("  {name}{times}{sure}   {}", remarks(task))];
+        let confidence_text = task.confidence.map_or_else(String::new, |share| format!("   {:3.0} %", share * 100.0));
+        let mut lines = vec![format!("  {name}{times}{confidence_text}   {}", remarks(task))];
         lines.extend(task.segments.iter().flat_map(|segment| self.segment(segment)));
         lines
     }
@@ -264,8 +264,8 @@ impl Page<'_> {
         };
         let times = self.times(segment.start_s, segment.end_s);
         let (name, width) = (segment.primitive.clone() + &segment.subject.suffix(), self.names);
-        let sure = segment.confidence.map_or_else(String::new, |it| self.sure(&it));
-        let mut lines = vec![format!("  {swatch} {name:width$}{times}{sure}")];
+        let confidence_text = segment.confidence.map_or_else(String::new, |it| self.confidence_text(&it));
+        let mut lines = vec![format!("  {swatch} {name:width$}{times}{confidence_text}")];
         if !segment.by.is_empty() {
             let trail = format!("was {}; by {}", segment.was.join(" "), segment.by.join("; "));
             lines.extend(wrap(&trail, self.style.width, "       ", "         "));
@@ -274,7 +274,7 @@ impl Page<'_> {
     }
 
     /// How sure a start is: the share, the interval it stays in, and the margin.
-    fn sure(&self, Confidence { share, earliest_s, latest_s, margin }: &Confidence) -> String {
+    fn confidence_text(&self, Confidence { share, earliest_s, latest_s, margin }: &Confidence) -> String {
         let margin = margin.map_or_else(String::new, |margin| format!(", margin {}", decimals(margin, 1)));
         let dash = if self.style.unicode { "–" } else { "-" };
         format!("   {:3.0} %, starts {earliest_s:.3} {dash} {latest_s:.3} s{margin}", share * 100.0)

@@ -5,10 +5,10 @@
 
 mod names;
 
-pub use names::Named;
+pub use names::ParsedPhrase;
 
 use std::collections::{BTreeMap, BTreeSet};
-use teachtree_analysis::{Analysis, Subject, Track, UNKNOWN, Who};
+use teachtree_analysis::{Analysis, Subject, Track, TrackId, UNKNOWN};
 use teachtree_base::error::InputError;
 
 /// The template that counts where no other is given.
@@ -173,9 +173,9 @@ impl Span<'_> {
 /// What a hand does; the coordination of both is in what each of them does.
 fn spans(track: &Track, style: Style) -> Option<(&'static str, Vec<Span<'_>>)> {
     let hand = match track.who {
-        Who::Hand(teachtree_base::hands::Side::Left) => "left hand",
-        Who::Hand(teachtree_base::hands::Side::Right) => "right hand",
-        Who::Both => return None,
+        TrackId::Hand(teachtree_base::hands::Side::Left) => "left hand",
+        TrackId::Hand(teachtree_base::hands::Side::Right) => "right hand",
+        TrackId::Both => return None,
     };
     let spans = match style {
         Style::Motion => track
@@ -236,20 +236,20 @@ impl Placeholder {
 
 /// Text with placeholders.
 #[derive(Clone, Debug, PartialEq)]
-struct Template(Vec<Part>);
+struct Template(Vec<TemplatePart>);
 
 #[derive(Clone, Debug, PartialEq)]
-enum Part {
+enum TemplatePart {
     Text(String),
-    Of(Placeholder),
+    Placeholder(Placeholder),
     /// Left out where a placeholder in it is empty.
-    Perhaps(Template),
+    Optional(Template),
 }
 
 impl Template {
     /// A template that is known to be right.
     fn of(text: &str) -> Self {
-        Self::read(text).unwrap_or_else(|_| Self(vec![Part::Of(Placeholder::Name)]))
+        Self::read(text).unwrap_or_else(|_| Self(vec![TemplatePart::Placeholder(Placeholder::Name)]))
     }
 
     fn read(text: &str) -> Result<Self, String> {
@@ -261,7 +261,7 @@ impl Template {
         while let Some(at) = rest.find(['{', '}', '[', ']']) {
             let (head, tail) = rest.split_at(at);
             if !head.is_empty() {
-                parts.push(Part::Text(head.into()));
+                parts.push(TemplatePart::Text(head.into()));
             }
             let (open, tail) = tail.split_at(1);
             let close = match open {
@@ -274,27 +274,27 @@ impl Template {
                 return Err("found `[` in brackets, expected text and placeholders".into());
             }
             parts.push(if open == "[" {
-                Part::Perhaps(Self::read(inner)?)
+                TemplatePart::Optional(Self::read(inner)?)
             } else {
                 let known = Placeholder::ALL.iter().find(|(name, _)| *name == inner);
                 let (_, placeholder) = known.ok_or_else(|| {
                     format!("found `{{{inner}}}`, expected `{{name}}`, `{{object}}`, `{{partner}}` or `{{hand}}`")
                 })?;
-                Part::Of(*placeholder)
+                TemplatePart::Placeholder(*placeholder)
             });
             rest = after;
         }
         if !rest.is_empty() {
-            parts.push(Part::Text(rest.into()));
+            parts.push(TemplatePart::Text(rest.into()));
         }
         if parts.is_empty() { Err("expected words, found nothing".into()) } else { Ok(Self(parts)) }
     }
 
     fn has(&self, wanted: Placeholder) -> bool {
         self.0.iter().any(|part| match part {
-            Part::Text(_) => false,
-            Part::Of(placeholder) => *placeholder == wanted,
-            Part::Perhaps(inner) => inner.has(wanted),
+            TemplatePart::Text(_) => false,
+            TemplatePart::Placeholder(placeholder) => *placeholder == wanted,
+            TemplatePart::Optional(inner) => inner.has(wanted),
         })
     }
 
@@ -306,9 +306,9 @@ impl Template {
         let mut text = String::new();
         for part in &self.0 {
             match part {
-                Part::Text(plain) => text.push_str(plain),
-                Part::Of(placeholder) => text.push_str(&of(*placeholder)),
-                Part::Perhaps(inner) => {
+                TemplatePart::Text(plain) => text.push_str(plain),
+                TemplatePart::Placeholder(placeholder) => text.push_str(&of(*placeholder)),
+                TemplatePart::Optional(inner) => {
                     let empty = Placeholder::ALL.iter().any(|(_, it)| inner.has(*it) && of(*it).is_empty());
                     if !empty {
                         text.push_str(&inner.fill(of));

@@ -15,9 +15,9 @@ pub mod planning;
 pub mod simulation;
 mod threads;
 
-pub use grasp::{GraspCandidate, Mapper};
-pub use kinematics::finger::{FingerModel, Posture};
-pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
+pub use grasp::{GraspCandidate, GraspPlanner};
+pub use kinematics::finger::{FingerModel, FingerPose};
+pub use kinematics::joint_positions::{IkSolution, JointPositions, MAX_DOFS, REACHED_M};
 pub use model::file::read;
 pub use model::file::schema;
 pub use model::file::{MAX_BYTES, open, open_with_meshes};
@@ -32,4 +32,4 @@ pub use planning::walk::Crossing;
 pub use teachtree_description::mesh::Mesh;
 pub use teachtree_description::polytope::Polytope;
 pub use teachtree_description::shape::CollisionShape;
-pub use teachtree_description::tree::{Dof, Joint, Kind, KinematicTree, Link};
+pub use teachtree_description::tree::{Dof, Joint, JointKind, KinematicTree, Link};

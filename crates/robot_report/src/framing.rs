@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::scene::Role;
-use teachtree_robot::simulation::trace::{Limb, Moment, Trace};
+use teachtree_robot::simulation::trace::{Limb, Trace, TraceSample};
 use teachtree_robot::{CollisionShape, Robot};
 
 /// From where it is seen: from the far right and above.
@@ -32,7 +32,7 @@ pub(super) struct Framing {
 }
 
 /// The framing that holds, at all these moments, the hands of the robot with a piece of their arms, and the objects that they can reach.
-pub(super) fn framing(trace: &Trace, moments: &[&Moment]) -> Framing {
+pub(super) fn framing(trace: &Trace, moments: &[&TraceSample]) -> Framing {
     let mut held = Bounds::default();
     for moment in moments {
         for (limb, poses) in trace.limbs.iter().zip(poses(trace, moment)) {
@@ -58,8 +58,8 @@ pub(super) fn framing(trace: &Trace, moments: &[&Moment]) -> Framing {
 }
 
 /// Where the links of every limb are.
-pub(super) fn poses(trace: &Trace, moment: &Moment) -> Vec<Vec<Isometry3<f64>>> {
-    let links = |(limb, stance): (&Limb, &teachtree_robot::simulation::trace::Stance)| {
+pub(super) fn poses(trace: &Trace, moment: &TraceSample) -> Vec<Vec<Isometry3<f64>>> {
+    let links = |(limb, stance): (&Limb, &teachtree_robot::simulation::trace::LimbPose)| {
         limb.robot.tree.forward_kinematics(&stance.q).into_iter().map(|link| stance.root * link).collect()
     };
     trace.limbs.iter().zip(&moment.stances).map(links).collect()

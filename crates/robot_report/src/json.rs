@@ -3,11 +3,11 @@
 use serde_json::{Value, json};
 use teachtree_analysis::number::number;
 use teachtree_command::Commands;
-use teachtree_robot::Kind;
-use teachtree_robot::control::behavior::Searched;
+use teachtree_robot::JointKind;
+use teachtree_robot::control::behavior::SearchResult;
 use teachtree_robot::simulation::Outcome;
 use teachtree_robot::simulation::arm_clearance::{Collision, MinDistance};
-use teachtree_robot::simulation::cause::{Cause, Why};
+use teachtree_robot::simulation::cause::{Cause, FailureCause};
 use teachtree_robot::simulation::force_tolerance::{MeanForce, SegmentForces};
 
 /// Writes the document; `duration_s` is that of the robot's recording, and `recognized` says for each outcome whether rules find its task there.
@@ -47,8 +47,8 @@ fn exact(value: f64) -> Value {
 
 fn outcome(outcome: &Outcome, recognized: Option<bool>) -> Value {
     let hole = outcome.searched.map(|searched| match searched {
-        Searched::Found(off) => json!({ "found": true, "off_m": exact(off) }),
-        Searched::NotWithin(within) => json!({ "found": false, "within_m": exact(within) }),
+        SearchResult::Found(off) => json!({ "found": true, "off_m": exact(off) }),
+        SearchResult::NotWithin(within) => json!({ "found": false, "within_m": exact(within) }),
     });
     json!({
         "task": outcome.task,
@@ -97,17 +97,23 @@ fn cause(cause: &Cause) -> Value {
         "text": cause.to_string(),
     });
     let more = match &cause.why {
-        Why::JointAtLimit(joint, None, m, rad) => json!({ "joint": joint, "off_m": exact(*m), "off_rad": exact(*rad) }),
-        Why::JointAtLimit(joint, Some(finger), m, _) => {
+        FailureCause::JointAtLimit(joint, None, m, rad) => {
+            json!({ "joint": joint, "off_m": exact(*m), "off_rad": exact(*rad) })
+        }
+        FailureCause::JointAtLimit(joint, Some(finger), m, _) => {
             json!({ "joint": joint, "finger": finger.name(), "off_m": exact(*m) })
         }
-        Why::TorqueMissing(joint, missing, Kind::Revolute) => json!({ "joint": joint, "missing_n_m": exact(*missing) }),
-        Why::TorqueMissing(joint, missing, Kind::Prismatic) => json!({ "joint": joint, "missing_n": exact(*missing) }),
-        Why::ContactSlipped(finger, by) => json!({ "finger": finger.name(), "off_m": exact(*by) }),
-        Why::ContactLost(finger) => json!({ "finger": finger.name() }),
-        Why::Dropped => json!({}),
-        Why::HoleMissed(within) => json!({ "within_m": exact(*within) }),
-        Why::LeftWay(m, rad) => json!({ "off_m": exact(*m), "off_rad": exact(*rad) }),
+        FailureCause::TorqueMissing(joint, missing, JointKind::Revolute) => {
+            json!({ "joint": joint, "missing_n_m": exact(*missing) })
+        }
+        FailureCause::TorqueMissing(joint, missing, JointKind::Prismatic) => {
+            json!({ "joint": joint, "missing_n": exact(*missing) })
+        }
+        FailureCause::ContactSlipped(finger, by) => json!({ "finger": finger.name(), "off_m": exact(*by) }),
+        FailureCause::ContactLost(finger) => json!({ "finger": finger.name() }),
+        FailureCause::Dropped => json!({}),
+        FailureCause::HoleMissed(within) => json!({ "within_m": exact(*within) }),
+        FailureCause::LeftWay(m, rad) => json!({ "off_m": exact(*m), "off_rad": exact(*rad) }),
     };
     if let (Some(written), Value::Object(more)) = (written.as_object_mut(), more) {
         written.extend(more);

@@ -17,9 +17,9 @@ use teachtree_base::hands::Finger;
 use teachtree_command::Commands;
 use teachtree_report::page;
 use teachtree_report::svg::{escape, scrolled};
-use teachtree_robot::Kind;
+use teachtree_robot::JointKind;
 use teachtree_robot::simulation::Outcome;
-use teachtree_robot::simulation::trace::{FingerForce, Moment, Trace};
+use teachtree_robot::simulation::trace::{FingerForce, Trace, TraceSample};
 use teachtree_robot::simulation::warnings::Warning;
 
 /// Names of the components of a vector.
@@ -48,14 +48,14 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: 
          In the plots, forces are those on the object, in its frame: dotted as demonstrated, dashed as commanded, solid as exerted.</p>\n",
     );
     // The tasks of two hands may run at the same time.
-    let shown: Vec<&Moment> = (0..commands.tasks.len())
+    let shown: Vec<&TraceSample> = (0..commands.tasks.len())
         .flat_map(|number| {
-            middles(&trace.moments.iter().filter(|moment| moment.task == number).collect::<Vec<&Moment>>())
+            middles(&trace.moments.iter().filter(|moment| moment.task == number).collect::<Vec<&TraceSample>>())
         })
         .collect();
     let framed = framing(trace, &shown);
     for (number, (task, outcome)) in commands.tasks.iter().zip(outcomes).enumerate() {
-        let moments: Vec<&Moment> = trace.moments.iter().filter(|moment| moment.task == number).collect();
+        let moments: Vec<&TraceSample> = trace.moments.iter().filter(|moment| moment.task == number).collect();
         let verdict = outcome.verdict().name();
         let (off, turned) = (decimals(outcome.off * 1e3, 1), decimals(outcome.turned.to_degrees(), 1));
         let ended = outcome.fell_s.map_or_else(
@@ -94,13 +94,13 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: 
 }
 
 /// The middle of each primitive.
-fn middles<'m>(moments: &[&'m Moment]) -> Vec<&'m Moment> {
+fn middles<'m>(moments: &[&'m TraceSample]) -> Vec<&'m TraceSample> {
     let runs = moments.chunk_by(|one, next| one.task == next.task && one.primitive == next.primitive);
     runs.filter_map(|run| run.get(run.len() / 2).copied()).collect()
 }
 
 /// A picture of the middle of each primitive.
-fn pictures(trace: &Trace, moments: &[&Moment], object: &str, framed: Framing) -> String {
+fn pictures(trace: &Trace, moments: &[&TraceSample], object: &str, framed: Framing) -> String {
     let drawn = middles(moments).into_iter().map(|moment| {
         let caption = format!("{}, {} s", escape(&moment.primitive), decimals(moment.time_s, 2));
         format!("<figure>{}<figcaption>{caption}</figcaption></figure>\n", picture(trace, moment, object, framed))
@@ -109,7 +109,7 @@ fn pictures(trace: &Trace, moments: &[&Moment], object: &str, framed: Framing) -
 }
 
 /// What is plotted of a task.
-fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
+fn plots(trace: &Trace, moments: &[&TraceSample]) -> Vec<Plot> {
     let mut plots = Vec::new();
     let fingers: Vec<Finger> =
         moments.first().map_or(Vec::new(), |first| first.forces.iter().map(|force| force.finger).collect());
@@ -121,20 +121,22 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
     // The thumb as in the paper; where it takes no part, the first finger that does.
     let shown = fingers.iter().find(|finger| **finger == Finger::Thumb && pressing(finger));
     if let Some(shown) = shown.or_else(|| fingers.iter().find(|finger| pressing(finger))) {
-        let of = |moment: &Moment| moment.forces.iter().find(|force| force.finger == *shown).map_or_else(zeros, three);
+        let of =
+            |moment: &TraceSample| moment.forces.iter().find(|force| force.finger == *shown).map_or_else(zeros, three);
         plots.extend(forces(&format!("force of the {shown}"), moments, of));
     }
-    let total =
-        |moment: &Moment| moment.forces.iter().map(three).fold(zeros(), |[a, b, c], [d, e, f]| [a + d, b + e, c + f]);
+    let total = |moment: &TraceSample| {
+        moment.forces.iter().map(three).fold(zeros(), |[a, b, c], [d, e, f]| [a + d, b + e, c + f])
+    };
     plots.extend(forces("total force on the object", moments, total));
 
     let place = moments.first().map_or(0, |moment| moment.limb);
     let Some(limb) = trace.limbs.get(place) else { return plots };
     let Some(hand) = limb.robot.hands.get(&limb.side) else { return plots };
-    let q = |moment: &Moment| moment.stances.get(place).map_or_else(Vec::new, |stance| stance.q.clone());
+    let q = |moment: &TraceSample| moment.stances.get(place).map_or_else(Vec::new, |stance| stance.q.clone());
     let joints = |dofs: &[usize]| -> Vec<Line> {
         let line = |(place, dof): (usize, &usize)| {
-            let value = |moment: &&Moment| q(moment).get(*dof).copied().unwrap_or(f64::NAN);
+            let value = |moment: &&TraceSample| q(moment).get(*dof).copied().unwrap_or(f64::NAN);
             let name =
                 limb.robot.tree.dofs.get(*dof).map_or("", |dof| dof.name.rsplit('/').next().unwrap_or(&dof.name));
             Line { name: name.into(), color: place, stroke: Stroke::Solid, values: moments.iter().map(value).collect() }
@@ -145,8 +147,8 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
         let joints = limb.robot.tree.links.iter().filter_map(|link| link.joint.as_ref());
         let mut kinds = joints.filter(|joint| dofs.contains(&joint.dof)).map(|joint| joint.kind);
         match kinds.next() {
-            Some(Kind::Prismatic) if kinds.all(|kind| kind == Kind::Prismatic) => "m",
-            Some(Kind::Revolute) if kinds.all(|kind| kind == Kind::Revolute) => "rad",
+            Some(JointKind::Prismatic) if kinds.all(|kind| kind == JointKind::Prismatic) => "m",
+            Some(JointKind::Revolute) if kinds.all(|kind| kind == JointKind::Revolute) => "rad",
             _ => "rad or m",
         }
     };
@@ -158,7 +160,7 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
         });
     }
     if hand.jaws.is_some() {
-        let opening = |moment: &&Moment| hand.opening(&q(moment)).unwrap_or(f64::NAN) * 1e3;
+        let opening = |moment: &&TraceSample| hand.opening(&q(moment)).unwrap_or(f64::NAN) * 1e3;
         let values = moments.iter().map(opening).collect();
         let line = Line { name: "opening".into(), color: 0, stroke: Stroke::Solid, values };
         plots.push(Plot { title: "opening of the jaws, mm".into(), lines: vec![line], shortest: 1.0 });
@@ -170,7 +172,7 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
         plots.push(Plot { title, lines: joints(&finger.dofs), shortest: 0.1 });
     }
     let measures = hand.fingers.iter().enumerate().map(|(place, finger)| {
-        let measure = |moment: &&Moment| finger.measure(&finger.angles(&q(moment)));
+        let measure = |moment: &&TraceSample| finger.measure(&finger.angles(&q(moment)));
         let values = moments.iter().map(measure).collect();
         Line { name: finger.finger.name().into(), color: place, stroke: Stroke::Solid, values }
     });
@@ -193,7 +195,7 @@ const FORCES: [(&str, usize, Stroke); 3] =
     [("demonstrated", 2, Stroke::Dotted), ("commanded", 1, Stroke::Dashed), ("exerted", 0, Stroke::Solid)];
 
 /// Returns a plot per component with the demonstrated, commanded and exerted force.
-fn forces(title: &str, moments: &[&Moment], of: impl Fn(&Moment) -> [Vector3<f64>; 3]) -> Vec<Plot> {
+fn forces(title: &str, moments: &[&TraceSample], of: impl Fn(&TraceSample) -> [Vector3<f64>; 3]) -> Vec<Plot> {
     let all: Vec<[Vector3<f64>; 3]> = moments.iter().map(|moment| of(moment)).collect();
     let plot = |(axis, name): (usize, &str)| {
         let line = |(which, (name, color, stroke)): (usize, (&str, usize, Stroke))| {

@@ -7,11 +7,11 @@ use std::ops::Range;
 use teachtree_base::geometry::pose;
 use teachtree_base::scene::Role;
 use teachtree_command::Commands;
-use teachtree_report::page::decimate::{Keep, Thinning, curve, rounded, toggles};
+use teachtree_report::page::decimation::{Decimation, DecimationMode, curve, rounded, toggles};
 use teachtree_report::page::replay::{one_sign, part};
 use teachtree_report::palette::{self, TASKS};
 use teachtree_robot::simulation::Outcome;
-use teachtree_robot::simulation::trace::{FingerForce, Limb, Moment, Trace};
+use teachtree_robot::simulation::trace::{FingerForce, Limb, Trace, TraceSample};
 use teachtree_robot::simulation::warnings::Warning;
 use teachtree_robot::{CollisionShape, Link, Mesh};
 
@@ -27,16 +27,16 @@ const KNOTS: usize = 4000;
 const GROUPS: [&str; 2] = ["Forces on the object", "Joints"];
 
 /// A robot's motion at even times.
-struct Frames<'t> {
+struct SampledMotion<'t> {
     trace: &'t Trace,
     /// All moments of a time: each hand at work has its own.
-    moments: Vec<Vec<&'t Moment>>,
+    moments: Vec<Vec<&'t TraceSample>>,
     stretches: Vec<Range<usize>>,
 }
 
 /// What the scripts show of a robot.
 pub(crate) fn data(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: &[Warning]) -> Value {
-    let frames = Frames::new(trace);
+    let frames = SampledMotion::new(trace);
     let start = frames.moments.first().and_then(|all| all.first()).map_or(0.0, |first| first.time_s);
     let end = frames.moments.last().and_then(|all| all.first()).map_or(0.0, |last| last.time_s);
     let stretches =
@@ -63,9 +63,9 @@ pub(crate) fn data(commands: &Commands, trace: &Trace, outcomes: &[Outcome], war
     })
 }
 
-impl<'t> Frames<'t> {
+impl<'t> SampledMotion<'t> {
     fn new(trace: &'t Trace) -> Self {
-        let mut moments: Vec<Vec<&Moment>> = Vec::new();
+        let mut moments: Vec<Vec<&TraceSample>> = Vec::new();
         for moment in &trace.moments {
             match moments.last_mut() {
                 Some(all) if all.first().is_some_and(|first| moment.time_s - first.time_s < 0.5 / RATE_HZ) => {
@@ -90,14 +90,14 @@ impl<'t> Frames<'t> {
     }
 
     /// A moment of each time; all of a time have the same poses.
-    fn firsts(&self) -> impl Iterator<Item = &'t Moment> {
+    fn firsts(&self) -> impl Iterator<Item = &'t TraceSample> {
         self.moments.iter().filter_map(|all| all.first().copied())
     }
 
     /// What a hand did, its tasks, and what came of them.
     fn track(&self, limb: usize, outcomes: &[Outcome], colors: &mut Map<String, Value>) -> Value {
-        let own: Vec<&Moment> = self.trace.moments.iter().filter(|moment| moment.limb == limb).collect();
-        let span = |run: &[&Moment]| {
+        let own: Vec<&TraceSample> = self.trace.moments.iter().filter(|moment| moment.limb == limb).collect();
+        let span = |run: &[&TraceSample]| {
             let [from, to] = [run.first(), run.last()].map(|moment| moment.map_or(0.0, |moment| moment.time_s));
             (rounded(from), rounded(to + 1.0 / RATE_HZ))
         };
@@ -130,8 +130,8 @@ impl<'t> Frames<'t> {
         })
     }
 
-    fn curve(&self, values: &[f64], within: f64, keep: Keep) -> Value {
-        curve(values, &self.stretches, Thinning { within, drawn: None, keep }).json
+    fn curve(&self, values: &[f64], within: f64, keep: DecimationMode) -> Value {
+        curve(values, &self.stretches, Decimation { within, drawn: None, keep }).json
     }
 
     /// Poses over time as seven curves.
@@ -145,8 +145,8 @@ impl<'t> Frames<'t> {
             all(&|pose| pose.rotation.k),
         ];
         one_sign(&mut turn);
-        let position = position.iter().map(|values| self.curve(values, WITHIN_M, Keep::Line));
-        position.chain(turn.iter().map(|values| self.curve(values, WITHIN_TURN, Keep::Line))).collect()
+        let position = position.iter().map(|values| self.curve(values, WITHIN_M, DecimationMode::Line));
+        position.chain(turn.iter().map(|values| self.curve(values, WITHIN_TURN, DecimationMode::Line))).collect()
     }
 
     /// The bodies of the scene and the links of the robot.
@@ -199,7 +199,7 @@ impl<'t> Frames<'t> {
     }
 
     /// The moments in which a limb is at work, by frame.
-    fn at_work(&self, limb: usize) -> impl Iterator<Item = Option<&'t Moment>> {
+    fn at_work(&self, limb: usize) -> impl Iterator<Item = Option<&'t TraceSample>> {
         self.moments.iter().map(move |all| all.iter().find(|moment| moment.limb == limb).copied())
     }
 
@@ -223,12 +223,12 @@ impl<'t> Frames<'t> {
                 let axis = |axis: usize| -> Vec<f64> {
                     tips.iter().map(|tips| tips.get(at).map_or(f64::NAN, |tip| tip[axis])).collect()
                 };
-                let position: Vec<Value> = (0..3).map(|one| self.curve(&axis(one), WITHIN_M, Keep::Line)).collect();
+                let position: Vec<Value> = (0..3).map(|one| self.curve(&axis(one), WITHIN_M, DecimationMode::Line)).collect();
                 let forces: Vec<Vector3<f64>> =
                     self.at_work(place).map(|moment| moment.map_or_else(Vector3::zeros, |it| self.exerted(it, at))).collect();
                 let force = [0, 1, 2].map(|axis| {
                     let values: Vec<f64> = forces.iter().map(|force| force[axis]).collect();
-                    self.curve(&values, WITHIN_N, Keep::Line)
+                    self.curve(&values, WITHIN_N, DecimationMode::Line)
                 });
                 let touches: Vec<bool> = forces.iter().map(|force| *force != Vector3::zeros()).collect();
                 json!({ "name": finger.finger.name(), "position": position, "force": force, "touches": toggles(&touches) })
@@ -243,7 +243,7 @@ impl<'t> Frames<'t> {
     }
 
     /// The force of a finger on the object of its task, reference frame, N.
-    fn exerted(&self, moment: &Moment, finger: usize) -> Vector3<f64> {
+    fn exerted(&self, moment: &TraceSample, finger: usize) -> Vector3<f64> {
         let body = moment.bodies.get(moment.object);
         let force = moment.forces.get(finger).map_or_else(Vector3::zeros, |force| force.exerted);
         body.map_or(force, |pose| pose * force)
@@ -253,7 +253,9 @@ impl<'t> Frames<'t> {
     fn signals(&self) -> Vec<Value> {
         let mut signals = Vec::new();
         let mut signal = |group: usize, limb: &Limb, title: &str, unit: &str, curves: BTreeMap<String, Vec<f64>>| {
-            let curves = curves.iter().map(|(name, values)| json!([name, self.curve(values, 0.0, Keep::Knots(KNOTS))]));
+            let curves = curves
+                .iter()
+                .map(|(name, values)| json!([name, self.curve(values, 0.0, DecimationMode::Knots(KNOTS))]));
             let curves: Vec<Value> = curves.collect();
             if !curves.is_empty() {
                 signals.push(
@@ -265,7 +267,7 @@ impl<'t> Frames<'t> {
             let Some(model) = limb.robot.hands.get(&limb.side) else { continue };
             for (at, finger) in model.fingers.iter().enumerate() {
                 let of = |which: fn(&FingerForce) -> f64| -> Vec<f64> {
-                    let value = |it: &Moment| it.forces.get(at).map_or(f64::NAN, which);
+                    let value = |it: &TraceSample| it.forces.get(at).map_or(f64::NAN, which);
                     self.at_work(place).map(|moment| moment.map_or(f64::NAN, value)).collect()
                 };
                 let demonstrated = of(|force| force.demonstrated.map_or(f64::NAN, |force| force.norm()));
@@ -280,7 +282,7 @@ impl<'t> Frames<'t> {
             }
             let joints = |dofs: &[usize]| -> BTreeMap<String, Vec<f64>> {
                 let name = |dof: usize| limb.robot.tree.dofs.get(dof).map_or_else(String::new, |dof| dof.name.clone());
-                let value = |dof: usize, moment: &Moment| {
+                let value = |dof: usize, moment: &TraceSample| {
                     moment.stances.get(place).and_then(|stance| stance.q.get(dof)).copied().unwrap_or(f64::NAN)
                 };
                 dofs.iter().map(|&dof| (name(dof), self.firsts().map(|moment| value(dof, moment)).collect())).collect()

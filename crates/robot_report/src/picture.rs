@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::geometry::pose;
 use teachtree_base::scene::{Body, Role, Shape};
 use teachtree_report::svg::length;
-use teachtree_robot::simulation::trace::{Moment, Trace};
+use teachtree_robot::simulation::trace::{Trace, TraceSample};
 use teachtree_robot::{CollisionShape, Polytope};
 
 /// A round body has this many sides.
@@ -16,7 +16,7 @@ const NEWTON_M: f64 = 0.030;
 const SHADE: f64 = 0.55;
 
 /// Something to be painted: how far away it is, and its drawing.
-struct Painted {
+struct PaintedShape {
     depth: f64,
     svg: String,
 }
@@ -24,7 +24,7 @@ struct Painted {
 /// The view in the making.
 pub(super) struct View {
     framing: Framing,
-    painted: Vec<Painted>,
+    painted: Vec<PaintedShape>,
 }
 
 /// What a shape belongs to, as the class of its drawing, and its colour.
@@ -35,7 +35,7 @@ struct Paint {
 }
 
 /// Draws a moment; `object` is what the task is about.
-pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str, framing: Framing) -> String {
+pub(super) fn picture(trace: &Trace, moment: &TraceSample, object: &str, framing: Framing) -> String {
     let poses = poses(trace, moment);
     let hand = trace.limbs.get(moment.limb).and_then(|limb| limb.robot.hands.get(&limb.side));
     let own = poses.get(moment.limb);
@@ -107,7 +107,7 @@ impl View {
         let Some(Paint { class, color }) = paint else {
             // What stands behind everything.
             let svg = format!(r#"<path d="{path}" fill="none" stroke="var(--line)"/>"#);
-            self.painted.push(Painted { depth: f64::INFINITY, svg });
+            self.painted.push(PaintedShape { depth: f64::INFINITY, svg });
             return;
         };
         if facing <= 0.0 {
@@ -119,7 +119,7 @@ impl View {
             r#"<path class="{class}" d="{path}" fill="color-mix(in srgb, var(--{color}) {}%, black)" stroke="var(--edge)" stroke-width="0.6" stroke-linejoin="round"/>"#,
             (light * 100.0).round()
         );
-        self.painted.push(Painted { depth: self.depth(&middle.into()), svg });
+        self.painted.push(PaintedShape { depth: self.depth(&middle.into()), svg });
     }
 
     fn body(&mut self, body: &Body, world_from_body: &Isometry3<f64>, paint: Option<Paint>) {
@@ -188,7 +188,7 @@ impl View {
             length(y),
             length(radius * self.framing.scale)
         );
-        self.painted.push(Painted { depth: self.depth(&centre), svg });
+        self.painted.push(PaintedShape { depth: self.depth(&centre), svg });
     }
 
     fn capsule(&mut self, from: Point3<f64>, to: Point3<f64>, radius: f64, Paint { class, color }: Paint) {
@@ -202,7 +202,7 @@ impl View {
             )
         };
         let svg = bar("edge", wide + 1.2) + &bar(color, wide);
-        self.painted.push(Painted { depth: self.depth(&nalgebra::center(&from, &to)), svg });
+        self.painted.push(PaintedShape { depth: self.depth(&nalgebra::center(&from, &to)), svg });
     }
 
     /// A force from a point, over everything; false when it is too short to be seen.
@@ -221,7 +221,7 @@ impl View {
             r#"<path d="M{} {}L{} {}M{} {}L{} {}L{} {}" fill="none" stroke="var(--force)" stroke-width="2"/>"#,
             d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8], d[9]
         );
-        self.painted.push(Painted { depth: f64::NEG_INFINITY, svg });
+        self.painted.push(PaintedShape { depth: f64::NEG_INFINITY, svg });
         true
     }
 

@@ -2,7 +2,7 @@
 
 use teachtree_report::palette::color;
 use teachtree_report::svg::{BAR, Bar, TimeAxis, ValueAxis, WIDTH, curve, escape, length};
-use teachtree_robot::simulation::trace::Moment;
+use teachtree_robot::simulation::trace::TraceSample;
 
 /// The height of the curves, and where they begin below the title and the bars.
 const HEIGHT: f64 = 84.0;
@@ -55,7 +55,7 @@ pub(super) struct Plot {
 
 impl Plot {
     /// Draws it.
-    pub fn draw(&self, moments: &[&Moment]) -> String {
+    pub fn draw(&self, moments: &[&TraceSample]) -> String {
         let (Some(first), Some(last)) = (moments.first(), moments.last()) else { return String::new() };
         let time = TimeAxis { start_s: first.time_s, end_s: last.time_s };
         let bars: String = moments

@@ -3,7 +3,7 @@
 //! A head has at most 16 KiB and 64 fields, a body its `Content-Length` and at most 8 MiB; bodies in chunks are refused. Whoever sends nothing for half a
 //! minute is hung up on.
 
-use crate::duplex::Duplex;
+use crate::duplex_stream::DuplexStream;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Result, Seek, SeekFrom, Write};
 use std::time::Duration;
@@ -62,7 +62,7 @@ pub enum Range {
 
 impl Request {
     /// The value of a key behind `?`.
-    pub fn asked(&self, key: &str) -> Option<&str> {
+    pub fn query_value(&self, key: &str) -> Option<&str> {
         self.query.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
     }
 }
@@ -99,24 +99,24 @@ impl Response {
 
 /// A connection.
 pub struct Connection {
-    stream: Duplex,
+    stream: DuplexStream,
     /// What was read and not used yet.
     buffer: Vec<u8>,
     /// Where scripts of its pages may come from.
     scripts: &'static str,
 }
 
-/// Why there is no request.
-pub enum NoRequest {
+/// The reason why a connection yields no request.
+pub enum RequestFailure {
     /// The other side is gone, or silent.
-    Gone,
+    Closed,
     /// It sent what is no request that is taken here.
     Refused(Response),
 }
 
 impl Connection {
     /// A connection that was accepted; whether scripts of its pages compile WebAssembly.
-    pub fn new(stream: Duplex, compiles: bool) -> Result<Self> {
+    pub fn new(stream: DuplexStream, compiles: bool) -> Result<Self> {
         stream.tcp().set_read_timeout(Some(SILENCE))?;
         stream.tcp().set_write_timeout(Some(SILENCE))?;
         stream.tcp().set_nodelay(true)?;
@@ -124,24 +124,24 @@ impl Connection {
         Ok(Self { stream, buffer: Vec::new(), scripts })
     }
 
-    fn fill(&mut self) -> std::result::Result<(), NoRequest> {
+    fn fill(&mut self) -> std::result::Result<(), RequestFailure> {
         let mut part = [0; 16 << 10];
         loop {
             match self.stream.read(&mut part) {
-                Ok(0) => return Err(NoRequest::Gone),
+                Ok(0) => return Err(RequestFailure::Closed),
                 Ok(length) => {
                     self.buffer.extend_from_slice(part.get(..length).unwrap_or_default());
                     return Ok(());
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(_) => return Err(NoRequest::Gone),
+                Err(_) => return Err(RequestFailure::Closed),
             }
         }
     }
 
     /// The next request.
-    pub fn next(&mut self) -> std::result::Result<Request, NoRequest> {
-        let refused = |status, message: &str| NoRequest::Refused(Response::refused(status, message));
+    pub fn next(&mut self) -> std::result::Result<Request, RequestFailure> {
+        let refused = |status, message: &str| RequestFailure::Refused(Response::refused(status, message));
         let (mut request, head, length) = loop {
             if let Some(found) = parsed(&self.buffer)? {
                 break found;
@@ -174,7 +174,7 @@ impl Connection {
     }
 
     /// Goes on as a WebSocket, with the answer to its key: the stream, and what was read of it already.
-    pub fn upgrade(mut self, accept: &str) -> Result<(Duplex, Vec<u8>)> {
+    pub fn upgrade(mut self, accept: &str) -> Result<(DuplexStream, Vec<u8>)> {
         let head = format!(
             "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
         );
@@ -243,8 +243,8 @@ fn part_of(range: Range, whole: u64) -> Option<(u64, u64)> {
 }
 
 /// A head that is there as a whole: the request without its body, the length of the head, and that of the body.
-fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, NoRequest> {
-    let refused = |status, message: &str| Err(NoRequest::Refused(Response::refused(status, message)));
+fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, RequestFailure> {
+    let refused = |status, message: &str| Err(RequestFailure::Refused(Response::refused(status, message)));
     let mut fields = [httparse::EMPTY_HEADER; MAX_FIELDS];
     let mut head = httparse::Request::new(&mut fields);
     let length = match head.parse(bytes) {

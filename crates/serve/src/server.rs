@@ -1,12 +1,12 @@
-//! The server: a listener, and who may ask.
+//! The server: a listener, and the policy that admits requests.
 //!
 //! Every path begins with a token that only the address has that was printed. The host must be the one of that address, so that no name of another page can
 //! lead here; a request of another page says so in `Origin`, and is refused. Bodies are JSON, which no form can send.
 
+use super::connections::OpenConnections;
 use super::host::Host;
-use super::http::{Connection, NoRequest, Request, Response};
-use super::visitors::Visitors;
-use crate::duplex::Duplex;
+use super::http::{Connection, Request, RequestFailure, Response};
+use crate::duplex_stream::DuplexStream;
 use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr, TcpListener, TcpStream};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -35,18 +35,18 @@ pub trait Page: Send + Sync + 'static {
     }
 
     /// Speaks on a WebSocket until it ends; `read` was read of it already.
-    fn socket(&self, _stream: Duplex, _read: Vec<u8>) {}
+    fn socket(&self, _stream: DuplexStream, _read: Vec<u8>) {}
 }
 
 /// Encrypts a connection.
-pub type Encrypt = Box<dyn Fn(TcpStream) -> std::io::Result<Duplex> + Send + Sync>;
+pub type Encryptor = Box<dyn Fn(TcpStream) -> std::io::Result<DuplexStream> + Send + Sync>;
 
 /// A server that listens, and answers once it is [`run`](Self::run).
 pub struct Server {
     listener: TcpListener,
     /// `None` where pages are not encrypted.
-    encrypt: Option<Encrypt>,
-    gate: Gate,
+    encrypt: Option<Encryptor>,
+    policy: AccessPolicy,
 }
 
 impl Server {
@@ -57,50 +57,50 @@ impl Server {
     pub fn new(port: u16) -> Result<Self, InputError> {
         let (listener, port) = listen(Ipv4Addr::LOCALHOST.into(), port)?;
         let origins = ["127.0.0.1", "localhost"].map(|host| format!("http://{host}:{port}"));
-        Ok(Self { listener, encrypt: None, gate: Gate::new(origins.into())? })
+        Ok(Self { listener, encrypt: None, policy: AccessPolicy::new(origins.into())? })
     }
 
     /// Listens for other machines, which reach this one by a host; `encrypt` encrypts their connections.
     ///
     /// # Errors
     /// When the port is taken, the host is no address of this machine, or the system gives no random numbers for the token.
-    pub fn encrypted(host: &Host, port: u16, encrypt: Encrypt) -> Result<Self, InputError> {
+    pub fn encrypted(host: &Host, port: u16, encrypt: Encryptor) -> Result<Self, InputError> {
         let (listener, port) = listen(host.listens_on(), port)?;
-        Ok(Self { listener, encrypt: Some(encrypt), gate: Gate::new(vec![host.origin(port)])? })
+        Ok(Self { listener, encrypt: Some(encrypt), policy: AccessPolicy::new(vec![host.origin(port)])? })
     }
 
     /// Lets a proxy on this machine show the page to others, under this origin: `https://teach.example.org`.
     #[must_use]
     pub fn behind(mut self, proxy: Option<String>) -> Self {
-        self.gate.origins.extend(proxy);
+        self.policy.origins.extend(proxy);
         self
     }
 
     /// The address of the page.
     pub fn address(&self) -> String {
-        format!("{}/{}/", self.gate.origins.first().map_or("", String::as_str), self.gate.token)
+        format!("{}/{}/", self.policy.origins.first().map_or("", String::as_str), self.policy.token)
     }
 
     /// Answers until the program ends.
     pub fn run<P: Page>(self, page: &Arc<P>) {
-        let gate = Arc::new(self.gate);
-        let visitors = Arc::new(Visitors::default());
+        let policy = Arc::new(self.policy);
+        let connections = Arc::new(OpenConnections::default());
         let is_encrypted = self.encrypt.is_some();
         for stream in self.listener.incoming() {
             let Ok(stream) = stream else { continue };
             let stream = match &self.encrypt {
                 Some(encrypt) => encrypt(stream),
-                None => Ok(Duplex::new(stream)),
+                None => Ok(DuplexStream::new(stream)),
             };
             let Ok(stream) = stream else { continue };
-            let (gate, page, visitors) = (Arc::clone(&gate), Arc::clone(page), Arc::clone(&visitors));
-            visitors.enter(&stream);
+            let (policy, page, connections) = (Arc::clone(&policy), Arc::clone(page), Arc::clone(&connections));
+            connections.enter(&stream);
             std::thread::spawn(move || {
-                let mut visit = Visit { stream, is_known: false, visitors: &visitors };
+                let mut client = ClientConnection { stream, is_authenticated: false, connections: &connections };
                 // The other side may hang up at any time.
-                let _ = visit.converse(is_encrypted, &gate, &*page);
-                visitors.leave(&visit.stream, visit.is_known);
-                visit.stream.close();
+                let _ = client.converse(is_encrypted, &policy, &*page);
+                connections.leave(&client.stream, client.is_authenticated);
+                client.stream.close();
             });
         }
     }
@@ -124,14 +124,14 @@ fn listen(address: IpAddr, port: u16) -> Result<(TcpListener, u16), InputError> 
 }
 
 /// A connection, and whether it has shown the token.
-struct Visit<'a> {
-    stream: Duplex,
-    is_known: bool,
-    visitors: &'a Visitors,
+struct ClientConnection<'a> {
+    stream: DuplexStream,
+    is_authenticated: bool,
+    connections: &'a OpenConnections,
 }
 
-impl Visit<'_> {
-    fn converse<P: Page>(&mut self, is_encrypted: bool, gate: &Gate, page: &P) -> std::io::Result<()> {
+impl ClientConnection<'_> {
+    fn converse<P: Page>(&mut self, is_encrypted: bool, policy: &AccessPolicy, page: &P) -> std::io::Result<()> {
         let mut connection = Connection::new(self.stream.clone(), page.compiles())?;
         let mut first = [0];
         if is_encrypted && self.stream.tcp().peek(&mut first)? == 1 && first != [HANDSHAKE] {
@@ -140,10 +140,10 @@ impl Visit<'_> {
         loop {
             match connection.next() {
                 Ok(request) => {
-                    let admitted = gate.admit(&request, P::COMMAND);
-                    if admitted.is_ok() && !self.is_known {
-                        self.is_known = true;
-                        if !self.visitors.admit(&self.stream) {
+                    let admitted = policy.admit(&request, P::COMMAND);
+                    if admitted.is_ok() && !self.is_authenticated {
+                        self.is_authenticated = true;
+                        if !self.connections.admit(&self.stream) {
                             return connection.send(None, Response::refused(503, "too many connections are open"));
                         }
                     }
@@ -166,8 +166,8 @@ impl Visit<'_> {
                         return Ok(());
                     }
                 }
-                Err(NoRequest::Gone) => return Ok(()),
-                Err(NoRequest::Refused(response)) => {
+                Err(RequestFailure::Closed) => return Ok(()),
+                Err(RequestFailure::Refused(response)) => {
                     connection.send(None, response)?;
                     return connection.finish();
                 }
@@ -177,7 +177,7 @@ impl Visit<'_> {
 
     /// Answers who asks without TLS, in words.
     fn refuse_plain(&self) -> std::io::Result<()> {
-        let mut connection = Connection::new(Duplex::new(self.stream.tcp().try_clone()?), false)?;
+        let mut connection = Connection::new(DuplexStream::new(self.stream.tcp().try_clone()?), false)?;
         connection.send(None, Response::refused(400, "the address begins with https://"))?;
         let finished = connection.finish();
         self.stream.hang_up();
@@ -185,14 +185,14 @@ impl Visit<'_> {
     }
 }
 
-/// Who may ask.
-struct Gate {
+/// The rules that admit a request: its origin and its token.
+struct AccessPolicy {
     /// The origins of the page, that of its address first.
     origins: Vec<String>,
     token: String,
 }
 
-impl Gate {
+impl AccessPolicy {
     /// With a token that cannot be guessed.
     fn new(origins: Vec<String>) -> Result<Self, InputError> {
         let mut random = [0; 16];

@@ -4,7 +4,7 @@
 //! was encrypted after it has let go of the state. Records leave in the order in which they were encrypted, since only the writer whose turn it is encrypts.
 
 use super::certificate::Certificate;
-use super::duplex::{Cipher, Duplex};
+use super::duplex_stream::{Cipher, DuplexStream};
 use super::host::Host;
 use super::server::Server;
 use rustls::{ServerConfig, ServerConnection};
@@ -20,12 +20,12 @@ impl Server {
     /// When the port is taken, the host is no address of this machine, or the system gives no random numbers for the token.
     pub fn for_others(host: &Host, port: u16, certificate: &Certificate) -> Result<Self, InputError> {
         let config = Arc::clone(certificate.config());
-        let encrypt = move |tcp| Duplex::with_tls(tcp, Arc::clone(&config));
+        let encrypt = move |tcp| DuplexStream::with_tls(tcp, Arc::clone(&config));
         Self::encrypted(host, port, Box::new(encrypt))
     }
 }
 
-impl Duplex {
+impl DuplexStream {
     /// Takes over the connection of a client, with TLS.
     ///
     /// # Errors

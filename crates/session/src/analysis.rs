@@ -15,8 +15,8 @@ use std::ops::Range;
 use std::sync::OnceLock;
 use teachtree_analysis::json::Meta;
 use teachtree_analysis::{
-    self as analysis, Analysis as Found, CompositeSpan, Confidence, Segment as Stretch, TaskSpan, Track as Lane, Who,
-    explain,
+    self as analysis, Analysis as AnalysisResult, CompositeSpan, Confidence, Segment as Stretch, TaskSpan,
+    Track as Lane, TrackId, explain,
 };
 use teachtree_base::error::ErrorKind;
 use teachtree_base::meaning::Meaning;
@@ -27,7 +27,7 @@ use teachtree_report::{self as report, Style};
 /// What the rules found in a log.
 #[derive(Clone)]
 pub struct Analysis {
-    found: Found,
+    found: AnalysisResult,
     meta: Meta,
     rules: Rules,
     log: Log,
@@ -54,7 +54,7 @@ impl Analysis {
     }
 
     /// The track of a hand or of both.
-    pub fn track(&self, who: Who) -> Option<Track<'_>> {
+    pub fn track(&self, who: TrackId) -> Option<Track<'_>> {
         self.found.track(who).map(|inner| Track { inner })
     }
 
@@ -210,7 +210,7 @@ pub struct Track<'a> {
 
 impl<'a> Track<'a> {
     /// Whose it is.
-    pub fn who(self) -> Who {
+    pub fn who(self) -> TrackId {
         self.inner.who
     }
 
@@ -242,12 +242,12 @@ impl<'a> Track<'a> {
 /// A task that is made of tasks: some tasks of a hand, one after the other.
 #[derive(Clone, Copy, Debug)]
 pub struct Composite<'a> {
-    who: Who,
+    who: TrackId,
     span: &'a CompositeSpan,
 }
 
 impl<'a> Composite<'a> {
-    pub(crate) const fn of(who: Who, span: &'a CompositeSpan) -> Self {
+    pub(crate) const fn of(who: TrackId, span: &'a CompositeSpan) -> Self {
         Self { who, span }
     }
 
@@ -257,7 +257,7 @@ impl<'a> Composite<'a> {
     }
 
     /// Whose it is.
-    pub fn track(self) -> Who {
+    pub fn track(self) -> TrackId {
         self.who
     }
 
@@ -287,12 +287,12 @@ impl<'a> Composite<'a> {
 /// `Display` writes one line: `right pick_and_place right_cube, 0.310 – 4.820 s`.
 #[derive(Clone, Copy, Debug)]
 pub struct Task<'a> {
-    who: Who,
+    who: TrackId,
     span: &'a TaskSpan,
 }
 
 impl<'a> Task<'a> {
-    pub(crate) const fn of(who: Who, span: &'a TaskSpan) -> Self {
+    pub(crate) const fn of(who: TrackId, span: &'a TaskSpan) -> Self {
         Self { who, span }
     }
 
@@ -302,7 +302,7 @@ impl<'a> Task<'a> {
     }
 
     /// Whose it is.
-    pub fn track(self) -> Who {
+    pub fn track(self) -> TrackId {
         self.who
     }
 
@@ -379,12 +379,12 @@ impl fmt::Display for Task<'_> {
 /// `Display` writes one line: `right Grasp right_cube, 1.250 – 1.500 s`, with the partner in parentheses: `right Insert peg (holder), …`.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment<'a> {
-    who: Who,
+    who: TrackId,
     inner: &'a Stretch,
 }
 
 impl<'a> Segment<'a> {
-    pub(crate) const fn of(who: Who, inner: &'a Stretch) -> Self {
+    pub(crate) const fn of(who: TrackId, inner: &'a Stretch) -> Self {
         Self { who, inner }
     }
 
@@ -394,7 +394,7 @@ impl<'a> Segment<'a> {
     }
 
     /// Whose it is.
-    pub fn track(self) -> Who {
+    pub fn track(self) -> TrackId {
         self.who
     }
 
@@ -467,7 +467,7 @@ pub trait AnalysisInternals: Sized {
     /// What is wrong with the log.
     fn without_rules(log: &Log) -> Result<Self, Error>;
     /// The same as plain data.
-    fn found(&self) -> &Found;
+    fn found(&self) -> &AnalysisResult;
     /// What was analyzed, by which rules.
     fn meta(&self) -> &Meta;
     /// What the rules read, and what their trees returned.
@@ -476,9 +476,9 @@ pub trait AnalysisInternals: Sized {
     ///
     /// # Errors
     /// What is wrong with the rows of the log.
-    fn carries(&self) -> Result<Vec<Who>, Error>;
+    fn carries(&self) -> Result<Vec<TrackId>, Error>;
     /// Everything that explanations are made of.
-    fn explained(&self) -> Result<explain::Analyzed<'_>, Error>;
+    fn explained(&self) -> Result<explain::AnalyzedRecording<'_>, Error>;
 }
 
 impl AnalysisInternals for Analysis {
@@ -493,12 +493,12 @@ impl AnalysisInternals for Analysis {
         let rules = Rules::of_channels()?;
         let mut analysis = Self::new(&rules, log)?;
         let hands = log.hands();
-        let both = (hands.len() > 1).then_some(Who::Both);
-        analysis.found.tracks = hands.into_iter().map(Who::Hand).chain(both).map(Lane::new).collect();
+        let both = (hands.len() > 1).then_some(TrackId::Both);
+        analysis.found.tracks = hands.into_iter().map(TrackId::Hand).chain(both).map(Lane::new).collect();
         Ok(analysis)
     }
 
-    fn found(&self) -> &Found {
+    fn found(&self) -> &AnalysisResult {
         &self.found
     }
 
@@ -515,7 +515,7 @@ impl AnalysisInternals for Analysis {
         self.run.get().ok_or_else(|| Error::internal("a run of rules is lost"))
     }
 
-    fn carries(&self) -> Result<Vec<Who>, Error> {
+    fn carries(&self) -> Result<Vec<TrackId>, Error> {
         let primitives = &self.found.primitives;
         let is_carry = |name: &String| primitives.does(name) == Some(Meaning::Carry);
         let tracks = observability::tracks(&lower(self.rules.set()), &self.run()?.frames);
@@ -526,8 +526,8 @@ impl AnalysisInternals for Analysis {
         Ok(tracks.iter().filter(|track| of(track)).map(|track| track.track).collect())
     }
 
-    fn explained(&self) -> Result<explain::Analyzed<'_>, Error> {
+    fn explained(&self) -> Result<explain::AnalyzedRecording<'_>, Error> {
         let Run { frames, leaves } = self.run()?;
-        Ok(explain::Analyzed { rules: self.rules.set(), frames, leaves, analysis: &self.found })
+        Ok(explain::AnalyzedRecording { rules: self.rules.set(), frames, leaves, analysis: &self.found })
     }
 }

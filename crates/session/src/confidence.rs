@@ -9,21 +9,21 @@ use teachtree_analysis::{self as analysis, Analysis, confidence, margin};
 use teachtree_base::error::ErrorKind;
 use teachtree_base::units::Dimension;
 use teachtree_engine::inspect::Inspector;
-use teachtree_frames::Opened;
+use teachtree_frames::OpenedLog;
 use teachtree_language::graph::lower;
 
 /// By how much params vary.
 pub const FACTORS: [f64; 2] = [0.8, 1.2];
 
 /// Gives the boundaries and tasks of an analysis their confidence and their margins.
-pub fn add(found: &mut Analysis, rules: &Rules, run: &Run, opened: &Opened) -> Result<(), Error> {
+pub fn add(found: &mut Analysis, rules: &Rules, run: &Run, opened: &OpenedLog) -> Result<(), Error> {
     let varied: Vec<Vec<(String, String)>> = variations(rules);
     let analyses: Vec<Analysis> =
         varied.iter().filter_map(|params| varied_analysis(rules, params, run, opened)).collect();
     confidence::compare(found, &analyses);
     let mut inspectors: Vec<Inspector> =
         run.leaves.iter().map(|leaves| Inspector::new(rules.set(), &run.frames, leaves)).collect();
-    let margin = |who: analysis::Who, frame: usize| match inspectors
+    let margin = |who: analysis::TrackId, frame: usize| match inspectors
         .iter_mut()
         .find(|inspector| inspector.leaves().frames.contains(&frame))
     {
@@ -54,7 +54,7 @@ fn variations(rules: &Rules) -> Vec<Vec<(String, String)>> {
 }
 
 /// The analysis of a log with other params; `None` where the rules cannot run with them, such as a duration that is shorter than a sample.
-fn varied_analysis(rules: &Rules, params: &[(String, String)], run: &Run, opened: &Opened) -> Option<Analysis> {
+fn varied_analysis(rules: &Rules, params: &[(String, String)], run: &Run, opened: &OpenedLog) -> Option<Analysis> {
     let varied = rules.with_params(params)?;
     let channels = channels(varied.set());
     // A default of a channel may read a param: then what is derived is derived again.

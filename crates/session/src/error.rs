@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
-use teachtree_base::diagnostic::{Diagnostic as Found, Severity, Sources, render};
+use teachtree_base::diagnostic::{Diagnostic as RuleDiagnostic, Severity, Sources, render};
 use teachtree_base::error::{ErrorKind, InputError};
 
 /// Why something could not be done.
@@ -97,13 +97,13 @@ pub struct Position {
 /// `Display` draws it with the lines that it is about, over several lines.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
-    found: Found,
+    found: RuleDiagnostic,
     sources: Arc<Sources>,
 }
 
 impl Diagnostic {
     /// The diagnostics of a severity, of these files.
-    pub(crate) fn all(found: &[Found], sources: &Arc<Sources>, severity: Severity) -> Vec<Self> {
+    pub(crate) fn all(found: &[RuleDiagnostic], sources: &Arc<Sources>, severity: Severity) -> Vec<Self> {
         let of_it = found.iter().filter(|found| found.severity == severity);
         of_it.map(|found| Self { found: found.clone(), sources: Arc::clone(sources) }).collect()
     }

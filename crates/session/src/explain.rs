@@ -4,7 +4,7 @@ use super::analysis::Analysis;
 use super::error::Error;
 use crate::{AnalysisInternals, ErrorInternals};
 use std::fmt;
-use teachtree_analysis::Who;
+use teachtree_analysis::TrackId;
 use teachtree_analysis::explain::{self, Step};
 use teachtree_analysis::json::Meta;
 use teachtree_base::error::{ErrorKind, InputError};
@@ -19,7 +19,7 @@ use teachtree_report as report;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Question {
     time_s: (f64, f64),
-    track: Option<Who>,
+    track: Option<TrackId>,
     why_not: Option<String>,
 }
 
@@ -36,7 +36,7 @@ impl Question {
 
     /// Asks about one track only.
     #[must_use]
-    pub fn track(mut self, track: Who) -> Self {
+    pub fn track(mut self, track: TrackId) -> Self {
         self.track = Some(track);
         self
     }
@@ -52,7 +52,7 @@ impl Question {
 /// The answers to a [`Question`]. `Display` writes them as `teachtree explain` does.
 #[derive(Clone, Debug)]
 pub struct Explanations {
-    explained: Vec<(Who, explain::Explanation)>,
+    explained: Vec<(TrackId, explain::Explanation)>,
     meta: Meta,
 }
 
@@ -65,7 +65,7 @@ impl Explanations {
             return Err(argument(InputError::new("--at", message)));
         }
         let analyzed = analysis.explained()?;
-        let tracks: Vec<Who> = match question.track {
+        let tracks: Vec<TrackId> = match question.track {
             Some(track) => vec![track],
             None => analyzed.analysis.tracks.iter().map(|track| track.who).collect(),
         };
@@ -110,13 +110,13 @@ impl fmt::Display for Explanations {
 /// Why a track has its label over some frames.
 #[derive(Clone, Copy, Debug)]
 pub struct Explanation<'a> {
-    track: Who,
+    track: TrackId,
     inner: &'a explain::Explanation,
 }
 
 impl<'a> Explanation<'a> {
     /// The track.
-    pub fn track(self) -> Who {
+    pub fn track(self) -> TrackId {
         self.track
     }
 

@@ -27,14 +27,14 @@ const MAX_LOGS: usize = 1 << 20;
 
 /// A recording that was named, alone or by a folder, data set or file that holds it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct RecordingFile {
     /// Its path, as it is opened.
     pub log: PathBuf,
     /// The name of files that are made of it, without an ending: the folders below the one that was named, and the log's own name.
     pub name: PathBuf,
 }
 
-impl Found {
+impl RecordingFile {
     fn new(log: PathBuf, folder: &Path) -> Self {
         let name = if log == Path::new("-") { "standard_input".into() } else { formats::stem(&log) };
         let name = folder.join(name);
@@ -54,14 +54,14 @@ fn is_log(file: &Path) -> bool {
     // `a.scene.yaml` is that of `a.csv`.
     let [_, own_scene] = beside(file, "scene.yaml");
     let by_name = LOG_ENDINGS.iter().any(has_ending) || formats::text_ending(file) && own_scene.is_file();
-    by_name && !is_beside(file) && file.is_file()
+    by_name && !is_companion(file) && file.is_file()
 }
 
 /// The same logs without those that are named twice.
-fn each_once(logs: Vec<Found>) -> Vec<Found> {
+fn deduplicate(logs: Vec<RecordingFile>) -> Vec<RecordingFile> {
     let mut seen = BTreeSet::new();
     // What a link leads to may have another scene beside it.
-    let known = |Found { log, .. }: &Found| {
+    let known = |RecordingFile { log, .. }: &RecordingFile| {
         let folder = log.parent().and_then(|folder| std::fs::canonicalize(folder.join(".")).ok());
         folder.zip(log.file_name()).map_or_else(|| log.clone(), |(folder, name)| folder.join(name))
     };
@@ -69,14 +69,14 @@ fn each_once(logs: Vec<Found>) -> Vec<Found> {
 }
 
 /// Whether a file belongs to a log that stands beside it: its events, its labels.
-pub fn is_beside(file: &Path) -> bool {
+pub fn is_companion(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     LABEL_ENDINGS.iter().chain(&[".events.csv"]).any(|ending| name.ends_with(ending))
 }
 
 /// The logs of a list: with `people/*.csv` a shell also names what stands beside them. A file that is named alone is meant.
 pub fn without_companions(paths: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
-    paths.iter().filter(|path| paths.len() == 1 || !is_beside(path))
+    paths.iter().filter(|path| paths.len() == 1 || !is_companion(path))
 }
 
 /// The logs of a list, each once: a folder is replaced by those in it and in its subfolders, a data set or an HDF5 file in it and a choice such as
@@ -93,7 +93,7 @@ pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
         }
         logs.append(&mut found);
     }
-    Ok(each_once(logs).into_iter().map(|found| found.log).collect())
+    Ok(deduplicate(logs).into_iter().map(|found| found.log).collect())
 }
 
 fn nothing(folder: &Path) -> InputError {
@@ -105,7 +105,7 @@ fn nothing(folder: &Path) -> InputError {
 ///
 /// # Errors
 /// A folder that cannot be read, or holds no log.
-pub fn recordings(paths: &[PathBuf], binding: Option<&Path>, each: bool) -> Result<Vec<Found>, InputError> {
+pub fn recordings(paths: &[PathBuf], binding: Option<&Path>, each: bool) -> Result<Vec<RecordingFile>, InputError> {
     recordings_within(paths, binding, each, &AllowedFolders::default())
 }
 
@@ -118,7 +118,7 @@ pub fn recordings_within(
     binding: Option<&Path>,
     each: bool,
     folders: &AllowedFolders,
-) -> Result<Vec<Found>, InputError> {
+) -> Result<Vec<RecordingFile>, InputError> {
     let mut logs = Vec::new();
     for path in without_companions(paths) {
         let found = logs_of(path, folders)?;
@@ -134,10 +134,10 @@ pub fn recordings_within(
             }
             logs.extend(found);
         } else {
-            logs.push(Found::new(path.clone(), Path::new("")));
+            logs.push(RecordingFile::new(path.clone(), Path::new("")));
         }
     }
-    Ok(each_once(logs))
+    Ok(deduplicate(logs))
 }
 
 /// Lists the recordings that paths stand for, as [`Log::open`](crate::Log::open) takes them, each once: those in a folder and its subfolders, the
@@ -171,13 +171,13 @@ fn is_canonical(log: &Path, folders: &AllowedFolders) -> bool {
 }
 
 /// The recordings of a path: those in a folder, those that a choice stands for, or the path itself.
-fn logs_of(path: &Path, folders: &AllowedFolders) -> Result<Vec<Found>, InputError> {
+fn logs_of(path: &Path, folders: &AllowedFolders) -> Result<Vec<RecordingFile>, InputError> {
     if let Some(logs) = formats::chosen_within(path, folders)? {
-        return Ok(logs.into_iter().map(|log| Found::new(log, Path::new(""))).collect());
+        return Ok(logs.into_iter().map(|log| RecordingFile::new(log, Path::new(""))).collect());
     }
     // A data set by itself is one recording if it has one; which one of several is meant has to be said.
     if !path.is_dir() || is_store(path) {
-        return Ok(vec![Found::new(path.to_path_buf(), Path::new(""))]);
+        return Ok(vec![RecordingFile::new(path.to_path_buf(), Path::new(""))]);
     }
     let mut found = Vec::new();
     logs_in(path, Path::new(""), 0, folders, &mut found)?;
@@ -190,7 +190,7 @@ fn logs_in(
     below: &Path,
     depth: usize,
     folders: &AllowedFolders,
-    found: &mut Vec<Found>,
+    found: &mut Vec<RecordingFile>,
 ) -> Result<(), InputError> {
     let place = || folder.display().to_string();
     let fail = |error: std::io::Error| InputError::new(place(), format!("the folder cannot be read: {error}"));
@@ -220,7 +220,7 @@ fn logs_in(
             // What cannot be read is reported where it is opened.
             let several = formats::all_of_within(&path, folders).ok().flatten();
             let logs = several.unwrap_or_else(|| vec![path]);
-            found.extend(logs.into_iter().map(|log| Found::new(log, below)));
+            found.extend(logs.into_iter().map(|log| RecordingFile::new(log, below)));
         }
     }
     Ok(())

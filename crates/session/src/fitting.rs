@@ -16,7 +16,7 @@ use teachtree_analysis::{self as analysis, Analysis, check_rate};
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::diagnostic::Severity;
 use teachtree_base::error::{ErrorKind, InputError};
-use teachtree_frames::Opened;
+use teachtree_frames::OpenedLog;
 use teachtree_language::graph::{Graph, lower};
 use teachtree_language::param_sites::{ParamSite, thresholds};
 use teachtree_language::rules::ParamId;
@@ -36,7 +36,7 @@ impl Recording {
     pub fn open(
         log: &Log,
         rules: &Loaded,
-        truth: impl FnOnce(&Opened, &Analysis) -> Result<Truth, InputError>,
+        truth: impl FnOnce(&OpenedLog, &Analysis) -> Result<Truth, InputError>,
     ) -> Result<Self, Error> {
         let opened = log.opened()?;
         let (run, found) = Run::analyzed(rules.set(), opened, false)?;
@@ -49,8 +49,8 @@ impl Recording {
     }
 
     /// What changed rules are objective on it; nothing when they cannot run.
-    fn objective(&self, set: &Compiled, stage: Stage) -> Option<Objective> {
-        let Compiled { rules, graph, is_base, channels } = set;
+    fn objective(&self, set: &CompiledRules, stage: Stage) -> Option<Objective> {
+        let CompiledRules { rules, graph, is_base, channels } = set;
         // A default of a channel may read a param: then what is derived is derived again.
         let anew = if *channels == self.channels { None } else { Some(self.log.opened().ok()?.frames(channels).ok()?) };
         let frames = anew.as_ref().unwrap_or(&self.run.frames);
@@ -68,7 +68,7 @@ impl Recording {
 }
 
 /// Rules with other values.
-struct Compiled {
+struct CompiledRules {
     rules: Rules,
     graph: Graph,
     /// Whether the trees give the same leaves as with the values in the files: only settling, tasks or relabeling differ.
@@ -77,7 +77,7 @@ struct Compiled {
 }
 
 /// The bits of a point.
-type Key = Vec<u64>;
+type PointBits = Vec<u64>;
 
 /// Runs rules over recordings, each point once.
 pub struct Runner {
@@ -87,7 +87,7 @@ pub struct Runner {
     graph: Graph,
     request: Request,
     stage: Stage,
-    known: RefCell<BTreeMap<Key, Option<Rc<[Objective]>>>>,
+    known: RefCell<BTreeMap<PointBits, Option<Rc<[Objective]>>>>,
 }
 
 impl Runner {
@@ -104,7 +104,7 @@ impl Runner {
 
     /// What points are objective on each recording; nothing for those whose rules are wrong or cannot run.
     pub fn objectives(&self, space: &Space, points: &[ParamVector]) -> Vec<Option<Rc<[Objective]>>> {
-        let key = |point: &ParamVector| -> Key { point.iter().map(|value| value.to_bits()).collect() };
+        let key = |point: &ParamVector| -> PointBits { point.iter().map(|value| value.to_bits()).collect() };
         let mut new: Vec<&ParamVector> = Vec::new();
         for point in points {
             if !self.known.borrow().contains_key(&key(point)) && !new.contains(&point) {
@@ -112,10 +112,11 @@ impl Runner {
             }
         }
         let (request, graph) = (&self.request, &self.graph);
-        let sets: Vec<Option<Compiled>> = new.par_iter().map(|point| compiled(request, graph, space, point)).collect();
+        let sets: Vec<Option<CompiledRules>> =
+            new.par_iter().map(|point| compiled(request, graph, space, point)).collect();
         // Every recording of every point by itself; collecting keeps their order, so threads change nothing.
         let (recordings, stage) = (&self.recordings, self.stage);
-        let jobs: Vec<(&Option<Compiled>, &Recording)> =
+        let jobs: Vec<(&Option<CompiledRules>, &Recording)> =
             sets.iter().flat_map(|set| recordings.iter().map(move |recording| (set, recording))).collect();
         let objectives: Vec<Option<Objective>> =
             jobs.par_iter().map(|(set, recording)| recording.objective(set.as_ref()?, stage)).collect();
@@ -129,7 +130,7 @@ impl Runner {
 }
 
 /// The rules at a point, checked as those of a file are: ranges, orders of thresholds and durations hold.
-fn compiled(request: &Request, base: &Graph, space: &Space, point: &ParamVector) -> Option<Compiled> {
+fn compiled(request: &Request, base: &Graph, space: &Space, point: &ParamVector) -> Option<CompiledRules> {
     let mut request = request.clone();
     for (param, value) in space.params.iter().zip(point) {
         if param.value.to_bits() != value.to_bits() {
@@ -141,7 +142,7 @@ fn compiled(request: &Request, base: &Graph, space: &Space, point: &ParamVector)
     let rules = loaded.rules.filter(|_| !wrong)?;
     let graph = lower(&rules);
     let channels = channels(&rules);
-    Some(Compiled { is_base: graph.decides_like(base), rules, graph, channels })
+    Some(CompiledRules { is_base: graph.decides_like(base), rules, graph, channels })
 }
 
 /// What can be changed: these params, and the pairs of them that are the two thresholds of one hysteresis.
@@ -199,7 +200,7 @@ pub fn fitted(
         fitted.verdict = Verdict::NothingToGain;
     } else if !too_few {
         let mut inner = |part: f64| shown((1.0 + part * groups as f64) / searches);
-        let held_out = fit::judge(space, all.len(), groups, &fitted.idle, objectives, &mut inner);
+        let held_out = fit::cross_validation(space, all.len(), groups, &fitted.idle, objectives, &mut inner);
         fitted.verdict = if held_out.is_borne_out() { Verdict::Gain } else { Verdict::NotBorneOut };
         fitted.held_out = Some(held_out);
     }

@@ -2,7 +2,7 @@
 
 use super::analysis::Analysis;
 use super::error::Error;
-use super::follow::{self, OnSegment};
+use super::growing_log::{self, OnSegment};
 use super::rules::RulesOptions;
 use crate::ErrorInternals;
 use std::fmt;
@@ -14,12 +14,12 @@ use teachtree_base::hands::Side;
 use teachtree_base::scene::Scene as Bodies;
 use teachtree_frames as stream;
 use teachtree_frames::OpenRequest;
-use teachtree_frames::Opened;
-use teachtree_frames::streaming::Flow;
+use teachtree_frames::OpenedLog;
+use teachtree_frames::streaming::StreamedLog;
 use teachtree_logs::allowed_folders::LogFolders;
 use teachtree_logs::read::csv;
 use teachtree_logs::read::formats;
-use teachtree_logs::read::sheet::{Cells, InMemoryTable, SharedNumbers};
+use teachtree_logs::read::memory_table::{Cells, InMemoryTable, SharedNumbers};
 use teachtree_logs::read::table::{MAX_COLUMNS, Source, check_size};
 
 /// A recorded demonstration: columns over time, and the scene in which it happened.
@@ -33,8 +33,8 @@ pub struct Log(Arc<Inner>);
 struct Inner {
     request: OpenRequest,
     /// The hands of a log that can be read in windows, and its header until the first analysis takes it.
-    streamed: Option<(Vec<Side>, Mutex<Option<Flow>>)>,
-    opened: OnceLock<Result<Opened, InputError>>,
+    streamed: Option<(Vec<Side>, Mutex<Option<StreamedLog>>)>,
+    opened: OnceLock<Result<OpenedLog, InputError>>,
 }
 
 impl Log {
@@ -74,7 +74,7 @@ impl Log {
     }
 
     pub(crate) fn open_request(request: OpenRequest) -> Result<Self, Error> {
-        if let Some(flow) = Flow::open(&request) {
+        if let Some(flow) = StreamedLog::open(&request) {
             let streamed = Some((flow.hands(), Mutex::new(Some(flow))));
             return Ok(Self(Arc::new(Inner { request, streamed, opened: OnceLock::new() })));
         }
@@ -82,7 +82,7 @@ impl Log {
         Ok(Self::of(request, opened))
     }
 
-    fn of(request: OpenRequest, opened: Opened) -> Self {
+    fn of(request: OpenRequest, opened: OpenedLog) -> Self {
         Self(Arc::new(Inner { request, streamed: None, opened: OnceLock::from(Ok(opened)) }))
     }
 
@@ -114,14 +114,14 @@ impl Log {
     }
 
     /// The log as it is read in windows; `None` when it is in memory, or has to be.
-    pub(crate) fn flow(&self) -> Option<Flow> {
+    pub(crate) fn flow(&self) -> Option<StreamedLog> {
         let (_, flow) = self.0.streamed.as_ref()?;
         if self.0.opened.get().is_some() {
             return None;
         }
         // A poisoned lock holds a whole value: taking it cannot be interrupted.
         let taken = flow.lock().unwrap_or_else(PoisonError::into_inner).take();
-        taken.or_else(|| Flow::open(&self.0.request))
+        taken.or_else(|| StreamedLog::open(&self.0.request))
     }
 
     /// The path of the binding.
@@ -166,7 +166,7 @@ impl LogOptions {
     /// # Errors
     /// [`ErrorKind::Format`], when a line is no JSON object; as [`Rules::analyze`](super::Rules::analyze); what `on_segment` returns.
     pub fn follow(self, lines: impl BufRead, rules: &RulesOptions, on_segment: OnSegment) -> Result<Analysis, Error> {
-        follow::follow(lines, &self.request("-".into()), rules, on_segment)
+        growing_log::follow(lines, &self.request("-".into()), rules, on_segment)
     }
 
     /// A log of columns in memory, as [`Log::from_columns`]; with a binding the columns have the names that the binding expects. The scene is that
@@ -303,7 +303,7 @@ pub trait LogInternals: Sized {
     /// The path of the log, as it was given.
     fn path(&self) -> &Path;
     /// The log in memory.
-    fn opened(&self) -> Result<&Opened, Error>;
+    fn opened(&self) -> Result<&OpenedLog, Error>;
     /// The hand file and the params that the binding of the log names.
     fn settings(&self) -> (Option<String>, Vec<(String, String)>);
 }
@@ -326,7 +326,7 @@ impl LogInternals for Log {
         &self.0.request.log
     }
 
-    fn opened(&self) -> Result<&Opened, Error> {
+    fn opened(&self) -> Result<&OpenedLog, Error> {
         let opened = self.0.opened.get_or_init(|| stream::open(&self.0.request));
         opened.as_ref().map_err(|error| Error::new(error.clone(), ErrorKind::Format))
     }

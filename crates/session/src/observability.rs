@@ -3,10 +3,10 @@
 
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-use teachtree_base::channels::Absent;
-use teachtree_base::hands::{Finger, FingerPick, Side, Who};
+use teachtree_base::channels::Fallback;
+use teachtree_base::hands::{Finger, FingerPick, Side, TrackId};
 use teachtree_frames::frames::{ColumnKey, Frames};
-use teachtree_language::graph::{Graph, Known, Leaf, Target, possible};
+use teachtree_language::graph::{AbstractValue, Graph, Leaf, Target, reachable_leaves};
 use teachtree_language::rules::{ChannelId, Hand, Label, TreeScope};
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -23,7 +23,7 @@ pub struct Observability {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TrackObservability {
     /// The track.
-    pub track: Who,
+    pub track: TrackId,
     /// The primitives that can be detected.
     #[serde(rename = "can")]
     pub detectable: Vec<String>,
@@ -101,14 +101,14 @@ fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -
                 && no_hand.iter().zip(Side::BOTH).any(|(reason, of)| of == side && silenced(reason))
             {
                 let is_array = frames.channels.get(channel.0 as usize).is_some_and(|channel| channel.axis.is_some());
-                return if is_array { Known::Empty } else { Known::FALSE };
+                return if is_array { AbstractValue::Empty } else { AbstractValue::FALSE };
             }
             let found = silent.get(&(channel.0, side));
-            found.filter(|(of, _)| silenced(of)).map_or(Known::Unknown, |(_, known)| *known)
+            found.filter(|(of, _)| silenced(of)).map_or(AbstractValue::Unknown, |(_, known)| *known)
         };
-        possible(graph, scope, said, has)
+        reachable_leaves(graph, scope, said, has)
     };
-    let all = possible(graph, scope, |_, _| Known::Unknown, |_, _| true);
+    let all = reachable_leaves(graph, scope, |_, _| AbstractValue::Unknown, |_, _| true);
     let can = known(&|_| true);
     let absent =
         no_hand.iter().zip(Side::BOTH).filter(|(_, side)| absent(Some(*side)).is_some()).map(|(reason, _)| reason);
@@ -147,7 +147,11 @@ fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -
         primitives: names(&labels),
     };
     cannot.extend(together.into_iter().map(several));
-    TrackObservability { track: side.map_or(Who::Both, Who::Hand), detectable: names(&can), undetectable: cannot }
+    TrackObservability {
+        track: side.map_or(TrackId::Both, TrackId::Hand),
+        detectable: names(&can),
+        undetectable: cannot,
+    }
 }
 
 /// What a hand lacks that rules pick of its fingers; of a hand without any finger its channels say so.
@@ -175,7 +179,7 @@ fn leaves(graph: &Graph, scope: TreeScope) -> BTreeSet<Label> {
 }
 
 /// The channels that are missing or constant in a log, with the reason in words.
-fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
+fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, AbstractValue)> {
     let mut silent = BTreeMap::new();
     let sides = frames.layout.hands.iter().map(|hand| Some(hand.side)).chain([None]);
     for side in sides {
@@ -188,21 +192,21 @@ fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
             let mut columns = frames.columns.range(first..=last).map(|(_, values)| values).peekable();
             if columns.peek().is_none() {
                 if let (Some(_), Some((family, _))) = (channel.axis, channel.name.split_once('.')) {
-                    silent.insert((index, side), (format!("the log has no {family}"), Known::Empty));
+                    silent.insert((index, side), (format!("the log has no {family}"), AbstractValue::Empty));
                 }
                 continue;
             }
             let mut values = columns.flatten().copied();
             let Some(first) = values.next() else { continue };
             // What is measured may stand still by chance; a number that is worked out from the scene does not.
-            let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
+            let fixed = first == 0.0 || channel.absent == Fallback::Derived && channel.shape.components().len() == 1;
             if fixed && values.all(|value| value == first) {
                 let state = if first == 0.0 { "zero" } else { "constant" };
                 let reason = match (channel.name.as_str(), side) {
                     ("target", Some(side)) => always_one_target(frames, side, first),
                     (name, _) => format!("`{name}` is {state} all along"),
                 };
-                silent.insert((index, side), (reason, Known::Constant(first)));
+                silent.insert((index, side), (reason, AbstractValue::Constant(first)));
             }
         }
     }

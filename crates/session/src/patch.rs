@@ -23,7 +23,7 @@ pub fn patch(rules: &Rules, written: &[ParamSite], params: &[FitParam], point: &
     let changes: Vec<(&ParamSite, String)> = moved.map(|((one, param), value)| (one, param.show(*value))).collect();
     for (at, changed) in param_sites::rewritten(rules, &changes) {
         let Some(source) = rules.sources.files.get(at) else { continue };
-        let name = below_here(&source.name);
+        let name = relative_path(&source.name);
         // A name with a blank ends at a tab.
         let named = if name.contains(char::is_whitespace) { format!("{name}\t") } else { name.clone() };
         let diff = TextDiff::from_lines(&source.text, &changed).unified_diff().header(&named, &named).to_string();
@@ -37,7 +37,7 @@ pub fn patch(rules: &Rules, written: &[ParamSite], params: &[FitParam], point: &
 }
 
 /// A path as it is found from here, where it lies below.
-fn below_here(name: &str) -> String {
+fn relative_path(name: &str) -> String {
     let here = std::env::current_dir().ok();
     let inner = here.as_ref().and_then(|here| Path::new(name).strip_prefix(here).ok());
     inner.map_or_else(|| name.to_string(), |inner| inner.display().to_string())

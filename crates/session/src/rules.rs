@@ -14,7 +14,7 @@ use std::sync::Arc;
 use teachtree_base::diagnostic::Severity;
 use teachtree_language::graph::lower;
 use teachtree_language::{self as language, Request, SHIPPED};
-use teachtree_report::diagram::{self, Form};
+use teachtree_report::diagram::{self, DiagramFormat};
 
 /// Checked rules: what the primitives and tasks are that are looked for in a log. Clones share them.
 #[derive(Clone)]
@@ -98,7 +98,7 @@ impl Rules {
     pub fn svg(&self) -> String {
         let rules = &self.0.rules;
         let trees: Vec<_> = rules.trees.iter().map(|tree| diagram::outline(rules, tree, None)).collect();
-        diagram::trees(&trees, Form::Svg)
+        diagram::trees(&trees, DiagramFormat::Svg)
     }
 
     /// The same rules with other values of params, as `(name, value with unit)`; `None` where they do not fit.

@@ -9,7 +9,7 @@ use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_engine::evaluator::evaluate;
 use teachtree_engine::runs::Leaves;
-use teachtree_frames::Opened;
+use teachtree_frames::OpenedLog;
 use teachtree_frames::frames::Frames;
 use teachtree_language::Rules;
 use teachtree_language::graph::{Graph, lower};
@@ -34,7 +34,7 @@ pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
 ///
 /// # Errors
 /// [`ErrorKind::Mismatch`]: the log lacks a channel that the rules require.
-pub fn frames(rules: &Rules, opened: &Opened) -> Result<Frames, Error> {
+pub fn frames(rules: &Rules, opened: &OpenedLog) -> Result<Frames, Error> {
     opened.frames(&channels(rules)).map_err(mismatch)
 }
 
@@ -57,11 +57,11 @@ impl Run {
     ///
     /// # Errors
     /// [`ErrorKind::Mismatch`]: the log lacks a channel, or is sampled too slowly for a duration of the rules.
-    pub fn new(rules: &Rules, opened: &Opened) -> Result<Self, Error> {
+    pub fn new(rules: &Rules, opened: &OpenedLog) -> Result<Self, Error> {
         Self::of_graph(rules, &lower(rules), opened)
     }
 
-    fn of_graph(rules: &Rules, graph: &Graph, opened: &Opened) -> Result<Self, Error> {
+    fn of_graph(rules: &Rules, graph: &Graph, opened: &OpenedLog) -> Result<Self, Error> {
         Self::over(rules, graph, Arc::new(frames(rules, opened)?))
     }
 
@@ -74,7 +74,7 @@ impl Run {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn analyzed(rules: &Rules, opened: &Opened, binding: bool) -> Result<(Self, Analysis), Error> {
+    pub fn analyzed(rules: &Rules, opened: &OpenedLog, binding: bool) -> Result<(Self, Analysis), Error> {
         let graph = lower(rules);
         let run = Self::of_graph(rules, &graph, opened)?;
         let found = run.found(rules, &graph, binding);
@@ -85,7 +85,7 @@ impl Run {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn again(&self, rules: &Rules, opened: &Opened, binding: bool) -> Result<(Self, Analysis), Error> {
+    pub fn again(&self, rules: &Rules, opened: &OpenedLog, binding: bool) -> Result<(Self, Analysis), Error> {
         let graph = lower(rules);
         let run = match channels(rules) == self.frames.channels {
             true => Self::over(rules, &graph, Arc::clone(&self.frames))?,

@@ -11,10 +11,10 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::json::Meta;
 use teachtree_analysis::number::fixed;
-use teachtree_analysis::score::{self, Known, NameMap, Stage, Truth};
-use teachtree_analysis::{Analysis as Found, Who};
+use teachtree_analysis::score::{self, KnownNames, NameMap, Stage, Truth};
+use teachtree_analysis::{Analysis as AnalysisResult, TrackId};
 use teachtree_base::error::{ErrorKind, InputError};
-use teachtree_frames::Opened;
+use teachtree_frames::OpenedLog;
 use teachtree_logs::read::labels;
 use teachtree_logs::read::text;
 use teachtree_report as report;
@@ -28,7 +28,7 @@ use teachtree_report as report;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Labels {
     file: Option<PathBuf>,
-    track: Option<Who>,
+    track: Option<TrackId>,
     map: Option<String>,
 }
 
@@ -41,7 +41,7 @@ impl Labels {
 
     /// The track that labels without a column `track` are about.
     #[must_use]
-    pub fn track(mut self, track: Who) -> Self {
+    pub fn track(mut self, track: TrackId) -> Self {
         self.track = Some(track);
         self
     }
@@ -56,7 +56,12 @@ impl Labels {
 
 /// The labels of a recording in a file; the names of `known` are what the words in the annotations of a LeRobot set may stand for.
 #[cfg_attr(not(feature = "parquet"), expect(unused_variables, reason = "only data sets have words"))]
-pub fn read_labels(file: &Path, opened: &Opened, map: &NameMap, known: &Known) -> Result<labels::Labels, InputError> {
+pub fn read_labels(
+    file: &Path,
+    opened: &OpenedLog,
+    map: &NameMap,
+    known: &KnownNames,
+) -> Result<labels::Labels, InputError> {
     #[cfg(feature = "parquet")]
     if is_of_set(file) {
         return atoms::read(file, opened, map, known);
@@ -81,7 +86,7 @@ pub fn meets(labels: &labels::Labels, time: &[f64]) -> Result<(), InputError> {
         .help("write the times of the labels as the stamps of the recording count"))
 }
 
-fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {
+fn own_truth(opened: &OpenedLog, map: &NameMap) -> Result<Truth, InputError> {
     Truth::of_recording(&opened.recording, map).ok_or_else(|| {
         let message = "the log does not say what is true: it has no `right.label`, `left.label` or `both.label`";
         InputError::new(opened.log.display().to_string(), message)
@@ -114,7 +119,7 @@ impl Score {
     pub(super) fn new(analysis: &Analysis, labels: &Labels) -> Result<Self, Error> {
         let argument = |error| Error::new(error, ErrorKind::Argument);
         let map = labels.names().map_err(argument)?;
-        let known = Known::new(analysis.rules().set());
+        let known = KnownNames::new(analysis.rules().set());
         let opened = analysis.log().opened()?;
         let (truth, warnings) = labels.of(opened, analysis.found(), &map, &known).map_err(argument)?;
         let meta = analysis.meta().clone();
@@ -154,10 +159,10 @@ pub trait LabelsInternals: Sized {
     /// The truth of a recording, and warnings about the labels; `map` is that of [`names`](Self::names).
     fn of(
         &self,
-        opened: &Opened,
-        analysis: &Found,
+        opened: &OpenedLog,
+        analysis: &AnalysisResult,
         map: &NameMap,
-        known: &Known,
+        known: &KnownNames,
     ) -> Result<(Truth, Vec<String>), InputError>;
 }
 
@@ -174,10 +179,10 @@ impl LabelsInternals for Labels {
 
     fn of(
         &self,
-        opened: &Opened,
-        analysis: &Found,
+        opened: &OpenedLog,
+        analysis: &AnalysisResult,
         map: &NameMap,
-        known: &Known,
+        known: &KnownNames,
     ) -> Result<(Truth, Vec<String>), InputError> {
         map.check(known, self.map.as_deref().unwrap_or_default())?;
         let Some(path) = &self.file else { return Ok((own_truth(opened, map)?, Vec::new())) };

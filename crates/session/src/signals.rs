@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use teachtree_analysis::steps::Step;
 use teachtree_base::error::{ErrorKind, InputError};
-use teachtree_base::nearest::nearest;
+use teachtree_base::spelling::nearest;
 use teachtree_frames::bind::BindingFile;
 
 /// A signal.

@@ -7,20 +7,20 @@ use teachtree_engine::evaluator::Evaluator;
 use teachtree_engine::runs::{Leaves, Run, append};
 use teachtree_frames::frames::{ColumnKey, Frames, Layout};
 use teachtree_frames::spilled_columns::SpilledColumns;
-use teachtree_frames::streaming::{Chunk, FirstPass, Flow};
+use teachtree_frames::streaming::{Chunk, FirstPass, StreamedLog};
 use teachtree_language::Rules;
 use teachtree_language::graph::{Graph, lower};
 use teachtree_logs::issue::Issue;
 
 /// Analyzes a log; `None` when the log has to be in memory for that, or when something is wrong with it: reading it into memory then returns
 /// the error.
-pub fn analyze(rules: &Rules, flow: Flow) -> Option<Analysis> {
+pub fn analyze(rules: &Rules, flow: StreamedLog) -> Option<Analysis> {
     let known = flow.look_through(&channels(rules))?;
     analysis::check_rate(rules, known.rate_hz).ok()?;
-    let run = Running::new(rules, lower(rules)).over(&known).ok()?;
+    let run = StreamRun::new(rules, lower(rules)).over(&known).ok()?;
     let (objects, bodies) = known.names();
     let FirstPass { time, stretches, .. } = known;
-    let Running { leaves, spilled, layout, issues, .. } = run;
+    let StreamRun { leaves, spilled, layout, issues, .. } = run;
     let (channels, len) = (channels(rules), time.len());
     let frames = Frames { channels, len, time, stretches, layout, objects, bodies, issues, ..Frames::default() };
     let found = analysis::analyze_series(rules, &frames, &spilled, &leaves);
@@ -28,7 +28,7 @@ pub fn analyze(rules: &Rules, flow: Flow) -> Option<Analysis> {
 }
 
 /// A run of rules over a log.
-struct Running {
+struct StreamRun {
     graph: Graph,
     evaluator: Option<Evaluator>,
     leaves: Vec<Leaves>,
@@ -39,7 +39,7 @@ struct Running {
     issues: Vec<Issue>,
 }
 
-impl Running {
+impl StreamRun {
     fn new(rules: &Rules, graph: Graph) -> Self {
         let kept = (0..).zip(channels(rules)).filter(|(_, it)| analysis::reads_later(rules, &it.name));
         let kept = kept.map(|(channel, _)| channel).collect();

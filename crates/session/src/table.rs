@@ -11,8 +11,8 @@ use teachtree_analysis::{Segment, Track};
 use teachtree_base::channels::{ChannelSpec, HANDLING, Shape};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::hands::Side;
-use teachtree_base::nearest::nearest;
 use teachtree_base::recording::{Column, Recording};
+use teachtree_base::spelling::nearest;
 use teachtree_base::units::Dimension;
 use teachtree_engine::inspect::Inspector;
 use teachtree_language::rules::{Expr, ExprKind, Hand, LatchId, Rules, SignalId, Type};
@@ -76,16 +76,16 @@ impl FrameTable {
 
         let sides = frames.layout.hands.iter().map(|hand| hand.side).collect();
         let channels = (0..).zip(&frames.channels).filter(|(_, spec)| !HANDLING.contains(&spec.name.as_str()));
-        let known = Known { rules, sides, channels: channels.collect() };
+        let known = ValueCatalog { rules, sides, channels: channels.collect() };
         let mut inspectors: Vec<Inspector> =
             leaves.iter().map(|leaves| Inspector::new(rules, frames, leaves)).collect();
         for name in signals {
             for (side, of) in known.find(name)? {
                 let (rows, ty) = match &of {
-                    Of::Expr(expr) => (of_expr(expr, side, frames, &mut inspectors), expr.ty),
-                    Of::Channel(at, ty) => (Ok(of_channel(*at, side, frames)), *ty),
+                    ValueSource::Expr(expr) => (of_expr(expr, side, frames, &mut inspectors), expr.ty),
+                    ValueSource::Channel(at, ty) => (Ok(of_channel(*at, side, frames)), *ty),
                 };
-                let bare = bare(name).1;
+                let bare = split_hand(name).1;
                 let title = side.map_or_else(|| bare.to_string(), |side| format!("{side}.{bare}"));
                 for Row { slot, component, values } in rows.map_err(|error| Error::new(error, ErrorKind::Mismatch))? {
                     let parts = [title.as_str(), slot.as_str(), component];
@@ -131,7 +131,7 @@ fn spans(segments: &[Segment], text: impl Fn(&Segment) -> Option<&String>) -> Ve
 }
 
 /// What has values on frames.
-enum Of {
+enum ValueSource {
     /// A signal or latch.
     Expr(Expr),
     /// A channel, by its position.
@@ -139,7 +139,7 @@ enum Of {
 }
 
 /// What can be asked for.
-struct Known<'a> {
+struct ValueCatalog<'a> {
     rules: &'a Rules,
     sides: Vec<Side>,
     /// With their positions in the frames.
@@ -147,22 +147,22 @@ struct Known<'a> {
 }
 
 /// A name without the hand before it, `left.near`, and that hand.
-fn bare(name: &str) -> (Option<Side>, &str) {
+fn split_hand(name: &str) -> (Option<Side>, &str) {
     let split = name.split_once('.').and_then(|(side, rest)| Some((Side::from_name(side)?, rest)));
     split.map_or((None, name), |(side, rest)| (Some(side), rest))
 }
 
-impl Known<'_> {
+impl ValueCatalog<'_> {
     /// The values of this name: of one hand, of each hand, or of none.
-    fn find(&self, name: &str) -> Result<Vec<(Option<Side>, Of)>, Error> {
-        let (asked, bare) = bare(name);
+    fn find(&self, name: &str) -> Result<Vec<(Option<Side>, ValueSource)>, Error> {
+        let (asked, bare) = split_hand(name);
         let owners = |per_hand: bool| -> Vec<Option<Side>> {
             let all = if per_hand { self.sides.iter().copied().map(Some).collect() } else { vec![None] };
             all.into_iter().filter(|side| asked.is_none() || *side == asked).collect()
         };
         let expr = |side: Option<Side>, kind: &dyn Fn(Hand) -> ExprKind, ty: Type, span| {
             let hand = if side.is_some() { Hand::This } else { Hand::Nobody };
-            (side, Of::Expr(Expr { kind: kind(hand), ty, span }))
+            (side, ValueSource::Expr(Expr { kind: kind(hand), ty, span }))
         };
         let mut found = Vec::new();
         for (at, signal) in (0..).zip(&self.rules.signals).filter(|(_, signal)| signal.name == bare) {
@@ -175,7 +175,7 @@ impl Known<'_> {
         }
         for (at, channel) in self.channels.iter().filter(|(_, channel)| channel.name == bare) {
             let ty = Type { shape: channel.shape, dimension: channel.dimension, axis: None };
-            found.extend(owners(channel.per_hand).into_iter().map(|side| (side, Of::Channel(*at, ty))));
+            found.extend(owners(channel.per_hand).into_iter().map(|side| (side, ValueSource::Channel(*at, ty))));
         }
         if found.is_empty() {
             return Err(Error::new(self.unknown(name, bare), ErrorKind::Argument));

@@ -4,7 +4,7 @@
 //! it is another one. Texts with errors stay in the page; the last ones without are those that run.
 
 use super::project::Studio;
-use super::tune;
+use super::tuning;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -13,14 +13,14 @@ use teachtree_base::diagnostic::{Diagnostic, Severity, Source};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_language::{MAX_BYTES, Request};
 use teachtree_logs::read::text;
-use teachtree_lsp::Sheet;
+use teachtree_lsp::LanguageService;
 use teachtree_report::page;
 use teachtree_session::{AnalysisInternals, ErrorInternals, RulesOptionsInternals};
 use teachtree_session::{Error, Log};
 
 /// Texts as a page sends them, by the name of the file.
 #[derive(Deserialize)]
-pub struct Texts {
+pub struct EditedTexts {
     /// The version that was changed.
     version: u64,
     /// The texts that differ from the files.
@@ -29,7 +29,7 @@ pub struct Texts {
 
 /// A place in a text.
 #[derive(Deserialize)]
-pub struct Place {
+pub struct TextPosition {
     /// The texts that differ from the files.
     files: BTreeMap<String, String>,
     /// The file.
@@ -46,26 +46,26 @@ fn argument(error: InputError) -> Error {
 
 impl Studio {
     fn request(&self, log: &Log, texts: &BTreeMap<String, String>) -> Request {
-        let request = self.rules.clone().buffers(tune::buffers(texts)).request_for(log);
+        let request = self.rules.clone().buffers(tuning::buffers(texts)).request_for(log);
         Request { needs_tree: true, ..request }
     }
 
-    fn sheet(&self, at: usize, texts: &BTreeMap<String, String>) -> Result<Sheet, Error> {
+    fn service(&self, at: usize, texts: &BTreeMap<String, String>) -> Result<LanguageService, Error> {
         let loaded = self.loaded(at)?;
-        let sheet = Sheet::new(&self.request(loaded.log(), texts));
+        let service = LanguageService::new(&self.request(loaded.log(), texts));
         let mut state = self.state();
         if loaded.epoch == state.epoch {
             let read = |source: &&Source| !texts.contains_key(&source.name);
-            state.remember(sheet.sources().files.iter().filter(read));
+            state.remember(service.sources().files.iter().filter(read));
         }
         drop(state);
-        Ok(sheet)
+        Ok(service)
     }
 
-    /// The files that a sheet reads and those with an edit: their texts as they are in the files and as they are now.
-    fn files(&self, sheet: &Sheet, edits: &BTreeMap<String, String>) -> Vec<Value> {
+    /// The files that a service reads and those with an edit: their texts as they are in the files and as they are now.
+    fn files(&self, service: &LanguageService, edits: &BTreeMap<String, String>) -> Vec<Value> {
         let state = self.state();
-        let read = sheet.sources().files.iter().map(|source| &source.name);
+        let read = service.sources().files.iter().map(|source| &source.name);
         // A file that is no longer used keeps its text.
         let left = edits.keys().filter(|name| !read.clone().any(|known| known == *name));
         let files = read.clone().chain(left).filter_map(|name| {
@@ -85,8 +85,8 @@ impl Studio {
             let state = self.state();
             (state.edit_version, state.edits.clone())
         };
-        let sheet = self.sheet(at, &edits)?;
-        Ok(json!({ "version": version, "files": self.files(&sheet, &edits), "findings": findings(&sheet) }))
+        let service = self.service(at, &edits)?;
+        Ok(json!({ "version": version, "files": self.files(&service, &edits), "findings": findings(&service) }))
     }
 
     /// Looks at texts and, where they have no error, runs them over a recording at once and over the others in the background. An answer with `error` has the
@@ -94,7 +94,7 @@ impl Studio {
     ///
     /// # Errors
     /// Texts of files that are none of the rules, or cannot be written; a recording that cannot be read.
-    pub fn edit(&self, at: usize, sent: Texts) -> Result<Value, Error> {
+    pub fn edit(&self, at: usize, sent: EditedTexts) -> Result<Value, Error> {
         let loaded = self.loaded(at)?;
         let (version, before, params, base) = {
             let state = self.state();
@@ -126,13 +126,13 @@ impl Studio {
                 json!({ "error": "another window has changed these rules", "version": version, "files": before }),
             );
         }
-        let sheet = self.sheet(at, &texts)?;
+        let service = self.service(at, &texts)?;
         // The page has those of the rule files as they are.
         let is_new = |file: &Value| !loaded.base.sources().files.iter().any(|source| file["name"] == source.name);
-        let more: Vec<Value> = self.files(&sheet, &texts).into_iter().filter(is_new).collect();
+        let more: Vec<Value> = self.files(&service, &texts).into_iter().filter(is_new).collect();
         let mut answer =
-            json!({ "version": version, "more": more, "findings": findings(&sheet), "sound": sheet.is_sound() });
-        if !sheet.is_sound() {
+            json!({ "version": version, "more": more, "findings": findings(&service), "sound": service.is_sound() });
+        if !service.is_sound() {
             return Ok(answer);
         }
         if texts != before {
@@ -160,7 +160,7 @@ impl Studio {
         fields.insert("refused".into(), json!(refused));
         if let Ok(now) = refreshed {
             fields.insert("lanes".into(), page::tracks(now.now.shown.found()));
-            fields.insert("params".into(), tune::params(now.now.set()));
+            fields.insert("params".into(), tuning::params(now.now.set()));
         }
         Ok(answer)
     }
@@ -169,33 +169,33 @@ impl Studio {
     ///
     /// # Errors
     /// A recording that cannot be read.
-    pub fn hover(&self, at: usize, place: &Place) -> Result<Value, Error> {
-        let sheet = self.sheet(at, &place.files)?;
-        Ok(json!({ "text": sheet.hover(&place.file, place.line, place.character) }))
+    pub fn hover(&self, at: usize, place: &TextPosition) -> Result<Value, Error> {
+        let service = self.service(at, &place.files)?;
+        Ok(json!({ "text": service.hover(&place.file, place.line, place.character) }))
     }
 
     /// What may be written at a place.
     ///
     /// # Errors
     /// A recording that cannot be read.
-    pub fn proposals(&self, at: usize, place: &Place) -> Result<Value, Error> {
-        let sheet = self.sheet(at, &place.files)?;
-        Ok(json!({ "proposals": sheet.proposals(&place.file, place.line, place.character) }))
+    pub fn proposals(&self, at: usize, place: &TextPosition) -> Result<Value, Error> {
+        let service = self.service(at, &place.files)?;
+        Ok(json!({ "proposals": service.proposals(&place.file, place.line, place.character) }))
     }
 }
 
 /// Errors, then warnings, each with its file and place: line and column from 1, columns in characters.
-fn findings(sheet: &Sheet) -> Value {
+fn findings(service: &LanguageService) -> Value {
     let one = |found: &Diagnostic| {
         let first = found.labels.first();
-        let file = first.and_then(|label| sheet.sources().files.get(label.span.file as usize));
-        let place = first.map(|label| sheet.place(label.span));
+        let file = first.and_then(|label| service.sources().files.get(label.span.file as usize));
+        let place = first.map(|label| service.place(label.span));
         json!({
             "code": found.code, "severity": found.severity, "message": found.message,
             "file": file.map(|file| &file.name), "line": place.map(|place| place.0.0), "column": place.map(|place| place.0.1),
             "about": first.map(|label| &label.text), "notes": found.notes, "help": found.help,
         })
     };
-    let of = |severity| sheet.findings().iter().filter(move |found| found.severity == severity).map(one);
+    let of = |severity| service.findings().iter().filter(move |found| found.severity == severity).map(one);
     of(Severity::Error).chain(of(Severity::Warning)).collect()
 }

@@ -1,12 +1,12 @@
 //! Corrected labels for other programs, by the writers of `analyze` and `annotate`: a file of ELAN beside a recording, and
 //! `meta/lerobot_annotations.json` of a LeRobot set.
 
-use super::corrected::corrected;
 use super::labels::beside;
-use super::loaded::Loaded;
+use super::loaded_recording::LoadedRecording;
+use super::merged_labels::merged_labels;
 use super::project::Studio;
 use std::path::{Path, PathBuf};
-use teachtree_analysis::Analysis as Found;
+use teachtree_analysis::Analysis as AnalysisResult;
 use teachtree_analysis::eaf::eaf;
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_logs::allowed_folders::AllowedFolders;
@@ -15,38 +15,38 @@ use teachtree_session::Error;
 use teachtree_session::{AnalysisInternals, ErrorInternals, LogInternals};
 
 /// Why an export was not written.
-pub enum Refused {
+pub enum ExportError {
     /// The file is there, and the user was not asked whether to replace it.
-    There(PathBuf),
+    FileExists(PathBuf),
     /// Something is wrong.
-    Wrong(Error),
+    Failed(Error),
 }
 
-impl From<Error> for Refused {
+impl From<Error> for ExportError {
     fn from(error: Error) -> Self {
-        Self::Wrong(error)
+        Self::Failed(error)
     }
 }
 
 /// Rejects an export over an existing file, which a person may have corrected in another program, unless `replace` is set. Also rejects a link out of
 /// the folders.
-fn keep(path: &Path, replace: bool, folders: &AllowedFolders) -> Result<(), Refused> {
+fn keep(path: &Path, replace: bool, folders: &AllowedFolders) -> Result<(), ExportError> {
     let is_there = folders.place(path).map_err(argument)?.exists();
-    if is_there && !replace { Err(Refused::There(path.to_path_buf())) } else { Ok(()) }
+    if is_there && !replace { Err(ExportError::FileExists(path.to_path_buf())) } else { Ok(()) }
 }
 
 /// Writes a file into one of the folders.
-fn write(path: &Path, bytes: &[u8], folders: &AllowedFolders) -> Result<(), Refused> {
+fn write(path: &Path, bytes: &[u8], folders: &AllowedFolders) -> Result<(), ExportError> {
     let mut files = Files::default();
     let added = files.add_in(folders, path, |out| out.write_all(bytes));
     added.and_then(|()| files.commit()).map_err(|error| argument(error).into())
 }
 
 /// What was found in a recording, with its labels in its place.
-fn found(loaded: &Loaded) -> Result<Found, Error> {
+fn found(loaded: &LoadedRecording) -> Result<AnalysisResult, Error> {
     let opened = loaded.log().opened()?;
     let labels = loaded.labels()?;
-    Ok(corrected(loaded.now.runs()?.found(), &labels.lines, &opened.row_time))
+    Ok(merged_labels(loaded.now.runs()?.found(), &labels.lines, &opened.row_time))
 }
 
 fn argument(error: InputError) -> Error {
@@ -57,7 +57,7 @@ fn argument(error: InputError) -> Error {
 ///
 /// # Errors
 /// A file that is there without `replace`, labels that cannot be read, a place that cannot be written.
-pub fn elan(loaded: &Loaded, replace: bool) -> Result<PathBuf, Refused> {
+pub fn elan(loaded: &LoadedRecording, replace: bool) -> Result<PathBuf, ExportError> {
     let path = beside(loaded.log().path(), "eaf");
     keep(&path, replace, &loaded.folders.beside)?;
     let text = eaf(&found(loaded)?, loaded.now.shown.meta());
@@ -70,10 +70,10 @@ pub fn elan(loaded: &Loaded, replace: bool) -> Result<PathBuf, Refused> {
 ///
 /// # Errors
 /// A recording of no set, a file that is there without `replace`, an episode that cannot be analyzed, a place that cannot be written.
-pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Refused> {
+pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, ExportError> {
     use std::collections::BTreeMap;
     use teachtree_logs::read::formats::lerobot::annotate::prelabels::FILE;
-    use teachtree_logs::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
+    use teachtree_logs::read::formats::lerobot::annotate::{AnnotationTarget, Label, LabelFormat, Request};
     use teachtree_logs::read::formats::{is_set, recording_of, without_episode};
     use teachtree_report::words::Style;
     use teachtree_session::score::atoms::phrasing;
@@ -102,14 +102,15 @@ pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Ref
     }
     let styles = Style::ALL.map(Style::name);
     let request = Request {
-        forms: &[Form::Prelabels],
+        forms: &[LabelFormat::Prelabels],
         styles: &styles,
         legacy: Style::Subtask.name(),
         labels: &all,
         provenance: &serde_json::Value::Null,
     };
-    let bytes =
-        Annotated::open_within(&folder, folders.clone()).and_then(|set| set.prelabels(&request)).map_err(argument)?;
+    let bytes = AnnotationTarget::open_within(&folder, folders.clone())
+        .and_then(|set| set.prelabels(&request))
+        .map_err(argument)?;
     write(&file, &bytes, folders)?;
     Ok(file)
 }

@@ -1,17 +1,17 @@
 //! Fitting params to the labels of all recordings, in the background: what `fit --labels` does, with the texts of the editor.
 
 use super::labels;
-use super::project::{Fitting, Studio};
+use super::project::{FitState, Studio};
 use super::score::truth_of;
-use super::tune;
+use super::tuning;
 use serde_json::{Map, Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, MutexGuard, PoisonError};
-use teachtree_analysis::Analysis as Found;
+use teachtree_analysis::Analysis as AnalysisResult;
 use teachtree_analysis::fit::Verdict;
-use teachtree_analysis::score::{Known, Stage};
+use teachtree_analysis::score::{KnownNames, Stage};
 use teachtree_base::error::{ErrorKind, InputError};
-use teachtree_frames::Opened;
+use teachtree_frames::OpenedLog;
 use teachtree_language::param_sites::{ParamSite, param_sites};
 use teachtree_report as report;
 use teachtree_session::Error;
@@ -23,7 +23,7 @@ use teachtree_session::{ErrorInternals, LogInternals, RulesInternals, RulesOptio
 const GROUPS: usize = 8;
 
 impl Studio {
-    fn fitting(&self) -> MutexGuard<'_, Fitting> {
+    fn fitting(&self) -> MutexGuard<'_, FitState> {
         self.fitting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -38,7 +38,7 @@ impl Studio {
         {
             let mut state = self.fitting();
             if !state.running {
-                *state = Fitting { asked: Some(at), running: true, ..Fitting::default() };
+                *state = FitState { asked: Some(at), running: true, ..FitState::default() };
             }
         }
         self.fit_wake.notify_all();
@@ -83,7 +83,7 @@ impl Studio {
     fn fit_now(&self, at: usize) -> Result<Value, Error> {
         let argument = |error: InputError| Error::new(error, ErrorKind::Argument);
         let edits = self.state().edits.clone();
-        let options = self.rules.clone().buffers(tune::buffers(&edits));
+        let options = self.rules.clone().buffers(tuning::buffers(&edits));
         let first = self.loaded(at)?;
         let rules = options.clone().for_log(first.log())?;
         let mut recordings = Vec::new();
@@ -101,7 +101,9 @@ impl Studio {
             let Some((_, labels)) = labels::read_table(log.opened()?, &loaded.folders.beside).map_err(argument)? else {
                 continue;
             };
-            let truth = |opened: &Opened, found: &Found| truth_of(&labels, opened, found, &Known::new(own.set()));
+            let truth = |opened: &OpenedLog, found: &AnalysisResult| {
+                truth_of(&labels, opened, found, &KnownNames::new(own.set()))
+            };
             let recording = Recording::open(log, &own, truth)?;
             recordings.push(recording);
         }

@@ -13,15 +13,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::UNKNOWN;
 use teachtree_analysis::number::number;
-use teachtree_analysis::score::Known;
+use teachtree_analysis::score::KnownNames;
 use teachtree_base::digest::Digest;
 use teachtree_base::error::InputError;
-use teachtree_base::hands::Who;
-use teachtree_frames::Opened;
+use teachtree_base::hands::TrackId;
+use teachtree_frames::OpenedLog;
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
-use teachtree_logs::read::labels::{self, Kind, MAX_ROWS};
+use teachtree_logs::read::labels::{self, LabelKind, MAX_ROWS};
 use teachtree_logs::read::text;
 
 /// The columns of the table.
@@ -69,16 +69,16 @@ pub struct Labels {
 }
 
 /// Why labels were not saved.
-pub enum Refused {
+pub enum SaveError {
     /// Another program or window has changed the file.
     Conflict(Labels),
     /// The lines are wrong, or the file cannot be written.
-    Wrong(InputError),
+    Failed(InputError),
 }
 
-impl From<InputError> for Refused {
+impl From<InputError> for SaveError {
     fn from(error: InputError) -> Self {
-        Self::Wrong(error)
+        Self::Failed(error)
     }
 }
 
@@ -97,7 +97,10 @@ pub fn file(log: &Path) -> PathBuf {
 ///
 /// # Errors
 /// The file does not contain labels of this recording, or is outside of the folders.
-pub fn read_table(opened: &Opened, folders: &AllowedFolders) -> Result<Option<(String, labels::Labels)>, InputError> {
+pub fn read_table(
+    opened: &OpenedLog,
+    folders: &AllowedFolders,
+) -> Result<Option<(String, labels::Labels)>, InputError> {
     let path = file(&opened.log);
     if path.symlink_metadata().is_err() {
         return Ok(None);
@@ -111,9 +114,9 @@ pub fn read_table(opened: &Opened, folders: &AllowedFolders) -> Result<Option<(S
 ///
 /// # Errors
 /// Those of [`read_table`], and labels that contradict each other.
-pub fn read(opened: &Opened, only: Option<Who>, folders: &AllowedFolders) -> Result<Labels, InputError> {
+pub fn read(opened: &OpenedLog, only: Option<TrackId>, folders: &AllowedFolders) -> Result<Labels, InputError> {
     let Some((text, found)) = read_table(opened, folders)? else { return Ok(Labels::default()) };
-    let said = said(&text);
+    let provenance = provenance(&text);
     // What is read of such rows is not what stands there, and would be saved.
     if found.contradicted_s > 0.0 {
         let time = number(found.contradicted_s);
@@ -125,8 +128,8 @@ pub fn read(opened: &Opened, only: Option<Who>, folders: &AllowedFolders) -> Res
             let message = "the row does not say which hand it is about, and the recording has several tracks";
             InputError::new(format!("{} {}", found.file, interval.place), message).help("add a column `track`")
         })?;
-        let (pinned, by, at) = said.get(&interval.place).cloned().unwrap_or_default();
-        let kind = if interval.kind == Kind::Task { "task" } else { "primitive" };
+        let (pinned, by, at) = provenance.get(&interval.place).cloned().unwrap_or_default();
+        let kind = if interval.kind == LabelKind::Task { "task" } else { "primitive" };
         let (start_s, end_s) = (interval.start_s, interval.end_s);
         Ok(Line { track: track.to_string(), kind: kind.into(), label: interval.name, start_s, end_s, pinned, by, at })
     });
@@ -134,7 +137,7 @@ pub fn read(opened: &Opened, only: Option<Who>, folders: &AllowedFolders) -> Res
 }
 
 /// What each row says of who set it, by its place.
-fn said(text: &str) -> BTreeMap<String, (bool, String, String)> {
+fn provenance(text: &str) -> BTreeMap<String, (bool, String, String)> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
     let Ok(header) = reader.headers().cloned() else { return BTreeMap::new() };
     let column = |name: &str| header.iter().position(|title| title == name);
@@ -159,16 +162,16 @@ fn version(text: &str) -> String {
 /// # Errors
 /// The file has another version, a line is invalid, or the file cannot be written or is outside of the folders.
 pub fn write(
-    opened: &Opened,
-    only: Option<Who>,
+    opened: &OpenedLog,
+    only: Option<TrackId>,
     base: &str,
     lines: Vec<Line>,
-    known: &Known,
+    known: &KnownNames,
     folders: &AllowedFolders,
-) -> Result<Labels, Refused> {
+) -> Result<Labels, SaveError> {
     let before = read(opened, only, folders)?;
     if before.version != base {
-        return Err(Refused::Conflict(before));
+        return Err(SaveError::Conflict(before));
     }
     let lines = checked(lines, known, &before)?;
     let path = file(&opened.log);
@@ -199,7 +202,7 @@ fn table(lines: &[Line]) -> Result<String, InputError> {
 }
 
 /// The lines in order, each a label that the rules know or that the file had.
-fn checked(mut lines: Vec<Line>, known: &Known, before: &Labels) -> Result<Vec<Line>, InputError> {
+fn checked(mut lines: Vec<Line>, known: &KnownNames, before: &Labels) -> Result<Vec<Line>, InputError> {
     if lines.len() > MAX_ROWS {
         return Err(InputError::new("the labels", format!("found {} lines, at most {MAX_ROWS} are read", lines.len())));
     }
@@ -210,7 +213,7 @@ fn checked(mut lines: Vec<Line>, known: &Known, before: &Labels) -> Result<Vec<L
             "task" => &known.tasks,
             other => return Err(wrong(format!("found the kind `{other}`, expected primitive or task"))),
         };
-        if Who::from_name(&line.track).is_none() {
+        if TrackId::from_name(&line.track).is_none() {
             return Err(wrong(format!("found the track `{}`, expected left, right or both", line.track)));
         }
         for text in [&line.label, &line.by, &line.at] {

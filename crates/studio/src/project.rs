@@ -3,16 +3,16 @@
 //! A recording is read once and stays in memory while there is room; rules with other params are evaluated over the frames that are there. Rows of the list
 //! hold only what the list shows.
 
-use super::against::Against;
-use super::labels::{self, Labels, Line, Refused};
-use super::loaded::{Agreement, Loaded, Now, Outcome};
-use super::{score, tune};
+use super::labels::{self, Labels, Line, SaveError};
+use super::loaded_recording::{Agreement, LoadedRecording, RuleOutcome, RuleState};
+use super::rule_comparison::RuleComparison;
+use super::{score, tuning};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use teachtree_analysis::Who;
-use teachtree_analysis::score::{Known, Tally};
+use teachtree_analysis::TrackId;
+use teachtree_analysis::score::{KnownNames, Tally};
 use teachtree_base::diagnostic::Source;
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_logs::allowed_folders::{AllowedFolders, LogFolders};
@@ -58,7 +58,7 @@ pub struct Studio {
     /// Held by whoever writes labels or rules.
     pub(super) saving: Mutex<()>,
     /// The fit.
-    pub(super) fitting: Mutex<Fitting>,
+    pub(super) fitting: Mutex<FitState>,
     /// A fit is asked for.
     pub(super) fit_wake: Condvar,
     /// Who corrects, where the page says nothing else.
@@ -67,7 +67,7 @@ pub struct Studio {
 
 /// A fit that runs, or what came of the last one.
 #[derive(Default)]
-pub struct Fitting {
+pub struct FitState {
     /// The recording whose rules are to be fitted, until the fit begins.
     pub asked: Option<usize>,
     /// Whether one is asked for or runs.
@@ -126,7 +126,7 @@ pub struct State {
     /// What a thread is at.
     pub claimed: BTreeSet<usize>,
     /// Recordings in memory; the one that was used last is the last.
-    open: Vec<(usize, Arc<Loaded>)>,
+    open: Vec<(usize, Arc<LoadedRecording>)>,
 }
 
 impl State {
@@ -150,7 +150,7 @@ pub struct Row {
     /// The label file and how well the rules agree with it.
     pub agreement: Agreement,
     /// How the rules and the others differ.
-    pub against: Option<Against>,
+    pub against: Option<RuleComparison>,
 }
 
 /// What was found, in brief.
@@ -226,7 +226,7 @@ impl Studio {
     ///
     /// # Errors
     /// What is wrong with the recording.
-    pub fn loaded(&self, at: usize) -> Result<Arc<Loaded>, Error> {
+    pub fn loaded(&self, at: usize) -> Result<Arc<LoadedRecording>, Error> {
         let (generation, epoch, params, edits, known) = {
             let mut state = self.state();
             let known = state.open.iter().position(|(number, _)| *number == at);
@@ -240,7 +240,7 @@ impl Studio {
         if let Some(known) = known.as_ref().filter(|known| known.generation == generation) {
             return Ok(Arc::clone(known));
         }
-        let now = Now { generation, epoch, params: &params, edits: &edits };
+        let now = RuleState { generation, epoch, params: &params, edits: &edits };
         let loaded = Arc::new(self.analyzed(at, known.as_deref(), &now)?);
         let mut state = self.state();
         if state.epoch == epoch {
@@ -259,13 +259,13 @@ impl Studio {
     ///
     /// # Errors
     /// What is wrong with the recording.
-    fn analyzed(&self, at: usize, known: Option<&Loaded>, now: &Now) -> Result<Loaded, Error> {
-        let Now { generation, epoch, params, edits } = *now;
+    fn analyzed(&self, at: usize, known: Option<&LoadedRecording>, now: &RuleState) -> Result<LoadedRecording, Error> {
+        let RuleState { generation, epoch, params, edits } = *now;
         let same = known.filter(|known| known.epoch == epoch);
         let other = same.and_then(|known| known.other.clone());
         let by = |of: &Analysis, rules: &RulesOptions| {
             let found = rules.clone().for_log(of.log()).and_then(|rules| of.by_rules(&rules));
-            Outcome::of(found, of.log(), &rules.clone().request_for(of.log()))
+            RuleOutcome::of(found, of.log(), &rules.clone().request_for(of.log()))
         };
         let base = match (same, known) {
             (Some(same), _) => same.base.clone(),
@@ -275,10 +275,10 @@ impl Studio {
                 let log = self.source.clone().within(recording.folders.clone()).open(&recording.log)?;
                 log.read()?;
                 let found = self.rules.clone().for_log(&log).and_then(|rules| rules.analyze(&log));
-                Outcome::of(found, &log, &self.rules.clone().request_for(&log))?
+                RuleOutcome::of(found, &log, &self.rules.clone().request_for(&log))?
             }
         };
-        let edited = self.rules.clone().buffers(tune::buffers(edits));
+        let edited = self.rules.clone().buffers(tuning::buffers(edits));
         // Params of rules that do not run are those of other recordings.
         let now = match (edits.is_empty(), params.is_empty() || base.runs().is_err()) {
             (true, true) => base.clone(),
@@ -296,19 +296,19 @@ impl Studio {
         };
         let other = other.or_else(|| self.against.as_ref().map(|(_, rules)| by_other(rules)));
         let folders = self.recording(at)?.folders.clone();
-        Ok(Loaded { generation, epoch, base, now, other, folders })
+        Ok(LoadedRecording { generation, epoch, base, now, other, folders })
     }
     /// Analyzes a recording and puts what was found into its row.
     ///
     /// # Errors
     /// As [`loaded`](Self::loaded).
-    pub fn refresh(&self, at: usize) -> Result<Arc<Loaded>, Error> {
+    pub fn refresh(&self, at: usize) -> Result<Arc<LoadedRecording>, Error> {
         let loaded = self.loaded(at);
         let ran = loaded.as_ref().map_err(Error::clone).and_then(|loaded| loaded.now.runs());
         let outcome = ran.map(summary).map_err(|error| error.to_string());
         let agreement = loaded.as_ref().map(|loaded| loaded.agreement()).unwrap_or_default();
-        let both = |loaded: &Arc<Loaded>| {
-            Some(Against::of(loaded.now.runs().ok()?, loaded.other.as_ref()?, &loaded.folders.beside))
+        let both = |loaded: &Arc<LoadedRecording>| {
+            Some(RuleComparison::of(loaded.now.runs().ok()?, loaded.other.as_ref()?, &loaded.folders.beside))
         };
         let against = loaded.as_ref().ok().and_then(both);
         let mut state = self.state();
@@ -327,7 +327,7 @@ impl Studio {
     ///
     /// # Errors
     /// Also why the rules do not run.
-    pub fn refresh_running(&self, at: usize) -> Result<Arc<Loaded>, Error> {
+    pub fn refresh_running(&self, at: usize) -> Result<Arc<LoadedRecording>, Error> {
         let loaded = self.refresh(at)?;
         loaded.now.runs()?;
         Ok(loaded)
@@ -401,11 +401,11 @@ impl Studio {
     ///
     /// # Errors
     /// A recording that cannot be read; labels that are wrong, or of another version.
-    pub fn save_labels(&self, at: usize, base: &str, lines: Vec<Line>) -> Result<Result<Labels, Refused>, Error> {
+    pub fn save_labels(&self, at: usize, base: &str, lines: Vec<Line>) -> Result<Result<Labels, SaveError>, Error> {
         let loaded = self.loaded(at)?;
         let saved = {
             let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
-            let known = Known::new(loaded.now.set());
+            let known = KnownNames::new(loaded.now.set());
             labels::write(loaded.log().opened()?, loaded.only(), base, lines, &known, &loaded.folders.beside)
         };
         self.refresh(at)?;
@@ -416,9 +416,9 @@ impl Studio {
     ///
     /// # Errors
     /// Values that the rules do not take; those of before stay.
-    pub fn turn(&self, at: usize, values: &BTreeMap<String, f64>) -> Result<Arc<Loaded>, Error> {
+    pub fn turn(&self, at: usize, values: &BTreeMap<String, f64>) -> Result<Arc<LoadedRecording>, Error> {
         let argument = |error| Error::new(error, ErrorKind::Argument);
-        let params = tune::overrides(self.loaded(at)?.now.runs()?.rules().set(), values).map_err(argument)?;
+        let params = tuning::overrides(self.loaded(at)?.now.runs()?.rules().set(), values).map_err(argument)?;
         let before = self.state().params.clone();
         if params != before {
             self.renew(|state| state.params = params);
@@ -444,7 +444,7 @@ impl Studio {
         };
         let files = {
             let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
-            let saved = tune::save(&texts, now, &edits, &params);
+            let saved = tuning::save(&texts, now, &edits, &params);
             saved.map_err(|error| Error::new(error, ErrorKind::Argument))?
         };
         self.reload();
@@ -467,7 +467,7 @@ impl Studio {
 fn summary(analysis: &Analysis) -> Summary {
     let found = analysis.found();
     let tasks = found.tracks.iter().flat_map(|track| {
-        let who = if matches!(track.who, Who::Both) { String::new() } else { track.who.to_string() };
+        let who = if matches!(track.who, TrackId::Both) { String::new() } else { track.who.to_string() };
         track.tasks.iter().map(move |task| (who.clone(), format!("{}{}", task.task, task.subject.suffix())))
     });
     Summary {

@@ -1,19 +1,19 @@
 //! Addresses in, answers out. Files of the page are in the program; no address leads to a file by its path.
 
-use super::edits::{Place, Texts};
-use super::labels::{Labels, Line, Refused};
-use super::loaded::Loaded;
+use super::edits::{EditedTexts, TextPosition};
+use super::labels::{Labels, Line, SaveError};
+use super::loaded_recording::LoadedRecording;
 use super::project::Studio;
 use super::video::videos;
-use super::{against, export, tune};
+use super::{export, rule_comparison, tuning};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use teachtree_analysis::UNKNOWN;
-use teachtree_analysis::score::Known;
-use teachtree_base::hands::Who;
+use teachtree_analysis::score::KnownNames;
+use teachtree_base::hands::TrackId;
 use teachtree_report::page;
 use teachtree_serve::{Content, Page, Request, Response};
 use teachtree_session::{AnalysisInternals, ErrorInternals, LogInternals, RulesInternals};
@@ -78,66 +78,70 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
         ["api", "fit", "stop"] if changes => return Response::json(&studio.stop_fit()),
         ["api", "recording", at, what @ ..] => (what, number(at, studio)),
         ["video", at, place] if !changes => return video(at, place, studio),
-        _ => return nothing(),
+        _ => return not_found(),
     };
-    let Some(at) = at else { return nothing() };
+    let Some(at) = at else { return not_found() };
     match (changes, what) {
-        (false, []) => answered(studio.refresh(at).and_then(|loaded| recording(at, &loaded, studio))),
-        (false, ["labels"]) => answered(studio.labels(at).map(|labels| labels_json(&labels))),
-        (true, ["labels"]) => body(request, |sent: Sent| match studio.save_labels(at, &sent.base, sent.lines)? {
-            Ok(labels) => Ok(Response::json(&labels_json(&labels))),
-            Err(Refused::Conflict(labels)) => {
-                let mut refused = labels_json(&labels);
-                if let Some(fields) = refused.as_object_mut() {
-                    fields.insert("error".into(), "another window or program has changed these labels".into());
+        (false, []) => respond(studio.refresh(at).and_then(|loaded| recording(at, &loaded, studio))),
+        (false, ["labels"]) => respond(studio.labels(at).map(|labels| labels_json(&labels))),
+        (true, ["labels"]) => {
+            body(request, |sent: LabelsRequest| match studio.save_labels(at, &sent.base, sent.lines)? {
+                Ok(labels) => Ok(Response::json(&labels_json(&labels))),
+                Err(SaveError::Conflict(labels)) => {
+                    let mut refused = labels_json(&labels);
+                    if let Some(fields) = refused.as_object_mut() {
+                        fields.insert("error".into(), "another window or program has changed these labels".into());
+                    }
+                    Ok(Response { status: 409, ..Response::json(&refused) })
                 }
-                Ok(Response { status: 409, ..Response::json(&refused) })
-            }
-            Err(Refused::Wrong(error)) => Ok(Response::refused(422, &error.to_string())),
-        }),
+                Err(SaveError::Failed(error)) => Ok(Response::refused(422, &error.to_string())),
+            })
+        }
         (true, ["params"]) => body(request, |values: BTreeMap<String, f64>| {
             let loaded = studio.turn(at, &values)?;
             Ok(Response::json(&page::tracks(loaded.now.shown.found())))
         }),
         (true, ["fit"]) => Response::json(&studio.begin_fit(at)),
-        (false, ["rules"]) => answered(studio.texts(at)),
-        (true, ["rules"]) => body(request, |sent: Texts| {
+        (false, ["rules"]) => respond(studio.texts(at)),
+        (true, ["rules"]) => body(request, |sent: EditedTexts| {
             let answer = studio.edit(at, sent)?;
             Ok(Response { status: if answer.get("error").is_some() { 409 } else { 200 }, ..Response::json(&answer) })
         }),
-        (true, ["rules", "hover"]) => body(request, |asked: Place| Ok(Response::json(&studio.hover(at, &asked)?))),
-        (true, ["rules", "complete"]) => {
-            body(request, |asked: Place| Ok(Response::json(&studio.proposals(at, &asked)?)))
+        (true, ["rules", "hover"]) => {
+            body(request, |asked: TextPosition| Ok(Response::json(&studio.hover(at, &asked)?)))
         }
-        (true, ["params", "save"]) => answered(studio.save_params(at).map(|files| json!({ "files": files }))),
-        (true, ["export", form @ ("elan" | "lerobot")]) => body(request, |asked: Export| {
+        (true, ["rules", "complete"]) => {
+            body(request, |asked: TextPosition| Ok(Response::json(&studio.proposals(at, &asked)?)))
+        }
+        (true, ["params", "save"]) => respond(studio.save_params(at).map(|files| json!({ "files": files }))),
+        (true, ["export", form @ ("elan" | "lerobot")]) => body(request, |asked: ExportRequest| {
             let written = match *form {
                 "elan" => export::elan(&*studio.loaded(at)?, asked.replace),
                 _ => export::lerobot(studio, at, asked.replace),
             };
             match written {
                 Ok(path) => Ok(Response::json(&json!({ "file": path.display().to_string() }))),
-                Err(export::Refused::There(path)) => {
+                Err(export::ExportError::FileExists(path)) => {
                     Ok(Response::refused(409, &format!("{} is there already", path.display())))
                 }
-                Err(export::Refused::Wrong(error)) => Err(error),
+                Err(export::ExportError::Failed(error)) => Err(error),
             }
         }),
         (false, ["explain"]) => explained(request, at, studio),
-        _ => nothing(),
+        _ => not_found(),
     }
 }
 
 /// Labels as a page sends them: the version that it changed, and all lines.
 #[derive(Deserialize)]
-struct Sent {
+struct LabelsRequest {
     base: String,
     lines: Vec<Line>,
 }
 
 /// What a page says with an export.
 #[derive(Deserialize)]
-struct Export {
+struct ExportRequest {
     /// Whether a file that is there may be replaced.
     #[serde(default)]
     replace: bool,
@@ -161,7 +165,7 @@ fn video(at: &str, place: &str, studio: &Studio) -> Response {
         let loaded = studio.loaded(at).ok()?;
         videos(loaded.log(), &loaded.folders).ok()?.into_iter().nth(place)
     });
-    let Some(video) = found else { return nothing() };
+    let Some(video) = found else { return not_found() };
     match video.open() {
         Ok(file) => Response { status: 200, kind: video.kind(), content: Content::File(file) },
         Err(error) => Response::refused(422, &error.to_string()),
@@ -170,15 +174,16 @@ fn video(at: &str, place: &str, studio: &Studio) -> Response {
 
 /// Why a track has its label at a time, and why not another one, as `teachtree explain` writes it.
 fn explained(request: &Request, at: usize, studio: &Studio) -> Response {
-    let Some(time) = request.asked("t").and_then(|time| time.parse::<f64>().ok()).filter(|time| time.is_finite())
+    let Some(time) = request.query_value("t").and_then(|time| time.parse::<f64>().ok()).filter(|time| time.is_finite())
     else {
         return Response::refused(400, "expected a time behind `t=`");
     };
     let question = Question::at(time);
-    let question = request.asked("track").and_then(Who::from_name).into_iter().fold(question, Question::track);
     let question =
-        request.asked("why_not").filter(|name| !name.is_empty()).into_iter().fold(question, Question::why_not);
-    answered(
+        request.query_value("track").and_then(TrackId::from_name).into_iter().fold(question, Question::track);
+    let question =
+        request.query_value("why_not").filter(|name| !name.is_empty()).into_iter().fold(question, Question::why_not);
+    respond(
         studio.loaded(at).and_then(|loaded| Ok(json!({ "text": loaded.now.runs()?.explain(&question)?.to_string() }))),
     )
 }
@@ -190,7 +195,7 @@ fn index() -> String {
     INDEX.replace("<!--bench-->", &bench)
 }
 
-fn nothing() -> Response {
+fn not_found() -> Response {
     Response::refused(404, "there is nothing at this address")
 }
 
@@ -198,38 +203,38 @@ fn number(text: &str, studio: &Studio) -> Option<usize> {
     text.parse().ok().filter(|at| *at < studio.recordings.len())
 }
 
-fn answered(answer: Result<Value, Error>) -> Response {
+fn respond(answer: Result<Value, Error>) -> Response {
     answer.map_or_else(|error| Response::refused(422, &error.to_string()), |value| Response::json(&value))
 }
 
 /// The list; only its number where the page has it.
 fn list(request: &Request, studio: &Studio) -> Response {
     let revision = studio.state().revision;
-    if request.asked("since").and_then(|since| since.parse().ok()) == Some(revision) {
+    if request.query_value("since").and_then(|since| since.parse().ok()) == Some(revision) {
         return Response::json(&json!({ "revision": revision }));
     }
     Response::json(&studio.list())
 }
 
 /// All that the page shows of a recording.
-fn recording(at: usize, loaded: &Arc<Loaded>, studio: &Studio) -> Result<Value, Error> {
+fn recording(at: usize, loaded: &Arc<LoadedRecording>, studio: &Studio) -> Result<Value, Error> {
     let analysis = &loaded.now.shown;
     let recording = &analysis.log().opened()?.recording;
     let mismatch = |error| Error::new(error, teachtree_base::error::ErrorKind::Mismatch);
     let data = page::data(&analysis.explained()?, recording, analysis.meta()).map_err(mismatch)?;
     let failed = loaded.now.runs().err().map(|error| error.to_string());
     // Rules that do not run have no params to be turned.
-    let params = loaded.now.runs().map_or_else(|_| json!([]), |analysis| tune::params(analysis.rules().set()));
+    let params = loaded.now.runs().map_or_else(|_| json!([]), |analysis| tuning::params(analysis.rules().set()));
     let files: Vec<&str> = loaded.now.sources().files.iter().map(|source| source.name.as_str()).collect();
     let name = studio.recordings.get(at).map(|recording| &recording.name);
-    let known = Known::new(loaded.now.set());
+    let known = KnownNames::new(loaded.now.set());
     let tasks: Vec<&str> = known.tasks.iter().map(String::as_str).chain([UNKNOWN]).collect();
     // What is wrong with labels or videos does not keep the recording from being shown.
     let (labels, label_error) = match studio.labels(at) {
         Ok(labels) => (labels_json(&labels), None),
         Err(error) => (Value::Null, Some(error.to_string())),
     };
-    let against = against::lanes(loaded.other.as_ref(), studio.against.as_ref().map(|(name, _)| name.as_str()));
+    let against = rule_comparison::lanes(loaded.other.as_ref(), studio.against.as_ref().map(|(name, _)| name.as_str()));
     let found = videos(analysis.log(), &loaded.folders);
     let videos =
         found.unwrap_or_default().into_iter().map(|one| json!({ "camera": one.camera, "offset": one.offset_s }));

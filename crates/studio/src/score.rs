@@ -2,10 +2,10 @@
 
 use super::labels;
 use serde_json::{Value, json};
-use teachtree_analysis::Analysis as Found;
-use teachtree_analysis::score::{Comparison, Known, NameMap, Side, Stage, Tally, Truth, compare, score};
+use teachtree_analysis::Analysis as AnalysisResult;
+use teachtree_analysis::score::{ComparedResult, Comparison, KnownNames, NameMap, Stage, Tally, Truth, compare, score};
 use teachtree_base::error::{ErrorKind, InputError};
-use teachtree_frames::Opened;
+use teachtree_frames::OpenedLog;
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::read::labels::Labels as Table;
 use teachtree_session::score::meets;
@@ -32,16 +32,16 @@ pub fn compared(now: &Analysis, other: &Analysis, folders: &AllowedFolders) -> R
     let (Some((one, known)), Some((two, known_by_other))) = (truth(now, folders)?, truth(other, folders)?) else {
         return Ok(None);
     };
-    let one = Side { truth: &one, found: now.found(), meta: now.meta(), known: &known };
-    let two = Side { truth: &two, found: other.found(), meta: other.meta(), known: &known_by_other };
+    let one = ComparedResult { truth: &one, found: now.found(), meta: now.meta(), known: &known };
+    let two = ComparedResult { truth: &two, found: other.found(), meta: other.meta(), known: &known_by_other };
     compare([&one, &two]).map(Some).map_err(argument)
 }
 
 /// The labels of a recording, in the names of the rules.
-fn truth(analysis: &Analysis, folders: &AllowedFolders) -> Result<Option<(Truth, Known)>, Error> {
+fn truth(analysis: &Analysis, folders: &AllowedFolders) -> Result<Option<(Truth, KnownNames)>, Error> {
     let opened = analysis.log().opened()?;
     let Some((_, labels)) = labels::read_table(opened, folders).map_err(argument)? else { return Ok(None) };
-    let known = Known::new(analysis.rules().set());
+    let known = KnownNames::new(analysis.rules().set());
     let truth = truth_of(&labels, opened, analysis.found(), &known).map_err(argument)?;
     Ok(Some((truth, known)))
 }
@@ -50,7 +50,12 @@ fn truth(analysis: &Analysis, folders: &AllowedFolders) -> Result<Option<(Truth,
 ///
 /// # Errors
 /// The labels have other times, or names that the rules do not declare.
-pub fn truth_of(labels: &Table, opened: &Opened, found: &Found, known: &Known) -> Result<Truth, InputError> {
+pub fn truth_of(
+    labels: &Table,
+    opened: &OpenedLog,
+    found: &AnalysisResult,
+    known: &KnownNames,
+) -> Result<Truth, InputError> {
     meets(labels, &opened.recording.time)?;
     Truth::of_labels(labels, found.only(), &NameMap::default(), known)
 }

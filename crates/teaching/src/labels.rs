@@ -1,8 +1,8 @@
 //! Labels of what is being recorded, as the library's `Live` finds them row by row.
 
 use super::options::Options;
-use super::shared::lock;
-use super::tracks::{Look, Tracks};
+use super::shared_state::lock;
+use super::tracks::{PrimitiveStyle, Tracks};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::mpsc::Receiver;
@@ -11,13 +11,13 @@ use teachtree_base::meaning::Meaning;
 use teachtree_report::palette;
 use teachtree_session::{Calibration, Column, Live, Log, Rules, Scene};
 use teachtree_session::{RulesInternals, SceneInternals};
-use teachtree_world::ByHand;
+use teachtree_world::TeleopWorld;
 
 /// How long a scene at rest is watched to learn what `Live` needs, steps.
 const CALIBRATION_STEPS: usize = 1500;
 
 /// What the servo hands over.
-pub(super) enum Fed {
+pub(super) enum LabelerInput {
     /// A recording begins anew, with these columns.
     Begin(Vec<String>),
     /// A row of it.
@@ -36,8 +36,8 @@ pub(super) struct Labeler {
 }
 
 /// Returns the appearance of the primitives by name.
-fn looks(rules: &Rules) -> BTreeMap<String, Look> {
-    let look = |name: &str, does: Option<Meaning>| Look {
+fn styles(rules: &Rules) -> BTreeMap<String, PrimitiveStyle> {
+    let look = |name: &str, does: Option<Meaning>| PrimitiveStyle {
         color: palette::color(name, does).hex(),
         holds: does.is_some_and(Meaning::holds),
     };
@@ -46,7 +46,7 @@ fn looks(rules: &Rules) -> BTreeMap<String, Look> {
 
 /// The recording of a scene at rest, as a log.
 fn at_rest(options: &Options) -> Result<Log, InputError> {
-    let mut work = ByHand::new(&options.scene)?;
+    let mut work = TeleopWorld::new(&options.scene)?;
     work.start();
     for _ in 0..CALIBRATION_STEPS {
         work.step();
@@ -80,19 +80,19 @@ impl Labeler {
     ///
     /// # Errors
     /// Rules that cannot be loaded, or that need what recordings of the scene do not have.
-    pub(super) fn new(options: &Options) -> Result<(Self, BTreeMap<String, Look>), InputError> {
+    pub(super) fn new(options: &Options) -> Result<(Self, BTreeMap<String, PrimitiveStyle>), InputError> {
         let (rules, log) = rules(options)?;
         let calibration = Calibration::of(&log, &rules).map_err(|error| plain(&options.name, &error))?;
-        let looks = looks(&rules);
-        Ok((Self { rules, scene: Scene::of(options.scene.clone()), calibration }, looks))
+        let styles = styles(&rules);
+        Ok((Self { rules, scene: Scene::of(options.scene.clone()), calibration }, styles))
     }
 
     /// Labels what comes until nothing comes any more.
-    pub(super) fn run(self, rows: &Receiver<Fed>, tracks: &Mutex<Tracks>) {
+    pub(super) fn run(self, rows: &Receiver<LabelerInput>, tracks: &Mutex<Tracks>) {
         let mut live: Option<Live> = None;
         while let Ok(fed) = rows.recv() {
             let events = match fed {
-                Fed::Begin(columns) => {
+                LabelerInput::Begin(columns) => {
                     lock(tracks).restart();
                     match Live::new(&self.rules, &columns, &self.scene, &self.calibration) {
                         Ok(begun) => live = Some(begun),
@@ -100,9 +100,9 @@ impl Labeler {
                     }
                     continue;
                 }
-                Fed::Row(row) => live.as_mut().map(|live| live.push(&row)),
-                Fed::End => live.take().map(Live::finish),
-                Fed::Nothing => {
+                LabelerInput::Row(row) => live.as_mut().map(|live| live.push(&row)),
+                LabelerInput::End => live.take().map(Live::finish),
+                LabelerInput::Nothing => {
                     live = None;
                     lock(tracks).restart();
                     continue;

@@ -1,7 +1,7 @@
 //! The options of `teach --live`.
 
 use super::camera::HandFinder;
-use super::takes::Performed;
+use super::takes::RobotResult;
 use std::path::{Path, PathBuf};
 use teachtree_base::scene::Scene;
 use teachtree_session::RulesOptions;
@@ -22,5 +22,5 @@ pub struct Options {
     pub camera: Option<HandFinder>,
     /// Lets the robot perform a recording; a sentence where it cannot. The part that is done is reported now and then.
     #[allow(clippy::type_complexity, reason = "it is named nowhere else")]
-    pub perform: Box<dyn Fn(&Path, &mut dyn FnMut(f64)) -> Result<Performed, String> + Send + Sync>,
+    pub perform: Box<dyn Fn(&Path, &mut dyn FnMut(f64)) -> Result<RobotResult, String> + Send + Sync>,
 }

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use teachtree_base::hands::Side;
-use teachtree_base::pose::{directed, seven};
+use teachtree_base::pose::{directed, pose_array};
 use teachtree_world::HandInput;
 
 /// The most fingertips of a message.
@@ -85,18 +85,18 @@ impl Message {
 }
 
 /// What a led palm is asked for; `None` where the numbers are none.
-pub fn led(palm: &[f64; 7], closes: bool, squeeze: f64, presses: bool) -> Option<HandInput> {
-    Some(HandInput::Led { palm: pose(palm)?, closes, squeeze, presses })
+pub fn palm_input(palm: &[f64; 7], closes: bool, squeeze: f64, presses: bool) -> Option<HandInput> {
+    Some(HandInput::Palm { palm: pose(palm)?, closes, squeeze, presses })
 }
 
 /// Where fingertips are; `None` where the numbers are none.
-pub fn tracked(tips: &[[f64; 3]], palm: Option<&[f64; 7]>) -> Option<HandInput> {
+pub fn tips_input(tips: &[[f64; 3]], palm: Option<&[f64; 7]>) -> Option<HandInput> {
     let palm = match palm {
         Some(palm) => Some(pose(palm)?),
         None => None,
     };
     let tips = (tips.len() <= MAX_TIPS).then(|| tips.iter().map(|tip| Point3::from(*tip)).collect())?;
-    Some(HandInput::Tracked { tips, palm })
+    Some(HandInput::Tips { tips, palm })
 }
 
 fn pose([x, y, z, a, b, c, d]: &[f64; 7]) -> Option<Isometry3<f64>> {
@@ -116,7 +116,7 @@ pub fn vector(vector: &Vector3<f64>) -> Value {
 
 /// A pose as seven numbers.
 pub fn pose_json(pose: &Isometry3<f64>) -> Value {
-    seven(pose).iter().map(|part| short(*part)).collect()
+    pose_array(pose).iter().map(|part| short(*part)).collect()
 }
 
 /// Why a message was not taken.

@@ -1,13 +1,13 @@
 //! Addresses in, answers out: the files of the page, the scene, what the robot did, and the WebSocket.
 
-use super::shared::{Teaching, lock};
+use super::shared_state::{Teaching, lock};
 use super::socket;
 use serde_json::{Value, json};
 use std::sync::Arc;
-use teachtree_base::pose::seven;
+use teachtree_base::pose::pose_array;
 use teachtree_base::scene::{Part, Role, Shape};
 use teachtree_report::page;
-use teachtree_serve::duplex::Duplex;
+use teachtree_serve::duplex_stream::DuplexStream;
 use teachtree_serve::{Content, Page, Request, Response};
 
 /// The modules of the page, by name.
@@ -24,9 +24,9 @@ const MODULES: [(&str, &str); 9] = [
 ];
 
 /// Teaching as a page.
-pub struct Shown(pub Arc<Teaching>);
+pub struct TeachingPage(pub Arc<Teaching>);
 
-impl Page for Shown {
+impl Page for TeachingPage {
     const COMMAND: &'static str = "teach --live";
 
     fn compiles(&self) -> bool {
@@ -69,7 +69,7 @@ impl Page for Shown {
         (path == "live").then(|| socket::accept(key))
     }
 
-    fn socket(&self, stream: Duplex, read: Vec<u8>) {
+    fn socket(&self, stream: DuplexStream, read: Vec<u8>) {
         socket::serve(stream, read, &self.0);
     }
 }
@@ -84,7 +84,7 @@ fn scene(teaching: &Teaching) -> Value {
             Role::Wall => "wall",
             Role::Socket => "socket",
         };
-        json!({ "name": name, "role": role, "pose": seven(&body.pose()), "parts": body.parts.iter().map(part).collect::<Vec<_>>() })
+        json!({ "name": name, "role": role, "pose": pose_array(&body.pose()), "parts": body.parts.iter().map(part).collect::<Vec<_>>() })
     });
     let hands = scene.hands.iter().map(|(side, hand)| {
         let fingers: Vec<&str> = hand.fingers.iter().map(|finger| finger.name()).collect();

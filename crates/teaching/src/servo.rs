@@ -3,15 +3,15 @@
 //! A step that is late is made at once, and those behind it follow until time is caught up with; after a pause of a tenth of a second (a machine that slept)
 //! time is given up instead. INVARIANT: this is the only file of this crate that reads a clock, and nothing of a recording depends on it.
 
-use super::labels::Fed;
+use super::labels::LabelerInput;
 use super::punctuality::Punctuality;
-use super::shared::{Action, HandNow, Servo, Teaching};
-use super::writing::write;
+use super::shared_state::{Action, HandSnapshot, ServoTiming, Teaching};
+use super::take_jobs::write;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::time::{Duration, Instant};
-use teachtree_world::{ByHand, MOST_STEPS};
+use teachtree_world::{MOST_STEPS, TeleopWorld};
 
 /// A step of the world.
 const STEP: Duration = Duration::from_millis(1);
@@ -21,9 +21,13 @@ const MOST_BEHIND: Duration = Duration::from_millis(100);
 const ROWS_A_STEP: usize = 40;
 
 /// Steps the world until the program ends.
-pub(super) fn run(mut work: ByHand, teaching: &Arc<Teaching>, to_labels: &SyncSender<Fed>) -> Punctuality {
+pub(super) fn run(
+    mut work: TeleopWorld,
+    teaching: &Arc<Teaching>,
+    to_labels: &SyncSender<LabelerInput>,
+) -> Punctuality {
     let mut punctuality = Punctuality::default();
-    let mut fed = Feeding::default();
+    let mut fed = LabelFeed::default();
     let mut due = Instant::now();
     while !teaching.stops.load(Ordering::SeqCst) {
         due += STEP;
@@ -47,21 +51,21 @@ pub(super) fn run(mut work: ByHand, teaching: &Arc<Teaching>, to_labels: &SyncSe
 
 /// How far the labels have come.
 #[derive(Default)]
-struct Feeding {
+struct LabelFeed {
     row: usize,
     is_begun: bool,
     /// What waits for room.
-    last: Option<Fed>,
+    last: Option<LabelerInput>,
 }
 
 fn step(
-    work: &mut ByHand,
+    work: &mut TeleopWorld,
     teaching: &Arc<Teaching>,
-    to_labels: &SyncSender<Fed>,
-    fed: &mut Feeding,
+    to_labels: &SyncSender<LabelerInput>,
+    fed: &mut LabelFeed,
     punctuality: &Punctuality,
 ) {
-    let (mut hands, mut actions) = teaching.take_asked();
+    let (mut hands, mut actions) = teaching.take_inputs();
     if work.is_recording() && work.recorded() >= MOST_STEPS {
         actions.insert(0, Action::Stop);
     }
@@ -69,32 +73,32 @@ fn step(
         match action {
             Action::Start if !work.is_recording() => {
                 work.start();
-                *fed = Feeding::default();
+                *fed = LabelFeed::default();
             }
             Action::Stop => {
                 if let Some(taken) = work.stop() {
                     write(teaching, taken);
                 }
-                fed.last = Some(Fed::End);
+                fed.last = Some(LabelerInput::End);
             }
             Action::Undo => {
                 work.undo();
                 teaching.jump();
                 hands = [None, None];
-                *fed = Feeding::default();
+                *fed = LabelFeed::default();
             }
             Action::Reset => {
                 work.reset();
                 teaching.jump();
                 hands = [None, None];
-                fed.last = Some(Fed::Nothing);
+                fed.last = Some(LabelerInput::Nothing);
             }
             Action::Start => {}
         }
     }
     for (hand, input) in hands.into_iter().enumerate() {
         if let Some(input) = input {
-            work.ask(hand, input);
+            work.set_input(hand, input);
         }
     }
     work.step();
@@ -107,7 +111,7 @@ fn step(
         let seen = work.observation();
         newest.bodies.clear();
         newest.bodies.extend(seen.bodies.iter().map(|body| body.pose));
-        newest.hands.resize_with(seen.hands.len(), HandNow::default);
+        newest.hands.resize_with(seen.hands.len(), HandSnapshot::default);
         for (hand, (now, seen)) in newest.hands.iter_mut().zip(&seen.hands).enumerate() {
             now.palm = seen.palm;
             now.tips.clear();
@@ -117,7 +121,7 @@ fn step(
         }
         // The table of how late steps were is looked at now and then only.
         if newest.step % 128 == 1 {
-            newest.servo = Servo {
+            newest.servo = ServoTiming {
                 steps: punctuality.steps,
                 share: punctuality.share(),
                 p999_us: punctuality.within_us(0.999),
@@ -129,7 +133,7 @@ fn step(
 }
 
 /// Hands rows to the labels, as many as they take.
-fn feed(work: &ByHand, to_labels: &SyncSender<Fed>, fed: &mut Feeding) {
+fn feed(work: &TeleopWorld, to_labels: &SyncSender<LabelerInput>, fed: &mut LabelFeed) {
     if let Some(last) = fed.last.take()
         && let Err(TrySendError::Full(last)) = to_labels.try_send(last)
     {
@@ -139,14 +143,14 @@ fn feed(work: &ByHand, to_labels: &SyncSender<Fed>, fed: &mut Feeding) {
         return;
     }
     if !fed.is_begun {
-        if to_labels.try_send(Fed::Begin(work.columns())).is_err() {
+        if to_labels.try_send(LabelerInput::Begin(work.columns())).is_err() {
             return;
         }
         fed.is_begun = true;
     }
     for _ in 0..ROWS_A_STEP {
         let Some(row) = work.row(fed.row) else { return };
-        if to_labels.try_send(Fed::Row(row)).is_err() {
+        if to_labels.try_send(LabelerInput::Row(row)).is_err() {
             return;
         }
         fed.row += 1;

@@ -1,14 +1,14 @@
 //! A WebSocket of a page or a device: one thread reads what hands are asked for, another one sends the newest state. Who is slow misses states, and nothing waits.
 
-use super::heed::heed;
+use super::input::handle_message;
 use super::protocol::{Message, error, pose_json, vector};
-use super::shared::{HandNow, Newest, Teaching, lock};
+use super::shared_state::{HandSnapshot, StateSnapshot, Teaching, lock};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use teachtree_serve::duplex::Duplex;
+use teachtree_serve::duplex_stream::DuplexStream;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message as Frame, WebSocket};
 
@@ -36,7 +36,7 @@ struct Connection {
 }
 
 /// Speaks until the other side goes.
-pub(super) fn serve(both: Duplex, read: Vec<u8>, teaching: &Arc<Teaching>) {
+pub(super) fn serve(both: DuplexStream, read: Vec<u8>, teaching: &Arc<Teaching>) {
     let config = WebSocketConfig::default().max_message_size(Some(MAX_MESSAGE)).max_frame_size(Some(MAX_MESSAGE));
     let set = both.tcp().set_read_timeout(None).and_then(|()| both.tcp().set_write_timeout(Some(PATIENCE)));
     if set.is_err() {
@@ -72,10 +72,14 @@ fn take(text: &str, connection: &Connection, teaching: &Arc<Teaching>) -> Result
     if let Message::Forces { every_ms } = message {
         connection.forces_every.store(every_ms, Ordering::SeqCst);
     }
-    heed(teaching, message)
+    handle_message(teaching, message)
 }
 
-fn write(socket: &mut WebSocket<Duplex>, connection: &Connection, teaching: &Teaching) -> tungstenite::Result<()> {
+fn write(
+    socket: &mut WebSocket<DuplexStream>,
+    connection: &Connection,
+    teaching: &Teaching,
+) -> tungstenite::Result<()> {
     let mut state_at = 0;
     let mut labels_at = 0;
     let mut forces_sent: u64 = 0;
@@ -103,7 +107,7 @@ fn write(socket: &mut WebSocket<Duplex>, connection: &Connection, teaching: &Tea
             let labels = {
                 let tracks = lock(&teaching.tracks);
                 let is_new = versions.0.replace(tracks.version) != Some(tracks.version);
-                is_new.then(|| tracks.json(&teaching.looks))
+                is_new.then(|| tracks.json(&teaching.styles))
             };
             let takes = {
                 let takes = lock(&teaching.takes);
@@ -121,11 +125,11 @@ fn write(socket: &mut WebSocket<Duplex>, connection: &Connection, teaching: &Tea
 }
 
 /// Time of a step, s.
-fn time_s(newest: &Newest) -> f64 {
+fn time_s(newest: &StateSnapshot) -> f64 {
     newest.step as f64 / 1000.0
 }
 
-fn state(newest: &Newest) -> Value {
+fn state(newest: &StateSnapshot) -> Value {
     let hands = newest.hands.iter().map(|hand| {
         json!({
             "palm": pose_json(&hand.palm),
@@ -144,9 +148,9 @@ fn state(newest: &Newest) -> Value {
     })
 }
 
-fn forces(newest: &Newest) -> Value {
+fn forces(newest: &StateSnapshot) -> Value {
     let none = Vector3::zeros();
-    let force = |hand: &HandNow, force: &Vector3<f64>| vector(if hand.is_silent { &none } else { force });
+    let force = |hand: &HandSnapshot, force: &Vector3<f64>| vector(if hand.is_silent { &none } else { force });
     let hands = newest.hands.iter().map(|hand| hand.forces.iter().map(|it| force(hand, it)).collect::<Vec<_>>());
     json!({ "type": "forces", "time": time_s(newest), "epoch": newest.epoch, "hands": hands.collect::<Vec<_>>() })
 }

@@ -9,7 +9,7 @@ use teachtree_base::scene::Role;
 const SHOWN_EVERY: usize = 20;
 
 /// What a robot did.
-pub struct Performed {
+pub struct RobotResult {
     /// What came of it, in words.
     pub text: String,
     /// Whether every task was done.
@@ -27,7 +27,7 @@ pub(super) struct Takes {
     pub(super) version: u64,
     pub(super) writing: usize,
     pub(super) list: Vec<Take>,
-    pub(super) robot: Option<Robot>,
+    pub(super) robot: Option<RobotJob>,
 }
 
 /// A recording.
@@ -42,11 +42,11 @@ pub(super) struct Take {
 }
 
 /// What the robot does with a recording.
-pub(super) struct Robot {
+pub(super) struct RobotJob {
     pub(super) take: usize,
     pub(super) part: f64,
     /// What came of it, once it is over.
-    pub(super) result: Option<Result<Performed, String>>,
+    pub(super) result: Option<Result<RobotResult, String>>,
 }
 
 impl Takes {
@@ -79,7 +79,7 @@ impl Takes {
         json!({ "type": "takes", "writing": self.writing, "takes": takes.collect::<Vec<_>>(), "robot": robot })
     }
 
-    fn performed(&self) -> Option<&Performed> {
+    fn performed(&self) -> Option<&RobotResult> {
         self.robot.as_ref()?.result.as_ref()?.as_ref().ok()
     }
 

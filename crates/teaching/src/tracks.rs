@@ -8,7 +8,7 @@ use teachtree_session::LiveEvent;
 const MOST_SHOWN: usize = 400;
 
 /// The appearance of a primitive.
-pub(super) struct Look {
+pub(super) struct PrimitiveStyle {
     /// `#rrggbb`.
     pub(super) color: String,
     /// Whether the hand holds an object during the primitive.
@@ -20,13 +20,13 @@ pub(super) struct Look {
 pub(super) struct Tracks {
     /// Changes with each change.
     pub(super) version: u64,
-    of: BTreeMap<String, TrackNow>,
+    of: BTreeMap<String, TrackLabels>,
     /// Why there are no labels.
     pub(super) trouble: Option<String>,
 }
 
 #[derive(Default)]
-struct TrackNow {
+struct TrackLabels {
     /// The primitive of the newest frame, and since when, s.
     label: Option<(String, f64)>,
     segments: Vec<(String, f64, f64)>,
@@ -36,7 +36,7 @@ struct TrackNow {
 
 impl Tracks {
     /// The labels as a message.
-    pub(super) fn json(&self, primitives: &BTreeMap<String, Look>) -> Value {
+    pub(super) fn json(&self, primitives: &BTreeMap<String, PrimitiveStyle>) -> Value {
         let look = |name: &str| {
             let base = name.split('(').next().unwrap_or(name);
             primitives.get(name).or_else(|| primitives.get(base))

@@ -5,10 +5,10 @@
 //! The force of a contact over a step is its impulse divided by the step. INVARIANT (millimetre world): rapier's lengths are scaled so that
 //! tolerances are micrometres, and nothing ever sleeps.
 
-use super::convert;
-use super::moving::Moving;
-use super::rolling;
-use super::shapes::{Room, Solid, isometry};
+use super::body_dynamics::BodyDynamics;
+use super::conversion;
+use super::rolling_contact;
+use super::shapes::{Aabb, Solid, isometry};
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::mass_properties::MassProperties;
 use rapier3d::dynamics::{FrictionModel, RigidBodyBuilder, RigidBodyHandle};
@@ -16,7 +16,7 @@ use rapier3d::geometry::{ColliderBuilder, ContactManifold, NarrowPhase};
 use rapier3d::pipeline::PhysicsWorld;
 use teachtree_base::error::InputError;
 use teachtree_base::scene::{Role, Scene};
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 
 /// No scene may have more bodies.
 const MAX_BODIES: usize = 64;
@@ -40,7 +40,7 @@ pub struct BodyContact {
 
 /// What acts on a body during a step; reference frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Push {
+pub(super) struct BodyWrench {
     /// Force, N, and the point where it acts.
     pub(super) force: Vector3<f64>,
     pub(super) point: Point3<f64>,
@@ -62,7 +62,7 @@ pub(super) struct Bodies {
     /// Where the bodies are, `world_from_body`: asked for many times a step.
     poses: Vec<Isometry3<f64>>,
     /// The rooms that they take there.
-    rooms: Vec<Room>,
+    rooms: Vec<Aabb>,
 }
 
 /// What rapier knows. A clone begins without the buffers of the pipeline, which hold nothing between two steps.
@@ -89,7 +89,7 @@ impl Clone for Physics {
 /// A body that moves, and its mass as rapier should know it while nothing holds it.
 #[derive(Clone)]
 struct MovingBody {
-    body: Moving,
+    body: BodyDynamics,
     alone: MassProperties,
     /// Whether rapier now knows it with the point masses of fingertips.
     lumped: bool,
@@ -106,9 +106,9 @@ impl Bodies {
             return Err(InputError::new("bodies", message));
         }
         let mut physics = PhysicsWorld::new();
-        physics.narrow_phase = NarrowPhase::with_query_dispatcher(rolling::dispatcher());
+        physics.narrow_phase = NarrowPhase::with_query_dispatcher(rolling_contact::dispatcher());
         // Point masses have no weight: weights are among the forces that we hand over.
-        physics.gravity = convert::vector(Vector3::zeros());
+        physics.gravity = conversion::vector(Vector3::zeros());
         let gravity = Vector3::from(scene.gravity.map(|part| part.0));
         let parameters = &mut physics.integration_parameters;
         parameters.length_unit = LENGTH_UNIT;
@@ -137,7 +137,7 @@ impl Bodies {
             let pose = isometry(body.position.map(|length| length.0), body.rotation);
             let pose = pose.map_err(|message| refuse(".rotation", message))?;
             if !(0.0..=10.0).contains(&body.friction) {
-                return Err(refuse(".friction", format!("found {}, expected 0 to 10", Shown(body.friction))));
+                return Err(refuse(".friction", format!("found {}, expected 0 to 10", ShortNumber(body.friction))));
             }
             let movable = body.role == Role::Object;
             let builder =
@@ -147,21 +147,21 @@ impl Bodies {
                 let lacks = || refuse("", "is an object without mass, expected one such as `mass: 50 g`".into());
                 let mass = body.mass.map(|mass| mass.0).ok_or_else(lacks)?;
                 if !(1e-4..=1e3).contains(&mass) {
-                    return Err(refuse(".mass", format!("found {} kg, expected 0.1 g to 1000 kg", Shown(mass))));
+                    return Err(refuse(".mass", format!("found {} kg, expected 0.1 g to 1000 kg", ShortNumber(mass))));
                 }
                 let alone = mass_properties(&solid, mass / solid.volume());
-                let com = convert::our_point(alone.local_com);
-                let inertia = convert::our_matrix(alone.reconstruct_inertia_matrix());
-                let body = Moving::new(alone.mass(), com, inertia, pose * com);
+                let com = conversion::our_point(alone.local_com);
+                let inertia = conversion::our_matrix(alone.reconstruct_inertia_matrix());
+                let body = BodyDynamics::new(alone.mass(), com, inertia, pose * com);
                 moving = Some(MovingBody { body, alone, lumped: false });
                 builder.additional_mass_properties(alone)
             } else {
                 builder
             };
-            let handle = bodies.physics.0.insert_body(builder.pose(convert::pose(&pose)));
+            let handle = bodies.physics.0.insert_body(builder.pose(conversion::pose(&pose)));
             for part in solid.parts() {
                 let collider = ColliderBuilder::new(part.shape.clone())
-                    .position(convert::pose(&part.body_from_part))
+                    .position(conversion::pose(&part.body_from_part))
                     .density(0.0)
                     .friction(body.friction)
                     .user_data(index as u128);
@@ -223,7 +223,7 @@ impl Bodies {
 
     /// Lets a force (N) and a torque (N m) act on a body during the next step, the force at a point; reference frame. With a `damping`, N s/m, that
     /// force becomes `force - damping × change_at(point)`: it is taken implicitly over the next `dt` seconds.
-    pub(super) fn push(&mut self, body: usize, push: &Push, dt: f64) {
+    pub(super) fn push(&mut self, body: usize, push: &BodyWrench, dt: f64) {
         let Some(moving) = &mut self.moving[body] else { return };
         moving.body.push(push.force, push.point, push.torque);
         if push.damping > 0.0 {
@@ -241,27 +241,27 @@ impl Bodies {
             if moving.lumped || lumped.is_some() {
                 moving.lumped = lumped.is_some();
                 let properties = lumped.map_or(moving.alone, |lumped| {
-                    let inertia = convert::matrix(lumped.inertia);
-                    MassProperties::with_inertia_matrix(convert::point(lumped.com), lumped.mass, inertia)
+                    let inertia = conversion::matrix(lumped.inertia);
+                    MassProperties::with_inertia_matrix(conversion::point(lumped.com), lumped.mass, inertia)
                 });
                 rigid.set_additional_mass_properties(properties, false);
-                rigid.set_linvel(convert::vector(moving.body.lumped_velocity()), false);
+                rigid.set_linvel(conversion::vector(moving.body.lumped_velocity()), false);
             }
             let (force, torque) = moving.body.load(&self.gravity);
             rigid.reset_forces(false);
             rigid.reset_torques(false);
-            rigid.add_force(convert::vector(force), false);
-            rigid.add_torque(convert::vector(torque), false);
+            rigid.add_force(conversion::vector(force), false);
+            rigid.add_torque(conversion::vector(torque), false);
         }
         self.physics.0.step();
         for (body, moving) in self.moving.iter_mut().enumerate() {
             let Some(moving) = moving else { continue };
             let rigid = &self.physics.0.bodies[self.handles[body]];
             let pose = &mut self.poses[body];
-            *pose = convert::our_pose(rigid.position());
+            *pose = conversion::our_pose(rigid.position());
             self.rooms[body] = self.solids[body].room(pose);
             let com = *pose * moving.body.com_in_body();
-            moving.body.answered(convert::our_vector(rigid.linvel()), convert::our_vector(rigid.angvel()), com);
+            moving.body.answered(conversion::our_vector(rigid.linvel()), conversion::our_vector(rigid.angvel()), com);
         }
     }
 
@@ -280,7 +280,7 @@ impl Bodies {
             for manifold in pair.solver_manifolds() {
                 let (pressed, on_second) = impulses(manifold);
                 contact.force += sign * on_second;
-                contact.normal += sign * pressed * convert::our_vector(manifold.data.normal);
+                contact.normal += sign * pressed * conversion::our_vector(manifold.data.normal);
             }
         }
     }
@@ -302,7 +302,7 @@ impl Bodies {
 fn mass_properties(solid: &Solid, density: f64) -> MassProperties {
     let mut sum = MassProperties::default();
     for part in solid.parts() {
-        sum += part.shape.mass_properties(density).transform_by(&convert::pose(&part.body_from_part));
+        sum += part.shape.mass_properties(density).transform_by(&conversion::pose(&part.body_from_part));
     }
     sum
 }
@@ -314,6 +314,6 @@ fn impulses(manifold: &ContactManifold) -> (f64, Vector3<f64>) {
     let pressed: f64 = points.iter().map(|point| point.data.impulse).sum();
     // Each point carries the friction of the whole manifold on the first body.
     let friction =
-        points.first().map(|point| convert::our_vector(point.data.warmstart_tangent_world)).unwrap_or_default();
-    (pressed, pressed * convert::our_vector(manifold.data.normal) - friction)
+        points.first().map(|point| conversion::our_vector(point.data.warmstart_tangent_world)).unwrap_or_default();
+    (pressed, pressed * conversion::our_vector(manifold.data.normal) - friction)
 }

@@ -4,34 +4,34 @@
 //! ([`World`]). Nothing here knows a rule or a file.
 
 mod bodies;
-mod by_hand;
-mod convert;
-mod moving;
+mod body_dynamics;
+mod conversion;
+mod demonstration;
 mod operator;
 mod recorder;
-mod rolling;
+mod rolling_contact;
 mod shapes;
 pub mod shipped;
 mod simulation;
 mod sockets;
-mod teach;
+mod teleop;
 mod thread;
 mod touch;
 mod truth;
 
 pub use bodies::BodyContact;
-pub use by_hand::{ByHand, FARTHEST_M, HandInput, MOST_FORCE_N, MOST_STEPS, Taken, WATCHDOG_STEPS};
+pub use demonstration::{teach, teach_with_progress};
 pub use operator::schema as operator_schema;
 pub use operator::{
-    Along, Bring, Carry, Close, ForceNoise, Goal, Grip, Insert, Measured, Occasions, Open, Operator, Perturbation,
-    Press, Reach, Script, Slip, Step, Together, Tremor, Turn, Until, Variation, Withdraw,
+    Bring, Carry, Close, Cooperation, ForceNoise, Goal, Grip, Insert, MeasurementSpec, Occasions, Open, Operator,
+    Perturbation, Press, Reach, Script, Slip, Step, StopContact, Tremor, Turn, Variation, WallPress, Withdraw,
 };
 pub use recorder::recorded;
 pub use shipped::{operator, scene};
 pub use simulation::{
-    BodyState, Coupling, Fingertips, HandMover, HandState, HandTarget, MovedHand, MovedTip, Mover, Observation, Pushed,
-    STEP_S, TipState, TipTouch, World,
+    BodyState, Coupling, Fingertips, HandMotion, HandMover, HandState, HandTarget, Mover, Observation, STEP_S,
+    TipMotion, TipState, TipTouch, TipWrench, World,
 };
-pub use teach::{teach, teach_with_progress};
+pub use teleop::{FARTHEST_M, HandInput, MOST_FORCE_N, MOST_STEPS, RawRecording, TeleopWorld, WATCHDOG_STEPS};
 pub use touch::TouchLaw;
 pub use truth::{lets_go, sets_out};

@@ -1,8 +1,8 @@
 //! What is measured in the world becomes a recording at 1 kHz, with the ground truth beside it.
 
-use super::operator::{ForceNoise, Measured, Perturbation, Rng};
+use super::operator::{ForceNoise, MeasurementSpec, Perturbation, Rng};
 use super::simulation::Observation;
-use super::truth::{Moment, contact_events, truth};
+use super::truth::{WorldState, contact_events, truth};
 use indexmap::IndexMap;
 use nalgebra::{Isometry3, Vector3};
 use std::ops::Range;
@@ -46,8 +46,8 @@ pub(super) struct Recorder {
     columns: Vec<Vec<f64>>,
     names: Vec<(String, Dimension)>,
     noise: Vec<Vec<Sensor>>,
-    measured: Measured,
-    pub(super) moments: Vec<Moment>,
+    measured: MeasurementSpec,
+    pub(super) moments: Vec<WorldState>,
 }
 
 /// The force sensor of a fingertip.
@@ -77,7 +77,7 @@ impl Recorder {
     pub(super) fn new(
         scene: &Scene,
         seen: &Observation,
-        measured: &Measured,
+        measured: &MeasurementSpec,
         force_noise: &ForceNoise,
         seed: u64,
     ) -> Self {
@@ -161,7 +161,7 @@ impl Recorder {
             // Adding zero makes a negative zero positive.
             column.push(unit.map_or(value, |unit| (value * unit).round() / unit + 0.0));
         }
-        self.moments.push(Moment::new(seen));
+        self.moments.push(WorldState::new(seen));
     }
 
     /// The recording: what was gathered, with the truth of it.
@@ -208,7 +208,7 @@ impl Recorder {
 
     /// The rows that are kept when the recording begins late or ends early: all from the first touch to the last one.
     fn kept(&self, [start, end]: [Option<f64>; 2]) -> Range<usize> {
-        let touches = |moment: &Moment| moment.touches_any(&self.objects);
+        let touches = |moment: &WorldState| moment.touches_any(&self.objects);
         let (Some(first), Some(last)) = (self.moments.iter().position(touches), self.moments.iter().rposition(touches))
         else {
             return 0..self.moments.len();

@@ -1,6 +1,6 @@
 //! Convex parts of a scene's bodies as parry shapes, and the two questions that we ask them: how far is a point, how far is another body.
 
-use super::convert;
+use super::conversion;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::query;
 use parry3d::shape::SharedShape;
@@ -16,7 +16,7 @@ const MAX_PARTS: usize = 256;
 pub(super) struct Solid {
     parts: Vec<SolidPart>,
     /// About all parts.
-    room: Room,
+    room: Aabb,
 }
 
 /// A convex part with its place in the body frame.
@@ -24,19 +24,19 @@ pub(super) struct Solid {
 pub(super) struct SolidPart {
     pub(super) shape: SharedShape,
     pub(super) body_from_part: Isometry3<f64>,
-    room: Room,
+    room: Aabb,
 }
 
 /// A box along the axes of its frame, m.
 #[derive(Clone, Copy)]
-pub(super) struct Room {
+pub(super) struct Aabb {
     low: Point3<f64>,
     high: Point3<f64>,
 }
 
 /// The point of a solid's surface that is nearest to a given point; body frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Nearest {
+pub(super) struct SurfacePoint {
     /// Signed distance, m: negative inside.
     pub(super) distance: f64,
     /// The surface point.
@@ -64,8 +64,8 @@ impl Solid {
         };
         let parts = body.parts.iter().enumerate().map(part).collect::<Result<Vec<SolidPart>, _>>()?;
         let rooms = parts.iter().map(|part| part.room);
-        let room = rooms.reduce(|one, other| Room { low: one.low.inf(&other.low), high: one.high.sup(&other.high) });
-        Ok(Self { room: room.unwrap_or(Room { low: Point3::origin(), high: Point3::origin() }), parts })
+        let room = rooms.reduce(|one, other| Aabb { low: one.low.inf(&other.low), high: one.high.sup(&other.high) });
+        Ok(Self { room: room.unwrap_or(Aabb { low: Point3::origin(), high: Point3::origin() }), parts })
     }
 
     /// The convex parts.
@@ -79,12 +79,12 @@ impl Solid {
     }
 
     /// The nearest surface point; inside an overlap of parts, that of the part in which the point is deepest.
-    pub(super) fn nearest(&self, point_in_body: Point3<f64>) -> Nearest {
+    pub(super) fn nearest(&self, point_in_body: Point3<f64>) -> SurfacePoint {
         self.nearest_within(point_in_body, f64::INFINITY)
     }
 
     /// The nearest surface point, when it is nearer than `reach`, m. Most fingertips are far from most bodies, which a bounding box of each part decides.
-    pub(super) fn within(&self, point_in_body: Point3<f64>, reach: f64) -> Option<Nearest> {
+    pub(super) fn within(&self, point_in_body: Point3<f64>, reach: f64) -> Option<SurfacePoint> {
         if self.room.is_farther(&point_in_body, reach) {
             return None;
         }
@@ -92,8 +92,8 @@ impl Solid {
     }
 
     /// The nearest surface point of the parts that may be nearer than `reach`, m.
-    fn nearest_within(&self, point_in_body: Point3<f64>, reach: f64) -> Nearest {
-        let mut best = Nearest { distance: f64::INFINITY, point: point_in_body, normal: None };
+    fn nearest_within(&self, point_in_body: Point3<f64>, reach: f64) -> SurfacePoint {
+        let mut best = SurfacePoint { distance: f64::INFINITY, point: point_in_body, normal: None };
         for part in self.parts.iter().filter(|part| !part.room.is_farther(&point_in_body, reach)) {
             let nearest = part.nearest(point_in_body);
             if nearest.distance < best.distance {
@@ -104,11 +104,11 @@ impl Solid {
     }
 
     /// The room that the solid takes in another frame.
-    pub(super) fn room(&self, frame_from_body: &Isometry3<f64>) -> Room {
+    pub(super) fn room(&self, frame_from_body: &Isometry3<f64>) -> Aabb {
         let middle = frame_from_body * nalgebra::center(&self.room.low, &self.room.high);
         let half =
             frame_from_body.rotation.to_rotation_matrix().matrix().abs() * (self.room.high - self.room.low) / 2.0;
-        Room { low: middle - half, high: middle + half }
+        Aabb { low: middle - half, high: middle + half }
     }
 
     /// The surface point nearest to a point and the normal there; a point on the surface itself takes the normal of the face about it.
@@ -123,9 +123,9 @@ impl Solid {
     pub(super) fn gap(&self, world_from_self: &Isometry3<f64>, other: &Self, world_from_other: &Isometry3<f64>) -> f64 {
         let mut gap = f64::INFINITY;
         for part1 in &self.parts {
-            let pose1 = convert::pose(&(world_from_self * part1.body_from_part));
+            let pose1 = conversion::pose(&(world_from_self * part1.body_from_part));
             for part2 in &other.parts {
-                let pose2 = convert::pose(&(world_from_other * part2.body_from_part));
+                let pose2 = conversion::pose(&(world_from_other * part2.body_from_part));
                 if let Ok(found) = query::distance(&pose1, &*part1.shape, &pose2, &*part2.shape) {
                     gap = gap.min(found.distance);
                 }
@@ -148,18 +148,18 @@ impl SolidPart {
         if matches!(part.shape, Shape::Cylinder(_)) {
             body_from_part *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
         }
-        let around = shape.compute_aabb(&convert::pose(&body_from_part));
-        let room = Room { low: convert::our_point(around.mins), high: convert::our_point(around.maxs) };
+        let around = shape.compute_aabb(&conversion::pose(&body_from_part));
+        let room = Aabb { low: conversion::our_point(around.mins), high: conversion::our_point(around.maxs) };
         Ok(Self { shape, body_from_part, room })
     }
 
-    fn nearest(&self, point_in_body: Point3<f64>) -> Nearest {
+    fn nearest(&self, point_in_body: Point3<f64>) -> SurfacePoint {
         let point_in_part = self.body_from_part.inverse_transform_point(&point_in_body);
-        let found = self.shape.project_local_point(convert::point(point_in_part), false);
-        let surface_in_part = convert::our_point(found.point);
+        let found = self.shape.project_local_point(conversion::point(point_in_part), false);
+        let surface_in_part = conversion::our_point(found.point);
         let outwards = if found.is_inside { surface_in_part - point_in_part } else { point_in_part - surface_in_part };
         let distance = outwards.norm();
-        Nearest {
+        SurfacePoint {
             distance: if found.is_inside { -distance } else { distance },
             point: self.body_from_part * surface_in_part,
             normal: outwards.try_normalize(1e-9).map(|normal| self.body_from_part * normal),
@@ -167,7 +167,7 @@ impl SolidPart {
     }
 }
 
-impl Room {
+impl Aabb {
     /// Whether a point is surely farther than this; a nanometre covers rounding.
     pub(super) fn is_farther(&self, point: &Point3<f64>, reach: f64) -> bool {
         let reach = reach + 1e-9;

@@ -2,8 +2,8 @@
 
 use super::operator::Operator;
 use teachtree_base::error::InputError;
-use teachtree_base::nearest::nearest;
 use teachtree_base::scene::Scene;
+use teachtree_base::spelling::nearest;
 use teachtree_base::yaml;
 
 macro_rules! shipped {

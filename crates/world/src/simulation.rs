@@ -4,7 +4,7 @@
 //! that a target inside an object squeezes it. Forces on bodies follow [`TouchLaw`]; bodies follow rapier. A haptic device would drive
 //! [`World::step`] as the operators do; nothing else moves the world.
 
-use super::bodies::{Bodies, BodyContact, Push};
+use super::bodies::{Bodies, BodyContact, BodyWrench};
 use super::sockets::places;
 use super::thread::{Thread, threads};
 use super::touch::{Bristle, Overlap, Touch, TouchLaw};
@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::Scene;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 
 /// The step of the world, s.
 pub const STEP_S: f64 = 0.001;
@@ -139,26 +139,26 @@ impl Observation {
 /// What moves fingertips in place of the virtual coupling: a robot.
 pub trait Mover {
     /// A hand of the scene, by its index, as it is now.
-    fn hand(&self, hand: usize) -> MovedHand;
+    fn hand(&self, hand: usize) -> HandMotion;
     /// Goes on by `dt` seconds under what bodies did to the fingertips, listed by hand and finger.
-    fn advance(&mut self, pushed: &[Vec<Pushed>], dt: f64);
+    fn advance(&mut self, pushed: &[Vec<TipWrench>], dt: f64);
 }
 
 /// What moves one hand.
 pub trait HandMover {
     /// The hand as it is now.
-    fn moved(&self) -> MovedHand;
+    fn moved(&self) -> HandMotion;
     /// Goes on by `dt` seconds under what bodies did to the fingertips, listed by finger.
-    fn advance(&mut self, pushed: &[Pushed], dt: f64);
+    fn advance(&mut self, pushed: &[TipWrench], dt: f64);
 }
 
 /// The hands of a scene, in its order.
 impl<H: HandMover> Mover for Vec<H> {
-    fn hand(&self, hand: usize) -> MovedHand {
+    fn hand(&self, hand: usize) -> HandMotion {
         self[hand].moved()
     }
 
-    fn advance(&mut self, pushed: &[Vec<Pushed>], dt: f64) {
+    fn advance(&mut self, pushed: &[Vec<TipWrench>], dt: f64) {
         for (hand, pushed) in self.iter_mut().zip(pushed) {
             hand.advance(pushed, dt);
         }
@@ -167,16 +167,16 @@ impl<H: HandMover> Mover for Vec<H> {
 
 /// A hand that something else moves; reference frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MovedHand {
+pub struct HandMotion {
     /// The palm.
     pub palm: Isometry3<f64>,
     /// The fingertips in the order of the scene.
-    pub tips: Vec<MovedTip>,
+    pub tips: Vec<TipMotion>,
 }
 
 /// A fingertip that something else moves; reference frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MovedTip {
+pub struct TipMotion {
     /// Centre of the ball, m.
     pub position: Point3<f64>,
     /// Its velocity, m/s.
@@ -187,7 +187,7 @@ pub struct MovedTip {
 
 /// What bodies did to a fingertip; reference frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pushed {
+pub struct TipWrench {
     /// Force on the fingertip, N.
     pub force: Vector3<f64>,
     /// Torque on it about the centre of its ball, N m.
@@ -213,15 +213,15 @@ pub struct World {
     threads: Vec<Thread>,
     steps: u64,
     /// The touches of this part of the step, until bodies have answered.
-    touching: Vec<Touching>,
+    touching: Vec<TipContact>,
     /// What bodies did to the fingertips in it, by hand and finger.
-    pushed: Vec<Vec<Pushed>>,
+    pushed: Vec<Vec<TipWrench>>,
     observation: Observation,
 }
 
 /// A fingertip that touches a body.
 #[derive(Clone)]
-struct Touching {
+struct TipContact {
     hand: usize,
     finger: usize,
     body: usize,
@@ -246,7 +246,7 @@ impl World {
                 return Err(refuse("fingers", message.into()));
             }
             if !(1e-4..=0.1).contains(&hand.tip_radius.0) {
-                let found = Shown(hand.tip_radius.0);
+                let found = ShortNumber(hand.tip_radius.0);
                 return Err(refuse("tip_radius", format!("found {found} m, expected 0.1 mm to 100 mm")));
             }
             let tip = |&finger| TipState {
@@ -267,7 +267,7 @@ impl World {
         let contacts = bodies.pairs();
         let laws = tips.iter().map(|tips: &Vec<Tip>| vec![fingertips.touch; tips.len()]).collect();
         let observation = Observation { time_s: 0.0, hands, bodies: Vec::new(), contacts };
-        let pushed = tips.iter().map(|tips: &Vec<Tip>| vec![Pushed::default(); tips.len()]).collect();
+        let pushed = tips.iter().map(|tips: &Vec<Tip>| vec![TipWrench::default(); tips.len()]).collect();
         let mut world = Self {
             bodies,
             fingertips,
@@ -474,16 +474,16 @@ impl World {
             };
             let (touch, next) = self.laws[hand][finger].touch(*bristle, &overlap, dt);
             *bristle = Some(next);
-            let push = Push { force: touch.force, point, torque: touch.torque, damping: touch.damping };
+            let push = BodyWrench { force: touch.force, point, torque: touch.torque, damping: touch.damping };
             self.bodies.push(body, &push, dt);
-            self.touching.push(Touching { hand, finger, body, point, touch });
+            self.touching.push(TipContact { hand, finger, body, point, touch });
         }
     }
 
     /// What bodies, which have moved, did to the fingertips; `share` of the step's mean force is this part's.
     fn answer(&mut self, share: f64) {
-        self.pushed.iter_mut().flatten().for_each(|pushed| *pushed = Pushed::default());
-        for Touching { hand, finger, body, point, touch } in self.touching.drain(..) {
+        self.pushed.iter_mut().flatten().for_each(|pushed| *pushed = TipWrench::default());
+        for TipContact { hand, finger, body, point, touch } in self.touching.drain(..) {
             let force = self.laws[hand][finger].answered(&touch, self.bodies.change_at(body, point));
             let state = &mut self.observation.hands[hand].tips[finger];
             let pushed = &mut self.pushed[hand][finger];
@@ -504,7 +504,7 @@ impl World {
         for thread in &mut self.threads {
             let Some(grip) = thread.step(&self.observation.bodies, dt) else { continue };
             let (screw, nut) = thread.bodies();
-            let push = Push { force: grip.force, point: grip.point, torque: grip.torque, damping: 0.0 };
+            let push = BodyWrench { force: grip.force, point: grip.point, torque: grip.torque, damping: 0.0 };
             self.bodies.push(screw, &push, dt);
             for contact in &mut self.observation.contacts {
                 // A thread is a contact like any other: force and normal are those on the screw.

@@ -7,7 +7,7 @@ use teachtree_base::socket::PlugInSocket;
 
 /// A socket with the objects that fit in.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct SocketSite {
     /// Its name in the scene.
     pub(super) name: String,
     /// Index of the body that it is fixed to.
@@ -19,7 +19,7 @@ pub(super) struct Place {
 
 /// Where a plug point is, seen from a socket; reference frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plug {
+pub(super) struct PlugOffset {
     /// Unit direction out of the socket.
     pub(super) axis: Vector3<f64>,
     /// Height above the rim, m; negative inside.
@@ -31,7 +31,7 @@ pub(super) struct Plug {
 }
 
 /// The sockets of a scene, in file order.
-pub(super) fn places(scene: &Scene) -> Vec<Place> {
+pub(super) fn places(scene: &Scene) -> Vec<SocketSite> {
     let mut places = Vec::new();
     for (body, (_, holder)) in scene.bodies.iter().enumerate() {
         for (name, socket) in &holder.sockets {
@@ -41,25 +41,25 @@ pub(super) fn places(scene: &Scene) -> Vec<Place> {
                 .enumerate()
                 .filter(|(index, (name, it))| *index != body && it.role == Role::Object && socket.takes(name));
             let plugs = plugs.map(|(index, (_, it))| (index, it.plug_point()));
-            places.push(Place { name: name.clone(), body, socket: socket.clone(), plugs: plugs.collect() });
+            places.push(SocketSite { name: name.clone(), body, socket: socket.clone(), plugs: plugs.collect() });
         }
     }
     places
 }
 
-impl Place {
+impl SocketSite {
     /// Where the plug point of an object is; `None` for an object that does not fit.
-    pub(super) fn plug(&self, object: usize, bodies: &[BodyState]) -> Option<Plug> {
+    pub(super) fn plug(&self, object: usize, bodies: &[BodyState]) -> Option<PlugOffset> {
         let (_, plug) = self.plugs.iter().find(|(fits, _)| *fits == object)?;
         let (holder, state) = (bodies.get(self.body)?, bodies.get(object)?);
         let placed = self.socket.frame().placed(&holder.pose);
         let point = state.pose * plug;
         let PlugInSocket { height, beside } = placed.see(&point);
-        Some(Plug { axis: placed.axis, height, beside, point })
+        Some(PlugOffset { axis: placed.axis, height, beside, point })
     }
 
     /// Whether a plug point that is seen like this is in the socket.
-    pub(super) fn holds(&self, plug: &Plug) -> bool {
+    pub(super) fn holds(&self, plug: &PlugOffset) -> bool {
         let socket = &self.socket;
         plug.height < 0.0
             && -plug.height <= socket.depth.0 + socket.radius.0

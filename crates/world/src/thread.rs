@@ -11,7 +11,7 @@
 //! counter-clockwise seen from outside raises the screw by p. Guidance across the axis is left to the walls of the hole. Every constant is ours.
 
 use super::simulation::BodyState;
-use super::sockets::Place;
+use super::sockets::SocketSite;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::{PI, TAU};
 
@@ -28,15 +28,15 @@ const FRICTION: f64 = 0.003;
 /// One screw in one thread.
 #[derive(Clone)]
 pub(super) struct Thread {
-    place: Place,
+    place: SocketSite,
     object: usize,
     pitch: f64,
-    engaged: Option<Engaged>,
+    engaged: Option<Engagement>,
 }
 
 /// What is remembered while the screw is in.
 #[derive(Clone)]
-struct Engaged {
+struct Engagement {
     /// Angle about the axis, unwrapped, rad, and as it was measured last.
     angle: f64,
     measured: f64,
@@ -47,7 +47,7 @@ struct Engaged {
 }
 
 /// What a thread does to its screw, reference frame.
-pub(super) struct Grip {
+pub(super) struct ThreadWrench {
     pub(super) force: Vector3<f64>,
     pub(super) torque: Vector3<f64>,
     pub(super) point: Point3<f64>,
@@ -56,7 +56,7 @@ pub(super) struct Grip {
 }
 
 /// The threads of a scene's sockets.
-pub(super) fn threads(places: &[Place]) -> Vec<Thread> {
+pub(super) fn threads(places: &[SocketSite]) -> Vec<Thread> {
     let threaded = places.iter().filter_map(|place| place.socket.pitch.map(|pitch| (place, pitch.0)));
     threaded
         .flat_map(|(place, pitch)| {
@@ -78,7 +78,7 @@ impl Thread {
     }
 
     /// What the thread does to the screw during the next `dt` seconds; `None` while the screw is out.
-    pub(super) fn step(&mut self, bodies: &[BodyState], dt: f64) -> Option<Grip> {
+    pub(super) fn step(&mut self, bodies: &[BodyState], dt: f64) -> Option<ThreadWrench> {
         let plug = self.place.plug(self.object, bodies).filter(|plug| self.place.holds(plug));
         let Some(plug) = plug else {
             self.engaged = None;
@@ -87,7 +87,7 @@ impl Thread {
         let (screw, holder) = (bodies.get(self.object)?, bodies.get(self.place.body)?);
         let measured = angle_about(&plug.axis, holder, screw);
         // It enters, or is found, in the middle of its play.
-        let engaged = self.engaged.get_or_insert(Engaged { angle: 0.0, measured, origin: plug.height, twist: 0.0 });
+        let engaged = self.engaged.get_or_insert(Engagement { angle: 0.0, measured, origin: plug.height, twist: 0.0 });
         engaged.angle += (measured - engaged.measured + PI).rem_euclid(TAU) - PI;
         engaged.measured = measured;
 
@@ -109,7 +109,7 @@ impl Thread {
             friction = FRICTION.copysign(friction);
             engaged.twist = friction / TWIST_STIFFNESS;
         }
-        Some(Grip {
+        Some(ThreadWrench {
             force: plug.axis * along,
             torque: plug.axis * (-along * lead - friction),
             point: plug.point,

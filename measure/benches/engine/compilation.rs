@@ -1,6 +1,6 @@
 //! The time from rule files to compiled rules: the shipped ones, and a generated set a hundred times as large.
 
-use crate::measure::{Wanted, figure, heading, median};
+use crate::timing::{TargetFigure, figure, heading, median};
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,25 +28,30 @@ pub fn section() {
     let own = std::env::current_exe().expect("it runs");
     let own = own.to_str().expect("its place is text");
     let process = milliseconds(ROUNDS, || run(own, &["ready"]));
-    figure("a process that makes them ready for two hands, and ends", process, "ms", Wanted::AtMost(5.0));
+    figure("a process that makes them ready for two hands, and ends", process, "ms", TargetFigure::AtMost(5.0));
     let check = milliseconds(ROUNDS, || run(&program(), &["check", SHIPPED]));
-    figure(&format!("process `teachtree check {SHIPPED}`, one hand and two"), check, "ms", Wanted::Nothing);
+    figure(&format!("process `teachtree check {SHIPPED}`, one hand and two"), check, "ms", TargetFigure::Nothing);
     let nothing = milliseconds(ROUNDS, || run(&program(), &["--version"]));
-    figure("process `teachtree --version`", nothing, "ms", Wanted::Nothing);
+    figure("process `teachtree --version`", nothing, "ms", TargetFigure::Nothing);
     let within = milliseconds(ROUNDS, || drop(compiled(Path::new(SHIPPED))));
-    figure("read, checked, lowered and opened within a process", within, "ms", Wanted::Nothing);
+    figure("read, checked, lowered and opened within a process", within, "ms", TargetFigure::Nothing);
     let rules = load(Path::new(SHIPPED));
     let graph = lower(&rules);
-    figure("of that: read and checked", milliseconds(ROUNDS, || drop(load(Path::new(SHIPPED)))), "ms", Wanted::Nothing);
-    figure("of that: lowered", milliseconds(ROUNDS, || drop(lower(&rules))), "ms", Wanted::Nothing);
+    figure(
+        "of that: read and checked",
+        milliseconds(ROUNDS, || drop(load(Path::new(SHIPPED)))),
+        "ms",
+        TargetFigure::Nothing,
+    );
+    figure("of that: lowered", milliseconds(ROUNDS, || drop(lower(&rules))), "ms", TargetFigure::Nothing);
     let opened = milliseconds(ROUNDS, || drop(instantiate(&graph, &layout())));
-    figure("of that: opened for two hands", opened, "ms", Wanted::Nothing);
+    figure("of that: opened for two hands", opened, "ms", TargetFigure::Nothing);
 
     let folder = tempfile::tempdir().expect("a temporary folder");
     let sizes = PRIMITIVES.map(|primitives| {
         heading(&format!("generated: {primitives} primitives, {} conditions", primitives * CONDITIONS_EACH));
         let main = write_rules(folder.path(), primitives);
-        let wanted = |bound: f64| if primitives == 1000 { Wanted::AtMost(bound) } else { Wanted::Nothing };
+        let wanted = |bound: f64| if primitives == 1000 { TargetFigure::AtMost(bound) } else { TargetFigure::Nothing };
         let start = Instant::now();
         let rules = load(&main);
         let read = start.elapsed().as_secs_f64();
@@ -54,23 +59,23 @@ pub fn section() {
         let lowered = start.elapsed().as_secs_f64();
         let plan = instantiate(&graph, &layout()).expect("1 kHz suits the rules");
         let opened = start.elapsed().as_secs_f64();
-        figure("read and checked", read, "s", Wanted::Nothing);
-        figure("lowered", lowered - read, "s", Wanted::Nothing);
-        figure("opened for two hands", opened - lowered, "s", Wanted::Nothing);
+        figure("read and checked", read, "s", TargetFigure::Nothing);
+        figure("lowered", lowered - read, "s", TargetFigure::Nothing);
+        figure("opened for two hands", opened - lowered, "s", TargetFigure::Nothing);
         figure("all of it", opened, "s", wanted(1.0));
         let (took, memory) = peak(&main);
         figure("process `teachtree check`", took, "s", wanted(1.0));
         figure("its memory at most", memory, "MB", wanted(200.0));
         let (nodes, steps) = (nodes(&graph), steps(&plan));
-        figure("nodes of the graph", nodes, "", Wanted::Nothing);
-        figure("nodes of the opened graph", steps, "", Wanted::Nothing);
+        figure("nodes of the graph", nodes, "", TargetFigure::Nothing);
+        figure("nodes of the opened graph", steps, "", TargetFigure::Nothing);
         [nodes, steps]
     });
     heading("growth of the graph when rules double");
     for (pair, primitives) in sizes.windows(2).zip(PRIMITIVES.windows(2)) {
         let [from, to] = [primitives[0], primitives[1]];
-        figure(&format!("nodes, {from} to {to} primitives"), pair[1][0] / pair[0][0], "", Wanted::AtMost(2.1));
-        figure(&format!("opened, {from} to {to} primitives"), pair[1][1] / pair[0][1], "", Wanted::AtMost(2.1));
+        figure(&format!("nodes, {from} to {to} primitives"), pair[1][0] / pair[0][0], "", TargetFigure::AtMost(2.1));
+        figure(&format!("opened, {from} to {to} primitives"), pair[1][1] / pair[0][1], "", TargetFigure::AtMost(2.1));
     }
 }
 

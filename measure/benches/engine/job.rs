@@ -1,10 +1,10 @@
 //! The job of the comparison: twelve predicates and a tree, as rules, as a hand-written row loop, and as an expert's blocks of columns.
 
-pub mod by_hand;
+pub mod baseline;
 pub mod data;
 
-use crate::measure::{Contestant, Wanted, figure, heading, race};
-use by_hand::{LABELS, Runs};
+use crate::timing::{Contestant, TargetFigure, figure, heading, race};
+use baseline::{LABELS, Runs};
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use teachtree_base::hands::{Finger, Side};
@@ -29,19 +29,23 @@ pub fn section() {
     let frames = frames(&rules, &columns);
 
     heading(&format!("twelve predicates and a tree, {FRAMES} frames, one core"));
-    let truth = by_hand::in_rows(&wide);
-    let others =
-        [by_hand::in_rows(&rows), by_hand::in_blocks(&columns), by_hand::in_blocks(&narrow), by_rules(&graph, &frames)];
+    let truth = baseline::in_rows(&wide);
+    let others = [
+        baseline::in_rows(&rows),
+        baseline::in_blocks(&columns),
+        baseline::in_blocks(&narrow),
+        by_rules(&graph, &frames),
+    ];
     let differing: usize = others.iter().map(|runs| differing(runs, &truth)).sum();
-    figure("frames labeled otherwise than by the row loop", differing as f64, "", Wanted::AtMost(0.0));
+    figure("frames labeled otherwise than by the row loop", differing as f64, "", TargetFigure::AtMost(0.0));
 
     let speeds: Vec<f64> = race(
         ROUNDS,
         &mut [
-            Contestant::new("row loop, f64", || drop(black_box(by_hand::in_rows(&wide)))),
-            Contestant::new("row loop, f32", || drop(black_box(by_hand::in_rows(&rows)))),
-            Contestant::new("expert, f64", || drop(black_box(by_hand::in_blocks(&columns)))),
-            Contestant::new("expert, f32", || drop(black_box(by_hand::in_blocks(&narrow)))),
+            Contestant::new("row loop, f64", || drop(black_box(baseline::in_rows(&wide)))),
+            Contestant::new("row loop, f32", || drop(black_box(baseline::in_rows(&rows)))),
+            Contestant::new("expert, f64", || drop(black_box(baseline::in_blocks(&columns)))),
+            Contestant::new("expert, f32", || drop(black_box(baseline::in_blocks(&narrow)))),
             Contestant::new("rules", || drop(black_box(by_rules(&graph, &frames)))),
         ],
     )
@@ -49,12 +53,12 @@ pub fn section() {
     .map(|time| FRAMES as f64 / time / 1e6)
     .collect();
     for (at, bits) in ["f64", "f32"].into_iter().enumerate() {
-        figure(&format!("row loop, {bits}"), speeds[at], "M frames/s", Wanted::Nothing);
-        figure(&format!("blocks of columns by an expert, {bits}"), speeds[2 + at], "M frames/s", Wanted::Nothing);
+        figure(&format!("row loop, {bits}"), speeds[at], "M frames/s", TargetFigure::Nothing);
+        figure(&format!("blocks of columns by an expert, {bits}"), speeds[2 + at], "M frames/s", TargetFigure::Nothing);
     }
-    figure("rules", speeds[4], "M frames/s", Wanted::Nothing);
-    figure("rules to the row loop, f64", speeds[4] / speeds[0], "", Wanted::AtLeast(1.0));
-    figure("rules to the expert, f64", speeds[4] / speeds[2], "", Wanted::AtLeast(0.8));
+    figure("rules", speeds[4], "M frames/s", TargetFigure::Nothing);
+    figure("rules to the row loop, f64", speeds[4] / speeds[0], "", TargetFigure::AtLeast(1.0));
+    figure("rules to the expert, f64", speeds[4] / speeds[2], "", TargetFigure::AtLeast(0.8));
 }
 
 /// Returns the number of frames with different labels, or with a label in one of both only.

@@ -1,9 +1,9 @@
 //! `Live` row by row: sensors, derived channels, rules, settling, relabeling and tasks, beside the loop by hand that only evaluates predicates.
 
 use crate::job;
-use crate::measure::{Contestant, Wanted, figure, heading, race};
 use crate::shipped::TWO_HANDS;
 use crate::streaming::{at, sorted};
+use crate::timing::{Contestant, TargetFigure, figure, heading, race};
 use std::hint::black_box;
 use std::time::Instant;
 use teachtree::{Calibration, Column, Live, Log, Rules, Scene};
@@ -67,10 +67,10 @@ pub fn section() {
     let loop_s = race(
         ROUNDS,
         &mut [Contestant::new("row loop of twelve predicates", || {
-            drop(black_box(job::by_hand::in_rows(&by_hand)));
+            drop(black_box(job::baseline::in_rows(&by_hand)));
         })],
     )[0];
-    figure("row loop of twelve predicates: mean", loop_s / ROWS as f64 * 1e6, "µs", Wanted::Nothing);
+    figure("row loop of twelve predicates: mean", loop_s / ROWS as f64 * 1e6, "µs", TargetFigure::Nothing);
     for file in ["bimanual.rules", "prompt.rules"] {
         for scene in TWO_HANDS {
             of_scene(file, scene, loop_s / ROWS as f64 * 1e6);
@@ -87,9 +87,9 @@ fn of_scene(file: &str, scene: &str, loop_us: f64) {
     assert!(events > 10, "something happens");
     let mean = times.iter().sum::<u64>() as f64 / ROWS as f64 * 1e-3;
     let times = sorted(times);
-    figure(&format!("{file}, {scene}: median"), at(&times, 0.5) * 1e-3, "µs", Wanted::AtMost(5.0));
-    figure(&format!("{file}, {scene}: 99 %"), at(&times, 0.99) * 1e-3, "µs", Wanted::Nothing);
-    figure(&format!("{file}, {scene}: 99.9 %"), at(&times, 0.999) * 1e-3, "µs", Wanted::AtMost(50.0));
-    figure(&format!("{file}, {scene}: mean"), mean, "µs", Wanted::Nothing);
-    figure(&format!("{file}, {scene}: mean to that of the row loop"), mean / loop_us, "", Wanted::Nothing);
+    figure(&format!("{file}, {scene}: median"), at(&times, 0.5) * 1e-3, "µs", TargetFigure::AtMost(5.0));
+    figure(&format!("{file}, {scene}: 99 %"), at(&times, 0.99) * 1e-3, "µs", TargetFigure::Nothing);
+    figure(&format!("{file}, {scene}: 99.9 %"), at(&times, 0.999) * 1e-3, "µs", TargetFigure::AtMost(50.0));
+    figure(&format!("{file}, {scene}: mean"), mean, "µs", TargetFigure::Nothing);
+    figure(&format!("{file}, {scene}: mean to that of the row loop"), mean / loop_us, "", TargetFigure::Nothing);
 }

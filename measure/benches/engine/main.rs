@@ -14,9 +14,9 @@
 mod compilation;
 mod job;
 mod live;
-mod measure;
 mod shipped;
 mod streaming;
+mod timing;
 mod windows;
 
 /// The sections by name.

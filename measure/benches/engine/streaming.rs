@@ -1,7 +1,7 @@
 //! The time of each frame of a live log.
 
-use crate::measure::{Wanted, figure, heading, median};
-use crate::shipped::{Shipped, TWO_HANDS};
+use crate::shipped::{RulesOnLog, TWO_HANDS};
+use crate::timing::{TargetFigure, figure, heading, median};
 use std::time::{Duration, Instant};
 use teachtree_engine::live::Stepper;
 
@@ -13,31 +13,31 @@ const PASSES: usize = 5;
 pub fn section() {
     heading("frame by frame, all three rule files with two hands; reading the clock twice is part of each time");
     let clock = sorted((0..FRAMES).map(|_| Instant::now().elapsed().as_nanos() as u64).collect());
-    figure("reading the clock: median", at(&clock, 0.5), "ns", Wanted::Nothing);
-    figure("reading the clock: 99.9 %", at(&clock, 0.999), "ns", Wanted::Nothing);
+    figure("reading the clock: median", at(&clock, 0.5), "ns", TargetFigure::Nothing);
+    figure("reading the clock: 99.9 %", at(&clock, 0.999), "ns", TargetFigure::Nothing);
     for scene in TWO_HANDS {
-        let job = Shipped::new("rules/bimanual.rules", scene, FRAMES);
+        let job = RulesOnLog::new("rules/bimanual.rules", scene, FRAMES);
         let passes: Vec<Vec<u64>> = (0..PASSES).map(|_| sorted(times(&job))).collect();
         let share = |share: f64| median(passes.iter().map(|times| at(times, share)).collect());
-        figure(&format!("{scene}: median"), share(0.5), "ns", Wanted::AtMost(300.0));
-        figure(&format!("{scene}: 99 %"), share(0.99), "ns", Wanted::Nothing);
-        figure(&format!("{scene}: 99.9 %"), share(0.999), "ns", Wanted::AtMost(3000.0));
+        figure(&format!("{scene}: median"), share(0.5), "ns", TargetFigure::AtMost(300.0));
+        figure(&format!("{scene}: 99 %"), share(0.99), "ns", TargetFigure::Nothing);
+        figure(&format!("{scene}: 99.9 %"), share(0.999), "ns", TargetFigure::AtMost(3000.0));
     }
 }
 
 /// A week at 1 kHz without a gap: the memory before and after it.
 pub fn week() {
     heading("a simulated week frame by frame, all three rule files with two hands: minutes of it");
-    let job = Shipped::new("rules/bimanual.rules", TWO_HANDS[0], FRAMES);
+    let job = RulesOnLog::new("rules/bimanual.rules", TWO_HANDS[0], FRAMES);
     let mut live = Live::new(&job);
     live.over(&job, FRAMES);
     live.runs = 0;
     let before = resident_kb();
     let start = Instant::now();
     live.over(&job, WEEK);
-    figure("it took", start.elapsed().as_secs_f64() / 60.0, "min", Wanted::Nothing);
-    figure("leaves", live.runs as f64, "", Wanted::Nothing);
-    figure("in memory more than before it", resident_kb() - before, "kB", Wanted::AtMost(64.0));
+    figure("it took", start.elapsed().as_secs_f64() / 60.0, "min", TargetFigure::Nothing);
+    figure("leaves", live.runs as f64, "", TargetFigure::Nothing);
+    figure("in memory more than before it", resident_kb() - before, "kB", TargetFigure::AtMost(64.0));
 }
 
 /// Returns the resident memory of the program, kB, where the system reports it.
@@ -67,7 +67,7 @@ struct Live<'a> {
 }
 
 impl<'a> Live<'a> {
-    fn new(job: &'a Shipped) -> Self {
+    fn new(job: &'a RulesOnLog) -> Self {
         let stepper = Stepper::new(&job.graph, &job.frames.layout).expect("1 kHz suits the rules");
         let inputs = &stepper.plan().inputs;
         let columns: Vec<&[f64]> = inputs.iter().map(|key| job.frames.column(*key).unwrap_or(&[])).collect();
@@ -84,7 +84,7 @@ impl<'a> Live<'a> {
         start.elapsed()
     }
 
-    fn over(&mut self, job: &Shipped, frames: usize) {
+    fn over(&mut self, job: &RulesOnLog, frames: usize) {
         for frame in 0..frames {
             self.frame(frame % job.frames.len);
         }
@@ -92,7 +92,7 @@ impl<'a> Live<'a> {
 }
 
 /// Returns the time of each frame, ns.
-fn times(job: &Shipped) -> Vec<u64> {
+fn times(job: &RulesOnLog) -> Vec<u64> {
     let mut live = Live::new(job);
     let times = (0..job.frames.len).map(|frame| live.frame(frame).as_nanos() as u64).collect();
     assert!(live.runs > 0, "something happens");

@@ -2,7 +2,7 @@
 //! and a rule that shares a condition costs nothing.
 
 use crate::job;
-use crate::measure::{Contestant, Wanted, figure, heading, race};
+use crate::timing::{Contestant, TargetFigure, figure, heading, race};
 use std::fmt::Write;
 use std::hint::black_box;
 use teachtree_engine::evaluator::Evaluator;
@@ -91,9 +91,14 @@ pub fn section() {
         let jobs = WINDOWS.map(|window| Job::new(&windowed(&conditions, window), &columns));
         let times = race_of(&jobs);
         for ((window, time), job) in WINDOWS.iter().zip(&times).zip(&jobs) {
-            figure(&format!("{name}, {window}: {} runs of leaves", job.run()), *time, "ns/frame", Wanted::Nothing);
+            figure(
+                &format!("{name}, {window}: {} runs of leaves", job.run()),
+                *time,
+                "ns/frame",
+                TargetFigure::Nothing,
+            );
         }
-        let wanted = if conditions.len() > 1 { Wanted::AtMost(1.1) } else { Wanted::Nothing };
+        let wanted = if conditions.len() > 1 { TargetFigure::AtMost(1.1) } else { TargetFigure::Nothing };
         figure(&format!("{name}: long to short"), times[1] / times[0], "", wanted);
     }
 
@@ -101,21 +106,21 @@ pub fn section() {
     let jobs = CONDITIONS.map(|count| Job::new(&distinct(count), &columns));
     let times = race_of(&jobs);
     for (count, time) in CONDITIONS.iter().zip(&times) {
-        figure(&format!("{count} conditions"), *time, "ns/frame", Wanted::Nothing);
+        figure(&format!("{count} conditions"), *time, "ns/frame", TargetFigure::Nothing);
     }
     let condition = (times[3] - times[0]) / (CONDITIONS[3] - CONDITIONS[0]) as f64;
-    figure("one more condition", condition, "ns/frame", Wanted::Nothing);
-    figure("80 conditions to twice 40", times[3] / (2.0 * times[2]), "", Wanted::AtMost(1.1));
+    figure("one more condition", condition, "ns/frame", TargetFigure::Nothing);
+    figure("80 conditions to twice 40", times[3] / (2.0 * times[2]), "", TargetFigure::AtMost(1.1));
 
     heading("rules that share one condition with memory, written out in each of them");
     let jobs = SHARING.map(|rules| Job::new(&sharing(rules), &columns));
     let times = race_of(&jobs);
     for ((rules, time), job) in SHARING.iter().zip(&times).zip(&jobs) {
-        figure(&format!("{rules} rules, {} runs of leaves", job.run()), *time, "ns/frame", Wanted::Nothing);
+        figure(&format!("{rules} rules, {} runs of leaves", job.run()), *time, "ns/frame", TargetFigure::Nothing);
     }
     // Rules have a cost on the few frames on which the label changes.
     let rule = (times[2] - times[0]) / (SHARING[2] - SHARING[0]) as f64;
-    figure("one more rule that shares it, to one more condition", rule / condition, "", Wanted::AtMost(0.1));
+    figure("one more rule that shares it, to one more condition", rule / condition, "", TargetFigure::AtMost(0.1));
 }
 
 /// Returns a tree with the given number of conditions, one after the other. Thresholds and windows are all different, but so similar that all

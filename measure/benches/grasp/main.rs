@@ -18,7 +18,7 @@ use std::time::Instant;
 use teachtree_base::geometry::unit;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Body, Shape};
-use teachtree_robot::grasp::{Contact, Effort, GraspCandidate, LARGEST_PAD_ANGLE, Mapper, Wanted};
+use teachtree_robot::grasp::{Contact, GraspCandidate, GraspPlanner, GraspRequest, LARGEST_PAD_ANGLE, SearchEffort};
 use teachtree_robot::{self as robot, CollisionShape, HandModel, MAX_DOFS, Robot};
 
 /// Default number of searches of the peer for each problem.
@@ -36,10 +36,11 @@ fn main() {
     std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).expect("the folder of the repository");
     let robot = robot::open("gifu_hand_iii_right", &|_| unreachable!("it is shipped")).expect("it is shipped");
     let hand = &robot.hands[&Side::Right];
-    let mapper = Mapper::new(hand);
+    let planner = GraspPlanner::new(hand);
     let seeds = std::env::args().find_map(|word| word.parse().ok()).unwrap_or(SEEDS);
     let problems = problems();
-    let ours: Vec<Ours> = problems.iter().map(|(_, object, contacts)| map(&mapper, object, contacts)).collect();
+    let ours: Vec<PlannerResult> =
+        problems.iter().map(|(_, object, contacts)| map(&planner, object, contacts)).collect();
     let described =
         problems.iter().zip(&ours).map(|((_, object, contacts), ours)| problem(object, contacts, &ours.looks));
     let given =
@@ -53,8 +54,12 @@ fn main() {
     println!("|---|---|---|---|---|---|---|---|");
     let mut worst = [f64::INFINITY, f64::INFINITY, 0.0, 0.0];
     for (((name, object, contacts), ours), theirs) in problems.iter().zip(&ours).zip(&answers) {
-        let theirs =
-            Theirs::of(theirs, ours, &mapper, &Wanted { contacts: contacts.clone(), object, obstacles: vec![] });
+        let theirs = PeerResult::of(
+            theirs,
+            ours,
+            &planner,
+            &GraspRequest { contacts: contacts.clone(), object, obstacles: vec![] },
+        );
         let ratio = ours.grasp.measure / theirs.measure;
         let faster = theirs.seconds / ours.seconds;
         let [looks, differences] = counted(&ours.effort).map(|count| count as f64 / theirs.evaluations);
@@ -100,20 +105,20 @@ fn problems() -> Vec<(String, Body, Vec<Contact>)> {
 }
 
 /// Our result, its mean time, and the poses of the comparison.
-struct Ours {
+struct PlannerResult {
     grasp: GraspCandidate,
-    effort: Effort,
+    effort: SearchEffort,
     seconds: f64,
     looks: Vec<Isometry3<f64>>,
 }
 
-fn map(mapper: &Mapper<'_>, object: &Body, contacts: &[Contact]) -> Ours {
-    let wanted = Wanted { contacts: contacts.to_vec(), object, obstacles: vec![] };
-    let (grasp, effort) = mapper.map_counted(&wanted).expect("the hand has the fingers");
+fn map(planner: &GraspPlanner<'_>, object: &Body, contacts: &[Contact]) -> PlannerResult {
+    let wanted = GraspRequest { contacts: contacts.to_vec(), object, obstacles: vec![] };
+    let (grasp, effort) = planner.map_counted(&wanted).expect("the hand has the fingers");
     let grasp = grasp.expect("it is known to be feasible");
     let (begun, mut rounds) = (Instant::now(), 0.0);
     while begun.elapsed().as_secs_f64() < LONG_S {
-        assert_eq!(mapper.map(&wanted).as_ref(), Ok(&grasp), "the same problem has the same solution");
+        assert_eq!(planner.map(&wanted).as_ref(), Ok(&grasp), "the same problem has the same solution");
         rounds += 1.0;
     }
     let seconds = begun.elapsed().as_secs_f64() / rounds;
@@ -126,27 +131,27 @@ fn map(mapper: &Mapper<'_>, object: &Body, contacts: &[Contact]) -> Ours {
             * grasp.object_from_palm
             * UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c))
     };
-    Ours { effort, seconds, looks: (0..LOOKS).map(look).collect(), grasp }
+    PlannerResult { effort, seconds, looks: (0..LOOKS).map(look).collect(), grasp }
 }
 
 /// The number of evaluations; and with six more for each gradient.
-fn counted(effort: &Effort) -> [u64; 2] {
+fn counted(effort: &SearchEffort) -> [u64; 2] {
     let looks = effort.costs + effort.fits + effort.slopes;
     [looks, looks + 6 * effort.slopes]
 }
 
 /// The peer's result: the measure of the cheapest pose over all seeds (edges of shapes may lie between its spheres), and mean time and evaluations.
-struct Theirs {
+struct PeerResult {
     measure: f64,
     seconds: f64,
     evaluations: f64,
 }
 
-impl Theirs {
+impl PeerResult {
     /// For comparison with ours: costs of poses, and the measure of the result.
-    fn of(answer: &Value, ours: &Ours, mapper: &Mapper<'_>, wanted: &Wanted<'_>) -> Self {
+    fn of(answer: &Value, ours: &PlannerResult, planner: &GraspPlanner<'_>, wanted: &GraspRequest<'_>) -> Self {
         for (look, theirs) in ours.looks.iter().zip(list::numbers(&answer["costs"])) {
-            let (cost, _) = mapper.cost(wanted, look).expect("the hand has the fingers");
+            let (cost, _) = planner.cost(wanted, look).expect("the hand has the fingers");
             assert!(
                 (cost - theirs).abs() <= AGREED * cost.abs().max(1.0),
                 "a pose costs {cost} here and {theirs} there: {look}"
@@ -156,8 +161,8 @@ impl Theirs {
         let mean = |key: &str| runs.iter().filter_map(|run| run[key].as_f64()).sum::<f64>() / runs.len() as f64;
         let number = |run: &Value, key: &str| run[key].as_f64().expect("a number");
         for run in runs.iter().filter(|run| number(run, "measure") > 0.0) {
-            let at = pose(&list::numbers(&run["x"]), &middle(mapper, wanted));
-            let (here, there) = (mapper.measure(wanted, &at).unwrap_or(0.0), number(run, "measure"));
+            let at = pose(&list::numbers(&run["x"]), &middle(planner, wanted));
+            let (here, there) = (planner.measure(wanted, &at).unwrap_or(0.0), number(run, "measure"));
             assert!((here - there).abs() <= AGREED, "a pose measures {here} here and {there} there");
         }
         let best = runs.iter().min_by(|a, b| number(a, "cost").total_cmp(&number(b, "cost"))).expect("there are seeds");
@@ -173,8 +178,8 @@ fn pose(x: &[f64], middle: &Point3<f64>) -> Isometry3<f64> {
 }
 
 /// Returns the center of the fingertips on their contacts.
-fn middle(mapper: &Mapper<'_>, wanted: &Wanted<'_>) -> Point3<f64> {
-    let radius = |finger| mapper.hand().finger(finger).map_or(0.0, |model| model.radius);
+fn middle(planner: &GraspPlanner<'_>, wanted: &GraspRequest<'_>) -> Point3<f64> {
+    let radius = |finger| planner.hand().finger(finger).map_or(0.0, |model| model.radius);
     let tips = wanted.contacts.iter().map(|it| it.point.coords + it.normal * radius(it.finger));
     Point3::from(tips.sum::<Vector3<f64>>() / wanted.contacts.len() as f64)
 }

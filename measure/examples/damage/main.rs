@@ -2,14 +2,14 @@
 //! and counts what comes of it. Damage that changes labels elsewhere without an issue is listed. The same seed gives the same counts on any number of threads.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 
-mod alter;
+mod alteration;
 mod outcome;
 mod sources;
-mod written;
+mod writers;
 
-use alter::{Altered, Random};
+use alteration::{DamagedFile, Random};
 use clap::Parser;
-use outcome::{Found, Outcome};
+use outcome::{Baseline, Outcome};
 use rand::SeedableRng;
 use rayon::prelude::*;
 use sources::Source;
@@ -68,8 +68,9 @@ fn run(args: &Args) -> Result<(), String> {
     let (mut formats, mut kinds) = (BTreeMap::<&str, Counts>::new(), BTreeMap::<&str, Counts>::new());
     let mut listed = Vec::new();
     for (number, source) in sources.iter().enumerate() {
-        let plain = Found::of_plain(source).map_err(|error| format!("{} {}: {error}", source.format, source.name))?;
-        let cases: Vec<(Altered, Outcome)> = (0..args.count)
+        let plain =
+            Baseline::of_plain(source).map_err(|error| format!("{} {}: {error}", source.format, source.name))?;
+        let cases: Vec<(DamagedFile, Outcome)> = (0..args.count)
             .into_par_iter()
             .map_init(
                 || tempfile::tempdir().map_err(|error| error.to_string()),
@@ -86,7 +87,7 @@ fn run(args: &Args) -> Result<(), String> {
                         std::fs::create_dir_all(&to).map_err(|error| error.to_string())?;
                         std::fs::copy(&file, to.join(source.file_name())).map_err(|error| error.to_string())?;
                     }
-                    Ok(Some((Altered { bytes: Vec::new(), ..altered }, outcome)))
+                    Ok(Some((DamagedFile { bytes: Vec::new(), ..altered }, outcome)))
                 },
             )
             .filter_map(Result::transpose)

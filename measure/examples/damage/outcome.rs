@@ -1,10 +1,10 @@
 //! What an analysis finds in a recording, and how that of a damaged copy differs.
 
-use crate::alter::Altered;
+use crate::alteration::DamagedFile;
 use crate::sources::Source;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use teachtree::{Error, Log, Rules, Side, Who};
+use teachtree::{Error, Log, Rules, Side, TrackId};
 
 /// The names of [`Outcome`]s, in order.
 pub const NAMES: [&str; 6] =
@@ -39,19 +39,19 @@ impl Outcome {
 }
 
 /// A label and when it lasts, s.
-type Labeled = (Who, f64, f64, String);
+type TimedLabel = (TrackId, f64, f64, String);
 
 /// What is found in a recording.
 struct Labels {
-    segments: Vec<Labeled>,
-    tasks: Vec<(Who, String)>,
+    segments: Vec<TimedLabel>,
+    tasks: Vec<(TrackId, String)>,
     /// Kind and channel of each issue, and when it is, ms; texts may differ in numbers that are of no account.
     issues: Vec<(String, String, [i64; 2])>,
     span_s: [f64; 2],
 }
 
 /// What is found in the plain recording, and the rules for it.
-pub struct Found {
+pub struct Baseline {
     rules: Rules,
     hands: Vec<Side>,
     labels: Labels,
@@ -75,7 +75,7 @@ fn labels(rules: &Rules, log: &Log) -> Result<Labels, Error> {
     })
 }
 
-impl Found {
+impl Baseline {
     pub fn of_plain(source: &Source) -> Result<Self, Error> {
         let log = source.open(&source.path)?;
         let rules = Rules::for_log(&log)?;
@@ -83,7 +83,7 @@ impl Found {
     }
 
     /// Analyzes a damaged copy.
-    pub fn compare(&self, source: &Source, file: &Path, altered: &Altered, margin_s: f64) -> Outcome {
+    pub fn compare(&self, source: &Source, file: &Path, altered: &DamagedFile, margin_s: f64) -> Outcome {
         let run = || {
             let log = source.open(file)?;
             // Other hands may need other rules.
@@ -97,7 +97,7 @@ impl Found {
         }
     }
 
-    fn outcome(&self, found: &Labels, altered: &Altered, rows: usize, margin_s: f64) -> Outcome {
+    fn outcome(&self, found: &Labels, altered: &DamagedFile, rows: usize, margin_s: f64) -> Outcome {
         let plain = &self.labels;
         if found.issues.iter().any(|issue| !plain.issues.contains(issue)) {
             return Outcome::Reported;
@@ -119,8 +119,9 @@ impl Found {
         let mut how: Vec<String> =
             changed.iter().take(3).map(|(who, from, to, what)| format!("{who} {from:.3}..{to:.3} s {what}")).collect();
         if plain.tasks != found.tasks {
-            let named =
-                |tasks: &[(Who, String)]| tasks.iter().map(|(_, task)| task.as_str()).collect::<Vec<_>>().join(", ");
+            let named = |tasks: &[(TrackId, String)]| {
+                tasks.iter().map(|(_, task)| task.as_str()).collect::<Vec<_>>().join(", ")
+            };
             how.push(format!("tasks [{}] became [{}]", named(&plain.tasks), named(&found.tasks)));
         }
         Outcome::Further(how.join("; "))
@@ -128,10 +129,10 @@ impl Found {
 }
 
 /// Where labels differ.
-fn changes(plain: &Labels, found: &Labels) -> Vec<Labeled> {
+fn changes(plain: &Labels, found: &Labels) -> Vec<TimedLabel> {
     const INSTANT_S: f64 = 1e-6;
     let mut changed = Vec::new();
-    let mut tracks: Vec<Who> = plain.segments.iter().chain(&found.segments).map(|it| it.0).collect();
+    let mut tracks: Vec<TrackId> = plain.segments.iter().chain(&found.segments).map(|it| it.0).collect();
     tracks.sort_by_key(|who| who.to_string());
     tracks.dedup();
     for who in tracks {
@@ -140,7 +141,7 @@ fn changes(plain: &Labels, found: &Labels) -> Vec<Labeled> {
         stamps.sort_by(f64::total_cmp);
         for pair in stamps.windows(2) {
             let (from, to) = (pair[0], pair[1]);
-            let at = |labels: &[&Labeled]| {
+            let at = |labels: &[&TimedLabel]| {
                 let middle = f64::midpoint(from, to);
                 labels
                     .iter()

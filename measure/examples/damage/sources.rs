@@ -1,7 +1,7 @@
 //! The recordings that are damaged: those that come with the project, and shipped demonstrations written in every format.
 
-use crate::alter::{self, Altered, Form, Random, Table};
-use crate::written;
+use crate::alteration::{self, DamagedFile, FileForm, Random, Table};
+use crate::writers;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use teachtree::{Error, Log};
@@ -38,7 +38,7 @@ pub struct Source {
     scene: Option<PathBuf>,
     /// Which recording of the file it is.
     episode: &'static str,
-    form: Form,
+    form: FileForm,
     /// Its cells, where they can be changed one by one.
     table: Option<Table>,
     bytes: Vec<u8>,
@@ -65,12 +65,12 @@ impl Source {
     }
 
     /// Damages a copy; `None` where what was drawn changes nothing, or is of another kind.
-    pub fn alter(&self, random: &mut Random, kind: &str) -> Option<Altered> {
+    pub fn alter(&self, random: &mut Random, kind: &str) -> Option<DamagedFile> {
         let altered = match &self.table {
-            Some(table) if !alter::aims_at_bytes(random, &self.form) => {
-                alter::cells(random, table, |table| self.form.bytes(table))
+            Some(table) if !alteration::aims_at_bytes(random, &self.form) => {
+                alteration::cells(random, table, |table| self.form.bytes(table))
             }
-            _ => alter::bytes(random, &self.bytes, &self.form),
+            _ => alteration::bytes(random, &self.bytes, &self.form),
         };
         altered.filter(|altered| altered.bytes != self.bytes && altered.kind.contains(kind))
     }
@@ -85,9 +85,9 @@ pub fn all(folder: &Path) -> Result<Vec<Source>, String> {
         let bytes = std::fs::read(&path).map_err(|error| error.to_string())?;
         let text = String::from_utf8(bytes.clone()).ok();
         let form = match (path.extension().and_then(|it| it.to_str()), &text) {
-            (Some("csv"), Some(text)) => Form::Delimited { delimiter: ',', preamble: preamble(text, ',') },
-            (Some("tsv"), Some(text)) => Form::Delimited { delimiter: '\t', preamble: preamble(text, '\t') },
-            _ => Form::Bytes,
+            (Some("csv"), Some(text)) => FileForm::Delimited { delimiter: ',', preamble: preamble(text, ',') },
+            (Some("tsv"), Some(text)) => FileForm::Delimited { delimiter: '\t', preamble: preamble(text, '\t') },
+            _ => FileForm::Bytes,
         };
         sources.push(Source {
             format,
@@ -128,23 +128,23 @@ fn taught(name: &str, folder: &Path) -> Result<Vec<Source>, Box<dyn std::error::
     let csv = folder.join("log.csv");
     formats::write(&recording, &csv)?;
     let scene = folder.join("log.scene.yaml");
-    let plain = Form::Delimited { delimiter: ',', preamble: Vec::new() };
+    let plain = FileForm::Delimited { delimiter: ',', preamble: Vec::new() };
     let titled = plain.table(&std::fs::read_to_string(&csv)?).ok_or("no table")?;
     // Units are those of SI, which other formats do not repeat.
     let name_of = |title: &String| title.split(" [").next().unwrap_or_default().to_string();
     let table = Table { titles: titled.titles.iter().map(name_of).collect(), rows: titled.rows.clone() };
     let [topic, fields] = ["topic", "fields"].map(|name| folder.join(format!("{name}.binding.yaml")));
     std::fs::write(&topic, binding(&table, "."))?;
-    std::fs::write(&fields, binding(&table, written::BETWEEN))?;
+    std::fs::write(&fields, binding(&table, writers::BETWEEN))?;
     let forms = [
         ("CSV", "log.csv", plain, None),
-        ("JSON lines", "log.jsonl", Form::JsonLines, None),
-        ("Parquet", "log.parquet", Form::Parquet(Box::new(recording)), None),
-        ("MCAP", "log.mcap", Form::Mcap, Some(topic)),
-        ("NPY", "log.npy", Form::Npy, None),
-        ("NPZ", "log.npz", Form::Npz, None),
-        ("ROS 1 bag", "log.bag", Form::Bag, Some(fields)),
-        ("Zarr", "log.zarr.zip", Form::Zarr, None),
+        ("JSON lines", "log.jsonl", FileForm::JsonLines, None),
+        ("Parquet", "log.parquet", FileForm::Parquet(Box::new(recording)), None),
+        ("MCAP", "log.mcap", FileForm::Mcap, Some(topic)),
+        ("NPY", "log.npy", FileForm::Npy, None),
+        ("NPZ", "log.npz", FileForm::Npz, None),
+        ("ROS 1 bag", "log.bag", FileForm::Bag, Some(fields)),
+        ("Zarr", "log.zarr.zip", FileForm::Zarr, None),
     ];
     let mut sources = Vec::new();
     for (format, file, form, binding) in forms {
@@ -175,7 +175,7 @@ fn binding(table: &Table, between: &str) -> String {
     text
 }
 
-impl Form {
+impl FileForm {
     /// The cells of a text; `None` where it has other rows.
     pub fn table(&self, text: &str) -> Option<Table> {
         let Self::Delimited { delimiter, preamble } = self else { return None };
@@ -195,13 +195,13 @@ impl Form {
                 let lines: Vec<String> = preamble.iter().cloned().chain(rows).collect();
                 Some((lines.join("\n") + "\n").into_bytes())
             }
-            Self::JsonLines => Some(written::lines(table)),
-            Self::Parquet(plain) => written::parquet(plain, table),
-            Self::Mcap => written::mcap(table),
-            Self::Npy => Some(written::npy(table)),
-            Self::Npz => written::zip([(format!("{TOPIC}.npy"), written::npy(table))]),
-            Self::Zarr => written::zip(written::zarr(table)),
-            Self::Bag => Some(written::bag(table)),
+            Self::JsonLines => Some(writers::lines(table)),
+            Self::Parquet(plain) => writers::parquet(plain, table),
+            Self::Mcap => writers::mcap(table),
+            Self::Npy => Some(writers::npy(table)),
+            Self::Npz => writers::zip([(format!("{TOPIC}.npy"), writers::npy(table))]),
+            Self::Zarr => writers::zip(writers::zarr(table)),
+            Self::Bag => Some(writers::bag(table)),
             Self::Bytes => None,
         }
     }

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::time::{SystemTime, UNIX_EPOCH};
 use teachtree_base::hands::{Finger, Side};
-use teachtree_robot::grasp::{Contact, Effort, Mapper, Wanted};
+use teachtree_robot::grasp::{Contact, GraspPlanner, GraspRequest, SearchEffort};
 use teachtree_robot::{self as robot, HandModel};
 
 const WANTED: usize = 300;
@@ -33,9 +33,9 @@ const LONG_S: f64 = 0.02;
 const FINGERS: [Finger; 4] = [Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
 
 /// The generator splitmix64, with outputs from 0 to 1.
-struct Chance(u64);
+struct SplitMix64(u64);
 
-impl Chance {
+impl SplitMix64 {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -65,7 +65,7 @@ fn main() {
 }
 
 /// Draws a shape (as YAML) and contacts.
-fn draw(chance: &mut Chance) -> Option<(String, Vec<Contact>)> {
+fn draw(chance: &mut SplitMix64) -> Option<(String, Vec<Contact>)> {
     let mm = |m: f64| (m * 1e4).round() / 10.0;
     let kind = (chance.next() * 3.0) as usize;
     let size = [(); 3].map(|()| mm(chance.between(0.02, 0.11)));
@@ -146,12 +146,12 @@ fn draw(chance: &mut Chance) -> Option<(String, Vec<Contact>)> {
 }
 
 fn generate(hand: &HandModel) {
-    let mapper = Mapper::new(hand);
+    let planner = GraspPlanner::new(hand);
     let mut found: Vec<Value> = Vec::new();
     let mut seeds = 0..u64::MAX;
     while found.len() < WANTED {
         let some: Vec<u64> = seeds.by_ref().take(200).collect();
-        found.par_extend(some.into_par_iter().filter_map(|seed| feasible(&mapper, seed)));
+        found.par_extend(some.into_par_iter().filter_map(|seed| feasible(&planner, seed)));
     }
     found.truncate(WANTED);
     refer(hand, found);
@@ -159,16 +159,16 @@ fn generate(hand: &HandModel) {
 
 /// Writes the list with a reference for each grasp.
 fn refer(hand: &HandModel, mut found: Vec<Value>) {
-    let mapper = Mapper::new(hand);
+    let planner = GraspPlanner::new(hand);
     eprintln!("{} grasps; now their references", found.len());
     found.par_iter_mut().for_each(|grasp| {
         let (object, contacts) = read(grasp);
-        let wanted = Wanted { contacts, object: &object, obstacles: Vec::new() };
-        let mut chance = Chance(grasp["seed"].as_u64().unwrap_or(0) ^ 0x5eed);
-        let polished = mapper.polish(&wanted, &known(grasp)).map_or(0.0, |grasp| grasp.measure);
-        let start = mapper.at(&wanted, &known(grasp)).map_or(0.0, |grasp| grasp.measure);
+        let wanted = GraspRequest { contacts, object: &object, obstacles: Vec::new() };
+        let mut chance = SplitMix64(grasp["seed"].as_u64().unwrap_or(0) ^ 0x5eed);
+        let polished = planner.polish(&wanted, &known(grasp)).map_or(0.0, |grasp| grasp.measure);
+        let start = planner.at(&wanted, &known(grasp)).map_or(0.0, |grasp| grasp.measure);
         let searches = (0..SEARCHES).filter_map(|_| {
-            mapper.search_everywhere(&wanted, GENERATIONS, &mut || chance.next()).ok().map(|grasp| grasp.measure)
+            planner.search_everywhere(&wanted, GENERATIONS, &mut || chance.next()).ok().map(|grasp| grasp.measure)
         });
         // A reference is never lowered.
         let before = grasp["reference"].as_f64().unwrap_or(0.0);
@@ -180,18 +180,18 @@ fn refer(hand: &HandModel, mut found: Vec<Value>) {
 }
 
 /// Returns a grasp with a known solution, if this seed gives one.
-fn feasible(mapper: &Mapper<'_>, seed: u64) -> Option<Value> {
-    let mut chance = Chance(seed);
+fn feasible(planner: &GraspPlanner<'_>, seed: u64) -> Option<Value> {
+    let mut chance = SplitMix64(seed);
     let (shape, contacts) = draw(&mut chance)?;
     let object = body(&shape);
-    let wanted = Wanted { contacts, object: &object, obstacles: Vec::new() };
+    let wanted = GraspRequest { contacts, object: &object, obstacles: Vec::new() };
     let points = wanted.contacts.iter().map(|contact| contact.point.coords);
     let middle = points.sum::<Vector3<f64>>() / wanted.contacts.len() as f64;
     let known = (0..TRIES).find_map(|_| {
         let away =
             Translation3::new(-chance.between(0.06, 0.20), chance.between(-0.05, 0.05), -chance.between(-0.02, 0.12));
         let pose = Isometry3::from_parts(Translation3::from(middle), chance.turn()) * away;
-        mapper.at(&wanted, &pose).ok().filter(|grasp| grasp.measure >= LEAST)
+        planner.at(&wanted, &pose).ok().filter(|grasp| grasp.measure >= LEAST)
     })?;
     let known = known.object_from_palm;
     let rotation = known.rotation;
@@ -229,18 +229,18 @@ fn on_processor() -> f64 {
 }
 
 fn measure(hand: &HandModel) {
-    let mapper = Mapper::new(hand);
+    let planner = GraspPlanner::new(hand);
     let list = listed();
     let (mut ratios, mut times, mut failed, mut efforts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for grasp in &list {
         let (object, contacts) = read(grasp);
-        let wanted = Wanted { contacts, object: &object, obstacles: Vec::new() };
-        let (mapped, effort) = mapper.map_counted(&wanted).expect("the hand has these fingers");
+        let wanted = GraspRequest { contacts, object: &object, obstacles: Vec::new() };
+        let (mapped, effort) = planner.map_counted(&wanted).expect("the hand has these fingers");
         efforts.push(effort);
         let begun = on_processor();
         let mut rounds = 0.0;
         while rounds == 0.0 || on_processor() - begun < LONG_S {
-            assert_eq!(mapper.map(&wanted), mapped, "the same problem has the same solution");
+            assert_eq!(planner.map(&wanted), mapped, "the same problem has the same solution");
             rounds += 1.0;
         }
         times.push((on_processor() - begun) / rounds * 1e3);
@@ -264,7 +264,7 @@ fn measure(hand: &HandModel) {
         times[times.len() / 2],
         times[times.len() * 95 / 100]
     );
-    let of = |count: &dyn Fn(&Effort) -> u64| {
+    let of = |count: &dyn Fn(&SearchEffort) -> u64| {
         let mut counts: Vec<u64> = efforts.iter().map(count).collect();
         counts.sort_unstable();
         counts[counts.len() / 2]

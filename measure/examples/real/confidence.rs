@@ -1,13 +1,13 @@
 //! How often boundaries are right that are found with some confidence: on recordings, and on simulated operators.
 
-use crate::found::{label_file, rules_and_frames, spans};
 use crate::gold;
 use crate::kind::{Kind, Set};
+use crate::recording_result::{label_file, rules_and_frames, spans};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 use teachtree::{Analysis, Log, Rules};
-use teachtree_analysis::Who;
+use teachtree_analysis::TrackId;
 use teachtree_analysis::score::{NameMap, Truth};
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
@@ -22,7 +22,7 @@ const LABELED_S: f64 = 0.25;
 const CLASSES: [f64; 4] = [0.9, 0.7, 0.5, 0.0];
 
 /// A boundary or a label that was found.
-pub struct Sure {
+pub struct ConfidenceSample {
     pub share: f64,
     pub right: bool,
 }
@@ -37,7 +37,7 @@ fn analyzed(path: &Path, binding: Option<&Path>) -> Result<Analysis, String> {
 }
 
 /// The boundaries of a recording whose truth has them.
-pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<Sure>, String> {
+pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<ConfidenceSample>, String> {
     if !matches!(kind.set(), Set::OneArm | Set::Wiping | Set::Snap) {
         return Ok(vec![]);
     }
@@ -74,12 +74,14 @@ pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<Sure>, S
     let first_only = kind.set() == Set::Snap;
     let mut sure = vec![];
     for (name, at) in starts {
-        let found =
-            analysis.segments().into_iter().filter(|it| it.primitive() == name && it.track() == Who::Hand(Side::Right));
+        let found = analysis
+            .segments()
+            .into_iter()
+            .filter(|it| it.primitive() == name && it.track() == TrackId::Hand(Side::Right));
         let found = found.take(if first_only { 1 } else { usize::MAX });
         sure.extend(found.filter_map(|it| {
             let right = at.iter().any(|at| (it.start_s() - at).abs() <= within);
-            Some(Sure { share: it.confidence()?.share, right })
+            Some(ConfidenceSample { share: it.confidence()?.share, right })
         }));
     }
     Ok(sure)
@@ -104,7 +106,7 @@ pub fn demonstrations(
 }
 
 /// The boundaries of simulated operators, those of all scenes of one hand with these seeds.
-pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
+pub fn of_simulation(seeds: u64) -> Result<Vec<ConfidenceSample>, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let mut sure = vec![];
     demonstrations(seeds, &mut |name, seed, recording| {
@@ -115,7 +117,7 @@ pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
         let opened = opened.map_err(|error| error.to_string())?;
         let (rules, frames) = rules_and_frames(&opened)?;
         let truth = Truth::of_recording(&recording, &NameMap::default()).unwrap_or_default();
-        let truth = truth.retold(&rules, &frames).map_err(|error| error.to_string())?;
+        let truth = truth.relabeled(&rules, &frames).map_err(|error| error.to_string())?;
         for track in &truth.tracks {
             let found = analysis.segments().into_iter().filter(|it| it.track() == track.who);
             // The first segment begins with the recording.
@@ -124,7 +126,7 @@ pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
                     |span: &&teachtree_analysis::score::Span| span.names.iter().any(|name| name == it.primitive());
                 let right =
                     track.primitives.iter().filter(same).any(|span| (span.start_s - it.start_s()).abs() <= RIGHT_S);
-                Some(Sure { share: it.confidence()?.share, right })
+                Some(ConfidenceSample { share: it.confidence()?.share, right })
             }));
         }
         Ok(())
@@ -133,7 +135,7 @@ pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
 }
 
 /// How many of `what` are right, by confidence.
-pub fn table(what: &str, sets: &[(&str, &[Sure])]) -> String {
+pub fn table(what: &str, sets: &[(&str, &[ConfidenceSample])]) -> String {
     let mut text = format!(
         "| {what} right, by confidence | 90 % and more | 70 to 90 % | 50 to 70 % | less |\n|---|---|---|---|---|\n"
     );
@@ -141,7 +143,8 @@ pub fn table(what: &str, sets: &[(&str, &[Sure])]) -> String {
         let _ = write!(text, "| {name} |");
         let mut below = f64::INFINITY;
         for least in CLASSES {
-            let class: Vec<&Sure> = sure.iter().filter(|it| it.share >= least && it.share < below).collect();
+            let class: Vec<&ConfidenceSample> =
+                sure.iter().filter(|it| it.share >= least && it.share < below).collect();
             let right = class.iter().filter(|it| it.right).count();
             let share = if class.is_empty() { 0.0 } else { 100.0 * right as f64 / class.len() as f64 };
             let _ = match class.len() {

@@ -1,7 +1,7 @@
 //! What is true of recordings without labels, by the contacts that the solver found and by the angles that were measured: not by what the rules make
 //! of them.
 
-use teachtree_analysis::Who;
+use teachtree_analysis::TrackId;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
@@ -16,14 +16,14 @@ const ON_PEG_M: f64 = 0.020;
 
 /// A stretch of time, s.
 #[derive(Clone, Copy, Debug)]
-pub struct Gold {
+pub struct TimeSpan {
     pub from_s: f64,
     pub to_s: f64,
 }
 
 /// A primitive that begins: whose, under which names, when.
-pub struct Start {
-    pub who: Who,
+pub struct PrimitiveStart {
+    pub who: TrackId,
     pub names: &'static [&'static str],
     pub at_s: f64,
 }
@@ -38,14 +38,14 @@ fn values<'a>(recording: &'a Recording, name: &str) -> Option<&'a [f64]> {
 }
 
 /// The stretches in which a condition holds, those that are less than `apart_s` apart joined, and those that are shorter than `least_s` left out.
-fn stretches(recording: &Recording, holds: &[bool], apart_s: f64, least_s: f64) -> Vec<Gold> {
-    let mut found: Vec<Gold> = Vec::new();
+fn stretches(recording: &Recording, holds: &[bool], apart_s: f64, least_s: f64) -> Vec<TimeSpan> {
+    let mut found: Vec<TimeSpan> = Vec::new();
     for ((&at_s, &next_s), _) in
         recording.time.iter().zip(recording.time.iter().skip(1)).zip(holds).filter(|(_, holds)| **holds)
     {
         match found.last_mut().filter(|last| at_s - last.to_s <= apart_s + ROUNDING_S) {
             Some(last) => last.to_s = next_s,
-            None => found.push(Gold { from_s: at_s, to_s: next_s }),
+            None => found.push(TimeSpan { from_s: at_s, to_s: next_s }),
         }
     }
     found.retain(|it| it.to_s - it.from_s >= least_s);
@@ -77,14 +77,14 @@ fn objects(recording: &Recording) -> Vec<String> {
         .collect()
 }
 
-fn rows(recording: &Recording, gold: Gold) -> impl Iterator<Item = (usize, f64)> {
+fn rows(recording: &Recording, gold: TimeSpan) -> impl Iterator<Item = (usize, f64)> {
     recording.time.iter().copied().enumerate().filter(move |(_, at_s)| (gold.from_s..gold.to_s).contains(at_s))
 }
 
 /// Grasp when both fingers are on, Translate when nothing carries the object any more, Insert when a nut is below the rim of its peg, Release when the
 /// first finger goes, of every object that is lifted.
-pub fn one_arm(recording: &Recording) -> Vec<Start> {
-    let right = Who::Hand(Side::Right);
+pub fn one_arm(recording: &Recording) -> Vec<PrimitiveStart> {
+    let right = TrackId::Hand(Side::Right);
     let mut starts = Vec::new();
     for object in objects(recording) {
         let finger = |finger: &str| flags(recording, &format!("right.{finger}.contact.{object}")).unwrap_or_default();
@@ -96,13 +96,13 @@ pub fn one_arm(recording: &Recording) -> Vec<Start> {
                 .map(|row| !borne[row] && (hold.from_s..hold.to_s).contains(&recording.time[row]))
                 .collect();
             let Some(lifted) = stretches(recording, &free, 0.13, CARRIED_S).first().copied() else { continue };
-            starts.push(Start { who: right, names: &["Grasp"], at_s: hold.from_s });
-            starts.push(Start { who: right, names: &["Translate"], at_s: lifted.from_s });
+            starts.push(PrimitiveStart { who: right, names: &["Grasp"], at_s: hold.from_s });
+            starts.push(PrimitiveStart { who: right, names: &["Translate"], at_s: lifted.from_s });
             if let Some(at_s) = inserted(recording, &object, hold) {
-                starts.push(Start { who: right, names: &["Insert"], at_s });
+                starts.push(PrimitiveStart { who: right, names: &["Insert"], at_s });
             }
             if recording.time.last().is_some_and(|end| hold.to_s + 0.05 < *end) {
-                starts.push(Start { who: right, names: &["Release"], at_s: hold.to_s });
+                starts.push(PrimitiveStart { who: right, names: &["Release"], at_s: hold.to_s });
             }
         }
     }
@@ -110,7 +110,7 @@ pub fn one_arm(recording: &Recording) -> Vec<Start> {
 }
 
 /// When the origin of an object is below the rim of a peg in the scene, the last time before it is let go.
-fn inserted(recording: &Recording, object: &str, hold: Gold) -> Option<f64> {
+fn inserted(recording: &Recording, object: &str, hold: TimeSpan) -> Option<f64> {
     let [x, y, z] = ["x", "y", "z"].map(|axis| values(recording, &format!("{object}.position.{axis}")));
     let (x, y, z) = (x?, y?, z?);
     let pegs: Vec<[f64; 3]> = recording
@@ -131,7 +131,7 @@ fn inserted(recording: &Recording, object: &str, hold: Gold) -> Option<f64> {
 }
 
 /// From the touch of the receiver that was not lost again to the last one of the giver.
-pub fn hand_overs(recording: &Recording) -> Vec<Gold> {
+pub fn hand_overs(recording: &Recording) -> Vec<TimeSpan> {
     let touch = |side: &str, fingers: &[&str]| -> Vec<Vec<bool>> {
         fingers.iter().filter_map(|finger| flags(recording, &format!("{side}.{finger}.contact.hammer"))).collect()
     };
@@ -157,7 +157,7 @@ pub fn hand_overs(recording: &Recording) -> Vec<Gold> {
             };
             let holds = stretches(recording, &held(receiver), LOST_S, 0.1);
             if holds.iter().any(|it| it.from_s < last.to_s && last.to_s < it.to_s) {
-                found.push(Gold { from_s: taken.from_s, to_s: last.to_s });
+                found.push(TimeSpan { from_s: taken.from_s, to_s: last.to_s });
             }
         }
     }
@@ -165,21 +165,21 @@ pub fn hand_overs(recording: &Recording) -> Vec<Gold> {
 }
 
 /// When the pot leaves the table for good.
-pub fn lifted_together(recording: &Recording) -> Vec<Start> {
+pub fn lifted_together(recording: &Recording) -> Vec<PrimitiveStart> {
     let free: Vec<bool> = carried(recording, "pot").iter().map(|borne| !borne).collect();
     let lifts = stretches(recording, &free, 0.13, 1.0);
     let names: &[&str] = &["EqualGrasp", "MainGrasp(left)", "MainGrasp(right)"];
-    lifts.iter().map(|lift| Start { who: Who::Both, names, at_s: lift.from_s }).collect()
+    lifts.iter().map(|lift| PrimitiveStart { who: TrackId::Both, names, at_s: lift.from_s }).collect()
 }
 
 /// The last stretch in which peg and plate touch, which lasts to the end; shorter losses than 0.3 s belong to it.
-pub fn mated(recording: &Recording) -> Vec<Gold> {
+pub fn mated(recording: &Recording) -> Vec<TimeSpan> {
     let touching = flags(recording, "contact.cylinder.hole").unwrap_or_default();
     stretches(recording, &touching, LOST_S, 0.0).last().copied().into_iter().collect()
 }
 
 /// While a finger or the palm is on the lever and it turns from its rest: the stretches of touch in which its angle changes by more than 0.1 rad.
-pub fn pressed(recording: &Recording) -> Vec<Gold> {
+pub fn pressed(recording: &Recording) -> Vec<TimeSpan> {
     let touches: Vec<Vec<bool>> = ["thumb", "index", "palm"]
         .iter()
         .filter_map(|finger| flags(recording, &format!("right.{finger}.contact.latch")))
@@ -187,7 +187,7 @@ pub fn pressed(recording: &Recording) -> Vec<Gold> {
     let any: Vec<bool> = (0..recording.time.len()).map(|row| touches.iter().any(|it| it[row])).collect();
     let [w, y] = ["w", "y"].map(|part| values(recording, &format!("latch.rotation.{part}")).unwrap_or_default());
     let angle = |row: usize| 2.0 * w.get(row).zip(y.get(row)).map_or(0.0, |(w, y)| y.atan2(*w));
-    let turned = |it: &Gold| {
+    let turned = |it: &TimeSpan| {
         let angles: Vec<f64> = rows(recording, *it).map(|(row, _)| angle(row)).collect();
         let most = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let least = angles.iter().copied().fold(f64::INFINITY, f64::min);
@@ -197,15 +197,15 @@ pub fn pressed(recording: &Recording) -> Vec<Gold> {
 }
 
 /// While the table bears on the tool.
-pub fn wiped(recording: &Recording) -> Vec<Gold> {
+pub fn wiped(recording: &Recording) -> Vec<TimeSpan> {
     let z = values(recording, "right.palm.force.z").unwrap_or_default();
     let pressed: Vec<bool> = z.iter().map(|force| force.abs() > 1e-3).collect();
     stretches(recording, &pressed, 0.2, 0.2)
 }
 
 /// While the angle of the latch goes from below 0.1 rad to above 1.5 rad for the first time.
-pub fn latch(recording: &Recording) -> Vec<Gold> {
+pub fn latch(recording: &Recording) -> Vec<TimeSpan> {
     let angle = values(recording, "latch.angle.bearing").unwrap_or_default();
     let first = |above: f64| angle.iter().position(|value| *value > above).and_then(|row| recording.time.get(row));
-    first(0.1).zip(first(1.5)).map(|(from_s, to_s)| Gold { from_s: *from_s, to_s: *to_s }).into_iter().collect()
+    first(0.1).zip(first(1.5)).map(|(from_s, to_s)| TimeSpan { from_s: *from_s, to_s: *to_s }).into_iter().collect()
 }

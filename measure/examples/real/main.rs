@@ -3,20 +3,20 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 
 mod confidence;
-mod found;
 mod gold;
 mod kind;
 mod live;
 mod peer;
+mod recording_result;
 mod robustness;
 mod spread;
 mod tables;
 mod variants;
 
 use clap::Parser;
-use found::{Choice, Found};
 use kind::Kind;
 use rayon::prelude::*;
+use recording_result::{RecordingResult, RuleChoice};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -91,13 +91,13 @@ fn run(args: &Args) -> Result<(), String> {
             }
         }
         for ((against, real), simulated) in live::AGAINST.iter().zip(&real).zip(&simulated) {
-            let sets: [(&str, &[confidence::Sure]); 2] =
+            let sets: [(&str, &[confidence::ConfidenceSample]); 2] =
                 [("real recordings", real), ("simulated operators", simulated)];
             println!("{}", confidence::table(&format!("labels of frames, by {against},"), &sets));
         }
         return Ok(());
     }
-    let rules = Choice { folder: args.rules.as_deref(), draw: None };
+    let rules = RuleChoice { folder: args.rules.as_deref(), draw: None };
     if let Some(draws) = args.spread {
         println!("{}", spread::table(&logs, root, rules, draws)?);
         return Ok(());
@@ -107,10 +107,10 @@ fn run(args: &Args) -> Result<(), String> {
         println!("{}", robustness::table(&logs, root, rules, wanted, args.each));
         return Ok(());
     }
-    let results: Vec<(Kind, PathBuf, Result<Found, String>)> = logs
+    let results: Vec<(Kind, PathBuf, Result<RecordingResult, String>)> = logs
         .into_par_iter()
         .map(|(kind, path)| {
-            let found = found::found(kind, &path, root, rules);
+            let found = recording_result::found(kind, &path, root, rules);
             (kind, path, found)
         })
         .collect();

@@ -1,6 +1,6 @@
 //! Simple peers: what one threshold reaches, measured in the same run.
 
-use teachtree_analysis::{Analysis, Segment, Track, Who};
+use teachtree_analysis::{Analysis, Segment, Track, TrackId};
 use teachtree_base::meaning::Primitives;
 use teachtree_base::recording::Recording;
 
@@ -20,7 +20,7 @@ fn norms(recording: &Recording, channel: &str) -> Vec<f64> {
 pub fn share_of_force(
     recording: &Recording,
     channel: &str,
-    who: Who,
+    who: TrackId,
     contact: &'static str,
     apart: &'static str,
 ) -> Analysis {
@@ -43,7 +43,13 @@ pub fn first_above(recording: &Recording, channel: &str, least: f64) -> Option<f
 }
 
 /// A result of one track, by a name for each frame.
-pub fn labeled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl Fn(usize) -> &'static str) -> Analysis {
+pub fn labeled(
+    who: TrackId,
+    frames: usize,
+    rate_hz: f64,
+    start_s: f64,
+    name: impl Fn(usize) -> &'static str,
+) -> Analysis {
     let at_s = |frame: usize| start_s + frame as f64 / rate_hz;
     let mut segments: Vec<Segment> = Vec::new();
     for frame in 0..frames {

@@ -1,7 +1,7 @@
 //! What changes when recordings are changed as another laboratory would have made them: a table in Markdown.
 
-use crate::found::{Choice, Found, Original, found_in, opened};
 use crate::kind::Kind;
+use crate::recording_result::{Original, RecordingResult, RuleChoice, found_in, opened};
 use crate::tables;
 use crate::variants::{Lab, VARIANTS, Variant};
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ const RIGHT_S: f64 = 0.15;
 
 /// All recordings in one variant.
 #[derive(Default)]
-struct Sum {
+struct VariantTotals {
     boundaries: Share,
     unexplained: Share,
     passes: Share,
@@ -26,8 +26,8 @@ struct Sum {
     refused: Vec<String>,
 }
 
-impl Sum {
-    fn add(&mut self, found: &Found, tasks: Option<&[String]>) {
+impl VariantTotals {
+    fn add(&mut self, found: &RecordingResult, tasks: Option<&[String]>) {
         for (.., off) in &found.boundaries {
             self.boundaries.count(off.is_some_and(|off| off <= RIGHT_S));
         }
@@ -46,7 +46,7 @@ impl Sum {
 }
 
 /// A row for each variant, over all recordings that can be changed so.
-pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: Choice, wanted: &str, each: bool) -> String {
+pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: RuleChoice, wanted: &str, each: bool) -> String {
     let mut text = String::from(
         "| variant | recordings | boundaries within 0.15 s | segments that no task explains | Pass, false | contact covered | HIRO, stuck sensors | \
          frames / F1@50 of labels | tasks unchanged |\n|---|---|---|---|---|---|---|---|---|\n",
@@ -54,7 +54,7 @@ pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: Choice, wanted: &str,
     for variant in VARIANTS.iter().filter(|(name, _)| name.contains(wanted)) {
         let results: Vec<_> =
             logs.par_iter().map(|(kind, path)| (path, of_recording(*kind, path, root, rules, variant))).collect();
-        let mut sum = Sum::default();
+        let mut sum = VariantTotals::default();
         let mut count = 0;
         for (path, result) in results {
             let name = path.strip_prefix(root).unwrap_or(path).display().to_string();
@@ -83,16 +83,16 @@ pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: Choice, wanted: &str,
     text
 }
 
-type Compared = Option<(Found, Vec<String>)>;
+type VariantResult = Option<(RecordingResult, Vec<String>)>;
 
 /// What is found in a variant of a recording, and the tasks of the original; `None` where it cannot be changed so.
 fn of_recording(
     kind: Kind,
     path: &Path,
     root: &Path,
-    rules: Choice,
+    rules: RuleChoice,
     (_, change): &Variant,
-) -> Result<Compared, String> {
+) -> Result<VariantResult, String> {
     let Some(mut lab) = Lab::read(kind, path, root)? else { return Ok(None) };
     if !change(&mut lab) {
         return Ok(None);
@@ -103,13 +103,13 @@ fn of_recording(
     std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     let (log, binding, warp) = lab.write(&folder)?;
     let original = opened(path, &root.join("demos").join(format!("{}.binding.yaml", kind.binding())))?;
-    let as_it_is = crate::found::found(kind, path, root, rules)?;
+    let as_it_is = crate::recording_result::found(kind, path, root, rules)?;
     let changed = opened(&log, &binding)?;
     let found = found_in(kind, &Original { path, opened: &original }, &changed, warp, root, rules)?;
     Ok(Some((found, as_it_is.tasks)))
 }
 
-fn row(name: &str, count: usize, sum: &Sum) -> String {
+fn row(name: &str, count: usize, sum: &VariantTotals) -> String {
     let share =
         |share: Share| if share.of == 0 { "–".to_string() } else { format!("{} of {}", share.right, share.of) };
     let percent = |rate: Option<f64>| rate.map_or("–".into(), |rate| format!("{:.1}", 100.0 * rate));

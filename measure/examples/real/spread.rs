@@ -1,7 +1,7 @@
 //! How far the figures of the table can be trusted: how they spread over the recordings, and over other values of the rules.
 
-use crate::found::{Choice, Found, found};
 use crate::kind::{Kind, Set};
+use crate::recording_result::{RecordingResult, RuleChoice, found};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ const RIGHT_S: f64 = 0.15;
 const DRAWN: usize = 2000;
 
 /// A figure of some recordings, 0 to 1; `None` where it says nothing of them.
-type Figure = (&'static str, fn(&[&Found]) -> Option<f64>);
+type Figure = (&'static str, fn(&[&RecordingResult]) -> Option<f64>);
 
 const FIGURES: [Figure; 5] = [
     ("boundaries within 0.15 s", |found| {
@@ -46,7 +46,7 @@ fn share(right: usize, of: usize) -> Option<f64> {
     (of > 0).then(|| right as f64 / of as f64)
 }
 
-fn sum(found: &[&Found], of: fn(&Found) -> Share) -> Share {
+fn sum(found: &[&RecordingResult], of: fn(&RecordingResult) -> Share) -> Share {
     found.iter().fold(Share::default(), |mut sum, it| {
         sum.add(of(it));
         sum
@@ -63,12 +63,13 @@ fn person(kind: Kind, path: &Path) -> String {
 }
 
 /// A row for each set and figure: as shipped, its interval by drawing people anew, and the middle and the worst of other values of the rules.
-pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: Choice, draws: u64) -> Result<String, String> {
-    let all = |rules: Choice| -> Vec<Option<Found>> {
+pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: RuleChoice, draws: u64) -> Result<String, String> {
+    let all = |rules: RuleChoice| -> Vec<Option<RecordingResult>> {
         logs.par_iter().map(|(kind, path)| found(*kind, path, root, rules).ok()).collect()
     };
     let shipped = all(rules);
-    let varied: Vec<Vec<Option<Found>>> = (1..=draws).map(|draw| all(Choice { draw: Some(draw), ..rules })).collect();
+    let varied: Vec<Vec<Option<RecordingResult>>> =
+        (1..=draws).map(|draw| all(RuleChoice { draw: Some(draw), ..rules })).collect();
     let mut sets: BTreeMap<Set, Vec<usize>> = BTreeMap::new();
     for (at, (kind, _)) in logs.iter().enumerate() {
         sets.entry(kind.set()).or_default().push(at);
@@ -84,7 +85,7 @@ pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: Choice, draws: u64) -
             people.entry(person(*kind, path)).or_default().push(at);
         }
         for (name, figure) in FIGURES {
-            let of = |from: &[Option<Found>], at: &[usize]| -> Option<f64> {
+            let of = |from: &[Option<RecordingResult>], at: &[usize]| -> Option<f64> {
                 figure(&at.iter().filter_map(|at| from[*at].as_ref()).collect::<Vec<_>>())
             };
             let every: Vec<usize> = people.values().flatten().copied().collect();

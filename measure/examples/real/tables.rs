@@ -1,7 +1,7 @@
 //! What was found in all recordings in, a table in Markdown out.
 
-use crate::found::Found;
 use crate::kind::{Kind, Set};
+use crate::recording_result::RecordingResult;
 use std::collections::BTreeMap;
 use teachtree_analysis::score::statistics::quantile;
 use teachtree_analysis::score::{Share, Tally};
@@ -14,8 +14,8 @@ struct Row {
 }
 
 /// A row for each set, place and measure.
-pub fn table(all: &[(Kind, bool, Found)]) -> String {
-    let mut sets: BTreeMap<(Set, bool), Vec<&Found>> = BTreeMap::new();
+pub fn table(all: &[(Kind, bool, RecordingResult)]) -> String {
+    let mut sets: BTreeMap<(Set, bool), Vec<&RecordingResult>> = BTreeMap::new();
     for (kind, given, found) in all {
         sets.entry((kind.set(), *given)).or_default().push(found);
     }
@@ -40,7 +40,7 @@ pub fn table(all: &[(Kind, bool, Found)]) -> String {
 }
 
 /// A recording by itself.
-pub fn line(name: &str, found: &Found) -> String {
+pub fn line(name: &str, found: &RecordingResult) -> String {
     let measures = rows(&[found]).into_iter().map(|row| format!("{}: {} ({})", row.measure, row.ours, row.peer));
     let off = found.boundaries.iter().filter(|(.., off)| off.is_none_or(|off| off > 0.05)).map(|(name, at_s, off)| {
         let off = off.map_or("not found".into(), |off| format!("off by {off:.2} s"));
@@ -49,7 +49,7 @@ pub fn line(name: &str, found: &Found) -> String {
     format!("{name}\n  {}{}\n{}", measures.collect::<Vec<_>>().join("; "), off.collect::<String>(), found.printed)
 }
 
-fn rows(found: &[&Found]) -> Vec<Row> {
+fn rows(found: &[&RecordingResult]) -> Vec<Row> {
     let mut rows = Vec::new();
     let (ours, peers) = (tallies(found, |it| &it.labels), tallies(found, |it| &it.peers));
     for (name, tally) in &ours {
@@ -72,7 +72,7 @@ fn rows(found: &[&Found]) -> Vec<Row> {
         );
         rows.push(Row { measure: format!("{} boundaries", boundaries.len()), ours, peer: dash(String::new()) });
     }
-    let sum = |of: fn(&Found) -> Share| {
+    let sum = |of: fn(&RecordingResult) -> Share| {
         found.iter().fold(Share::default(), |mut sum, it| {
             sum.add(of(it));
             sum
@@ -117,7 +117,10 @@ fn dash(text: String) -> String {
     if text.is_empty() { "–".into() } else { text }
 }
 
-fn tallies<'a>(found: &[&'a Found], of: fn(&Found) -> &Vec<(&'static str, Tally)>) -> BTreeMap<&'a str, Tally> {
+fn tallies<'a>(
+    found: &[&'a RecordingResult],
+    of: fn(&RecordingResult) -> &Vec<(&'static str, Tally)>,
+) -> BTreeMap<&'a str, Tally> {
     let mut all: BTreeMap<&str, Tally> = BTreeMap::new();
     found.iter().flat_map(|it| of(it)).for_each(|(name, tally)| all.entry(name).or_default().add(tally));
     all

@@ -20,7 +20,7 @@ pub struct RuleSet {
 }
 
 /// The result of a run on a recording.
-pub struct Said {
+pub struct RuleRun {
     pub frames: Frames,
     pub leaves: Vec<Leaves>,
     pub analysis: Analysis,
@@ -37,12 +37,12 @@ impl RuleSet {
     }
 
     /// Runs the rules over a recording, as `teachtree analyze` does.
-    pub fn over(&self, recording: &Recording) -> Result<Said, InputError> {
+    pub fn over(&self, recording: &Recording) -> Result<RuleRun, InputError> {
         let frames = teachtree_frames::frames(recording, &self.channels)?;
         analysis::check_rate(&self.rules, frames.layout.rate_hz)?;
         let leaves = evaluate(&self.graph, &frames)?;
         let analysis = analysis::analyze(&self.rules, &frames, &leaves);
-        Ok(Said { frames, leaves, analysis })
+        Ok(RuleRun { frames, leaves, analysis })
     }
 
     /// Returns all params times `factor`, limited to their ranges, and the names of those that were limited.

@@ -1,7 +1,7 @@
 //! Tables in Markdown from the counts of many trials.
 
 use crate::coordination::Coordination;
-use crate::trial::{Rulesets, STRESSES, Seen, Trial};
+use crate::trial::{Rulesets, STRESSES, Trial, TruthComparison};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use teachtree_analysis::score::{Share, Tally};
@@ -210,7 +210,7 @@ pub fn pooled(sets: &[(String, &[Trial])]) -> String {
         ("tasks right, forces and poses only", |trials| format_share(tally(trials, 2).tasks_found())),
         ("no task, none found", |trials| format_share(negative(trials, 0))),
         ("recordings with all tasks right and no other", |trials| {
-            format_share(count(trials.iter().map(|trial| Seen::is_right(&trial.seen[0]))))
+            format_share(count(trials.iter().map(|trial| TruthComparison::is_right(&trial.seen[0]))))
         }),
         ("boundaries by contact, median, ms", |trials| ms(tally(trials, 0).contact_errors().median_s())),
         ("boundaries by contact, 95th percentile, ms", |trials| ms(tally(trials, 0).contact_errors().p95_s())),

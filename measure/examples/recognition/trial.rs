@@ -1,12 +1,14 @@
 //! A trial: one simulated operator in one scene, recorded once and analyzed under every condition. Only the counts are kept, not the recording.
 
 use crate::coordination::Coordination;
-use crate::ruleset::{RuleSet, Said};
+use crate::ruleset::{RuleRun, RuleSet};
 use crate::transforms::{resampled, reversed, slowed, turned, without_contacts, without_flags};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use teachtree_analysis::json::Meta;
-use teachtree_analysis::score::{self, Known, NameMap, Sequences, Share, Stage, Tally, TaskPair, TrackTruth, Truth};
+use teachtree_analysis::score::{
+    self, KnownNames, NameMap, Sequences, Share, Stage, Tally, TaskPair, TrackTruth, Truth,
+};
 use teachtree_analysis::{Segment, Track};
 use teachtree_base::error::InputError;
 use teachtree_base::recording::Recording;
@@ -38,7 +40,7 @@ impl Rulesets {
         let shipped = RuleSet::load(all, vec![])?;
         let (less, low_end) = shipped.scaled(0.75);
         let (more, high_end) = shipped.scaled(1.25);
-        let expected = Sequences::read(sequences, file, &Known::new(&shipped.rules));
+        let expected = Sequences::read(sequences, file, &KnownNames::new(&shipped.rules));
         Ok(Self {
             base: RuleSet::load(base, vec![])?,
             lower: RuleSet::load(all, less)?,
@@ -79,7 +81,7 @@ pub struct Trial {
     /// A perturbation happened, or an object was lost.
     pub perturbation: bool,
     /// With all channels, without contact flags, and with forces and poses of fingers and objects only.
-    pub seen: [Seen; 3],
+    pub seen: [TruthComparison; 3],
     /// The tasks whose sequence is an expected one.
     pub expected: Share,
     /// Whether the tasks are right, for each of [`STRESSES`]; empty if these were not run.
@@ -94,7 +96,7 @@ pub struct Trial {
 }
 
 /// A result compared with the truth.
-pub struct Seen {
+pub struct TruthComparison {
     pub tally: Tally,
     /// Negative cases: intervals in which the hand is at an object and does no task. Right if no task is found there.
     pub negative: Share,
@@ -118,9 +120,10 @@ impl Trial {
         let perturbations = ["perturbation_started", "object_lost"];
         let perturbation = recording.events.iter().any(|event| perturbations.contains(&event.kind.as_str()));
         let said = rules.shipped.over(&recording)?;
-        let full = Seen::new(&rules.shipped, &recording, &said)?;
+        let full = TruthComparison::new(&rules.shipped, &recording, &said)?;
         let both = Coordination::new(&recording, &said.analysis);
-        let blind = |recording: &Recording| Seen::new(&rules.shipped, recording, &rules.shipped.over(recording)?);
+        let blind =
+            |recording: &Recording| TruthComparison::new(&rules.shipped, recording, &rules.shipped.over(recording)?);
         let unflagged = without_flags(recording.clone());
         let seen_unflagged = blind(&unflagged)?;
         let bare = blind(&without_contacts(unflagged))?;
@@ -151,8 +154,8 @@ impl Trial {
             for stress in STRESSES {
                 let changed = (stress.change)(recording.clone());
                 let rules = (stress.rules)(rules);
-                let seen = rules.over(&changed).and_then(|said| Seen::new(rules, &changed, &said));
-                trial.stress.push(seen.as_ref().is_ok_and(Seen::is_right));
+                let seen = rules.over(&changed).and_then(|said| TruthComparison::new(rules, &changed, &said));
+                trial.stress.push(seen.as_ref().is_ok_and(TruthComparison::is_right));
                 trial.refused.extend(seen.err().map(|error| format!("{scene} {seed}, {}: {error}", stress.name)));
             }
         }
@@ -160,10 +163,10 @@ impl Trial {
     }
 }
 
-impl Seen {
-    fn new(rules: &RuleSet, recording: &Recording, said: &Said) -> Result<Self, InputError> {
+impl TruthComparison {
+    fn new(rules: &RuleSet, recording: &Recording, said: &RuleRun) -> Result<Self, InputError> {
         let truth = Truth::of_recording(recording, &NameMap::default()).unwrap_or_default();
-        let truth = truth.retold(&rules.rules, &said.frames)?;
+        let truth = truth.relabeled(&rules.rules, &said.frames)?;
         let meta = Meta { log: recording.scene.name.clone(), ..Meta::default() };
         let mut seen = Self { tally: Tally::default(), negative: Share::default() };
         let rows = score::score(&truth, &said.analysis, Stage::Relabeled, &meta)?;
@@ -211,7 +214,7 @@ fn idle(truth: &TrackTruth) -> Vec<Range<f64>> {
 fn additive(
     rules: &Rulesets,
     recording: &Recording,
-    said: &Said,
+    said: &RuleRun,
     truth: &[TaskPair],
 ) -> Result<Option<Additive>, InputError> {
     let all = &rules.shipped.rules;

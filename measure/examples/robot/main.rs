@@ -72,7 +72,7 @@ const END_IN_CONTACT: [&str; 7] =
 
 /// What is otherwise: displacements of objects, known or unknown to the robot; the recording.
 #[derive(Clone, Copy, Default)]
-struct Otherwise {
+struct Conditions {
     displaced: bool,
     unknown: bool,
     slow: bool,
@@ -87,7 +87,7 @@ const SLOW: f64 = 3.0;
 const NOISE: [(Dimension, f64); 2] = [(Dimension::LENGTH, 0.001), (Dimension::FORCE, 0.1)];
 
 /// The result of one demonstration.
-struct Came {
+struct DemonstrationResult {
     outcomes: Vec<Outcome>,
     /// The commanded tasks, and those that the rules find in the robot's recording.
     tasks: [Vec<String>; 2],
@@ -124,7 +124,7 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     let (mut operators, mut all_done, mut all_kept, mut all_same) = (0, 0, 0, 0);
     let says = |what: &str| wanted.iter().any(|word| *word == what);
     let [displaced, unknown, slow, noisy] = WORDS.map(says);
-    let otherwise = Otherwise { displaced, unknown, slow, noisy };
+    let otherwise = Conditions { displaced, unknown, slow, noisy };
     let wanted: Vec<&String> = wanted.into_iter().filter(|word| !WORDS.contains(&word.as_str())).collect();
     let named = |word: &str, scene: &str| if SCENES.contains(&word) { word == scene } else { scene.contains(word) };
     let is_wanted = |scene: &&str| wanted.is_empty() || wanted.iter().any(|word| named(word, scene));
@@ -133,7 +133,7 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
         |scene: &&str| !(otherwise.displaced && ["ball", "peg_pullout_from_hole", "turn_screw"].contains(scene));
     let ends_in_contact = |scene: &&str| !otherwise.unknown || END_IN_CONTACT.contains(scene);
     for scene in SCENES.into_iter().filter(is_wanted).filter(stands_free).filter(ends_in_contact) {
-        let came: Vec<(u64, Result<Came, InputError>)> = (first..=last)
+        let came: Vec<(u64, Result<DemonstrationResult, InputError>)> = (first..=last)
             .into_par_iter()
             .map(|seed| {
                 let recording = demonstrated(scene, seed, otherwise);
@@ -148,7 +148,7 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
         let (mut done, mut kept, mut same, mut off, mut turned) = (0, 0, 0, 0.0_f64, 0.0_f64);
         let mut failed = Vec::new();
         for (seed, came) in &came {
-            if let Ok(Came { outcomes, .. }) = came {
+            if let Ok(DemonstrationResult { outcomes, .. }) = came {
                 for it in outcomes.iter().filter(|it| !it.forces.kept()) {
                     let (forces, pressed) = (&it.forces, it.forces.largest);
                     let shares = [forces.fingers, forces.total].map(|share| share * 100.0);
@@ -186,7 +186,7 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                     failed.push(format!("{seed} (refused)"));
                 }
             }
-            if let Ok(Came { nearest: Some(nearest), .. }) = came
+            if let Ok(DemonstrationResult { nearest: Some(nearest), .. }) = came
                 && nearest.passes_through()
             {
                 let (by, [one, other]) = (-nearest.gap * 1e3, &nearest.links);
@@ -201,7 +201,7 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                     "{scene} {seed}: {link} goes through {with} by {deep:.1} mm for {lasts_s:.2} s, after {time_s:.1} s"
                 );
             }
-            if let Ok(Came { tasks: [commanded, performed], .. }) = came {
+            if let Ok(DemonstrationResult { tasks: [commanded, performed], .. }) = came {
                 same += usize::from(commanded == performed);
                 if commanded != performed {
                     eprintln!("{scene} {seed}: commanded {}, performed {}", commanded.join(", "), performed.join(", "));
@@ -220,7 +220,7 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
 }
 
 /// The recording of an operator.
-fn demonstrated(scene: &str, seed: u64, otherwise: Otherwise) -> Result<Recording, InputError> {
+fn demonstrated(scene: &str, seed: u64, otherwise: Conditions) -> Result<Recording, InputError> {
     let mut recording = world::teach(&world::scene(scene)?, &world::operator(scene)?, seed)?;
     if otherwise.slow {
         recording = slowed(recording, SLOW);
@@ -236,10 +236,10 @@ fn carried_out(
     scene: &str,
     seed: u64,
     recording: Recording,
-    otherwise: Otherwise,
+    otherwise: Conditions,
     rules: &[RuleSet; 2],
     robot: &Robot,
-) -> Result<Came, InputError> {
+) -> Result<DemonstrationResult, InputError> {
     let stage = world::scene(scene)?;
     let rules = &rules[usize::from(stage.hands.len() > 1)];
     let said = rules.over(&recording)?.analysis;
@@ -252,7 +252,7 @@ fn carried_out(
     let commanded = commands.tasks.iter().map(|task| format!("{} {}", task.track, task.task)).collect();
     let tasks = [commanded, names(&again)].map(sorted);
     let Performance { outcomes, nearest, collisions, .. } = performance;
-    Ok(Came { outcomes, tasks, nearest, collisions })
+    Ok(DemonstrationResult { outcomes, tasks, nearest, collisions })
 }
 
 /// Adds noise to positions and forces.

@@ -6,7 +6,7 @@ use super::{Args, LayoutArg, provenance};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use teachtree_analysis::steps::{Lack, values};
+use teachtree_analysis::steps::{SignalError, values};
 use teachtree_base::error::InputError;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
@@ -18,7 +18,7 @@ use teachtree_session::{AnalysisInternals, LogInternals};
 /// A recording with the row of each signal.
 struct Row {
     name: String,
-    rows: Vec<Result<usize, Lack>>,
+    rows: Vec<Result<usize, SignalError>>,
     signals: Signals,
 }
 

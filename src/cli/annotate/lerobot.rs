@@ -7,9 +7,9 @@ use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use teachtree_base::error::InputError;
-use teachtree_base::nearest::nearest;
+use teachtree_base::spelling::nearest;
 use teachtree_logs::read::formats;
-use teachtree_logs::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
+use teachtree_logs::read::formats::lerobot::annotate::{AnnotationTarget, Label, LabelFormat, Request};
 use teachtree_report::words::{Phrasing, Style};
 use teachtree_session::Analysis;
 use teachtree_session::{AnalysisInternals, LogInternals, RulesInternals};
@@ -32,11 +32,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let legacy = legacy(args, &forms)?;
     // `subtask_index` has one style; labels of the other one are written only where another form takes them.
     let styles: Vec<Style> = match forms.as_slice() {
-        [Form::Legacy] => styles.into_iter().filter(|style| style.name() == legacy).collect(),
+        [LabelFormat::Legacy] => styles.into_iter().filter(|style| style.name() == legacy).collect(),
         _ => styles,
     };
     let names: Vec<&str> = styles.iter().map(|style| style.name()).collect();
-    let set = Annotated::open(&args.data)?;
+    let set = AnnotationTarget::open(&args.data)?;
     set.refuse_forms(&forms)?;
     if !args.replace {
         set.refuse_labeled(&forms, &names)?;
@@ -85,30 +85,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// The forms that are asked for.
-fn forms(args: &Args) -> Result<Vec<Form>, InputError> {
+fn forms(args: &Args) -> Result<Vec<LabelFormat>, InputError> {
     if args.language && args.legacy {
         let message =
             "the versions of lerobot that read --legacy load no set with language columns, found --language too";
         return Err(InputError::new("--legacy", message).help("write two copies"));
     }
     let asked = [
-        (args.language, Form::Language),
-        (args.legacy, Form::Legacy),
-        (args.sarm, Form::Sarm),
-        (args.gr00t, Form::Gr00t),
-        (args.prelabels, Form::Prelabels),
+        (args.language, LabelFormat::Language),
+        (args.legacy, LabelFormat::Legacy),
+        (args.sarm, LabelFormat::Sarm),
+        (args.gr00t, LabelFormat::Gr00t),
+        (args.prelabels, LabelFormat::Prelabels),
     ];
-    let forms: Vec<Form> = asked.into_iter().filter(|(is_asked, _)| *is_asked).map(|(_, form)| form).collect();
-    Ok(if forms.is_empty() { vec![Form::Language] } else { forms })
+    let forms: Vec<LabelFormat> = asked.into_iter().filter(|(is_asked, _)| *is_asked).map(|(_, form)| form).collect();
+    Ok(if forms.is_empty() { vec![LabelFormat::Language] } else { forms })
 }
 
 /// The style of `subtask_index`, of which there is one.
-fn legacy(args: &Args, forms: &[Form]) -> Result<&'static str, InputError> {
+fn legacy(args: &Args, forms: &[LabelFormat]) -> Result<&'static str, InputError> {
     match args.style.as_slice() {
         [] => Ok(Style::Subtask.name()),
         styles if styles.iter().all(|style| *style == StyleArg::Motion) => Ok(Style::Motion.name()),
         styles if styles.iter().all(|style| *style == StyleArg::Subtask) => Ok(Style::Subtask.name()),
-        _ if !forms.contains(&Form::Legacy) => Ok(Style::Subtask.name()),
+        _ if !forms.contains(&LabelFormat::Legacy) => Ok(Style::Subtask.name()),
         _ => {
             Err(InputError::new("--style", "`subtask_index` has one style, found two").help("name the one of --legacy"))
         }

@@ -8,9 +8,9 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::Analysis;
-use teachtree_analysis::steps::Lack;
+use teachtree_analysis::steps::SignalError;
 use teachtree_base::error::InputError;
-use teachtree_base::hands::{Side, Who};
+use teachtree_base::hands::{Side, TrackId};
 use teachtree_base::meaning::Meaning;
 use teachtree_base::yaml;
 use teachtree_logs::atomic_write::Files;
@@ -33,7 +33,7 @@ enum Format {
 pub(super) struct Demonstration<'a> {
     pub name: &'a str,
     pub analysis: &'a Analysis,
-    pub rows: &'a [Result<usize, Lack>],
+    pub rows: &'a [Result<usize, SignalError>],
 }
 
 /// A specification that is to be written.
@@ -222,7 +222,7 @@ impl<'a> TaskSpec<'a> {
         let (mut bodies, mut hands): (BTreeMap<&str, usize>, BTreeMap<Side, usize>) = Default::default();
         for demonstration in found {
             for (who, of, _) in signal.step.spans(demonstration.analysis) {
-                if let Who::Hand(side) = who {
+                if let TrackId::Hand(side) = who {
                     *hands.entry(side).or_default() += 1;
                 }
                 let partner = of.partner.as_ref().filter(|_| !of_object);

@@ -1,6 +1,6 @@
 //! Messages of an MCAP file in the order in which they were recorded, also while the file is being written.
 
-use super::source::{Outlet, Sent, message};
+use super::source::{Outlet, SourceEvent, message};
 use std::fs::File;
 use std::io::Read;
 use std::thread;
@@ -24,22 +24,22 @@ pub fn play(file: File, name: &str, topics: &TopicFilter, followed: bool, outlet
         }
     };
     let played = match followed {
-        true => mcap::play(Growing { file, outlet: outlet.clone() }, name, each),
+        true => mcap::play(GrowingFile { file, outlet: outlet.clone() }, name, each),
         false => mcap::play(file, name, each),
     };
     let _ = outlet.send(match played {
-        Ok(_) => Sent::Stop,
-        Err(error) => Sent::Failed(error),
+        Ok(_) => SourceEvent::Stop,
+        Err(error) => SourceEvent::Failed(error),
     });
 }
 
 /// A file that is being written: its end is waited at.
-struct Growing {
+struct GrowingFile {
     file: File,
     outlet: Outlet,
 }
 
-impl Read for Growing {
+impl Read for GrowingFile {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         loop {
             match self.file.read(buffer) {

@@ -3,7 +3,7 @@
 //! A connection that breaks is made again, after 0.1 s at first and up to 5 s later on. Messages are taken as they come; those for which there is no
 //! room are counted.
 
-use super::source::{Outlet, Sent, message};
+use super::source::{Outlet, SourceEvent, message};
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use std::thread;
 use std::time::Duration;
 use teachtree_base::error::InputError;
 use teachtree_frames::bind::TopicFilter;
-use teachtree_logs::foxglove::{Advertised, FromServer, subscribe};
-use teachtree_logs::read::formats::topics::Reading;
+use teachtree_logs::foxglove::{AdvertisedChannel, ServerMessage, subscribe};
+use teachtree_logs::read::formats::topics::MessageDecoder;
 use tungstenite::client::{ClientRequestBuilder, client_with_config};
 use tungstenite::error::ProtocolError;
 use tungstenite::handshake::HandshakeError;
@@ -43,7 +43,7 @@ const LONGEST_WAIT: Duration = Duration::from_secs(5);
 const MOST_NAMED: usize = 20;
 
 /// A source with its address, such as `ws://localhost:8765`.
-pub struct Robot {
+pub struct FoxgloveSource {
     address: String,
     uri: Uri,
     /// Host and port.
@@ -52,7 +52,7 @@ pub struct Robot {
 }
 
 /// Why a connection is not read any more.
-enum End {
+enum ConnectionEnd {
     /// It broke, and is to be made again.
     Broken(String),
     /// Nothing will come of it.
@@ -61,7 +61,7 @@ enum End {
     Gone,
 }
 
-impl Robot {
+impl FoxgloveSource {
     /// A robot at an address.
     ///
     /// # Errors
@@ -136,17 +136,17 @@ impl Robot {
         loop {
             if let Some(socket) = socket.take() {
                 match self.read(socket, is_first, outlet) {
-                    End::Broken(why) => {
+                    ConnectionEnd::Broken(why) => {
                         let message = format!("the connection to {} broke: {why}; it is made again", self.address);
-                        if !outlet.send(Sent::Broken(message)) {
+                        if !outlet.send(SourceEvent::Broken(message)) {
                             return;
                         }
                     }
-                    End::Failed(error) => {
-                        outlet.send(Sent::Failed(error));
+                    ConnectionEnd::Failed(error) => {
+                        outlet.send(SourceEvent::Failed(error));
                         return;
                     }
-                    End::Gone => return,
+                    ConnectionEnd::Gone => return,
                 }
                 (is_first, wait) = (false, FIRST_WAIT);
             }
@@ -156,15 +156,16 @@ impl Robot {
                 return;
             }
             socket = self.connect().ok();
-            if socket.is_some() && !outlet.send(Sent::Connected(format!("connected to {} again", self.address))) {
+            if socket.is_some() && !outlet.send(SourceEvent::Connected(format!("connected to {} again", self.address)))
+            {
                 return;
             }
         }
     }
 
     /// Reads a connection until it ends.
-    fn read(&self, mut socket: WebSocket<TcpStream>, is_first: bool, outlet: &Outlet) -> End {
-        let mut session = Session {
+    fn read(&self, mut socket: WebSocket<TcpStream>, is_first: bool, outlet: &Outlet) -> ConnectionEnd {
+        let mut session = ConnectionState {
             robot: self,
             channels: BTreeMap::new(),
             subscribed: BTreeMap::new(),
@@ -183,10 +184,10 @@ impl Robot {
         let mut looks: usize = 0;
         loop {
             if outlet.stops() {
-                return End::Gone;
+                return ConnectionEnd::Gone;
             }
             if session.subscribed.is_empty() && is_late.load(Ordering::Relaxed) {
-                return End::Failed(session.nothing());
+                return ConnectionEnd::Failed(session.nothing());
             }
             let read = socket.read();
             let is_idle = matches!(&read, Err(Error::Io(error)) if is_timeout(error));
@@ -196,12 +197,12 @@ impl Robot {
                 Ok(Message::Binary(bytes)) => session.binary(&bytes, outlet),
                 Ok(Message::Close(frame)) => {
                     let reason = frame.map(|frame| frame.reason.to_string()).filter(|reason| !reason.is_empty());
-                    Err(End::Broken(reason.unwrap_or_else(|| "the other side has closed it".into())))
+                    Err(ConnectionEnd::Broken(reason.unwrap_or_else(|| "the other side has closed it".into())))
                 }
                 Ok(_) => Ok(()),
                 Err(_) if looks == IDLE_LOOKS => socket.send(Message::Ping(Bytes::new())).map_err(broken),
                 Err(_) if looks >= GONE_LOOKS => {
-                    Err(End::Broken(format!("nothing came for {} s", LOOK.as_secs() * GONE_LOOKS as u64)))
+                    Err(ConnectionEnd::Broken(format!("nothing came for {} s", LOOK.as_secs() * GONE_LOOKS as u64)))
                 }
                 Err(_) if is_idle => Ok(()),
                 Err(error) => Err(broken(error)),
@@ -217,8 +218,8 @@ fn is_timeout(error: &std::io::Error) -> bool {
     matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut)
 }
 
-fn broken(error: Error) -> End {
-    End::Broken(match error {
+fn broken(error: Error) -> ConnectionEnd {
+    ConnectionEnd::Broken(match error {
         Error::ConnectionClosed | Error::AlreadyClosed => "the other side has closed it".into(),
         Error::Protocol(ProtocolError::ResetWithoutClosingHandshake) => "the other side has gone".into(),
         Error::Io(error) => error.to_string(),
@@ -227,10 +228,10 @@ fn broken(error: Error) -> End {
 }
 
 /// What is known of a connection.
-struct Session<'a> {
-    robot: &'a Robot,
+struct ConnectionState<'a> {
+    robot: &'a FoxgloveSource,
     /// Topic of each channel, and how its messages are read.
-    channels: BTreeMap<u64, (String, Reading)>,
+    channels: BTreeMap<u64, (String, MessageDecoder)>,
     /// The channel of each subscription.
     subscribed: BTreeMap<u32, u64>,
     /// All topics that were advertised, with the types of their messages.
@@ -241,27 +242,27 @@ struct Session<'a> {
     lost: u64,
 }
 
-impl Session<'_> {
-    fn text(&mut self, text: &str, socket: &mut WebSocket<TcpStream>, outlet: &Outlet) -> Result<(), End> {
-        match FromServer::parse(text) {
-            FromServer::Advertise(channels) => self.advertise(channels, socket, outlet),
-            FromServer::Unadvertise(ids) => {
+impl ConnectionState<'_> {
+    fn text(&mut self, text: &str, socket: &mut WebSocket<TcpStream>, outlet: &Outlet) -> Result<(), ConnectionEnd> {
+        match ServerMessage::parse(text) {
+            ServerMessage::Advertise(channels) => self.advertise(channels, socket, outlet),
+            ServerMessage::Unadvertise(ids) => {
                 for id in ids {
                     self.channels.remove(&id);
                     self.subscribed.retain(|_, channel| *channel != id);
                 }
                 Ok(())
             }
-            FromServer::Other => Ok(()),
+            ServerMessage::Other => Ok(()),
         }
     }
 
     fn advertise(
         &mut self,
-        channels: Vec<Advertised>,
+        channels: Vec<AdvertisedChannel>,
         socket: &mut WebSocket<TcpStream>,
         outlet: &Outlet,
-    ) -> Result<(), End> {
+    ) -> Result<(), ConnectionEnd> {
         let mut wanted = vec![];
         for channel in channels {
             if self.topics.len() < 10_000 {
@@ -271,7 +272,7 @@ impl Session<'_> {
                 continue;
             }
             match channel.reading() {
-                Reading::Refused(why) => self.send(Sent::Refused(channel.topic, why), outlet)?,
+                MessageDecoder::Refused(why) => self.send(SourceEvent::Refused(channel.topic, why), outlet)?,
                 reading => {
                     self.channels.insert(channel.id, (channel.topic, reading));
                     self.subscribed.insert(self.next, channel.id);
@@ -283,14 +284,14 @@ impl Session<'_> {
         if wanted.is_empty() { Ok(()) } else { socket.send(Message::text(subscribe(&wanted))).map_err(broken) }
     }
 
-    fn binary(&mut self, bytes: &[u8], outlet: &Outlet) -> Result<(), End> {
+    fn binary(&mut self, bytes: &[u8], outlet: &Outlet) -> Result<(), ConnectionEnd> {
         let Some((subscription, received_ns, payload)) = teachtree_logs::foxglove::message_data(bytes) else {
             return Ok(());
         };
         let channel = self.subscribed.get(&subscription).and_then(|id| self.channels.get(id));
         let Some((topic, reading)) = channel else { return Ok(()) };
         let sent = message(topic, reading, received_ns, payload);
-        if self.lost > 0 && outlet.try_send(Sent::Lost(self.lost)).is_ok() {
+        if self.lost > 0 && outlet.try_send(SourceEvent::Lost(self.lost)).is_ok() {
             self.lost = 0;
         }
         match outlet.try_send(sent) {
@@ -299,12 +300,12 @@ impl Session<'_> {
                 self.lost += 1;
                 Ok(())
             }
-            Err(TrySendError::Disconnected(_)) => Err(End::Gone),
+            Err(TrySendError::Disconnected(_)) => Err(ConnectionEnd::Gone),
         }
     }
 
-    fn send(&self, sent: Sent, outlet: &Outlet) -> Result<(), End> {
-        if outlet.send(sent) { Ok(()) } else { Err(End::Gone) }
+    fn send(&self, sent: SourceEvent, outlet: &Outlet) -> Result<(), ConnectionEnd> {
+        if outlet.send(sent) { Ok(()) } else { Err(ConnectionEnd::Gone) }
     }
 
     /// No topic that the binding names is advertised.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use teachtree_analysis::Who;
+use teachtree_analysis::TrackId;
 use teachtree_logs::foxglove::ServedTopic;
 use teachtree_logs::read::formats::mcap::message;
 use teachtree_session::LiveEvent;
@@ -37,16 +37,16 @@ pub struct Hub {
 #[derive(Default)]
 struct State {
     /// The newest messages, in order.
-    kept: VecDeque<Arc<Served>>,
+    kept: VecDeque<Arc<ServedMessage>>,
     bytes: usize,
     /// The number of the first of them.
     first: u64,
     /// The last message of each channel.
-    last: BTreeMap<usize, Arc<Served>>,
+    last: BTreeMap<usize, Arc<ServedMessage>>,
     /// The last label of each track: a label is repeated when its confidence changes.
-    labels: BTreeMap<Who, Option<String>>,
+    labels: BTreeMap<TrackId, Option<String>>,
     /// The last task of each track: its start, s, and name.
-    tasks: BTreeMap<Who, (f64, String)>,
+    tasks: BTreeMap<TrackId, (f64, String)>,
     /// The time of 0 s, and of the newest event, ns since 1970.
     origin_ns: i64,
     newest_ns: u64,
@@ -56,7 +56,7 @@ struct State {
 }
 
 /// A message.
-pub struct Served {
+pub struct ServedMessage {
     pub channel: usize,
     /// The number of the event that it is of.
     pub sequence: u64,
@@ -66,7 +66,7 @@ pub struct Served {
 
 /// From where on a connection reads a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum From {
+pub enum ReadFrom {
     /// The last message there is, and new ones.
     Last,
     /// What is behind the event of this number.
@@ -86,14 +86,14 @@ struct Subscription {
     /// The number of the next message.
     next: u64,
     /// Messages before it.
-    before: Vec<Arc<Served>>,
+    before: Vec<Arc<ServedMessage>>,
     after: Option<u64>,
 }
 
 /// What a connection is to be sent.
 pub struct Batch {
     /// Subscription and message.
-    pub messages: Vec<(u32, Arc<Served>)>,
+    pub messages: Vec<(u32, Arc<ServedMessage>)>,
     /// How many messages, of any channel, were dropped before they could be sent.
     pub dropped: u64,
     /// Whether these are the last ones.
@@ -113,11 +113,11 @@ impl Hub {
     }
 
     /// From where on a reader reads who has got an event of a session: behind it, or from the first one that is kept if that was another session.
-    pub fn resume(&self, session: Option<&str>, after: &str) -> From {
+    pub fn resume(&self, session: Option<&str>, after: &str) -> ReadFrom {
         let is_same = session.is_none_or(|session| session == self.session);
         match after.parse() {
-            Ok(after) if is_same => From::After(after),
-            _ => From::Kept,
+            Ok(after) if is_same => ReadFrom::After(after),
+            _ => ReadFrom::Kept,
         }
     }
 
@@ -126,11 +126,11 @@ impl Hub {
         let (sequence, bytes) = (event.sequence(), event.json().into_bytes());
         let mut state = self.state();
         let time_ns = state.time_ns(event);
-        let mut messages = vec![Served { channel: ALL_EVENTS, sequence, time_ns, bytes }];
+        let mut messages = vec![ServedMessage { channel: ALL_EVENTS, sequence, time_ns, bytes }];
         let mut text = |who: String, what: &str, text: &str| {
             let name = format!("/teachtree/{who}/{what}");
             if let Some(channel) = self.topics.iter().position(|topic| topic.name() == name) {
-                messages.push(Served { channel, sequence, time_ns, bytes: message::text(text) });
+                messages.push(ServedMessage { channel, sequence, time_ns, bytes: message::text(text) });
             }
         };
         if let Some((who, primitive, _)) = event.label() {
@@ -186,7 +186,7 @@ impl Hub {
     }
 
     /// Begins to read a channel.
-    pub fn subscribe(&self, subscriptions: &Mutex<Subscriptions>, id: u32, channel: usize, from: From) {
+    pub fn subscribe(&self, subscriptions: &Mutex<Subscriptions>, id: u32, channel: usize, from: ReadFrom) {
         // In this order, as in `next`.
         let state = self.state();
         let mut subscriptions = subscriptions.lock().unwrap_or_else(PoisonError::into_inner);
@@ -195,9 +195,9 @@ impl Hub {
         }
         let end = state.first + state.kept.len() as u64;
         let (next, before, after) = match from {
-            From::Last => (end, state.last.get(&channel).cloned().into_iter().collect(), None),
-            From::Kept => (state.first, vec![], None),
-            From::After(sequence) => (state.first, vec![], Some(sequence)),
+            ReadFrom::Last => (end, state.last.get(&channel).cloned().into_iter().collect(), None),
+            ReadFrom::Kept => (state.first, vec![], None),
+            ReadFrom::After(sequence) => (state.first, vec![], Some(sequence)),
         };
         subscriptions.of.insert(id, Subscription { channel, next, before, after });
     }
@@ -219,7 +219,7 @@ impl Hub {
 
     /// The messages of a channel that are kept, from a place on.
     #[cfg(feature = "zenoh")]
-    pub fn kept(&self, channel: usize, from: From) -> Vec<Arc<Served>> {
+    pub fn kept(&self, channel: usize, from: ReadFrom) -> Vec<Arc<ServedMessage>> {
         let mut subscriptions = Mutex::default();
         self.subscribe(&subscriptions, 0, channel, from);
         let subscriptions = subscriptions.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -248,7 +248,7 @@ impl State {
         self.newest_ns
     }
 
-    fn keep(&mut self, message: Served) {
+    fn keep(&mut self, message: ServedMessage) {
         let message = Arc::new(message);
         self.bytes += message.bytes.len();
         self.last.insert(message.channel, Arc::clone(&message));
@@ -268,7 +268,7 @@ impl State {
             dropped = dropped.max(self.first.saturating_sub(subscription.next));
             let from = subscription.next.max(self.first) - self.first;
             let new = self.kept.iter().skip(usize::try_from(from).unwrap_or(usize::MAX));
-            let is_wanted = |message: &&Arc<Served>| {
+            let is_wanted = |message: &&Arc<ServedMessage>| {
                 message.channel == subscription.channel
                     && subscription.after.is_none_or(|after| message.sequence > after)
             };

@@ -2,8 +2,8 @@
 //!
 //! The library has threads of its own. It makes a connection again that broke, and declares anew what was declared.
 
-use super::hub::{ALL_EVENTS, From, Hub};
-use super::source::{MAX_LINE, Outlet, Sent};
+use super::hub::{ALL_EVENTS, Hub, ReadFrom};
+use super::source::{MAX_LINE, Outlet, SourceEvent};
 use std::path::PathBuf;
 use std::sync::mpsc::TrySendError;
 use std::sync::{Arc, Mutex};
@@ -152,7 +152,7 @@ impl Network {
         hub.enter(usize::MAX);
         thread::spawn(move || {
             let subscriptions = Mutex::default();
-            hub.subscribe(&subscriptions, 0, ALL_EVENTS, From::Kept);
+            hub.subscribe(&subscriptions, 0, ALL_EVENTS, ReadFrom::Kept);
             while let Some(batch) = hub.next(&subscriptions, || false) {
                 for (_, message) in &batch.messages {
                     // It fails when the session is closed, which is the end.
@@ -176,7 +176,7 @@ impl Network {
 /// Answers `KEY` with all events that are kept, one a line, and `KEY?after=120;session=…` with those behind that number.
 fn answer(query: &Query, key: &OwnedKeyExpr, hub: &Hub) {
     let asked = query.parameters();
-    let from = asked.get("after").map_or(From::Kept, |after| hub.resume(asked.get("session"), after));
+    let from = asked.get("after").map_or(ReadFrom::Kept, |after| hub.resume(asked.get("session"), after));
     let mut lines = vec![];
     for message in hub.kept(ALL_EVENTS, from) {
         lines.extend(&message.bytes);
@@ -189,12 +189,15 @@ fn answer(query: &Query, key: &OwnedKeyExpr, hub: &Hub) {
 
 /// Sends a sample if there is room for it, else counts it.
 fn take(sample: &Sample, outlet: &Outlet, lost: &mut u64) {
-    if *lost > 0 && outlet.try_send(Sent::Lost(*lost)).is_ok() {
+    if *lost > 0 && outlet.try_send(SourceEvent::Lost(*lost)).is_ok() {
         *lost = 0;
     }
     let payload = sample.payload();
-    let sent =
-        if payload.len() as u64 > MAX_LINE { Sent::TooLong } else { Sent::Line(payload.to_bytes().into_owned()) };
+    let sent = if payload.len() as u64 > MAX_LINE {
+        SourceEvent::TooLong
+    } else {
+        SourceEvent::Line(payload.to_bytes().into_owned())
+    };
     if let Err(TrySendError::Full(_)) = outlet.try_send(sent) {
         *lost += 1;
     }

@@ -1,15 +1,15 @@
 //! A server of the Foxglove WebSocket protocol, from which viewers show labels and controllers take events.
 
 use super::foxglove::PROTOCOLS;
-use super::hub::{From, Hub, Subscriptions};
+use super::hub::{Hub, ReadFrom, Subscriptions};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 use teachtree_base::error::InputError;
-use teachtree_logs::foxglove::{FromClient, advertise, data, server_info, status};
-use teachtree_serve::duplex::Duplex;
+use teachtree_logs::foxglove::{ClientMessage, advertise, data, server_info, status};
+use teachtree_serve::duplex_stream::DuplexStream;
 use tungstenite::handshake::server::{ErrorResponse, Request, Response};
 use tungstenite::http::{HeaderValue, StatusCode};
 use tungstenite::protocol::{Role, WebSocketConfig};
@@ -85,7 +85,7 @@ fn serve(stream: TcpStream, origins: &[String], hub: &Arc<Hub>) -> tungstenite::
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
-    let both = Duplex::new(stream);
+    let both = DuplexStream::new(stream);
     let mut from = None;
     let config = WebSocketConfig::default().max_message_size(Some(MAX_MESSAGE)).max_frame_size(Some(MAX_MESSAGE));
     #[allow(clippy::result_large_err, reason = "the type is the library's")]
@@ -104,11 +104,11 @@ fn serve(stream: TcpStream, origins: &[String], hub: &Arc<Hub>) -> tungstenite::
     let (subscriptions, is_gone) = (Arc::new(Mutex::new(Subscriptions::default())), Arc::new(AtomicBool::new(false)));
     let reader = {
         let (hub, subscriptions, is_gone) = (Arc::clone(hub), Arc::clone(&subscriptions), Arc::clone(&is_gone));
-        let from = from.unwrap_or(From::Last);
+        let from = from.unwrap_or(ReadFrom::Last);
         thread::spawn(move || {
             while let Ok(message) = reading.read() {
                 if let Message::Text(text) = &message {
-                    take(FromClient::parse(text.as_str()), &hub, &subscriptions, from);
+                    take(ClientMessage::parse(text.as_str()), &hub, &subscriptions, from);
                 }
             }
             is_gone.store(true, Ordering::Relaxed);
@@ -146,30 +146,30 @@ fn greeted(request: &Request, mut response: Response, origins: &[String]) -> Res
 }
 
 /// From where on a client reads, as its address says: `?session=…&after=120`.
-fn wanted(query: &str, hub: &Hub) -> From {
+fn wanted(query: &str, hub: &Hub) -> ReadFrom {
     let value = |key: &str| query.split('&').find_map(|part| part.strip_prefix(key)?.strip_prefix('='));
-    value("after").map_or(From::Last, |after| hub.resume(value("session"), after))
+    value("after").map_or(ReadFrom::Last, |after| hub.resume(value("session"), after))
 }
 
-fn take(message: FromClient, hub: &Hub, subscriptions: &Mutex<Subscriptions>, from: From) {
+fn take(message: ClientMessage, hub: &Hub, subscriptions: &Mutex<Subscriptions>, from: ReadFrom) {
     match message {
-        FromClient::Subscribe(wanted) => {
+        ClientMessage::Subscribe(wanted) => {
             for (id, channel) in wanted {
                 hub.subscribe(subscriptions, id, usize::try_from(channel).unwrap_or(usize::MAX), from);
             }
         }
-        FromClient::Unsubscribe(ids) => {
+        ClientMessage::Unsubscribe(ids) => {
             let mut subscriptions = subscriptions.lock().unwrap_or_else(PoisonError::into_inner);
             ids.into_iter().for_each(|id| subscriptions.remove(id));
         }
-        FromClient::Other => {}
+        ClientMessage::Other => {}
     }
     hub.wake();
 }
 
 /// Sends what a client has subscribed to until it goes, or nothing comes any more.
 fn write(
-    socket: &mut WebSocket<Duplex>,
+    socket: &mut WebSocket<DuplexStream>,
     hub: &Hub,
     subscriptions: &Mutex<Subscriptions>,
     is_gone: &AtomicBool,

@@ -12,14 +12,14 @@ use std::thread;
 use teachtree_base::error::InputError;
 use teachtree_frames::bind::TopicFilter;
 use teachtree_logs::read::formats::rosmsg::Failure;
-use teachtree_logs::read::formats::topics::Reading;
-use teachtree_logs::read::sheet::InMemoryTable;
+use teachtree_logs::read::formats::topics::MessageDecoder;
+use teachtree_logs::read::memory_table::InMemoryTable;
 
 /// The longest line, bytes.
 pub const MAX_LINE: u64 = 1 << 20;
 
 /// What a source sends.
-pub enum Sent {
+pub enum SourceEvent {
     Line(Vec<u8>),
     /// A line that is too long was left out.
     TooLong,
@@ -42,7 +42,7 @@ pub enum Sent {
 /// Where a source sends to.
 #[derive(Clone)]
 pub struct Outlet {
-    pub sender: SyncSender<Sent>,
+    pub sender: SyncSender<SourceEvent>,
     pub waiting: Arc<AtomicUsize>,
     /// Whether the source is to stop.
     pub stops: Arc<AtomicBool>,
@@ -50,13 +50,13 @@ pub struct Outlet {
 
 impl Outlet {
     /// Sends when there is room, waiting for it; whether anyone takes it.
-    pub fn send(&self, sent: Sent) -> bool {
+    pub fn send(&self, sent: SourceEvent) -> bool {
         self.waiting.fetch_add(1, Ordering::Relaxed);
         !matches!(self.sender.send(sent), Err(SendError(_)))
     }
 
     /// Sends if there is room; returns what was not sent.
-    pub fn try_send(&self, sent: Sent) -> Result<(), TrySendError<Sent>> {
+    pub fn try_send(&self, sent: SourceEvent) -> Result<(), TrySendError<SourceEvent>> {
         self.waiting.fetch_add(1, Ordering::Relaxed);
         let tried = self.sender.try_send(sent);
         if tried.is_err() {
@@ -175,7 +175,7 @@ fn open(source: &str, outlet: Outlet, read: impl FnOnce(File, &str, &Outlet) + S
     thread::spawn(move || match File::open(&name) {
         Ok(file) => read(file, &name, &outlet),
         Err(error) => {
-            outlet.send(Sent::Failed(InputError::new(name, format!("cannot be opened: {error}"))));
+            outlet.send(SourceEvent::Failed(InputError::new(name, format!("cannot be opened: {error}"))));
         }
     });
 }
@@ -186,16 +186,16 @@ pub fn begin_bag(source: &str, topics: TopicFilter, followed: bool, outlet: Outl
 }
 
 /// A message as it is sent on; it was recorded or received at a time, ns, which counts where it has no stamp.
-pub fn message(topic: &str, reading: &Reading, recorded_ns: i64, bytes: &[u8]) -> Sent {
-    if let Reading::Refused(why) = reading {
-        return Sent::Refused(topic.into(), why.clone());
+pub fn message(topic: &str, reading: &MessageDecoder, recorded_ns: i64, bytes: &[u8]) -> SourceEvent {
+    if let MessageDecoder::Refused(why) = reading {
+        return SourceEvent::Refused(topic.into(), why.clone());
     }
     let mut row = InMemoryTable::new(format!("topic {topic}"));
     let decoded = row.begin_row().map_err(Failure::Log).and_then(|()| reading.decode(bytes, &mut row));
     match decoded {
-        Ok(stamp) => Sent::Message(topic.into(), stamp.unwrap_or(recorded_ns), Box::new(row)),
-        Err(Failure::Message(why)) => Sent::Unreadable(topic.into(), why),
-        Err(Failure::Log(error)) => Sent::Unreadable(topic.into(), error.message),
+        Ok(stamp) => SourceEvent::Message(topic.into(), stamp.unwrap_or(recorded_ns), Box::new(row)),
+        Err(Failure::Message(why)) => SourceEvent::Unreadable(topic.into(), why),
+        Err(Failure::Log(error)) => SourceEvent::Unreadable(topic.into(), error.message),
     }
 }
 
@@ -204,23 +204,23 @@ fn read(mut bytes: impl BufRead, name: &str, outlet: &Outlet) {
     loop {
         let mut line = vec![];
         let sent = match bytes.by_ref().take(MAX_LINE + 1).read_until(b'\n', &mut line) {
-            Ok(0) => Sent::Stop,
-            Ok(_) if line.len() as u64 <= MAX_LINE || line.ends_with(b"\n") => Sent::Line(line),
+            Ok(0) => SourceEvent::Stop,
+            Ok(_) if line.len() as u64 <= MAX_LINE || line.ends_with(b"\n") => SourceEvent::Line(line),
             Ok(_) => match bytes.skip_until(b'\n') {
-                Ok(_) => Sent::TooLong,
+                Ok(_) => SourceEvent::TooLong,
                 Err(error) => failed(name, &error),
             },
             Err(error) => failed(name, &error),
         };
-        let ends = matches!(sent, Sent::Stop | Sent::Failed(_));
+        let ends = matches!(sent, SourceEvent::Stop | SourceEvent::Failed(_));
         if !outlet.send(sent) || ends {
             return;
         }
     }
 }
 
-fn failed(name: &str, error: &std::io::Error) -> Sent {
-    Sent::Failed(InputError::new(name, format!("cannot be read: {error}")))
+fn failed(name: &str, error: &std::io::Error) -> SourceEvent {
+    SourceEvent::Failed(InputError::new(name, format!("cannot be read: {error}")))
 }
 
 /// Sends datagrams, as long as there is room for them; counts the others.
@@ -228,10 +228,10 @@ fn datagrams(socket: &UdpSocket, outlet: &Outlet) {
     let mut buffer = vec![0; 1 << 16];
     let mut lost = 0;
     while let Ok(length) = socket.recv(&mut buffer) {
-        if lost > 0 && outlet.try_send(Sent::Lost(lost)).is_ok() {
+        if lost > 0 && outlet.try_send(SourceEvent::Lost(lost)).is_ok() {
             lost = 0;
         }
-        match outlet.try_send(Sent::Line(buffer[..length].to_vec())) {
+        match outlet.try_send(SourceEvent::Line(buffer[..length].to_vec())) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => lost += 1,
             Err(TrySendError::Disconnected(_)) => return,

@@ -1,6 +1,6 @@
 //! `teachtree teach SCENE --live`: a person moves the hands, on a page of this machine or another one.
 
-use super::others::OthersArgs;
+use super::remote_options::RemoteArgs;
 use super::{Args, stem};
 use crate::cli::retarget::{open_robot, touch_forces};
 use crate::cli::simulate::{format_clearance, format_outcomes};
@@ -18,7 +18,7 @@ use teachtree_robot::{self as robot, Robot};
 use teachtree_serve::Server;
 use teachtree_session::{AnalysisInternals, LogInternals};
 use teachtree_session::{Log, RulesOptions};
-use teachtree_teaching::{self as teaching, HandFinder, Options, Performed, Punctuality, Shown, Teaching};
+use teachtree_teaching::{self as teaching, HandFinder, Options, Punctuality, RobotResult, Teaching, TeachingPage};
 
 /// Who performs what was taught.
 const ROBOT: &str = "both_hands";
@@ -47,7 +47,7 @@ pub struct LiveArgs {
     #[arg(long, value_name = "ORIGIN", value_parser = origin, conflicts_with = "host")]
     behind: Option<String>,
     #[command(flatten)]
-    others: OthersArgs,
+    others: RemoteArgs,
 }
 
 impl LiveArgs {
@@ -115,21 +115,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let waits = (0..LAST_WAIT).take_while(|_| teaching.is_writing());
             waits.for_each(|_| std::thread::sleep(Duration::from_millis(100)));
             // Nobody may read it any more.
-            let _ = output::print(&last_words(&teaching, &punctuality));
+            let _ = output::print(&format_summary(&teaching, &punctuality));
             let lost = teaching.is_writing() || !teaching.troubles().is_empty();
-            let _nothing_is_written = atomic_write::give_up();
+            let _nothing_is_written = atomic_write::abort_writes();
             std::process::exit(i32::from(lost));
         }
     });
     if !args.live.no_open {
         browser::open(&server.address());
     }
-    server.run(&Arc::new(Shown(teaching)));
+    server.run(&Arc::new(TeachingPage(teaching)));
     Ok(())
 }
 
 /// What was recorded, and how punctual the servo was.
-fn last_words(teaching: &Teaching, punctuality: &Punctuality) -> String {
+fn format_summary(teaching: &Teaching, punctuality: &Punctuality) -> String {
     let mut text = String::new();
     for file in teaching.files() {
         text.push_str(&format!("written: {}\n", file.display()));
@@ -159,7 +159,7 @@ fn perform(
     rules: &RulesOptions,
     robot: &Robot,
     progress: &mut dyn FnMut(f64),
-) -> Result<Performed, String> {
+) -> Result<RobotResult, String> {
     let in_words = |error: &dyn std::fmt::Display| error.to_string();
     let log = Log::open(file).map_err(|error| in_words(&error))?;
     let rules = rules.clone().for_log(&log).map_err(|error| in_words(&error))?;
@@ -179,7 +179,7 @@ fn perform(
     }
     let performed = simulate(&commands, robot, scene, progress).map_err(|error| in_words(&error))?;
     let Performance { recording, outcomes, nearest, collisions, trace } = performed;
-    Ok(Performed {
+    Ok(RobotResult {
         text: format_outcomes(&outcomes) + &format_clearance(nearest.as_ref(), &collisions),
         done: outcomes.iter().all(|outcome| outcome.verdict() == Verdict::Done),
         page: teachtree_robot_report::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),

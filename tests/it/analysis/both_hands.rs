@@ -1,7 +1,7 @@
 //! Two hands: the experiments E2 and E3 of docs/sources.md, and coordination that is given back.
 
 use super::build::*;
-use teachtree_analysis::{Segment, Who};
+use teachtree_analysis::{Segment, TrackId};
 use teachtree_base::hands::Side;
 use teachtree_language::rules::{RelabelKind, TaskId};
 
@@ -10,7 +10,7 @@ fn both(
     of: impl Fn(&teachtree_analysis::Track) -> &Vec<Segment>,
 ) -> Vec<String> {
     let show = |segment: &Segment| format!("{:.2}–{:.2} {}", segment.start_s, segment.end_s, segment.primitive);
-    of(analysis.track(Who::Both).unwrap()).iter().map(show).collect()
+    of(analysis.track(TrackId::Both).unwrap()).iter().map(show).collect()
 }
 
 /// The left hand picks up and passes to the right, which places. The trees of the hands run on under the coordination.
@@ -23,7 +23,7 @@ const HAND_OVER: [(&str, &str); 3] = [
 #[test]
 fn e2_a_hand_over_is_a_pass_and_two_tasks() {
     let analysis = run(&chapter(), &HAND_OVER);
-    let raw = |side| names(&analysis.track(Who::Hand(side)).unwrap().segments);
+    let raw = |side| names(&analysis.track(TrackId::Hand(side)).unwrap().segments);
     assert_eq!(
         raw(Side::Left),
         "Move Approach Grasp Translate MainGrasp(left) EqualGrasp MainGrasp(right) Release Move"
@@ -39,7 +39,7 @@ fn e2_a_hand_over_is_a_pass_and_two_tasks() {
         ["0.55–0.67 MainGrasp(left)", "0.67–0.77 EqualGrasp", "0.77–0.90 MainGrasp(right)"]
     );
     assert_eq!(both(&analysis, |track| &track.relabeled), ["0.55–0.90 Pass"]);
-    let pass = &analysis.track(Who::Hand(Side::Left)).unwrap().tasks[0].segments[4];
+    let pass = &analysis.track(TrackId::Hand(Side::Left)).unwrap().tasks[0].segments[4];
     assert_eq!(pass.was, ["MainGrasp(left)", "EqualGrasp", "MainGrasp(right)"]);
     assert_eq!(pass.by, ["(MainGrasp or EqualGrasp)+ … becomes Pass"]);
 }
@@ -83,7 +83,7 @@ fn two_independent_carries_are_given_back_to_the_hands() {
         ("both", "- 50 Translate 10 Fit 10 Translate 25 - 25"),
     ];
     let analysis = run(&rules, &tracks);
-    let left = analysis.track(Who::Hand(Side::Left)).unwrap();
+    let left = analysis.track(TrackId::Hand(Side::Left)).unwrap();
     assert_eq!(names(&left.segments), "Move Approach Grasp Translate Fit Translate Slide Place Release");
     assert_eq!(
         tasks(&analysis, Side::Left),
@@ -156,7 +156,7 @@ fn a_rule_over_both_hands_gives_a_brush_back_to_them() {
     let mut rules = chapter();
     in_hands(&mut rules, "MainGrasp EqualGrasp", ["Translate", "Translate"], ["Approach", "Approach"], None);
     let analysis = run(&rules, &BRUSH);
-    let of = |side| names(&analysis.track(Who::Hand(side)).unwrap().relabeled);
+    let of = |side| names(&analysis.track(TrackId::Hand(side)).unwrap().relabeled);
     assert_eq!(of(Side::Left), "Move Approach Move");
     assert_eq!(of(Side::Right), "Move Approach Grasp Translate Place Release");
     assert!(both(&analysis, |track| &track.relabeled).is_empty());

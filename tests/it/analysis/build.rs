@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 use std::sync::LazyLock;
-use teachtree_analysis::{Analysis, Segment, Who, analyze};
-use teachtree_base::channels::{Absent, ChannelSpec, DERIVED};
+use teachtree_analysis::{Analysis, Segment, TrackId, analyze};
+use teachtree_base::channels::{ChannelSpec, DERIVED, Fallback};
 use teachtree_base::diagnostic::Span;
 use teachtree_base::hands::Side;
 use teachtree_base::meaning::Primitives;
@@ -121,7 +121,7 @@ pub fn task<'a>(rules: &'a mut Rules, name: &str, keys: &str, without: &str) -> 
 
 fn relabel(rules: &mut Rules, task: &str, kind: RelabelKind, text: String) {
     let of = rules.tasks.iter().position(|other| other.name == task).map(|at| TaskId(at as u32));
-    rules.relabels.push(Relabel { task: of, kind, text, span: Span::default() });
+    rules.relabels.push(RelabelRule { task: of, kind, text, span: Span::default() });
 }
 
 /// `X between A and B becomes C`; `what` such as `Slide Turn + < 0.25`.
@@ -146,9 +146,9 @@ pub fn become_(rules: &mut Rules, task: &str, what: &str, becomes: &str) {
 /// `sequence A, B C *, D becomes E`.
 pub fn sequence(rules: &mut Rules, elements: &str, becomes: &str) {
     let element = |text: &str| match text.chars().last() {
-        Some('*') => (labels(rules, text.trim_end_matches('*')), Repeat::Any),
-        Some('+') => (labels(rules, text.trim_end_matches('+')), Repeat::Some),
-        _ => (labels(rules, text), Repeat::Once),
+        Some('*') => (labels(rules, text.trim_end_matches('*')), Repetition::ZeroOrMore),
+        Some('+') => (labels(rules, text.trim_end_matches('+')), Repetition::OneOrMore),
+        _ => (labels(rules, text), Repetition::Once),
     };
     let kind =
         RelabelKind::Sequence { elements: elements.split(", ").map(element).collect(), becomes: label(rules, becomes) };
@@ -243,7 +243,7 @@ pub fn column(frames: &mut Frames, name: &str, value: impl Fn(usize, u32) -> f64
         axis: None,
         shape: derived.shape,
         dimension: derived.dimension,
-        absent: Absent::Derived,
+        absent: Fallback::Derived,
     });
     for side in Side::BOTH {
         for component in 0..u32::try_from(derived.shape.components().len()).unwrap() {
@@ -281,7 +281,7 @@ pub fn names(segments: &[Segment]) -> String {
 
 /// A line for each task of a hand: `0–1.2 pick_and_place (slide): Move Approach …`, with `[start]`, `[end]` where it is open.
 pub fn tasks(analysis: &Analysis, side: Side) -> Vec<String> {
-    let track = analysis.track(Who::Hand(side)).unwrap();
+    let track = analysis.track(TrackId::Hand(side)).unwrap();
     let line = |task: &teachtree_analysis::TaskSpan| {
         let secondary =
             if task.secondary.is_empty() { String::new() } else { format!(" ({})", task.secondary.join(" ")) };

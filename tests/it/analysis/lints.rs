@@ -17,7 +17,8 @@ use teachtree_language::rules::*;
 
 /// Gives the trees the leaves that are found in a recording, and every rule, task and key a place of its own.
 fn fitted(mut rules: Rules, leaves: &Leaves) -> Rules {
-    let choice = |label| Choice { name: None, condition: None, then: Then::Primitive(label), span: Span::default() };
+    let choice =
+        |label| Choice { name: None, condition: None, then: Consequent::Primitive(label), span: Span::default() };
     let given = |runs: &mut dyn Iterator<Item = &Run>| -> Vec<Choice> {
         let labels: BTreeSet<Label> = runs.filter_map(|run| run.label).collect();
         labels.into_iter().map(choice).collect()
@@ -84,7 +85,7 @@ fn hold_undoing(rules: Rules, leaves: &Leaves) -> usize {
     let rules = fitted(rules, leaves);
     let mut run = 0;
     for undoing in cyclic_rewrites(&rules, &BTreeSet::from([0])) {
-        let pair = undoing.pair.map(|at| Relabel { task: None, ..rules.relabels[at].clone() });
+        let pair = undoing.pair.map(|at| RelabelRule { task: None, ..rules.relabels[at].clone() });
         let texts = pair.clone().map(|rule| rule.text);
         let alone = Rules { relabels: pair.to_vec(), ..rules.clone() };
         let (least, less) = undoing.lasting_s;

@@ -1,7 +1,7 @@
 //! The chapter's experiments (docs/sources.md) and tasks, one hand: raw sequence, task, relabeled sequence.
 
 use super::build::*;
-use teachtree_analysis::{Who, analyze};
+use teachtree_analysis::{TrackId, analyze};
 use teachtree_base::hands::Side;
 
 /// Leaves of ten frames each, but for those with a length of their own: `Move Slide:4 Grasp`.
@@ -15,7 +15,7 @@ fn evenly(text: &str) -> String {
 
 fn case(raw: &str, wanted: &str) {
     let analysis = one_hand(&chapter(), &evenly(raw));
-    let track = analysis.track(Who::Hand(Side::Right)).unwrap();
+    let track = analysis.track(TrackId::Hand(Side::Right)).unwrap();
     let names_only = raw.split_whitespace().map(|word| word.split(':').next().unwrap()).collect::<Vec<_>>().join(" ");
     assert_eq!(names(&track.segments), names_only, "raw segments are what the trees gave");
     let found: Vec<String> =

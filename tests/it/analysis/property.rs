@@ -3,7 +3,7 @@
 use super::build::*;
 use proptest::prelude::*;
 use std::ops::Range;
-use teachtree_analysis::{Analysis, Segment, Who, analyze};
+use teachtree_analysis::{Analysis, Segment, TrackId, analyze};
 use teachtree_base::diagnostic::Span;
 use teachtree_base::hands::Side;
 use teachtree_engine::runs::{Leaves, Run, append};
@@ -32,7 +32,7 @@ fn any_limit() -> impl Strategy<Value = Option<Constant>> {
 }
 
 fn any_kind() -> impl Strategy<Value = RelabelKind> {
-    let repeat = prop_oneof![Just(Repeat::Once), Just(Repeat::Any), Just(Repeat::Some)];
+    let repeat = prop_oneof![Just(Repetition::Once), Just(Repetition::ZeroOrMore), Just(Repetition::OneOrMore)];
     prop_oneof![
         (any_labels(), any::<bool>(), any_limit(), any_pair(), any_label()).prop_map(
             |(what, run, shorter, between, becomes)| RelabelKind::Between { what, run, shorter, between, becomes }
@@ -62,7 +62,7 @@ pub fn any_rules() -> impl Strategy<Value = Rules> {
         task(&mut rules, "slide", "Slide travelling 0.003", "");
         task(&mut rules, "grasp", "Grasp", "").last = Pattern::of(label(&rules, "Approach"));
         for (at, (kind, of)) in relabels.into_iter().enumerate() {
-            rules.relabels.push(Relabel {
+            rules.relabels.push(RelabelRule {
                 task: of.map(TaskId),
                 kind,
                 text: format!("rule {at}"),
@@ -126,7 +126,7 @@ fn is_ordered(segments: &[Segment]) -> bool {
 fn check(rules: &Rules, analysis: &Analysis, frames: &Range<usize>) {
     let separates = rules.relabels.iter().any(|rule| rule.kind.becomes().is_none());
     for track in &analysis.tracks {
-        let hand = track.who != Who::Both;
+        let hand = track.who != TrackId::Both;
         for segments in [&track.segments, &track.relabeled] {
             assert!(if hand { is_whole(segments, frames) } else { is_ordered(segments) }, "{segments:?}");
         }

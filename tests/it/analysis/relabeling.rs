@@ -1,7 +1,7 @@
 //! Relabeling rules one by one: patterns, durations, trails, the bound.
 
 use super::build::*;
-use teachtree_analysis::{Analysis, MAX_ROUNDS, Who};
+use teachtree_analysis::{Analysis, MAX_ROUNDS, TrackId};
 use teachtree_base::hands::Side;
 use teachtree_base::units::Dimension;
 use teachtree_language::rules::{RelabelKind, Rules};
@@ -138,11 +138,11 @@ fn a_bound_on_the_way_asks_how_far_the_target_goes() {
     // The target goes 1 mm in each frame.
     let relabeled = |text: &str| {
         let analysis = one_hand(&rules, text);
-        names(&analysis.track(Who::Hand(Side::Right)).unwrap().relabeled)
+        names(&analysis.track(TrackId::Hand(Side::Right)).unwrap().relabeled)
     };
     assert_eq!(relabeled("Move 5 Approach 5 Push 20 Release 5"), "Move Approach Release");
     assert_eq!(relabeled("Move 5 Approach 5 Push 22 Release 5"), "Move Approach Push Release");
     // A log that does not say where the target is fulfills no such bound.
     let unknown = run(&rules, &[("right", "Move 5 Approach 5 Push 20 Release 5")]);
-    assert_eq!(names(&unknown.track(Who::Hand(Side::Right)).unwrap().relabeled), "Move Approach Push Release");
+    assert_eq!(names(&unknown.track(TrackId::Hand(Side::Right)).unwrap().relabeled), "Move Approach Push Release");
 }

@@ -6,14 +6,14 @@ mod texts;
 
 use super::random::Random;
 use rayon::prelude::*;
-use recordings::{Cut, recording};
+use recordings::{RecordingPart, recording};
 use std::fmt::Write;
-use teachtree_analysis::{Track, Who, analyze, channels, check_rate};
+use teachtree_analysis::{Track, TrackId, analyze, channels, check_rate};
 use teachtree_engine::evaluator::evaluate;
 use teachtree_engine::runs::{Leaves, Run};
 use teachtree_frames as stream;
 use teachtree_frames::frames::Frames;
-use teachtree_language::graph::compare::{additive, declarations, differences};
+use teachtree_language::graph::compare::{declarations, differences, prove_extension};
 use teachtree_language::graph::lower;
 use teachtree_language::load_text;
 use teachtree_language::rules::{Label, Rules};
@@ -24,7 +24,7 @@ const RECORDINGS: u64 = 40;
 
 /// The results for a number of pairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Count {
+struct PairCounts {
     pairs: usize,
     proved: usize,
     same: usize,
@@ -33,7 +33,7 @@ struct Count {
     without_new: usize,
 }
 
-impl Count {
+impl PairCounts {
     fn plus(self, other: Self) -> Self {
         Self {
             pairs: self.pairs + other.pairs,
@@ -49,7 +49,7 @@ impl Count {
 fn proofs_for_whole_rule_sets_hold_on_recordings() {
     let count = of_seeds(0, 500, 3);
     // Both answers must occur, and some recordings must be able to contradict a proof.
-    let Count { pairs, proved, without_new, .. } = count;
+    let PairCounts { pairs, proved, without_new, .. } = count;
     assert!(pairs == 500 && (80..450).contains(&proved) && without_new > 200, "{count:?}");
 }
 
@@ -58,7 +58,7 @@ fn proofs_for_whole_rule_sets_hold_on_recordings() {
 #[ignore = "minutes: `PAIRS=100000 cargo test --release --test it -- --ignored --nocapture many_pairs`"]
 fn many_pairs_of_rule_sets_hold_on_recordings() {
     let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
-    let Count { pairs, proved, same, runs, without_new } = of_seeds(number("SEED", 0), number("PAIRS", 10_000), 6);
+    let PairCounts { pairs, proved, same, runs, without_new } = of_seeds(number("SEED", 0), number("PAIRS", 10_000), 6);
     let report = format!(
         "{pairs} pairs of rule sets: {proved} proved to only add, {same} said not to differ; of {runs} analyses of these by both, \
          {without_new} have stretches without a new primitive; none says otherwise\n"
@@ -66,13 +66,13 @@ fn many_pairs_of_rule_sets_hold_on_recordings() {
     std::io::Write::write_all(&mut std::io::stderr(), report.as_bytes()).unwrap();
 }
 
-fn of_seeds(first: u64, pairs: u64, recordings: u64) -> Count {
+fn of_seeds(first: u64, pairs: u64, recordings: u64) -> PairCounts {
     let all = (first..first + pairs).into_par_iter().map(|seed| checked(seed, recordings));
-    all.reduce(Count::default, Count::plus)
+    all.reduce(PairCounts::default, PairCounts::plus)
 }
 
 /// Fails if the analyses of a recording contradict the proof for a pair of rule sets.
-fn checked(seed: u64, recordings: u64) -> Count {
+fn checked(seed: u64, recordings: u64) -> PairCounts {
     let mut random = Random::new(seed.wrapping_mul(0x5851_F42D_4C95_7F2D));
     let mut loaded = None;
     while loaded.is_none() {
@@ -80,14 +80,14 @@ fn checked(seed: u64, recordings: u64) -> Count {
         loaded = pair.loaded().map(|rules| (pair, rules));
     }
     let (pair, (base, extended)) = loaded.unwrap();
-    let said = Said::of(&base, &extended);
+    let said = PairVerdict::of(&base, &extended);
     let mut count =
-        Count { pairs: 1, proved: usize::from(said.adds), same: usize::from(said.same), ..Count::default() };
+        PairCounts { pairs: 1, proved: usize::from(said.adds), same: usize::from(said.same), ..PairCounts::default() };
     if !said.adds && !said.same {
         return count;
     }
     for _ in 0..recordings {
-        let cut = Cut::whole(random.below(RECORDINGS as usize) as u64);
+        let cut = RecordingPart::whole(random.below(RECORDINGS as usize) as u64);
         match contradiction(&base, &extended, &cut) {
             Ok(without_new) => {
                 count.runs += 1;
@@ -96,7 +96,7 @@ fn checked(seed: u64, recordings: u64) -> Count {
             Err(_) => {
                 let (pair, cut) = smaller(pair, cut);
                 let (base, extended) = pair.loaded().unwrap();
-                let said = Said::of(&base, &extended);
+                let said = PairVerdict::of(&base, &extended);
                 panic!(
                     "seed {seed}: {said:?}\n{pair}\n{cut:?}\n{}",
                     contradiction(&base, &extended, &cut).unwrap_err()
@@ -109,26 +109,29 @@ fn checked(seed: u64, recordings: u64) -> Count {
 
 /// The results for a pair without a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Said {
+struct PairVerdict {
     /// Whether `prove additive` proves the pair.
     adds: bool,
     /// Whether `diff` lists no difference.
     same: bool,
 }
 
-impl Said {
+impl PairVerdict {
     fn of(base: &Rules, extended: &Rules) -> Self {
         let trees = differences(base, extended);
         let same = trees.differences.is_empty() && trees.alone.is_empty() && !trees.is_cut;
-        Self { adds: additive(base, extended).is_proved(), same: same && declarations(base, extended).is_empty() }
+        Self {
+            adds: prove_extension(base, extended).is_proved(),
+            same: same && declarations(base, extended).is_empty(),
+        }
     }
 }
 
 /// Minimizes a pair and a recording that contradict each other.
-fn smaller(mut pair: Pair, mut cut: Cut) -> (Pair, Cut) {
-    let fails = |pair: &Pair, cut: &Cut| {
+fn smaller(mut pair: Pair, mut cut: RecordingPart) -> (Pair, RecordingPart) {
+    let fails = |pair: &Pair, cut: &RecordingPart| {
         pair.loaded().is_some_and(|(base, extended)| {
-            let said = Said::of(&base, &extended);
+            let said = PairVerdict::of(&base, &extended);
             (said.adds || said.same) && contradiction(&base, &extended, cut).is_err()
         })
     };
@@ -152,7 +155,7 @@ impl Pair {
 }
 
 /// Analyzes a recording by both rule sets. Returns whether an interval has no new primitive; the error describes an inadmissible difference.
-fn contradiction(base: &Rules, extended: &Rules, cut: &Cut) -> Result<bool, String> {
+fn contradiction(base: &Rules, extended: &Rules, cut: &RecordingPart) -> Result<bool, String> {
     let recording = recording(cut);
     let run = |rules: &Rules| -> Option<(Frames, Vec<Leaves>)> {
         let frames = stream::frames(&recording, &channels(rules)).ok()?;
@@ -184,7 +187,7 @@ fn contradiction(base: &Rules, extended: &Rules, cut: &Cut) -> Result<bool, Stri
         without_new = true;
         let analyzed = |rules: &Rules, frames: &Frames, leaves: &Leaves| {
             let mut tracks = analyze(rules, frames, std::slice::from_ref(leaves)).tracks;
-            tracks.retain(|track| track.who != Who::Both || !track.segments.is_empty());
+            tracks.retain(|track| track.who != TrackId::Both || !track.segments.is_empty());
             tracks
         };
         let (ours, theirs) = (analyzed(base, &ours, one), analyzed(extended, &theirs, other));
@@ -237,8 +240,8 @@ fn known_faults_are_not_proved() {
         let extended = base.iter().chain(&more).cloned().collect();
         let pair = Pair { base, extended };
         let (base, extended) = pair.loaded().unwrap_or_else(|| panic!("{pair}"));
-        assert!(!Said::of(&base, &extended).adds, "{pair}");
-        let differs = (0..RECORDINGS).any(|seed| contradiction(&base, &extended, &Cut::whole(seed)).is_err());
+        assert!(!PairVerdict::of(&base, &extended).adds, "{pair}");
+        let differs = (0..RECORDINGS).any(|seed| contradiction(&base, &extended, &RecordingPart::whole(seed)).is_err());
         assert!(differs, "no recording shows the fault\n{pair}");
     }
 }

@@ -7,12 +7,14 @@ use teachtree_base::diagnostic::Span;
 use teachtree_base::units::Dimension;
 use teachtree_engine::reference;
 use teachtree_engine::runs::{Leaves, Run};
-use teachtree_language::graph::compare::{additive, declarations, differences};
-use teachtree_language::rules::{Branch, Choice, Expr, ExprKind, Label, Primitive, PrimitiveId, Rules, Then, Type};
+use teachtree_language::graph::compare::{declarations, differences, prove_extension};
+use teachtree_language::rules::{
+    Branch, Choice, Consequent, Expr, ExprKind, Label, Primitive, PrimitiveId, Rules, Type,
+};
 
 /// How many cases were proved to only add, proved to be the same, and not proved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Proved {
+struct ProofCounts {
     adds: usize,
     same: usize,
     neither: usize,
@@ -20,7 +22,7 @@ struct Proved {
 
 #[test]
 fn what_is_proved_holds_on_logs() {
-    let Proved { adds, same, neither } = of_seeds(0, 400);
+    let ProofCounts { adds, same, neither } = of_seeds(0, 400);
     // Both verdicts are given, so that the test can fail.
     assert!(adds > 40 && same > 20 && neither > 40, "{adds} {same} {neither}");
 }
@@ -31,24 +33,27 @@ fn what_is_proved_holds_on_logs() {
 fn many_proofs_hold_on_logs() {
     let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let (programs, first) = (number("PROGRAMS", 10_000), number("SEED", 0));
-    let Proved { adds, same, neither } = of_seeds(first, programs);
+    let ProofCounts { adds, same, neither } = of_seeds(first, programs);
     let report = format!(
         "{programs} pairs: {adds} proved to only add, {same} of them to be the same, {neither} not proved; no log says otherwise\n"
     );
     std::io::Write::write_all(&mut std::io::stderr(), report.as_bytes()).unwrap();
 }
 
-fn of_seeds(first: u64, programs: u64) -> Proved {
-    let sum =
-        |a: Proved, b: Proved| Proved { adds: a.adds + b.adds, same: a.same + b.same, neither: a.neither + b.neither };
-    (first..first + programs).into_par_iter().map(checked).reduce(Proved::default, sum)
+fn of_seeds(first: u64, programs: u64) -> ProofCounts {
+    let sum = |a: ProofCounts, b: ProofCounts| ProofCounts {
+        adds: a.adds + b.adds,
+        same: a.same + b.same,
+        neither: a.neither + b.neither,
+    };
+    (first..first + programs).into_par_iter().map(checked).reduce(ProofCounts::default, sum)
 }
 
 /// Fails where a run contradicts what is proved of a pair of rule sets.
-fn checked(seed: u64) -> Proved {
+fn checked(seed: u64) -> ProofCounts {
     let (base, frames) = random::case_of_few_numbers(seed, 1 + (seed % 3) as u32);
     let (extended, new) = extended(&base, &mut Random::new(!seed));
-    let adds = additive(&base, &extended).is_proved();
+    let adds = prove_extension(&base, &extended).is_proved();
     let compared = differences(&base, &extended);
     let same = compared.differences.is_empty()
         && !compared.is_cut
@@ -66,7 +71,7 @@ fn checked(seed: u64) -> Proved {
             }
         }
     }
-    Proved { adds: usize::from(adds), same: usize::from(same), neither: usize::from(!adds && !same) }
+    ProofCounts { adds: usize::from(adds), same: usize::from(same), neither: usize::from(!adds && !same) }
 }
 
 /// The rules with one more choice somewhere in the tree of a hand, for a new primitive or for one of the base.
@@ -75,7 +80,7 @@ fn extended(base: &Rules, random: &mut Random) -> (Rules, PrimitiveId) {
     let new = PrimitiveId(rules.primitives.len() as u32);
     let (name, span) = ("New".into(), Span::default());
     rules.primitives.push(Primitive { name, sided: false, is: None, does: None, other: None, span });
-    let ways = rules.trees[0].root.ways();
+    let ways = rules.trees[0].root.paths();
     let conditions: Vec<Expr> =
         ways.iter().flat_map(|way| way.asked.iter().map(|(_, condition, _)| (*condition).clone())).collect();
     let mut any = || conditions[random.below(conditions.len())].clone();
@@ -87,12 +92,12 @@ fn extended(base: &Rules, random: &mut Random) -> (Rules, PrimitiveId) {
         _ => of(ExprKind::And(vec![one, of(ExprKind::Not(Box::new(other)))])),
     };
     let primitive = if random.chance(30) { new } else { PrimitiveId(random.below(3) as u32) };
-    let then = Then::Primitive(Label { primitive, side: None });
+    let then = Consequent::Primitive(Label { primitive, side: None });
     // At the root the first choice is for `none`, after which nothing can stay.
     let mut branch = &mut rules.trees[0].root;
     let mut least = 1;
     while let Some(inner) = inner(branch).filter(|_| random.chance(50)) {
-        let Then::Branch(next) = &mut branch.choices[inner].then else { unreachable!() };
+        let Consequent::Branch(next) = &mut branch.choices[inner].then else { unreachable!() };
         (branch, least) = (next, 0);
     }
     let place = least + random.below(branch.choices.len() - least);
@@ -102,7 +107,7 @@ fn extended(base: &Rules, random: &mut Random) -> (Rules, PrimitiveId) {
 
 /// The first choice of a branch that has choices of its own.
 fn inner(branch: &Branch) -> Option<usize> {
-    branch.choices.iter().position(|choice| matches!(choice.then, Then::Branch(_)))
+    branch.choices.iter().position(|choice| matches!(choice.then, Consequent::Branch(_)))
 }
 
 fn tracks(leaves: &Leaves) -> impl Iterator<Item = &Vec<Run>> {

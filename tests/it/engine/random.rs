@@ -1,12 +1,12 @@
 //! Random checked rule sets and random logs for them.
 
 use std::collections::BTreeMap;
-use teachtree_base::channels::{Absent, Axis, ChannelSpec, DISTANCE_KNOWN, Shape};
+use teachtree_base::channels::{Axis, ChannelSpec, DISTANCE_KNOWN, Fallback, Shape};
 use teachtree_base::diagnostic::Span;
 use teachtree_base::hands::{Finger, FingerPick, Side};
 use teachtree_base::units::Dimension;
 use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
-use teachtree_language::ops::{Samples, Summary, Temporal};
+use teachtree_language::ops::{Samples, Summary, TemporalOperator};
 use teachtree_language::rules::*;
 
 /// A rule set and a log from a seed; `depth` bounds expressions and branches.
@@ -15,7 +15,7 @@ pub fn case(seed: u64, depth: u32) -> (Rules, Frames) {
     let channels = channels();
     let frames = frames(&mut random, &channels);
     let rules = Rules { channels, ..Rules::default() };
-    let rules = Maker { random, rules, depth, compared: None, unit: 1.0, more: 0.0 }.make();
+    let rules = RuleGenerator { random, rules, depth, compared: None, unit: 1.0, more: 0.0 }.make();
     (rules, frames)
 }
 
@@ -31,7 +31,7 @@ pub fn case_of_rough_numbers(seed: u64, depth: u32) -> (Rules, Frames) {
         }
     }
     let rules = Rules { channels, ..Rules::default() };
-    let rules = Maker { random, rules, depth, compared: None, unit: UNIT, more: 1e-9 }.make();
+    let rules = RuleGenerator { random, rules, depth, compared: None, unit: UNIT, more: 1e-9 }.make();
     (rules, frames)
 }
 
@@ -42,7 +42,7 @@ pub fn case_of_few_numbers(seed: u64, depth: u32) -> (Rules, Frames) {
     let frames = frames(&mut random, &channels);
     let compared = Some(Vec::new());
     let rules = Rules { channels, ..Rules::default() };
-    let rules = Maker { random, rules, depth, compared, unit: 1.0, more: 0.0 }.make();
+    let rules = RuleGenerator { random, rules, depth, compared, unit: 1.0, more: 0.0 }.make();
     (rules, frames)
 }
 
@@ -81,7 +81,7 @@ fn channels() -> Vec<ChannelSpec> {
         axis,
         shape,
         dimension: Dimension::NONE,
-        absent: Absent::Refused,
+        absent: Fallback::Refused,
     };
     vec![
         spec("fingers.position", true, Some(Axis::Fingers), Shape::Vec3),
@@ -172,7 +172,7 @@ fn column(random: &mut Random, shape: Shape, len: usize) -> Vec<f64> {
         .collect()
 }
 
-struct Maker {
+struct RuleGenerator {
     random: Random,
     rules: Rules,
     depth: u32,
@@ -185,7 +185,7 @@ struct Maker {
 
 /// Where an expression stands: what it may name.
 #[derive(Clone, Copy)]
-struct Place {
+struct ExprContext {
     per_hand: bool,
     memory: bool,
     next: bool,
@@ -193,7 +193,7 @@ struct Place {
 
 type ArrayOf = Option<(Axis, Hand)>;
 
-impl Maker {
+impl RuleGenerator {
     fn make(mut self) -> Rules {
         for (name, sided) in [("A", false), ("B", false), ("C", false), ("D", true)] {
             self.rules.primitives.push(Primitive {
@@ -207,7 +207,7 @@ impl Maker {
         }
         for at in 0..self.random.below(6) {
             let per_hand = self.random.chance(60);
-            let place = Place { per_hand, memory: false, next: true };
+            let place = ExprContext { per_hand, memory: false, next: true };
             let hand = self.hand(place);
             let axis = if per_hand { self.axis(hand) } else { None };
             let axis = axis.filter(|(_, hand)| *hand == Hand::This);
@@ -221,7 +221,7 @@ impl Maker {
         }
         for at in 0..self.random.below(4) {
             let per_hand = self.random.chance(70);
-            let place = Place { per_hand, memory: true, next: true };
+            let place = ExprContext { per_hand, memory: true, next: true };
             let (set, clear) = (self.bool(place, None, self.depth), self.bool(place, None, self.depth));
             self.rules.latches.push(Latch { name: format!("l{at}"), per_hand, set, clear, span: Span::default() });
         }
@@ -231,8 +231,10 @@ impl Maker {
                 // `stay` is never reachable from `none` in checked rules.
                 let label = self.label(2);
                 let condition = Some(expr(ExprKind::From { labels: Vec::new(), none: true }, Shape::Bool, None));
-                root.choices
-                    .insert(0, Choice { name: None, condition, then: Then::Primitive(label), span: Span::default() });
+                root.choices.insert(
+                    0,
+                    Choice { name: None, condition, then: Consequent::Primitive(label), span: Span::default() },
+                );
                 self.rules.trees.push(Tree { name: "t".into(), scope, settle: None, root, span: Span::default() });
             }
         }
@@ -240,13 +242,13 @@ impl Maker {
     }
 
     fn branch(&mut self, scope: TreeScope, depth: u32) -> Branch {
-        let place = Place { per_hand: scope == TreeScope::EachHand, memory: true, next: true };
+        let place = ExprContext { per_hand: scope == TreeScope::EachHand, memory: true, next: true };
         let count = 1 + self.random.below(4);
         let mut choices: Vec<Choice> = (0..count)
             .map(|_| {
                 let condition = Some(self.bool(place, None, depth));
                 let then = if depth > 1 && self.random.chance(40) {
-                    Then::Branch(self.branch(scope, depth - 1))
+                    Consequent::Branch(self.branch(scope, depth - 1))
                 } else {
                     self.leaf(scope)
                 };
@@ -258,11 +260,11 @@ impl Maker {
         Branch { choices, span: Span::default() }
     }
 
-    fn leaf(&mut self, scope: TreeScope) -> Then {
+    fn leaf(&mut self, scope: TreeScope) -> Consequent {
         match self.random.below(8) {
-            0 => Then::Stay,
-            1 if scope == TreeScope::BothHands => Then::Separate,
-            at => Then::Primitive(self.label(at)),
+            0 => Consequent::Stay,
+            1 if scope == TreeScope::BothHands => Consequent::Separate,
+            at => Consequent::Primitive(self.label(at)),
         }
     }
 
@@ -272,7 +274,7 @@ impl Maker {
         Label { primitive, side }
     }
 
-    fn hand(&mut self, place: Place) -> Hand {
+    fn hand(&mut self, place: ExprContext) -> Hand {
         match self.random.below(4) {
             0 => Hand::Named(Side::Left),
             1 => Hand::Named(Side::Right),
@@ -327,7 +329,7 @@ impl Maker {
     }
 
     /// An earlier signal of this shape, single or over this array.
-    fn signal(&mut self, place: Place, shape: Shape, axis: ArrayOf) -> Option<Expr> {
+    fn signal(&mut self, place: ExprContext, shape: Shape, axis: ArrayOf) -> Option<Expr> {
         let hand = axis.map_or_else(|| self.hand(place), |(_, hand)| hand);
         let fitting: Vec<usize> = (0..self.rules.signals.len())
             .filter(|at| {
@@ -340,7 +342,7 @@ impl Maker {
         Some(expr(ExprKind::Signal(SignalId(at as u32), hand), shape, axis))
     }
 
-    fn bool(&mut self, place: Place, axis: ArrayOf, depth: u32) -> Expr {
+    fn bool(&mut self, place: ExprContext, axis: ArrayOf, depth: u32) -> Expr {
         let of = |kind| expr(kind, Shape::Bool, axis);
         if self.compared.is_some() && axis.is_none() && self.random.chance(40) {
             return self.compared_again(place, depth);
@@ -371,21 +373,21 @@ impl Maker {
             8 | 9 => {
                 let duration = self.duration();
                 let window = match self.random.below(if place.next { 4 } else { 3 }) {
-                    0 => Temporal::For(duration),
-                    1 => Temporal::WithinLast(duration),
+                    0 => TemporalOperator::For(duration),
+                    1 => TemporalOperator::WithinLast(duration),
                     2 => {
                         // Half a time more is once more often.
                         let times = 1.0 + 0.5 * self.random.below(6) as f64;
-                        Temporal::AtLeast { times: self.constant(times), within: duration }
+                        TemporalOperator::AtLeast { times: self.constant(times), within: duration }
                     }
-                    _ => Temporal::WithinNext(duration),
+                    _ => TemporalOperator::WithinNext(duration),
                 };
-                let ahead = matches!(window, Temporal::WithinNext(_));
-                let inner = if ahead { Place { memory: false, ..place } } else { place };
+                let ahead = matches!(window, TemporalOperator::WithinNext(_));
+                let inner = if ahead { ExprContext { memory: false, ..place } } else { place };
                 of(ExprKind::Temporal(window, Box::new(self.bool(inner, axis, deeper))))
             }
-            10 => of(ExprKind::Temporal(Temporal::Rises, Box::new(self.bool(place, axis, deeper)))),
-            11 => of(ExprKind::Temporal(Temporal::Falls, Box::new(self.bool(place, axis, deeper)))),
+            10 => of(ExprKind::Temporal(TemporalOperator::Rises, Box::new(self.bool(place, axis, deeper)))),
+            11 => of(ExprKind::Temporal(TemporalOperator::Falls, Box::new(self.bool(place, axis, deeper)))),
             12 | 13 if axis.is_none() => {
                 let hand = self.hand(place);
                 let array = self.axis(hand).unwrap_or((Axis::Fingers, hand));
@@ -414,7 +416,7 @@ impl Maker {
         }
     }
 
-    fn compared_again(&mut self, place: Place, depth: u32) -> Expr {
+    fn compared_again(&mut self, place: ExprContext, depth: u32) -> Expr {
         let (one, other) = (self.compared_number(place, depth), self.compared_number(place, depth));
         let limit = expr(ExprKind::Number((self.random.below(5) as f64 - 2.0) * 0.5), Shape::Scalar, None);
         let comparison = self.comparison();
@@ -432,7 +434,7 @@ impl Maker {
         expr(kind, Shape::Bool, None)
     }
 
-    fn compared_number(&mut self, place: Place, depth: u32) -> Expr {
+    fn compared_number(&mut self, place: ExprContext, depth: u32) -> Expr {
         let known = self.compared.iter().flatten().filter(|(per_hand, _)| *per_hand == place.per_hand);
         let known: Vec<Expr> = known.map(|(_, number)| number.clone()).collect();
         if !known.is_empty() && (known.len() > 2 || self.random.chance(60)) {
@@ -444,17 +446,17 @@ impl Maker {
     }
 
     /// An operand beside an array: an array too, or a single value for every element.
-    fn loose(&mut self, place: Place, axis: ArrayOf, depth: u32) -> Expr {
+    fn loose(&mut self, place: ExprContext, axis: ArrayOf, depth: u32) -> Expr {
         let axis = axis.filter(|_| self.random.chance(70));
         self.bool(place, axis, depth)
     }
 
-    fn loose_number(&mut self, place: Place, axis: ArrayOf, depth: u32) -> Expr {
+    fn loose_number(&mut self, place: ExprContext, axis: ArrayOf, depth: u32) -> Expr {
         let axis = axis.filter(|_| self.random.chance(70));
         self.number(place, axis, depth)
     }
 
-    fn atom(&mut self, place: Place, axis: ArrayOf) -> Expr {
+    fn atom(&mut self, place: ExprContext, axis: ArrayOf) -> Expr {
         match axis {
             Some((Axis::Fingers, hand)) => self.channel("fingers.contact", hand),
             Some((Axis::Contacts, hand)) => self.channel("contacts.handled", hand),
@@ -499,7 +501,7 @@ impl Maker {
         }
     }
 
-    fn number(&mut self, place: Place, axis: ArrayOf, depth: u32) -> Expr {
+    fn number(&mut self, place: ExprContext, axis: ArrayOf, depth: u32) -> Expr {
         let of = |kind| expr(kind, Shape::Scalar, axis);
         if depth == 0 {
             return match axis {
@@ -521,7 +523,7 @@ impl Maker {
                 // Shares and times of conditions, too.
                 let of_condition = matches!(summary, Summary::Mean | Summary::Integral) && self.random.chance(30);
                 let samples = self.samples(place, axis, deeper);
-                let free = Place { memory: false, ..place };
+                let free = ExprContext { memory: false, ..place };
                 let value = if of_condition { self.bool(free, axis, deeper) } else { self.number(place, axis, deeper) };
                 of(ExprKind::Summary(summary, Box::new(value), samples))
             }
@@ -608,15 +610,15 @@ impl Maker {
     }
 
     /// Those of a duration, or since a condition began that the log alone says.
-    fn samples(&mut self, place: Place, axis: ArrayOf, depth: u32) -> Samples<Constant, Box<Expr>> {
+    fn samples(&mut self, place: ExprContext, axis: ArrayOf, depth: u32) -> Samples<Constant, Box<Expr>> {
         if self.random.chance(60) {
             return Samples::Last(self.duration());
         }
-        let condition = self.loose(Place { memory: false, ..place }, axis, depth);
+        let condition = self.loose(ExprContext { memory: false, ..place }, axis, depth);
         Samples::Since(Box::new(condition))
     }
 
-    fn vector(&mut self, place: Place, axis: ArrayOf) -> Expr {
+    fn vector(&mut self, place: ExprContext, axis: ArrayOf) -> Expr {
         match axis {
             Some((Axis::Fingers, hand)) => {
                 let (position, force) = (self.channel("fingers.position", hand), self.channel("fingers.force", hand));

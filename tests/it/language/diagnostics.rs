@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 use teachtree_base::diagnostic::Severity;
-use teachtree_language::{self as language, Loaded, Request, codes};
+use teachtree_language::{self as language, LoadedRules, Request, codes};
 
-fn load(path: &Path) -> Loaded {
+fn load(path: &Path) -> LoadedRules {
     language::load(&Request { files: vec![path.to_path_buf()], ..Request::default() })
 }
 

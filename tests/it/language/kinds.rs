@@ -24,12 +24,12 @@ fn rules(text: &str) -> Rules {
 const TREE: [&str; 6] = ["A", "B", "C", "D", "E", "F"];
 
 /// A rule set in which the primitives are kinds as `parents` says (position of the parent), or with each list written out in full.
-struct Made {
+struct KindRules {
     parents: Vec<Option<usize>>,
     expands: bool,
 }
 
-impl Made {
+impl KindRules {
     /// The nearest of the named primitives that this one is, or is a kind of.
     fn counts_for(&self, mut one: usize, named: &[usize]) -> Option<usize> {
         loop {
@@ -131,7 +131,7 @@ proptest! {
             // What a task begins and ends with is one label, so in the written-out rules kinds of A and F would be missing there.
             let ends = |parent: &usize| *parent != 0 && *parent != 5;
             let parents = parents.iter().map(|parent| parent.filter(|parent| tasks.is_empty() || ends(parent))).collect();
-            let rules = rules(&Made { parents, expands }.text(&from, &tasks, &relabels));
+            let rules = rules(&KindRules { parents, expands }.text(&from, &tasks, &relabels));
             let frames = log(&rules, &speeds);
             let literal = reference::evaluate(&rules, &frames).unwrap();
             assert_eq!(evaluate(&lower(&rules), &frames).unwrap(), literal);
@@ -171,7 +171,7 @@ fn a_side_is_that_of_the_parent() {
     );
     let mut lists = Vec::new();
     for tree in &rules.trees {
-        for way in tree.root.ways() {
+        for way in tree.root.paths() {
             way.asked.iter().for_each(|(_, asked, _)| {
                 asked.walk(&mut |part| {
                     if let ExprKind::From { labels, .. } = &part.kind {

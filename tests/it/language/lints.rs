@@ -25,7 +25,7 @@ pub fn with_places(mut rules: Rules) -> Rules {
     fn branch(inner: &mut Branch, next: &mut u32) {
         for choice in &mut inner.choices {
             choice.condition.iter_mut().for_each(|condition| expr(condition, next));
-            if let Then::Branch(below) = &mut choice.then {
+            if let Consequent::Branch(below) = &mut choice.then {
                 branch(below, next);
             }
         }
@@ -55,10 +55,10 @@ fn mark(branch: &mut Branch, finding: &Diagnostic, marked: &mut usize) {
             _ => at + 1..branch.choices.len(),
         };
         *marked += dead.len();
-        branch.choices[dead].iter_mut().for_each(|choice| choice.then = Then::Primitive(MARKED));
+        branch.choices[dead].iter_mut().for_each(|choice| choice.then = Consequent::Primitive(MARKED));
     }
     for choice in &mut branch.choices {
-        if let Then::Branch(below) = &mut choice.then {
+        if let Consequent::Branch(below) = &mut choice.then {
             mark(below, finding, marked);
         }
     }
@@ -106,7 +106,7 @@ fn against(rules: &Rules) -> Vec<Expr> {
 /// The rules with a tree that gives the marked primitive when any of these holds.
 fn with_tree(rules: &Rules, any: Vec<Expr>) -> Rules {
     let choice =
-        |condition, label| Choice { name: None, condition, then: Then::Primitive(label), span: Span::default() };
+        |condition, label| Choice { name: None, condition, then: Consequent::Primitive(label), span: Span::default() };
     let other = Label { primitive: PrimitiveId(0), side: None };
     let mut choices: Vec<Choice> = any.into_iter().map(|condition| choice(Some(condition), MARKED)).collect();
     choices.push(choice(None, other));
@@ -155,7 +155,7 @@ fn random_conditions_are_worth_telling() {
         let codes = [codes::NEVER_TAKEN, codes::ALWAYS_TAKEN, codes::NEVER_HOLDS, codes::ALWAYS_HOLDS];
         let printed = codes.map(printed);
         counts.iter_mut().zip(printed).for_each(|(count, printed)| *count += printed);
-        rules.trees.iter_mut().for_each(|tree| tree.root.choices[1].then = Then::Primitive(MARKED));
+        rules.trees.iter_mut().for_each(|tree| tree.root.choices[1].then = Consequent::Primitive(MARKED));
         counts[4] += usize::from(marked_is_given(&rules, &frames));
     }
     assert!(counts.iter().zip([5, 5, 5, 5, 5]).all(|(count, least)| *count >= least), "{counts:?}");

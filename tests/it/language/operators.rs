@@ -12,16 +12,16 @@ use teachtree_engine::evaluator::evaluate;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::reference;
 use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
-use teachtree_language::graph::{Known, lower, possible};
-use teachtree_language::mutate::mutants;
-use teachtree_language::ops::{self, Becomes, Kind, OPERATORS, Operator, Takes};
+use teachtree_language::graph::{AbstractValue, lower, reachable_leaves};
+use teachtree_language::mutation::mutants;
+use teachtree_language::ops::{self, CheckedForm, Kind, OPERATORS, Operand, Operator};
 use teachtree_language::rules::{Expr, Rules, TreeScope};
-use teachtree_language::{self as language, Loaded};
+use teachtree_language::{self as language, LoadedRules};
 
 const FILE: &str = "operators.rules";
 
 /// Rules whose tree gives A where a condition of a hand holds, and B elsewhere.
-fn load(condition: &str) -> Loaded {
+fn load(condition: &str) -> LoadedRules {
     let text = format!(
         "use \"hand_force.rules\"\nprimitive A, B\nfor each hand {{\n  signal moving = target.velocity.z > 10 mm/s\n  \
          signal example = {condition}\n}}\ntree t for each hand {{ example => A  else => B }}\n"
@@ -103,7 +103,7 @@ fn every_evaluator_knows_every_operator() {
     for operator in OPERATORS {
         let rules = rules(operator.example);
         let (expr, asked) = example(&rules);
-        let mut found = operator.becomes == Becomes::Contact;
+        let mut found = operator.becomes == CheckedForm::Contact;
         expr.walk(&mut |part| found |= ops::of(&part.kind).is_some_and(|known| known.name == operator.name));
         assert!(found, "the example of `{}` does not have it", operator.name);
 
@@ -141,13 +141,14 @@ fn what_is_known_of_an_operator_is_so() {
         let rules = rules(operator.example);
         let graph = lower(&rules);
         for constant in [0.0, 1.0, 0.03, -4.0] {
-            let possible = possible(&graph, TreeScope::EachHand, |_, _| Known::Constant(constant), |_, _| true);
+            let reachable_leaves =
+                reachable_leaves(&graph, TreeScope::EachHand, |_, _| AbstractValue::Constant(constant), |_, _| true);
             let frames = log(&rules, 90, |_| vec![constant; 90]);
             for leaves in evaluate(&graph, &frames).unwrap() {
                 for run in leaves.hands.values().flatten() {
                     let label = run.label.unwrap();
                     let name = rules.label_name(label);
-                    assert!(possible.contains(&label), "`{}` of {constant} gives {name}", operator.name);
+                    assert!(reachable_leaves.contains(&label), "`{}` of {constant} gives {name}", operator.name);
                 }
             }
         }
@@ -167,14 +168,14 @@ fn proofs_know_which_numbers_are_never_negative() {
     }
 }
 
-fn takes(operator: &Operator, wanted: Takes) -> bool {
-    operator.forms.iter().any(|form| form.takes.contains(&wanted))
+fn takes(operator: &Operator, wanted: Operand) -> bool {
+    operator.signatures.iter().any(|signature| signature.takes.contains(&wanted))
 }
 
 #[test]
 fn durations_are_looked_at_and_changed_for_trial() {
     let within = |one: Span, other: Span| one.file == other.file && other.start <= one.start && one.end <= other.end;
-    for operator in OPERATORS.iter().filter(|operator| takes(operator, Takes::Duration)) {
+    for operator in OPERATORS.iter().filter(|operator| takes(operator, Operand::Duration)) {
         let short = operator.example.replace("200 ms", "0.1 ms").replace("100 ms", "0.1 ms");
         assert!(report(&load(&short)).contains("W303"), "`{}`", operator.name);
         let rules = rules(operator.example);
@@ -182,7 +183,7 @@ fn durations_are_looked_at_and_changed_for_trial() {
         let changed: BTreeSet<&str> =
             mutants(&rules).filter(|mutant| within(mutant.span, expr.span)).map(|mutant| mutant.what).collect();
         assert!(changed.contains("the time doubled"), "`{}`: {changed:?}", operator.name);
-        assert_eq!(changed.contains("once more often"), takes(operator, Takes::Times), "`{}`", operator.name);
+        assert_eq!(changed.contains("once more often"), takes(operator, Operand::Times), "`{}`", operator.name);
     }
 }
 
@@ -194,8 +195,8 @@ fn the_grammar_the_editors_and_the_reference_have_every_operator() {
     let (vim, code) =
         (read("editors/vim/syntax/teachtree.vim"), read("editors/vscode/syntaxes/teachtree.tmLanguage.json"));
     for operator in OPERATORS {
-        for form in operator.forms {
-            let entry = format!("`{}`", form.written);
+        for signature in operator.signatures {
+            let entry = format!("`{}`", signature.written);
             assert!(reference.contains(&entry), "{entry} has no entry in grammar/README.md");
         }
         for word in operator.name.split(' ') {
@@ -203,12 +204,15 @@ fn the_grammar_the_editors_and_the_reference_have_every_operator() {
             assert!(operator.is_called() || tokens.contains(&format!("kw_{word} ")), "the grammar has no `{word}`");
             assert!(vim.contains(word) && code.contains(word), "an editor does not colour `{word}`");
         }
-        assert_eq!(operator.kind == Kind::Temporal, operator.becomes != Becomes::Contact && has_memory(operator));
+        assert_eq!(operator.kind == Kind::Temporal, operator.becomes != CheckedForm::Contact && has_memory(operator));
     }
 }
 
 fn has_memory(operator: &Operator) -> bool {
-    matches!(operator.becomes, Becomes::Temporal | Becomes::Rate | Becomes::Summary(_) | Becomes::Hysteresis)
+    matches!(
+        operator.becomes,
+        CheckedForm::Temporal | CheckedForm::Rate | CheckedForm::Summary(_) | CheckedForm::Hysteresis
+    )
 }
 
 /// `(c) at least N times within last D`: an overlap of the definition's cases, frame by frame.

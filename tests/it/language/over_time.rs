@@ -8,11 +8,11 @@ use teachtree_engine::inspect::Inspector;
 use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
 use teachtree_language::format::format;
 use teachtree_language::graph::lower;
-use teachtree_language::{self as language, Loaded};
+use teachtree_language::{self as language, LoadedRules};
 
 const RATE_HZ: f64 = 100.0;
 
-fn load(value: &str) -> Loaded {
+fn load(value: &str) -> LoadedRules {
     let text = format!(
         "use \"hand_force.rules\"\nprimitive A, B\nfor each hand {{\n  signal x = target.velocity.z\n  \
          signal high = x > 1 m/s\n  signal value = {value}\n  latch reads set from(A) clear high\n}}\n\

@@ -2,12 +2,12 @@
 
 use super::report;
 use std::path::PathBuf;
-use teachtree_base::channels::Absent;
+use teachtree_base::channels::Fallback;
 use teachtree_base::hands::Side;
-use teachtree_language::rules::{Branch, RelabelKind, Then, TreeScope};
-use teachtree_language::{self as language, Loaded, Request, Rules, SHIPPED, codes};
+use teachtree_language::rules::{Branch, Consequent, RelabelKind, TreeScope};
+use teachtree_language::{self as language, LoadedRules, Request, Rules, SHIPPED, codes};
 
-fn load(file: &str, hand: Option<&str>, overrides: &[(&str, &str)]) -> Loaded {
+fn load(file: &str, hand: Option<&str>, overrides: &[(&str, &str)]) -> LoadedRules {
     language::load(&Request {
         files: vec![PathBuf::from(file)],
         hand_file: hand.map(str::to_string),
@@ -16,7 +16,7 @@ fn load(file: &str, hand: Option<&str>, overrides: &[(&str, &str)]) -> Loaded {
     })
 }
 
-fn rules(loaded: Loaded) -> Rules {
+fn rules(loaded: LoadedRules) -> Rules {
     // A part needs no tree.
     let (parts, found): (Vec<_>, Vec<_>) =
         loaded.diagnostics.iter().partition(|finding| finding.code == codes::NO_TREE);
@@ -30,14 +30,14 @@ fn draw(rules: &Rules, branch: &Branch, indent: usize, text: &mut String) {
         let name = choice.name.as_ref().map_or(String::new(), |name| format!("{name}: "));
         let condition = choice.condition.as_ref().map_or("else", |condition| rules.sources.text(condition.span));
         let then = match &choice.then {
-            Then::Primitive(label) => format!(" => {}", rules.label_name(*label)),
-            Then::Stay => " => stay".to_string(),
-            Then::Separate => " => separate".to_string(),
-            Then::Branch(_) => String::new(),
+            Consequent::Primitive(label) => format!(" => {}", rules.label_name(*label)),
+            Consequent::Stay => " => stay".to_string(),
+            Consequent::Separate => " => separate".to_string(),
+            Consequent::Branch(_) => String::new(),
         };
         let condition = condition.split_whitespace().collect::<Vec<_>>().join(" ");
         text.push_str(&format!("{}{name}{condition}{then}\n", "  ".repeat(indent)));
-        if let Then::Branch(below) = &choice.then {
+        if let Consequent::Branch(below) = &choice.then {
             draw(rules, below, indent + 1, text);
         }
     }
@@ -63,9 +63,9 @@ fn nothing_named_is_the_contact_rules_with_forces() {
     );
     assert_eq!(rules.primitives.len(), 14);
     let force = rules.channels.iter().find(|channel| channel.name == "fingers.force").unwrap();
-    assert_eq!(force.absent, Absent::Refused, "a hand that trusts forces needs them");
+    assert_eq!(force.absent, Fallback::Refused, "a hand that trusts forces needs them");
     let contact = rules.channels.iter().find(|channel| channel.name == "fingers.contact").unwrap();
-    assert!(matches!(&contact.absent, Absent::NormAbove { channel, on, off, needed: true }
+    assert!(matches!(&contact.absent, Fallback::NormAbove { channel, on, off, needed: true }
         if channel == "fingers.force" && (*on, *off) == (0.05, 0.02)));
 }
 
@@ -73,7 +73,7 @@ fn nothing_named_is_the_contact_rules_with_forces() {
 fn flags_do_without_forces() {
     let rules = rules(load("contact.rules", Some("rules/hand_flags.rules"), &[]));
     let force = rules.channels.iter().find(|channel| channel.name == "fingers.force").unwrap();
-    assert_eq!(force.absent, Absent::Constant(0.0));
+    assert_eq!(force.absent, Fallback::Constant(0.0));
     assert!(rules.param("grasp_on").is_none());
 }
 
@@ -126,8 +126,8 @@ fn sides_and_settling_are_resolved() {
     fn leaves(branch: &Branch, sides: &mut Vec<Side>) {
         for choice in &branch.choices {
             match &choice.then {
-                Then::Branch(below) => leaves(below, sides),
-                Then::Primitive(label) => sides.extend(label.side),
+                Consequent::Branch(below) => leaves(below, sides),
+                Consequent::Primitive(label) => sides.extend(label.side),
                 _ => {}
             }
         }

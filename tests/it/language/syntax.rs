@@ -2,7 +2,7 @@
 
 use teachtree_base::diagnostic::{Source, Sources, Span};
 use teachtree_base::units::UNITS;
-use teachtree_language::syntax::{Expr, ExprKind, ItemKind, Then};
+use teachtree_language::syntax::{Consequent, Expr, ExprKind, ItemKind};
 use teachtree_language::{self as language, SHIPPED};
 
 fn sources(text: &str) -> Sources {
@@ -74,7 +74,7 @@ fn places_are_exact_in_shipped_files() {
                     check_places(&latch.clear, &sources);
                 }
                 ItemKind::Tree(tree) => choices.extend(&tree.choices),
-                ItemKind::Extend(extend) => choices.extend(&extend.choices),
+                ItemKind::Extension(extend) => choices.extend(&extend.choices),
                 ItemKind::Relabel(block) => {
                     for rule in &block.rules {
                         assert!(sources.text(rule.span).contains("become"));
@@ -87,10 +87,10 @@ fn places_are_exact_in_shipped_files() {
                 seen += 1;
                 choice.condition.iter().for_each(|condition| check_places(condition, &sources));
                 match &choice.then {
-                    Then::Primitive(label) | Then::EachSide(label) => {
+                    Consequent::Primitive(label) | Consequent::EachSide(label) => {
                         assert!(sources.text(choice.span).ends_with(sources.text(label.span)))
                     }
-                    Then::Branch(below) => {
+                    Consequent::Branch(below) => {
                         assert!(sources.text(choice.span).ends_with('{'));
                         choices.extend(below);
                     }

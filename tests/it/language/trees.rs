@@ -1,7 +1,7 @@
 //! What is proved about branches, and what is not.
 
 use super::report;
-use teachtree_language::rules::{Then, TreeScope};
+use teachtree_language::rules::{Consequent, TreeScope};
 use teachtree_language::{self as language, codes};
 
 /// The codes that a tree of each hand with these choices is reported for.
@@ -100,7 +100,7 @@ fn anchors_put_choices_where_they_say() {
         .choices
         .iter()
         .map(|choice| {
-            assert!(matches!(choice.then, Then::Primitive(_)));
+            assert!(matches!(choice.then, Consequent::Primitive(_)));
             choice.condition.as_ref().map_or("else", |condition| rules.sources.text(condition.span)).to_string()
         })
         .collect();
@@ -192,7 +192,7 @@ fn a_third_file_orders_the_extensions_of_two_others() {
         let loaded = load(uses);
         let Some(rules) = &loaded.rules else { return vec![report(&loaded)] };
         let leaves = rules.trees[0].root.choices.iter().filter_map(|choice| match &choice.then {
-            Then::Primitive(label) => Some(rules.primitives[label.primitive.index()].name.clone()),
+            Consequent::Primitive(label) => Some(rules.primitives[label.primitive.index()].name.clone()),
             _ => None,
         });
         leaves.filter(|name| ["Shake", "Pour", "Show"].contains(&name.as_str())).collect()

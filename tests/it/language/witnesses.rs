@@ -3,14 +3,14 @@
 use crate::engine::random;
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use teachtree_base::channels::{Absent, ChannelSpec, Shape};
+use teachtree_base::channels::{ChannelSpec, Fallback, Shape};
 use teachtree_base::diagnostic::Span;
 use teachtree_base::hands::Side;
 use teachtree_base::units::Dimension;
 use teachtree_engine::evaluator::evaluate;
 use teachtree_engine::reference;
 use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
-use teachtree_language::formula::{Frame, written};
+use teachtree_language::formula::{Frame, canonical_text};
 use teachtree_language::graph::lower;
 use teachtree_language::lints::choices::dead_choices;
 use teachtree_language::rules::*;
@@ -44,7 +44,7 @@ impl Replay<'_> {
     /// A channel that has this value on the frame.
     fn channel(&mut self, shape: Shape, value: f64) -> Expr {
         let (name, at) = (format!("c{}", self.channels.len()), self.channels.len() as u32);
-        let (per_hand, axis, dimension, absent) = (false, None, Dimension::NONE, Absent::Refused);
+        let (per_hand, axis, dimension, absent) = (false, None, Dimension::NONE, Fallback::Refused);
         self.channels.push(ChannelSpec { name, per_hand, axis, shape, dimension, absent });
         self.values.push(value);
         of(ExprKind::Channel(ChannelId(at), Hand::Nobody), shape)
@@ -55,12 +55,12 @@ impl Replay<'_> {
         if is_constant(expr) {
             return expr.clone();
         }
-        let value = self.frame.numbers.get(&written(expr, self.rules, this)).copied();
+        let value = self.frame.numbers.get(&canonical_text(expr, self.rules, this)).copied();
         self.channel(Shape::Scalar, value.unwrap_or(0.0))
     }
 
     fn holds(&mut self, expr: &Expr, this: Hand) -> Option<Expr> {
-        let value = *self.frame.holds.get(&written(expr, self.rules, this))?;
+        let value = *self.frame.holds.get(&canonical_text(expr, self.rules, this))?;
         Some(self.channel(Shape::Bool, f64::from(u8::from(value))))
     }
 
@@ -121,7 +121,7 @@ impl Replay<'_> {
         let mut choice = |choice: &Choice| {
             let condition = choice.condition.as_ref().map(|condition| self.condition(condition, this));
             let then = match &choice.then {
-                Then::Branch(below) => Then::Branch(self.branch(below, this)),
+                Consequent::Branch(below) => Consequent::Branch(self.branch(below, this)),
                 leaf => leaf.clone(),
             };
             Choice { condition, then, ..choice.clone() }
@@ -137,8 +137,8 @@ impl Replay<'_> {
         if let Some(before) = self.frame.before.as_deref().filter(|before| *before != "none") {
             // On the frame before, and only there, the tree gives the leaf before.
             let then = match (before, self.label(before)) {
-                ("separate", _) => Then::Separate,
-                (_, Some(label)) => Then::Primitive(label),
+                ("separate", _) => Consequent::Separate,
+                (_, Some(label)) => Consequent::Primitive(label),
                 (_, None) => {
                     primitives.push(Primitive {
                         name: before.into(),
@@ -148,7 +148,7 @@ impl Replay<'_> {
                         other: None,
                         span: Span::default(),
                     });
-                    Then::Primitive(Label { primitive: PrimitiveId(primitives.len() as u32 - 1), side: None })
+                    Consequent::Primitive(Label { primitive: PrimitiveId(primitives.len() as u32 - 1), side: None })
                 }
             };
             let now = self.channel(Shape::Bool, 1.0);
@@ -216,7 +216,7 @@ fn come_out(rules: &Rules, scope: TreeScope, asked: &[(&Expr, bool)], frame: &Fr
     });
     let all = of(ExprKind::And(all.collect()), Shape::Bool);
     let choice = |condition, then| Choice { name: None, condition, then, span: Span::default() };
-    let choices = vec![choice(Some(all), Then::Primitive(MARKED)), choice(None, Then::Primitive(PLAIN))];
+    let choices = vec![choice(Some(all), Consequent::Primitive(MARKED)), choice(None, Consequent::Primitive(PLAIN))];
     replay.gives(scope, Branch { choices, span: Span::default() }, MARKED)
 }
 
@@ -245,7 +245,7 @@ fn without_else(branch: &mut Branch, next: &mut u32) {
         branch.choices.pop();
     }
     for choice in &mut branch.choices {
-        if let Then::Branch(below) = &mut choice.then {
+        if let Consequent::Branch(below) = &mut choice.then {
             without_else(below, next);
         }
     }
@@ -254,16 +254,16 @@ fn without_else(branch: &mut Branch, next: &mut u32) {
 /// Puts an `else` that gives the marked label where a branch has none and no gap was told.
 fn marked_else(branch: &mut Branch, printed: &BTreeSet<Span>, marked: &mut usize) {
     for choice in &mut branch.choices {
-        if let Then::Branch(below) = &mut choice.then {
+        if let Consequent::Branch(below) = &mut choice.then {
             marked_else(below, printed, marked);
         }
     }
     if branch.choices.iter().all(|choice| choice.condition.is_some()) {
         let then = if printed.contains(&branch.span) {
-            Then::Primitive(PLAIN)
+            Consequent::Primitive(PLAIN)
         } else {
             *marked += 1;
-            Then::Primitive(MARKED)
+            Consequent::Primitive(MARKED)
         };
         branch.choices.push(Choice { name: None, condition: None, then, span: Span::default() });
     }
@@ -302,7 +302,7 @@ fn find(rules: &Rules, place: Span) -> Option<(&Tree, &Expr)> {
         branch.choices.iter().find_map(|choice| {
             let own = choice.condition.as_ref().filter(|condition| condition.span == place);
             own.or_else(|| match &choice.then {
-                Then::Branch(below) => in_branch(below, place),
+                Consequent::Branch(below) => in_branch(below, place),
                 _ => None,
             })
         })
@@ -314,9 +314,9 @@ fn find(rules: &Rules, place: Span) -> Option<(&Tree, &Expr)> {
 fn mark(branch: &mut Branch, place: Span) {
     for choice in &mut branch.choices {
         if choice.condition.as_ref().is_some_and(|condition| condition.span == place) {
-            choice.then = Then::Primitive(MARKED);
+            choice.then = Consequent::Primitive(MARKED);
         }
-        if let Then::Branch(below) = &mut choice.then {
+        if let Consequent::Branch(below) = &mut choice.then {
             mark(below, place);
         }
     }

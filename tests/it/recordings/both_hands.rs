@@ -1,14 +1,14 @@
 //! Two hands in real recordings: who gives, who takes, who holds, and when.
 
 use super::given::given;
-use super::{Named, SHIPPED, analysis, json, named, near, of, shipped};
+use super::{NamedInterval, SHIPPED, analysis, json, named, near, of, shipped};
 use serde_json::Value;
 
 fn track<'a>(analysis: &'a Value, name: &str) -> &'a Value {
     analysis["tracks"].as_array().unwrap().iter().find(|track| track["track"] == name).unwrap()
 }
 
-fn listed(track: &Value, list: &str) -> Vec<Named> {
+fn listed(track: &Value, list: &str) -> Vec<NamedInterval> {
     track[list].as_array().unwrap().iter().map(|it| named(it, "primitive")).collect()
 }
 

@@ -18,13 +18,13 @@ fn choose(browser: &mut Browser, title: &str) {
 }
 
 /// What is painted in one column of pixels: the highest and the lowest row of the line, and of anything of the curve.
-struct Painted {
+struct PixelColumn {
     line: Option<[f64; 2]>,
     any: Option<[f64; 2]>,
 }
 
 /// The columns of the last plot, the times at its ends, and the row of a value.
-fn painted(browser: &mut Browser) -> (Vec<Painted>, [f64; 2], impl Fn(f64) -> f64) {
+fn painted(browser: &mut Browser) -> (Vec<PixelColumn>, [f64; 2], impl Fn(f64) -> f64) {
     drawn(browser);
     let printed = browser.eval(
         "(() => { const canvas = document.querySelector('.panel:last-child canvas');
@@ -44,7 +44,7 @@ fn painted(browser: &mut Browser) -> (Vec<Painted>, [f64; 2], impl Fn(f64) -> f6
     );
     let rows = |a: &Value, b: &Value| Some([a.as_f64()?, b.as_f64()?]);
     let columns = printed["columns"].as_array().unwrap().iter();
-    let columns = columns.map(|of| Painted { line: rows(&of[0], &of[1]), any: rows(&of[2], &of[3]) }).collect();
+    let columns = columns.map(|of| PixelColumn { line: rows(&of[0], &of[1]), any: rows(&of[2], &of[3]) }).collect();
     let ends = printed["range"].as_str().unwrap().trim_end_matches(" s").split_once(" – ").unwrap();
     let level =
         |at: usize| [&printed["levels"][at][0], &printed["levels"][at][1]].map(|number| number.as_f64().unwrap());

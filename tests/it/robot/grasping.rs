@@ -6,7 +6,7 @@ use serde_json::Value;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::Body;
 use teachtree_base::yaml;
-use teachtree_robot::grasp::{Contact, Failure, GraspCandidate, Mapper, Wanted};
+use teachtree_robot::grasp::{Contact, Failure, GraspCandidate, GraspPlanner, GraspRequest};
 use teachtree_robot::{HandModel, REACHED_M, Robot};
 
 fn body(shape: &str) -> Body {
@@ -14,7 +14,7 @@ fn body(shape: &str) -> Body {
 }
 
 /// Thumb on one face of a box of this width, index and middle finger on the opposite one, 30 mm above the middle; mm.
-fn across(width: f64) -> (Body, Vec<Contact>) {
+fn perpendiculars(width: f64) -> (Body, Vec<Contact>) {
     let body = body(&format!("box: [120 mm, {width} mm, 120 mm]"));
     let at = |finger, x: f64, side: f64| Contact {
         finger,
@@ -28,10 +28,10 @@ fn across(width: f64) -> (Body, Vec<Contact>) {
 #[test]
 fn the_measure_is_best_near_80_mm_and_ends_near_160_mm() {
     let robot = shipped("gifu_hand_iii_right");
-    let mapper = Mapper::new(&robot.hands[&Side::Right]);
+    let mapper = GraspPlanner::new(&robot.hands[&Side::Right]);
     let measure = |width: f64| {
-        let (object, contacts) = across(width);
-        mapper.map(&Wanted { contacts, object: &object, obstacles: Vec::new() })
+        let (object, contacts) = perpendiculars(width);
+        mapper.map(&GraspRequest { contacts, object: &object, obstacles: Vec::new() })
     };
     let [narrow, best, wide, cube] = [30.0, 85.0, 155.0, 120.0].map(|width| measure(width).unwrap().measure);
     assert!(best > 1.1 * narrow && best > 1.1 * wide, "{narrow} {best} {wide}");
@@ -62,9 +62,9 @@ pub fn tips_off_contacts(
 fn every_condition_of_a_grasp_holds() {
     let robot = shipped("gifu_hand_iii_right");
     let hand = &robot.hands[&Side::Right];
-    let (object, contacts) = across(100.0);
-    let wanted = Wanted { contacts: contacts.clone(), object: &object, obstacles: Vec::new() };
-    let mapper = Mapper::new(hand);
+    let (object, contacts) = perpendiculars(100.0);
+    let wanted = GraspRequest { contacts: contacts.clone(), object: &object, obstacles: Vec::new() };
+    let mapper = GraspPlanner::new(hand);
     let grasp = mapper.map(&wanted).unwrap();
     let mut q = vec![0.0; robot.tree.dofs.len()];
     grasp.set(hand, &mut q);
@@ -87,9 +87,9 @@ fn every_condition_of_a_grasp_holds() {
 #[test]
 fn the_slope_of_the_cost_is_what_differences_say() {
     let robot = shipped("gifu_hand_iii_right");
-    let mapper = Mapper::new(&robot.hands[&Side::Right]);
-    let (object, contacts) = across(90.0);
-    let wanted = Wanted { contacts, object: &object, obstacles: Vec::new() };
+    let mapper = GraspPlanner::new(&robot.hands[&Side::Right]);
+    let (object, contacts) = perpendiculars(90.0);
+    let wanted = GraspRequest { contacts, object: &object, obstacles: Vec::new() };
     let best = mapper.map(&wanted).unwrap().object_from_palm;
     let cost = |pose: &Isometry3<f64>| mapper.cost(&wanted, pose).unwrap();
     let moved = |pose: &Isometry3<f64>, row: usize, by: f64| {
@@ -126,7 +126,7 @@ fn the_slope_of_the_cost_is_what_differences_say() {
 #[test]
 fn a_finger_that_cannot_reach_is_named_with_what_is_missing() {
     let robot = shipped("gifu_hand_iii_right");
-    let mapper = Mapper::new(&robot.hands[&Side::Right]);
+    let mapper = GraspPlanner::new(&robot.hands[&Side::Right]);
     let object = body("box: [400 mm, 60 mm, 60 mm]");
     let at = |finger, x: f64, side: f64| Contact {
         finger,
@@ -135,12 +135,12 @@ fn a_finger_that_cannot_reach_is_named_with_what_is_missing() {
     };
     // The middle finger 180 mm beside the index finger.
     let contacts = vec![at(Finger::Thumb, 0.0, -1.0), at(Finger::Index, 0.0, 1.0), at(Finger::Middle, 0.18, 1.0)];
-    match mapper.map(&Wanted { contacts, object: &object, obstacles: Vec::new() }) {
+    match mapper.map(&GraspRequest { contacts, object: &object, obstacles: Vec::new() }) {
         Err(Failure::OutOfReach(_, miss)) => assert!((0.01..0.18).contains(&miss), "{miss}"),
         other => panic!("{other:?}"),
     }
     let thumb = vec![at(Finger::Palm, 0.0, -1.0)];
-    let found = mapper.map(&Wanted { contacts: thumb, object: &object, obstacles: Vec::new() });
+    let found = mapper.map(&GraspRequest { contacts: thumb, object: &object, obstacles: Vec::new() });
     assert_eq!(found.unwrap_err().to_string(), "the hand has no palm finger");
 }
 
@@ -148,7 +148,7 @@ fn a_finger_that_cannot_reach_is_named_with_what_is_missing() {
 #[test]
 fn known_grasps_are_found_with_nearly_the_best_measure() {
     let robot = shipped("gifu_hand_iii_right");
-    let mapper = Mapper::new(&robot.hands[&Side::Right]);
+    let mapper = GraspPlanner::new(&robot.hands[&Side::Right]);
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/grasps.json");
     let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     assert_eq!(list.len(), 300);
@@ -164,7 +164,7 @@ fn known_grasps_are_found_with_nearly_the_best_measure() {
         let object = body(grasp["shape"].as_str().unwrap());
         let contacts = grasp["contacts"].as_array().unwrap().iter().map(contact).collect();
         tried += 1;
-        if let Ok(found) = mapper.map(&Wanted { contacts, object: &object, obstacles: Vec::new() }) {
+        if let Ok(found) = mapper.map(&GraspRequest { contacts, object: &object, obstacles: Vec::new() }) {
             ratios.push(found.measure / grasp["reference"].as_f64().unwrap());
         }
     }

@@ -8,7 +8,7 @@ use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::Body;
 use teachtree_base::yaml;
 use teachtree_command::{Commands, Task};
-use teachtree_robot::grasp::{Contact, GraspCandidate, Mapper, Obstacle, Wanted};
+use teachtree_robot::grasp::{Contact, GraspCandidate, GraspPlanner, GraspRequest, Obstacle};
 use teachtree_robot::{self as robot, Robot};
 
 const GRIPPER: &str = include_str!("../../../robots/parallel_jaw.yaml");
@@ -51,7 +51,7 @@ fn body(text: &str) -> Body {
 }
 
 /// Thumb and other jaw on the faces of a box of this width, mm, some way above its middle.
-fn across(width: f64) -> (Body, Vec<Contact>) {
+fn perpendiculars(width: f64) -> (Body, Vec<Contact>) {
     let at = |finger, side: f64| Contact {
         finger,
         point: Point3::new(0.0, side * width * 0.5e-3, 0.010),
@@ -67,8 +67,8 @@ fn mapped(
     contacts: Vec<Contact>,
     obstacles: Vec<Obstacle<'_>>,
 ) -> Result<GraspCandidate, String> {
-    let wanted = Wanted { contacts, object, obstacles };
-    Mapper::new(&robot.hands[&Side::Right]).map(&wanted).map_err(|failure| failure.to_string())
+    let wanted = GraspRequest { contacts, object, obstacles };
+    GraspPlanner::new(&robot.hands[&Side::Right]).map(&wanted).map_err(|failure| failure.to_string())
 }
 
 #[test]
@@ -137,7 +137,7 @@ fn jaws_stand_on_their_contacts_with_the_palm_where_there_is_room() {
     let table = body("parts: [{box: [1 m, 1 m, 20 mm]}]");
     for robot in [shipped("parallel_jaw"), two_motors(), of_urdf(URDF).unwrap()] {
         let hand = &robot.hands[&Side::Right];
-        let (object, contacts) = across(50.0);
+        let (object, contacts) = perpendiculars(50.0);
         let below = Obstacle { object_from_obstacle: nalgebra::Isometry3::translation(0.0, 0.0, -0.041), body: &table };
         let grasp = mapped(&robot, &object, contacts.clone(), vec![below]).unwrap();
         assert!((grasp.opening.unwrap() - 0.050).abs() < 1e-9);
@@ -158,15 +158,15 @@ fn jaws_stand_on_their_contacts_with_the_palm_where_there_is_room() {
 #[test]
 fn what_jaws_cannot_hold_is_reported_with_what_is_missing() {
     let gripper = shipped("parallel_jaw");
-    let (object, contacts) = across(120.0);
+    let (object, contacts) = perpendiculars(120.0);
     let wide = mapped(&gripper, &object, contacts, Vec::new()).unwrap_err();
     assert_eq!(wide, "the jaws open to 100.0 mm, and 120.0 mm are needed: 20.0 mm are missing");
     let narrow = changed(&[("travel: [0 mm, 50 mm]", "travel: [10 mm, 50 mm]")]).unwrap();
-    let (object, contacts) = across(12.0);
+    let (object, contacts) = perpendiculars(12.0);
     let narrow = mapped(&narrow, &object, contacts, Vec::new()).unwrap_err();
     assert_eq!(narrow, "the jaws close to 20.0 mm, and 12.0 mm are needed: 8.0 mm remain open");
     // Thumb on one side, the fingers on top.
-    let (object, mut contacts) = across(60.0);
+    let (object, mut contacts) = perpendiculars(60.0);
     contacts[1] = Contact { finger: Finger::Index, point: Point3::new(0.0, 0.025, 0.030), normal: Vector3::z() };
     let slips = mapped(&gripper, &object, contacts.clone(), Vec::new()).unwrap_err();
     assert_eq!(

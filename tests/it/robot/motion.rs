@@ -13,7 +13,7 @@ use teachtree_robot::dynamics::motion::Motion;
 use teachtree_robot::planning::plan::Target;
 use teachtree_robot::planning::start::Start;
 use teachtree_robot::simulation::{Performance, simulate};
-use teachtree_robot::{Kind, Robot};
+use teachtree_robot::{JointKind, Robot};
 use teachtree_world::{Fingertips, TipState, World};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -85,7 +85,7 @@ fn an_arm_on_a_rail_with_a_gear_finds_poses_again() {
     let arm = robot.hands[&Side::Right].arm.clone();
     let mut joints = robot.tree.links.iter_mut().filter_map(|link| link.joint.as_mut());
     let rail = joints.find(|joint| joint.dof == arm[0]).unwrap();
-    rail.kind = Kind::Prismatic;
+    rail.kind = JointKind::Prismatic;
     let geared = joints.find(|joint| joint.dof == arm[3]).unwrap();
     geared.ratio = -0.5;
     finds_poses_again(&robot);

@@ -3,7 +3,7 @@
 use crate::program::{complained, demonstrate, said, teachtree};
 use nalgebra::{Isometry3, Translation3, Vector3};
 use proptest::prelude::*;
-use teachtree_base::geometry::{across, pose};
+use teachtree_base::geometry::{perpendiculars, pose};
 use teachtree_command::hole_of;
 use teachtree_robot::control::behaviors::peg_search::WITHIN_M;
 use teachtree_robot::control::behaviors::spiral_path::SpiralPath;
@@ -39,7 +39,7 @@ proptest! {
     fn directions_across_are_at_right_angles(x in -1.0..1.0, y in -1.0..1.0, z in -1.0..1.0) {
         prop_assume!(Vector3::new(x, y, z).norm() > 1e-3);
         let axis: Vector3<f64> = Vector3::new(x, y, z).normalize();
-        let [one, other] = across(&axis);
+        let [one, other] = perpendiculars(&axis);
         for off in [one.dot(&axis), other.dot(&axis), one.dot(&other), one.norm() - 1.0, other.norm() - 1.0] {
             prop_assert!(off.abs() < 1e-12, "{off}");
         }

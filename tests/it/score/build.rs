@@ -3,11 +3,11 @@
 use std::sync::LazyLock;
 use teachtree_analysis::json::Meta;
 use teachtree_analysis::score::{Row, Span, Stage, Tally, TrackTruth, Truth, score};
-use teachtree_analysis::{Analysis, Segment, TaskSpan, Track, Who};
+use teachtree_analysis::{Analysis, Segment, TaskSpan, Track, TrackId};
 use teachtree_base::hands::Side;
 use teachtree_base::meaning::Primitives;
 
-pub const RIGHT: Who = Who::Hand(Side::Right);
+pub const RIGHT: TrackId = TrackId::Hand(Side::Right);
 /// Frames per second of all results here.
 const RATE_HZ: f64 = 1000.0;
 

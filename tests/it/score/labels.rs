@@ -1,8 +1,8 @@
 //! Label files: what is read, and what is said of a bad one.
 
 use std::path::{Path, PathBuf};
-use teachtree_base::hands::{Side, Who};
-use teachtree_logs::read::labels::{Kind, Labels, read};
+use teachtree_base::hands::{Side, TrackId};
+use teachtree_logs::read::labels::{LabelKind, Labels, read};
 
 /// When the five rows of a log were, s; the third repeats the stamp of the second.
 const ROW_TIME: [f64; 5] = [0.0, 0.1, 0.1, 0.2, 0.4];
@@ -30,8 +30,8 @@ fn times_are_seconds() {
     assert_eq!(
         printed,
         [
-            (Some(Who::Hand(Side::Left)), "Move", 0.0, 2.0, "row 3"),
-            (Some(Who::Hand(Side::Right)), "Grasp", 0.5, 1.25, "row 2")
+            (Some(TrackId::Hand(Side::Left)), "Move", 0.0, 2.0, "row 3"),
+            (Some(TrackId::Hand(Side::Right)), "Grasp", 0.5, 1.25, "row 2")
         ]
     );
 }
@@ -55,7 +55,7 @@ fn tasks_are_labels_too() {
     let labels = reading("kind,label,start_s,end_s\ntask,pick,0,4\nprimitive,Move,0,1\ntask,pick,4,8\n").unwrap();
     let kinds: Vec<_> = labels.intervals.iter().map(|label| (label.kind, label.start_s)).collect();
     // Two tasks of one name that meet are two.
-    assert_eq!(kinds, [(Kind::Primitive, 0.0), (Kind::Task, 0.0), (Kind::Task, 4.0)]);
+    assert_eq!(kinds, [(LabelKind::Primitive, 0.0), (LabelKind::Task, 0.0), (LabelKind::Task, 4.0)]);
 }
 
 #[test]

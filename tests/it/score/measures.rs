@@ -232,18 +232,18 @@ fn a_segment_of_a_merged_class_is_of_it_where_the_truth_has_another() {
 #[test]
 fn coordination_is_scored_where_the_hands_are() {
     use teachtree_analysis::score::{Span, TrackTruth, Truth};
-    use teachtree_analysis::{Track, Who};
+    use teachtree_analysis::{Track, TrackId};
     let mut analysis = result("Move 4 - 1 Move 5");
     let both = segments(0.0, "- 1 Pass 2");
     analysis.tracks.push(Track {
-        who: Who::Both,
+        who: TrackId::Both,
         relabeled: both.clone(),
         segments: both,
         tasks: Vec::new(),
         composites: Vec::new(),
     });
     let primitives: Vec<Span> = spans("separate 1.5 Pass 2 separate 6.5");
-    let truth = Truth { tracks: vec![TrackTruth { who: Who::Both, primitives, tasks: None }] };
+    let truth = Truth { tracks: vec![TrackTruth { who: TrackId::Both, primitives, tasks: None }] };
     let tally = rows(&truth, &analysis).remove(0).tally;
     near(Some(tally.scored_s()), 9.0);
     near(tally.accuracy(), 8.0 / 9.0);
@@ -255,14 +255,14 @@ fn coordination_is_scored_where_the_hands_are() {
 #[test]
 fn a_track_that_was_not_analyzed_is_refused() {
     let mut truth = truth("Move 1");
-    truth.tracks[0].who = teachtree_analysis::Who::Both;
+    truth.tracks[0].who = teachtree_analysis::TrackId::Both;
     let error = score(&truth, &result("Move 1"), Stage::Raw, &meta("log.csv")).unwrap_err();
     let message = "log.csv: the truth is about the track `both`, the analysis has right";
     assert_eq!(error.to_string().lines().next(), Some(message));
     // A recording of one hand, and rules with a tree for both.
     let mut nothing = result("Move 1");
     nothing.tracks.clear();
-    truth.tracks[0].who = teachtree_analysis::Who::Hand(teachtree_base::hands::Side::Right);
+    truth.tracks[0].who = teachtree_analysis::TrackId::Hand(teachtree_base::hands::Side::Right);
     let error = score(&truth, &nothing, Stage::Raw, &meta("log.csv")).unwrap_err();
     let message =
         "log.csv: the truth is about the track `right`, the analysis has no track\n  help: use rules with a tree";

@@ -1,15 +1,19 @@
 //! Maps of names, and truths made of columns and label files.
 
 use super::build::RIGHT;
-use teachtree_analysis::Who;
-use teachtree_analysis::score::{Known, NameMap, Span, Truth};
+use teachtree_analysis::TrackId;
+use teachtree_analysis::score::{KnownNames, NameMap, Span, Truth};
 use teachtree_base::hands::Side;
 use teachtree_base::recording::{Event, Recording};
-use teachtree_logs::read::labels::{Interval, Kind, Labels};
+use teachtree_logs::read::labels::{Interval, LabelKind, Labels};
 
-fn known() -> Known {
+fn known() -> KnownNames {
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_string()).collect();
-    Known { primitives: names(&["Move", "Approach", "Grasp", "separate"]), tasks: names(&["pick"]), ..Known::default() }
+    KnownNames {
+        primitives: names(&["Move", "Approach", "Grasp", "separate"]),
+        tasks: names(&["pick"]),
+        ..KnownNames::default()
+    }
 }
 
 fn recording(columns: &[(&str, &str)]) -> Recording {
@@ -41,7 +45,7 @@ fn an_empty_cell_of_both_hands_is_no_coordination() {
     let truth = Truth::of_recording(&recording(&[("both.label", "- - Pass -")]), &NameMap::default()).unwrap();
     assert_eq!(
         (truth.tracks[0].who, printed(&truth.tracks[0].primitives)),
-        (Who::Both, "separate 0–2 Pass 2–3 separate 3–4 ".into())
+        (TrackId::Both, "separate 0–2 Pass 2–3 separate 3–4 ".into())
     );
 }
 
@@ -104,7 +108,7 @@ fn maps_that_cannot_be_meant_are_refused() {
 
 #[test]
 fn names_that_nobody_knows_are_refused() {
-    let labels = |name: &str, kind, track: Option<Who>| Labels {
+    let labels = |name: &str, kind, track: Option<TrackId>| Labels {
         file: "labels.csv".into(),
         intervals: vec![Interval { place: "row 7".into(), track, kind, name: name.into(), start_s: 0.0, end_s: 1.0 }],
         contradicted_s: 0.0,
@@ -112,11 +116,11 @@ fn names_that_nobody_knows_are_refused() {
     let truth =
         |name: &str, kind, track| Truth::of_labels(&labels(name, kind, track), None, &NameMap::default(), &known());
     let printed = [
-        truth("Grasq", Kind::Primitive, Some(RIGHT)),
-        truth("S1", Kind::Primitive, Some(RIGHT)),
-        truth("Move", Kind::Task, Some(RIGHT)),
-        truth("Move", Kind::Primitive, None),
+        truth("Grasq", LabelKind::Primitive, Some(RIGHT)),
+        truth("S1", LabelKind::Primitive, Some(RIGHT)),
+        truth("Move", LabelKind::Task, Some(RIGHT)),
+        truth("Move", LabelKind::Primitive, None),
     ];
     insta::assert_snapshot!(printed.map(|truth| format!("{}\n", truth.unwrap_err())).concat());
-    assert_eq!(truth("pick", Kind::Task, Some(Who::Hand(Side::Left))).unwrap().tracks.len(), 1);
+    assert_eq!(truth("pick", LabelKind::Task, Some(TrackId::Hand(Side::Left))).unwrap().tracks.len(), 1);
 }

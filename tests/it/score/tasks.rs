@@ -2,7 +2,7 @@
 
 use super::build::*;
 use teachtree_analysis::UNKNOWN;
-use teachtree_analysis::score::{Known, NONE, Sequences, Share, Tally, TrackTruth, Truth};
+use teachtree_analysis::score::{KnownNames, NONE, Sequences, Share, Tally, TrackTruth, Truth};
 
 const WORK: &str = "Move 1 Grasp 1 Place 1 Release 1 Move 1 Push 1 Trace 1 Release 1";
 
@@ -65,10 +65,10 @@ fn the_sequence_of_a_task_is_that_of_its_time() {
     assert_eq!(tally.task_pairs()[1].true_sequence.join(" "), "Move Push Trace Release");
     assert_eq!(tally.task_sequences(), Share { right: 2, of: 2 });
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_string()).collect();
-    let known = Known {
+    let known = KnownNames {
         primitives: names(&["Move", "Approach", "Grasp", "Place", "Push", "Trace", "Release"]),
         tasks: names(&["pick", "push"]),
-        ..Known::default()
+        ..KnownNames::default()
     };
     let expected = "pick: [Move Approach Grasp Place Release, Move Grasp Place Release]\npush: Move Push Release";
     Sequences::read(expected, "s.yaml", &known).unwrap().expect(&mut tally);

@@ -8,7 +8,7 @@ use teachtree_base::channels::Shape;
 use teachtree_base::units::Dimension;
 use teachtree_frames::OpenRequest;
 use teachtree_frames::open;
-use teachtree_logs::read::formats::delimited;
+use teachtree_logs::read::formats::delimited_text;
 
 /// What a user would be told about a log, and what is left of it.
 fn report(request: &OpenRequest) -> String {
@@ -94,8 +94,11 @@ fn a_log_that_is_not_there_is_refused() {
 #[test]
 fn a_huge_field_is_refused() {
     let text = format!("time,cube.position.x\n0,1\n0.1,{}\n0.2,1\n", "9".repeat(100_000));
-    let source = delimited::source(Box::new(std::io::Cursor::new(text.into_bytes())), "huge.csv").unwrap();
-    let wants = [teachtree_logs::read::table::Want::Time(1.0), teachtree_logs::read::table::Want::Number(1.0)];
+    let source = delimited_text::source(Box::new(std::io::Cursor::new(text.into_bytes())), "huge.csv").unwrap();
+    let wants = [
+        teachtree_logs::read::table::ColumnRequest::Time(1.0),
+        teachtree_logs::read::table::ColumnRequest::Number(1.0),
+    ];
     insta::assert_snapshot!(source.read(&wants, None).unwrap_err());
 }
 

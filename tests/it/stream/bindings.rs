@@ -7,13 +7,13 @@ use teachtree_base::recording::Recording;
 use teachtree_base::scene::Scene;
 use teachtree_base::units::Dimension;
 use teachtree_frames::OpenRequest;
-use teachtree_frames::Opened;
+use teachtree_frames::OpenedLog;
 use teachtree_frames::bind::{BindingFile, bind};
 use teachtree_frames::open;
-use teachtree_logs::read::formats::{self, delimited};
+use teachtree_logs::read::formats::{self, delimited_text};
 use teachtree_world::{shipped, teach};
 
-fn opened() -> Opened {
+fn opened() -> OpenedLog {
     let [log, binding] = ["foreign.csv", "whole.yaml"].map(|file| format!("tests/fixtures/bindings/{file}").into());
     open(&OpenRequest { log, binding: Some(binding), ..OpenRequest::default() }).unwrap()
 }
@@ -68,7 +68,7 @@ fn seconds_that_are_called_milliseconds_are_refused() {
     let log = format!("t,x,y,z\n{rows}");
     let text = "time: t [ms]\nresample: 100 Hz\nchannels: {box.position: '<xyz>'}\n";
     let file = BindingFile::parse(text.into(), "binding.yaml".into()).unwrap();
-    let source = delimited::source(Box::new(std::io::Cursor::new(log.into_bytes())), "log.csv").unwrap();
+    let source = delimited_text::source(Box::new(std::io::Cursor::new(log.into_bytes())), "log.csv").unwrap();
     insta::assert_snapshot!(bind(source, &file, Scene::default()).unwrap_err());
 }
 

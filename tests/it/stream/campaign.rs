@@ -21,7 +21,7 @@ struct Program {
 
 /// What is found in a recording: the primitives and tasks of each track, and the issues.
 #[derive(Clone, PartialEq)]
-struct Found {
+struct RecordingLabels {
     labels: Vec<(Vec<String>, Vec<String>)>,
     issues: Vec<Issue>,
 }
@@ -34,7 +34,7 @@ impl Program {
     }
 
     /// Writes a recording, opens it and runs the rules; `None` when it is refused.
-    fn run(&self, folder: &Path, recording: &Recording) -> Option<Found> {
+    fn run(&self, folder: &Path, recording: &Recording) -> Option<RecordingLabels> {
         let log = folder.join("log.parquet");
         formats::write(recording, &log).unwrap();
         let opened = open(&OpenRequest { log, ..OpenRequest::default() }).ok()?;
@@ -45,14 +45,14 @@ impl Program {
             let segments = track.relabeled.iter().map(|segment| segment.primitive.clone()).collect();
             (segments, track.tasks.iter().map(|task| task.task.clone()).collect())
         });
-        Some(Found { labels: labels.collect(), issues: frames.issues })
+        Some(RecordingLabels { labels: labels.collect(), issues: frames.issues })
     }
 }
 
 /// Numbers that look random and are the same each time (SplitMix64).
-struct Numbers(u64);
+struct SplitMix64(u64);
 
-impl Numbers {
+impl SplitMix64 {
     fn below(&mut self, end: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut mixed = self.0;
@@ -73,7 +73,7 @@ struct Counts {
 }
 
 /// What a cell becomes: a decimal point that is lost or moved, a sign, nothing, the value of another row, no number.
-fn damaged(numbers: &mut Numbers, values: &[f64], row: usize) -> (String, f64) {
+fn damaged(numbers: &mut SplitMix64, values: &[f64], row: usize) -> (String, f64) {
     let value = values[row];
     match numbers.below(12) {
         kind @ 0..=6 => {
@@ -91,7 +91,7 @@ fn damaged(numbers: &mut Numbers, values: &[f64], row: usize) -> (String, f64) {
 fn campaign(program: &Program, plain: &Recording, cells: usize, seed: u64, only: &str) -> Counts {
     let folder = tempfile::tempdir().unwrap();
     let wanted = program.run(folder.path(), plain).unwrap();
-    let (mut counts, mut numbers) = (Counts::default(), Numbers(seed));
+    let (mut counts, mut numbers) = (Counts::default(), SplitMix64(seed));
     let columns: Vec<usize> = (0..plain.columns.len())
         .filter(|at| plain.columns.get_index(*at).unwrap().0.contains(only))
         .filter(|at| plain.columns[*at].values.iter().any(|value| *value != plain.columns[*at].values[0]))

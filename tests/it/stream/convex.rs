@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use teachtree_base::geometry::surface_distance;
 use teachtree_base::scene::Body;
 use teachtree_base::yaml;
-use teachtree_frames::convex::{NEAR, gaps};
+use teachtree_frames::convex_gap::{NEAR, gaps};
 
 /// What the module promises of balls, and of cylinders, m.
 const EXACT: f64 = 1e-12;

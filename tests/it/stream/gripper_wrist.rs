@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 /// Primitive, start and end, s.
-type Found = Vec<(String, f64, f64)>;
+type TimedLabels = Vec<(String, f64, f64)>;
 
 /// The tasks and the segments that are found in a log with a tool point, an opening, and a force at the wrist.
-fn found(log: &str, closed_below: f64) -> (Vec<String>, Found) {
+fn found(log: &str, closed_below: f64) -> (Vec<String>, TimedLabels) {
     let binding = format!(
         "
 hand_file: hand_gripper_wrist.rules
@@ -76,7 +76,7 @@ fn at_the_wrist(recording: &str, objects: &[&str], weight: f64) -> String {
     out
 }
 
-fn assert_begins(found: &Found, name: &str, at: f64) {
+fn assert_begins(found: &TimedLabels, name: &str, at: f64) {
     assert!(
         found.iter().any(|(label, start, _)| label == name && (start - at).abs() <= 0.05),
         "{name} {at}: {found:?}"

@@ -7,7 +7,7 @@ use teachtree::{Log, Rules};
 use teachtree_base::quantity::Quantity;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::Scene;
-use teachtree_frames::{OpenRequest, Opened, open};
+use teachtree_frames::{OpenRequest, OpenedLog, open};
 use teachtree_world::{shipped, teach};
 
 /// The mass of the tool, kg, and the bias of the sensor, N.
@@ -15,12 +15,12 @@ const MASS: f64 = 0.43;
 const BIAS: Vector3<f64> = Vector3::new(1.5, -0.7, 4.0);
 
 /// A log of a wrist that turns by up to `angle` about two axes, with a tool, and pushes down by 12 N from 4 s to 7 s; 10 s at 100 Hz.
-fn wrist(angle: f64, folder: &Path) -> Opened {
+fn wrist(angle: f64, folder: &Path) -> OpenedLog {
     wrist_that_works(angle, 0.0, 1.0, folder)
 }
 
 /// The same in which the tool works for `longer` at 7 s, s, without turning, and whose force is read with a sign.
-fn wrist_that_works(angle: f64, longer: f64, sign: f64, folder: &Path) -> Opened {
+fn wrist_that_works(angle: f64, longer: f64, sign: f64, folder: &Path) -> OpenedLog {
     let mut text = String::from("time,fx,fy,fz,qw,qx,qy,qz\n");
     for row in 0..1000 + (longer * 100.0) as i32 {
         let stamp = f64::from(row) / 100.0;

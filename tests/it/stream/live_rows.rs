@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use teachtree_base::recording::Recording;
 use teachtree_frames::bind::{BindingFile, RowBinder, bind};
-use teachtree_logs::read::sheet::{Cells, InMemoryTable};
+use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
 use teachtree_logs::read::table::{Sheet, Source};
 
 const BINDING: &str = "

@@ -11,7 +11,7 @@ use teachtree_base::yaml;
 use teachtree_frames::bind::{BindingFile, bind};
 use teachtree_frames::frames;
 use teachtree_logs::names;
-use teachtree_logs::read::formats::delimited;
+use teachtree_logs::read::formats::delimited_text;
 
 const SCENE: &str = "
 bodies:
@@ -117,7 +117,7 @@ proptest! {
         let text = format!("time: t\nchannels:\n  \"{key}\": \"{pattern}\"\n  <object>.position: x<xyz>\n");
         if let Ok(file) = BindingFile::parse(text, "binding.yaml".into()) {
             let log = b"t,xx,xy,xz\n0,1,2,3\n0.1,1,2,3\n".to_vec();
-            let source = delimited::source(Box::new(Cursor::new(log)), "log.csv").unwrap();
+            let source = delimited_text::source(Box::new(Cursor::new(log)), "log.csv").unwrap();
             let _ = bind(source, &file, scene());
         }
     }
@@ -126,7 +126,7 @@ proptest! {
 /// Reads bytes as a canonical log, through a binding that says nothing.
 fn read(bytes: Vec<u8>) {
     let file = BindingFile::parse("resample: 100 Hz".into(), "binding.yaml".into()).unwrap();
-    if let Ok(source) = delimited::source(Box::new(Cursor::new(bytes)), "log.csv")
+    if let Ok(source) = delimited_text::source(Box::new(Cursor::new(bytes)), "log.csv")
         && let Ok(read) = bind(source, &file, scene())
     {
         let _ = frames(&read.recording, &[ask("target"), ask("target.velocity")]);

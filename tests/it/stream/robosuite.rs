@@ -115,7 +115,7 @@ fn tasks(log: &str, binding: &str) -> Vec<(String, Vec<(String, f64)>)> {
     let frames = opened.frames(&analysis::channels(&rules)).unwrap();
     let leaves = engine::evaluator::evaluate(&graph::lower(&rules), &frames).unwrap();
     let found = analysis::analyze(&rules, &frames, &leaves);
-    let tasks = &found.track(analysis::Who::Hand(Side::Right)).unwrap().tasks;
+    let tasks = &found.track(analysis::TrackId::Hand(Side::Right)).unwrap().tasks;
     tasks
         .iter()
         .map(|task| (task.task.clone(), task.segments.iter().map(|it| (it.primitive.clone(), it.start_s)).collect()))

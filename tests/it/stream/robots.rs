@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 use std::path::Path;
 use teachtree_base::error::InputError;
-use teachtree_frames::{OpenRequest, Opened, open};
+use teachtree_frames::{OpenRequest, OpenedLog, open};
 
 /// Two links of 300 mm and 200 mm turn about z, on a column of 500 mm that slides up; a parallel gripper whose second finger mimics the first.
 const ARM: &str = r#"<robot name="arm">
@@ -37,7 +37,7 @@ scene:
   bodies: {}
 ";
 
-fn opened(folder: &Path, binding: &str) -> Result<Opened, InputError> {
+fn opened(folder: &Path, binding: &str) -> Result<OpenedLog, InputError> {
     let [log, file] = ["log.csv", "b.yaml"].map(|name| folder.join(name));
     std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
     std::fs::write(&log, LOG).unwrap();

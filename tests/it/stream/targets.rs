@@ -18,7 +18,7 @@ hands:
 /// Another object is the target when it is nearer by this much, m (docs/sources.md, A11).
 const NEARER_BY: f64 = 0.010;
 
-type Way = Box<dyn Fn(f64) -> f64>;
+type Trajectory = Box<dyn Fn(f64) -> f64>;
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
@@ -39,8 +39,8 @@ proptest! {
         let (w, z) = (|t: f64| turn(t, &half).cos(), |t: f64| turn(t, &half_too).sin());
         let none = |_: f64| 0.0;
         let names = ["right.thumb.position", "right.index.position", "cube.position"];
-        let ways: Vec<(String, Way)> = (0..9)
-            .map(|at| (format!("{}.{}", names[at / 3], ["x", "y", "z"][at % 3]), Box::new(way(at)) as Way))
+        let ways: Vec<(String, Trajectory)> = (0..9)
+            .map(|at| (format!("{}.{}", names[at / 3], ["x", "y", "z"][at % 3]), Box::new(way(at)) as Trajectory))
             .collect();
         let touches = |t: f64| if (t * speeds[11] / 4.0 + phases[11]).sin() > 0.6 { 1.0 } else { 0.0 };
         let mut columns: Vec<(&str, &dyn Fn(f64) -> f64)> =

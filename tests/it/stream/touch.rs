@@ -12,12 +12,12 @@ use teachtree_frames::frames::Frames;
 type Signal<'a> = &'a dyn Fn(f64) -> f64;
 
 /// What the target of the right hand feels of a body.
-struct Felt {
+struct ContactFrames {
     frames: Frames,
     slot: u32,
 }
 
-impl Felt {
+impl ContactFrames {
     fn of(recording: &Recording, body: &str) -> Self {
         let channels = [ask("contacts.force"), ask("contacts.normal"), ask("target"), ask_contact()];
         let frames = frames(recording, &channels).unwrap();
@@ -103,7 +103,7 @@ fn every_shape_touches_when_it_comes_down() {
         // 10 mm above the base, it comes down with 10 mm/s: the gap is 0.3 mm after 0.97 s.
         let falling =
             over_base(shape, [&|_| 0.0, &|_| 0.0, &|t| height + 0.010 - 0.010 * t], turned, &|_| 0.0, &|_| 0.0);
-        let felt = Felt::of(&falling, "base");
+        let felt = ContactFrames::of(&falling, "base");
         near(felt.begins(), 0.97, 0.006);
         near(felt.at("contacts.normal", 0.99)[2], 1.0, 1e-6);
         // The mass is not known, so how much it bears is not either.
@@ -116,7 +116,7 @@ fn the_balance_tells_how_much_a_contact_bears() {
     // The hand takes over the weight from 0.5 s to 1.5 s, and the cube does not move.
     let up = |t: f64| WEIGHT * (t - 0.5).clamp(0.0, 1.0);
     let squeeze = |t: f64| if t >= 0.4 { 1.0 } else { 0.0 };
-    let felt = Felt::of(&over_base(CUBE, [&|_| 0.0, &|_| 0.0, &|_| 0.030], 0.0, &squeeze, &up), "base");
+    let felt = ContactFrames::of(&over_base(CUBE, [&|_| 0.0, &|_| 0.0, &|_| 0.030], 0.0, &squeeze, &up), "base");
     near(felt.at("contacts.force", 0.2)[2], WEIGHT, 1e-9);
     near(felt.at("contacts.force", 1.0)[2], WEIGHT / 2.0, 1e-9);
     // It touches still, and bears nothing any more.
@@ -133,7 +133,7 @@ fn a_loaded_wall_is_reported_from_one_that_is_merely_touched() {
     for (force, time) in pressed.columns["right.thumb.force.x"].values.iter_mut().zip(time) {
         *force += if time >= 1.0 { 0.5 } else { 0.0 };
     }
-    let felt = Felt::of(&pressed, "wall");
+    let felt = ContactFrames::of(&pressed, "wall");
     near(felt.at("contacts.force", 0.5)[0], 0.0, 0.0);
     near(felt.at("contacts.normal", 0.5)[0], -1.0, 1e-9);
     near(felt.at("contacts.force", 1.5)[0], -0.5, 1e-9);
@@ -147,7 +147,7 @@ fn a_scene_that_is_wrong_by_millimetres_still_carries() {
     let held = |t: f64| if t >= 0.8 { 1.0 } else { 0.0 };
     // No mass: only the gap tells. 0.51 mm are reached after 26 ms.
     let cube = "parts: [{box: [60 mm, 60 mm, 60 mm]}]";
-    let felt = Felt::of(&over_base(cube, [&|_| 0.0, &|_| 0.0, &height], 0.0, &held, &|_| 0.0), "base");
+    let felt = ContactFrames::of(&over_base(cube, [&|_| 0.0, &|_| 0.0, &height], 0.0, &held, &|_| 0.0), "base");
     near(felt.at("contacts.force", 0.5)[2], 1.0, 1e-9);
     near(felt.at("contacts.force", 1.02)[2], 1.0, 1e-9);
     near(felt.at("contacts.force", 1.035)[2], 0.0, 0.0);
@@ -157,7 +157,7 @@ fn a_scene_that_is_wrong_by_millimetres_still_carries() {
 fn noise_of_the_poses_widens_the_tolerance() {
     // A cube at rest that is seen 0.3 mm higher in every third frame, and 0.3 mm lower in the next.
     let shaken = |t: f64| 0.030 + [0.3e-3, -0.3e-3, 0.0][(t * 200.0).round() as usize % 3];
-    let felt = Felt::of(
+    let felt = ContactFrames::of(
         &over_base("parts: [{box: [60 mm, 60 mm, 60 mm]}]", [&|_| 0.0, &|_| 0.0, &shaken], 0.0, &|_| 0.0, &|_| 0.0),
         "base",
     );
@@ -169,7 +169,7 @@ fn forces_that_do_not_balance_are_not_believed() {
     // Held in the air by forces that read zero: the gap alone decides, and the cube on the base bears its weight all the time.
     let height = |t: f64| 0.030 + 0.100 * (t - 1.0).clamp(0.0, 0.5);
     let squeeze = |t: f64| if t >= 0.4 { 1.0 } else { 0.0 };
-    let felt = Felt::of(&over_base(CUBE, [&|_| 0.0, &|_| 0.0, &height], 0.0, &squeeze, &|_| 0.0), "base");
+    let felt = ContactFrames::of(&over_base(CUBE, [&|_| 0.0, &|_| 0.0, &height], 0.0, &squeeze, &|_| 0.0), "base");
     near(felt.at("contacts.force", 0.8)[2], WEIGHT, 1e-9);
     near(felt.at("contacts.force", 1.2)[2], 0.0, 0.0);
 }
@@ -187,7 +187,7 @@ fn flagged(name: &str) -> Recording {
 #[test]
 fn a_flag_is_a_contact() {
     for name in ["contact.thing.base", "contact.base.thing"] {
-        let felt = Felt::of(&flagged(name), "base");
+        let felt = ContactFrames::of(&flagged(name), "base");
         assert_eq!(felt.at("contacts.force", 0.5), [0.0, 0.0, 1.0]);
         assert_eq!(felt.at("contacts.normal", 0.5), [0.0, 0.0, 1.0]);
         assert_eq!(felt.at("contacts.force", 1.5), [0.0; 3]);
@@ -212,7 +212,7 @@ fn a_log_with_neither_flags_nor_forces_is_refused() {
     insta::assert_snapshot!(error);
     // The same when the rules have a default for the forces.
     let forces = teachtree_base::channels::ChannelSpec {
-        absent: teachtree_base::channels::Absent::Constant(0.0),
+        absent: teachtree_base::channels::Fallback::Constant(0.0),
         ..ask_fingers("force", Shape::Vec3, Dimension::FORCE)
     };
     assert_eq!(frames(&log, &[forces, ask_contact()]).unwrap_err(), error);

@@ -12,7 +12,7 @@ use teachtree_base::error::InputError;
 use teachtree_frames::{OpenRequest, open};
 use teachtree_logs::allowed_folders::{AllowedFolders, LogFolders};
 use teachtree_logs::read::formats;
-use teachtree_logs::read::table::Want;
+use teachtree_logs::read::table::ColumnRequest;
 
 const SECRET: &str = "TOP SECRET";
 
@@ -218,7 +218,7 @@ fn a_link_that_appears_during_a_request_is_not_followed() {
 fn read(log: &Path, folders: &AllowedFolders) -> Result<Vec<u64>, InputError> {
     let mut values = vec![];
     for sheet in formats::open_within(log, folders)?.sheets {
-        let wants = vec![Want::Optional(1.0); sheet.header.len()];
+        let wants = vec![ColumnRequest::Optional(1.0); sheet.header.len()];
         let table = sheet.rows.read(&sheet.header, &wants, Some(1.0))?;
         values.extend(table.numbers.iter().flatten().map(|value| value.to_bits()));
     }

@@ -5,14 +5,14 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::Scene;
 use teachtree_logs::read::formats;
-use teachtree_world::{self as world, ByHand, HandInput, MOST_FORCE_N};
+use teachtree_world::{self as world, HandInput, MOST_FORCE_N, TeleopWorld};
 
 fn pick_and_place() -> Scene {
     world::scene("pick_and_place").unwrap()
 }
 
 /// Where the box is.
-fn place_of(work: &ByHand, body: &str) -> Vector3<f64> {
+fn place_of(work: &TeleopWorld, body: &str) -> Vector3<f64> {
     let index = work.scene().bodies.get_index_of(body).unwrap();
     work.observation().bodies[index].pose.translation.vector
 }
@@ -20,17 +20,17 @@ fn place_of(work: &ByHand, body: &str) -> Vector3<f64> {
 /// Fingertips of a hand of three: the thumb in front of the middle, the others behind it, `open` from it.
 fn tips(middle: Vector3<f64>, open: f64) -> HandInput {
     let tip = |x: f64, y: f64| Point3::from(middle + Vector3::new(x, y, 0.0));
-    HandInput::Tracked { tips: vec![tip(0.0, -open), tip(-0.014, open), tip(0.014, open)], palm: None }
+    HandInput::Tips { tips: vec![tip(0.0, -open), tip(-0.014, open), tip(0.014, open)], palm: None }
 }
 
 /// Sends the fingertips along a way in so many seconds, a message every `every` steps.
-fn track(work: &mut ByHand, every: usize, seconds: f64, from: (Vector3<f64>, f64), to: (Vector3<f64>, f64)) {
+fn track(work: &mut TeleopWorld, every: usize, seconds: f64, from: (Vector3<f64>, f64), to: (Vector3<f64>, f64)) {
     let steps = (seconds * 1000.0) as usize;
     for step in 0..steps {
         if step % every == 0 {
             let share = step as f64 / steps as f64;
             let eased = share * share * (3.0 - 2.0 * share);
-            assert!(work.ask(0, tips(from.0.lerp(&to.0, eased), from.1 + (to.1 - from.1) * eased)));
+            assert!(work.set_input(0, tips(from.0.lerp(&to.0, eased), from.1 + (to.1 - from.1) * eased)));
         }
         work.step();
     }
@@ -39,7 +39,7 @@ fn track(work: &mut ByHand, every: usize, seconds: f64, from: (Vector3<f64>, f64
 /// A whole pick and place by tracked fingertips, with a message every so many steps.
 fn by_device(every: usize) -> Recording {
     let scene = pick_and_place();
-    let mut work = ByHand::new(&scene).unwrap();
+    let mut work = TeleopWorld::new(&scene).unwrap();
     let grip = place_of(&work, "box") + Vector3::new(0.0, 0.0, 0.012);
     let up = Vector3::new(0.0, 0.0, 1.0);
     let goal = Vector3::new(0.11, 0.04, grip.z);
@@ -69,11 +69,11 @@ fn by_device(every: usize) -> Recording {
 }
 
 /// Leads the palm to a place as a pointer does that jumps there, and gives it time.
-fn lead(work: &mut ByHand, seconds: f64, at: Vector3<f64>, closes: bool) {
+fn lead(work: &mut TeleopWorld, seconds: f64, at: Vector3<f64>, closes: bool) {
     let palm = Isometry3::from_parts(at.into(), UnitQuaternion::identity());
     for step in 0..(seconds * 1000.0) as usize {
         if step % 16 == 0 {
-            assert!(work.ask(0, HandInput::Led { palm, closes, squeeze: 1.5, presses: false }));
+            assert!(work.set_input(0, HandInput::Palm { palm, closes, squeeze: 1.5, presses: false }));
         }
         work.step();
     }
@@ -82,7 +82,7 @@ fn lead(work: &mut ByHand, seconds: f64, at: Vector3<f64>, closes: bool) {
 /// A whole pick and place by a led palm: it is taken off its middle by `aside`, and set down onto the table although the pointer goes on below.
 fn by_pointer(aside: f64) -> Recording {
     let scene = pick_and_place();
-    let mut work = ByHand::new(&scene).unwrap();
+    let mut work = TeleopWorld::new(&scene).unwrap();
     work.start();
     let grip = place_of(&work, "box") + Vector3::new(0.0, aside, 0.112);
     let goal = Vector3::new(0.12, 0.02, grip.z);
@@ -149,7 +149,7 @@ fn the_same_inputs_give_the_same_recording() {
 #[test]
 fn undo_goes_back_to_before_the_last_touch_and_reset_to_the_beginning() {
     let scene = pick_and_place();
-    let mut work = ByHand::new(&scene).unwrap();
+    let mut work = TeleopWorld::new(&scene).unwrap();
     let start = place_of(&work, "box");
     let grip = start + Vector3::new(0.0, 0.0, 0.112);
     let up = Vector3::new(0.0, 0.0, 1.0);
@@ -164,7 +164,7 @@ fn undo_goes_back_to_before_the_last_touch_and_reset_to_the_beginning() {
     let kept = work.recorded();
     assert!(work.is_recording() && kept < held, "{kept} of {held}");
     // The hand stays until it is asked anew, and then picks the box up once more: twice from the same state is the same.
-    let once_more = |work: &mut ByHand| {
+    let once_more = |work: &mut TeleopWorld| {
         for _ in 0..200 {
             work.step();
         }
@@ -189,9 +189,9 @@ fn undo_goes_back_to_before_the_last_touch_and_reset_to_the_beginning() {
 #[test]
 fn forces_are_displayed_up_to_a_limit_and_not_to_a_device_that_is_silent() {
     let scene = pick_and_place();
-    let mut work = ByHand::new(&scene).unwrap();
+    let mut work = TeleopWorld::new(&scene).unwrap();
     let grip = place_of(&work, "box") + Vector3::new(0.0, 0.0, 0.012);
-    let most = |work: &ByHand| work.displayed(0).iter().map(|force| force.norm()).fold(0.0, f64::max);
+    let most = |work: &TeleopWorld| work.displayed(0).iter().map(|force| force.norm()).fold(0.0, f64::max);
     track(&mut work, 1, 1.5, (grip + Vector3::new(0.0, 0.0, 0.15), 0.06), (grip, 0.06));
     assert_eq!(most(&work), 0.0);
     track(&mut work, 1, 0.5, (grip, 0.06), (grip, 0.035));
@@ -219,7 +219,7 @@ fn forces_are_displayed_up_to_a_limit_and_not_to_a_device_that_is_silent() {
 
 #[test]
 fn what_cannot_be_meant_is_not_taken() {
-    let mut work = ByHand::new(&pick_and_place()).unwrap();
+    let mut work = TeleopWorld::new(&pick_and_place()).unwrap();
     let at = |x: f64| Point3::new(x, 0.0, 0.2);
     for tips in [
         vec![],
@@ -229,16 +229,16 @@ fn what_cannot_be_meant_is_not_taken() {
         vec![at(f64::INFINITY); 3],
         vec![at(1e9); 3],
     ] {
-        assert!(!work.ask(0, HandInput::Tracked { tips, palm: None }));
+        assert!(!work.set_input(0, HandInput::Tips { tips, palm: None }));
     }
-    assert!(!work.ask(1, HandInput::Tracked { tips: vec![at(0.0); 3], palm: None }), "there is one hand");
+    assert!(!work.set_input(1, HandInput::Tips { tips: vec![at(0.0); 3], palm: None }), "there is one hand");
     let palm = Isometry3::translation(f64::NAN, 0.0, 0.0);
-    assert!(!work.ask(0, HandInput::Led { palm, closes: true, squeeze: 1.0, presses: false }));
+    assert!(!work.set_input(0, HandInput::Palm { palm, closes: true, squeeze: 1.0, presses: false }));
     // A hand that is far from where it is tracked comes slowly, and never faster than a hand.
-    let far = HandInput::Tracked { tips: vec![at(4.0); 3], palm: None };
+    let far = HandInput::Tips { tips: vec![at(4.0); 3], palm: None };
     let mut last = work.observation().hands[0].tips[0].position;
     for _ in 0..300 {
-        assert!(work.ask(0, far.clone()));
+        assert!(work.set_input(0, far.clone()));
         work.step();
         let now = work.observation().hands[0].tips[0].position;
         assert!((now - last).norm() < 1e-3, "{}", (now - last).norm());
@@ -250,7 +250,7 @@ fn what_cannot_be_meant_is_not_taken() {
 fn every_shipped_scene_can_be_worked_in_and_its_hands_start_free() {
     for name in world::shipped::names() {
         let scene = world::scene(name).unwrap();
-        let mut work = ByHand::new(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mut work = TeleopWorld::new(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
         for _ in 0..100 {
             work.step();
         }

@@ -4,27 +4,27 @@ use super::{Agreement, Boundaries};
 use crate::json::printed;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use teachtree_logs::read::labels::Kind;
+use teachtree_logs::read::labels::LabelKind;
 
 /// The name and version of the schema.
 pub const SCHEMA: &str = "teachtree.agreement/1";
 
 /// What two people say of recordings, by kind of label.
-pub type Kinds = BTreeMap<Kind, Agreement>;
+pub type AgreementByKind = BTreeMap<LabelKind, Agreement>;
 
 /// Writes the agreement of two people over `all` recordings and in each of `rows`, which are named as on the command line.
-pub fn json(people: &[String; 2], rows: &[(String, Kinds)], all: &Kinds) -> String {
-    let of = |kind: Kind| all.get(&kind).map(|agreement| of_kind(kind, agreement, rows));
+pub fn json(people: &[String; 2], rows: &[(String, AgreementByKind)], all: &AgreementByKind) -> String {
+    let of = |kind: LabelKind| all.get(&kind).map(|agreement| of_kind(kind, agreement, rows));
     printed(&json!({
         "schema": SCHEMA,
         "people": people,
         "recordings": rows.len(),
-        "primitives": of(Kind::Primitive),
-        "tasks": of(Kind::Task),
+        "primitives": of(LabelKind::Primitive),
+        "tasks": of(LabelKind::Task),
     }))
 }
 
-fn of_kind(kind: Kind, agreement: &Agreement, rows: &[(String, Kinds)]) -> Value {
+fn of_kind(kind: LabelKind, agreement: &Agreement, rows: &[(String, AgreementByKind)]) -> Value {
     let labels = agreement.labels().into_iter();
     let labels = labels.map(|label| named("label", label, &agreement.of_label(label)));
     let confusion = agreement.frames.iter();

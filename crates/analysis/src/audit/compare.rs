@@ -1,7 +1,7 @@
 //! What most recordings have in common, and which are different.
 
-use super::{FEWEST_HALVES, Facts, Finding, Kind, ORDERED, Step, finding, usual_tasks};
-use crate::Who;
+use super::{FEWEST_HALVES, Facts, Finding, FindingKind, ORDERED, Step, finding, usual_tasks};
+use crate::TrackId;
 use crate::score::statistics::quantile;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -59,7 +59,7 @@ pub fn unchecked(recordings: &[Facts]) -> Vec<String> {
 
 /// Recordings that begin or end in the middle of something, unless more than half of all do so: then that is how they are made.
 fn edges(recordings: &mut [Facts]) -> Vec<String> {
-    let mut counts: BTreeMap<(Who, bool, String), usize> = BTreeMap::new();
+    let mut counts: BTreeMap<(TrackId, bool, String), usize> = BTreeMap::new();
     for facts in recordings.iter() {
         for edge in &facts.edges {
             *counts.entry((edge.who, edge.is_start, edge.does.clone())).or_default() += 1;
@@ -72,7 +72,7 @@ fn edges(recordings: &mut [Facts]) -> Vec<String> {
         let cut = facts.edges.iter().filter(|edge| !is_usual(edge)).map(|edge| edge.finding.clone());
         facts.findings.extend(cut.collect::<Vec<_>>());
     }
-    let sentence = |((who, is_start, does), count): (&(Who, bool, String), &usize)| {
+    let sentence = |((who, is_start, does), count): (&(TrackId, bool, String), &usize)| {
         let verb = if *is_start { "begin" } else { "end" };
         format!(
             "{count} of {all} recordings {verb} while the {who} hand does `{does}`, which is not counted as cut off"
@@ -119,7 +119,7 @@ fn order(sequences: &[Vec<String>]) -> Vec<(usize, Finding)> {
             let more = if wrong.len() > 1 { format!(" (and {} more pairs)", wrong.len() - 1) } else { String::new() };
             let message =
                 format!("{one} before {other}{more}; {otherwise} of {all} recordings have it the other way round");
-            findings.push(finding(at, Kind::OutOfOrder, message));
+            findings.push(finding(at, FindingKind::OutOfOrder, message));
         }
     }
     findings
@@ -144,8 +144,8 @@ fn rare(sequences: &[Vec<String>], known: &[(usize, Finding)]) -> (Vec<(usize, F
     let findings = sequences.iter().enumerate().filter(|(at, sequence)| {
         **sequence != usual && !is_known(at) && counts.get(sequence.as_slice()).is_some_and(|count| *count <= few)
     });
-    let findings =
-        findings.map(|(at, sequence)| finding(at, Kind::Unlike, format!("{}; {has}", difference(sequence, &usual))));
+    let findings = findings
+        .map(|(at, sequence)| finding(at, FindingKind::Outlier, format!("{}; {has}", difference(sequence, &usual))));
     (findings.collect(), Some(has.clone()))
 }
 
@@ -189,15 +189,17 @@ fn durations(recordings: &[Facts]) -> Vec<(usize, Finding)> {
         }
     }
     let whole: Vec<f64> = recordings.iter().map(Facts::duration_s).collect();
-    let mut findings: Vec<(usize, Finding)> =
-        outliers(&whole).into_iter().map(|(at, words)| finding(at, Kind::Unlike, format!("lasts {words}"))).collect();
+    let mut findings: Vec<(usize, Finding)> = outliers(&whole)
+        .into_iter()
+        .map(|(at, words)| finding(at, FindingKind::Outlier, format!("lasts {words}")))
+        .collect();
     for (name, steps) in values {
         let of: Vec<f64> = steps.iter().map(|(_, step)| step.duration_s).collect();
         for (place, words) in outliers(&of) {
             if let Some((at, step)) = steps.get(place) {
                 let span_s = Some([step.start_s, step.start_s + step.duration_s]);
                 let message = format!("{name} lasts {words}");
-                findings.push((*at, Finding { kind: Kind::Unlike, track: None, span_s, message }));
+                findings.push((*at, Finding { kind: FindingKind::Outlier, track: None, span_s, message }));
             }
         }
     }

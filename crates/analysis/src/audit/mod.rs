@@ -11,7 +11,7 @@ mod usual_tasks;
 pub use compare::{compare, unchecked};
 pub use usual_tasks::counts as task_counts;
 
-use super::{Analysis, Segment, TaskSpan, Track, UNKNOWN, Who};
+use super::{Analysis, Segment, TaskSpan, Track, TrackId, UNKNOWN};
 use motion::Motion;
 use serde::Serialize;
 use teachtree_base::meaning::Meaning;
@@ -25,7 +25,7 @@ const ORDERED: f64 = 0.8;
 /// What may be wrong with a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum FindingKind {
     /// Nothing is handled, or nothing moves for long.
     Idle,
     /// It begins or ends in the middle of something, or a gap interrupts it.
@@ -37,13 +37,13 @@ pub enum Kind {
     /// Its steps are in another order than those of most.
     OutOfOrder,
     /// It has other steps than most, or takes much longer or shorter.
-    Unlike,
+    Outlier,
 }
 
-impl Kind {
+impl FindingKind {
     /// All of them.
     pub const ALL: [Self; 6] =
-        [Self::Idle, Self::CutOff, Self::FailedGrasp, Self::LacksTask, Self::OutOfOrder, Self::Unlike];
+        [Self::Idle, Self::CutOff, Self::FailedGrasp, Self::LacksTask, Self::OutOfOrder, Self::Outlier];
 
     /// `cut_off`, as in files and options.
     pub const fn name(self) -> &'static str {
@@ -53,7 +53,7 @@ impl Kind {
             Self::FailedGrasp => "failed_grasp",
             Self::LacksTask => "lacks_task",
             Self::OutOfOrder => "out_of_order",
-            Self::Unlike => "unlike",
+            Self::Outlier => "unlike",
         }
     }
 
@@ -65,7 +65,7 @@ impl Kind {
             Self::FailedGrasp => "failed grasp",
             Self::LacksTask => "without the usual task",
             Self::OutOfOrder => "out of order",
-            Self::Unlike => "unlike the others",
+            Self::Outlier => "unlike the others",
         }
     }
 }
@@ -74,9 +74,9 @@ impl Kind {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// What.
-    pub kind: Kind,
+    pub kind: FindingKind,
     /// The hand that it is about.
-    pub track: Option<Who>,
+    pub track: Option<TrackId>,
     /// From when to when, s; nothing where it is about the whole recording.
     pub span_s: Option<[f64; 2]>,
     /// What it is in words.
@@ -97,7 +97,7 @@ struct Step {
 /// What a hand does at the beginning or end of a recording.
 #[derive(Clone, Debug, PartialEq)]
 struct Edge {
-    who: Who,
+    who: TrackId,
     is_start: bool,
     /// What the hand does, by which edges of recordings are compared: its meaning, or the primitive where it has none.
     does: String,
@@ -105,7 +105,7 @@ struct Edge {
 }
 
 /// A segment as a page draws it: from, to, primitive, meaning.
-pub type Drawn = (f64, f64, String, Option<Meaning>);
+pub type DrawnSegment = (f64, f64, String, Option<Meaning>);
 
 /// What is known of a recording, and what is wrong with it.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,7 +115,7 @@ pub struct Facts {
     /// When it ends, s.
     pub end_s: f64,
     /// The segments of each hand.
-    pub lanes: Vec<(Who, Vec<Drawn>)>,
+    pub lanes: Vec<(TrackId, Vec<DrawnSegment>)>,
     /// What is wrong with it, by kind.
     pub findings: Vec<Finding>,
     tasks: Vec<Step>,
@@ -128,7 +128,7 @@ pub struct Facts {
 
 impl Facts {
     /// Those of a recording. Rests count from `rest_s` on, s; `can_carry` is whether the rules can detect in it that a hand carries an object.
-    pub fn new(found: &Analysis, recording: &Recording, rest_s: f64, can_carry: &dyn Fn(Who) -> bool) -> Self {
+    pub fn new(found: &Analysis, recording: &Recording, rest_s: f64, can_carry: &dyn Fn(TrackId) -> bool) -> Self {
         let motion = Motion::new(recording);
         let hands: Vec<&Track> = found.tracks.iter().filter(|track| track.who.side().is_some()).collect();
         let drawn = |it: &Segment| (it.start_s, it.end_s, it.primitive.clone(), it.does);
@@ -211,7 +211,7 @@ fn idle(found: &Analysis, hands: &[&Track], motion: &Motion, rest_s: f64) -> Vec
     let whole = found.end_s - found.start_s;
     if !hands.iter().any(|track| track.relabeled.iter().any(handles)) {
         let message = "no hand handles anything".to_string();
-        return vec![Finding { kind: Kind::Idle, track: None, span_s: None, message }];
+        return vec![Finding { kind: FindingKind::Idle, track: None, span_s: None, message }];
     }
     // Who presses does something without moving.
     let presses = |start: f64, end: f64| -> f64 {
@@ -224,7 +224,7 @@ fn idle(found: &Analysis, hands: &[&Track], motion: &Motion, rest_s: f64) -> Vec
         .map(|[start, end]| {
             let part = if whole > 0.0 { 100.0 * (end - start) / whole } else { 0.0 };
             let message = format!("nothing moves for {:.1} s ({part:.0} % of the recording)", end - start);
-            Finding { kind: Kind::Idle, track: None, span_s: Some([start, end]), message }
+            Finding { kind: FindingKind::Idle, track: None, span_s: Some([start, end]), message }
         })
         .collect()
 }
@@ -260,7 +260,7 @@ fn edge(found: &Analysis, recording: &Recording, track: &Track, is_start: bool) 
         who: track.who,
         is_start,
         does,
-        finding: Finding { kind: Kind::CutOff, track: Some(track.who), span_s, message },
+        finding: Finding { kind: FindingKind::CutOff, track: Some(track.who), span_s, message },
     })
 }
 
@@ -268,7 +268,7 @@ fn edge(found: &Analysis, recording: &Recording, track: &Track, is_start: bool) 
 fn gaps(found: &Analysis, track: &Track) -> Vec<Finding> {
     let is_cut = |task: &&TaskSpan| task.open_end && task.frames.end < found.frames;
     let finding = |task: &TaskSpan| Finding {
-        kind: Kind::CutOff,
+        kind: FindingKind::CutOff,
         track: Some(track.who),
         span_s: Some([task.start_s, task.end_s]),
         message: format!("a gap of the log interrupts {} {}{}", track.who, task.task, task.subject.suffix()),
@@ -321,7 +321,8 @@ fn failed_grasps(track: &Track, hands: &[&Track], motion: &Motion) -> Vec<(bool,
         if let Some((released, by_poses)) = failed {
             let message = format!("{}: let go of without having moved with the hand", named(track, first));
             let span_s = Some([first.start_s, released.start_s]);
-            findings.push((by_poses, Finding { kind: Kind::FailedGrasp, track: Some(track.who), span_s, message }));
+            findings
+                .push((by_poses, Finding { kind: FindingKind::FailedGrasp, track: Some(track.who), span_s, message }));
         }
         at = end;
     }
@@ -359,6 +360,6 @@ fn failed_by_poses(
 }
 
 /// Returns the index of a recording with a finding about the whole recording.
-fn finding(at: usize, kind: Kind, message: String) -> (usize, Finding) {
+fn finding(at: usize, kind: FindingKind, message: String) -> (usize, Finding) {
     (at, Finding { kind, track: None, span_s: None, message })
 }

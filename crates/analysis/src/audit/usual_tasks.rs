@@ -1,12 +1,12 @@
 //! Finds the tasks that most recordings of a set have, and the recordings that lack one of them. Tasks are compared by name, since recordings may
 //! handle different objects.
 
-use super::{FEWEST_HALVES, Facts, Finding, Kind, ORDERED, finding};
+use super::{FEWEST_HALVES, Facts, Finding, FindingKind, ORDERED, finding};
 use crate::UNKNOWN;
 use std::collections::BTreeMap;
 
 /// A task that most recordings of a set have.
-struct Usual {
+struct UsualTask {
     /// The usual minimum number of occurrences per recording.
     times: usize,
     /// The number of recordings with at least `times` occurrences.
@@ -38,7 +38,7 @@ pub(super) fn lacking(recordings: &[Facts]) -> Vec<(usize, Finding)> {
     let finding_of = |(at, facts): (usize, &Facts)| {
         let has = of(facts);
         let times = |task: &str| has.get(task).copied().unwrap_or_default();
-        let lacks: Vec<(&str, &Usual)> = usual
+        let lacks: Vec<(&str, &UsualTask)> = usual
             .iter()
             .filter(|(task, usual)| times(task) < usual.times)
             .map(|(task, usual)| (*task, usual))
@@ -46,7 +46,7 @@ pub(super) fn lacking(recordings: &[Facts]) -> Vec<(usize, Finding)> {
         if lacks.is_empty() {
             return None;
         }
-        let words = |(task, usual): &(&str, &Usual)| {
+        let words = |(task, usual): &(&str, &UsualTask)| {
             let most = format!("which {} of {all} recordings have", usual.recordings);
             match usual.times {
                 1 => format!("lacks {task}, {most}"),
@@ -56,7 +56,7 @@ pub(super) fn lacking(recordings: &[Facts]) -> Vec<(usize, Finding)> {
         let others: Vec<&str> = has.keys().copied().filter(|task| !usual.contains_key(task)).collect();
         let instead = if others.is_empty() { String::new() } else { format!("; has {} instead", others.join(", ")) };
         let message = format!("{}{instead}", lacks.iter().map(words).collect::<Vec<_>>().join("; "));
-        Some(finding(at, Kind::LacksTask, message))
+        Some(finding(at, FindingKind::LacksTask, message))
     };
     recordings.iter().enumerate().filter_map(finding_of).collect()
 }
@@ -72,7 +72,7 @@ fn often(times: usize) -> String {
 
 /// Returns the tasks that more than half of the recordings have. The count of a task is the one that nearly all recordings share, or 1 if there is
 /// none.
-fn usual(recordings: &[Facts]) -> BTreeMap<&str, Usual> {
+fn usual(recordings: &[Facts]) -> BTreeMap<&str, UsualTask> {
     let all = recordings.len();
     if all < FEWEST_HALVES {
         return BTreeMap::new();
@@ -86,7 +86,7 @@ fn usual(recordings: &[Facts]) -> BTreeMap<&str, Usual> {
         let exactly = |wanted: usize| times.iter().filter(|times| **times == wanted).count();
         let repeated = times.iter().copied().filter(|it| *it > 1 && exactly(*it) as f64 >= ORDERED * all as f64).max();
         let least = repeated.unwrap_or(1);
-        (having(1) * 2 > all).then(|| Usual { times: least, recordings: having(least) })
+        (having(1) * 2 > all).then(|| UsualTask { times: least, recordings: having(least) })
     };
     let named = by_task.into_iter().filter(|(task, _)| *task != UNKNOWN);
     named.filter_map(|(task, times)| Some((task, usual(times)?))).collect()

@@ -1,12 +1,12 @@
 //! Expectation files written anew: what a person wrote stays, what is missing is added, what differs is replaced where that is asked for.
 
 use super::{Expectation, Line, aligned, is_met};
-use crate::Who;
+use crate::TrackId;
 use std::fmt::Write;
 
 /// A track of a file: its heading and the lines below it.
 struct Section {
-    who: Who,
+    who: TrackId,
     heading: String,
     rows: Vec<Row>,
 }
@@ -55,7 +55,7 @@ impl Expectation {
 
     /// Which lines stay, and which of those that were found are added.
     fn merged<'f>(&self, found: &'f [Line], mut stays: Vec<bool>, replace: bool) -> (Vec<bool>, Vec<&'f Line>) {
-        let mut kinds: Vec<(Who, bool)> =
+        let mut kinds: Vec<(TrackId, bool)> =
             found.iter().chain(&self.lines).map(|line| (line.who, line.is_task)).collect();
         kinds.sort_unstable();
         kinds.dedup();

@@ -2,8 +2,8 @@
 
 use super::fact::Fact;
 use super::reason::Reason;
-use super::{Analyzed, Explanation, TaskReason, block};
-use crate::Who;
+use super::{AnalyzedRecording, Explanation, TaskReason, block};
+use crate::TrackId;
 use serde::Serialize;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
@@ -17,12 +17,12 @@ pub struct Change {
     /// The first frame of the new one.
     pub after: Explanation,
     /// The choice that decided; none where the way through the tree is the same, or begins.
-    pub decided: Option<Decided>,
+    pub decided: Option<DecidingChoice>,
 }
 
 /// The first choice on the way from the root that was taken on one of the frames only.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Decided {
+pub struct DecidingChoice {
     /// As its author wrote it.
     pub choice: String,
     /// Where it stands.
@@ -30,27 +30,27 @@ pub struct Decided {
     /// Whether it is taken now.
     pub taken: bool,
     /// The conditions of it that changed.
-    pub changed: Vec<Changed>,
+    pub changed: Vec<ConditionChange>,
 }
 
 /// A condition that holds on one of the frames only.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Changed {
+pub struct ConditionChange {
     /// As its author wrote it.
     pub condition: String,
     /// The finger or body that it is about, within `any` and `all`.
     pub slot: Option<String>,
     /// How it was.
-    pub before: State,
+    pub before: ConditionState,
     /// How it is.
-    pub after: State,
+    pub after: ConditionState,
     /// The parts of it that changed, where it measures nothing itself.
-    pub below: Vec<Changed>,
+    pub below: Vec<ConditionChange>,
 }
 
 /// A condition on one frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct State {
+pub struct ConditionState {
     /// Whether it holds.
     pub holds: bool,
     /// What was measured.
@@ -62,9 +62,9 @@ pub struct State {
 /// # Errors
 /// When the rate cannot honour a duration of the rules.
 pub fn change<'a>(
-    analyzed: &Analyzed<'a>,
+    analyzed: &AnalyzedRecording<'a>,
     inspector: &mut Inspector<'a>,
-    who: Who,
+    who: TrackId,
     frame: usize,
 ) -> Result<Option<Change>, InputError> {
     let stretch = inspector.leaves().frames.clone();
@@ -81,27 +81,27 @@ pub fn change<'a>(
 }
 
 /// How the task around a frame of a hand came to its name; `None` when the frame is in none.
-pub fn task(analyzed: &Analyzed, inspector: &Inspector, side: Side, frame: usize) -> Option<TaskReason> {
+pub fn task(analyzed: &AnalyzedRecording, inspector: &Inspector, side: Side, frame: usize) -> Option<TaskReason> {
     super::task::of(analyzed, inspector.leaves(), side, frame)
 }
 
-fn decided(before: &Explanation, after: &Explanation) -> Option<Decided> {
+fn decided(before: &Explanation, after: &Explanation) -> Option<DecidingChoice> {
     let (was, is) = before.path.iter().zip(&after.path).find(|(was, is)| was.taken != is.taken)?;
     let changed = match (&was.reason, &is.reason) {
         (Some(was), Some(is)) => vec![compare(was, is)],
         _ => Vec::new(),
     };
-    Some(Decided { choice: is.choice.clone(), place: is.place.clone(), taken: is.taken, changed })
+    Some(DecidingChoice { choice: is.choice.clone(), place: is.place.clone(), taken: is.taken, changed })
 }
 
 /// Two reasons of one condition, with those of its parts that changed too. What decides differs with the outcome: parts that are a reason
 /// on one frame only did not change, or are covered by the one that did.
-fn compare(was: &Reason, is: &Reason) -> Changed {
+fn compare(was: &Reason, is: &Reason) -> ConditionChange {
     let same = |a: &Reason, b: &Reason| a.condition == b.condition && a.slot == b.slot;
     let pairs = is.because.iter().filter_map(|is| Some((was.because.iter().find(|was| same(was, is))?, is)));
     let below = pairs.filter(|(was, is)| was.holds != is.holds).map(|(was, is)| compare(was, is));
-    let state = |reason: &Reason| State { holds: reason.holds, fact: reason.fact.clone() };
-    Changed {
+    let state = |reason: &Reason| ConditionState { holds: reason.holds, fact: reason.fact.clone() };
+    ConditionChange {
         condition: is.condition.clone(),
         slot: is.slot.clone(),
         before: state(was),

@@ -155,7 +155,7 @@ impl Fact {
 
 /// A comparison in words, in three columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Measured {
+pub struct ComparisonText {
     /// What was measured; of a count, what was counted too.
     pub value: String,
     /// What it is held against.
@@ -166,14 +166,14 @@ pub struct Measured {
 
 impl Fact {
     /// The comparison, if it is one; `holds` says whether the condition does.
-    pub fn measured(&self, holds: bool) -> Option<Measured> {
+    pub fn measured(&self, holds: bool) -> Option<ComparisonText> {
         let word = if holds { "to spare" } else { "short" };
         Some(match self {
             Self::Compared { value, comparison, threshold, margin, unit, holding } => {
                 let [value, threshold, left] = quantities([*value, *threshold, margin.unwrap_or(0.0).abs()], unit);
                 let counted = if holding.is_empty() { String::new() } else { format!(" ({})", holding.join(", ")) };
                 let margin = margin.map_or_else(String::new, |_| format!("{left} {word}"));
-                Measured { value: value + &counted, threshold: format!("{comparison} {threshold}"), margin }
+                ComparisonText { value: value + &counted, threshold: format!("{comparison} {threshold}"), margin }
             }
             Self::Threshold { value, on, off, rising, margin, unit, .. } => {
                 let [value, on, off, left] = quantities([*value, *on, *off, margin.abs()], unit);
@@ -183,7 +183,7 @@ impl Fact {
                     (false, false) => format!("below {on}"),
                     (false, true) => format!("until above {off}"),
                 };
-                Measured { value, threshold, margin: format!("{left} {word}") }
+                ComparisonText { value, threshold, margin: format!("{left} {word}") }
             }
             _ => return None,
         })

@@ -10,7 +10,7 @@ use serde::Serialize;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::semantics::samples;
 use teachtree_frames::frames::HandLayout;
-use teachtree_language::ops::Temporal;
+use teachtree_language::ops::TemporalOperator;
 use teachtree_language::rules::{Comparison, Constant, Expr, ExprKind, Function, Hand, Rules, folded};
 
 /// Signals and latches that are opened one within the other; what lies deeper is said by name.
@@ -43,9 +43,9 @@ pub(super) struct Reasons<'p, 'a> {
     pub inspector: &'p mut Inspector<'a>,
 }
 
-/// Where a condition is looked at.
+/// Where a condition is evaluated.
 #[derive(Clone, Copy)]
-pub(super) struct Spot {
+pub(super) struct EvalPoint {
     /// The hand of the tree or declaration.
     pub this: Option<Side>,
     /// The frame of the log.
@@ -55,7 +55,7 @@ pub(super) struct Spot {
     depth: usize,
 }
 
-impl Spot {
+impl EvalPoint {
     /// A tree's condition on a frame.
     pub const fn new(this: Option<Side>, frame: usize) -> Self {
         Self { this, frame, slot: 0, depth: 0 }
@@ -69,17 +69,17 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// Why a condition holds or does not.
-    pub fn reason(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<Reason> {
+    pub fn reason(&mut self, expr: &'a Expr, spot: EvalPoint) -> Outcome<Reason> {
         let holds = self.holds(expr, spot)?;
         let (fact, because) = self.decided(expr, spot, holds)?;
         Ok(Reason { condition: self.text(expr), slot: None, holds, fact, because })
     }
 
-    fn holds(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<bool> {
+    fn holds(&mut self, expr: &'a Expr, spot: EvalPoint) -> Outcome<bool> {
         Ok(self.number(expr, spot)? > 0.5)
     }
 
-    fn number(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<f64> {
+    fn number(&mut self, expr: &'a Expr, spot: EvalPoint) -> Outcome<f64> {
         let column = self.inspector.at(expr, spot.this, spot.frame)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         Ok(column.number(slot, 0))
@@ -93,29 +93,29 @@ impl<'a> Reasons<'_, 'a> {
         self.inspector.frames().time.get(frame).copied().unwrap_or_default()
     }
 
-    fn decided(&mut self, expr: &'a Expr, spot: Spot, holds: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
+    fn decided(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
         let rules = self.inspector.rules();
         let whose = |hand: Hand| hand.side(spot.this);
-        let deeper = Spot { depth: spot.depth + 1, ..spot };
+        let deeper = EvalPoint { depth: spot.depth + 1, ..spot };
         Ok(match &expr.kind {
             ExprKind::And(parts) => (None, self.parts(parts, spot, holds, true)?),
             ExprKind::Or(parts) => (None, self.parts(parts, spot, holds, false)?),
             ExprKind::Not(inner) => (None, vec![self.bare(inner, spot)?]),
             ExprKind::Signal(id, hand) if spot.depth < MAX_DEPTH => {
                 let signal = &rules.signals[id.index()];
-                let spot = Spot { this: whose(*hand), ..deeper };
+                let spot = EvalPoint { this: whose(*hand), ..deeper };
                 (None, vec![self.bare(&signal.expr, spot)?])
             }
             ExprKind::Latch(id, hand) => {
                 let since = self.since(expr, spot, holds)?;
                 let fact = Fact::Latch { on: holds, since_s: since.map(|frame| self.time(frame)) };
                 let latch = &rules.latches[id.index()];
-                let spot = Spot { this: whose(*hand), ..deeper };
+                let spot = EvalPoint { this: whose(*hand), ..deeper };
                 let because = match since {
                     _ if spot.depth > MAX_DEPTH => Vec::new(),
                     // What set it, when it did.
-                    Some(frame) if holds => vec![self.bare(&latch.set, Spot { frame, ..spot })?],
-                    None if holds => vec![self.bare(&latch.set, Spot { frame: self.start(), ..spot })?],
+                    Some(frame) if holds => vec![self.bare(&latch.set, EvalPoint { frame, ..spot })?],
+                    None if holds => vec![self.bare(&latch.set, EvalPoint { frame: self.start(), ..spot })?],
                     _ if self.holds(&latch.clear, spot)? => vec![self.bare(&latch.clear, spot)?],
                     _ => vec![self.bare(&latch.set, spot)?],
                 };
@@ -145,7 +145,7 @@ impl<'a> Reasons<'_, 'a> {
                     Fact::Threshold { value, on, off, rising: *rising, margin, since_s, unit: dimension.si_unit() };
                 (Some(fact), Vec::new())
             }
-            ExprKind::Temporal(Temporal::Rises | Temporal::Falls, _) => (None, Vec::new()),
+            ExprKind::Temporal(TemporalOperator::Rises | TemporalOperator::Falls, _) => (None, Vec::new()),
             ExprKind::Temporal(temporal, inner) => {
                 let fact = self.over_time(temporal, inner, spot)?;
                 let now = self.holds(inner, spot)?;
@@ -154,7 +154,7 @@ impl<'a> Reasons<'_, 'a> {
                 (Some(fact), because)
             }
             ExprKind::Pick(array, _) => match self.picked(expr, array, spot) {
-                Some(slot) => (None, self.bare_parts(array, Spot { slot, ..spot }, holds)?),
+                Some(slot) => (None, self.bare_parts(array, EvalPoint { slot, ..spot }, holds)?),
                 None => (Some(Fact::Absent), Vec::new()),
             },
             ExprKind::Call(function @ (Function::Any | Function::All), args) => match args.first() {
@@ -166,19 +166,19 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// A part without the `not` around it, which says the same the other way round.
-    fn bare(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<Reason> {
+    fn bare(&mut self, expr: &'a Expr, spot: EvalPoint) -> Outcome<Reason> {
         match &expr.kind {
             ExprKind::Not(inner) => self.bare(inner, spot),
             _ => self.reason(expr, spot),
         }
     }
 
-    fn bare_parts(&mut self, expr: &'a Expr, spot: Spot, holds: bool) -> Outcome<Vec<Reason>> {
+    fn bare_parts(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Outcome<Vec<Reason>> {
         Ok(self.decided(expr, spot, holds)?.1)
     }
 
     /// The parts of `and` (`every`) or `or` that decide.
-    fn parts(&mut self, parts: &'a [Expr], spot: Spot, holds: bool, every: bool) -> Outcome<Vec<Reason>> {
+    fn parts(&mut self, parts: &'a [Expr], spot: EvalPoint, holds: bool, every: bool) -> Outcome<Vec<Reason>> {
         let mut because = Vec::new();
         for part in parts {
             // All parts of a true `and` and of a false `or`; of the others those that are enough.
@@ -190,7 +190,13 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// `any` and `all` of an array: the slots that decide, or the one that comes nearest.
-    fn slots(&mut self, array: &'a Expr, spot: Spot, holds: bool, all: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
+    fn slots(
+        &mut self,
+        array: &'a Expr,
+        spot: EvalPoint,
+        holds: bool,
+        all: bool,
+    ) -> Outcome<(Option<Fact>, Vec<Reason>)> {
         let column = self.inspector.at(array, spot.this, spot.frame)?;
         let held: Vec<usize> = (0..column.slots()).filter(|slot| column.holds(*slot, 0)).collect();
         let named =
@@ -201,7 +207,7 @@ impl<'a> Reasons<'_, 'a> {
         }
         let mut because = Vec::new();
         for slot in (0..column.slots()).filter(|slot| held.contains(slot) != all || holds == all).take(MAX_SLOTS) {
-            let mut reason = self.bare(array, Spot { slot, depth: spot.depth + 1, ..spot })?;
+            let mut reason = self.bare(array, EvalPoint { slot, depth: spot.depth + 1, ..spot })?;
             reason.slot = Some(self.slot_name(array, slot, spot));
             because.push(reason);
         }
@@ -217,7 +223,7 @@ impl<'a> Reasons<'_, 'a> {
         Ok((Some(fact), because))
     }
 
-    pub fn slot_name(&self, array: &Expr, slot: usize, spot: Spot) -> String {
+    pub fn slot_name(&self, array: &Expr, slot: usize, spot: EvalPoint) -> String {
         let Some((axis, hand)) = array.ty.axis else { return String::new() };
         let side = hand.side(spot.this);
         let layout = side.and_then(|side| self.inspector.frames().layout.hand(side));
@@ -226,7 +232,7 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// The slot of an array that a single pick or the slot of a pick is.
-    fn picked(&self, expr: &'a Expr, array: &'a Expr, spot: Spot) -> Option<usize> {
+    fn picked(&self, expr: &'a Expr, array: &'a Expr, spot: EvalPoint) -> Option<usize> {
         let ExprKind::Pick(_, pick) = &expr.kind else { return None };
         let (_, hand) = array.ty.axis?;
         let side = hand.side(spot.this)?;
@@ -235,7 +241,7 @@ impl<'a> Reasons<'_, 'a> {
         slots.nth(if expr.ty.axis.is_some() { spot.slot } else { 0 })
     }
 
-    fn compared(&mut self, comparison: Comparison, a: &'a Expr, b: &'a Expr, spot: Spot) -> Outcome<Fact> {
+    fn compared(&mut self, comparison: Comparison, a: &'a Expr, b: &'a Expr, spot: EvalPoint) -> Outcome<Fact> {
         let (value, threshold) = (self.number(a, spot)?, self.number(b, spot)?);
         if a.ty.shape == Shape::Object {
             let objects = &self.inspector.frames().objects;
@@ -267,7 +273,7 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// What an operator over time found: how much of its window was held, when its condition held, or how often it began.
-    fn over_time(&mut self, op: &Temporal<Constant>, inner: &'a Expr, spot: Spot) -> Outcome<Fact> {
+    fn over_time(&mut self, op: &TemporalOperator<Constant>, inner: &'a Expr, spot: EvalPoint) -> Outcome<Fact> {
         let rate_hz = self.inspector.frames().layout.rate_hz;
         let begin = self.inspector.began(inner, spot.this, spot.frame) - self.start();
         let truth = self.inspector.truth(inner, spot.this)?;
@@ -279,31 +285,31 @@ impl<'a> Reasons<'_, 'a> {
         let window = |duration: &Constant| Ok::<usize, InputError>(samples(duration.value, rate_hz)? as usize);
         let holds = |frame: &usize| truth.holds(slot, *frame);
         let (wait, wanted) = match op {
-            Temporal::For(duration) => {
+            TemporalOperator::For(duration) => {
                 let wanted = window(duration)?;
                 (Wait::Held(seconds((begin..=at).rev().take(wanted).take_while(holds).count())), wanted)
             }
-            Temporal::WithinLast(duration) => {
+            TemporalOperator::WithinLast(duration) => {
                 let last = (begin..=at).rev().find(holds);
                 (Wait::Ago(last.map(|last| seconds(at - last))), window(duration)?)
             }
-            Temporal::WithinNext(duration) => {
+            TemporalOperator::WithinNext(duration) => {
                 let next = (at..end).find(holds);
                 (Wait::Ahead(next.map(|next| seconds(next - at))), window(duration)?)
             }
-            Temporal::AtLeast { times, within } => {
+            TemporalOperator::AtLeast { times, within } => {
                 let wanted = window(within)?;
                 let begins = |frame: &usize| holds(frame) && (*frame == begin || !holds(&(frame - 1)));
                 let begun = (begin..=at).rev().take(wanted).filter(begins).count();
                 (Wait::Begun { times: begun, wanted: times.value }, wanted)
             }
-            Temporal::Rises | Temporal::Falls => (Wait::Held(0.0), 1),
+            TemporalOperator::Rises | TemporalOperator::Falls => (Wait::Held(0.0), 1),
         };
         Ok(Fact::Window { wait, wanted_s: seconds(wanted) })
     }
 
     /// The frame since which a condition has been as it is; `None` when it has been so from the beginning of the stretch.
-    fn since(&mut self, expr: &'a Expr, spot: Spot, holds: bool) -> Outcome<Option<usize>> {
+    fn since(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Outcome<Option<usize>> {
         let column = self.inspector.truth(expr, spot.this)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         let start = self.start();

@@ -1,10 +1,10 @@
 //! Why a task has its name: each task that was tried, with its keys.
 
-use super::Analyzed;
+use super::AnalyzedRecording;
 use super::fact::{quantities, time};
+use crate::interval_labels::{IntervalLabels, Settling};
 use crate::measures::Measures;
-use crate::stretch::{Settling, Stretch};
-use crate::{Subject, UNKNOWN, Who, fixpoint, tasks};
+use crate::{Subject, TrackId, UNKNOWN, fixpoint, tasks};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
@@ -27,14 +27,14 @@ pub struct TaskReason {
     pub end_s: f64,
     /// The task of tasks that it is a part of.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub part_of: Option<PartOf>,
+    pub part_of: Option<CompositePart>,
     /// The tasks by priority, down to the one that names it and those that match besides.
-    pub tried: Vec<Tried>,
+    pub tried: Vec<TaskCandidate>,
 }
 
 /// Where a task stands in one that is made of tasks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PartOf {
+pub struct CompositePart {
     /// The name of that task.
     pub task: String,
     /// Which of its tasks it is, from 1.
@@ -49,7 +49,7 @@ pub struct PartOf {
 
 /// A task of the rules, held against the span.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Tried {
+pub struct TaskCandidate {
     /// Its name.
     pub task: String,
     /// Where it is declared.
@@ -57,12 +57,12 @@ pub struct Tried {
     /// Whether all that it asks is there.
     pub matches: bool,
     /// What it asks, each with what was found.
-    pub asked: Vec<Asked>,
+    pub asked: Vec<Requirement>,
 }
 
 /// A key, or what must not occur.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Asked {
+pub struct Requirement {
     /// As its author wrote it: `Follow lasting 150 ms`, `without Grasp`.
     pub what: String,
     /// Whether it is so.
@@ -72,10 +72,10 @@ pub struct Asked {
 }
 
 /// The task of a hand around a frame; `None` when the frame is in none.
-pub(super) fn of(analyzed: &Analyzed, leaves: &Leaves, side: Side, frame: usize) -> Option<TaskReason> {
-    let Analyzed { rules, frames, analysis, .. } = *analyzed;
+pub(super) fn of(analyzed: &AnalyzedRecording, leaves: &Leaves, side: Side, frame: usize) -> Option<TaskReason> {
+    let AnalyzedRecording { rules, frames, analysis, .. } = *analyzed;
     let rate_hz = frames.layout.rate_hz;
-    let mut stretch = Stretch::new(leaves, Settling::new(rules, rate_hz));
+    let mut stretch = IntervalLabels::new(leaves, Settling::new(rules, rate_hz));
     let measures: BTreeMap<Side, Measures> =
         stretch.hands.keys().map(|side| (*side, Measures::new(frames, frames, *side))).collect();
     fixpoint::before_recognition(rules, &mut stretch, &measures);
@@ -90,13 +90,13 @@ pub(super) fn of(analyzed: &Analyzed, leaves: &Leaves, side: Side, frame: usize)
     let start = pieces.first().map_or(0, |piece| piece.frames.start);
     let end = pieces.last().map_or(0, |piece| piece.frames.end);
     let name = named.task.and_then(|id| rules.tasks.get(id.index())).map_or(UNKNOWN, |task| task.name.as_str());
-    let track = analysis.track(Who::Hand(side));
+    let track = analysis.track(TrackId::Hand(side));
     let spans = track.map_or(&[][..], |track| &track.tasks);
     let at = spans.iter().position(|span| span.frames.contains(&frame));
     let span = at.and_then(|at| spans.get(at));
     let part_of = at.zip(track).and_then(|(at, track)| {
         let found = track.composites.iter().find(|found| found.tasks.contains(&at))?;
-        Some(PartOf {
+        Some(CompositePart {
             task: found.task.clone(),
             part: at + 1 - found.tasks.start,
             parts: found.parts.clone(),
@@ -116,7 +116,12 @@ pub(super) fn of(analyzed: &Analyzed, leaves: &Leaves, side: Side, frame: usize)
     })
 }
 
-fn tried(rules: &Rules, task: &Task, measures: &Measures, pieces: &[crate::labeled_span::LabeledSpan]) -> Tried {
+fn tried(
+    rules: &Rules,
+    task: &Task,
+    measures: &Measures,
+    pieces: &[crate::labeled_span::LabeledSpan],
+) -> TaskCandidate {
     let keys = task.keys.iter().map(|key| {
         let own: Vec<_> = pieces.iter().filter(|piece| key.label.covers(piece.label)).collect();
         let holds = measures.found(key, pieces);
@@ -141,18 +146,18 @@ fn tried(rules: &Rules, task: &Task, measures: &Measures, pieces: &[crate::label
             let count = if own.len() == 1 { "one segment".to_string() } else { format!("{} segments", own.len()) };
             std::iter::once(count).chain(words).collect::<Vec<_>>().join(", ")
         };
-        Asked { what: folded(rules.sources.text(key.span)), holds, found }
+        Requirement { what: folded(rules.sources.text(key.span)), holds, found }
     });
-    let keys: Vec<Asked> = keys.collect();
-    let any = |asked: &Asked| asked.holds;
+    let keys: Vec<Requirement> = keys.collect();
+    let any = |asked: &Requirement| asked.holds;
     let keyed = if task.all_keys { keys.iter().all(any) } else { keys.iter().any(any) };
     let without = task.without.iter().map(|label| {
         let count = pieces.iter().filter(|piece| label.covers(piece.label)).count();
         let found = if count == 0 { "none".to_string() } else { format!("{count} found") };
-        Asked { what: format!("without {}", rules.label_name(*label)), holds: count == 0, found }
+        Requirement { what: format!("without {}", rules.label_name(*label)), holds: count == 0, found }
     });
-    let without: Vec<Asked> = without.collect();
+    let without: Vec<Requirement> = without.collect();
     let matches = keyed && without.iter().all(any);
     let asked = keys.into_iter().chain(without).collect();
-    Tried { task: task.name.clone(), place: rules.sources.place(task.span), matches, asked }
+    TaskCandidate { task: task.name.clone(), place: rules.sources.place(task.span), matches, asked }
 }

@@ -1,7 +1,7 @@
 //! What an expression is worth on one frame, in a few words: the number with its unit, the truth with what decides it.
 
 use super::fact::quantities;
-use super::reason::{Reasons, Spot};
+use super::reason::{EvalPoint, Reasons};
 use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
@@ -37,7 +37,7 @@ pub fn value<'a>(
     if !column.is_array() {
         let mut lines = vec![element(inspector, expr, column.at(0, at))];
         if expr.ty.shape == Shape::Bool {
-            let reason = Reasons { inspector }.reason(expr, Spot::new(this, frame))?;
+            let reason = Reasons { inspector }.reason(expr, EvalPoint::new(this, frame))?;
             lines.extend(reason.fact.map(|fact| fact.words(reason.holds)));
             let parts = reason.because.into_iter().take(MAX_PARTS);
             lines.extend(parts.map(|part| match &part.fact {
@@ -47,7 +47,7 @@ pub fn value<'a>(
         }
         return Ok(lines);
     }
-    let spot = Spot::new(this, frame);
+    let spot = EvalPoint::new(this, frame);
     let slots: Vec<String> = (0..column.slots())
         .map(|slot| {
             let name = Reasons { inspector }.slot_name(expr, slot, spot);

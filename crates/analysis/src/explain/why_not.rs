@@ -1,16 +1,16 @@
 //! Why a primitive was not given: of all paths to it, on all frames asked about, the one that lacks least.
 
-use super::reason::{Reason, Reasons, Spot};
+use super::reason::{EvalPoint, Reason, Reasons};
 use serde::Serialize;
 use std::ops::Range;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_engine::inspect::Inspector;
-use teachtree_language::rules::{Choice, Expr, ExprKind, Label, Then, Way};
+use teachtree_language::rules::{Choice, Consequent, Expr, ExprKind, Label, LeafPath};
 
 /// The nearest path to a primitive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WhyNot {
+pub struct NearestPath {
     /// The primitive.
     pub primitive: String,
     /// The frame that comes nearest.
@@ -44,14 +44,14 @@ pub(super) fn why_not(
     side: Option<Side>,
     at: Range<usize>,
     labels: &[Label],
-) -> Outcome<Option<WhyNot>> {
+) -> Outcome<Option<NearestPath>> {
     let Some(tree) = inspector.tree(side) else { return Ok(None) };
     let gives = |choice: &Choice| match choice.then {
-        Then::Primitive(label) => labels.iter().any(|pattern| pattern.covers(label)),
+        Consequent::Primitive(label) => labels.iter().any(|pattern| pattern.covers(label)),
         _ => false,
     };
-    let ways: Vec<Way> = tree.root.ways().into_iter().filter(|way| gives(way.choice)).collect();
-    let mut nearest: Option<(usize, usize, &Way)> = None;
+    let ways: Vec<LeafPath> = tree.root.paths().into_iter().filter(|way| gives(way.choice)).collect();
+    let mut nearest: Option<(usize, usize, &LeafPath)> = None;
     for way in &ways {
         let mut lacking = vec![0; at.len()];
         for (_, condition, wanted) in &way.asked {
@@ -71,15 +71,15 @@ pub(super) fn why_not(
     let mut missing = Vec::new();
     for (choice, condition, wanted) in &way.asked {
         if inspector.holds(condition, side, frame)? != *wanted {
-            let reason = Reasons { inspector }.reason(condition, Spot::new(side, frame))?;
+            let reason = Reasons { inspector }.reason(condition, EvalPoint::new(side, frame))?;
             missing.push(Obstacle { choice: rules.choice_text(choice), place: place(choice), wanted: *wanted, reason });
         }
     }
     let label = match way.choice.then {
-        Then::Primitive(label) => rules.label_name(label),
+        Consequent::Primitive(label) => rules.label_name(label),
         _ => String::new(),
     };
-    Ok(Some(WhyNot {
+    Ok(Some(NearestPath {
         primitive: label,
         time_s: inspector.frames().time.get(frame).copied().unwrap_or_default(),
         choice: rules.choice_text(way.choice),

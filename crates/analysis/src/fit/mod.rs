@@ -3,13 +3,13 @@
 //!
 //! Invariants: nothing is read, run or printed here; the same objectives give the same result; a point that cannot run is never chosen.
 
+mod cross_validation;
 mod json;
-mod judge;
 mod objective;
 mod search;
 
+pub use cross_validation::{CrossValidation, Fold, MIN_LOGS, Verdict, cross_validation};
 pub use json::{SCHEMA, json};
-pub use judge::{Fold, HeldOut, MIN_LOGS, Verdict, judge};
 pub use objective::{Objective, TOLERANCE_S, mean};
 pub use search::{MIN_GAIN, Progress, idle, search};
 
@@ -59,7 +59,7 @@ pub struct Fit {
     /// The same with those that were found.
     pub after: Objective,
     /// What comes of holding recordings out.
-    pub held_out: Option<HeldOut>,
+    pub held_out: Option<CrossValidation>,
     /// What is to be thought of it.
     pub verdict: Verdict,
 }

@@ -26,9 +26,9 @@ impl Cost {
 /// Where the best way to a cell comes from.
 #[derive(Clone, Copy)]
 enum Step {
-    Both,
-    One,
-    Other,
+    Diagonal,
+    Deletion,
+    Insertion,
 }
 
 /// Aligns two sequences of these lengths. Of the alignments with the fewest edits it is the one with the most pairs, and of those the one with the
@@ -57,15 +57,15 @@ pub(super) fn align(
                 && let Some(cost) = above.get(other)
             {
                 let cost = if same(one, other) { cost.plus(0, 0, distance(one, other)) } else { cost.plus(1, 2, 0.0) };
-                offer(cost, Step::Both);
+                offer(cost, Step::Diagonal);
             }
             if let Some(cost) = above.get(other) {
-                offer(cost.plus(1, 1, 0.0), Step::One);
+                offer(cost.plus(1, 1, 0.0), Step::Deletion);
             }
             if let Some(cost) = row.last() {
-                offer(cost.plus(1, 1, 0.0), Step::Other);
+                offer(cost.plus(1, 1, 0.0), Step::Insertion);
             }
-            let (cost, step) = best.unwrap_or((Cost(0, 0, 0.0), Step::Both));
+            let (cost, step) = best.unwrap_or((Cost(0, 0, 0.0), Step::Diagonal));
             row.push(cost);
             steps.push(step);
         }
@@ -76,14 +76,14 @@ pub(super) fn align(
     let mut pairs = Vec::new();
     while one > 0 || other > 0 {
         match steps.get(one * (others + 1) + other)? {
-            Step::Both => {
+            Step::Diagonal => {
                 (one, other) = (one.checked_sub(1)?, other.checked_sub(1)?);
                 if same(one, other) {
                     pairs.push((one, other));
                 }
             }
-            Step::One => one = one.checked_sub(1)?,
-            Step::Other => other = other.checked_sub(1)?,
+            Step::Deletion => one = one.checked_sub(1)?,
+            Step::Insertion => other = other.checked_sub(1)?,
         }
     }
     pairs.reverse();

@@ -3,16 +3,16 @@
 //! Labels know the primitives of the rules that they were made with. Where one of two rule sets finds a primitive that it alone declares and that the labels
 //! never name, they say nothing about it: this time is left out for both, and counted.
 
-use super::map::Known;
+use super::name_map::KnownNames;
 use super::truth::{Span, Truth};
 use super::{Stage, Tally, score};
 use crate::json::Meta;
-use crate::{Analysis, Segment, Track, Who};
+use crate::{Analysis, Segment, Track, TrackId};
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::error::InputError;
 
 /// A result and what it is held against.
-pub struct Side<'a> {
+pub struct ComparedResult<'a> {
     /// The labels, in the names of its rules.
     pub truth: &'a Truth,
     /// The result.
@@ -20,7 +20,7 @@ pub struct Side<'a> {
     /// What was analyzed.
     pub meta: &'a Meta,
     /// The names of its rules.
-    pub known: &'a Known,
+    pub known: &'a KnownNames,
 }
 
 /// How well two results agree with labels.
@@ -38,9 +38,9 @@ pub struct Comparison {
 ///
 /// # Errors
 /// As [`score`].
-pub fn compare(sides: [&Side; 2]) -> Result<Comparison, InputError> {
+pub fn compare(sides: [&ComparedResult; 2]) -> Result<Comparison, InputError> {
     let [one, other] = sides;
-    let unknown: Vec<(Who, &Segment)> = [unknown(one, other), unknown(other, one)].concat();
+    let unknown: Vec<(TrackId, &Segment)> = [unknown(one, other), unknown(other, one)].concat();
     let mut compared = Comparison::default();
     for (who, segment) in &unknown {
         let spans = one.truth.tracks.iter().filter(|track| track.who == *who).flat_map(|track| &track.primitives);
@@ -68,7 +68,7 @@ pub fn compare(sides: [&Side; 2]) -> Result<Comparison, InputError> {
 }
 
 /// The segments of a result with a primitive that the labels never name and the rules beside do not have.
-fn unknown<'a>(side: &Side<'a>, beside: &Side) -> Vec<(Who, &'a Segment)> {
+fn unknown<'a>(side: &ComparedResult<'a>, beside: &ComparedResult) -> Vec<(TrackId, &'a Segment)> {
     let spans = side.truth.tracks.iter().flat_map(|track| &track.primitives);
     let named: BTreeSet<&str> = spans.flat_map(|span| span.names.iter().map(String::as_str)).collect();
     let primitives = &side.found.primitives;

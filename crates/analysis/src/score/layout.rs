@@ -4,9 +4,9 @@
 //! together, as is usual where only a part of the frames is labeled; so neighbours of one name become one piece.
 //! The result uses the labels of the truth: see [`Layout::new`].
 
-use super::map::SEPARATE;
+use super::name_map::SEPARATE;
 use super::truth::Span;
-use crate::{Segment, Track, Who};
+use crate::{Segment, Track, TrackId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Times that differ by less are the same, s: stamps are written with a few digits and added up.
@@ -52,7 +52,7 @@ pub(super) struct Layout {
 }
 
 /// What is at a stretch of scored time.
-struct Moment<'a> {
+struct ScoredInterval<'a> {
     names: &'a [String],
     label: &'a str,
     start_s: f64,
@@ -70,8 +70,8 @@ impl Layout {
     /// segment.
     pub fn new(truth: &[Span], result: &[(&str, f64, f64)]) -> Self {
         let moments = moments(truth, result);
-        let truths: Vec<&[Moment]> = moments.chunk_by(|one, next| one.names == next.names).collect();
-        let results: Vec<&[Moment]> = moments.chunk_by(|one, next| one.label == next.label).collect();
+        let truths: Vec<&[ScoredInterval]> = moments.chunk_by(|one, next| one.names == next.names).collect();
+        let results: Vec<&[ScoredInterval]> = moments.chunk_by(|one, next| one.label == next.label).collect();
         let truth: Vec<LabeledSpan> =
             truths.iter().filter_map(|part| piece(part, part.first()?.names.join("|"))).collect();
         let known: BTreeSet<&[String]> = moments.iter().map(|moment| moment.names).collect();
@@ -110,7 +110,7 @@ pub(super) fn segments<'a>(
     analyzed: &[(f64, f64)],
 ) -> Vec<(&'a str, f64, f64)> {
     let own = segments.iter().map(|segment| (segment.primitive.as_str(), segment.start_s, segment.end_s));
-    if track.who != Who::Both {
+    if track.who != TrackId::Both {
         return own.collect();
     }
     let own: Vec<_> = own.collect();
@@ -129,15 +129,15 @@ pub(super) fn segments<'a>(
 }
 
 /// The time in which a truth and a result are, in order.
-fn moments<'a>(truth: &'a [Span], result: &[(&'a str, f64, f64)]) -> Vec<Moment<'a>> {
-    let mut moments: Vec<Moment> = Vec::new();
+fn moments<'a>(truth: &'a [Span], result: &[(&'a str, f64, f64)]) -> Vec<ScoredInterval<'a>> {
+    let mut moments: Vec<ScoredInterval> = Vec::new();
     let (mut truths, mut results) = (truth.iter().peekable(), result.iter().peekable());
     let mut scored_s = 0.0;
     while let (Some(span), Some((label, start, end))) = (truths.peek(), results.peek()) {
         let (start_s, end_s) = (span.start_s.max(*start), span.end_s.min(*end));
         if end_s - start_s > SAME_S {
             let cut = moments.last().is_none_or(|last| start_s - last.end_s > SAME_S);
-            moments.push(Moment { names: &span.names, label, start_s, end_s, scored_s, cut });
+            moments.push(ScoredInterval { names: &span.names, label, start_s, end_s, scored_s, cut });
             scored_s += end_s - start_s;
         }
         if span.end_s <= *end {
@@ -149,7 +149,7 @@ fn moments<'a>(truth: &'a [Span], result: &[(&'a str, f64, f64)]) -> Vec<Moment<
     moments
 }
 
-fn piece(part: &[Moment], name: String) -> Option<LabeledSpan> {
+fn piece(part: &[ScoredInterval], name: String) -> Option<LabeledSpan> {
     let (first, last) = (part.first()?, part.last()?);
     Some(LabeledSpan {
         name,
@@ -162,7 +162,7 @@ fn piece(part: &[Moment], name: String) -> Option<LabeledSpan> {
 
 /// What a resulting segment is called: the true class with which it shares most time, of those that it may belong to; when it shares none, the only
 /// one; else its own name.
-fn class(part: &[Moment], known: &BTreeSet<&[String]>) -> String {
+fn class(part: &[ScoredInterval], known: &BTreeSet<&[String]>) -> String {
     let mut shared: BTreeMap<&[String], f64> = BTreeMap::new();
     for moment in part.iter().filter(|moment| moment.names.iter().any(|name| name == moment.label)) {
         *shared.entry(moment.names).or_default() += moment.end_s - moment.start_s;
@@ -178,6 +178,6 @@ fn class(part: &[Moment], known: &BTreeSet<&[String]>) -> String {
 }
 
 /// For every moment the number of the part that it is in, as `number` has it.
-fn numbered(parts: &[&[Moment]], number: impl Fn(usize) -> usize) -> Vec<usize> {
+fn numbered(parts: &[&[ScoredInterval]], number: impl Fn(usize) -> usize) -> Vec<usize> {
     parts.iter().enumerate().flat_map(|(at, part)| std::iter::repeat_n(number(at), part.len())).collect()
 }

@@ -8,9 +8,9 @@ mod comparison;
 mod contact;
 mod json;
 mod layout;
-pub mod map;
+pub mod name_map;
 mod overlap;
-mod retell;
+mod relabeled_truth;
 mod sequences;
 pub mod statistics;
 mod tally;
@@ -18,9 +18,9 @@ mod tasks;
 mod truth;
 
 pub use alignment::MAX_PAIRS;
-pub use comparison::{Comparison, Side, compare};
+pub use comparison::{ComparedResult, Comparison, compare};
 pub use json::{SCHEMA, json};
-pub use map::{Known, NameMap, TaskParts};
+pub use name_map::{KnownNames, NameMap, TaskParts};
 pub use overlap::{Matches, OVERLAPS};
 pub use sequences::Sequences;
 pub use statistics::Share;
@@ -29,10 +29,10 @@ pub use tasks::{NONE, TaskPair};
 pub use truth::{Span, TrackTruth, Truth};
 
 use super::json::Meta;
-use super::{Analysis, Track, Who};
+use super::{Analysis, Track, TrackId};
 use alignment::align;
 use layout::{LabeledSpan, Layout};
-use map::SEPARATE;
+use name_map::SEPARATE;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use teachtree_base::error::InputError;
@@ -77,7 +77,7 @@ pub struct Row {
     /// The recording, as the user named it.
     pub log: String,
     /// Whose track it is.
-    pub who: Who,
+    pub who: TrackId,
     /// The counts.
     pub tally: Tally,
 }

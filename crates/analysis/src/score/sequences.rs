@@ -1,7 +1,7 @@
 //! The sequences of primitives that tasks should have, instead of what their truth is in each recording:
 //! `pick_and_place: Move Approach Grasp Translate Place Release`.
 
-use super::map::Known;
+use super::name_map::KnownNames;
 use super::tally::Tally;
 use indexmap::IndexMap;
 use serde::Deserialize;
@@ -26,7 +26,7 @@ impl Sequences {
     ///
     /// # Errors
     /// What is no such map, and names that the rules do not have.
-    pub fn read(text: &str, file: &str, known: &Known) -> Result<Self, InputError> {
+    pub fn read(text: &str, file: &str, known: &KnownNames) -> Result<Self, InputError> {
         let lines: IndexMap<String, Lines> = yaml::read(text, file).map_err(|error| {
             let line = "pick_and_place: Move Approach Grasp Translate Place Release";
             error.help(format!("expected lines such as `{line}`; several sequences of one task are a list"))

@@ -3,12 +3,12 @@
 //! Invariants: the spans of a list are in order and apart; time that no span of primitives covers is not scored. Tasks are listed in full:
 //! where no span of tasks is, there is no task.
 
-use super::map::{Known, MASK, NameMap, SEPARATE};
-use crate::{UNKNOWN, Who};
+use super::name_map::{KnownNames, MASK, NameMap, SEPARATE};
+use crate::{TrackId, UNKNOWN};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::{Event, Recording};
-use teachtree_logs::read::labels::{Interval, Kind, Labels};
+use teachtree_logs::read::labels::{Interval, LabelKind, Labels};
 
 /// The kind of event that begins a task; its first subject is the hand.
 const TASK_STARTED: &str = "task_started";
@@ -24,7 +24,7 @@ pub struct Truth {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackTruth {
     /// Whose it is.
-    pub who: Who,
+    pub who: TrackId,
     /// The primitives.
     pub primitives: Vec<Span>,
     /// The tasks; `None` when nothing is known about tasks.
@@ -49,7 +49,7 @@ impl Span {
     }
 }
 
-const TRACKS: [Who; 3] = [Who::Hand(Side::Left), Who::Hand(Side::Right), Who::Both];
+const TRACKS: [TrackId; 3] = [TrackId::Hand(Side::Left), TrackId::Hand(Side::Right), TrackId::Both];
 
 impl Truth {
     /// The truth that a recording carries; `None` when it has no labels. Where both hands have a column, its empty cells are `separate`.
@@ -69,7 +69,12 @@ impl Truth {
     ///
     /// # Errors
     /// A row whose track is not known, or whose name is neither in the map nor in the rules.
-    pub fn of_labels(labels: &Labels, track: Option<Who>, map: &NameMap, known: &Known) -> Result<Self, InputError> {
+    pub fn of_labels(
+        labels: &Labels,
+        track: Option<TrackId>,
+        map: &NameMap,
+        known: &KnownNames,
+    ) -> Result<Self, InputError> {
         let mut tracks: Vec<TrackTruth> = Vec::new();
         for interval in &labels.intervals {
             let place = format!("{} {}", labels.file, interval.place);
@@ -83,9 +88,9 @@ impl Truth {
             let names = match map.get(&interval.name) {
                 Some(names) => names.to_vec(),
                 // Something was handled, in no task of the rules.
-                None if interval.kind == Kind::Task && interval.name == UNKNOWN => Vec::new(),
+                None if interval.kind == LabelKind::Task && interval.name == UNKNOWN => Vec::new(),
                 None => vec![
-                    ours(interval, known)
+                    checked_name(interval, known)
                         .map_err(|message| known.advise(InputError::new(&place, message), &interval.name))?,
                 ],
             };
@@ -95,8 +100,8 @@ impl Truth {
             });
             let Some(truth) = tracks.get_mut(at) else { continue };
             let list = match interval.kind {
-                Kind::Primitive => &mut truth.primitives,
-                Kind::Task => truth.tasks.get_or_insert_default(),
+                LabelKind::Primitive => &mut truth.primitives,
+                LabelKind::Task => truth.tasks.get_or_insert_default(),
             };
             if !names.is_empty() {
                 list.push(Span { names, start_s: interval.start_s, end_s: interval.end_s });
@@ -108,15 +113,15 @@ impl Truth {
 }
 
 /// What an empty cell means: nothing is known, or nothing is coordinated.
-fn empty(who: Who) -> Option<&'static str> {
-    (who == Who::Both).then_some(SEPARATE)
+fn empty(who: TrackId) -> Option<&'static str> {
+    (who == TrackId::Both).then_some(SEPARATE)
 }
 
 /// The name of an interval when it is one of ours.
-fn ours(interval: &Interval, known: &Known) -> Result<String, String> {
+fn checked_name(interval: &Interval, known: &KnownNames) -> Result<String, String> {
     let (names, what) = match interval.kind {
-        Kind::Primitive => (&known.primitives, "primitive"),
-        Kind::Task => (&known.tasks, "task"),
+        LabelKind::Primitive => (&known.primitives, "primitive"),
+        LabelKind::Task => (&known.tasks, "task"),
     };
     if names.contains(&interval.name) {
         return Ok(interval.name.clone());
@@ -128,7 +133,7 @@ fn ours(interval: &Interval, known: &Known) -> Result<String, String> {
 }
 
 /// When tasks of a hand begin, s.
-fn task_starts(events: &[Event], who: Who) -> Vec<f64> {
+fn task_starts(events: &[Event], who: TrackId) -> Vec<f64> {
     let hand = who.to_string();
     let of_hand = |event: &&Event| event.kind == TASK_STARTED && event.subjects.first() == Some(&hand);
     events.iter().filter(of_hand).map(|event| event.time_s).collect()

@@ -3,12 +3,12 @@
 use super::bits::{BLOCK, BitDelay, Bits, NumberDelay, WORDS, flip_flop, frames_of, get, words};
 use super::buffers::Buffers;
 use super::kernels::{
-    Of, Sum, add, at_least, compare, compare_both, dot, squared_distance, squares, stands_still, write,
+    Map, Sum, add, at_least, compare, compare_both, dot, squared_distance, squares, stands_still, write,
 };
 use super::plan::{BitId, Condition, Number, NumberId, Plan, Step, Vector};
 use crate::semantics::{mismatched, per_second};
 use crate::summary;
-use crate::temporal::State;
+use crate::temporal_operators::State;
 use pulp::{Arch, NullaryFnOnce};
 use teachtree_language::rules::{Arithmetic, Comparison};
 
@@ -90,7 +90,7 @@ impl Columns {
         });
         let condition_memory = plan.conditions.iter().map(|(condition, _)| match condition {
             Condition::FlipFlop { .. } => ConditionMemory::Bit(false),
-            Condition::Temporal(watch, ..) => ConditionMemory::Temporal(State::new(*watch)),
+            Condition::Temporal(operator, ..) => ConditionMemory::Temporal(State::new(*operator)),
             Condition::Changes(_) => ConditionMemory::Number(0.0),
             Condition::Delay(_, frames) => ConditionMemory::Delay(BitDelay::new(*frames as usize)),
             _ => ConditionMemory::None,
@@ -166,32 +166,32 @@ impl Columns {
         let memory = &mut self.memory.numbers[id.index()];
         match number {
             Number::Input(_) | Number::Constant(_) => {}
-            Number::Negate(a) => write(Of((arg(a),), |a: f64| -a), out),
-            Number::Abs(a) => write(Of((arg(a),), |a: f64| a.abs()), out),
+            Number::Negate(a) => write(Map((arg(a),), |a: f64| -a), out),
+            Number::Abs(a) => write(Map((arg(a),), |a: f64| a.abs()), out),
             Number::Arithmetic(operation, a, b) => match (plan.constant(*a), plan.constant(*b)) {
                 (None, Some(b)) => match operation {
-                    Arithmetic::Add => write(Of((arg(a),), |a: f64| a + b), out),
-                    Arithmetic::Subtract => write(Of((arg(a),), |a: f64| a - b), out),
-                    Arithmetic::Multiply => write(Of((arg(a),), |a: f64| a * b), out),
-                    Arithmetic::Divide => write(Of((arg(a),), |a: f64| a / b), out),
+                    Arithmetic::Add => write(Map((arg(a),), |a: f64| a + b), out),
+                    Arithmetic::Subtract => write(Map((arg(a),), |a: f64| a - b), out),
+                    Arithmetic::Multiply => write(Map((arg(a),), |a: f64| a * b), out),
+                    Arithmetic::Divide => write(Map((arg(a),), |a: f64| a / b), out),
                 },
                 _ => match operation {
-                    Arithmetic::Add => write(Of((arg(a), arg(b)), |a: f64, b: f64| a + b), out),
-                    Arithmetic::Subtract => write(Of((arg(a), arg(b)), |a: f64, b: f64| a - b), out),
-                    Arithmetic::Multiply => write(Of((arg(a), arg(b)), |a: f64, b: f64| a * b), out),
-                    Arithmetic::Divide => write(Of((arg(a), arg(b)), |a: f64, b: f64| a / b), out),
+                    Arithmetic::Add => write(Map((arg(a), arg(b)), |a: f64, b: f64| a + b), out),
+                    Arithmetic::Subtract => write(Map((arg(a), arg(b)), |a: f64, b: f64| a - b), out),
+                    Arithmetic::Multiply => write(Map((arg(a), arg(b)), |a: f64, b: f64| a * b), out),
+                    Arithmetic::Divide => write(Map((arg(a), arg(b)), |a: f64, b: f64| a / b), out),
                 },
             },
             Number::Sum(all) => sum(all, arg, out),
             Number::Dot(a, b) => write(dot(a.each_ref().map(arg), b.each_ref().map(arg)), out),
-            Number::MulSub(a, b, c) => write(Of((arg(a), arg(b), arg(c)), |a: f64, b: f64, c: f64| a - b * c), out),
-            Number::Norm(Vector { of, minus: None }) => write(Of((squares(of.each_ref().map(arg)),), f64::sqrt), out),
+            Number::MulSub(a, b, c) => write(Map((arg(a), arg(b), arg(c)), |a: f64, b: f64, c: f64| a - b * c), out),
+            Number::Norm(Vector { of, minus: None }) => write(Map((squares(of.each_ref().map(arg)),), f64::sqrt), out),
             Number::Norm(Vector { of, minus: Some(minus) }) => {
-                write(Of((squared_distance(of.each_ref().map(arg), minus.each_ref().map(arg)),), f64::sqrt), out);
+                write(Map((squared_distance(of.each_ref().map(arg), minus.each_ref().map(arg)),), f64::sqrt), out);
             }
-            Number::Min(a, b) => write(Of((arg(a), arg(b)), |a: f64, b: f64| a.min(b)), out),
-            Number::Max(a, b) => write(Of((arg(a), arg(b)), |a: f64, b: f64| a.max(b)), out),
-            Number::Atan2(y, x) => write(Of((arg(y), arg(x)), |y: f64, x: f64| y.atan2(x)), out),
+            Number::Min(a, b) => write(Map((arg(a), arg(b)), |a: f64, b: f64| a.min(b)), out),
+            Number::Max(a, b) => write(Map((arg(a), arg(b)), |a: f64, b: f64| a.max(b)), out),
+            Number::Atan2(y, x) => write(Map((arg(y), arg(x)), |y: f64, x: f64| y.atan2(x)), out),
             Number::Count(bits) => {
                 out.fill(0.0);
                 for bits in bits {
@@ -215,7 +215,7 @@ impl Columns {
                     // Read where it is; the delay line only learns what comes last.
                     Some(before) => {
                         past.pass(now);
-                        write(Of((now, before), |now: f64, before: f64| (now - before) * per_second), out);
+                        write(Map((now, before), |now: f64, before: f64| (now - before) * per_second), out);
                     }
                     None => {
                         past.run(now, out);
@@ -231,12 +231,12 @@ impl Columns {
             }
             Number::Summary { summary, number, samples, restart } => {
                 let NumberMemory::Summary(state) = memory else { return mismatched() };
-                let over = summary::Over { summary: *summary, rate: plan.layout.rate_hz };
+                let aggregation = summary::Aggregation { summary: *summary, rate: plan.layout.rate_hz };
                 write(arg(number), out);
                 let bits = |id: &BitId| &self.conditions[id.index()];
                 match (samples.since().map(bits), restart.as_ref().map(bits)) {
-                    (None, None) => state.block(over, out, |_| (false, false)),
-                    (since, restart) => state.block(over, out, |at| {
+                    (None, None) => state.block(aggregation, out, |_| (false, false)),
+                    (since, restart) => state.block(aggregation, out, |at| {
                         let is = |bits: Option<&Bits>| bits.is_some_and(|bits| get(bits, at));
                         (is(since), is(restart))
                     }),
@@ -266,8 +266,8 @@ impl Columns {
                 Some(bits) => out.copy_from_slice(&bits[..words]),
                 None => out.fill(0),
             },
-            Condition::Inside => out.fill(if block.inside { u64::MAX } else { 0 }),
-            Condition::First => {
+            Condition::InLog => out.fill(if block.inside { u64::MAX } else { 0 }),
+            Condition::FirstFrame => {
                 out.fill(0);
                 out[0] = u64::from(now == 0);
             }
@@ -316,9 +316,9 @@ impl Columns {
                 let ConditionMemory::Bit(memory) = memory else { return mismatched() };
                 flip_flop(arg(set), arg(keep), len, memory, out);
             }
-            Condition::Temporal(watch, a, restart) => {
+            Condition::Temporal(operator, a, restart) => {
                 let ConditionMemory::Temporal(state) = memory else { return mismatched() };
-                state.block(*watch, now, arg(a), restart.as_ref().map(arg), len, out);
+                state.block(*operator, now, arg(a), restart.as_ref().map(arg), len, out);
             }
             Condition::Delay(a, _) => {
                 let ConditionMemory::Delay(delay) = memory else { return mismatched() };

@@ -4,11 +4,11 @@
 mod comparisons;
 mod functions;
 mod operators;
-mod stateful;
+mod stateful_nodes;
 mod summaries;
 
 use super::plan::{
-    BitId, Condition, LeafBefore, Number, NumberId, Plan, StatefulId, StatefulNode, Step, TreeInstance, position,
+    BitId, Condition, Number, NumberId, Plan, PreviousLeaf, StatefulId, StatefulNode, Step, TreeInstance, position,
 };
 use crate::semantics::{absent, internal, samples, slots};
 use std::collections::{BTreeSet, HashMap};
@@ -132,10 +132,10 @@ struct Instantiation<'a> {
     values: HashMap<(ValueId, Option<Side>), Rc<Slots>>,
     latches: HashMap<(LatchId, Option<Side>), Item>,
     /// The hands whose targets a made value reads.
-    targets: HashMap<(ValueId, Option<Side>), stateful::Targets>,
+    targets: HashMap<(ValueId, Option<Side>), stateful_nodes::Targets>,
     tallies: Vec<Vec<StatefulId>>,
     /// What is asked about leaves, where they are known beforehand.
-    leaves: Option<HashMap<LeafBefore, u32>>,
+    leaves: Option<HashMap<PreviousLeaf, u32>>,
 }
 
 fn share<K: Clone + Eq + Hash, V>(
@@ -186,7 +186,7 @@ impl<'a> Instantiation<'a> {
     /// What is asked about the leaf of the frame before.
     fn from(&mut self, tree: Option<Side>, labels: &[Label], none: bool) -> Item {
         if let Some(known) = &mut self.leaves {
-            let before = LeafBefore { tree, labels: labels.to_vec(), none };
+            let before = PreviousLeaf { tree, labels: labels.to_vec(), none };
             let at = share(known, &mut self.plan.leaves, before, |before| before);
             return Item::Bit(self.bit(Condition::Leaf(at), 0));
         }

@@ -56,17 +56,17 @@ impl Rows for &[[f64; ROW]] {
 
 /// `f` of the numbers of some lanes.
 #[derive(Clone, Copy)]
-pub struct Of<L, F>(pub L, pub F);
+pub struct Map<L, F>(pub L, pub F);
 
 macro_rules! of {
     ($($part:ident: $kind:ident $number:ty),+) => {
-        impl<$($kind: Lanes,)+ F: Copy + Fn($($number),+) -> f64> Lanes for Of<($($kind,)+), F> {
-            type Rows = Of<($($kind::Rows,)+), F>;
+        impl<$($kind: Lanes,)+ F: Copy + Fn($($number),+) -> f64> Lanes for Map<($($kind,)+), F> {
+            type Rows = Map<($($kind::Rows,)+), F>;
 
             #[inline(always)]
             fn rows(self, count: usize) -> Self::Rows {
                 let Self(($($part,)+), f) = self;
-                Of(($($part.rows(count),)+), f)
+                Map(($($part.rows(count),)+), f)
             }
 
             #[inline(always)]
@@ -82,7 +82,7 @@ macro_rules! of {
             }
         }
 
-        impl<$($kind: Rows,)+ F: Copy + Fn($($number),+) -> f64> Rows for Of<($($kind,)+), F> {
+        impl<$($kind: Rows,)+ F: Copy + Fn($($number),+) -> f64> Rows for Map<($($kind,)+), F> {
             #[inline(always)]
             fn row(self, at: usize) -> [f64; ROW] {
                 let Self(($($part,)+), f) = self;
@@ -177,13 +177,13 @@ fn put(lanes: impl Lanes, out: &mut [f64], f: impl Fn(f64, f64) -> f64) {
 /// `x² + y² + z²`.
 #[inline(always)]
 pub fn squares<L: Lanes>([x, y, z]: [L; 3]) -> impl Lanes {
-    Of((x, y, z), |x: f64, y: f64, z: f64| x * x + y * y + z * z)
+    Map((x, y, z), |x: f64, y: f64, z: f64| x * x + y * y + z * z)
 }
 
 /// The squared length of a difference.
 #[inline(always)]
 pub fn squared_distance<A: Lanes, B: Lanes>([ax, ay, az]: [A; 3], [bx, by, bz]: [B; 3]) -> impl Lanes {
-    Of((ax, ay, az, bx, by, bz), |ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64| {
+    Map((ax, ay, az, bx, by, bz), |ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64| {
         let (x, y, z) = (ax - bx, ay - by, az - bz);
         x * x + y * y + z * z
     })
@@ -192,7 +192,7 @@ pub fn squared_distance<A: Lanes, B: Lanes>([ax, ay, az]: [A; 3], [bx, by, bz]: 
 /// `ax * bx + ay * by + az * bz`.
 #[inline(always)]
 pub fn dot<A: Lanes, B: Lanes>([ax, ay, az]: [A; 3], [bx, by, bz]: [B; 3]) -> impl Lanes {
-    Of((ax, ay, az, bx, by, bz), |ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64| ax * bx + ay * by + az * bz)
+    Map((ax, ay, az, bx, by, bz), |ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64| ax * bx + ay * by + az * bz)
 }
 
 /// `lanes op constant` on the first `len` frames, a bit a frame.
@@ -214,12 +214,12 @@ pub fn compare_both(comparison: Comparison, a: impl Lanes, b: impl Lanes, len: u
     let one = |holds: bool| if holds { 1.0 } else { 0.0 };
     let is_one = |number: f64| number > 0.0;
     match comparison {
-        Comparison::Less => test(Of((a, b), |a: f64, b: f64| one(a < b)), len, out, is_one),
-        Comparison::LessEqual => test(Of((a, b), |a: f64, b: f64| one(a <= b)), len, out, is_one),
-        Comparison::Greater => test(Of((a, b), |a: f64, b: f64| one(a > b)), len, out, is_one),
-        Comparison::GreaterEqual => test(Of((a, b), |a: f64, b: f64| one(a >= b)), len, out, is_one),
-        Comparison::Equal => test(Of((a, b), |a: f64, b: f64| one(a == b)), len, out, is_one),
-        Comparison::NotEqual => test(Of((a, b), |a: f64, b: f64| one(a != b)), len, out, is_one),
+        Comparison::Less => test(Map((a, b), |a: f64, b: f64| one(a < b)), len, out, is_one),
+        Comparison::LessEqual => test(Map((a, b), |a: f64, b: f64| one(a <= b)), len, out, is_one),
+        Comparison::Greater => test(Map((a, b), |a: f64, b: f64| one(a > b)), len, out, is_one),
+        Comparison::GreaterEqual => test(Map((a, b), |a: f64, b: f64| one(a >= b)), len, out, is_one),
+        Comparison::Equal => test(Map((a, b), |a: f64, b: f64| one(a == b)), len, out, is_one),
+        Comparison::NotEqual => test(Map((a, b), |a: f64, b: f64| one(a != b)), len, out, is_one),
     }
 }
 

@@ -6,7 +6,7 @@ use super::columns::Columns;
 use super::plan::{Plan, StatefulId, StatefulNode};
 use crate::runs::Run;
 use crate::semantics::mismatched;
-use crate::temporal::State;
+use crate::temporal_operators::State;
 use teachtree_language::graph::{Decision, Leaf, Target};
 use teachtree_language::rules::Label;
 
@@ -23,7 +23,7 @@ enum LastLeaf {
 
 /// What a stateful node keeps from one frame to the next.
 #[derive(Clone, Debug)]
-enum Kept {
+enum NodeMemory {
     Nothing,
     /// A latch.
     Bit(bool),
@@ -31,11 +31,11 @@ enum Kept {
     Temporal(State),
 }
 
-impl Kept {
+impl NodeMemory {
     fn new(memory: &StatefulNode) -> Self {
         match memory {
             StatefulNode::Latch { .. } => Self::Bit(false),
-            StatefulNode::Temporal(watch, ..) => Self::Temporal(State::new(*watch)),
+            StatefulNode::Temporal(operator, ..) => Self::Temporal(State::new(*operator)),
             _ => Self::Nothing,
         }
     }
@@ -55,7 +55,7 @@ pub struct Machine {
     /// The values of this frame.
     values: Vec<bool>,
     /// What each stateful node keeps.
-    kept: Vec<Kept>,
+    kept: Vec<NodeMemory>,
     states: Vec<LastLeaf>,
     /// The bits of the imports on the frame before.
     last: Vec<bool>,
@@ -74,7 +74,7 @@ impl Machine {
     pub fn new(plan: &Plan) -> Self {
         Self {
             values: vec![false; plan.stateful.len()],
-            kept: plan.stateful.iter().map(Kept::new).collect(),
+            kept: plan.stateful.iter().map(NodeMemory::new).collect(),
             states: vec![LastLeaf::None; plan.trees.len()],
             last: vec![false; plan.imports.len()],
             restless: true,
@@ -86,7 +86,7 @@ impl Machine {
 
     /// Forgets everything: the next frame is the first one of a stretch.
     pub fn restart(&mut self) {
-        self.kept.iter_mut().for_each(Kept::restart);
+        self.kept.iter_mut().for_each(NodeMemory::restart);
         self.states.fill(LastLeaf::None);
         self.last.fill(false);
         self.since.fill(0);
@@ -160,7 +160,7 @@ impl Machine {
                     comparison.holds(f64::from(count), number.get())
                 }
                 StatefulNode::Latch { set, clear, restart } => {
-                    let Kept::Bit(kept) = &mut self.kept[id] else {
+                    let NodeMemory::Bit(kept) = &mut self.kept[id] else {
                         mismatched();
                         continue;
                     };
@@ -170,13 +170,13 @@ impl Machine {
                     *kept = now;
                     now
                 }
-                StatefulNode::Temporal(watch, a, restart) => {
+                StatefulNode::Temporal(operator, a, restart) => {
                     let (holds, anew) = (value(a), anew(restart));
-                    let Kept::Temporal(state) = &mut self.kept[id] else {
+                    let NodeMemory::Temporal(state) = &mut self.kept[id] else {
                         mismatched();
                         continue;
                     };
-                    let (now, changes) = state.frame(*watch, frame as u64, holds, anew);
+                    let (now, changes) = state.frame(*operator, frame as u64, holds, anew);
                     due = due.min(changes);
                     now
                 }

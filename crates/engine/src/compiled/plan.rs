@@ -8,7 +8,7 @@
 //! `within next` looks ahead: its column comes out late. Every column knows its *delay* in frames, columns that meet are brought to
 //! the same delay, and the machine runs [`Plan::delay`] frames behind the input.
 
-use crate::temporal::Watch;
+use crate::temporal_operators::PastOperator;
 use teachtree_base::hands::Side;
 use teachtree_frames::frames::{ColumnKey, Layout};
 use teachtree_language::graph::{Decision, FloatBits};
@@ -133,9 +133,9 @@ pub enum Condition {
     /// Whether the leaf of the frame before is one of some, by position in [`Plan::leaves`].
     Leaf(u32),
     /// Whether this is a frame of the log, rather than one after its end that lets delayed columns come out.
-    Inside,
+    InLog,
     /// Whether this is the first frame of a stretch.
-    First,
+    FirstFrame,
     /// Whether a column of the log differs from the frame before; false on the first frame.
     Changes(u32),
     /// `a op b`; false when one is NaN, except `!=`.
@@ -158,7 +158,7 @@ pub enum Condition {
         keep: BitId,
     },
     /// An operator over time on a, and where to begin anew.
-    Temporal(Watch, BitId, Option<BitId>),
+    Temporal(PastOperator, BitId, Option<BitId>),
     /// `a`, that many frames later.
     Delay(BitId, u32),
 }
@@ -197,7 +197,7 @@ pub enum StatefulNode {
         restart: Option<StatefulId>,
     },
     /// An operator over time on a, and where to begin anew.
-    Temporal(Watch, StatefulId, Option<StatefulId>),
+    Temporal(PastOperator, StatefulId, Option<StatefulId>),
 }
 
 /// What is evaluated next.
@@ -222,7 +222,7 @@ pub struct TreeInstance {
 
 /// Whether the leaf of the frame before is one of some.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct LeafBefore {
+pub struct PreviousLeaf {
     /// The hand of the tree, none for the one over both.
     pub tree: Option<Side>,
     /// Labels, unsided ones for both sides.
@@ -247,7 +247,7 @@ pub struct Plan {
     /// The conditions that the machine reads; all have the delay of the plan.
     pub imports: Vec<BitId>,
     /// What is asked about the leaves where they are known already; none else.
-    pub leaves: Vec<LeafBefore>,
+    pub leaves: Vec<PreviousLeaf>,
     /// The numbers and conditions whose columns are read when they were evaluated.
     pub outputs: Vec<Step>,
     /// Memories.
@@ -324,8 +324,8 @@ impl Plan {
                 Condition::Input(_)
                 | Condition::Constant(_)
                 | Condition::Leaf(_)
-                | Condition::Inside
-                | Condition::First
+                | Condition::InLog
+                | Condition::FirstFrame
                 | Condition::Changes(_) => (vec![], vec![]),
                 Condition::Compare(_, a, b) => (vec![*a, *b], vec![]),
                 Condition::NormSquaredCmp(_, vector, _) => (vector.numbers().collect(), vec![]),
@@ -391,15 +391,15 @@ impl Plan {
         });
         let kept_conditions = conditions().map(|condition| match condition {
             Condition::Delay(_, frames) => words(*frames) + 8,
-            Condition::Temporal(watch, ..) => watch.bytes(),
+            Condition::Temporal(operator, ..) => operator.bytes(),
             Condition::Changes(_) => 8,
             Condition::FlipFlop { .. } => 1,
             _ => 0,
         });
         let stateful = self.stateful.iter().map(|memory| match memory {
             // Frames are counted, fewer than 2^32.
-            StatefulNode::Temporal(Watch::For(_) | Watch::WithinLast(_), ..) => 4,
-            StatefulNode::Temporal(watch, ..) => watch.bytes(),
+            StatefulNode::Temporal(PastOperator::For(_) | PastOperator::WithinLast(_), ..) => 4,
+            StatefulNode::Temporal(operator, ..) => operator.bytes(),
             StatefulNode::Latch { .. } => 1,
             _ => 0,
         });

@@ -73,13 +73,13 @@ impl Bits {
 
 /// A condition on every frame of a stretch.
 #[derive(Clone, Debug)]
-pub struct Truth {
+pub struct ConditionColumn {
     is_array: bool,
     /// By slot; the bit of a frame stands so many bits later.
     slots: Vec<(Rc<Bits>, usize)>,
 }
 
-impl Truth {
+impl ConditionColumn {
     pub(super) const fn new(is_array: bool, slots: Vec<(Rc<Bits>, usize)>) -> Self {
         Self { is_array, slots }
     }

@@ -6,7 +6,7 @@
 mod column;
 mod replay;
 
-pub use column::{Column, Truth};
+pub use column::{Column, ConditionColumn};
 
 use super::runs::{Leaves, Run};
 use super::semantics::{changes, internal, target_of};
@@ -17,15 +17,15 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_frames::frames::Frames;
 use teachtree_language::graph::{ValueId, lower_values};
-use teachtree_language::rules::{Branch, Expr, ExprKind, Hand, Label, Rules, Then, Tree, TreeScope};
+use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Hand, Label, Rules, Tree, TreeScope};
 
 type Outcome<T> = Result<T, InputError>;
 
 /// An expression in a tree or declaration of a hand, or of none.
-type Asked<'e> = (&'e Expr, Option<Side>);
+type ExprInstance<'e> = (&'e Expr, Option<Side>);
 
 /// By which an expression is known that is a part of the rules: they stand still as long as the inspector.
-fn address((expr, side): Asked<'_>) -> (usize, Option<Side>) {
+fn address((expr, side): ExprInstance<'_>) -> (usize, Option<Side>) {
     (std::ptr::from_ref(expr).addr(), side)
 }
 
@@ -89,7 +89,7 @@ impl<'a> Inspector<'a> {
     ///
     /// # Errors
     /// As [`Inspector::column`].
-    pub fn truth(&mut self, condition: &'a Expr, side: Option<Side>) -> Outcome<Truth> {
+    pub fn truth(&mut self, condition: &'a Expr, side: Option<Side>) -> Outcome<ConditionColumn> {
         let (run, output) = self.place((condition, side))?;
         Ok(self.replay(run)?.truth(output))
     }
@@ -143,7 +143,7 @@ impl<'a> Inspector<'a> {
             }
             path.push(taken);
             branch = open.choices.get(taken).and_then(|choice| match &choice.then {
-                Then::Branch(below) => Some(below),
+                Consequent::Branch(below) => Some(below),
                 _ => None,
             });
         }
@@ -170,7 +170,7 @@ impl<'a> Inspector<'a> {
     }
 
     /// Where an expression was evaluated, if it is a part of the rules; the tree of its hand is, when anything is asked.
-    fn find(&mut self, asked: Asked<'_>) -> Outcome<Option<(usize, usize)>> {
+    fn find(&mut self, asked: ExprInstance<'_>) -> Outcome<Option<(usize, usize)>> {
         if let Some(place) = self.known.get(&address(asked)) {
             return Ok(Some(*place));
         }
@@ -186,7 +186,7 @@ impl<'a> Inspector<'a> {
     }
 
     /// Where an expression of the rules was evaluated.
-    fn place(&mut self, asked: Asked<'a>) -> Outcome<(usize, usize)> {
+    fn place(&mut self, asked: ExprInstance<'a>) -> Outcome<(usize, usize)> {
         if let Some(place) = self.find(asked)? {
             return Ok(place);
         }
@@ -197,9 +197,9 @@ impl<'a> Inspector<'a> {
 
     /// Evaluates expressions of the rules, and what explanations of them ask for: their conditions and what those compare, also in the signals and latches
     /// that they read.
-    fn keep(&mut self, asked: &[Asked<'a>]) -> Outcome<()> {
-        let mut parts: BTreeMap<(usize, Option<Side>), Asked<'a>> = BTreeMap::new();
-        let mut add = |part: Asked<'a>| {
+    fn keep(&mut self, asked: &[ExprInstance<'a>]) -> Outcome<()> {
+        let mut parts: BTreeMap<(usize, Option<Side>), ExprInstance<'a>> = BTreeMap::new();
+        let mut add = |part: ExprInstance<'a>| {
             parts.entry(address(part)).or_insert(part);
         };
         asked.iter().for_each(|asked| add(*asked));
@@ -215,7 +215,7 @@ impl<'a> Inspector<'a> {
             }
         });
         parts.retain(|address, _| !self.known.contains_key(address));
-        let all: Vec<Asked<'a>> = parts.values().copied().collect();
+        let all: Vec<ExprInstance<'a>> = parts.values().copied().collect();
         let replay = self.evaluate(&all)?;
         let run = self.replays.len();
         self.replays.push(replay);
@@ -223,7 +223,7 @@ impl<'a> Inspector<'a> {
         Ok(())
     }
 
-    fn evaluate(&self, asked: &[Asked<'_>]) -> Outcome<Replay<'a>> {
+    fn evaluate(&self, asked: &[ExprInstance<'_>]) -> Outcome<Replay<'a>> {
         let whose = |side: Option<Side>| if side.is_some() { Hand::This } else { Hand::Nobody };
         let exprs: Vec<(&Expr, Hand)> = asked.iter().map(|(expr, side)| (*expr, whose(*side))).collect();
         let (graph, values) = lower_values(self.rules, &exprs);
@@ -233,13 +233,13 @@ impl<'a> Inspector<'a> {
     }
 
     /// Visits every part of some expressions, and of the signals and latches that they read.
-    fn reach<'e>(&self, asked: &[Asked<'e>], visit: &mut dyn FnMut(Asked<'e>))
+    fn reach<'e>(&self, asked: &[ExprInstance<'e>], visit: &mut dyn FnMut(ExprInstance<'e>))
     where
         'a: 'e,
     {
         let rules: &'a Rules = self.rules;
         let mut seen = BTreeSet::new();
-        let mut open: Vec<Asked<'e>> = asked.to_vec();
+        let mut open: Vec<ExprInstance<'e>> = asked.to_vec();
         while let Some((expr, this)) = open.pop() {
             expr.walk(&mut |part| {
                 visit((part, this));
@@ -259,10 +259,10 @@ impl<'a> Inspector<'a> {
 }
 
 /// The conditions of a branch and of those below it.
-fn conditions_of<'a>(branch: &'a Branch, side: Option<Side>, all: &mut Vec<Asked<'a>>) {
+fn conditions_of<'a>(branch: &'a Branch, side: Option<Side>, all: &mut Vec<ExprInstance<'a>>) {
     for choice in &branch.choices {
         all.extend(choice.condition.iter().map(|condition| (condition, side)));
-        if let Then::Branch(below) = &choice.then {
+        if let Consequent::Branch(below) = &choice.then {
             conditions_of(below, side, all);
         }
     }

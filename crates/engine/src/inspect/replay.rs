@@ -1,10 +1,10 @@
 //! A run of columns over a stretch whose results stay: conditions as bits, numbers by evaluating their block again.
 
-use super::column::{Bits, Column, Truth};
+use super::column::{Bits, Column, ConditionColumn};
 use crate::compiled::bits::{BLOCK, words};
 use crate::compiled::columns::{Block, Columns, Memory};
 use crate::compiled::instantiate::{Output, instantiate_outputs};
-use crate::compiled::plan::{BitId, LeafBefore, NumberId, Plan, Step};
+use crate::compiled::plan::{BitId, NumberId, Plan, PreviousLeaf, Step};
 use crate::runs::{Leaves, Run};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -130,7 +130,7 @@ impl<'a> Replay<'a> {
                 let places = column.iter_mut().skip(component).step_by(width);
                 match node {
                     Step::Condition(id) => {
-                        let truth = self.bits(id.0).map(|bits| Truth::new(false, vec![bits]));
+                        let truth = self.bits(id.0).map(|bits| ConditionColumn::new(false, vec![bits]));
                         for (place, frame) in places.zip(frames.clone()) {
                             let holds = truth.as_ref().is_some_and(|truth| truth.holds(0, frame));
                             *place = if holds { 1.0 } else { 0.0 };
@@ -174,18 +174,18 @@ impl<'a> Replay<'a> {
     }
 
     /// A condition on all frames of the stretch.
-    pub fn truth(&self, output: usize) -> Truth {
-        let Some(output) = self.outputs.get(output) else { return Truth::new(false, Vec::new()) };
+    pub fn truth(&self, output: usize) -> ConditionColumn {
+        let Some(output) = self.outputs.get(output) else { return ConditionColumn::new(false, Vec::new()) };
         let slots = output.slots.iter().filter_map(|slot| match slot.first() {
             Some(Step::Condition(id)) => self.bits(id.0),
             _ => None,
         });
-        Truth::new(output.is_array, slots.collect())
+        ConditionColumn::new(output.is_array, slots.collect())
     }
 }
 
 /// On which frames of a block the leaf of the frame before was one of some.
-fn bits_before(before: &LeafBefore, leaves: &Leaves, block: &Range<usize>) -> Vec<u64> {
+fn bits_before(before: &PreviousLeaf, leaves: &Leaves, block: &Range<usize>) -> Vec<u64> {
     let (runs, start) = (runs_of(leaves, before.tree), leaves.frames.start);
     let mut bits = vec![0; words(block.len())];
     let mut set = |frame: usize| bits[(frame - block.start) / 64] |= 1 << ((frame - block.start) % 64);

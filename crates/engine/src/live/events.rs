@@ -5,7 +5,7 @@
 use super::ranks::Ranks;
 use crate::compiled::plan::{BitId, Condition, Plan, Step};
 use crate::semantics::mismatched;
-use crate::temporal::State;
+use crate::temporal_operators::State;
 use std::collections::VecDeque;
 
 /// Frames that a delay line has room for; one that holds more changes than this grows.
@@ -69,8 +69,8 @@ impl Events {
                 Condition::Constant(value) => *value,
                 // Where leaves are known beforehand, nothing is run live.
                 Condition::Leaf(_) => false,
-                Condition::Inside => inside,
-                Condition::First => {
+                Condition::InLog => inside,
+                Condition::FirstFrame => {
                     if now == 0 {
                         due = 1;
                     }
@@ -81,12 +81,12 @@ impl Events {
                 Condition::Or(any) => any.iter().any(is),
                 Condition::AtLeast(all, wanted) => all.iter().filter(|id| is(id)).count() >= *wanted as usize,
                 Condition::FlipFlop { set, keep } => is(set) || is(keep) && bits[id.index()],
-                Condition::Temporal(watch, a, restart) => {
+                Condition::Temporal(operator, a, restart) => {
                     let Memory::Temporal(state) = memory else {
                         mismatched();
                         continue;
                     };
-                    let (holds, changes) = state.frame(*watch, now, is(a), anew(restart));
+                    let (holds, changes) = state.frame(*operator, now, is(a), anew(restart));
                     due = due.min(changes);
                     holds
                 }
@@ -121,7 +121,7 @@ impl Memory {
             Condition::Input(_) | Condition::Changes(_) | Condition::Compare(..) | Condition::NormSquaredCmp(..) => {
                 return None;
             }
-            Condition::Temporal(watch, ..) => Self::Temporal(State::new(*watch)),
+            Condition::Temporal(operator, ..) => Self::Temporal(State::new(*operator)),
             Condition::Delay(_, frames) => {
                 Self::Changes { frames: VecDeque::with_capacity((*frames as usize + 1).min(ROOM)), last: false }
             }

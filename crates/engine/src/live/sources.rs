@@ -66,7 +66,7 @@ struct Summary {
     number: Place,
     since: Option<BitId>,
     restart: Option<BitId>,
-    over: summary::Over,
+    aggregation: summary::Aggregation,
     state: summary::State,
 }
 
@@ -192,7 +192,7 @@ impl Sources {
                             number: at(number),
                             since: samples.since().copied(),
                             restart: *restart,
-                            over: summary::Over { summary: *summary, rate: plan.layout.rate_hz },
+                            aggregation: summary::Aggregation { summary: *summary, rate: plan.layout.rate_hz },
                             state: summary::State::new(samples),
                         });
                         Batch::Summary(vec![(self.summaries.len() - 1, out)])
@@ -336,7 +336,7 @@ impl Sources {
             Batch::Summary(all) => {
                 for (at, out) in all {
                     let summary = &self.summaries[*at];
-                    values[*out as usize] = summary.state.value(summary.over, summary.frame(values, bits));
+                    values[*out as usize] = summary.state.value(summary.aggregation, summary.frame(values, bits));
                 }
             }
             Batch::Delay(all) => {
@@ -360,7 +360,7 @@ impl Sources {
         }
         for summary in &mut self.summaries {
             let frame = summary.frame(values, bits);
-            summary.state.advance(summary.over, frame);
+            summary.state.advance(summary.aggregation, frame);
         }
         for delay in &mut self.delays {
             delay.past[delay.at] = values[delay.number as usize];

@@ -1,10 +1,10 @@
 //! Applying a binding: the columns of a foreign table in, a recording with canonical names out.
 
-use super::header::{Bound, Header, Term};
+use super::fixture_localization;
+use super::header::{BoundColumn, Header, Term};
 use super::normals::normals_by_role;
 use super::offsets;
-use super::pattern::{Columns, Filling};
-use super::places;
+use super::pattern::{Columns, PlaceholderValues};
 use super::resample::resample;
 use super::robots;
 use super::rotations;
@@ -19,14 +19,14 @@ use teachtree_base::recording::{Column, Recording};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
 use teachtree_logs::names;
-use teachtree_logs::read::csv::{self, Clock, Read};
-use teachtree_logs::read::table::{Source, Table, Want};
+use teachtree_logs::read::csv::{self, LoadedRecording, StampSource};
+use teachtree_logs::read::table::{ColumnRequest, Source, Table};
 
 /// Makes a recording of a table as the binding says; `scene` is the one that counts.
 ///
 /// # Errors
 /// When the binding names what the table lacks, or the table cannot be read.
-pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, InputError> {
+pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRecording, InputError> {
     let binding = &file.binding;
     let sheets = source.sheets.len() > 1;
     let place = source.file.clone();
@@ -39,8 +39,10 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
     }
     let (mut read, merged) = if binding.channels.is_empty() {
         let clock = match binding.rate {
-            Some(rate) => Clock::Rate(rate),
-            None => Clock::Column(binding.time.name.fill(Filling::default()), binding.time.unit.clone()),
+            Some(rate) => StampSource::Rate(rate),
+            None => {
+                StampSource::Column(binding.time.name.fill(PlaceholderValues::default()), binding.time.unit.clone())
+            }
         };
         let mut read = csv::columns(source, &clock)?;
         shift(&mut read.recording.time, &mut read.row_time, file);
@@ -74,7 +76,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
     }
     read.issues.extend(stuck_sensors::silence_uncorrected(&mut read.recording, &binding.trust));
     read.issues.extend(sensors::correct(&mut read.recording, file)?);
-    read.issues.extend(places::learn(&mut read.recording, file)?);
+    read.issues.extend(fixture_localization::learn(&mut read.recording, file)?);
     add_normals(&mut read.recording, file);
     Ok(read)
 }
@@ -123,7 +125,7 @@ fn shift(time: &mut [f64], row_time: &mut [f64], file: &BindingFile) {
 }
 
 /// The bound columns, and from how many sheets they are.
-fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, usize), InputError> {
+fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(LoadedRecording, usize), InputError> {
     let bound = BoundColumns::of(&Header::new(&source), file, scene)?;
     let mut table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
     shift(&mut table.time, &mut table.row_time, file);
@@ -135,11 +137,11 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
 
 /// Which columns of a table become which channels.
 pub struct BoundColumns {
-    bound: Vec<Bound>,
+    bound: Vec<BoundColumn>,
     /// The column of each label.
     labels: IndexMap<String, usize>,
     /// What is wanted of each column of the table.
-    pub wants: Vec<Want>,
+    pub wants: Vec<ColumnRequest>,
     /// The rotations whose angles are taken for radians.
     in_radians: Vec<String>,
     /// The columns that other columns are computed from.
@@ -156,7 +158,7 @@ impl BoundColumns {
         let mut bound = Self::of_stamped(header, file, scene)?;
         for time in times {
             if let Some(want) = time.column.and_then(|column| bound.wants.get_mut(column)) {
-                *want = Want::Time(time.factor);
+                *want = ColumnRequest::Time(time.factor);
             }
         }
         Ok(bound)
@@ -169,22 +171,23 @@ impl BoundColumns {
     pub fn of_stamped(header: &Header, file: &BindingFile, scene: &Scene) -> Result<Self, InputError> {
         let objects: Vec<&str> =
             scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();
-        let mut wants = vec![Want::Nothing; header.titles.len()];
-        let mut bound: Vec<Bound> = vec![];
+        let mut wants = vec![ColumnRequest::Nothing; header.titles.len()];
+        let mut bound: Vec<BoundColumn> = vec![];
         let mut labels: IndexMap<String, usize> = IndexMap::new();
         for (key, columns) in &file.binding.channels {
             let wrong = |message: String| file.error(key, message);
             if names::is_label(key) {
                 let (patterns, _) = columns.component(0);
-                let name = patterns.first().map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
+                let name =
+                    patterns.first().map(|pattern| pattern.name.fill(PlaceholderValues::default())).unwrap_or_default();
                 let column = header.find(&name, None).map_err(wrong)?;
                 labels.insert(key.clone(), column.ok_or_else(|| wrong(header.lacks(&name)))?);
-            } else if !matches!(columns, Columns::Offset(_) | Columns::Link(_) | Columns::Span(_)) {
+            } else if !matches!(columns, Columns::OffsetPoint(_) | Columns::Link(_) | Columns::PointDistance(_)) {
                 bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
             }
         }
         for (robot, tree) in file.robots() {
-            for (joint, columns) in file.binding.robots.get(robot).iter().flat_map(|told| &told.joints) {
+            for (joint, columns) in file.binding.robots.get(robot).iter().flat_map(|declared| &declared.joints) {
                 let name = robots::joint_column(robot, joint);
                 let column = header.joint(name, columns, robots::dimension(tree, joint));
                 let place = || file.place(&["robots", robot, "joints", joint]);
@@ -193,12 +196,12 @@ impl BoundColumns {
         }
         for column in bound.iter().flat_map(|bound| &bound.terms).filter_map(|term| term.column) {
             if let Some(want) = wants.get_mut(column) {
-                *want = Want::Number(1.0);
+                *want = ColumnRequest::Number(1.0);
             }
         }
         for (key, column) in &labels {
             match wants.get_mut(*column) {
-                Some(want) if *want == Want::Nothing => *want = Want::Text,
+                Some(want) if *want == ColumnRequest::Nothing => *want = ColumnRequest::Text,
                 _ => return Err(file.error(key, "its column is bound as numbers too".into())),
             }
         }
@@ -215,7 +218,7 @@ impl BoundColumns {
     ///
     /// # Errors
     /// When two columns are bound to one channel, or the frame of a point is not bound.
-    pub fn apply(&self, table: Table, file: &BindingFile) -> Result<Read, InputError> {
+    pub fn apply(&self, table: Table, file: &BindingFile) -> Result<LoadedRecording, InputError> {
         let Table { time, numbers, mut texts, mut issues, row_time, .. } = table;
         let mut recording = Recording { time, ..Recording::default() };
         for bound in &self.bound {
@@ -228,23 +231,23 @@ impl BoundColumns {
         rotations::to_quaternions(&mut recording);
         issues.extend(robots::place(&mut recording, file)?);
         for (key, columns) in &file.binding.channels {
-            if let Columns::Offset(offset) = columns {
+            if let Columns::OffsetPoint(offset) = columns {
                 offsets::place(&mut recording, file, key, offset)?;
             }
         }
         for (key, columns) in &file.binding.channels {
-            if let Columns::Span(span) = columns {
+            if let Columns::PointDistance(span) = columns {
                 robots::measure(&mut recording, file, key, span)?;
             }
         }
         for (name, column) in &self.labels {
             recording.labels.insert(name.clone(), texts.get_mut(*column).map(std::mem::take).unwrap_or_default());
         }
-        Ok(Read { recording, issues, row_time })
+        Ok(LoadedRecording { recording, issues, row_time })
     }
 }
 
-impl Bound {
+impl BoundColumn {
     fn values(&self, numbers: &[Vec<f64>], rows: usize) -> Vec<f64> {
         let mut values: Vec<f64> = vec![0.0; rows];
         for term in &self.terms {

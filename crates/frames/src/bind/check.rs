@@ -1,6 +1,6 @@
 //! What a binding says against the scene and the rules: bodies that are not there, channels that nobody reads.
 
-use super::{BindingFile, Filling, Template};
+use super::{BindingFile, PlaceholderValues, Template};
 use crate::clean::unknown_columns::UnknownColumn;
 use teachtree_base::error::InputError;
 use teachtree_base::log_channel::{FingerPart, LogChannel};
@@ -20,7 +20,7 @@ impl BindingFile {
             scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();
         // Any object will do: what is asked is whether the rest of the name means something.
         let object = objects.first().copied().unwrap_or_default();
-        let filling = Filling { object, other: objects.get(1).copied().unwrap_or(object), component: 0 };
+        let filling = PlaceholderValues { object, other: objects.get(1).copied().unwrap_or(object), component: 0 };
         let mut suspicious_channels = vec![];
         for key in self.binding.channels.keys().filter(|key| !names::is_label(key)) {
             let Ok(template) = Template::parse(key) else { continue };

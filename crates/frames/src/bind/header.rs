@@ -1,6 +1,6 @@
 //! Resolves the names of a binding in the header of a foreign table: the columns of each channel, with the factors that convert them to SI.
 
-use super::pattern::{Columns, Filling, Form, Pattern};
+use super::pattern::{Columns, Pattern, PlaceholderValues, Representation};
 use super::{BindingFile, Template, Threshold};
 use crate::inspect;
 use indexmap::IndexMap;
@@ -9,17 +9,17 @@ use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::log_channel::LogChannel;
-use teachtree_base::nearest::nearest;
+use teachtree_base::spelling::nearest;
 use teachtree_base::units::{Dimension, compound};
 use teachtree_logs::names;
 use teachtree_logs::read::table::Source;
 
 /// One canonical column and its source terms.
-pub(super) struct Bound {
+pub(super) struct BoundColumn {
     pub name: String,
     /// The channel or joint that the column is a component of, and the form of its components.
     pub channel: String,
-    pub form: Form,
+    pub representation: Representation,
     pub dimension: Dimension,
     /// Flags are combined with "or", numbers are added.
     pub flag: bool,
@@ -83,14 +83,14 @@ impl Header {
     /// Returns the time columns: the one that the binding names, otherwise one per sheet.
     pub(super) fn times(&self, file: &BindingFile) -> Result<Vec<Term>, InputError> {
         let pattern = &file.binding.time;
-        let name = pattern.name.fill(Filling::default());
+        let name = pattern.name.fill(PlaceholderValues::default());
         let alone = std::iter::once(name.clone());
         let of_sheets =
             self.sheets.iter().filter(|(sheet, _)| !sheet.is_empty()).map(|(sheet, _)| format!("{sheet}.{name}"));
         let mut times = vec![];
         for name in alone.chain(of_sheets) {
             let pattern = Pattern { name: Template::text(&name), ..pattern.clone() };
-            let term = self.term(&pattern, Filling::default(), Dimension::TIME);
+            let term = self.term(&pattern, PlaceholderValues::default(), Dimension::TIME);
             times.extend(term.map_err(|message| file.error("time", message))?);
         }
         if !times.is_empty() {
@@ -158,7 +158,12 @@ impl Header {
     }
 
     /// Returns the column of a pattern with filled placeholders, if the log has it.
-    fn term(&self, pattern: &Pattern, filling: Filling, dimension: Dimension) -> Result<Option<Term>, String> {
+    fn term(
+        &self,
+        pattern: &Pattern,
+        filling: PlaceholderValues,
+        dimension: Dimension,
+    ) -> Result<Option<Term>, String> {
         let name = pattern.name.fill(filling);
         if let Some((value, found)) = pattern.constant {
             return match found == dimension {
@@ -193,7 +198,7 @@ impl Header {
     }
 
     /// Returns the column of a joint.
-    pub(super) fn joint(&self, name: String, columns: &Columns, dimension: Dimension) -> Result<Bound, String> {
+    pub(super) fn joint(&self, name: String, columns: &Columns, dimension: Dimension) -> Result<BoundColumn, String> {
         let (patterns, weight) = match columns {
             Columns::Pattern(_) | Columns::Mean(_) => columns.component(0),
             _ => return Err("expected a column, or `{mean: [...]}`".into()),
@@ -203,40 +208,41 @@ impl Header {
             if pattern.threshold.is_some() || pattern.optional {
                 return Err("a joint has neither a threshold nor a `?`".into());
             }
-            let term = self.term(pattern, Filling::default(), dimension)?;
-            terms.push(term.ok_or_else(|| self.lacks(&pattern.name.fill(Filling::default())))?);
+            let term = self.term(pattern, PlaceholderValues::default(), dimension)?;
+            terms.push(term.ok_or_else(|| self.lacks(&pattern.name.fill(PlaceholderValues::default())))?);
         }
         let channel = name.clone();
-        Ok(Bound { name, channel, form: Form::Scalar, dimension, flag: false, terms, weight })
+        Ok(BoundColumn { name, channel, representation: Representation::Scalar, dimension, flag: false, terms, weight })
     }
 
     /// Returns the canonical columns of one key of `channels`.
-    pub(super) fn channel(&self, key: &str, columns: &Columns, objects: &[&str]) -> Result<Vec<Bound>, String> {
+    pub(super) fn channel(&self, key: &str, columns: &Columns, objects: &[&str]) -> Result<Vec<BoundColumn>, String> {
         let name = Template::parse(key)?;
         let mut bound = vec![];
         let mut missing = None;
         for filling in fillings(&name, objects) {
             let channel = name.fill(filling);
-            let (form, dimension) = form_of(&channel, columns)?;
+            let (representation, dimension) = representation_of(&channel, columns)?;
             let flag = is_flag(&channel);
             if !flag && columns.patterns().iter().any(|pattern| pattern.threshold.is_some()) {
                 return Err(format!("`{channel}` is no flag, only flags have a threshold"));
             }
             // The object placeholder is on the right-hand side only: the columns of all objects are combined.
-            let joined: Vec<Filling> =
+            let joined: Vec<PlaceholderValues> =
                 match (columns.patterns().iter().any(|pattern| pattern.name.has_object()), name.has_object()) {
-                    (true, false) => objects.iter().map(|object| Filling { object, ..filling }).collect(),
+                    (true, false) => objects.iter().map(|object| PlaceholderValues { object, ..filling }).collect(),
                     _ => vec![filling],
                 };
-            let mut parts: Vec<Bound> = vec![];
-            for (component, letter) in form.components().iter().enumerate() {
+            let mut parts: Vec<BoundColumn> = vec![];
+            for (component, letter) in representation.components().iter().enumerate() {
                 let (patterns, weight) = columns.component(component);
                 let full = if letter.is_empty() { channel.clone() } else { format!("{channel}.{letter}") };
                 let channel = channel.clone();
-                let mut part = Bound { name: full, channel, form, dimension, flag, terms: vec![], weight };
+                let mut part =
+                    BoundColumn { name: full, channel, representation, dimension, flag, terms: vec![], weight };
                 for (filling, pattern) in joined.iter().flat_map(|it| patterns.iter().map(move |pattern| (it, pattern)))
                 {
-                    let filling = Filling { component, ..*filling };
+                    let filling = PlaceholderValues { component, ..*filling };
                     match self.term(pattern, filling, dimension)? {
                         Some(term) => part.terms.push(term),
                         None => missing = missing.or_else(|| Some(pattern.name.fill(filling))),
@@ -267,15 +273,17 @@ impl Header {
 }
 
 /// Returns all values of the placeholders of a name.
-fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<Filling<'a>> {
+fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<PlaceholderValues<'a>> {
     match (name.has_object(), name.has_other()) {
-        (false, _) => vec![Filling::default()],
-        (true, false) => objects.iter().map(|object| Filling { object, ..Filling::default() }).collect(),
+        (false, _) => vec![PlaceholderValues::default()],
+        (true, false) => {
+            objects.iter().map(|object| PlaceholderValues { object, ..PlaceholderValues::default() }).collect()
+        }
         (true, true) => {
             let pairs = objects.iter().flat_map(|object| objects.iter().map(move |other| (object, other)));
             pairs
                 .filter(|(object, other)| object != other)
-                .map(|(object, other)| Filling { object, other, component: 0 })
+                .map(|(object, other)| PlaceholderValues { object, other, component: 0 })
                 .collect()
         }
     }
@@ -287,7 +295,7 @@ fn is_flag(channel: &str) -> bool {
 }
 
 /// Returns the form and dimension of a channel: from its name, otherwise from its columns.
-fn form_of(channel: &str, columns: &Columns) -> Result<(Form, Dimension), String> {
+fn representation_of(channel: &str, columns: &Columns) -> Result<(Representation, Dimension), String> {
     let (wanted, dimension) = match LogChannel::parse(channel) {
         Some(channel) => (Some(channel.shape()), channel.dimension()),
         None => {
@@ -302,15 +310,17 @@ fn form_of(channel: &str, columns: &Columns) -> Result<(Form, Dimension), String
             (None, dimension)
         }
     };
-    let form = columns.form(wanted);
-    let (found, wanted) =
-        (form.shape().components().len(), wanted.map_or(form.shape(), |shape| shape).components().len());
-    match form {
-        Form::Vector if wanted == 4 => {
+    let representation = columns.representation(wanted);
+    let (found, wanted) = (
+        representation.shape().components().len(),
+        wanted.map_or(representation.shape(), |shape| shape).components().len(),
+    );
+    match representation {
+        Representation::Vector if wanted == 4 => {
             Err(format!("`{channel}` has 4 components, found columns for 3; angles are `<rpy>`"))
         }
         _ if found != wanted => Err(format!("`{channel}` has {wanted} components, found columns for {found}")),
-        Form::Angles => Ok((form, Dimension::ANGLE)),
-        _ => Ok((form, dimension)),
+        Representation::Angles => Ok((representation, Dimension::ANGLE)),
+        _ => Ok((representation, dimension)),
     }
 }

@@ -7,10 +7,10 @@ use indexmap::{IndexMap, IndexSet};
 use std::collections::VecDeque;
 use std::fmt;
 use teachtree_base::error::InputError;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_logs::issue::{Issue, IssueKind};
-use teachtree_logs::read::sheet::{Cells, InMemoryTable};
-use teachtree_logs::read::stamps::{Addition, Order, StampOrder, Writers, is_of_head, set_back};
+use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
+use teachtree_logs::read::stamps::{Order, RowMerge, StampOrder, Writers, is_of_head, set_back};
 use teachtree_logs::read::table::{MAX_COLUMNS, number, shown};
 
 /// How many messages wait for those of other topics.
@@ -28,7 +28,7 @@ pub enum Value {
 }
 
 /// The messages of topics that wait for each other.
-pub struct Join {
+pub struct TopicJoin {
     topics: IndexMap<String, Topic>,
     /// How long a topic is awaited, s, by the stamps of the others.
     wait_s: f64,
@@ -87,7 +87,7 @@ impl Writer {
 
 /// What becomes of a message.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Pushed {
+pub enum PushOutcome {
     /// It waits for its row.
     Kept,
     /// It is left out, with an issue for the first of several.
@@ -96,7 +96,7 @@ pub enum Pushed {
     SetBack(Issue),
 }
 
-impl Join {
+impl TopicJoin {
     /// No topics yet.
     pub fn new(wait_s: f64) -> Self {
         Self { topics: IndexMap::new(), wait_s, given_s: f64::NEG_INFINITY, first_s: None }
@@ -142,9 +142,9 @@ impl Join {
     }
 
     /// Takes a message whose columns are known.
-    pub fn push(&mut self, name: &str, time_s: f64, row: &InMemoryTable) -> Pushed {
+    pub fn push(&mut self, name: &str, time_s: f64, row: &InMemoryTable) -> PushOutcome {
         let given_s = self.given_s;
-        let Some(topic) = self.topics.get_mut(name).filter(|topic| topic.is_used()) else { return Pushed::Kept };
+        let Some(topic) = self.topics.get_mut(name).filter(|topic| topic.is_used()) else { return PushOutcome::Kept };
         let (values, columns) = (values(&topic.titles, row), topic.columns(row));
         let writer = topic.writers.of(&columns, Writer::merge);
         let (messages, newest_s) = (writer.messages, writer.newest_s.unwrap_or(f64::NEG_INFINITY));
@@ -155,14 +155,14 @@ impl Join {
         let is_bound = columns.iter().any(|column| topic.bound.get(*column).copied().unwrap_or(true));
         if time_s > given_s && time_s == newest_s && topic.add(time_s, &values) {
             topic.writers.of(&columns, Writer::merge).is_partial |= is_partial;
-            return Pushed::Kept;
+            return PushOutcome::Kept;
         }
         let writer = topic.writers.of(&columns, Writer::merge);
         writer.is_partial |= is_partial;
         if time_s <= newest_s || time_s <= given_s {
             // What is sent once only may be sent again to whoever connects anew.
             if messages == 1 && time_s == newest_s || !is_bound {
-                return Pushed::Late(None);
+                return PushOutcome::Late(None);
             }
             return writer.leave_out(name, time_s, given_s);
         }
@@ -181,7 +181,7 @@ impl Join {
             topic.insert(time_s, values);
         }
         self.first_s = Some(self.first_s.map_or(time_s, |first_s| first_s.min(time_s)));
-        Pushed::Kept
+        PushOutcome::Kept
     }
 
     /// From the first to the last stamp that waits, s.
@@ -333,10 +333,10 @@ impl Topic {
     fn add(&mut self, time_s: f64, values: &[Value]) -> bool {
         let Some((_, waiting)) = self.waiting.iter_mut().find(|(stamp, _)| *stamp == time_s) else { return false };
         let mut whole = waiting.clone();
-        let mut addition = Addition::default();
+        let mut addition = RowMerge::default();
         whole.resize(values.len().max(whole.len()), Value::Number(f64::NAN));
         for (at, ((kept, other), title)) in whole.iter_mut().zip(values).zip(&self.titles).enumerate() {
-            let mut of_column = Addition::default();
+            let mut of_column = RowMerge::default();
             kept.add(other, &mut of_column);
             // Columns that are not bound may differ, as in a whole log.
             if self.bound.get(at).copied().unwrap_or(true) && !is_of_head(title) {
@@ -362,7 +362,7 @@ impl Topic {
 
 impl Writer {
     /// Leaves out a message that is older than the writer's newest one or than the finished rows, which end at `given_s`.
-    fn leave_out(&mut self, name: &str, time_s: f64, given_s: f64) -> Pushed {
+    fn leave_out(&mut self, name: &str, time_s: f64, given_s: f64) -> PushOutcome {
         let newest_s = self.newest_s.unwrap_or(f64::NEG_INFINITY).max(given_s);
         self.order.raise(given_s);
         let is_set_back = self.order.push(time_s) == Order::SetBack;
@@ -376,12 +376,12 @@ impl Writer {
         }
         if is_set_back && (!is_behind || newest_s - time_s > OTHER_CLOCK_S) {
             let message = set_back(newest_s, time_s, "everything restarts");
-            return Pushed::SetBack(issue(IssueKind::GAP, time_s, newest_s, name, message));
+            return PushOutcome::SetBack(issue(IssueKind::GAP, time_s, newest_s, name, message));
         }
         if !is_first || is_behind && was_silent {
-            return Pushed::Late(None);
+            return PushOutcome::Late(None);
         }
-        let [at, newest] = [time_s, newest_s].map(|time| Shown((time * 1e6).round() / 1e6));
+        let [at, newest] = [time_s, newest_s].map(|time| ShortNumber((time * 1e6).round() / 1e6));
         let message = if is_behind {
             format!(
                 "the message of {at} s came when the rows up to {newest} s were made; messages are left out until one comes in time (--wait)"
@@ -391,7 +391,7 @@ impl Writer {
                 "the message of {at} s came after that of {newest} s; messages are left out until a later one comes"
             )
         };
-        Pushed::Late(Some(issue(IssueKind::DUPLICATE_STAMP, time_s, newest_s, name, message)))
+        PushOutcome::Late(Some(issue(IssueKind::DUPLICATE_STAMP, time_s, newest_s, name, message)))
     }
 }
 
@@ -404,7 +404,7 @@ impl Value {
     }
 
     /// Fills missing elements of the value from another one.
-    pub(super) fn add(&mut self, other: &Self, addition: &mut Addition) {
+    pub(super) fn add(&mut self, other: &Self, addition: &mut RowMerge) {
         match (&mut *self, other) {
             (Self::Number(kept), Self::Number(other)) => addition.number(kept, *other),
             (Self::Text(kept), Self::Text(other)) => addition.text(kept, other),

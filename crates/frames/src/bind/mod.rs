@@ -1,32 +1,32 @@
 //! Bindings: a YAML file that says which columns of a foreign log are which channels (docs/bindings.md).
 
 mod apply;
+mod body_poses;
 mod check;
+mod fixture_localization;
 mod header;
 mod join;
 mod normals;
 mod offsets;
 mod pattern;
-mod placed;
-mod places;
 mod resample;
 mod resampler;
 mod robots;
 mod rotations;
 mod rows;
-mod same_stamp;
 mod sensors;
 mod shifter;
 mod sources;
+mod stamp_merger;
 mod tare;
 pub mod template;
 mod tool;
 
 pub use apply::bind;
 pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};
-pub use same_stamp::{LiveLine, SameStamp};
+pub use stamp_merger::{LiveLine, StampMerger};
 
-pub use pattern::{Columns, Filling, LinkPoint, Offset, Pattern, Span, Template, Threshold};
+pub use pattern::{Columns, LinkPoint, OffsetPoint, Pattern, PlaceholderValues, PointDistance, Template, Threshold};
 use robots::Robot;
 
 use indexmap::IndexMap;
@@ -36,7 +36,7 @@ use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::quantity::{Force, Frequency, Mass, Time, above_zero};
 use teachtree_base::scene::Scene;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_base::yaml;
 use teachtree_description::tree::KinematicTree;
 use teachtree_logs::read::csv::check_scene;
@@ -153,7 +153,7 @@ pub struct Sensor {
 #[serde(untagged, expecting = "a mass such as `430 g`, or `learned`")]
 pub enum ToolMass {
     /// Fitted to the log, with the bias of the sensor.
-    Learned(Learned),
+    Learned(LearnedKeyword),
     /// Known.
     Known(Mass),
 }
@@ -161,7 +161,8 @@ pub enum ToolMass {
 /// The word `learned`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Learned {
+#[schemars(rename = "Learned")]
+pub enum LearnedKeyword {
     /// From the log.
     Learned,
 }
@@ -247,7 +248,8 @@ impl BindingFile {
         for (key, rate) in [("resample", file.binding.resample), ("rate", file.binding.rate)] {
             let rate = rate.map_or(1.0, |rate| rate.0);
             if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
-                let message = format!("found {} Hz, expected a rate above 0 and up to {MAX_RATE_HZ} Hz", Shown(rate));
+                let message =
+                    format!("found {} Hz, expected a rate above 0 and up to {MAX_RATE_HZ} Hz", ShortNumber(rate));
                 return Err(file.error(key, message));
             }
         }
@@ -329,8 +331,8 @@ fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<Str
             deserializer.deserialize_any(Visitor)
         }
     }
-    struct Few;
-    impl<'de> de::Visitor<'de> for Few {
+    struct ParamsVisitor;
+    impl<'de> de::Visitor<'de> for ParamsVisitor {
         type Value = IndexMap<String, String>;
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             f.write_str("parameters with their values")
@@ -349,5 +351,5 @@ fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<Str
             Ok(params)
         }
     }
-    deserializer.deserialize_map(Few)
+    deserializer.deserialize_map(ParamsVisitor)
 }

@@ -1,13 +1,13 @@
 //! Normals of contacts where the log has none.
 
-use super::placed::{Placed, columns, vector};
+use super::body_poses::{BodyPoses, columns, vector};
 use nalgebra::Vector3;
 use teachtree_base::geometry::face_normal;
 use teachtree_base::log_channel::{ContactPart, LogChannel};
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::scene::Role;
 use teachtree_base::units::Dimension;
-use teachtree_logs::names::{self, Meaning};
+use teachtree_logs::names::{self, ColumnMeaning};
 
 /// Least share of a support's force that points up.
 const BEARS: f64 = 0.5;
@@ -17,7 +17,7 @@ const BEARS: f64 = 0.5;
 pub fn normals_by_role(recording: &mut Recording) {
     let mut normals: Vec<(Vec<String>, Vec<Vector3<f64>>)> = vec![];
     for name in recording.columns.keys() {
-        let Some(Meaning { channel, component: 0, .. }) = names::meaning(name) else { continue };
+        let Some(ColumnMeaning { channel, component: 0, .. }) = names::meaning(name) else { continue };
         let Some(contact @ LogChannel::Contact(a, b, ContactPart::Force)) = LogChannel::parse(channel) else {
             continue;
         };
@@ -27,7 +27,7 @@ pub fn normals_by_role(recording: &mut Recording) {
         else {
             continue;
         };
-        let (one, other) = (Placed::new(recording, a), Placed::new(recording, b));
+        let (one, other) = (BodyPoses::new(recording, a), BodyPoses::new(recording, b));
         let normal_at = |row: usize| {
             let force_on_a = vector(&force, row);
             let touching = force_on_a.norm() > 0.0;
@@ -48,7 +48,7 @@ pub fn normals_by_role(recording: &mut Recording) {
     }
 }
 
-impl Placed<'_> {
+impl BodyPoses<'_> {
     /// The normal of a contact on this body, towards the other one, as far as role and shape show; `force` is what the other body feels.
     fn normal_towards(&self, other: &Self, row: usize, force: Vector3<f64>) -> Option<Vector3<f64>> {
         let body = self.body?;

@@ -1,6 +1,6 @@
 //! Points that are known in a frame: where a log has the pose of a hand only, its fingertips are where the hand's geometry puts them.
 
-use super::{BindingFile, Offset};
+use super::{BindingFile, OffsetPoint};
 use nalgebra::Vector3;
 use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
@@ -13,7 +13,7 @@ use teachtree_base::units::Dimension;
 ///
 /// # Errors
 /// When the key is no position, or the pose of the frame is not bound.
-pub fn place(recording: &mut Recording, file: &BindingFile, key: &str, offset: &Offset) -> Result<(), InputError> {
+pub fn place(recording: &mut Recording, file: &BindingFile, key: &str, offset: &OffsetPoint) -> Result<(), InputError> {
     if !LogChannel::parse(key).is_some_and(|it| it.shape() == Shape::Vec3 && it.dimension() == Dimension::LENGTH) {
         let message = format!("`{key}` is no position, expected a channel such as `right.thumb.position`");
         return Err(file.error(key, message));

@@ -16,16 +16,16 @@ pub enum Columns {
     /// `{mean: [left <XYZ>, right <XYZ>]}`: the point in the middle of several markers.
     Mean(Vec<Pattern>),
     /// `{at: [0 mm, 0 mm, 155 mm], of: right.palm}`: a point that moves with a frame.
-    Offset(Offset),
+    OffsetPoint(OffsetPoint),
     /// `{link: arm.hand, at: [0 mm, 0 mm, 103 mm]}`: a link of a robot whose joints the log has.
     Link(LinkPoint),
     /// `{between: [right.thumb, right.index], less: 12 mm}`: how far two points are apart.
-    Span(Span),
+    PointDistance(PointDistance),
 }
 
 /// A point in a frame whose pose the log has.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Offset {
+pub struct OffsetPoint {
     /// Where it is in that frame, m.
     pub at: [f64; 3],
     /// The frame: what `.position` and `.rotation` stand behind.
@@ -45,7 +45,7 @@ pub struct LinkPoint {
 
 /// The distance of two points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Span {
+pub struct PointDistance {
     /// The points: what `.position` stands behind.
     pub between: [String; 2],
     /// What is subtracted, m.
@@ -56,7 +56,7 @@ pub struct Span {
 
 /// What columns make together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum Representation {
     /// One column.
     Scalar,
     /// x y z
@@ -69,7 +69,7 @@ pub enum Form {
     Matrix,
 }
 
-impl Form {
+impl Representation {
     /// What the columns are called behind the name of the channel; those that are no quaternion are temporary.
     pub fn components(self) -> &'static [&'static str] {
         match self {
@@ -142,22 +142,22 @@ fn number_with_unit(text: &str) -> Result<(f64, Dimension), String> {
 
 /// A name with placeholders.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Template(Vec<Piece>);
+pub struct Template(Vec<TemplatePart>);
 
 #[derive(Clone, Debug, PartialEq)]
-enum Piece {
+enum TemplatePart {
     Text(String),
     /// `<object>`
     Object,
     /// `<other>`: another object.
     Other,
     /// `<xyz>`, `<wxyz>`, `<rpy>`, with the texts that stand for the components; `<xyz=0 1 2>` says them.
-    Component(Form, Vec<String>),
+    Component(Representation, Vec<String>),
 }
 
 /// What the placeholders stand for.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Filling<'a> {
+pub struct PlaceholderValues<'a> {
     /// `<object>`
     pub object: &'a str,
     /// `<other>`
@@ -169,13 +169,13 @@ pub struct Filling<'a> {
 impl Template {
     /// A name without placeholders.
     pub fn text(name: &str) -> Self {
-        Self(vec![Piece::Text(name.to_string())])
+        Self(vec![TemplatePart::Text(name.to_string())])
     }
 
     /// What stands before the first placeholder.
     pub fn start(&self) -> &str {
         match self.0.first() {
-            Some(Piece::Text(text)) => text,
+            Some(TemplatePart::Text(text)) => text,
             _ => "",
         }
     }
@@ -191,13 +191,13 @@ impl Template {
             let (placeholder, after) =
                 tail.split_once('>').ok_or_else(|| format!("`<` in `{text}` is not closed by `>`"))?;
             if !head.is_empty() {
-                pieces.push(Piece::Text(head.to_string()));
+                pieces.push(TemplatePart::Text(head.to_string()));
             }
             pieces.push(Self::placeholder(placeholder)?);
             rest = after;
         }
         if !rest.is_empty() {
-            pieces.push(Piece::Text(rest.to_string()));
+            pieces.push(TemplatePart::Text(rest.to_string()));
         }
         if pieces.is_empty() {
             return Err("found nothing, expected the name of a column".into());
@@ -205,14 +205,14 @@ impl Template {
         Ok(Self(pieces))
     }
 
-    fn placeholder(text: &str) -> Result<Piece, String> {
+    fn placeholder(text: &str) -> Result<TemplatePart, String> {
         let (name, texts) = text.split_once('=').map_or((text, None), |(name, texts)| (name, Some(texts)));
-        let (form, order) = match name.trim() {
-            "object" => return Ok(Piece::Object),
-            "other" => return Ok(Piece::Other),
-            "xyz" | "XYZ" => (Form::Vector, "xyz"),
-            "wxyz" | "WXYZ" | "xyzw" | "XYZW" => (Form::Quaternion, "wxyz"),
-            "rpy" | "RPY" => (Form::Angles, "rpy"),
+        let (representation, order) = match name.trim() {
+            "object" => return Ok(TemplatePart::Object),
+            "other" => return Ok(TemplatePart::Other),
+            "xyz" | "XYZ" => (Representation::Vector, "xyz"),
+            "wxyz" | "WXYZ" | "xyzw" | "XYZW" => (Representation::Quaternion, "wxyz"),
+            "rpy" | "RPY" => (Representation::Angles, "rpy"),
             other => {
                 return Err(format!(
                     "`<{other}>` is no placeholder, expected <object>, <other>, <xyz>, <wxyz> or <rpy>"
@@ -236,16 +236,16 @@ impl Template {
             }
             None => order.chars().map(String::from).collect(),
         };
-        Ok(Piece::Component(form, letters))
+        Ok(TemplatePart::Component(representation, letters))
     }
 
     /// The name with the placeholders filled.
-    pub fn fill(&self, filling: Filling) -> String {
-        let text = |piece: &Piece| match piece {
-            Piece::Text(text) => text.clone(),
-            Piece::Object => filling.object.to_string(),
-            Piece::Other => filling.other.to_string(),
-            Piece::Component(_, texts) => texts.get(filling.component).cloned().unwrap_or_default(),
+    pub fn fill(&self, filling: PlaceholderValues) -> String {
+        let text = |piece: &TemplatePart| match piece {
+            TemplatePart::Text(text) => text.clone(),
+            TemplatePart::Object => filling.object.to_string(),
+            TemplatePart::Other => filling.other.to_string(),
+            TemplatePart::Component(_, texts) => texts.get(filling.component).cloned().unwrap_or_default(),
         };
         self.0.iter().map(text).collect()
     }
@@ -255,30 +255,30 @@ impl Template {
         Self::rest_fits(&self.0, name, objects)
     }
 
-    fn rest_fits(pieces: &[Piece], name: &str, objects: &[&str]) -> bool {
+    fn rest_fits(pieces: &[TemplatePart], name: &str, objects: &[&str]) -> bool {
         let Some((piece, rest)) = pieces.split_first() else { return name.is_empty() };
         let fits = |text: &str| name.strip_prefix(text).is_some_and(|name| Self::rest_fits(rest, name, objects));
         match piece {
-            Piece::Text(text) => fits(text),
-            Piece::Object | Piece::Other => objects.iter().any(|object| fits(object)),
-            Piece::Component(_, texts) => texts.iter().any(|text| fits(text)),
+            TemplatePart::Text(text) => fits(text),
+            TemplatePart::Object | TemplatePart::Other => objects.iter().any(|object| fits(object)),
+            TemplatePart::Component(_, texts) => texts.iter().any(|text| fits(text)),
         }
     }
 
     /// Whether `<object>` occurs.
     pub fn has_object(&self) -> bool {
-        self.0.contains(&Piece::Object)
+        self.0.contains(&TemplatePart::Object)
     }
 
     /// Whether `<other>` occurs.
     pub fn has_other(&self) -> bool {
-        self.0.contains(&Piece::Other)
+        self.0.contains(&TemplatePart::Other)
     }
 
     /// What the component placeholder stands for, if there is one.
-    pub fn form(&self) -> Option<Form> {
+    pub fn representation(&self) -> Option<Representation> {
         self.0.iter().find_map(|piece| match piece {
-            Piece::Component(form, _) => Some(*form),
+            TemplatePart::Component(representation, _) => Some(*representation),
             _ => None,
         })
     }
@@ -290,7 +290,7 @@ impl Columns {
         match self {
             Self::Pattern(pattern) => std::slice::from_ref(pattern),
             Self::List(patterns) | Self::Mean(patterns) => patterns,
-            Self::Offset(_) | Self::Link(_) | Self::Span(_) => &[],
+            Self::OffsetPoint(_) | Self::Link(_) | Self::PointDistance(_) => &[],
         }
     }
 
@@ -300,23 +300,25 @@ impl Columns {
             Self::Pattern(pattern) => (std::slice::from_ref(pattern), 1.0),
             Self::List(patterns) => (patterns.get(component).map(std::slice::from_ref).unwrap_or_default(), 1.0),
             Self::Mean(patterns) => (patterns, 1.0 / patterns.len() as f64),
-            Self::Offset(_) | Self::Link(_) | Self::Span(_) => (&[], 1.0),
+            Self::OffsetPoint(_) | Self::Link(_) | Self::PointDistance(_) => (&[], 1.0),
         }
     }
 
     /// What the columns make together for a channel of this shape, as far as their form shows.
-    pub fn form(&self, wanted: Option<Shape>) -> Form {
+    pub fn representation(&self, wanted: Option<Shape>) -> Representation {
         match self {
-            Self::Pattern(pattern) => pattern.name.form().unwrap_or(Form::Scalar),
-            Self::Mean(patterns) => patterns.first().and_then(|pattern| pattern.name.form()).unwrap_or(Form::Scalar),
-            Self::Offset(_) | Self::Link(_) => Form::Vector,
-            Self::Span(_) => Form::Scalar,
+            Self::Pattern(pattern) => pattern.name.representation().unwrap_or(Representation::Scalar),
+            Self::Mean(patterns) => {
+                patterns.first().and_then(|pattern| pattern.name.representation()).unwrap_or(Representation::Scalar)
+            }
+            Self::OffsetPoint(_) | Self::Link(_) => Representation::Vector,
+            Self::PointDistance(_) => Representation::Scalar,
             Self::List(patterns) => match patterns.len() {
-                9 => Form::Matrix,
-                4 => Form::Quaternion,
-                3 if wanted == Some(Shape::Rotation) => Form::Angles,
-                3 => Form::Vector,
-                _ => Form::Scalar,
+                9 => Representation::Matrix,
+                4 => Representation::Quaternion,
+                3 if wanted == Some(Shape::Rotation) => Representation::Angles,
+                3 => Representation::Vector,
+                _ => Representation::Scalar,
             },
         }
     }
@@ -404,13 +406,13 @@ impl<'de> Deserialize<'de> for Columns {
                 }
                 if let Some(between) = between {
                     let alone = mean.is_none() && at.is_none() && of.is_none() && link.is_none();
-                    let span = Span { between, less: less.unwrap_or_default(), below };
-                    return if alone { Ok(Columns::Span(span)) } else { Err(wanted()) };
+                    let span = PointDistance { between, less: less.unwrap_or_default(), below };
+                    return if alone { Ok(Columns::PointDistance(span)) } else { Err(wanted()) };
                 }
                 match (mean, at, of, link) {
                     _ if less.is_some() || below.is_some() => Err(wanted()),
                     (Some(patterns), None, None, None) if patterns.len() >= 2 => Ok(Columns::Mean(patterns)),
-                    (None, Some(at), Some(of), None) => Ok(Columns::Offset(Offset { at, of })),
+                    (None, Some(at), Some(of), None) => Ok(Columns::OffsetPoint(OffsetPoint { at, of })),
                     (None, at, None, Some(link)) => {
                         let (robot, link) = link.split_once('.').ok_or_else(|| {
                             de::Error::custom(format!("found `{link}`, expected a robot and its link: `arm.{link}`"))

@@ -10,7 +10,7 @@ use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
 use teachtree_base::geometry::unit;
 use teachtree_base::recording::{Column, Recording};
-use teachtree_logs::names::{self, Meaning};
+use teachtree_logs::names::{self, ColumnMeaning};
 
 /// The most frames that resampling makes.
 pub const MAX_FRAMES: usize = 100_000_000;
@@ -106,7 +106,7 @@ fn held(samples: &[Sample], time: &[f64], values: &[f64], bridge: f64) -> Vec<f6
 }
 
 /// The components of a rotation, interpolated together.
-fn rotations(samples: &[Sample], recording: &Recording, meaning: Meaning, bridge: f64) -> Vec<(String, Column)> {
+fn rotations(samples: &[Sample], recording: &Recording, meaning: ColumnMeaning, bridge: f64) -> Vec<(String, Column)> {
     let names = meaning.shape.components().iter().map(|component| format!("{}.{component}", meaning.channel));
     let parts: Vec<(String, &Column)> =
         names.filter_map(|name| recording.columns.get(&name).map(|column| (name, column))).collect();

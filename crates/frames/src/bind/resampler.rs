@@ -40,14 +40,14 @@ pub struct Resampler {
 /// Columns that are interpolated together, or one that is held.
 struct Group {
     columns: Vec<usize>,
-    form: Form,
+    interpolation: Interpolation,
     /// What was measured: the last sample at or before the next new row, and those after it.
     samples: VecDeque<Sample>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
-    Held,
+enum Interpolation {
+    Hold,
     Linear,
     Rotation,
 }
@@ -60,7 +60,7 @@ struct Sample {
 }
 
 /// A new row: its stamp, s, and the values of the columns.
-pub type Resampled = (f64, Vec<f64>);
+pub type ResampledRow = (f64, Vec<f64>);
 
 impl Resampler {
     /// No rows yet; `bridge`, s, is the longest step that is bridged.
@@ -87,7 +87,7 @@ impl Resampler {
     ///
     /// # Errors
     /// The stamps are in another unit than the binding says.
-    pub fn push(&mut self, recording: &Recording, made: &mut Vec<Resampled>) -> Result<(), InputError> {
+    pub fn push(&mut self, recording: &Recording, made: &mut Vec<ResampledRow>) -> Result<(), InputError> {
         let Some(time) = recording.time.first().copied() else { return Ok(()) };
         self.start.get_or_insert(time);
         if let Some(before) = self.rows.back() {
@@ -121,7 +121,7 @@ impl Resampler {
     }
 
     /// No row comes any more: adds what is left.
-    pub fn finish(&mut self, made: &mut Vec<Resampled>) {
+    pub fn finish(&mut self, made: &mut Vec<ResampledRow>) {
         self.make(true, made);
     }
 
@@ -142,22 +142,22 @@ impl Resampler {
                 None => vec![name.clone()],
             };
             let is_whole = whole.iter().all(|name| columns.contains_key(name));
-            let form = match meaning {
-                Some(meaning) if meaning.shape == Shape::Rotation && is_whole => Form::Rotation,
+            let interpolation = match meaning {
+                Some(meaning) if meaning.shape == Shape::Rotation && is_whole => Interpolation::Rotation,
                 // A rotation that lacks a component is refused when its frames are made.
                 Some(meaning) if meaning.shape != Shape::Rotation && moves(meaning.dimension, meaning.shape) => {
-                    Form::Linear
+                    Interpolation::Linear
                 }
-                _ => Form::Held,
+                _ => Interpolation::Hold,
             };
-            let members = if form == Form::Rotation { whole } else { vec![name.clone()] };
+            let members = if interpolation == Interpolation::Rotation { whole } else { vec![name.clone()] };
             let columns = members.into_iter().map(|name| self.columns.insert_full(name, column.dimension).0).collect();
-            self.groups.push(Group { columns, form, samples: VecDeque::new() });
+            self.groups.push(Group { columns, interpolation, samples: VecDeque::new() });
         }
     }
 
     /// Makes the rows that no later one can change, or all when there is none.
-    fn make(&mut self, ends: bool, made: &mut Vec<Resampled>) {
+    fn make(&mut self, ends: bool, made: &mut Vec<ResampledRow>) {
         let (Some(start), Some(newest)) = (self.start, self.rows.back().copied()) else { return };
         let bridge = self.bridge.max(BRIDGED_STEPS * self.steps.usual());
         while let Some(stamp) = self.rows.front().copied() {
@@ -211,7 +211,7 @@ impl Group {
     /// Whether later rows change nothing about a new row behind this one.
     fn is_known(&self, row: u64, newest: f64, bridge: f64) -> bool {
         match self.about(row) {
-            (Some(from), None) => self.form == Form::Held || newest - from.time > bridge,
+            (Some(from), None) => self.interpolation == Interpolation::Hold || newest - from.time > bridge,
             _ => true,
         }
     }
@@ -219,14 +219,14 @@ impl Group {
     fn at(&self, row: u64, time: f64, bridge: f64) -> [f64; 4] {
         const UNMEASURED: [f64; 4] = [f64::NAN; 4];
         let (Some(from), to) = self.about(row) else { return UNMEASURED };
-        if self.form == Form::Held {
+        if self.interpolation == Interpolation::Hold {
             return if time - from.time <= bridge { from.values } else { UNMEASURED };
         }
         match to {
             Some(to) if to.time - from.time <= bridge => {
                 let part = ((time - from.time) / (to.time - from.time)).clamp(0.0, 1.0);
-                match self.form {
-                    Form::Rotation => rotation_between(from.values, to.values, part),
+                match self.interpolation {
+                    Interpolation::Rotation => rotation_between(from.values, to.values, part),
                     _ => {
                         let mut values = from.values;
                         for (value, to) in values.iter_mut().zip(to.values) {

@@ -1,6 +1,6 @@
 //! Robots in a binding: the joints of a log and a URDF in, where the robot's links are out; and how far two points are apart.
 
-use super::{BindingFile, Columns, Span};
+use super::{BindingFile, Columns, PointDistance};
 use crate::clean::preprocess::over_all;
 use indexmap::IndexMap;
 use nalgebra::{Isometry3, Point3};
@@ -11,12 +11,12 @@ use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
 use teachtree_base::geometry::pose;
 use teachtree_base::log_channel::LogChannel;
-use teachtree_base::nearest::nearest;
 use teachtree_base::quantity::Length;
 use teachtree_base::recording::{Column, Recording};
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
+use teachtree_base::spelling::nearest;
 use teachtree_base::units::Dimension;
-use teachtree_description::tree::{Kind, KinematicTree};
+use teachtree_description::tree::{JointKind, KinematicTree};
 use teachtree_description::urdf;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::read::text;
@@ -59,17 +59,17 @@ pub fn joint_column(robot: &str, joint: &str) -> String {
 /// A file that cannot be read; a joint or a link that it lacks.
 pub fn read(file: &BindingFile, name: &str) -> Result<IndexMap<String, KinematicTree>, InputError> {
     let mut trees = IndexMap::new();
-    for (robot, told) in &file.binding.robots {
+    for (robot, declared) in &file.binding.robots {
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-        let path = folder.join(&told.urdf);
+        let path = folder.join(&declared.urdf);
         let text = text::read(&path, MAX_BYTES)
             .map_err(|error| InputError::new(file.place(&["robots", robot, "urdf"]), error.to_string()))?;
         let tree = urdf::read(&text, &path.display().to_string())?;
-        for joint in told.joints.keys() {
+        for joint in declared.joints.keys() {
             if tree.dof(joint).is_none() {
                 let known = tree.dofs.iter().map(|dof| dof.name.as_str());
                 let place = file.place(&["robots", robot, "joints", joint]);
-                return Err(InputError::new(place, lacks("joint that moves by itself", joint, &told.urdf, known)));
+                return Err(InputError::new(place, lacks("joint that moves by itself", joint, &declared.urdf, known)));
             }
         }
         trees.insert(robot.clone(), tree);
@@ -101,7 +101,7 @@ fn lacks<'a>(what: &str, name: &str, urdf: &str, known: impl Iterator<Item = &'a
 pub fn dimension(tree: &KinematicTree, joint: &str) -> Dimension {
     let slides = |dof: usize| {
         let mut joints = tree.links.iter().filter_map(|link| link.joint.as_ref());
-        joints.any(|joint| joint.dof == dof && joint.kind == Kind::Prismatic)
+        joints.any(|joint| joint.dof == dof && joint.kind == JointKind::Prismatic)
     };
     if tree.dof(joint).is_some_and(slides) { Dimension::LENGTH } else { Dimension::ANGLE }
 }
@@ -113,8 +113,8 @@ pub fn dimension(tree: &KinematicTree, joint: &str) -> Dimension {
 pub fn place(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
     let mut issues = vec![];
     for (robot, tree) in file.robots() {
-        let Some(told) = file.binding.robots.get(robot) else { continue };
-        let joints: Vec<(usize, Vec<f64>)> = told
+        let Some(declared) = file.binding.robots.get(robot) else { continue };
+        let joints: Vec<(usize, Vec<f64>)> = declared
             .joints
             .keys()
             .filter_map(|joint| {
@@ -132,7 +132,7 @@ pub fn place(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>
                 _ => None,
             })
             .collect();
-        let reference_from_root = pose(told.position.map(|length| length.0), told.rotation);
+        let reference_from_root = pose(declared.position.map(|length| length.0), declared.rotation);
         let mut q = vec![0.0; tree.dofs.len()];
         let mut poses: Vec<Vec<Isometry3<f64>>> = vec![vec![]; links.len()];
         for row in 0..recording.time.len() {
@@ -178,7 +178,12 @@ pub fn place(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>
 ///
 /// # Errors
 /// A channel that is neither a length nor a flag, or a point that is not bound.
-pub fn measure(recording: &mut Recording, file: &BindingFile, key: &str, span: &Span) -> Result<(), InputError> {
+pub fn measure(
+    recording: &mut Recording,
+    file: &BindingFile,
+    key: &str,
+    span: &PointDistance,
+) -> Result<(), InputError> {
     let shape = LogChannel::parse(key).map(|channel| (channel.shape(), channel.dimension()));
     let is_flag = match shape {
         Some((Shape::Bool, _)) => true,
@@ -241,10 +246,10 @@ fn beyond(recording: &Recording, tree: &KinematicTree, robot: &str, dof: usize, 
     }
     let message = format!(
         "is beyond its limits, {} to {} {unit}, in {out} of {} samples, up to {}: is it in another unit (`[deg]`, `[mm]`), or counted from another zero?",
-        Shown(joint.range[0]),
-        Shown(joint.range[1]),
+        ShortNumber(joint.range[0]),
+        ShortNumber(joint.range[1]),
         measured.len(),
-        Shown((largest * 1e3).round() / 1e3)
+        ShortNumber((largest * 1e3).round() / 1e3)
     );
     Some(over_all(&recording.time, IssueKind::IMPLAUSIBLE_ROTATION, &joint_column(robot, &joint.name), message))
 }

@@ -1,11 +1,11 @@
 //! Rotations that are logged otherwise: roll, pitch and yaw, or a matrix, become quaternions.
 
-use super::pattern::Form;
+use super::pattern::Representation;
 use crate::clean::preprocess::over_all;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::f64::consts::TAU;
 use teachtree_base::recording::{Column, Recording};
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -24,7 +24,8 @@ const FIRST: usize = 3;
 /// one after the other.
 pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
     let time = &recording.time;
-    let columns = Form::Angles.components().iter().map(|letter| recording.columns.get(&format!("{channel}.{letter}")));
+    let columns =
+        Representation::Angles.components().iter().map(|letter| recording.columns.get(&format!("{channel}.{letter}")));
     let columns: Vec<&Column> = columns.collect::<Option<_>>()?;
     let measured = |column: &Column| -> Vec<(f64, f64)> {
         let samples = time.iter().copied().zip(column.values.iter().copied());
@@ -54,26 +55,26 @@ pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
     let largest = columns.iter().flat_map(|column| measured(column)).map(|(_, value)| value.abs()).fold(0.0, f64::max);
     let message = format!(
         "its angles are read as radians and the largest is {}, expected within ±2π: are they degrees? Then say `[deg]` behind their columns",
-        Shown((largest * 1e2).round() / 1e2)
+        ShortNumber((largest * 1e2).round() / 1e2)
     );
     Some(over_all(time, IssueKind::IMPLAUSIBLE_ROTATION, channel, message))
 }
 
-/// Replaces the columns of [`Form::Angles`] and [`Form::Matrix`] by those of a quaternion w x y z.
+/// Replaces the columns of [`Representation::Angles`] and [`Representation::Matrix`] by those of a quaternion w x y z.
 pub fn to_quaternions(recording: &mut Recording) {
-    for form in [Form::Angles, Form::Matrix] {
-        let first = form.components().first().map(|letter| format!(".{letter}")).unwrap_or_default();
+    for representation in [Representation::Angles, Representation::Matrix] {
+        let first = representation.components().first().map(|letter| format!(".{letter}")).unwrap_or_default();
         let channels: Vec<String> =
             recording.columns.keys().filter_map(|name| name.strip_suffix(&first)).map(str::to_string).collect();
         for channel in channels {
             let mut taken = vec![];
-            for letter in form.components() {
+            for letter in representation.components() {
                 taken.extend(recording.columns.shift_remove(&format!("{channel}.{letter}")));
             }
             let rows: Vec<[f64; 4]> = (0..recording.time.len())
                 .map(|row| quaternion(&taken.iter().map(|column| at(column, row)).collect::<Vec<_>>()))
                 .collect();
-            for (place, letter) in Form::Quaternion.components().iter().enumerate() {
+            for (place, letter) in Representation::Quaternion.components().iter().enumerate() {
                 let values = rows.iter().map(|row| row.get(place).copied().unwrap_or(f64::NAN)).collect();
                 recording.columns.insert(format!("{channel}.{letter}"), Column { dimension: Dimension::NONE, values });
             }

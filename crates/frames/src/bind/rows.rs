@@ -1,16 +1,16 @@
 //! A binding of a log that is being made: rows, or messages of several topics, are bound as they come.
 //!
-//! What a binding learns from the whole log is refused; rows wait for what it learns from the beginning. Topics are joined ([`Join`]), shifted
+//! What a binding learns from the whole log is refused; rows wait for what it learns from the beginning. Topics are joined ([`TopicJoin`]), shifted
 //! ([`Shifter`]) and brought to an even rate ([`Resampler`]) as [`bind`](super::bind) does with the whole log.
 
 use super::apply::{BoundColumns, add_normals};
 use super::header::Header;
-use super::join::{Join, Pushed, Value};
-use super::resampler::{Resampled, Resampler};
+use super::join::{PushOutcome, TopicJoin, Value};
+use super::resampler::{ResampledRow, Resampler};
 use super::shifter::Shifter;
-use super::sources::SourceScreen;
-use super::tare::{FirstRows, Rest};
-use super::{BindingFile, Columns, Filling, Pattern, ToolMass, sensors};
+use super::sources::SourceSpikeFilter;
+use super::tare::{FirstRows, TareOffsets};
+use super::{BindingFile, Columns, Pattern, PlaceholderValues, ToolMass, sensors};
 use crate::open::hand_file_of;
 use std::path::Path;
 use teachtree_base::error::InputError;
@@ -19,9 +19,9 @@ use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
-use teachtree_logs::read::csv::{self, Clock, Read};
-use teachtree_logs::read::sheet::InMemoryTable;
-use teachtree_logs::read::table::{Source, Table, Want, date_time};
+use teachtree_logs::read::csv::{self, LoadedRecording, StampSource};
+use teachtree_logs::read::memory_table::InMemoryTable;
+use teachtree_logs::read::table::{ColumnRequest, Source, Table, date_time};
 
 /// For how long topics are awaited, s, where nothing else is said.
 pub const WAIT_S: f64 = 1.0;
@@ -37,20 +37,20 @@ pub struct RowBinder {
     file: BindingFile,
     scene: Scene,
     hand_file: Option<String>,
-    join: Join,
+    join: TopicJoin,
     wait_s: f64,
     /// Topics that cannot be read, with the reason.
     refused: Vec<(String, String)>,
     /// Which columns are what, once all that the binding names have come.
     bound: Option<BoundColumns>,
     /// The spike filter for columns that are computed from others.
-    screen: Option<SourceScreen>,
+    spike_filter: Option<SourceSpikeFilter>,
     /// Where some sensor has an offset; there is a resampler then.
     shifter: Option<Shifter>,
     resampler: Option<Resampler>,
-    beginning: Beginning,
+    beginning: StartTrimmer,
     /// What channels read at rest; until it is known rows wait.
-    rest: Option<Rest>,
+    rest: Option<TareOffsets>,
     waiting: FirstRows,
 }
 
@@ -79,9 +79,9 @@ impl TopicFilter {
 
 /// Cuts off the beginning at which some sensor is silent still: sensors do not start as one.
 #[derive(Default)]
-struct Beginning {
+struct StartTrimmer {
     is_over: bool,
-    rows: Vec<Resampled>,
+    rows: Vec<ResampledRow>,
     /// The first row in which each column was measured.
     begins: Vec<Option<usize>>,
 }
@@ -123,9 +123,9 @@ impl RowBinder {
         let hand_file = binding.hand_file.clone().map(|name| hand_file_of(path, name));
         let shifter = Shifter::new(&file)?;
         let resampler = binding.resample.map(|rate| Resampler::new(rate.0, binding.bridge.0));
-        let join = Join::new(wait_s);
-        let beginning = Beginning::default();
-        let (rest, waiting) = (file.binding.tare.is_none().then(Rest::default), FirstRows::default());
+        let join = TopicJoin::new(wait_s);
+        let beginning = StartTrimmer::default();
+        let (rest, waiting) = (file.binding.tare.is_none().then(TareOffsets::default), FirstRows::default());
         Ok(Self {
             file,
             scene,
@@ -134,7 +134,7 @@ impl RowBinder {
             wait_s,
             refused: vec![],
             bound: None,
-            screen: None,
+            spike_filter: None,
             shifter,
             resampler,
             beginning,
@@ -181,7 +181,7 @@ impl RowBinder {
 
     /// The name of the column that has the stamps of rows.
     pub fn time_column(&self) -> String {
-        self.file.binding.time.name.fill(Filling::default())
+        self.file.binding.time.name.fill(PlaceholderValues::default())
     }
 
     /// Whether a column is bound, or canonical where no channel is bound.
@@ -298,7 +298,8 @@ impl RowBinder {
             }
             resampler.finish(&mut rows);
             let bridge = self.file.binding.bridge.0;
-            let mut rows: Vec<Resampled> = rows.into_iter().flat_map(|row| self.beginning.take(row, bridge)).collect();
+            let mut rows: Vec<ResampledRow> =
+                rows.into_iter().flat_map(|row| self.beginning.take(row, bridge)).collect();
             rows.extend(self.beginning.finish());
             self.finished(rows, &mut made)?;
         }
@@ -309,8 +310,9 @@ impl RowBinder {
     /// A row whose columns have the names of channels.
     fn bind_canonical(&mut self, row: &InMemoryTable) -> Result<BoundRows, InputError> {
         let binding = &self.file.binding;
-        let clock = Clock::Column(binding.time.name.fill(Filling::default()), binding.time.unit.clone());
-        let Read { mut recording, issues, .. } =
+        let clock =
+            StampSource::Column(binding.time.name.fill(PlaceholderValues::default()), binding.time.unit.clone());
+        let LoadedRecording { mut recording, issues, .. } =
             csv::columns(Source::one(&row.place, row.header(), Box::new(row.clone())), &clock)?;
         recording.time.iter_mut().for_each(|stamp| *stamp += binding.time_offset.0);
         let mut made = BoundRows { issues, ..BoundRows::default() };
@@ -346,7 +348,7 @@ impl RowBinder {
             .collect();
         let is_wanted = |at: usize, column: usize| {
             let want = ranges.get(at).and_then(|range| bound.wants.get(range.start + column));
-            matches!(want, Some(Want::Number(_)))
+            matches!(want, Some(ColumnRequest::Number(_)))
         };
         let used =
             ranges.iter().enumerate().filter(|(at, range)| (0..range.len()).any(|column| is_wanted(*at, column)));
@@ -357,7 +359,7 @@ impl RowBinder {
         }
         self.join.mark(is_wanted);
         self.beginning.is_over |= used <= 1 && self.shifter.is_none();
-        self.screen = SourceScreen::new(&bound.sources, used.max(1));
+        self.spike_filter = SourceSpikeFilter::new(&bound.sources, used.max(1));
         self.bound = Some(bound);
         Ok(())
     }
@@ -367,7 +369,7 @@ impl RowBinder {
         let titles = self.join.topics().values().flat_map(|topic| &topic.titles);
         let wants = self.bound.iter().flat_map(|bound| &bound.wants);
         let time = titles.zip(wants).find_map(|(title, want)| match want {
-            Want::Time(factor) => Some((title, *factor)),
+            ColumnRequest::Time(factor) => Some((title, *factor)),
             _ => None,
         });
         let Some((title, factor)) = time else { return Err(InputError::new(&row.place, "no column holds the time")) };
@@ -384,9 +386,9 @@ impl RowBinder {
 
     fn take(&mut self, topic: &str, time_s: f64, row: &InMemoryTable, made: &mut BoundRows) -> Result<(), InputError> {
         match self.join.push(topic, time_s, row) {
-            Pushed::Kept => {}
-            Pushed::Late(issue) => made.issues.extend(issue),
-            Pushed::SetBack(issue) => {
+            PushOutcome::Kept => {}
+            PushOutcome::Late(issue) => made.issues.extend(issue),
+            PushOutcome::SetBack(issue) => {
                 let rest = self.interrupt()?;
                 made.rows.extend(rest.rows);
                 made.issues.extend(rest.issues);
@@ -416,8 +418,8 @@ impl RowBinder {
                 values.resize(topic.titles.len(), Value::Number(f64::NAN));
                 for (value, title) in values.into_iter().zip(&topic.titles) {
                     numbers.push(match (bound.wants.get(numbers.len()), value) {
-                        (Some(Want::Number(_)), Value::Number(number)) => vec![number],
-                        (Some(Want::Number(_)), Value::Text(text)) => {
+                        (Some(ColumnRequest::Number(_)), Value::Number(number)) => vec![number],
+                        (Some(ColumnRequest::Number(_)), Value::Text(text)) => {
                             let message = format!("found `{text}` as `{title}`, expected a number");
                             return Err(InputError::new(if name.is_empty() { "the row" } else { name }, message));
                         }
@@ -427,8 +429,8 @@ impl RowBinder {
             }
             let texts = vec![vec![]; numbers.len()];
             let table = Table { time: vec![stamp], numbers, texts, ..Table::default() };
-            let (rows, issues) = match &mut self.screen {
-                Some(screen) => screen.push(table),
+            let (rows, issues) = match &mut self.spike_filter {
+                Some(spike_filter) => spike_filter.push(table),
                 None => (vec![table], vec![]),
             };
             made.issues.extend(issues);
@@ -439,8 +441,8 @@ impl RowBinder {
 
     /// Releases the rows that wait for the spike filter.
     fn release(&mut self, made: &mut BoundRows) -> Result<(), InputError> {
-        let Some(screen) = &mut self.screen else { return Ok(()) };
-        let (rows, issues) = screen.finish();
+        let Some(spike_filter) = &mut self.spike_filter else { return Ok(()) };
+        let (rows, issues) = spike_filter.finish();
         made.issues.extend(issues);
         self.apply(rows, made)
     }
@@ -449,7 +451,7 @@ impl RowBinder {
     fn apply(&mut self, rows: Vec<Table>, made: &mut BoundRows) -> Result<(), InputError> {
         for row in rows {
             let Some(bound) = &self.bound else { return Ok(()) };
-            let Read { recording, issues, .. } = bound.apply(row, &self.file)?;
+            let LoadedRecording { recording, issues, .. } = bound.apply(row, &self.file)?;
             made.issues.extend(issues);
             self.bound_row(recording, made)?;
         }
@@ -480,7 +482,7 @@ impl RowBinder {
         self.finished(rows, made)
     }
 
-    fn finished(&mut self, rows: Vec<Resampled>, made: &mut BoundRows) -> Result<(), InputError> {
+    fn finished(&mut self, rows: Vec<ResampledRow>, made: &mut BoundRows) -> Result<(), InputError> {
         let columns: Vec<(String, Dimension)> = match &self.resampler {
             Some(resampler) if !rows.is_empty() => {
                 resampler.columns().iter().map(|(name, dimension)| (name.clone(), *dimension)).collect()
@@ -544,9 +546,9 @@ impl RowBinder {
     }
 }
 
-impl Beginning {
+impl StartTrimmer {
     /// Takes a row; returns those that are complete, or will not be within the bridge, s.
-    fn take(&mut self, row: Resampled, bridge: f64) -> Vec<Resampled> {
+    fn take(&mut self, row: ResampledRow, bridge: f64) -> Vec<ResampledRow> {
         if self.is_over {
             return vec![row];
         }
@@ -562,7 +564,7 @@ impl Beginning {
     }
 
     /// What is left.
-    fn finish(&mut self) -> Vec<Resampled> {
+    fn finish(&mut self) -> Vec<ResampledRow> {
         self.is_over = true;
         let from = self.begins.iter().flatten().max().copied().unwrap_or_default();
         let mut rows = std::mem::take(&mut self.rows);

@@ -1,7 +1,7 @@
 //! What a binding says about sensors: stamps that are late, a tool that weighs, a rest that is not zero, axes of their own.
 
-use super::placed::{columns, is_of};
-use super::tare::Rest;
+use super::body_poses::{columns, is_of};
+use super::tare::TareOffsets;
 use super::tool::{self, Tool};
 use super::{BindingFile, Sensor, ToolMass};
 use crate::clean::preprocess;
@@ -69,7 +69,7 @@ pub fn shift(recording: &mut Recording, file: &BindingFile) -> Result<bool, Inpu
 /// When a channel is not bound, or has another form than the correction needs.
 pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
     let (rotations, issues) = weigh_tools(recording, file)?;
-    Rest::learn(recording, file)?.take_off(recording);
+    TareOffsets::learn(recording, file)?.take_off(recording);
     turn(recording, &rotations, file)?;
     Ok(issues)
 }
@@ -78,7 +78,7 @@ pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issu
 ///
 /// # Errors
 /// As [`correct`].
-pub fn correct_by(rest: &Rest, recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
+pub fn correct_by(rest: &TareOffsets, recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
     let (rotations, issues) = weigh_tools(recording, file)?;
     rest.take_off(recording);
     turn(recording, &rotations, file)?;
@@ -89,9 +89,9 @@ pub fn correct_by(rest: &Rest, recording: &mut Recording, file: &BindingFile) ->
 ///
 /// # Errors
 /// As [`correct`].
-pub fn at_rest(mut recording: Recording, file: &BindingFile) -> Result<Rest, InputError> {
+pub fn at_rest(mut recording: Recording, file: &BindingFile) -> Result<TareOffsets, InputError> {
     weigh_tools(&mut recording, file)?;
-    Rest::learn(&recording, file)
+    TareOffsets::learn(&recording, file)
 }
 
 /// reference_from_sensor in each row, by channel.

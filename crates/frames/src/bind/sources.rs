@@ -4,12 +4,12 @@
 //! Spikes are rejected before the computation, which would spread one wrong cell over correct values. In the mean of two markers, a jump of one marker
 //! is halved and may be small enough for a hand motion. A flag does not show how far its number has jumped.
 
-use super::header::{Bound, Header, Term};
-use super::pattern::{Columns, Form};
+use super::header::{BoundColumn, Header, Term};
+use super::pattern::{Columns, Representation};
 use super::rotations;
 use super::{BindingFile, robots};
-use crate::clean::spikes::{Jumps, Kind, find_other_lengths, find_out};
-use crate::live::screen::{Screen, WIDTH};
+use crate::clean::spikes::{Quantity, SpikeDetector, find_other_lengths, find_out};
+use crate::live::spike_filter::{SpikeFilter, WIDTH};
 use std::collections::{BTreeSet, VecDeque};
 use teachtree_base::recording::Recording;
 use teachtree_base::units::Dimension;
@@ -23,14 +23,14 @@ pub struct ColumnSource {
     channel: String,
     /// The name of the first column in the log.
     title: String,
-    kind: Kind,
-    form: Form,
+    kind: Quantity,
+    representation: Representation,
     /// For each component, its column (`None` for a constant) and the factor that converts it to SI.
     parts: Vec<(Option<usize>, f64)>,
 }
 
 /// Returns the columns that other columns are computed from.
-pub(super) fn of(bound: &[Bound], header: &Header, file: &BindingFile) -> Vec<ColumnSource> {
+pub(super) fn of(bound: &[BoundColumn], header: &Header, file: &BindingFile) -> Vec<ColumnSource> {
     let used = used(file);
     let mut sources = vec![];
     for group in bound.chunk_by(|one, next| one.channel == next.channel) {
@@ -50,7 +50,7 @@ pub(super) fn of(bound: &[Bound], header: &Header, file: &BindingFile) -> Vec<Co
                 continue;
             }
             let (channel, title) = (first.channel.clone(), header.title(column).to_string());
-            sources.push(ColumnSource { channel, title, kind, form: first.form, parts });
+            sources.push(ColumnSource { channel, title, kind, representation: first.representation, parts });
         }
     }
     sources
@@ -61,26 +61,28 @@ fn used(file: &BindingFile) -> BTreeSet<String> {
     let mut used = BTreeSet::new();
     for columns in file.binding.channels.values() {
         match columns {
-            Columns::Offset(offset) => used.extend(["position", "rotation"].map(|of| format!("{}.{of}", offset.of))),
-            Columns::Span(span) => used.extend(span.between.iter().map(|point| format!("{point}.position"))),
+            Columns::OffsetPoint(offset) => {
+                used.extend(["position", "rotation"].map(|of| format!("{}.{of}", offset.of)))
+            }
+            Columns::PointDistance(span) => used.extend(span.between.iter().map(|point| format!("{point}.position"))),
             _ => {}
         }
     }
-    for (robot, told) in &file.binding.robots {
-        used.extend(told.joints.keys().map(|joint| robots::joint_column(robot, joint)));
+    for (robot, declared) in &file.binding.robots {
+        used.extend(declared.joints.keys().map(|joint| robots::joint_column(robot, joint)));
     }
     used
 }
 
 /// Returns the quantity of a term of a channel, if its physical limits are known. The number behind a flag has the dimension of its threshold.
-fn kind(of: &Bound, term: &Term) -> Option<Kind> {
-    match (of.form, term.threshold.map_or(of.dimension, |threshold| threshold.dimension)) {
-        (Form::Quaternion | Form::Angles | Form::Matrix, _) => Some(Kind::Turn),
-        (Form::Vector, _) => Jumps::of(&of.channel).map(|jumps| jumps.kind),
-        (Form::Scalar, Dimension::ANGLE) => Some(Kind::Angle),
-        (Form::Scalar, Dimension::LENGTH) => Some(Kind::Slide),
-        (Form::Scalar, Dimension::FORCE) => Some(Kind::Load),
-        (Form::Scalar, _) => None,
+fn kind(of: &BoundColumn, term: &Term) -> Option<Quantity> {
+    match (of.representation, term.threshold.map_or(of.dimension, |threshold| threshold.dimension)) {
+        (Representation::Quaternion | Representation::Angles | Representation::Matrix, _) => Some(Quantity::Rotation),
+        (Representation::Vector, _) => SpikeDetector::of(&of.channel).map(|detector| detector.kind),
+        (Representation::Scalar, Dimension::ANGLE) => Some(Quantity::Angle),
+        (Representation::Scalar, Dimension::LENGTH) => Some(Quantity::Length),
+        (Representation::Scalar, Dimension::FORCE) => Some(Quantity::Force),
+        (Representation::Scalar, _) => None,
     }
 }
 
@@ -91,7 +93,7 @@ impl ColumnSource {
             Some(column) => numbers.get(*column).and_then(|values| values.get(row)).map_or(f64::NAN, |it| it * factor),
             None => *factor,
         };
-        if matches!(self.form, Form::Angles | Form::Matrix) {
+        if matches!(self.representation, Representation::Angles | Representation::Matrix) {
             return rotations::quaternion(&self.parts.iter().map(value).collect::<Vec<_>>());
         }
         let mut sample = [0.0; WIDTH];
@@ -114,7 +116,7 @@ impl ColumnSource {
 }
 
 /// The rows of spikes and the issue that reports them.
-type Spikes = Option<(Vec<usize>, Issue)>;
+type SpikeReport = Option<(Vec<usize>, Issue)>;
 
 /// Marks the spikes of a table as not measured. Returns an issue for each source with spikes.
 pub fn reject(sources: &[ColumnSource], table: &mut Table) -> Vec<Issue> {
@@ -129,16 +131,16 @@ pub fn reject(sources: &[ColumnSource], table: &mut Table) -> Vec<Issue> {
             }
             columns
         };
-        let mut find = |what: &dyn Fn(&[&[f64]]) -> Spikes| {
+        let mut find = |what: &dyn Fn(&[&[f64]]) -> SpikeReport| {
             let columns = columns(&*table);
             let parts = columns.each_ref().map(Vec::as_slice);
             // A vector has fewer components than a quaternion.
-            let width = if source.kind == Kind::Turn { WIDTH } else { source.parts.len() };
+            let width = if source.kind == Quantity::Rotation { WIDTH } else { source.parts.len() };
             let Some((rows, issue)) = what(parts.get(..width).unwrap_or_default()) else { return };
             rows.iter().for_each(|row| source.unmeasure(&mut table.numbers, *row));
             issues.push(source.named(issue));
         };
-        if source.kind == Kind::Turn {
+        if source.kind == Quantity::Rotation {
             find(&|parts| find_other_lengths(&recording.time, &source.channel, parts));
         }
         find(&|parts| find_out(&recording, &source.channel, source.kind, parts));
@@ -147,37 +149,37 @@ pub fn reject(sources: &[ColumnSource], table: &mut Table) -> Vec<Issue> {
 }
 
 /// The online spike filter: takes rows of a live log, each as a table. A row waits only while one of its samples may be a spike.
-pub struct SourceScreen {
+pub struct SourceSpikeFilter {
     sources: Vec<ColumnSource>,
-    screen: Screen,
+    spike_filter: SpikeFilter,
     rows: VecDeque<Table>,
 }
 
-impl SourceScreen {
+impl SourceSpikeFilter {
     /// Creates an empty filter for sources that are sampled in one of `one_of` rows. `None` without sources.
     pub fn new(sources: &[ColumnSource], one_of: usize) -> Option<Self> {
         let vectors = (0..).zip(sources).map(|(at, source): (usize, _)| (at.to_string(), source.kind)).collect();
-        let screen = Screen::of_vectors(vectors, one_of);
-        (!sources.is_empty()).then(|| Self { sources: sources.to_vec(), screen, rows: VecDeque::new() })
+        let spike_filter = SpikeFilter::of_vectors(vectors, one_of);
+        (!sources.is_empty()).then(|| Self { sources: sources.to_vec(), spike_filter, rows: VecDeque::new() })
     }
 
     /// Takes a row. Returns the rows that are decided, and their issues.
     pub fn push(&mut self, row: Table) -> (Vec<Table>, Vec<Issue>) {
         let values: Vec<f64> = self.sources.iter().flat_map(|source| source.sample(&row.numbers, 0)).collect();
-        let issues = self.screen.push(row.time.first().copied().unwrap_or(f64::NAN), &values);
+        let issues = self.spike_filter.push(row.time.first().copied().unwrap_or(f64::NAN), &values);
         self.rows.push_back(row);
         self.released(issues)
     }
 
     /// Ends the log or restarts it. Returns all waiting rows.
     pub fn finish(&mut self) -> (Vec<Table>, Vec<Issue>) {
-        let issues = self.screen.finish();
+        let issues = self.spike_filter.finish();
         self.released(issues)
     }
 
     fn released(&mut self, issues: Vec<Issue>) -> (Vec<Table>, Vec<Issue>) {
         let mut rows = vec![];
-        while let Some(released) = self.screen.release() {
+        while let Some(released) = self.spike_filter.release() {
             let Some(mut row) = self.rows.pop_front() else { break };
             for (source, sample) in self.sources.iter().zip(released.1.chunks(WIDTH)) {
                 let was_measured = source.sample(&row.numbers, 0).iter().all(|value| !value.is_nan());
@@ -185,7 +187,7 @@ impl SourceScreen {
                     source.unmeasure(&mut row.numbers, 0);
                 }
             }
-            self.screen.reuse(released);
+            self.spike_filter.reuse(released);
             rows.push(row);
         }
         let source = |issue: &Issue| issue.channel.parse().ok().and_then(|at: usize| self.sources.get(at));

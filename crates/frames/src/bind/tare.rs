@@ -1,25 +1,25 @@
 //! What channels read while they should read zero: learned in an interval that the binding names, and taken off.
 
-use super::placed::is_of;
+use super::body_poses::is_of;
 use super::{BindingFile, Tare};
 use indexmap::IndexMap;
 use std::ops::Range;
 use teachtree_base::error::InputError;
 use teachtree_base::log_channel::{FingerPart, LogChannel};
 use teachtree_base::recording::{Column, Recording};
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 
 /// What was learned; nothing where the binding has no `tare`.
 #[derive(Clone, Debug, Default)]
-pub struct Rest {
+pub struct TareOffsets {
     /// What a column reads at rest.
     means: IndexMap<String, f64>,
     /// What is left of a finger's force then is its noise: the root of the mean square, N, as the channel `<hand>.<finger>.noise`.
     noises: IndexMap<String, f64>,
 }
 
-impl Rest {
+impl TareOffsets {
     /// Learns from a recording whose tools were weighed.
     ///
     /// # Errors
@@ -38,7 +38,11 @@ impl Rest {
                 if rest.is_empty() {
                     return Err(file.error(
                         "tare",
-                        format!("`{channel}` has no sample from {} s to {} s", Shown(tare.from.0), Shown(tare.to.0)),
+                        format!(
+                            "`{channel}` has no sample from {} s to {} s",
+                            ShortNumber(tare.from.0),
+                            ShortNumber(tare.to.0)
+                        ),
                     ));
                 }
                 let mean = rest.iter().sum::<f64>() / rest.len() as f64;

@@ -1,11 +1,11 @@
 //! A binding to fill in: what was found in a log in, the text of a binding out, with the columns that belong together as patterns.
 
-use crate::inspect::{ColumnReport, Inspection, Kind, SheetReport};
+use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::{FingerPart, LogChannel};
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_logs::names;
 
 /// Columns that belong together.
@@ -147,7 +147,7 @@ fn closed(column: &ColumnReport, pattern: &str) -> Option<Suggestion> {
     let middle: f64 = short((low + high) / 2.0);
     // The unit may be the column's own, or stand at the end of its name.
     let limit = format!("{pattern} < {middle} {}", names::split_unit(pattern).1.unwrap_or_default());
-    let [low, high] = [low, high].map(|mean| Shown(short(mean)));
+    let [low, high] = [low, high].map(|mean| ShortNumber(short(mean)));
     Some(Suggestion {
         channel: format!("{side}.gripper.closed"),
         columns: scalar(limit.trim_end()),
@@ -204,8 +204,8 @@ fn suggestions(sheet: &SheetReport) -> Vec<Suggestion> {
     let numbers: Vec<(String, String, bool)> = sheet
         .columns
         .iter()
-        .filter(|column| column.kind != Kind::Text)
-        .map(|column| (full(&column.name), column.unit.clone(), column.kind == Kind::Flag))
+        .filter(|column| column.kind != ValueKind::Text)
+        .map(|column| (full(&column.name), column.unit.clone(), column.kind == ValueKind::Flag))
         .collect();
     let mut all = vec![];
     for Group { pattern, width, flag } in groups(&numbers) {
@@ -220,7 +220,7 @@ fn suggestions(sheet: &SheetReport) -> Vec<Suggestion> {
         let report = sheet.columns.iter().find(|column| names::split_unit(&pattern).0 == full(&column.name));
         all.extend(report.and_then(|report| closed(report, &pattern)));
     }
-    let texts = sheet.columns.iter().filter(|column| column.kind == Kind::Text && column.texts.len() > 1);
+    let texts = sheet.columns.iter().filter(|column| column.kind == ValueKind::Text && column.texts.len() > 1);
     all.extend(texts.map(|column| Suggestion {
         channel: "right.label".into(),
         columns: scalar(&full(&column.name)),

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
@@ -43,7 +43,7 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
             && let Some(row) = values.iter().position(|value| !value.is_nan() && *value != 0.0 && *value != 1.0)
         {
             let [value, at_s] = [values.get(row), time.get(row)].map(|it| it.copied().unwrap_or_default());
-            let message = format!("found {} at {} s, expected 0 or 1", Shown(value), Shown(at_s));
+            let message = format!("found {} at {} s, expected 0 or 1", ShortNumber(value), ShortNumber(at_s));
             return Err(InputError::new(format!("channel {name}"), message));
         }
     }

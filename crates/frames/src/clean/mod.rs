@@ -1,8 +1,8 @@
 //! Clean: columns of a recording in, the same columns without drop-outs, spikes and stuck sensors out. Each change is an issue of the log.
 
+pub mod contact_level;
 pub mod dropouts;
 pub mod gap_filling;
-pub mod level;
 pub mod preprocess;
 pub mod spikes;
 pub mod stuck_sensors;

@@ -4,8 +4,8 @@
 //! become gaps.
 //! Each of these is an issue (docs/logs.md).
 
+use crate::clean::contact_level::LearnedLevel;
 use crate::clean::dropouts;
-use crate::clean::level::Learned;
 use crate::clean::stuck_sensors;
 use crate::clean::timebase::{Timebase, timebase};
 use crate::clean::unknown_columns::{self, UnknownColumn};
@@ -39,7 +39,7 @@ pub struct CleanLog<'a> {
     /// The noise of force sensors, by channel, where it is known.
     pub noise: BTreeMap<String, Noise>,
     /// From which force on sensors are in contact, by channel.
-    pub levels: BTreeMap<String, Learned>,
+    pub levels: BTreeMap<String, LearnedLevel>,
     /// The noise of the positions of bodies, by name, where it counts.
     pub positions: BTreeMap<String, PositionNoise>,
     /// When the whole log starts and ends, s.

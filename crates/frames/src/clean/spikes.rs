@@ -17,7 +17,7 @@ use teachtree_base::channels::Shape;
 use teachtree_base::geometry::unit;
 use teachtree_base::log_channel::{BodyPart, LogChannel};
 use teachtree_base::recording::Recording;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
@@ -43,8 +43,8 @@ impl Limits {
     }
 
     /// Whether nothing gets so far in this time, s.
-    fn exceeded(self, apart: f64, secs: f64) -> bool {
-        apart >= self.least && apart > self.rate * secs.powi(self.power)
+    fn exceeded(self, distance: f64, secs: f64) -> bool {
+        distance >= self.least && distance > self.rate * secs.powi(self.power)
     }
 }
 
@@ -78,41 +78,41 @@ const CHUNK: usize = 1024;
 
 /// What a channel measures, of those that are looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Kind {
-    Place,
-    Turn,
-    Press,
-    Bear,
-    Speed,
-    Spin,
+pub(crate) enum Quantity {
+    Position,
+    Rotation,
+    FingerForce,
+    ContactForce,
+    Velocity,
+    AngularVelocity,
     /// A scalar angle, length or force.
     Angle,
-    Slide,
-    Load,
+    Length,
+    Force,
 }
 
-impl Kind {
+impl Quantity {
     /// Fingertips, palms and bodies are looked at, and the forces between bodies.
     fn of(shape: Shape, dimension: Dimension, bodies: [Option<&str>; 2]) -> Option<Self> {
         match (shape, dimension) {
-            (Shape::Vec3, Dimension::LENGTH) => Some(Self::Place),
-            (Shape::Vec3, Dimension::FORCE) if bodies == [None, None] => Some(Self::Press),
-            (Shape::Vec3, Dimension::FORCE) => Some(Self::Bear),
-            (Shape::Vec3, Dimension::SPEED) => Some(Self::Speed),
-            (Shape::Vec3, Dimension::ANGULAR_SPEED) => Some(Self::Spin),
-            (Shape::Rotation, _) => Some(Self::Turn),
+            (Shape::Vec3, Dimension::LENGTH) => Some(Self::Position),
+            (Shape::Vec3, Dimension::FORCE) if bodies == [None, None] => Some(Self::FingerForce),
+            (Shape::Vec3, Dimension::FORCE) => Some(Self::ContactForce),
+            (Shape::Vec3, Dimension::SPEED) => Some(Self::Velocity),
+            (Shape::Vec3, Dimension::ANGULAR_SPEED) => Some(Self::AngularVelocity),
+            (Shape::Rotation, _) => Some(Self::Rotation),
             _ => None,
         }
     }
 
     const fn limits(self) -> Limits {
         match self {
-            Self::Place | Self::Slide => PLACE,
-            Self::Turn | Self::Angle => TURN,
-            Self::Press | Self::Load => PRESS,
-            Self::Bear => BEAR,
-            Self::Speed => SPEED,
-            Self::Spin => SPIN,
+            Self::Position | Self::Length => PLACE,
+            Self::Rotation | Self::Angle => TURN,
+            Self::FingerForce | Self::Force => PRESS,
+            Self::ContactForce => BEAR,
+            Self::Velocity => SPEED,
+            Self::AngularVelocity => SPIN,
         }
     }
 
@@ -120,7 +120,7 @@ impl Kind {
     fn calm(self) -> f64 {
         match self {
             // The change of a unit quaternion is 0.5 at least, and its components are four; lengths differ a little.
-            Self::Turn => 0.1,
+            Self::Rotation => 0.1,
             // Each of three components may have its part in a jump.
             kind => kind.limits().least / 2.0,
         }
@@ -131,7 +131,7 @@ impl Kind {
         if !value.iter().all(|value| value.abs() <= LARGEST) {
             return None;
         }
-        if self == Self::Turn {
+        if self == Self::Rotation {
             let length = value.iter().map(|component| component * component).sum::<f64>().sqrt();
             if length < NO_ROTATION {
                 return None;
@@ -143,14 +143,14 @@ impl Kind {
 
     /// Whether it is the change of a pose.
     pub(crate) const fn is_rate(self) -> bool {
-        matches!(self, Self::Speed | Self::Spin)
+        matches!(self, Self::Velocity | Self::AngularVelocity)
     }
 
     /// How far samples are apart, in the unit of its [`Limits`].
-    fn apart(self, a: &Sample, b: &Sample) -> f64 {
+    fn distance(self, a: &Sample, b: &Sample) -> f64 {
         let pairs = || a.value.iter().zip(&b.value);
         match self {
-            Self::Turn => {
+            Self::Rotation => {
                 // Either sign of a quaternion is the same rotation.
                 let [along, against] =
                     [1.0, -1.0].map(|sign: f64| pairs().map(|(a, b)| (a - sign * b) * (a - sign * b)).sum::<f64>());
@@ -158,26 +158,26 @@ impl Kind {
             }
             Self::Angle => {
                 // Angles that differ by a full turn are equal.
-                let apart = (a.value[0] - b.value[0]).rem_euclid(TAU);
-                apart.min(TAU - apart)
+                let distance = (a.value[0] - b.value[0]).rem_euclid(TAU);
+                distance.min(TAU - distance)
             }
             _ => pairs().map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt(),
         }
     }
 
     /// Whether nothing gets from one sample to the next.
-    fn cannot(self, a: &Sample, b: &Sample) -> bool {
-        self.limits().exceeded(self.apart(a, b), b.time - a.time)
+    fn is_impossible_step(self, a: &Sample, b: &Sample) -> bool {
+        self.limits().exceeded(self.distance(a, b), b.time - a.time)
     }
 
     /// How far off samples are when they are out and back.
     fn jump(self, before: &Sample, out: &[Sample], after: &Sample) -> Option<f64> {
         let (first, last) = (out.first()?, out.last()?);
-        let far = |sample: &Sample| self.apart(before, sample).min(self.apart(sample, after));
+        let far = |sample: &Sample| self.distance(before, sample).min(self.distance(sample, after));
         let least = out.iter().map(far).fold(f64::INFINITY, f64::min);
-        let is_one = self.cannot(before, first) && self.cannot(last, after);
+        let is_one = self.is_impossible_step(before, first) && self.is_impossible_step(last, after);
         let limits = self.limits();
-        (is_one && least >= limits.least && self.apart(before, after) <= limits.agrees * least).then_some(least)
+        (is_one && least >= limits.least && self.distance(before, after) <= limits.agrees * least).then_some(least)
     }
 }
 
@@ -199,8 +199,8 @@ impl Sample {
 /// Looks at the samples of a channel one after the other, with no more than four in mind: the last one that was good, those that may be out,
 /// and the one after them.
 #[derive(Clone, Debug)]
-pub struct Jumps {
-    pub(crate) kind: Kind,
+pub struct SpikeDetector {
+    pub(crate) kind: Quantity,
     recent: Vec<Sample>,
     rows: usize,
     /// The first samples but those in mind; `None` once they are known to be good, or reported.
@@ -210,27 +210,27 @@ pub struct Jumps {
 }
 
 /// Samples that cannot be.
-pub(crate) struct Out {
+pub(crate) struct Spike {
     pub samples: Vec<Sample>,
     jump: f64,
 }
 
-impl Out {
+impl Spike {
     /// The same jump of other samples.
     pub fn with(&self, samples: Vec<Sample>) -> Self {
         Self { samples, jump: self.jump }
     }
 }
 
-impl Jumps {
+impl SpikeDetector {
     /// Of a channel that is looked at.
     pub fn of(channel: &str) -> Option<Self> {
         let channel = LogChannel::parse(channel)?;
-        Kind::of(channel.shape(), channel.dimension(), channel.bodies()).map(Self::new)
+        Quantity::of(channel.shape(), channel.dimension(), channel.bodies()).map(Self::new)
     }
 
     /// Creates an empty detector for a quantity.
-    pub(crate) fn new(kind: Kind) -> Self {
+    pub(crate) fn new(kind: Quantity) -> Self {
         Self { kind, recent: vec![], rows: 0, first: Some(vec![]), settled: false }
     }
 
@@ -240,7 +240,7 @@ impl Jumps {
     }
 
     /// The same, and which are.
-    fn find(&mut self, time: &[f64], parts: &[&[f64]]) -> Vec<Out> {
+    fn find(&mut self, time: &[f64], parts: &[&[f64]]) -> Vec<Spike> {
         let mut found = vec![];
         for start in (0..time.len()).step_by(CHUNK) {
             let rows = start..(start + CHUNK).min(time.len());
@@ -267,7 +267,7 @@ impl Jumps {
     }
 
     /// Looks at the sample of one row: the components, of which a vector has three and a fourth that is zero. Which samples are out.
-    pub(crate) fn push(&mut self, row: usize, time: f64, value: [f64; 4]) -> Option<Out> {
+    pub(crate) fn push(&mut self, row: usize, time: f64, value: [f64; 4]) -> Option<Spike> {
         let sample = self.kind.sample(row, time, value)?;
         // Almost all samples are calm, and that is soon seen.
         if let (None, [before]) = (&self.first, self.recent.as_mut_slice())
@@ -296,11 +296,11 @@ impl Jumps {
     }
 
     /// The last samples, when nothing comes after their jump that would bear them out.
-    pub(crate) fn at_the_end(&self) -> Option<Out> {
+    pub(crate) fn at_the_end(&self) -> Option<Spike> {
         let (before, out) = self.recent.split_first()?;
         let next = out.first()?;
-        let is_out = self.first.is_none() && self.settled && self.kind.cannot(before, next);
-        is_out.then(|| Out { samples: out.to_vec(), jump: self.kind.apart(before, next) })
+        let is_out = self.first.is_none() && self.settled && self.kind.is_impossible_step(before, next);
+        is_out.then(|| Spike { samples: out.to_vec(), jump: self.kind.distance(before, next) })
     }
 
     /// Whether no component changes so much from row to row that a sample could be out, and all are measured.
@@ -335,18 +335,18 @@ impl Jumps {
         self.kind.sample(row, time, value)
     }
 
-    fn take(&mut self, sample: Sample) -> Option<Out> {
+    fn take(&mut self, sample: Sample) -> Option<Spike> {
         self.recent.push(sample);
         while let [before, next, ..] = self.recent.as_slice() {
             let mut began_out = None;
-            if self.kind.cannot(before, next) {
+            if self.kind.is_impossible_step(before, next) {
                 let last = self.recent.len() - 1;
                 let out = self.recent.get(1..last).unwrap_or_default();
                 if let Some(jump) = self.kind.jump(before, out, &sample) {
                     let samples = out.to_vec();
                     self.recent.drain(..last);
                     (self.first, self.settled) = (None, true);
-                    return Some(Out { samples, jump });
+                    return Some(Spike { samples, jump });
                 }
                 if out.len() < LASTS {
                     return None;
@@ -363,18 +363,18 @@ impl Jumps {
     }
 
     /// The samples up to a jump, when they are the first ones and what comes after it stays.
-    fn at_the_beginning(&self) -> Option<Out> {
+    fn at_the_beginning(&self) -> Option<Spike> {
         let ([before, after @ ..], Some(first)) = (self.recent.as_slice(), &self.first) else { return None };
-        let stays = after.windows(2).all(|pair| matches!(pair, [a, b] if !self.kind.cannot(a, b)));
+        let stays = after.windows(2).all(|pair| matches!(pair, [a, b] if !self.kind.is_impossible_step(a, b)));
         let samples: Vec<Sample> = first.iter().chain([before]).copied().collect();
-        let jump = self.kind.apart(before, after.first()?);
-        (stays && samples.len() <= LASTS).then_some(Out { samples, jump })
+        let jump = self.kind.distance(before, after.first()?);
+        (stays && samples.len() <= LASTS).then_some(Spike { samples, jump })
     }
 
     /// Goes on by a sample.
     fn pass(&mut self) {
         let passed = self.recent.remove(0);
-        self.settled = self.recent.first().is_some_and(|next| !self.kind.cannot(&passed, next));
+        self.settled = self.recent.first().is_some_and(|next| !self.kind.is_impossible_step(&passed, next));
         self.first = self.first.take().filter(|first| first.len() < LASTS).map(|mut first| {
             first.push(passed);
             first
@@ -389,11 +389,12 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
     };
     // What the scene does not know is read by nobody.
     let known = recording.columns.keys().filter(|name| UnknownColumn::of(name, &recording.scene).is_none());
-    let looked_at = known.filter_map(first).filter_map(|channel| Jumps::of(&channel).map(|jumps| (channel, jumps)));
+    let looked_at =
+        known.filter_map(first).filter_map(|channel| SpikeDetector::of(&channel).map(|detector| (channel, detector)));
     // Poses come first: a velocity is compared with what is left of them.
-    let (rates, others): (Vec<_>, Vec<_>) = looked_at.partition(|(_, jumps)| jumps.kind.is_rate());
+    let (rates, others): (Vec<_>, Vec<_>) = looked_at.partition(|(_, detector)| detector.kind.is_rate());
     let mut issues = reject_lengths(recording, &others);
-    for (channel, jumps) in others.into_iter().chain(rates) {
+    for (channel, detector) in others.into_iter().chain(rates) {
         let Some(columns) = LogChannel::parse(&channel).map(|channel| channel.columns()) else { continue };
         let parts: Vec<&[f64]> = columns
             .iter()
@@ -404,7 +405,7 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
         if parts.len() < columns.len() {
             continue;
         }
-        let Some((rows, issue)) = find_out(recording, &channel, jumps.kind, &parts) else { continue };
+        let Some((rows, issue)) = find_out(recording, &channel, detector.kind, &parts) else { continue };
         issues.push(issue);
         unmeasure(recording, &columns, rows.iter().copied());
     }
@@ -416,12 +417,12 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
 pub(crate) fn find_out(
     recording: &Recording,
     channel: &str,
-    kind: Kind,
+    kind: Quantity,
     parts: &[&[f64]],
 ) -> Option<(Vec<usize>, Issue)> {
-    let mut jumps = Jumps::new(kind);
-    let mut found = jumps.find(&recording.time, parts);
-    found.extend(jumps.at_the_end());
+    let mut detector = SpikeDetector::new(kind);
+    let mut found = detector.find(&recording.time, parts);
+    found.extend(detector.at_the_end());
     if kind.is_rate() {
         found.retain(|out| is_contradicted(recording, channel, kind, out));
     }
@@ -445,9 +446,9 @@ fn unmeasure(recording: &mut Recording, columns: &[String], rows: impl Iterator<
 
 /// Makes unmeasured the quaternions that are far longer or shorter than those of their channel: one component is wrong, and the direction with it. At a few
 /// rows a second anything may turn so far, so that no jump shows it.
-fn reject_lengths(recording: &mut Recording, channels: &[(String, Jumps)]) -> Vec<Issue> {
+fn reject_lengths(recording: &mut Recording, channels: &[(String, SpikeDetector)]) -> Vec<Issue> {
     let mut issues = vec![];
-    for (channel, _) in channels.iter().filter(|(_, jumps)| jumps.kind == Kind::Turn) {
+    for (channel, _) in channels.iter().filter(|(_, detector)| detector.kind == Quantity::Rotation) {
         let Some(columns) = LogChannel::parse(channel).map(|channel| channel.columns()) else { continue };
         let parts: Vec<&[f64]> =
             columns.iter().filter_map(|name| recording.columns.get(name)).map(|it| it.values.as_slice()).collect();
@@ -493,24 +494,24 @@ pub(crate) fn of_other_length(
     } else {
         format!("{count} samples are no rotations: the first")
     };
-    let rounded = |value: f64| Shown((value * 1e3).round() / 1e3);
+    let rounded = |value: f64| ShortNumber((value * 1e3).round() / 1e3);
     let message = format!(
         "{samples} is {} long at {} s, others are {}; taken as not measured",
         rounded(length),
-        Shown(start_s),
+        ShortNumber(start_s),
         rounded(usual)
     );
     Issue { kind: IssueKind::IMPLAUSIBLE_ROTATION, start_s, end_s, channel: channel.into(), message }
 }
 
 /// Whether a pose moves otherwise than its rate says: the rate is outside what the pose changes by between the rows about it.
-pub(crate) fn is_contradicted(recording: &Recording, channel: &str, kind: Kind, out: &Out) -> bool {
+pub(crate) fn is_contradicted(recording: &Recording, channel: &str, kind: Quantity, out: &Spike) -> bool {
     let (Some(first), Some(last)) = (out.samples.first(), out.samples.last()) else { return false };
     let rows = first.row.saturating_sub(1)..(last.row + 2).min(recording.time.len());
     let secs = (recording.time[rows.end - 1] - recording.time[rows.start]) / (rows.len() - 1).max(1) as f64;
     let changes: Vec<Vector3<f64>> = changes(recording, channel, kind, rows).unwrap_or_default();
     let Some(some) = changes.first() else {
-        let alone = if kind == Kind::Spin { LONE_SPIN } else { LONE_SPEED };
+        let alone = if kind == Quantity::AngularVelocity { LONE_SPIN } else { LONE_SPEED };
         return alone.exceeded(out.jump, secs);
     };
     let low = changes.iter().fold(*some, |low, change| low.inf(change));
@@ -523,9 +524,10 @@ pub(crate) fn is_contradicted(recording: &Recording, channel: &str, kind: Kind, 
 }
 
 /// How a pose changes from row to row, per second; nothing when the log lacks it. Rows whose pose is not measured are left out.
-fn changes(recording: &Recording, channel: &str, kind: Kind, rows: Range<usize>) -> Option<Vec<Vector3<f64>>> {
+fn changes(recording: &Recording, channel: &str, kind: Quantity, rows: Range<usize>) -> Option<Vec<Vector3<f64>>> {
     let LogChannel::Body(body, _) = LogChannel::parse(channel)? else { return None };
-    let pose = LogChannel::Body(body, if kind == Kind::Spin { BodyPart::Rotation } else { BodyPart::Position });
+    let pose =
+        LogChannel::Body(body, if kind == Quantity::AngularVelocity { BodyPart::Rotation } else { BodyPart::Position });
     let columns = pose.columns();
     let column = |name: &String| recording.columns.get(name).map(|column| &column.values);
     let parts: Vec<&Vec<f64>> = columns.iter().map(column).collect::<Option<_>>()?;
@@ -547,19 +549,23 @@ fn changes(recording: &Recording, channel: &str, kind: Kind, rows: Range<usize>)
 }
 
 /// What is said of samples that are out.
-pub(crate) fn issue(channel: &str, kind: Kind, samples: &[Sample], worst: &Out) -> Option<Issue> {
+pub(crate) fn issue(channel: &str, kind: Quantity, samples: &[Sample], worst: &Spike) -> Option<Issue> {
     let (first, last, shown) = (samples.first()?, samples.last()?, worst.samples.first()?);
-    let rounded = |value: f64| Shown((value * 1e4).round() / 1e4);
+    let rounded = |value: f64| ShortNumber((value * 1e4).round() / 1e4);
     let [a, b, c, d] = shown.value.map(rounded);
     let (jump, value) = match kind {
-        Kind::Place => (format!("{} mm", Shown((worst.jump * 1e3).round())), format!("({a}, {b}, {c}) m")),
-        Kind::Press | Kind::Bear => (format!("{} N", Shown(worst.jump.round())), format!("({a}, {b}, {c}) N")),
-        Kind::Speed => (format!("{} m/s", rounded(worst.jump)), format!("({a}, {b}, {c}) m/s")),
-        Kind::Spin => (format!("{} rad/s", rounded(worst.jump)), format!("({a}, {b}, {c}) rad/s")),
-        Kind::Turn => (format!("{}°", Shown(worst.jump.to_degrees().round())), format!("({a}, {b}, {c}, {d})")),
-        Kind::Angle => (format!("{}°", Shown(worst.jump.to_degrees().round())), format!("{a} rad")),
-        Kind::Slide => (format!("{} mm", Shown((worst.jump * 1e3).round())), format!("{a} m")),
-        Kind::Load => (format!("{} N", Shown(worst.jump.round())), format!("{a} N")),
+        Quantity::Position => (format!("{} mm", ShortNumber((worst.jump * 1e3).round())), format!("({a}, {b}, {c}) m")),
+        Quantity::FingerForce | Quantity::ContactForce => {
+            (format!("{} N", ShortNumber(worst.jump.round())), format!("({a}, {b}, {c}) N"))
+        }
+        Quantity::Velocity => (format!("{} m/s", rounded(worst.jump)), format!("({a}, {b}, {c}) m/s")),
+        Quantity::AngularVelocity => (format!("{} rad/s", rounded(worst.jump)), format!("({a}, {b}, {c}) rad/s")),
+        Quantity::Rotation => {
+            (format!("{}°", ShortNumber(worst.jump.to_degrees().round())), format!("({a}, {b}, {c}, {d})"))
+        }
+        Quantity::Angle => (format!("{}°", ShortNumber(worst.jump.to_degrees().round())), format!("{a} rad")),
+        Quantity::Length => (format!("{} mm", ShortNumber((worst.jump * 1e3).round())), format!("{a} m")),
+        Quantity::Force => (format!("{} N", ShortNumber(worst.jump.round())), format!("{a} N")),
     };
     let at_s = rounded(shown.time);
     let (cannot, are) = match samples.len() {

@@ -106,9 +106,9 @@ pub fn silence(time: &[f64], columns: &mut Columns, trust: &[String]) -> Vec<Iss
     issues
 }
 
-/// Whether a vector may be of a dead sensor, as far as it alone shows while it comes in blocks: a sensor that is dead is
+/// Detects a vector that may be of a dead sensor, as far as it alone shows while it comes in blocks: a sensor that is dead is
 /// among those that may be.
-pub struct Repeats {
+pub struct RepeatDetector {
     is_force: bool,
     /// The value so far and when it began, s.
     value: [f64; 3],
@@ -121,7 +121,7 @@ pub struct Repeats {
     rests: bool,
 }
 
-impl Repeats {
+impl RepeatDetector {
     /// Of a channel that may be dead or frozen: the force or the place of a finger.
     pub fn of(channel: &str) -> Option<Self> {
         let column = format!("{channel}.x");

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 use teachtree_base::error::InputError;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_logs::issue::{Issue, IssueKind};
 
 /// A step this many times the usual one is a gap: at least one sample is missing.
@@ -63,7 +63,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
             if next - row == 1 {
                 let message = format!(
                     "no samples for {} ms, the usual step is {} ms; everything restarts after the gap{}",
-                    Shown(ms(to - from)),
+                    ShortNumber(ms(to - from)),
                     ms(step),
                     advice(to - from, step)
                 );
@@ -84,7 +84,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
             "the rate changes: {} of {steps} steps are longer than {GAP_STEPS} times the usual {} ms, first at {} s",
             gaps.len(),
             ms(step),
-            Shown(first_s)
+            ShortNumber(first_s)
         );
         let mean_hz = (1.0 / step).round().max(1.0);
         return Err(InputError::new("the log", message).help(format!(
@@ -106,7 +106,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
             let mean_hz = ((odd.len() + even_steps) as f64 / steps).round().max(1.0);
             return Err(InputError::new(
                 "the log",
-                format!("the sampling is uneven: {found}, first at {} s", Shown(*start_s)),
+                format!("the sampling is uneven: {found}, first at {} s", ShortNumber(*start_s)),
             )
             .help(format!("give a binding with `resample: {mean_hz} Hz`")));
         }
@@ -161,7 +161,7 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
     let long = step > STEPS.start;
     // Below a nanosecond nothing would be left of it.
     let found = if long {
-        format!("{} s", Shown(ms(step) / 1e3))
+        format!("{} s", ShortNumber(ms(step) / 1e3))
     } else if ms(step) > 0.0 {
         format!("{} ms", ms(step))
     } else {
@@ -207,7 +207,7 @@ fn rising(time: &[f64]) -> Result<(), InputError> {
     match time.iter().zip(time.iter().skip(1)).position(|(from, to)| to <= from) {
         Some(row) => Err(InputError::new(
             "the log",
-            format!("time does not rise from sample {} to the next, at {} s", row + 1, Shown(at(time, row))),
+            format!("time does not rise from sample {} to the next, at {} s", row + 1, ShortNumber(at(time, row))),
         )),
         None => Ok(()),
     }

@@ -3,11 +3,11 @@
 use crate::clean::preprocess::over_all;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::{BodyPart, FingerPart, LogChannel};
-use teachtree_base::nearest::nearest;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::Scene;
+use teachtree_base::spelling::nearest;
 use teachtree_logs::issue::{Issue, IssueKind};
-use teachtree_logs::names::{self, Meaning};
+use teachtree_logs::names::{self, ColumnMeaning};
 
 /// Channels listed one by one; more are summed up: such a log is none of ours.
 const LISTED: usize = 20;
@@ -24,14 +24,14 @@ pub enum UnknownColumn<'a> {
 }
 
 /// The same, kept without the name that it is of.
-pub enum Kept {
+pub enum OwnedUnknownColumn {
     /// No channel has its name.
     Name,
     /// It names a body that the scene has not.
     Body(String),
 }
 
-impl Kept {
+impl OwnedUnknownColumn {
     /// Why a column is not known.
     pub fn borrowed(&self) -> UnknownColumn<'_> {
         match self {
@@ -43,16 +43,16 @@ impl Kept {
 
 impl<'a> UnknownColumn<'a> {
     /// The same, kept without the name that it is of.
-    pub fn owned(&self) -> Kept {
+    pub fn owned(&self) -> OwnedUnknownColumn {
         match self {
-            Self::Name => Kept::Name,
-            Self::Body(body) => Kept::Body((*body).to_string()),
+            Self::Name => OwnedUnknownColumn::Name,
+            Self::Body(body) => OwnedUnknownColumn::Body((*body).to_string()),
         }
     }
 
     /// Why a column is not known, if it is not.
     pub fn of(name: &'a str, scene: &Scene) -> Option<Self> {
-        let Some(Meaning { bodies, .. }) = names::meaning(name) else { return Some(Self::Name) };
+        let Some(ColumnMeaning { bodies, .. }) = names::meaning(name) else { return Some(Self::Name) };
         bodies.into_iter().flatten().find(|body| !scene.bodies.contains_key(*body)).map(Self::Body)
     }
 

@@ -72,16 +72,16 @@ struct Sensor<'a> {
 }
 
 /// A hand that holds an object, with the force sensors of its fingers.
-type Holding<'a, 'm> = (&'a HandTrack, Vec<Sensor<'m>>);
+type HoldingHand<'a, 'm> = (&'a HandTrack, Vec<Sensor<'m>>);
 
 fn holds(track: &HandTrack, body: usize, frame: usize) -> bool {
     track.touching.get(frame) == Some(&true) && track.target.get(frame) == Some(&Some(body))
 }
 
 /// The hands that hold a body at some time; `None` when one of them has no sensors.
-fn hands<'a, 'm>(measured: &'m CleanLog, tracks: &'a [HandTrack], body: usize) -> Option<Vec<Holding<'a, 'm>>> {
+fn hands<'a, 'm>(measured: &'m CleanLog, tracks: &'a [HandTrack], body: usize) -> Option<Vec<HoldingHand<'a, 'm>>> {
     let holding = tracks.iter().filter(|track| (0..measured.len()).any(|frame| holds(track, body, frame)));
-    let hands: Vec<Holding> = holding.map(|track| (track, sensors(measured, track))).collect();
+    let hands: Vec<HoldingHand> = holding.map(|track| (track, sensors(measured, track))).collect();
     (!hands.iter().any(|(_, sensors)| sensors.is_empty())).then_some(hands)
 }
 
@@ -97,7 +97,7 @@ pub fn balanced(rate_hz: f64) -> usize {
 }
 
 /// What contacts must bear at each frame, reference frame, N.
-fn unborne(measured: &CleanLog, motions: &[Motion], hands: &[Holding], body: usize) -> Option<Vec<Vector3<f64>>> {
+fn unborne(measured: &CleanLog, motions: &[Motion], hands: &[HoldingHand], body: usize) -> Option<Vec<Vector3<f64>>> {
     let (name, it) = measured.scene.bodies.get_index(body)?;
     let (mass, motion) = (it.mass?.0, motions.get(body)?);
     let gravity = Vector3::from(measured.scene.gravity.map(|part| part.0));

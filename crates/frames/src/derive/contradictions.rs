@@ -29,9 +29,9 @@ struct Quantity {
 const VELOCITY: Quantity = Quantity { name: "velocity", pose: "position", limit: 0.01, unit: "m/s" };
 const ANGULAR_VELOCITY: Quantity = Quantity { name: "angular_velocity", pose: "rotation", limit: 0.1, unit: "rad/s" };
 
-/// What was seen of a velocity so far.
+/// The comparison of a velocity with the pose so far.
 #[derive(Default)]
-pub struct Seen {
+pub struct VelocityComparison {
     looks: usize,
     /// In how many the difference was above the limit, and its sum over these.
     differs: usize,
@@ -46,7 +46,7 @@ pub struct Seen {
 }
 
 /// By body and velocity.
-pub type Velocities = BTreeMap<(String, &'static str), Seen>;
+pub type Velocities = BTreeMap<(String, &'static str), VelocityComparison>;
 
 /// Compares the logged velocities of a body with its poses, 25 times a second at most.
 pub fn compare(measured: &CleanLog, name: &str, body: &Body, seen: &mut Velocities) {
@@ -105,7 +105,7 @@ fn mean(columns: [&[f64]; 3], frames: Range<usize>) -> Vector3<f64> {
     columns.map(mean).into()
 }
 
-impl Seen {
+impl VelocityComparison {
     fn look(&mut self, quantity: &Quantity, at: f64, logged: Vector3<f64>, real: Vector3<f64>) {
         let difference = logged - real;
         if !difference.iter().all(|part| part.is_finite()) {
@@ -149,9 +149,9 @@ impl Seen {
     }
 }
 
-/// The velocities that contradict poses.
-pub fn told(velocities: &Velocities) -> Vec<Issue> {
-    let issue = |((body, name), seen): (&(String, &'static str), &Seen)| {
+/// Returns an issue for each velocity that contradicts the pose.
+pub fn issues(velocities: &Velocities) -> Vec<Issue> {
+    let issue = |((body, name), seen): (&(String, &'static str), &VelocityComparison)| {
         let quantity = [VELOCITY, ANGULAR_VELOCITY].into_iter().find(|quantity| quantity.name == *name)?;
         let ([start_s, end_s], message) = (seen.span?, seen.fault(&quantity)?);
         Some(Issue {

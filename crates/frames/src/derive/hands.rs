@@ -3,8 +3,8 @@
 //! The target is the object that the hand touches, else the one nearest to its fingertips; it changes only while the hand touches
 //! nothing, where touching is the channel `fingers.contact` that the rules see (docs/sources.md, A11).
 
-use super::motion::{Motion, Moved, vector};
-use super::raw::Array;
+use super::motion::{Displacement, Motion, vector};
+use super::raw_channels::Array;
 use crate::clean::preprocess::{CleanLog, State};
 use nalgebra::{Point3, Vector3};
 use std::ops::Range;
@@ -66,7 +66,7 @@ pub fn knows_distance(measured: &CleanLog, side: Side) -> bool {
 pub fn track(measured: &CleanLog, motions: &[Motion], side: Side, fingers: &[Finger], touches: &Array) -> HandTrack {
     let (mut touching, mut target) = (vec![false; measured.len()], vec![None; measured.len()]);
     let objects = super::objects(measured.scene);
-    let hand = Feelers::new(measured, motions, side, fingers, touches, &objects);
+    let hand = TargetFinder::new(measured, motions, side, fingers, touches, &objects);
     let fixed = objects
         .iter()
         .copied()
@@ -96,8 +96,8 @@ pub fn track(measured: &CleanLog, motions: &[Motion], side: Side, fingers: &[Fin
     HandTrack { side, touching, target, runs }
 }
 
-/// What was found at a frame, and is so until something has moved.
-struct Sure {
+/// The target at a frame, which holds until something has moved.
+struct CachedTarget {
     frame: usize,
     target: usize,
     /// How far a fingertip may get from where it was as seen from an object, m.
@@ -106,18 +106,18 @@ struct Sure {
     reach: Vec<f64>,
 }
 
-/// What distinguishes a hand's objects.
-struct Feelers<'a> {
+/// Finds the object that a hand touches or is nearest to.
+struct TargetFinder<'a> {
     motions: &'a [Motion<'a>],
     objects: &'a [usize],
     /// The shape of each object.
     solids: Vec<Solid>,
-    fingers: Vec<Feeler<'a>>,
+    fingers: Vec<FingerSignals<'a>>,
     /// Whether the log has the place of a fingertip.
     any_tip: bool,
 }
 
-struct Feeler<'a> {
+struct FingerSignals<'a> {
     tip: bool,
     position: Option<[&'a [f64]; 3]>,
     touches: &'a [f64],
@@ -125,7 +125,7 @@ struct Feeler<'a> {
     touches_object: Vec<Option<&'a [f64]>>,
 }
 
-impl<'a> Feelers<'a> {
+impl<'a> TargetFinder<'a> {
     fn new(
         measured: &'a CleanLog,
         motions: &'a [Motion],
@@ -134,12 +134,12 @@ impl<'a> Feelers<'a> {
         touches: &'a Array,
         objects: &'a [usize],
     ) -> Self {
-        let feeler = |(finger, touches): (&Finger, &'a Vec<f64>)| {
+        let signals_of = |(finger, touches): (&Finger, &'a Vec<f64>)| {
             let object_flag = |body: &usize| {
                 let (name, _) = measured.scene.bodies.get_index(*body)?;
                 measured.scalar(&format!("{side}.{finger}.contact.{name}"))
             };
-            Feeler {
+            FingerSignals {
                 tip: *finger != Finger::Palm,
                 position: measured.vec3(&format!("{side}.{finger}.position")),
                 touches,
@@ -148,7 +148,7 @@ impl<'a> Feelers<'a> {
         };
         let body = |object: &usize| measured.scene.bodies.get_index(*object);
         let solids = objects.iter().filter_map(body).map(|(_, body)| Solid::new(body)).collect();
-        let fingers: Vec<Feeler> = fingers.iter().zip(touches).map(feeler).collect();
+        let fingers: Vec<FingerSignals> = fingers.iter().zip(touches).map(signals_of).collect();
         let any_tip = fingers.iter().any(|finger| finger.tip && finger.position.is_some());
         Self { motions, objects, solids, fingers, any_tip }
     }
@@ -170,7 +170,7 @@ impl<'a> Feelers<'a> {
         match candidates.as_slice() {
             [only] => Some(*only),
             several => {
-                let touching = |finger: &Feeler| finger.touches_at(frame);
+                let touching = |finger: &FingerSignals| finger.touches_at(frame);
                 self.least(self.distances(frame, touching).filter(|(body, _)| several.contains(body)))
                     .map(|(body, _)| body)
             }
@@ -178,7 +178,7 @@ impl<'a> Feelers<'a> {
     }
 
     /// The object whose surface is nearest to the fingertips; the target so far, unless another is clearly nearer.
-    fn nearest(&self, frame: usize, target: Option<usize>, sure: &mut Option<Sure>) -> Option<usize> {
+    fn nearest(&self, frame: usize, target: Option<usize>, sure: &mut Option<CachedTarget>) -> Option<usize> {
         // However far it is, there is no other.
         if let [only] = self.objects {
             return Some(*only);
@@ -204,13 +204,13 @@ impl<'a> Feelers<'a> {
             };
             let reach = self.objects.iter().map(reach).collect();
             // Either may come as much nearer as the other gets farther; what is left out is far more than errors of rounding.
-            Sure { frame, target: found, while_within: (ahead - ROUNDED) / 2.0, reach }
+            CachedTarget { frame, target: found, while_within: (ahead - ROUNDED) / 2.0, reach }
         });
         found
     }
 
     /// Whether a fingertip counts for what is near.
-    fn measures(&self, finger: &Feeler) -> bool {
+    fn measures(&self, finger: &FingerSignals) -> bool {
         finger.tip || !self.any_tip
     }
 
@@ -220,21 +220,21 @@ impl<'a> Feelers<'a> {
     }
 
     /// Whether fingertips and objects are still so near to where they were that what was found is so.
-    fn still(&self, sure: &Sure, frame: usize) -> bool {
+    fn still(&self, sure: &CachedTarget, frame: usize) -> bool {
         let tips = self.tips(frame).zip(self.tips(sure.frame));
         let fingers = tips.map(|(now, before)| (now - before).norm_squared()).fold(0.0, f64::max).sqrt();
         if fingers >= sure.while_within {
             return false;
         }
         let objects = self.objects.iter().zip(&sure.reach).filter_map(|(body, reach)| {
-            let Moved { by, turned } = self.motions.get(*body)?.moved(sure.frame, frame);
+            let Displacement { by, turned } = self.motions.get(*body)?.moved(sure.frame, frame);
             Some(by + turned * reach)
         });
         fingers + objects.fold(0.0, f64::max) < sure.while_within
     }
 
     /// The least distance between the surface of each object and one of the fingers, m; nothing where no finger is placed.
-    fn distances(&self, frame: usize, feels: impl Fn(&Feeler) -> bool) -> impl Iterator<Item = (usize, f64)> {
+    fn distances(&self, frame: usize, feels: impl Fn(&FingerSignals) -> bool) -> impl Iterator<Item = (usize, f64)> {
         self.objects.iter().zip(&self.solids).filter_map(move |(body, solid)| {
             let reference_from_body = self.motions.get(*body)?.pose(frame);
             let fingers = self.fingers.iter().filter(|finger| feels(finger)).filter_map(|finger| finger.position);
@@ -249,7 +249,7 @@ impl<'a> Feelers<'a> {
     }
 }
 
-impl Feeler<'_> {
+impl FingerSignals<'_> {
     fn touches_at(&self, frame: usize) -> bool {
         is_true(self.touches, frame)
     }

@@ -5,14 +5,14 @@
 mod balance;
 mod contacts;
 mod contradictions;
-pub mod convex;
+pub mod convex_gap;
 mod hands;
 mod motion;
-mod orders;
 mod partner;
-mod plausible;
+mod plausibility;
 pub(super) mod pose_noise;
-mod raw;
+mod quaternion_order;
+mod raw_channels;
 mod sockets;
 mod source;
 pub(super) mod tare;
@@ -23,11 +23,11 @@ use crate::clean::preprocess::{CleanLog, Touches};
 use crate::frames::{ColumnKey, Frames, HandLayout, Layout};
 pub(super) use balance::balanced;
 use motion::Motion;
-pub(super) use motion::{ANCHOR, ahead as averaged, looked_at};
-use raw::Slots;
+pub(super) use motion::{ANCHOR, ahead as averaged, padding};
+use raw_channels::Slots;
 use std::collections::{BTreeMap, BTreeSet};
 use targets::Derivation;
-use teachtree_base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
+use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape, derived};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
@@ -76,7 +76,7 @@ pub struct Findings {
     read: Vec<Issue>,
     /// Of the first frame, once that was seen.
     orders: Option<Vec<Issue>>,
-    findings: plausible::Findings,
+    findings: plausibility::Findings,
     velocities: contradictions::Velocities,
     /// Whether flags of hands were off, and on, so far.
     flags: BTreeMap<String, [bool; 2]>,
@@ -92,12 +92,12 @@ impl Findings {
 
     /// All of it, once the whole log was seen.
     pub fn issues(&self, measured: &CleanLog, layout: &Layout) -> Vec<Issue> {
-        let far = layout.hands.iter().flat_map(|hand| plausible::told_far(measured, hand, &self.findings));
+        let far = layout.hands.iter().flat_map(|hand| plausibility::far_issues(measured, hand, &self.findings));
         let mut issues: Vec<Issue> = self.unseen.iter().cloned().chain(far).collect();
         issues.extend(self.carried.iter().cloned());
         issues.extend(self.orders.iter().flatten().cloned());
-        issues.extend(plausible::told_signs(measured, &self.findings));
-        issues.extend(contradictions::told(&self.velocities));
+        issues.extend(plausibility::sign_issues(measured, &self.findings));
+        issues.extend(contradictions::issues(&self.velocities));
         issues.extend(self.read.iter().cloned());
         issues.extend(self.flags.iter().filter_map(|(channel, was)| never_changes(measured, channel, *was)));
         issues
@@ -150,7 +150,7 @@ pub fn derived_frames(
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
     let asked = !findings.unasked;
     if asked {
-        findings.orders.get_or_insert_with(|| orders::swapped(measured));
+        findings.orders.get_or_insert_with(|| quaternion_order::swapped(measured));
         for (name, body) in &measured.scene.bodies {
             contradictions::compare(measured, name, body, &mut findings.velocities);
         }
@@ -171,22 +171,22 @@ pub fn derived_frames(
     let touch = channels.iter().find(|channel| channel.name == default_touch.name).unwrap_or(&default_touch);
     let mut tracks = vec![];
     // What was read of it, to be read once.
-    let mut touched: BTreeMap<Side, raw::Array> = BTreeMap::new();
+    let mut touched: BTreeMap<Side, raw_channels::Array> = BTreeMap::new();
     for hand in &hands {
         let mut found = vec![];
-        let slots = raw::read(measured, touch, Some(hand.side), &hand.fingers, &mut found);
+        let slots = raw_channels::read(measured, touch, Some(hand.side), &hand.fingers, &mut found);
         let read = slots.is_ok() && found.is_empty();
-        let touches: raw::Array = match slots {
+        let touches: raw_channels::Array = match slots {
             Ok(slots) => slots.into_iter().filter_map(|slot| slot.into_iter().next()).collect(),
             // Refused below if a rule reads it.
             Err(_) => closed(measured, hand.side, &hand.fingers),
         };
-        let is_read = !matches!(touch.absent, Absent::NormAbove { needed: false, .. });
+        let is_read = !matches!(touch.absent, Fallback::NormAbove { needed: false, .. });
         let track = hands::track(measured, &motions, hand.side, &hand.fingers, &touches);
         if asked {
             findings.look_at_flags(measured, hand, if is_read { &touches } else { &[] });
-            plausible::far_touches(measured, &motions, hand, &touches, &mut findings.findings);
-            plausible::pushes(measured, &motions, &hand.fingers, &track, &mut findings.findings);
+            plausibility::far_touches(measured, &motions, hand, &touches, &mut findings.findings);
+            plausibility::pushes(measured, &motions, &hand.fingers, &track, &mut findings.findings);
         }
         tracks.push(track);
         if read {
@@ -205,7 +205,7 @@ pub fn derived_frames(
     }
     let derivation = Derivation::new(measured, &motions, &objects, &partners, &tracks, contacts);
     if judges_contacts {
-        plausible::wrong_signs(&derivation, &objects, &mut findings.findings);
+        plausibility::wrong_signs(&derivation, &objects, &mut findings.findings);
     }
 
     let mut issues = vec![];
@@ -223,9 +223,9 @@ pub fn derived_frames(
             let known = side.filter(|_| spec.name == touch.name).and_then(|side| touched.remove(&side));
             let slots: Slots = match spec.absent {
                 _ if known.is_some() => known.into_iter().flatten().map(|column| vec![column]).collect(),
-                Absent::Derived => derivation.channel(&spec.name, side).ok_or_else(|| not_derived(&spec.name))?,
-                _ => match (raw::read(measured, spec, side, &fingers, &mut issues), &spec.absent, side) {
-                    (Err(_), Absent::NormAbove { needed: false, .. }, Some(side)) => {
+                Fallback::Derived => derivation.channel(&spec.name, side).ok_or_else(|| not_derived(&spec.name))?,
+                _ => match (raw_channels::read(measured, spec, side, &fingers, &mut issues), &spec.absent, side) {
+                    (Err(_), Fallback::NormAbove { needed: false, .. }, Some(side)) => {
                         closed(measured, side, &fingers).into_iter().map(|column| vec![column]).collect()
                     }
                     (read, ..) => read?,
@@ -283,7 +283,7 @@ pub fn reads(channels: &[ChannelSpec], channel: &str) -> bool {
 
 /// Whether one of the raw channels is read from this column.
 pub(super) fn asks(channels: &[ChannelSpec], column: &str) -> bool {
-    let raw = channels.iter().filter(|channel| channel.absent != Absent::Derived && derived(&channel.name).is_none());
+    let raw = channels.iter().filter(|channel| channel.absent != Fallback::Derived && derived(&channel.name).is_none());
     raw.into_iter().any(|channel| {
         let whose = if channel.per_hand {
             column.split_once('.').filter(|(side, _)| Side::from_name(side).is_some()).map(|(_, rest)| rest)
@@ -316,7 +316,7 @@ fn touch_channel() -> ChannelSpec {
         axis: Some(Axis::Fingers),
         shape: Shape::Bool,
         dimension: Dimension::NONE,
-        absent: Absent::NormAbove {
+        absent: Fallback::NormAbove {
             channel: "fingers.force".into(),
             on: touch_force::ON_N,
             off: touch_force::OFF_N,
@@ -326,7 +326,7 @@ fn touch_channel() -> ChannelSpec {
 }
 
 /// Touch of a hand whose fingers feel nothing: all of them touch while the gripper is closed, if the log says so.
-fn closed(measured: &CleanLog, side: Side, fingers: &[Finger]) -> raw::Array {
+fn closed(measured: &CleanLog, side: Side, fingers: &[Finger]) -> raw_channels::Array {
     let closed =
         measured.scalar(&format!("{side}.gripper.closed")).map_or_else(|| vec![0.0; measured.len()], <[f64]>::to_vec);
     vec![closed; fingers.len()]

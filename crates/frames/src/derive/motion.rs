@@ -19,7 +19,7 @@ pub const TREMOR_SECS: f64 = 0.125;
 pub const ANCHOR: usize = 128;
 
 /// How many frames before and after a frame have a part in what is derived of it, at most; a multiple of [`ANCHOR`].
-pub fn looked_at(rate_hz: f64) -> usize {
+pub fn padding(rate_hz: f64) -> usize {
     ahead(rate_hz).next_multiple_of(ANCHOR)
 }
 
@@ -53,7 +53,7 @@ pub struct Motion<'a> {
 }
 
 /// How a body has moved between two frames.
-pub struct Moved {
+pub struct Displacement {
     /// How far its origin is from where it was, m.
     pub by: f64,
     /// At most by how much it has turned, rad.
@@ -109,14 +109,14 @@ impl<'a> Motion<'a> {
     }
 
     /// How the body has moved from one frame to another.
-    pub fn moved(&self, from: usize, to: usize) -> Moved {
+    pub fn moved(&self, from: usize, to: usize) -> Displacement {
         if self.poses.is_empty() {
-            return Moved { by: 0.0, turned: 0.0 };
+            return Displacement { by: 0.0, turned: 0.0 };
         }
         let (before, after) = (self.pose(from), self.pose(to));
         let apart = (after.rotation.coords - before.rotation.coords).norm();
         // Of unit quaternions the difference is twice the sine of a quarter of the angle, which is at least a third of that.
-        Moved { by: (after.translation.vector - before.translation.vector).norm(), turned: 3.0 * apart }
+        Displacement { by: (after.translation.vector - before.translation.vector).norm(), turned: 3.0 * apart }
     }
 
     /// Where the body's origin is, reference frame, m.

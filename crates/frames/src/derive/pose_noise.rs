@@ -19,7 +19,7 @@ const NEGLIGIBLE: f64 = 2.5e-3;
 
 /// Estimates the noise of a column, value by value.
 #[derive(Clone, Debug, Default)]
-pub struct Estimate {
+pub struct NoiseEstimator {
     before: [f64; 2],
     difference: f64,
     seen: usize,
@@ -29,7 +29,7 @@ pub struct Estimate {
     blocks: Vec<f64>,
 }
 
-impl Estimate {
+impl NoiseEstimator {
     /// Takes the next values.
     pub fn take(&mut self, values: &[f64]) {
         for &value in values {
@@ -61,8 +61,8 @@ impl Estimate {
 }
 
 /// The noise of three columns, where it makes a speed that counts.
-pub fn of_columns(estimates: [Estimate; 3], rate_hz: f64) -> Option<PositionNoise> {
-    let deviation = (estimates.map(Estimate::variance).iter().sum::<f64>() / 3.0).sqrt();
+pub fn of_columns(estimates: [NoiseEstimator; 3], rate_hz: f64) -> Option<PositionNoise> {
+    let deviation = (estimates.map(NoiseEstimator::variance).iter().sum::<f64>() / 3.0).sqrt();
     let limit = ABOVE_NOISE * deviation * motion::slope_gain(rate_hz);
     (limit > NEGLIGIBLE).then_some(PositionNoise { deviation, limit })
 }
@@ -78,7 +78,7 @@ pub fn of_objects<'a>(measured: &'a CleanLog) -> impl Iterator<Item = (String, P
         let has_velocity = measured.vec3(&format!("{name}.velocity")).is_some();
         let columns = measured.vec3(&format!("{name}.position")).filter(|_| counts(body.role, has_velocity))?;
         let estimates = columns.map(|column| {
-            let mut estimate = Estimate::default();
+            let mut estimate = NoiseEstimator::default();
             for stretch in &measured.stretches {
                 estimate.take(column.get(stretch.clone()).unwrap_or_default());
             }

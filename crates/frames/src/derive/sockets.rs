@@ -51,7 +51,7 @@ pub fn logged<'a>(measured: &'a CleanLog, body: &str, quantity: &str, socket: &S
 }
 
 /// An object against the sockets it fits, over the whole log.
-pub struct Plugged {
+pub struct Insertion {
     /// The socket it is in, as an index in [`sockets`].
     pub socket: Vec<Option<usize>>,
     /// How deep it is, m; 0 when it is in none.
@@ -64,10 +64,10 @@ pub struct Plugged {
 
 /// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere; an object whose
 /// angle in a socket is logged is in it all along.
-pub fn plugged(measured: &CleanLog, motions: &[Motion], sockets: &[Socket], body: usize) -> Plugged {
+pub fn plugged(measured: &CleanLog, motions: &[Motion], sockets: &[Socket], body: usize) -> Insertion {
     let frames = measured.len();
     let zeros = || vec![0.0; frames];
-    let mut plugged = Plugged { socket: vec![None; frames], depth: zeros(), rate: zeros(), over: zeros() };
+    let mut plugged = Insertion { socket: vec![None; frames], depth: zeros(), rate: zeros(), over: zeros() };
     let Some(((name, it), motion)) = measured.scene.bodies.get_index(body).zip(motions.get(body)) else {
         return plugged;
     };

@@ -1,10 +1,10 @@
 //! Tare: what a fingertip's force sensor reads while the fingertip is far from every object is its bias, and how much that scatters is its noise.
-//! Where no distance is known, or the readings are not steady, both come from the [`level`](crate::clean::level) of contact, if the log has one.
+//! Where no distance is known, or the readings are not steady, both come from the [level](crate::clean::contact_level) of contact, if the log has one.
 
 use super::motion::{Motion, vector};
 use super::pose_noise;
-use crate::clean::level::vector_as_list;
-use crate::clean::level::{Learned, learned};
+use crate::clean::contact_level::vector_as_list;
+use crate::clean::contact_level::{LearnedLevel, learned};
 use crate::clean::preprocess::{CleanLog, Noise, PositionNoise};
 use indexmap::IndexMap;
 use nalgebra::{Point3, Vector3};
@@ -54,7 +54,7 @@ pub struct Sensors {
     /// What they read far from every object.
     rests: IndexMap<String, SensorBias>,
     /// From which force on they are in contact, that bias subtracted.
-    levels: IndexMap<String, Learned>,
+    levels: IndexMap<String, LearnedLevel>,
     /// The noise of positions, by object.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     positions: IndexMap<String, PositionNoise>,
@@ -123,7 +123,7 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
     }
     for (channel, learned) in &found.levels {
         measured.levels.insert(channel.clone(), *learned);
-        let Learned::Level(level) = learned else { continue };
+        let LearnedLevel::Level(level) = learned else { continue };
         if found.rests.contains_key(channel) || level.rest == Vector3::zeros() {
             continue;
         }

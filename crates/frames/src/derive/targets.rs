@@ -4,8 +4,8 @@ use super::contacts::{Contact, Contacts};
 use super::hands::{HandTrack, knows_distance};
 use super::motion::{Motion, slope, smoothed};
 use super::partner::Partner;
-use super::raw::Slots;
-use super::sockets::{Plugged, Socket, logged, plugged, sockets};
+use super::raw_channels::Slots;
+use super::sockets::{Insertion, Socket, logged, plugged, sockets};
 use super::source::Source;
 use crate::clean::preprocess::{CleanLog, State};
 use nalgebra::Vector3;
@@ -27,7 +27,7 @@ pub struct Derivation<'a> {
     pub(super) tracks: &'a [HandTrack],
     sockets: Vec<Socket<'a>>,
     /// For each object.
-    pub(super) plugged: BTreeMap<usize, Plugged>,
+    pub(super) plugged: BTreeMap<usize, Insertion>,
     /// For each body whose angle in a socket the log has: how fast it turns there, rad/s.
     angle_rates: BTreeMap<usize, Vec<f64>>,
     pub(super) contacts: Contacts<'a>,
@@ -150,7 +150,7 @@ impl<'a> Derivation<'a> {
     }
 
     /// The socket that something is in.
-    pub(super) fn socket(&self, frame: usize, plugged: Option<&Plugged>) -> Option<&Socket<'_>> {
+    pub(super) fn socket(&self, frame: usize, plugged: Option<&Insertion>) -> Option<&Socket<'_>> {
         self.sockets.get(plugged?.socket.get(frame).copied().flatten()?)
     }
 

@@ -9,7 +9,7 @@ use super::contacts::Contact;
 use super::hands::HandTrack;
 use super::motion::Motion;
 use crate::clean::preprocess::{CleanLog, State, TouchPair, Touches};
-use crate::derive::convex::{Gap, gaps};
+use crate::derive::convex_gap::{Gap, gaps};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use teachtree_base::touch as touch_force;

@@ -40,7 +40,7 @@ pub struct Derivation {
 }
 
 /// What was followed from frame to frame.
-struct Followed {
+struct CarriedState {
     /// Up to this frame.
     until: usize,
     /// What was so there.
@@ -126,7 +126,7 @@ impl Derivation {
         let end = if ends { taken } else { taken.saturating_sub(self.lag()).max(self.next) };
         let last = if newest { taken } else { end };
         if last > self.next {
-            let Followed { until, states, averaged } = self.derive(self.next..end, last, each)?;
+            let CarriedState { until, states, averaged } = self.derive(self.next..end, last, each)?;
             if end > self.next {
                 self.states.push_back((until, states));
                 self.averaged = averaged;
@@ -167,7 +167,7 @@ impl Derivation {
         core: Range<usize>,
         last: usize,
         each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
-    ) -> Result<Followed, InputError> {
+    ) -> Result<CarriedState, InputError> {
         let nothing = (self.stretch, BTreeMap::new());
         let (from, before) = match self.states.front() {
             Some(state) if state.0 + self.margin <= core.start => state,
@@ -217,6 +217,6 @@ impl Derivation {
             newest: end..last,
         })?;
         drop(measured);
-        Ok(Followed { until: kept, states: after.into_inner(), averaged: averaged_after.into_inner() })
+        Ok(CarriedState { until: kept, states: after.into_inner(), averaged: averaged_after.into_inner() })
     }
 }

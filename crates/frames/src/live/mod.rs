@@ -1,29 +1,29 @@
 //! Logs that are still being made: rows in one at a time, frames out as soon as no later row can change them.
 //!
-//! [`Screen`] takes out samples that cannot be, [`admission`] makes an even sequence of frames of the rows; [`Derivation`] derives the channels of the rules, in
+//! [`SpikeFilter`] takes out samples that cannot be, [`RowGate`] makes an even sequence of frames of the rows; [`Derivation`] derives the channels of the rules, in
 //! windows, as [`crate::streaming`] does of a file. What a whole log shows of its sensors comes from a [`Calibration`].
 
-mod admission;
 mod calibration;
 mod derivation;
-pub(crate) mod screen;
+mod row_gate;
+pub(crate) mod spike_filter;
 
-pub use admission::{Admission, Admitted};
 pub use calibration::Calibration;
 pub use derivation::{Derivation, LiveChunk};
-pub use screen::Screen;
+pub use row_gate::{GateOutcome, RowGate};
+pub use spike_filter::SpikeFilter;
 
 use teachtree_base::error::InputError;
 use teachtree_base::units::Dimension;
-use teachtree_logs::read::csv::{self, Clock};
-use teachtree_logs::read::sheet::{Cells, InMemoryTable};
-use teachtree_logs::read::table::{Source, Want};
+use teachtree_logs::read::csv::{self, StampSource};
+use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
+use teachtree_logs::read::table::{ColumnRequest, Source};
 
 /// The columns of rows with these titles, canonical names with units: name, dimension, what to read of it.
 ///
 /// # Errors
 /// A title that cannot be read, twice the same, or no `time`.
-pub fn wanted<S: AsRef<str>>(titles: &[S]) -> Result<Vec<(String, Dimension, Want)>, InputError> {
+pub fn wanted<S: AsRef<str>>(titles: &[S]) -> Result<Vec<(String, Dimension, ColumnRequest)>, InputError> {
     let mut header = InMemoryTable::new("the rows");
     for title in titles {
         if header.columns().contains_key(title.as_ref()) {
@@ -33,5 +33,5 @@ pub fn wanted<S: AsRef<str>>(titles: &[S]) -> Result<Vec<(String, Dimension, Wan
         }
         header.push_column(title.as_ref().to_string(), Cells::Numbers(vec![]));
     }
-    csv::wanted(&Source::one("the rows", header.header(), Box::new(header)), &Clock::canonical())
+    csv::wanted(&Source::one("the rows", header.header(), Box::new(header)), &StampSource::canonical())
 }

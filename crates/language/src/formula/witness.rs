@@ -7,9 +7,9 @@ use teachtree_base::units::Dimension;
 /// A frame, as far as it matters.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// Numbers in SI by what they are of (`written`).
+    /// Numbers in SI by what they are of (`canonical_text`).
     pub numbers: BTreeMap<String, f64>,
-    /// What holds and what does not, by what it is (`written`).
+    /// What holds and what does not, by what it is (`canonical_text`).
     pub holds: BTreeMap<String, bool>,
     /// The leaf before, where it matters.
     pub before: Option<String>,
@@ -123,7 +123,7 @@ impl Formula {
             }
         };
         match self {
-            Self::Known(value) => Some(*value),
+            Self::Constant(value) => Some(*value),
             Self::Atom(atom) => {
                 let by_number = atom.bound.as_ref().and_then(|bound| bound.decides(frame));
                 by_number.or_else(|| frame.holds.get(&*atom.key).copied())

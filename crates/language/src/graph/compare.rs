@@ -26,7 +26,7 @@ pub struct Finding {
 
 /// Whether a rule set only adds to another one.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Additive {
+pub struct ExtensionProof {
     /// The new primitives.
     pub new: Vec<String>,
     /// The comparison of the trees. Differences have a leaf that is not new.
@@ -37,7 +37,7 @@ pub struct Additive {
     pub of_one_hand: bool,
 }
 
-impl Additive {
+impl ExtensionProof {
     /// Whether the proof holds for every recording.
     pub fn is_proved(&self) -> bool {
         self.trees.differences.is_empty() && !self.trees.is_cut && self.findings.is_empty()
@@ -46,7 +46,7 @@ impl Additive {
 
 /// Tries to prove that base and extension analyze every recording alike, in each gap-free interval in which no tree gives a new primitive,
 /// and that the trees give the base's leaves up to the first new primitive.
-pub fn additive(base: &Rules, extended: &Rules) -> Additive {
+pub fn prove_extension(base: &Rules, extended: &Rules) -> ExtensionProof {
     let proof = proof(base, extended);
     let speaks_of_both = |rules: &Rules| {
         rules.tree(TreeScope::BothHands).is_some() || rules.relabels.iter().any(|rule| is_of_both(&rule.kind))
@@ -55,10 +55,10 @@ pub fn additive(base: &Rules, extended: &Rules) -> Additive {
         return proof;
     }
     let of_one_hand = self::proof(&without_both(base), &without_both(extended)).is_proved();
-    Additive { of_one_hand, ..proof }
+    ExtensionProof { of_one_hand, ..proof }
 }
 
-fn proof(base: &Rules, extended: &Rules) -> Additive {
+fn proof(base: &Rules, extended: &Rules) -> ExtensionProof {
     let shared = CommonLabels::new(extended, base);
     let new = extended.primitives.iter().map(|primitive| primitive.name.clone());
     let new = new.filter(|name| base.primitive(name).is_none()).collect();
@@ -67,7 +67,12 @@ fn proof(base: &Rules, extended: &Rules) -> Additive {
     findings.extend(declarations::new_trees(base, &shared));
     findings.extend(tasks::acts(base, &shared));
     findings.extend(relabels::acts(base, &shared));
-    Additive { new, trees: trees::trees(base, extended, &|label| shared.is_new(label)), findings, of_one_hand: false }
+    ExtensionProof {
+        new,
+        trees: trees::trees(base, extended, &|label| shared.is_new(label)),
+        findings,
+        of_one_hand: false,
+    }
 }
 
 /// Returns the rules that affect a recording of one hand.

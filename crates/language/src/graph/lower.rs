@@ -3,7 +3,7 @@
 use super::decision::Builder;
 use super::{FloatBits, Graph, Latch, Leaf, Op, Target, Tree, Value, ValueId};
 use crate::ops::Samples;
-use crate::rules::{Branch, Expr, ExprKind, Hand, Label, Rules, SignalId, Then, TreeScope, Type};
+use crate::rules::{Branch, Consequent, Expr, ExprKind, Hand, Label, Rules, SignalId, TreeScope, Type};
 use std::collections::{BTreeSet, HashMap};
 use teachtree_base::hands::Side;
 
@@ -86,7 +86,7 @@ fn tree_conditions(rules: &Rules) -> Vec<(&Expr, Hand)> {
         while let Some(branch) = branches.pop() {
             for choice in &branch.choices {
                 conditions.extend(choice.condition.iter().map(|condition| (condition, this)));
-                if let Then::Branch(inner) = &choice.then {
+                if let Consequent::Branch(inner) = &choice.then {
                     branches.push(inner);
                 }
             }
@@ -218,10 +218,10 @@ impl<'a> Lowering<'a> {
         let mut otherwise = None;
         for choice in branch.choices.iter().rev() {
             let taken = match &choice.then {
-                Then::Primitive(label) => Target::Leaf(Leaf::Primitive(*label)),
-                Then::Stay => Target::Leaf(Leaf::Stay),
-                Then::Separate => Target::Leaf(Leaf::Separate),
-                Then::Branch(inner) => self.branch(inner, this, builder),
+                Consequent::Primitive(label) => Target::Leaf(Leaf::Primitive(*label)),
+                Consequent::Stay => Target::Leaf(Leaf::Stay),
+                Consequent::Separate => Target::Leaf(Leaf::Separate),
+                Consequent::Branch(inner) => self.branch(inner, this, builder),
             };
             otherwise = Some(match (&choice.condition, otherwise) {
                 (Some(condition), Some(otherwise)) => self.test(condition, taken, otherwise, this, builder),

@@ -10,17 +10,17 @@
 pub mod compare;
 mod decision;
 mod lower;
-mod possible;
+mod reachable_leaves;
 mod render;
 pub mod transitions;
 
-pub use crate::ops::Known;
+pub use crate::ops::AbstractValue;
 pub use decision::{Decision, Leaf, Target, Test};
 pub use lower::{lower, lower_values};
-pub use possible::possible;
+pub use reachable_leaves::reachable_leaves;
 pub use render::text;
 
-use crate::ops::{Summary, Temporal};
+use crate::ops::{Summary, TemporalOperator};
 use crate::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, LatchId, TreeScope, Type};
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::hands::FingerPick;
@@ -106,7 +106,7 @@ pub enum Op {
         rising: bool,
     },
     /// With its constants, in SI.
-    Temporal(Temporal<FloatBits>),
+    Temporal(TemporalOperator<FloatBits>),
     /// With the duration in s.
     Rate(FloatBits),
     /// Of the samples over a duration in s, or since the second argument began.

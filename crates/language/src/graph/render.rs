@@ -1,7 +1,7 @@
 //! The graph as text: one value or test a line, in order, without hashes.
 
 use super::{Graph, Leaf, Op, Target, Value, ValueId};
-use crate::ops::{Takes, of_function};
+use crate::ops::{Operand, of_function};
 use crate::rules::{Arithmetic, Comparison, Hand, TreeScope};
 use std::fmt::Write;
 use teachtree_base::hands::{FingerPick, Side};
@@ -118,7 +118,7 @@ fn show(graph: &Graph, value: &Value) -> String {
             format!("{first} {up} {on} until {down} {off}")
         }
         Op::Temporal(temporal) => temporal.written(first, |constant, kind| match kind {
-            Takes::Times => round(constant.get()).to_string(),
+            Operand::Times => round(constant.get()).to_string(),
             _ => millis(constant.get()),
         }),
         Op::Rate(duration) => format!("rate({first}, {})", millis(duration.get())),

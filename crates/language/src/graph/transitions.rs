@@ -1,12 +1,12 @@
-//! Which leaf of a tree can follow which: for each leaf before, the ways whose conditions can hold together.
+//! Which leaf of a tree can follow which: for each leaf before, the paths whose conditions can hold together.
 //!
 //! An arrow from A to B says that a frame after a leaf A can give B, decided on intervals of quantities, on hystereses and on what a latch
 //! lets hold on the frame itself (`language::formula`). What a latch remembers of earlier frames is left open. So an arrow that is missing never
 //! occurs, on any log; one that is drawn may still need a past that never comes.
 
-use super::{Known, lower};
-use crate::formula::{Answer, Formula, Reader, possible};
-use crate::rules::{Expr, ExprKind, Hand, LatchId, Rules, Then, Tree, TreeScope, Way};
+use super::{AbstractValue, lower};
+use crate::formula::{Answer, Formula, Reader, solve};
+use crate::rules::{Consequent, Expr, ExprKind, Hand, LatchId, LeafPath, Rules, Tree, TreeScope};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What stands before the first frame.
@@ -43,15 +43,15 @@ pub fn transitions(rules: &Rules) -> Vec<Transitions> {
     let graph = lower(rules);
     let of = |tree: &Tree| {
         // What no channel whatsoever lets be reached: constants of hand files are followed here.
-        let labels = super::possible(&graph, tree.scope, |_, _| Known::Unknown, |_, _| true);
+        let labels = super::reachable_leaves(&graph, tree.scope, |_, _| AbstractValue::Unknown, |_, _| true);
         let can = labels.into_iter().map(|label| rules.label_name(label)).collect();
         Search::new(rules, tree, &can).run()
     };
     rules.trees.iter().map(of).collect()
 }
 
-/// A way through a tree with its conditions as formulas.
-struct Asked {
+/// A path through a tree with its conditions as formulas.
+struct FormulaPath {
     /// The leaf; none for `stay`.
     leaf: Option<String>,
     formulas: Vec<(Formula, bool)>,
@@ -60,7 +60,7 @@ struct Asked {
 
 struct Search<'a> {
     tree: &'a Tree,
-    ways: Vec<Asked>,
+    paths: Vec<FormulaPath>,
     /// The leaves that stand in the tree, in its order.
     standing: Vec<String>,
 }
@@ -68,28 +68,28 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(rules: &'a Rules, tree: &'a Tree, can: &BTreeSet<String>) -> Self {
         let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
-        let (reader, ways) = (Reader::new(rules), tree.root.ways());
-        let leaf = |way: &Way| match &way.choice.then {
-            Then::Primitive(label) => Some(rules.label_name(*label)),
-            Then::Separate => Some(SEPARATE.to_string()),
-            Then::Stay | Then::Branch(_) => None,
+        let (reader, paths) = (Reader::new(rules), tree.root.paths());
+        let leaf = |path: &LeafPath| match &path.choice.then {
+            Consequent::Primitive(label) => Some(rules.label_name(*label)),
+            Consequent::Separate => Some(SEPARATE.to_string()),
+            Consequent::Stay | Consequent::Branch(_) => None,
         };
         let mut standing = Vec::new();
-        for leaf in ways.iter().filter_map(leaf) {
+        for leaf in paths.iter().filter_map(leaf) {
             if !standing.contains(&leaf) {
                 standing.push(leaf);
             }
         }
-        let asked = ways.iter().filter_map(|way| {
-            let leaf = leaf(way);
+        let asked = paths.iter().filter_map(|path| {
+            let leaf = leaf(path);
             if leaf.as_ref().is_some_and(|leaf| leaf != SEPARATE && !can.contains(leaf)) {
                 return None;
             }
-            let conditions = way.asked.iter().map(|(_, condition, wanted)| (reader.formula(condition, this), *wanted));
-            let formulas = conditions.chain(of_latches(way, rules, &reader, this)).collect();
-            Some(Asked { leaf, formulas, place: rules.sources.place(way.choice.span) })
+            let conditions = path.asked.iter().map(|(_, condition, wanted)| (reader.formula(condition, this), *wanted));
+            let formulas = conditions.chain(of_latches(path, rules, &reader, this)).collect();
+            Some(FormulaPath { leaf, formulas, place: rules.sources.place(path.choice.span) })
         });
-        Self { ways: asked.collect(), standing, tree }
+        Self { paths: asked.collect(), standing, tree }
     }
 
     /// From `none` on, each leaf that is reached is a leaf before in its turn.
@@ -99,19 +99,19 @@ impl<'a> Search<'a> {
         let mut next = 0;
         while let Some(before) = reached.get(next).cloned() {
             next += 1;
-            for way in &self.ways {
+            for path in &self.paths {
                 // `stay` gives no other leaf.
-                let Some(leaf) = way.leaf.as_ref().filter(|leaf| **leaf != before) else { continue };
-                let wanted: Vec<(&Formula, bool)> = way.formulas.iter().map(|(one, wanted)| (one, *wanted)).collect();
-                let is_decided = match possible(&wanted, BTreeSet::from([before.clone()])) {
+                let Some(leaf) = path.leaf.as_ref().filter(|leaf| **leaf != before) else { continue };
+                let wanted: Vec<(&Formula, bool)> = path.formulas.iter().map(|(one, wanted)| (one, *wanted)).collect();
+                let is_decided = match solve(&wanted, BTreeSet::from([before.clone()])) {
                     Answer::No => continue,
                     Answer::Yes(_) => true,
-                    Answer::Perhaps => false,
+                    Answer::Unknown => false,
                 };
                 let arrow = found.entry((before.clone(), leaf.clone()));
                 let arrow = arrow.or_insert_with(|| Arrow { is_decided: false, places: Vec::new() });
                 arrow.is_decided |= is_decided;
-                arrow.places.push(way.place.clone());
+                arrow.places.push(path.place.clone());
                 if !reached.contains(leaf) {
                     reached.push(leaf.clone());
                 }
@@ -128,9 +128,9 @@ impl<'a> Search<'a> {
 }
 
 /// What holds of the latches that a way asks for, on the frame itself: one that is set is not cleared, one that is not was not set or is cleared.
-fn of_latches(way: &Way, rules: &Rules, reader: &Reader<'_>, this: Hand) -> Vec<(Formula, bool)> {
+fn of_latches(path: &LeafPath, rules: &Rules, reader: &Reader<'_>, this: Hand) -> Vec<(Formula, bool)> {
     let mut named: Vec<(LatchId, Hand, &Expr)> = Vec::new();
-    for (_, condition, _) in &way.asked {
+    for (_, condition, _) in &path.asked {
         condition.walk(&mut |part| {
             if let ExprKind::Latch(id, hand) = &part.kind
                 && !named.iter().any(|(known, whose, _)| known == id && whose == hand)

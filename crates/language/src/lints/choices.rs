@@ -2,16 +2,16 @@
 //!
 //! It is decided on the conditions (`formula`), so each finding holds on every log; what cannot be decided is not reported.
 
-use super::proof::{Asked, Prover};
+use super::proof::{Prover, Requirement};
 use crate::codes;
 use crate::formula::{Frame, label};
-use crate::rules::{Branch, Choice, Expr, Hand, Rules, Then, TreeScope};
+use crate::rules::{Branch, Choice, Consequent, Expr, Hand, Rules, TreeScope};
 use std::collections::BTreeSet;
 use teachtree_base::diagnostic::{Diagnostic, Span};
 
 /// A choice that is never taken.
 #[derive(Clone, Debug)]
-pub struct Dead {
+pub struct DeadChoice {
     /// Where it begins.
     pub choice: Span,
     /// The warning.
@@ -22,7 +22,7 @@ pub struct Dead {
 
 /// Warns of choices in the `named` files that are never taken. An extension that takes all frames from a choice of the tree itself is
 /// meant to.
-pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Dead> {
+pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<DeadChoice> {
     let mut lint = Choices { prover: Prover::new(rules), rules, above: Vec::new(), findings: Vec::new() };
     let mut findings = Vec::new();
     for tree in &rules.trees {
@@ -31,7 +31,7 @@ pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Dead> {
         leaves(&tree.root, rules, &mut before);
         lint.prover.before = before.into();
         lint.branch(&tree.root);
-        let concerns = |dead: &Dead| {
+        let concerns = |dead: &DeadChoice| {
             let extended = dead.finding.labels.iter().any(|label| label.span.file != dead.choice.file);
             named.contains(&dead.choice.file) && (dead.choice.file != tree.span.file || !extended)
         };
@@ -44,14 +44,14 @@ pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Dead> {
 fn leaves(branch: &Branch, rules: &Rules, found: &mut BTreeSet<String>) {
     for choice in &branch.choices {
         match &choice.then {
-            Then::Primitive(given) => {
+            Consequent::Primitive(given) => {
                 found.insert(label(*given, rules));
             }
-            Then::Separate => {
+            Consequent::Separate => {
                 found.insert("separate".into());
             }
-            Then::Stay => {}
-            Then::Branch(below) => leaves(below, rules, found),
+            Consequent::Stay => {}
+            Consequent::Branch(below) => leaves(below, rules, found),
         }
     }
 }
@@ -60,8 +60,8 @@ struct Choices<'a> {
     prover: Prover<'a>,
     rules: &'a Rules,
     /// What was asked of the choices before and above, with whether it is above.
-    above: Vec<(Asked<'a>, bool)>,
-    findings: Vec<Dead>,
+    above: Vec<(Requirement<'a>, bool)>,
+    findings: Vec<DeadChoice>,
 }
 
 impl<'a> Choices<'a> {
@@ -74,23 +74,24 @@ impl<'a> Choices<'a> {
                 self.below(choice);
                 continue;
             };
-            let Some(asked) = self.prover.asked(condition, true) else { break };
-            if self.is_impossible(&asked) {
-                let (finding, why) = self.never(choice, asked.clone());
-                let taken = self.taken(Some(&asked), &why);
+            let Some(requirement) = self.prover.requirement(condition, true) else { break };
+            if self.is_impossible(&requirement) {
+                let (finding, why) = self.never(choice, requirement.clone());
+                let taken = self.taken(Some(&requirement), &why);
                 self.report(choice, finding, taken);
                 continue;
             }
-            let not = Asked { wanted: false, ..asked.clone() };
+            let not = Requirement { wanted: false, ..requirement.clone() };
             let always = self.is_impossible(&not);
-            self.above.push((asked, true));
+            self.above.push((requirement, true));
             self.below(choice);
             self.above.pop();
             if always {
                 let finding = self.always(not.clone(), next);
                 self.above.push((not, false));
-                let asked = next.condition.as_ref().and_then(|condition| self.prover.asked(condition, true));
-                let taken = self.taken(asked.as_ref(), &[condition]);
+                let requirement =
+                    next.condition.as_ref().and_then(|condition| self.prover.requirement(condition, true));
+                let taken = self.taken(requirement.as_ref(), &[condition]);
                 self.report(next, finding, taken);
                 break;
             }
@@ -100,20 +101,20 @@ impl<'a> Choices<'a> {
     }
 
     fn below(&mut self, choice: &'a Choice) {
-        if let Then::Branch(below) = &choice.then {
+        if let Consequent::Branch(below) = &choice.then {
             self.branch(below);
         }
     }
 
-    fn is_impossible(&mut self, last: &Asked<'a>) -> bool {
-        let all = self.above.iter().map(|(asked, _)| asked).chain([last]);
-        let all: Vec<_> = all.map(|asked| (&asked.formula, asked.wanted)).collect();
+    fn is_impossible(&mut self, last: &Requirement<'a>) -> bool {
+        let all = self.above.iter().map(|(requirement, _)| requirement).chain([last]);
+        let all: Vec<_> = all.map(|requirement| (&requirement.formula, requirement.wanted)).collect();
         self.prover.is_impossible(&all)
     }
 
     /// A frame on the way to here on which the `last` condition holds, if it can hold at all, with that of the earlier `takers` that takes
     /// it.
-    fn taken(&mut self, last: Option<&Asked<'a>>, takers: &[&'a Expr]) -> Option<(Frame, Span)> {
+    fn taken(&mut self, last: Option<&Requirement<'a>>, takers: &[&'a Expr]) -> Option<(Frame, Span)> {
         for at in 0..self.above.len() {
             let (taker, false) = self.above.get(at)? else { continue };
             if !takers.iter().any(|expr| std::ptr::eq(*expr, taker.expr)) {
@@ -121,7 +122,7 @@ impl<'a> Choices<'a> {
             }
             let before = self.above.iter().take(at);
             let behind = self.above.iter().skip(at + 1).filter(|(_, above)| *above);
-            let others = before.chain(behind).map(|(asked, _)| (&asked.formula, asked.wanted));
+            let others = before.chain(behind).map(|(requirement, _)| (&requirement.formula, requirement.wanted));
             let last = last.iter().map(|last| (&last.formula, true));
             let all: Vec<_> = others.chain([(&taker.formula, true)]).chain(last).collect();
             if let Some(frame) = self.prover.frame(&all) {
@@ -136,20 +137,21 @@ impl<'a> Choices<'a> {
             let place = self.rules.sources.place(*taker);
             finding = finding.note(format!("for instance, a frame where {} is taken at {place}", frame.text()));
         }
-        self.findings.push(Dead { choice: head(choice), finding, taken });
+        self.findings.push(DeadChoice { choice: head(choice), finding, taken });
     }
 
     /// Of what was asked before, what leaves no frame for the `last` condition to come out as wanted.
-    fn why(&mut self, last: &Asked<'a>) -> Vec<(Asked<'a>, Option<bool>)> {
-        let above = self.above.iter().map(|(asked, above)| (asked.clone(), Some(*above)));
+    fn why(&mut self, last: &Requirement<'a>) -> Vec<(Requirement<'a>, Option<bool>)> {
+        let above = self.above.iter().map(|(requirement, above)| (requirement.clone(), Some(*above)));
         let all = above.chain([(last.clone(), None)]).collect();
-        self.prover.least(all, |(asked, _): &(Asked<'a>, Option<bool>)| (&asked.formula, asked.wanted))
+        self.prover
+            .least(all, |(requirement, _): &(Requirement<'a>, Option<bool>)| (&requirement.formula, requirement.wanted))
     }
 
     /// The warning, with the earlier conditions that are the reason.
-    fn never(&mut self, choice: &Choice, last: Asked<'a>) -> (Diagnostic, Vec<&'a Expr>) {
+    fn never(&mut self, choice: &Choice, last: Requirement<'a>) -> (Diagnostic, Vec<&'a Expr>) {
         let why = self.why(&last);
-        let reason = self.prover.reason(&why.iter().map(|(asked, _)| asked.clone()).collect::<Vec<_>>());
+        let reason = self.prover.reason(&why.iter().map(|(requirement, _)| requirement.clone()).collect::<Vec<_>>());
         let place = last.expr.span;
         let mut finding = Diagnostic::warning(codes::NEVER_TAKEN, format!("{} is never taken", named(choice)));
         let earlier = why.iter().filter(|(_, above)| *above == Some(false)).count();
@@ -158,13 +160,13 @@ impl<'a> Choices<'a> {
         } else {
             finding = finding.at(place, "no frame that gets here has this");
         }
-        for (asked, above) in why.iter().filter_map(|(asked, above)| Some((asked, (*above)?))) {
+        for (requirement, above) in why.iter().filter_map(|(requirement, above)| Some((requirement, (*above)?))) {
             let text = match (above, earlier) {
                 (true, _) => "every frame on this way has this",
                 (false, 1) => "this takes every such frame before",
                 (false, _) => "this takes some of them before",
             };
-            finding = finding.at(asked.expr.span, text);
+            finding = finding.at(requirement.expr.span, text);
         }
         if let Some(reason) = reason {
             finding = finding.note(reason);
@@ -174,21 +176,24 @@ impl<'a> Choices<'a> {
         } else {
             "change one of the conditions, or remove this choice"
         });
-        (finding, why.iter().filter(|(_, above)| *above == Some(false)).map(|(asked, _)| asked.expr).collect())
+        (
+            finding,
+            why.iter().filter(|(_, above)| *above == Some(false)).map(|(requirement, _)| requirement.expr).collect(),
+        )
     }
 
-    fn always(&mut self, not: Asked<'a>, next: &Choice) -> Diagnostic {
+    fn always(&mut self, not: Requirement<'a>, next: &Choice) -> Diagnostic {
         let why = self.why(&not);
-        let reason = self.prover.reason(&why.iter().map(|(asked, _)| asked.clone()).collect::<Vec<_>>());
+        let reason = self.prover.reason(&why.iter().map(|(requirement, _)| requirement.clone()).collect::<Vec<_>>());
         let mut finding = Diagnostic::warning(codes::ALWAYS_TAKEN, "nothing behind this choice is ever taken");
         finding = if why.len() == 1 {
             self.prover.alone(finding, &not)
         } else {
             finding.at(not.expr.span, "every frame that gets here has this")
         };
-        for (asked, above) in why.iter().filter_map(|(asked, above)| Some((asked, (*above)?))) {
+        for (requirement, above) in why.iter().filter_map(|(requirement, above)| Some((requirement, (*above)?))) {
             let text = if above { "every frame on this way has this" } else { "this takes the others before" };
-            finding = finding.at(asked.expr.span, text);
+            finding = finding.at(requirement.expr.span, text);
         }
         finding = finding.at(head(next), "never taken");
         if let Some(reason) = reason {

@@ -50,8 +50,8 @@ impl<'a> Conditions<'a> {
 
     /// Reports a condition that never comes out so.
     fn reports(&mut self, expr: &'a Expr, wanted: bool) -> bool {
-        let Some(asked) = self.prover.asked(expr, wanted) else { return false };
-        if !self.prover.is_impossible(&[(&asked.formula, wanted)]) {
+        let Some(requirement) = self.prover.requirement(expr, wanted) else { return false };
+        if !self.prover.is_impossible(&[(&requirement.formula, wanted)]) {
             return false;
         }
         let finding = if wanted {
@@ -59,8 +59,8 @@ impl<'a> Conditions<'a> {
         } else {
             Diagnostic::warning(codes::ALWAYS_HOLDS, "this condition always holds")
         };
-        let finding = self.prover.alone(finding, &asked);
-        let finding = match self.prover.reason(&[asked]) {
+        let finding = self.prover.alone(finding, &requirement);
+        let finding = match self.prover.reason(&[requirement]) {
             Some(reason) => finding.note(reason),
             None => finding,
         };

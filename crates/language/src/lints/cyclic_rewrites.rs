@@ -2,9 +2,9 @@
 //!
 //! Rules are applied until nothing changes, so two such rules go on until the rounds are given up.
 
-use super::labels::{Occurring, covered};
+use super::labels::{OccurringLabels, covered};
 use crate::codes;
-use crate::rules::{Label, Labels, Relabel, RelabelKind, Rules, TaskId, TreeScope};
+use crate::rules::{Label, Labels, RelabelKind, RelabelRule, Rules, TaskId, TreeScope};
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::diagnostic::Diagnostic;
 
@@ -35,9 +35,9 @@ struct Rule<'a> {
 
 /// Warns of pairs of rules of which one stands in the `named` files.
 pub fn cyclic_rewrites(rules: &Rules, named: &BTreeSet<u32>) -> Vec<CyclicRewrite> {
-    let Some(occurring) = Occurring::new(rules) else { return Vec::new() };
+    let Some(occurring) = OccurringLabels::new(rules) else { return Vec::new() };
     let settle_s = rules.tree(TreeScope::EachHand).and_then(|tree| tree.settle.as_ref()).map_or(0.0, |one| one.value);
-    let all: Vec<(usize, &Relabel, Rule)> =
+    let all: Vec<(usize, &RelabelRule, Rule)> =
         rules.relabels.iter().enumerate().filter_map(|(at, rule)| Some((at, rule, single(rule)?))).collect();
     let pairs = all.iter().enumerate().flat_map(|(at, one)| all.iter().skip(at + 1).map(move |other| (one, other)));
     let mut during: BTreeMap<Option<TaskId>, BTreeSet<Label>> = BTreeMap::new();
@@ -76,7 +76,7 @@ pub fn cyclic_rewrites(rules: &Rules, named: &BTreeSet<u32>) -> Vec<CyclicRewrit
     found
 }
 
-fn single(rule: &Relabel) -> Option<Rule<'_>> {
+fn single(rule: &RelabelRule) -> Option<Rule<'_>> {
     match &rule.kind {
         RelabelKind::Between { what, between, becomes, .. } => {
             let shorter_s = rule.kind.shorter_time().map_or(f64::INFINITY, |limit| limit.value);

@@ -2,7 +2,7 @@
 
 use super::expressions;
 use crate::codes;
-use crate::ops::{Samples, Takes};
+use crate::ops::{Operand, Samples};
 use crate::rules::{Constant, Expr, ExprKind, LEAST_SAMPLES, Rules};
 use std::collections::BTreeSet;
 use teachtree_base::diagnostic::Diagnostic;
@@ -45,7 +45,7 @@ fn windows<'a>(expr: &'a Expr, durations: &mut Vec<&'a Constant>) {
         ExprKind::Rate(_, duration) | ExprKind::Summary(_, _, Samples::Last(duration)) => durations.push(duration),
         ExprKind::Temporal(temporal, _) => {
             let constants = temporal.constants().into_iter().zip(temporal.kinds());
-            durations.extend(constants.filter(|(_, kind)| *kind == Takes::Duration).map(|(constant, _)| constant));
+            durations.extend(constants.filter(|(_, kind)| *kind == Operand::Duration).map(|(constant, _)| constant));
         }
         _ => {}
     });

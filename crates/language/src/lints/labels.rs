@@ -3,7 +3,9 @@
 
 use super::leaves_with_sides;
 use crate::codes;
-use crate::rules::{Label, Labels, Pattern, PrimitiveId, Relabel, RelabelKind, Repeat, Rules, TaskId, TreeScope};
+use crate::rules::{
+    Label, Labels, Pattern, PrimitiveId, RelabelKind, RelabelRule, Repetition, Rules, TaskId, TreeScope,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::diagnostic::Diagnostic;
 
@@ -12,7 +14,7 @@ const MAX_RULES: usize = 400;
 
 /// The labels that can occur.
 #[derive(Clone, Debug)]
-pub struct Occurring<'a> {
+pub struct OccurringLabels<'a> {
     rules: &'a Rules,
     /// Those that the tree over both hands gives.
     coordination: BTreeSet<Label>,
@@ -24,20 +26,20 @@ pub struct Occurring<'a> {
 #[derive(Clone, Debug, PartialEq)]
 enum Obstacle {
     /// None of these labels occurs.
-    Missing(Labels),
+    MissingLabels(Labels),
     /// No coordination has this label.
     NotInBoth(Label),
     /// Neighbours would have to have the same label.
     SameNeighbours,
     /// What lasts shorter does not settle: after how many seconds it does.
-    Settled(f64),
+    BelowSettlingTime(f64),
     /// What it looks for is what it becomes.
-    Nothing,
+    NoChange,
     /// It looks for coordination without the labels that it looks for.
-    Without,
+    SelfExclusion,
 }
 
-impl<'a> Occurring<'a> {
+impl<'a> OccurringLabels<'a> {
     /// Finds them; `None` when no hand has a tree, or when it is too much work.
     pub fn new(rules: &'a Rules) -> Option<Self> {
         if rules.relabels.len().max(rules.primitives.len()) > MAX_RULES {
@@ -63,7 +65,7 @@ impl<'a> Occurring<'a> {
 
     /// These labels, and what the rules of a task make of them.
     fn rewritten(&self, mut labels: BTreeSet<Label>, task: Option<TaskId>) -> BTreeSet<Label> {
-        let mut rules: Vec<&Relabel> = self.rules.relabels.iter().filter(|rule| rule.task == task).collect();
+        let mut rules: Vec<&RelabelRule> = self.rules.relabels.iter().filter(|rule| rule.task == task).collect();
         loop {
             let before = rules.len();
             rules.retain(|rule| {
@@ -78,7 +80,7 @@ impl<'a> Occurring<'a> {
     }
 
     /// Why a rule never changes anything in tracks of these labels; `None` when it may.
-    fn obstacle(&self, rule: &Relabel, labels: &BTreeSet<Label>) -> Option<Obstacle> {
+    fn obstacle(&self, rule: &RelabelRule, labels: &BTreeSet<Label>) -> Option<Obstacle> {
         match &rule.kind {
             RelabelKind::Between { what, run, between, becomes, .. } => {
                 let shorter = rule.kind.shorter_time().map(|limit| limit.value);
@@ -89,19 +91,19 @@ impl<'a> Occurring<'a> {
                 let of = |between| self.between((what, *run, shorter), between, *becomes, labels);
                 // It is enough that the label of one hand changes.
                 match [of(one), of(other)] {
-                    [Some(Obstacle::Nothing), other] | [other, Some(Obstacle::Nothing)] => other,
+                    [Some(Obstacle::NoChange), other] | [other, Some(Obstacle::NoChange)] => other,
                     [one, other] => one.or(other),
                 }
             }
             RelabelKind::Become { what, becomes } => match covered(what, labels).as_slice() {
-                [] => Some(Obstacle::Missing(what.clone())),
-                found => found.iter().all(|label| label == becomes).then_some(Obstacle::Nothing),
+                [] => Some(Obstacle::MissingLabels(what.clone())),
+                found => found.iter().all(|label| label == becomes).then_some(Obstacle::NoChange),
             },
             RelabelKind::Sequence { elements, becomes } => sequence(elements, *becomes, labels),
             RelabelKind::Separate { what, without } => {
                 // Where rules give both hands one label, that is the label of the coordination; what another rule gave back to them too.
                 let rules = || self.rules.relabels.iter().filter(|rule| rule.task.is_none());
-                let gives_back = |rule: &&Relabel| rule.kind.becomes().is_none();
+                let gives_back = |rule: &&RelabelRule| rule.kind.becomes().is_none();
                 let own = labels.iter().copied().filter(|_| rules().filter(gives_back).count() > 1);
                 let all = self
                     .coordination
@@ -115,7 +117,7 @@ impl<'a> Occurring<'a> {
                     [] => what.first().map(|what| Obstacle::NotInBoth(*what)),
                     found => {
                         let excluded = |label: &Label| without.iter().any(|other| other.covers(*label));
-                        found.iter().all(excluded).then_some(Obstacle::Without)
+                        found.iter().all(excluded).then_some(Obstacle::SelfExclusion)
                     }
                 }
             }
@@ -133,7 +135,7 @@ impl<'a> Occurring<'a> {
         let [inner, before, after] = all.map(|patterns| covered(patterns, labels));
         for (patterns, found) in all.into_iter().zip([&inner, &before, &after]) {
             if found.is_empty() {
-                return Some(Obstacle::Missing(patterns.clone()));
+                return Some(Obstacle::MissingLabels(patterns.clone()));
             }
         }
         // What stands between others has settled; rules only make it longer.
@@ -141,7 +143,7 @@ impl<'a> Occurring<'a> {
         if let (Some(settle), Some(shorter)) = (settle, shorter)
             && shorter <= settle.value
         {
-            return Some(Obstacle::Settled(settle.value));
+            return Some(Obstacle::BelowSettlingTime(settle.value));
         }
         let fits = |inner: &Label, neighbours: &[Label]| neighbours.iter().any(|label| label != inner);
         let starts = inner.iter().filter(|label| fits(label, &before));
@@ -155,7 +157,7 @@ impl<'a> Occurring<'a> {
         if found.is_empty() {
             return Some(Obstacle::SameNeighbours);
         }
-        found.iter().all(|label| Some(*label) == becomes).then_some(Obstacle::Nothing)
+        found.iter().all(|label| Some(*label) == becomes).then_some(Obstacle::NoChange)
     }
 }
 
@@ -165,11 +167,11 @@ pub fn covered(patterns: &[Label], labels: &BTreeSet<Label>) -> Vec<Label> {
 }
 
 /// Whether labels, neighbours different, can stand in a sequence so that one of them changes.
-fn sequence(elements: &[(Labels, Repeat)], becomes: Label, labels: &BTreeSet<Label>) -> Option<Obstacle> {
+fn sequence(elements: &[(Labels, Repetition)], becomes: Label, labels: &BTreeSet<Label>) -> Option<Obstacle> {
     let found: Vec<Vec<Label>> = elements.iter().map(|(patterns, _)| covered(patterns, labels)).collect();
     for ((patterns, repeat), found) in elements.iter().zip(&found) {
-        if found.is_empty() && *repeat != Repeat::Any {
-            return Some(Obstacle::Missing(patterns.clone()));
+        if found.is_empty() && *repeat != Repetition::ZeroOrMore {
+            return Some(Obstacle::MissingLabels(patterns.clone()));
         }
     }
     // How far it is, whether this element has been there, what stands there last, and whether anything would change.
@@ -184,19 +186,19 @@ fn sequence(elements: &[(Labels, Repeat)], becomes: Label, labels: &BTreeSet<Lab
             ends |= last.is_some();
             continue;
         };
-        let next = found.iter().filter(|label| last != Some(**label) && (!been || *repeat != Repeat::Once));
+        let next = found.iter().filter(|label| last != Some(**label) && (!been || *repeat != Repetition::Once));
         let mut states: Vec<_> = next.map(|label| (at, true, Some(*label), changes || *label != becomes)).collect();
-        if been || *repeat == Repeat::Any {
+        if been || *repeat == Repetition::ZeroOrMore {
             states.push((at + 1, false, last, changes));
         }
         open.extend(states.into_iter().filter(|state| seen.insert(*state)));
     }
-    Some(if ends { Obstacle::Nothing } else { Obstacle::SameNeighbours })
+    Some(if ends { Obstacle::NoChange } else { Obstacle::SameNeighbours })
 }
 
 /// Warns of what tasks and rules in the `named` files ask for though it never comes, and returns the primitives that it reported.
 pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>, BTreeSet<PrimitiveId>) {
-    let Some(occurring) = Occurring::new(rules) else { return Default::default() };
+    let Some(occurring) = OccurringLabels::new(rules) else { return Default::default() };
     let mut reported = BTreeSet::new();
     let mut findings = Vec::new();
     let mut lacks = |pattern: &Pattern| {
@@ -232,7 +234,7 @@ pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>,
     for rule in rules.relabels.iter().filter(|rule| named.contains(&rule.span.file)) {
         let labels = during.entry(rule.task).or_insert_with(|| occurring.during(rule.task));
         let Some(obstacle) = occurring.obstacle(rule, labels) else { continue };
-        if let Obstacle::Missing(labels) = &obstacle {
+        if let Obstacle::MissingLabels(labels) = &obstacle {
             reported.extend(labels.iter().map(|label| label.primitive));
         }
         let text = obstacle.text(rules);
@@ -248,17 +250,17 @@ pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>,
 impl Obstacle {
     fn text(&self, rules: &Rules) -> String {
         match self {
-            Self::Missing(labels) => {
+            Self::MissingLabels(labels) => {
                 let names: Vec<String> = labels.iter().map(|label| format!("`{}`", rules.label_name(*label))).collect();
                 format!("nothing gives {}", names.join(" or "))
             }
             Self::NotInBoth(label) => format!("no tree over both hands gives `{}`", rules.label_name(*label)),
             Self::SameNeighbours => "neighbours never have the same label: they would be one segment".into(),
-            Self::Settled(seconds) => {
+            Self::BelowSettlingTime(seconds) => {
                 format!("what stands between two others has lasted as long as the settling, {} ms", seconds * 1e3)
             }
-            Self::Nothing => "what it finds is already what it becomes".into(),
-            Self::Without => "it looks for coordination that is without what it looks for".into(),
+            Self::NoChange => "what it finds is already what it becomes".into(),
+            Self::SelfExclusion => "it looks for coordination that is without what it looks for".into(),
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A proof may be too much work; then nothing is said.
 
-use crate::formula::{Answer, Formula, Frame, Reader, possible_within};
+use crate::formula::{Answer, Formula, Frame, Reader, solve_within};
 use crate::rules::{Expr, ExprKind, Hand, Rules};
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -28,9 +28,9 @@ pub struct Prover<'a> {
     size: usize,
 }
 
-/// A condition and how it is to come out.
+/// A condition and its wanted result.
 #[derive(Clone, Debug)]
-pub struct Asked<'a> {
+pub struct Requirement<'a> {
     /// The condition.
     pub expr: &'a Expr,
     /// The same as a formula.
@@ -46,18 +46,18 @@ impl<'a> Prover<'a> {
         Self { reader, this: Hand::Nobody, before: Rc::default(), steps: MAX_STEPS, size: MAX_SIZE }
     }
 
-    /// A condition to be asked; `None` when all that may be read has been read.
-    pub fn asked(&mut self, expr: &'a Expr, wanted: bool) -> Option<Asked<'a>> {
+    /// Returns a condition with its wanted result as a requirement; `None` when the limit of formulas is reached.
+    pub fn requirement(&mut self, expr: &'a Expr, wanted: bool) -> Option<Requirement<'a>> {
         let formula = (self.size > 0).then(|| self.reader.formula(expr, self.this))?;
         self.size = self.size.saturating_sub(formula.size());
-        Some(Asked { expr, formula, wanted })
+        Some(Requirement { expr, formula, wanted })
     }
 
     /// Whether it is proved that these never come out so together.
     pub fn is_impossible(&mut self, all: &[(&Formula, bool)]) -> bool {
         let given = MAX_STEPS_EACH.min(self.steps);
         let mut left = given;
-        let answer = possible_within(all, Rc::clone(&self.before), &mut left);
+        let answer = solve_within(all, Rc::clone(&self.before), &mut left);
         self.steps -= given - left;
         matches!(answer, Answer::No)
     }
@@ -66,11 +66,11 @@ impl<'a> Prover<'a> {
     pub fn frame(&mut self, all: &[(&Formula, bool)]) -> Option<Frame> {
         let given = MAX_STEPS_EACH.min(self.steps);
         let mut left = given;
-        let answer = possible_within(all, Rc::clone(&self.before), &mut left);
+        let answer = solve_within(all, Rc::clone(&self.before), &mut left);
         self.steps -= given - left;
         match answer {
             Answer::Yes(case) => case.frame(all),
-            Answer::No | Answer::Perhaps => None,
+            Answer::No | Answer::Unknown => None,
         }
     }
 
@@ -90,35 +90,36 @@ impl<'a> Prover<'a> {
     }
 
     /// A condition taken apart into what has to come out how, so that it comes out as wanted.
-    pub fn parts(&mut self, asked: &Asked<'a>) -> Vec<Asked<'a>> {
+    pub fn parts(&mut self, requirement: &Requirement<'a>) -> Vec<Requirement<'a>> {
         let mut parts = Vec::new();
-        parts_of(asked.expr, asked.wanted, &mut parts);
-        let read = parts.into_iter().map(|(expr, wanted)| self.asked(expr, wanted)).collect::<Option<Vec<_>>>();
-        read.unwrap_or_else(|| vec![asked.clone()])
+        parts_of(requirement.expr, requirement.wanted, &mut parts);
+        let read = parts.into_iter().map(|(expr, wanted)| self.requirement(expr, wanted)).collect::<Option<Vec<_>>>();
+        read.unwrap_or_else(|| vec![requirement.clone()])
     }
 
     /// Shows a condition that never comes out as asked, with the parts of it that are the reason.
-    pub fn alone(&mut self, finding: Diagnostic, asked: &Asked<'a>) -> Diagnostic {
-        let parts = self.parts(asked);
+    pub fn alone(&mut self, finding: Diagnostic, requirement: &Requirement<'a>) -> Diagnostic {
+        let parts = self.parts(requirement);
         let parts = self.least(parts, |part| (&part.formula, part.wanted));
-        let text = |part: &Asked| match (parts.len(), part.wanted) {
+        let text = |part: &Requirement| match (parts.len(), part.wanted) {
             (1, true) if matches!(part.expr.kind, ExprKind::From { .. }) => "no leaf before is one of these",
             (1, true) => "this never holds",
             (1, false) => "this always holds",
-            (_, true) if asked.wanted => "this has to hold …",
-            (_, false) if asked.wanted => "this must not hold …",
+            (_, true) if requirement.wanted => "this has to hold …",
+            (_, false) if requirement.wanted => "this must not hold …",
             (_, false) => "this holds where the rest does not",
             (_, true) => "this does not hold where the rest does not",
         };
         if parts.is_empty() {
-            return finding.at(asked.expr.span, if asked.wanted { "this never holds" } else { "this always holds" });
+            return finding
+                .at(requirement.expr.span, if requirement.wanted { "this never holds" } else { "this always holds" });
         }
         parts.iter().fold(finding, |finding, part| finding.at(part.expr.span, text(part)))
     }
 
     /// The single conditions behind a contradiction, in words; `None` when they are too many or not single.
-    pub fn reason(&mut self, all: &[Asked<'a>]) -> Option<String> {
-        let single = all.iter().flat_map(|asked| asked.formula.parts(asked.wanted)).collect();
+    pub fn reason(&mut self, all: &[Requirement<'a>]) -> Option<String> {
+        let single = all.iter().flat_map(|requirement| requirement.formula.parts(requirement.wanted)).collect();
         let single = self.least(single, |one: &(&Formula, bool)| *one);
         // That something holds and does not is to be seen without words.
         let distinct: BTreeSet<_> = single.iter().map(|(formula, _)| formula.text()).collect();

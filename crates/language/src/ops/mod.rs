@@ -3,15 +3,15 @@
 //! The checker of types, the parser, the language server and the proofs read it; `tests/it/language/operators.rs` walks it and holds the evaluators,
 //! the editors' grammars and the language reference against it. Signs (`+`, `<`, `and`, `not`) are part of the grammar and stand in no row.
 
-mod known;
+mod abstract_value;
 mod summary;
 mod table;
-mod temporal;
+mod temporal_operator;
 
-pub use known::Known;
+pub use abstract_value::AbstractValue;
 pub use summary::{Samples, Summary};
 pub use table::OPERATORS;
-pub use temporal::Temporal;
+pub use temporal_operator::TemporalOperator;
 
 use super::rules::{ExprKind, Function};
 
@@ -26,9 +26,9 @@ pub enum Kind {
     Temporal,
 }
 
-/// What becomes of an operator in a checked expression.
+/// The form of an operator in a checked expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Becomes {
+pub enum CheckedForm {
     /// `ExprKind::Call`.
     Call(Function),
     /// `ExprKind::Temporal`.
@@ -43,9 +43,9 @@ pub enum Becomes {
     Contact,
 }
 
-/// What stands in a place of an operator.
+/// The type of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Takes {
+pub enum Operand {
     /// A condition.
     Condition,
     /// An array of conditions.
@@ -80,9 +80,9 @@ pub enum Takes {
     OfHand(&'static str),
 }
 
-/// The type of what an operator gives. The axis is that of its arguments, unless it is one value of an array.
+/// The type of the result of an operator. The axis is that of its arguments, unless it is one value of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gives {
+pub enum Output {
     /// A condition.
     Condition,
     /// One condition of an array.
@@ -126,13 +126,13 @@ pub enum Range {
 
 /// One way to write an operator.
 #[derive(Clone, Copy, Debug)]
-pub struct Form {
+pub struct Signature {
     /// As it is written, with placeholders.
     pub written: &'static str,
-    /// What stands in its places, in the order in which they are written.
-    pub takes: &'static [Takes],
+    /// The types of its operands, in the order in which they are written.
+    pub takes: &'static [Operand],
     /// The type of its result.
-    pub gives: Gives,
+    pub gives: Output,
     /// What its result may be, when that is a number.
     pub range: Range,
     /// Whether its value is taken over time: `x over last d`, `x since c`.
@@ -146,10 +146,10 @@ pub struct Operator {
     pub name: &'static str,
     /// What it is.
     pub kind: Kind,
-    /// What becomes of it.
-    pub becomes: Becomes,
-    /// How it may be written.
-    pub forms: &'static [Form],
+    /// Its form in a checked expression.
+    pub becomes: CheckedForm,
+    /// The ways to write it.
+    pub signatures: &'static [Signature],
     /// What it gives, in one line.
     pub doc: &'static str,
     /// An expression with it, of a hand under the shipped rules.
@@ -159,18 +159,20 @@ pub struct Operator {
     /// What a condition is on the first frame of a stretch, where that does not depend on what it reads.
     pub at_start: Option<bool>,
     /// What is known of its result, given what is known of its values on all frames of a log.
-    pub known: fn(&[Known]) -> Known,
+    pub known: fn(&[AbstractValue]) -> AbstractValue,
 }
 
 impl Operator {
     /// Whether it is written as a call, `name(…)`.
     pub fn is_called(&self) -> bool {
-        self.forms.iter().all(|form| form.written.split_once('(').is_some_and(|(head, _)| head == self.name))
+        self.signatures
+            .iter()
+            .all(|signature| signature.written.split_once('(').is_some_and(|(head, _)| head == self.name))
     }
 
-    /// How it may be written.
+    /// The ways to write it.
     pub fn calls(&self) -> Vec<&'static str> {
-        self.forms.iter().map(|form| form.written).collect()
+        self.signatures.iter().map(|signature| signature.written).collect()
     }
 }
 
@@ -195,7 +197,7 @@ pub fn of(kind: &ExprKind) -> Option<&'static Operator> {
         ExprKind::Call(function, _) => Some(of_function(*function)),
         ExprKind::Temporal(temporal, _) => temporal.operator(),
         ExprKind::Summary(summary, ..) => function(summary.name()),
-        ExprKind::Rate(..) => OPERATORS.iter().find(|operator| operator.becomes == Becomes::Rate),
+        ExprKind::Rate(..) => OPERATORS.iter().find(|operator| operator.becomes == CheckedForm::Rate),
         ExprKind::Hysteresis { rising, .. } => by_name(if *rising { "above until below" } else { "below until above" }),
         _ => None,
     }
@@ -203,7 +205,7 @@ pub fn of(kind: &ExprKind) -> Option<&'static Operator> {
 
 /// The row of a function.
 pub fn of_function(function: Function) -> &'static Operator {
-    let row = OPERATORS.iter().find(|operator| operator.becomes == Becomes::Call(function));
+    let row = OPERATORS.iter().find(|operator| operator.becomes == CheckedForm::Call(function));
     debug_assert!(row.is_some(), "{function:?} has no row");
     row.unwrap_or(&table::UNKNOWN)
 }

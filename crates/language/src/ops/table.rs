@@ -1,37 +1,39 @@
 //! The rows, by kind and name.
 
-use super::known::{Known, abs, alike, all, any, lasting, length, part, product, same, total, unchanging, unknown};
-use super::{Becomes, Form, Gives, Kind, Operator, Range, Summary, Takes};
+use super::abstract_value::{
+    AbstractValue, abs, alike, all, any, lasting, length, part, product, same, total, unchanging, unknown,
+};
+use super::{CheckedForm, Kind, Operand, Operator, Output, Range, Signature, Summary};
 use crate::rules::Function;
 
-const fn form(written: &'static str, takes: &'static [Takes], gives: Gives) -> Form {
-    Form { written, takes, gives, range: Range::Computed, over_time: false }
+const fn form(written: &'static str, takes: &'static [Operand], gives: Output) -> Signature {
+    Signature { written, takes, gives, range: Range::Computed, over_time: false }
 }
 
-const fn ranged(range: Range, form: Form) -> Form {
-    Form { range, ..form }
+const fn ranged(range: Range, form: Signature) -> Signature {
+    Signature { range, ..form }
 }
 
 /// A form whose value is taken over time.
-const fn over_time(form: Form) -> Form {
-    Form { over_time: true, ..form }
+const fn over_time(form: Signature) -> Signature {
+    Signature { over_time: true, ..form }
 }
 
 /// A row of which nothing is known but how it is written; the rest is added by `..`.
 const fn row(
     kind: Kind,
-    becomes: Becomes,
+    becomes: CheckedForm,
     name: &'static str,
-    forms: &'static [Form],
+    signatures: &'static [Signature],
     doc: &'static str,
     example: &'static str,
-    known: fn(&[Known]) -> Known,
+    known: fn(&[AbstractValue]) -> AbstractValue,
 ) -> Operator {
-    Operator { name, kind, becomes, forms, doc, example, never_negative: false, at_start: None, known }
+    Operator { name, kind, becomes, signatures, doc, example, never_negative: false, at_start: None, known }
 }
 
 /// What stands for a row that is missing.
-pub(super) static UNKNOWN: Operator = row(Kind::Function, Becomes::Contact, "", &[], "", "", unknown);
+pub(super) static UNKNOWN: Operator = row(Kind::Function, CheckedForm::Contact, "", &[], "", "", unknown);
 
 /// The operators.
 pub static OPERATORS: &[Operator] = &[
@@ -39,9 +41,9 @@ pub static OPERATORS: &[Operator] = &[
         never_negative: true,
         ..row(
             Kind::Function,
-            Becomes::Call(Function::Abs),
+            CheckedForm::Call(Function::Abs),
             "abs",
-            &[ranged(Range::Chosen, form("abs(x)", &[Takes::Scalar], Gives::Same))],
+            &[ranged(Range::Chosen, form("abs(x)", &[Operand::Scalar], Output::Same))],
             "the size of a number, without its sign",
             "abs(target.velocity.z) > 5 mm/s",
             abs,
@@ -51,11 +53,11 @@ pub static OPERATORS: &[Operator] = &[
         never_negative: true,
         ..row(
             Kind::Function,
-            Becomes::Call(Function::Angle),
+            CheckedForm::Call(Function::Angle),
             "angle",
             &[
-                form("angle(a, b)", &[Takes::Vec3, Takes::Vec3], Gives::Angle),
-                form("angle(r, s)", &[Takes::Rotation, Takes::Rotation], Gives::Angle),
+                form("angle(a, b)", &[Operand::Vec3, Operand::Vec3], Output::Angle),
+                form("angle(r, s)", &[Operand::Rotation, Operand::Rotation], Output::Angle),
             ],
             "the angle between two vec3, or of the turn from one rotation to another; 0 where one has no direction",
             "angle(target.velocity, vec3(0, 0, 1)) > 60 deg",
@@ -64,39 +66,39 @@ pub static OPERATORS: &[Operator] = &[
     },
     row(
         Kind::Function,
-        Becomes::Call(Function::Cross),
+        CheckedForm::Call(Function::Cross),
         "cross",
-        &[form("cross(a, b)", &[Takes::Vec3, Takes::Vec3], Gives::CrossProduct)],
+        &[form("cross(a, b)", &[Operand::Vec3, Operand::Vec3], Output::CrossProduct)],
         "the vector product of two vec3",
         "any(norm(cross(contacts.force, contacts.normal)) > 1 N)",
         product,
     ),
     row(
         Kind::Function,
-        Becomes::Call(Function::Dot),
+        CheckedForm::Call(Function::Dot),
         "dot",
-        &[form("dot(a, b)", &[Takes::Vec3, Takes::Vec3], Gives::Product)],
+        &[form("dot(a, b)", &[Operand::Vec3, Operand::Vec3], Output::Product)],
         "the scalar product of two vec3",
         "any(dot(contacts.force, contacts.normal) > 1 N)",
         product,
     ),
     row(
         Kind::Function,
-        Becomes::Call(Function::FromFrame),
+        CheckedForm::Call(Function::FromFrame),
         "from_frame",
-        &[form("from_frame(v, target.rotation)", &[Takes::Vec3, Takes::Rotation], Gives::Same)],
+        &[form("from_frame(v, target.rotation)", &[Operand::Vec3, Operand::Rotation], Output::Same)],
         "a vec3 that is given in the frame of a body, in the reference frame",
         "from_frame(vec3(0, 0, 1), target.rotation).z > 0.5",
         part,
     ),
     row(
         Kind::Function,
-        Becomes::Contact,
+        CheckedForm::Contact,
         "in_contact",
         &[form(
             "in_contact(left.target, right.target)",
-            &[Takes::OfHand("target"), Takes::OfHand("target")],
-            Gives::OneCondition,
+            &[Operand::OfHand("target"), Operand::OfHand("target")],
+            Output::OneCondition,
         )],
         "whether the two hands' targets touch each other",
         "in_contact(left.target, right.target)",
@@ -104,9 +106,9 @@ pub static OPERATORS: &[Operator] = &[
     ),
     row(
         Kind::Function,
-        Becomes::Call(Function::InFrame),
+        CheckedForm::Call(Function::InFrame),
         "in_frame",
-        &[form("in_frame(v, target.rotation)", &[Takes::Vec3, Takes::Rotation], Gives::Same)],
+        &[form("in_frame(v, target.rotation)", &[Operand::Vec3, Operand::Rotation], Output::Same)],
         "a vec3 of the reference frame in the frame of a body",
         "in_frame(target.velocity, target.rotation).x > 10 mm/s",
         part,
@@ -115,9 +117,9 @@ pub static OPERATORS: &[Operator] = &[
         never_negative: true,
         ..row(
             Kind::Function,
-            Becomes::Call(Function::Norm),
+            CheckedForm::Call(Function::Norm),
             "norm",
-            &[form("norm(v)", &[Takes::Vec3], Gives::Length)],
+            &[form("norm(v)", &[Operand::Vec3], Output::Length)],
             "the length of a vec3",
             "norm(target.velocity) > 10 mm/s",
             length,
@@ -125,12 +127,12 @@ pub static OPERATORS: &[Operator] = &[
     },
     row(
         Kind::Function,
-        Becomes::Call(Function::SqueezeOf),
+        CheckedForm::Call(Function::SqueezeOf),
         "squeeze_of",
         &[form(
             "squeeze_of(left.fingers, right.fingers)",
-            &[Takes::OfHand("fingers"), Takes::OfHand("fingers")],
-            Gives::Force,
+            &[Operand::OfHand("fingers"), Operand::OfHand("fingers")],
+            Output::Force,
         )],
         "the force with which both hands press an object between them",
         "squeeze_of(left.fingers, right.fingers) > 13 N",
@@ -138,36 +140,36 @@ pub static OPERATORS: &[Operator] = &[
     ),
     row(
         Kind::Function,
-        Becomes::Call(Function::Tangential),
+        CheckedForm::Call(Function::Tangential),
         "tangential",
-        &[form("tangential(v, contacts.normal)", &[Takes::Vec3, Takes::Direction], Gives::Same)],
+        &[form("tangential(v, contacts.normal)", &[Operand::Vec3, Operand::Direction], Output::Same)],
         "the part of a vec3 that is at right angles to a direction",
         "any(norm(tangential(contacts.force, contacts.normal)) > 1 N)",
         part,
     ),
     row(
         Kind::Function,
-        Becomes::Call(Function::Vec3),
+        CheckedForm::Call(Function::Vec3),
         "vec3",
-        &[form("vec3(x, y, z)", &[Takes::Scalar, Takes::SameScalar, Takes::SameScalar], Gives::Vec3)],
+        &[form("vec3(x, y, z)", &[Operand::Scalar, Operand::SameScalar, Operand::SameScalar], Output::Vec3)],
         "a vec3 of its components",
         "norm(target.velocity - vec3(0 m/s, 0 m/s, 10 mm/s)) > 20 mm/s",
         alike,
     ),
     row(
         Kind::Set,
-        Becomes::Call(Function::All),
+        CheckedForm::Call(Function::All),
         "all",
-        &[form("all(conditions)", &[Takes::Conditions], Gives::OneCondition)],
+        &[form("all(conditions)", &[Operand::Conditions], Output::OneCondition)],
         "whether every one of an array of conditions holds",
         "all(touches[opposing])",
         all,
     ),
     row(
         Kind::Set,
-        Becomes::Call(Function::Any),
+        CheckedForm::Call(Function::Any),
         "any",
-        &[form("any(conditions)", &[Takes::Conditions], Gives::OneCondition)],
+        &[form("any(conditions)", &[Operand::Conditions], Output::OneCondition)],
         "whether one of an array of conditions holds",
         "any(fingers.contact)",
         any,
@@ -176,9 +178,9 @@ pub static OPERATORS: &[Operator] = &[
         never_negative: true,
         ..row(
             Kind::Set,
-            Becomes::Call(Function::Count),
+            CheckedForm::Call(Function::Count),
             "count",
-            &[ranged(Range::Counted, form("count(conditions)", &[Takes::Conditions], Gives::Count))],
+            &[ranged(Range::Counted, form("count(conditions)", &[Operand::Conditions], Output::Count))],
             "how many of an array of conditions hold",
             "count(fingers.contact) >= 3",
             total,
@@ -186,18 +188,18 @@ pub static OPERATORS: &[Operator] = &[
     },
     row(
         Kind::Set,
-        Becomes::Call(Function::Max),
+        CheckedForm::Call(Function::Max),
         "max",
         &[
-            ranged(Range::Extreme, form("max(array)", &[Takes::Scalars], Gives::Element)),
-            ranged(Range::Chosen, form("max(a, b)", &[Takes::Scalar, Takes::SameScalar], Gives::Same)),
+            ranged(Range::Extreme, form("max(array)", &[Operand::Scalars], Output::Element)),
+            ranged(Range::Chosen, form("max(a, b)", &[Operand::Scalar, Operand::SameScalar], Output::Same)),
             ranged(
                 Range::Chosen,
-                over_time(form("max(x over last 200 ms)", &[Takes::Scalar, Takes::Duration], Gives::Same)),
+                over_time(form("max(x over last 200 ms)", &[Operand::Scalar, Operand::Duration], Output::Same)),
             ),
             ranged(
                 Range::Chosen,
-                over_time(form("max(x since condition)", &[Takes::Scalar, Takes::Condition], Gives::Same)),
+                over_time(form("max(x since condition)", &[Operand::Scalar, Operand::Condition], Output::Same)),
             ),
         ],
         "the largest of an array, of two numbers, or of the samples of a number over time",
@@ -206,12 +208,12 @@ pub static OPERATORS: &[Operator] = &[
     ),
     row(
         Kind::Set,
-        Becomes::Call(Function::Mean),
+        CheckedForm::Call(Function::Mean),
         "mean",
         &[
-            form("mean(array)", &[Takes::Numbers], Gives::Element),
-            over_time(form("mean(x over last 200 ms)", &[Takes::NumberOrCondition, Takes::Duration], Gives::Same)),
-            over_time(form("mean(x since condition)", &[Takes::NumberOrCondition, Takes::Condition], Gives::Same)),
+            form("mean(array)", &[Operand::Numbers], Output::Element),
+            over_time(form("mean(x over last 200 ms)", &[Operand::NumberOrCondition, Operand::Duration], Output::Same)),
+            over_time(form("mean(x since condition)", &[Operand::NumberOrCondition, Operand::Condition], Output::Same)),
         ],
         "the mean of an array, zero when it has no elements; or of the samples of a number over time, for a condition the share of them on which it holds",
         "norm(mean(mean(fingers.force) over last 200 ms)) > 1 N",
@@ -219,18 +221,18 @@ pub static OPERATORS: &[Operator] = &[
     ),
     row(
         Kind::Set,
-        Becomes::Call(Function::Min),
+        CheckedForm::Call(Function::Min),
         "min",
         &[
-            ranged(Range::Extreme, form("min(array)", &[Takes::Scalars], Gives::Element)),
-            ranged(Range::Chosen, form("min(a, b)", &[Takes::Scalar, Takes::SameScalar], Gives::Same)),
+            ranged(Range::Extreme, form("min(array)", &[Operand::Scalars], Output::Element)),
+            ranged(Range::Chosen, form("min(a, b)", &[Operand::Scalar, Operand::SameScalar], Output::Same)),
             ranged(
                 Range::Chosen,
-                over_time(form("min(x over last 200 ms)", &[Takes::Scalar, Takes::Duration], Gives::Same)),
+                over_time(form("min(x over last 200 ms)", &[Operand::Scalar, Operand::Duration], Output::Same)),
             ),
             ranged(
                 Range::Chosen,
-                over_time(form("min(x since condition)", &[Takes::Scalar, Takes::Condition], Gives::Same)),
+                over_time(form("min(x since condition)", &[Operand::Scalar, Operand::Condition], Output::Same)),
             ),
         ],
         "the smallest of an array, of two numbers, or of the samples of a number over time",
@@ -239,30 +241,34 @@ pub static OPERATORS: &[Operator] = &[
     ),
     row(
         Kind::Set,
-        Becomes::Call(Function::Sum),
+        CheckedForm::Call(Function::Sum),
         "sum",
-        &[form("sum(array)", &[Takes::Numbers], Gives::Element)],
+        &[form("sum(array)", &[Operand::Numbers], Output::Element)],
         "the sum of an array; zero when it has no elements",
         "norm(sum(fingers.force)) > 1 N",
         total,
     ),
     row(
         Kind::Temporal,
-        Becomes::Hysteresis,
+        CheckedForm::Hysteresis,
         "above until below",
-        &[form("x above on until below off", &[Takes::Scalar, Takes::Threshold, Takes::Threshold], Gives::Condition)],
+        &[form(
+            "x above on until below off",
+            &[Operand::Scalar, Operand::Threshold, Operand::Threshold],
+            Output::Condition,
+        )],
         "a hysteresis: true once the number is above the first threshold, until it is below the second one",
         "load above 3 N until below 2 N",
         unknown,
     ),
     row(
         Kind::Temporal,
-        Becomes::Temporal,
+        CheckedForm::Temporal,
         "at least times within last",
         &[form(
             "(condition) at least 3 times within last 2 s",
-            &[Takes::Condition, Takes::Times, Takes::Duration],
-            Gives::Condition,
+            &[Operand::Condition, Operand::Times, Operand::Duration],
+            Output::Condition,
         )],
         "true when the condition began to hold so often within the time that ends now",
         "(moving) at least 3 times within last 200 ms",
@@ -270,9 +276,13 @@ pub static OPERATORS: &[Operator] = &[
     ),
     row(
         Kind::Temporal,
-        Becomes::Hysteresis,
+        CheckedForm::Hysteresis,
         "below until above",
-        &[form("x below on until above off", &[Takes::Scalar, Takes::Threshold, Takes::Threshold], Gives::Condition)],
+        &[form(
+            "x below on until above off",
+            &[Operand::Scalar, Operand::Threshold, Operand::Threshold],
+            Output::Condition,
+        )],
         "a hysteresis: true once the number is below the first threshold, until it is above the second one",
         "target.position.z below 10 mm until above 12 mm",
         unknown,
@@ -281,9 +291,9 @@ pub static OPERATORS: &[Operator] = &[
         at_start: Some(false),
         ..row(
             Kind::Temporal,
-            Becomes::Temporal,
+            CheckedForm::Temporal,
             "falls",
-            &[form("falls(condition)", &[Takes::Condition], Gives::Condition)],
+            &[form("falls(condition)", &[Operand::Condition], Output::Condition)],
             "true on the frame on which the condition ceases to hold",
             "falls(moving)",
             unchanging,
@@ -291,25 +301,25 @@ pub static OPERATORS: &[Operator] = &[
     },
     row(
         Kind::Temporal,
-        Becomes::Temporal,
+        CheckedForm::Temporal,
         "for",
-        &[form("(condition) for 200 ms", &[Takes::Condition, Takes::Duration], Gives::Condition)],
+        &[form("(condition) for 200 ms", &[Operand::Condition, Operand::Duration], Output::Condition)],
         "true when the condition has held for all of the time that ends now",
         "(moving) for 200 ms",
         lasting,
     ),
     row(
         Kind::Temporal,
-        Becomes::Summary(Summary::Earliest),
+        CheckedForm::Summary(Summary::Earliest),
         "earliest",
         &[
             ranged(
                 Range::Chosen,
-                over_time(form("earliest(x over last 200 ms)", &[Takes::Value, Takes::Duration], Gives::Same)),
+                over_time(form("earliest(x over last 200 ms)", &[Operand::Value, Operand::Duration], Output::Same)),
             ),
             ranged(
                 Range::Chosen,
-                over_time(form("earliest(x since condition)", &[Takes::Value, Takes::Condition], Gives::Same)),
+                over_time(form("earliest(x since condition)", &[Operand::Value, Operand::Condition], Output::Same)),
             ),
         ],
         "what a value was at the beginning of a time that ends now, or when a condition last began",
@@ -318,18 +328,18 @@ pub static OPERATORS: &[Operator] = &[
     ),
     row(
         Kind::Temporal,
-        Becomes::Summary(Summary::Integral),
+        CheckedForm::Summary(Summary::Integral),
         "integral",
         &[
             over_time(form(
                 "integral(x over last 200 ms)",
-                &[Takes::NumberOrCondition, Takes::Duration],
-                Gives::TimesTime,
+                &[Operand::NumberOrCondition, Operand::Duration],
+                Output::TimesTime,
             )),
             over_time(form(
                 "integral(x since condition)",
-                &[Takes::NumberOrCondition, Takes::Condition],
-                Gives::TimesTime,
+                &[Operand::NumberOrCondition, Operand::Condition],
+                Output::TimesTime,
             )),
         ],
         "a number added up over time, each sample times its duration; for a condition the time for which it holds",
@@ -338,9 +348,9 @@ pub static OPERATORS: &[Operator] = &[
     ),
     row(
         Kind::Temporal,
-        Becomes::Rate,
+        CheckedForm::Rate,
         "rate",
-        &[form("rate(x, 100 ms)", &[Takes::Number, Takes::Duration], Gives::PerTime)],
+        &[form("rate(x, 100 ms)", &[Operand::Number, Operand::Duration], Output::PerTime)],
         "how fast a number changes: its difference over the time, divided by the time",
         "rate(target.position.z, 100 ms) > 5 mm/s",
         unchanging,
@@ -349,9 +359,9 @@ pub static OPERATORS: &[Operator] = &[
         at_start: Some(false),
         ..row(
             Kind::Temporal,
-            Becomes::Temporal,
+            CheckedForm::Temporal,
             "rises",
-            &[form("rises(condition)", &[Takes::Condition], Gives::Condition)],
+            &[form("rises(condition)", &[Operand::Condition], Output::Condition)],
             "true on the frame on which the condition begins to hold",
             "rises(moving)",
             unchanging,
@@ -359,18 +369,18 @@ pub static OPERATORS: &[Operator] = &[
     },
     row(
         Kind::Temporal,
-        Becomes::Temporal,
+        CheckedForm::Temporal,
         "within last",
-        &[form("(condition) within last 1 s", &[Takes::Condition, Takes::Duration], Gives::Condition)],
+        &[form("(condition) within last 1 s", &[Operand::Condition, Operand::Duration], Output::Condition)],
         "true when the condition held on a frame of the time that ends now",
         "(moving) within last 200 ms",
         same,
     ),
     row(
         Kind::Temporal,
-        Becomes::Temporal,
+        CheckedForm::Temporal,
         "within next",
-        &[form("(condition) within next 250 ms", &[Takes::Condition, Takes::Duration], Gives::Condition)],
+        &[form("(condition) within next 250 ms", &[Operand::Condition, Operand::Duration], Output::Condition)],
         "true when the condition holds on a frame of the time that begins now; it is known only when that time has passed",
         "(moving) within next 200 ms",
         same,

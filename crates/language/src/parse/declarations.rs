@@ -1,7 +1,7 @@
 //! Signals, latches, params, primitives and the channels of `stream`.
 
 use super::Parser;
-use super::expressions::{Builder, P};
+use super::expressions::{Builder, RulePair};
 use super::grammar::Rule;
 use crate::syntax::{Channel, ItemKind, Latch, Name, Param, Primitive, Signal, Use, ValueType};
 use std::ops::Range;
@@ -10,13 +10,13 @@ use teachtree_base::units::Dimension;
 
 impl Builder<'_, '_, '_> {
     /// A declaration without braces.
-    pub fn item(&mut self, pair: P<'_>) -> Option<ItemKind> {
+    pub fn item(&mut self, pair: RulePair<'_>) -> Option<ItemKind> {
         match pair.as_rule() {
             Rule::use_file => {
-                let (before, own): (Vec<P<'_>>, Vec<P<'_>>) =
+                let (before, own): (Vec<RulePair<'_>>, Vec<RulePair<'_>>) =
                     pair.into_inner().partition(|part| part.as_rule() == Rule::before_file);
                 let file = own.into_iter().find_map(|part| self.quoted(part))?;
-                let before = before.into_iter().flat_map(P::into_inner).find_map(|part| self.quoted(part));
+                let before = before.into_iter().flat_map(RulePair::into_inner).find_map(|part| self.quoted(part));
                 Some(ItemKind::Use(Use { file, before }))
             }
             Rule::param => self.param(pair).map(ItemKind::Param),
@@ -28,13 +28,13 @@ impl Builder<'_, '_, '_> {
                 primitives.collect::<Option<_>>().map(ItemKind::Primitives)
             }
             Rule::task => self.task_item(pair),
-            Rule::extend_task => self.extend_task(pair).map(ItemKind::ExtendTask),
+            Rule::extend_task => self.extend_task(pair).map(ItemKind::TaskExtension),
             _ => None,
         }
     }
 
     /// `Lift is Translate`, `Push does push`, `Join(side) does insert while other does hold`
-    fn primitive(&mut self, pair: P<'_>) -> Option<Primitive> {
+    fn primitive(&mut self, pair: RulePair<'_>) -> Option<Primitive> {
         let (mut name, mut sided, mut is, mut does, mut other) = (None, false, None, None, None);
         for part in pair.into_inner() {
             match part.as_rule() {
@@ -44,7 +44,7 @@ impl Builder<'_, '_, '_> {
                 }
                 Rule::kind_of => is = self.word_in(part, Rule::primitive_name),
                 _ => {
-                    let (own, more): (Vec<P<'_>>, Vec<P<'_>>) =
+                    let (own, more): (Vec<RulePair<'_>>, Vec<RulePair<'_>>) =
                         part.into_inner().partition(|word| word.as_rule() != Rule::other_does);
                     does = own.iter().find(|word| word.as_rule() == Rule::meaning_name).map(|word| self.name(word));
                     other = more.into_iter().next().and_then(|more| self.word_in(more, Rule::meaning_name));
@@ -55,7 +55,7 @@ impl Builder<'_, '_, '_> {
     }
 
     /// The name in quotes, if the pair is one.
-    fn quoted(&mut self, pair: P<'_>) -> Option<Name> {
+    fn quoted(&mut self, pair: RulePair<'_>) -> Option<Name> {
         (pair.as_rule() == Rule::text).then(|| {
             let mut name = self.name(&pair);
             name.text = name.text.trim_matches('"').to_string();
@@ -63,11 +63,11 @@ impl Builder<'_, '_, '_> {
         })
     }
 
-    fn word_in(&mut self, pair: P<'_>, rule: Rule) -> Option<Name> {
+    fn word_in(&mut self, pair: RulePair<'_>, rule: Rule) -> Option<Name> {
         pair.into_inner().find(|word| word.as_rule() == rule).map(|word| self.name(&word))
     }
 
-    fn param(&mut self, pair: P<'_>) -> Option<Param> {
+    fn param(&mut self, pair: RulePair<'_>) -> Option<Param> {
         let mut name = None;
         let mut values = Vec::new();
         for part in pair.into_inner() {
@@ -86,7 +86,7 @@ impl Builder<'_, '_, '_> {
         Some(Param { name: name?, value, range })
     }
 
-    fn signal(&mut self, pair: P<'_>) -> Option<Signal> {
+    fn signal(&mut self, pair: RulePair<'_>) -> Option<Signal> {
         let (mut name, mut ty, mut value) = (None, None, None);
         for part in pair.into_inner() {
             match part.as_rule() {
@@ -102,7 +102,7 @@ impl Builder<'_, '_, '_> {
         Some(Signal { name: name?, ty, value })
     }
 
-    fn latch(&mut self, pair: P<'_>) -> Option<Latch> {
+    fn latch(&mut self, pair: RulePair<'_>) -> Option<Latch> {
         let mut name = None;
         let mut conditions = Vec::new();
         for part in pair.into_inner() {
@@ -116,7 +116,7 @@ impl Builder<'_, '_, '_> {
         Some(Latch { name: name?, set: conditions.next()??, clear: conditions.next()?? })
     }
 
-    fn channel(&mut self, pair: P<'_>, per_hand: bool) -> Option<Channel> {
+    fn channel(&mut self, pair: RulePair<'_>, per_hand: bool) -> Option<Channel> {
         let span = self.piece.span(&pair);
         let (mut name, mut ty, mut default) = (None, None, None);
         for part in pair.into_inner() {
@@ -131,7 +131,7 @@ impl Builder<'_, '_, '_> {
     }
 
     /// `vec3 m/s per finger`
-    fn value_type(&mut self, pair: P<'_>) -> Option<ValueType> {
+    fn value_type(&mut self, pair: RulePair<'_>) -> Option<ValueType> {
         let span = self.piece.span(&pair);
         let (mut shape, mut dimension, mut axis) = (Shape::Scalar, Dimension::NONE, None);
         for part in pair.into_inner() {

@@ -6,7 +6,7 @@ use super::grammar::Rule;
 use super::mistakes::unknown_unit;
 use super::piece::Piece;
 use crate::codes;
-use crate::ops::{Samples, Temporal};
+use crate::ops::{Samples, TemporalOperator};
 use crate::rules::{Arithmetic, Comparison};
 use crate::syntax::{Expr, ExprKind, Label, Name, Path};
 use pest::iterators::Pair;
@@ -26,16 +26,16 @@ pub struct Builder<'s, 'a, 'f> {
 }
 
 /// A pair of our grammar.
-pub type P<'a> = Pair<'a, Rule>;
+pub type RulePair<'a> = Pair<'a, Rule>;
 
 impl Builder<'_, '_, '_> {
     /// A word.
-    pub fn name(&self, pair: &P<'_>) -> Name {
+    pub fn name(&self, pair: &RulePair<'_>) -> Name {
         Name { text: pair.as_str().to_string(), span: self.piece.span(pair) }
     }
 
     /// Words joined by dots.
-    pub fn path(&self, pair: &P<'_>) -> Path {
+    pub fn path(&self, pair: &RulePair<'_>) -> Path {
         let span = self.piece.span(pair);
         let mut start = span.start;
         let parts = pair.as_str().split('.').map(|part| {
@@ -48,7 +48,7 @@ impl Builder<'_, '_, '_> {
     }
 
     /// `MainGrasp(left)`
-    pub fn label(&self, pair: P<'_>) -> Option<Label> {
+    pub fn label(&self, pair: RulePair<'_>) -> Option<Label> {
         let span = self.piece.span(&pair);
         let mut inner = pair.into_inner();
         let name = self.name(&inner.next()?);
@@ -57,13 +57,13 @@ impl Builder<'_, '_, '_> {
     }
 
     /// The first child of a pair as an expression.
-    pub fn inner(&mut self, pair: P<'_>) -> Option<Expr> {
+    pub fn inner(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let inner = pair.into_inner().next()?;
         self.expression(inner)
     }
 
     /// Any pair that stands for an expression. Returns nothing after reporting what is wrong.
-    pub fn expression(&mut self, pair: P<'_>) -> Option<Expr> {
+    pub fn expression(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let span = self.piece.span(&pair);
         let expr = match pair.as_rule() {
             Rule::expression => self.list(pair, ExprKind::Or)?,
@@ -98,7 +98,7 @@ impl Builder<'_, '_, '_> {
     }
 
     /// `a or b or c`, `a and b and c`; one operand alone is itself.
-    fn list(&mut self, pair: P<'_>, kind: fn(Vec<Expr>) -> ExprKind) -> Option<Expr> {
+    fn list(&mut self, pair: RulePair<'_>, kind: fn(Vec<Expr>) -> ExprKind) -> Option<Expr> {
         let span = self.piece.span(&pair);
         let parts = pair.into_inner().filter(|part| !matches!(part.as_rule(), Rule::kw_or | Rule::kw_and));
         // Every operand is read, so that each mistake is reported.
@@ -107,7 +107,7 @@ impl Builder<'_, '_, '_> {
         if operands.len() == 1 { operands.pop() } else { Some(Expr::new(kind(operands), span)) }
     }
 
-    fn negation(&mut self, pair: P<'_>) -> Option<Expr> {
+    fn negation(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let span = self.piece.span(&pair);
         let mut starts = Vec::new();
         let mut value = None;
@@ -122,7 +122,7 @@ impl Builder<'_, '_, '_> {
         Some(starts.into_iter().rev().fold(value?, not))
     }
 
-    fn comparison(&mut self, pair: P<'_>) -> Option<Expr> {
+    fn comparison(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let span = self.piece.span(&pair);
         let mut parts = pair.into_inner();
         let left = parts.next().map(|left| self.expression(left))?;
@@ -147,7 +147,7 @@ impl Builder<'_, '_, '_> {
     }
 
     /// `a + b - c`, `a * b / c`, from left to right.
-    fn chain(&mut self, pair: P<'_>) -> Option<Expr> {
+    fn chain(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let mut parts = pair.into_inner();
         let mut left = parts.next().map(|first| self.expression(first))?;
         while let (Some(operator), Some(right)) = (parts.next(), parts.next()) {
@@ -166,7 +166,7 @@ impl Builder<'_, '_, '_> {
         left
     }
 
-    fn operand(&mut self, pair: P<'_>) -> Option<Expr> {
+    fn operand(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let mut signs = Vec::new();
         let mut value: Option<Expr> = None;
         for part in pair.into_inner() {
@@ -193,7 +193,7 @@ impl Builder<'_, '_, '_> {
         Some(signs.into_iter().rev().fold(value, negate))
     }
 
-    fn window(&mut self, condition: Expr, pair: P<'_>) -> Option<Expr> {
+    fn window(&mut self, condition: Expr, pair: RulePair<'_>) -> Option<Expr> {
         let place = self.piece.span(&pair);
         let (mut words, mut constants) = (Vec::new(), Vec::new());
         for part in pair.into_inner() {
@@ -212,11 +212,11 @@ impl Builder<'_, '_, '_> {
             return None;
         }
         let span = condition.span.to(place);
-        let temporal = Temporal::new(&words.join(" "), constants)?;
+        let temporal = TemporalOperator::new(&words.join(" "), constants)?;
         Some(Expr::new(ExprKind::Temporal(temporal, Box::new(condition)), span))
     }
 
-    fn quantity(&mut self, pair: P<'_>) -> Option<Expr> {
+    fn quantity(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let span = self.piece.span(&pair);
         let mut parts = pair.into_inner();
         let number = parts.next()?;
@@ -238,7 +238,7 @@ impl Builder<'_, '_, '_> {
     }
 
     /// How many SI units a written unit is, and its dimension. Returns nothing after reporting an unknown one.
-    pub fn unit(&mut self, pair: &P<'_>) -> Option<(f64, Dimension)> {
+    pub fn unit(&mut self, pair: &RulePair<'_>) -> Option<(f64, Dimension)> {
         let place = self.piece.span(pair);
         match units::compound(pair.as_str()) {
             Ok((in_si, dimension)) if in_si.is_finite() && in_si > 0.0 => Some((in_si, dimension)),
@@ -249,7 +249,7 @@ impl Builder<'_, '_, '_> {
         }
     }
 
-    fn reference(&mut self, pair: P<'_>) -> Option<Expr> {
+    fn reference(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let span = self.piece.span(&pair);
         let mut parts = pair.into_inner();
         let path = self.path(&parts.next()?);
@@ -273,14 +273,14 @@ impl Builder<'_, '_, '_> {
     }
 
     /// `over last 200 ms`, `since grasped`
-    fn samples(&mut self, pair: P<'_>) -> Option<Samples<Box<Expr>, Box<Expr>>> {
+    fn samples(&mut self, pair: RulePair<'_>) -> Option<Samples<Box<Expr>, Box<Expr>>> {
         let part = pair.into_inner().find(|part| matches!(part.as_rule(), Rule::duration | Rule::expression))?;
         let lasting = part.as_rule() == Rule::duration;
         let read = Box::new(self.expression(part)?);
         Some(if lasting { Samples::Last(read) } else { Samples::Since(read) })
     }
 
-    fn from(&mut self, pair: P<'_>) -> Option<Expr> {
+    fn from(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let span = self.piece.span(&pair);
         let mut labels = Vec::new();
         let mut none = false;

@@ -1,8 +1,8 @@
 //! From text to syntax tree. A linear scan finds words and brackets, the file is split into pieces at the words that begin a declaration
 //! (inside blocks: a signal, a choice, a rule), and pest parses each piece alone, so that every mistake is reported at its own place.
 
+mod candidates;
 mod declarations;
-mod expected;
 mod expressions;
 mod grammar;
 mod mistakes;
@@ -15,7 +15,7 @@ mod words;
 use super::codes;
 use super::resolve::nearest;
 use super::syntax::{File, Item, ItemKind, RelabelBlock, Tree};
-pub use expected::{Expected, expected};
+pub use candidates::{Candidate, candidates};
 use expressions::Builder;
 use grammar::{Grammar, Rule};
 use pest::Parser as _;
@@ -76,7 +76,7 @@ struct Parser<'a> {
     findings: Vec<Diagnostic>,
     broken: Vec<String>,
     /// Where an author is writing, and what is known of the piece there; none when a whole file is read.
-    cursor: Option<expected::Cursor>,
+    cursor: Option<candidates::Cursor>,
 }
 
 impl<'a> Parser<'a> {
@@ -85,7 +85,7 @@ impl<'a> Parser<'a> {
         &mut self,
         tokens: Range<usize>,
         rule: Rule,
-        build: impl FnOnce(&mut Builder<'_, 'a, '_>, expressions::P<'a>) -> Option<T>,
+        build: impl FnOnce(&mut Builder<'_, 'a, '_>, expressions::RulePair<'a>) -> Option<T>,
     ) -> Option<T> {
         if let Some(cursor) = self.cursor.as_mut().filter(|cursor| tokens.contains(&cursor.token)) {
             cursor.look(&self.scan, tokens, rule);
@@ -167,7 +167,7 @@ impl<'a> Parser<'a> {
                 let choices = self.branch_choices(brace, body);
                 extend.map(|mut extend| {
                     extend.choices = choices;
-                    ItemKind::Extend(extend)
+                    ItemKind::Extension(extend)
                 })
             }
             _ => {
@@ -187,7 +187,7 @@ impl<'a> Parser<'a> {
         &mut self,
         tokens: Range<usize>,
         rule: Rule,
-        build: impl FnOnce(&mut Builder<'_, 'a, '_>, expressions::P<'a>) -> Option<T>,
+        build: impl FnOnce(&mut Builder<'_, 'a, '_>, expressions::RulePair<'a>) -> Option<T>,
     ) -> Option<T> {
         let brace = tokens.end.checked_sub(1).filter(|last| self.scan.word(*last) == "{");
         if let Some(token) = brace.and_then(|brace| self.scan.tokens.get_mut(brace)) {

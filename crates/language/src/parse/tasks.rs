@@ -1,21 +1,21 @@
 //! Tasks and relabeling rules.
 
 use super::Parser;
-use super::expressions::{Builder, P};
+use super::expressions::{Builder, RulePair};
 use super::grammar::Rule;
 use crate::codes;
-use crate::rules::Repeat;
-use crate::syntax::{Composite, Demand, ExtendTask, ItemKind, Key, Labels, Name, Relabel, RelabelKind, Task};
+use crate::rules::Repetition;
+use crate::syntax::{Composite, Demand, ItemKind, Key, Labels, Name, RelabelKind, RelabelRule, Task, TaskExtension};
 use std::ops::Range;
 use teachtree_base::diagnostic::Diagnostic;
 
 impl Builder<'_, '_, '_> {
     /// `task name = A .. B with K`, `task name = task, task`
-    pub fn task_item(&mut self, pair: P<'_>) -> Option<ItemKind> {
+    pub fn task_item(&mut self, pair: RulePair<'_>) -> Option<ItemKind> {
         let Some(parts) = pair.clone().into_inner().find(|part| part.as_rule() == Rule::parts) else {
             return self.task(pair).map(ItemKind::Task);
         };
-        let part = |part: P<'_>| {
+        let part = |part: RulePair<'_>| {
             let many = part.clone().into_inner().any(|sign| sign.as_rule() == Rule::plus);
             Some((self.word(part)?, many))
         };
@@ -23,7 +23,7 @@ impl Builder<'_, '_, '_> {
         Some(ItemKind::Composite(Composite { name: self.word(pair)?, parts }))
     }
 
-    fn task(&mut self, pair: P<'_>) -> Option<Task> {
+    fn task(&mut self, pair: RulePair<'_>) -> Option<Task> {
         let mut name = None;
         let mut ends = Vec::new();
         let (mut keys, mut all_keys) = (Vec::new(), false);
@@ -44,7 +44,7 @@ impl Builder<'_, '_, '_> {
     }
 
     /// `extend task name with K`
-    pub fn extend_task(&mut self, pair: P<'_>) -> Option<ExtendTask> {
+    pub fn extend_task(&mut self, pair: RulePair<'_>) -> Option<TaskExtension> {
         let mut parts = pair.into_inner().skip(2);
         let name = self.name(&parts.next()?);
         let keys = parts.next()?;
@@ -58,12 +58,12 @@ impl Builder<'_, '_, '_> {
             );
             return None;
         }
-        Some(ExtendTask { name, keys })
+        Some(TaskExtension { name, keys })
     }
 
-    fn keys(&mut self, pair: P<'_>) -> Option<(Vec<Key>, bool)> {
+    fn keys(&mut self, pair: RulePair<'_>) -> Option<(Vec<Key>, bool)> {
         let mut keys = Vec::new();
-        let mut joint: Option<P<'_>> = None;
+        let mut joint: Option<RulePair<'_>> = None;
         let mut mixed = false;
         for part in pair.into_inner() {
             match part.as_rule() {
@@ -89,7 +89,7 @@ impl Builder<'_, '_, '_> {
         (!mixed).then_some((keys, all))
     }
 
-    fn key(&mut self, pair: P<'_>) -> Option<Key> {
+    fn key(&mut self, pair: RulePair<'_>) -> Option<Key> {
         let span = self.piece.span(&pair);
         let mut parts = pair.into_inner();
         let label = self.label(parts.next()?)?;
@@ -107,28 +107,28 @@ impl Builder<'_, '_, '_> {
     }
 
     /// The labels among the children of a pair.
-    fn labels(&mut self, pair: P<'_>) -> Option<Labels> {
+    fn labels(&mut self, pair: RulePair<'_>) -> Option<Labels> {
         pair.into_inner().filter(|part| part.as_rule() == Rule::label).map(|label| self.label(label)).collect()
     }
 
     /// The name among the children of a pair.
-    fn word(&mut self, pair: P<'_>) -> Option<Name> {
+    fn word(&mut self, pair: RulePair<'_>) -> Option<Name> {
         pair.into_inner().find(|part| part.as_rule() == Rule::name).map(|name| self.name(&name))
     }
 
     /// The task that a relabeling block is for.
-    pub fn relabel_task(&mut self, pair: P<'_>) -> Option<Name> {
+    pub fn relabel_task(&mut self, pair: RulePair<'_>) -> Option<Name> {
         self.word(pair)
     }
 
-    fn relabel(&mut self, pair: P<'_>) -> Option<Relabel> {
+    fn relabel(&mut self, pair: RulePair<'_>) -> Option<RelabelRule> {
         let span = self.piece.span(&pair);
         let rule = pair.into_inner().next()?;
         let kind = if rule.as_rule() == Rule::sequence { self.sequence(rule)? } else { self.rewrite(rule)? };
-        Some(Relabel { kind, span })
+        Some(RelabelRule { kind, span })
     }
 
-    fn sequence(&mut self, pair: P<'_>) -> Option<RelabelKind> {
+    fn sequence(&mut self, pair: RulePair<'_>) -> Option<RelabelKind> {
         let mut elements = Vec::new();
         let mut becomes = None;
         for part in pair.into_inner() {
@@ -137,9 +137,9 @@ impl Builder<'_, '_, '_> {
                     let mut parts = part.into_inner();
                     let labels = self.labels(parts.next()?)?;
                     let repeat = match parts.next().map(|repeat| repeat.as_str().to_string()).as_deref() {
-                        Some("*") => Repeat::Any,
-                        Some(_) => Repeat::Some,
-                        None => Repeat::Once,
+                        Some("*") => Repetition::ZeroOrMore,
+                        Some(_) => Repetition::OneOrMore,
+                        None => Repetition::Once,
                     };
                     elements.push((labels, repeat));
                 }
@@ -150,7 +150,7 @@ impl Builder<'_, '_, '_> {
         Some(RelabelKind::Sequence { elements, becomes: becomes? })
     }
 
-    fn rewrite(&mut self, pair: P<'_>) -> Option<RelabelKind> {
+    fn rewrite(&mut self, pair: RulePair<'_>) -> Option<RelabelKind> {
         let mut parts = pair.into_inner();
         let first = parts.next()?;
         let place = self.piece.span(&first);
@@ -175,7 +175,7 @@ impl Builder<'_, '_, '_> {
         }
     }
 
-    fn between(&mut self, what: Labels, pair: P<'_>) -> Option<RelabelKind> {
+    fn between(&mut self, what: Labels, pair: RulePair<'_>) -> Option<RelabelKind> {
         let (mut run, mut shorter, mut becomes, mut separate) = (false, None, None, false);
         let mut pairs = Vec::new();
         for part in pair.into_inner() {
@@ -206,7 +206,7 @@ impl Builder<'_, '_, '_> {
 
 impl Parser<'_> {
     /// The rules of a relabeling block: each ends with the word behind `becomes`.
-    pub(super) fn relabels(&mut self, tokens: Range<usize>) -> Vec<Relabel> {
+    pub(super) fn relabels(&mut self, tokens: Range<usize>) -> Vec<RelabelRule> {
         let mut rules = Vec::new();
         let mut at = tokens.start;
         while at < tokens.end {

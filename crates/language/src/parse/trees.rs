@@ -1,17 +1,17 @@
 //! Trees, their choices, and extensions.
 
 use super::Parser;
-use super::expressions::{Builder, P};
+use super::expressions::{Builder, RulePair};
 use super::grammar::Rule;
 use super::mistakes::is_leaf;
 use super::scan::Kind;
 
-use crate::syntax::{Anchor, Choice, Extend, Label, Then, Tree};
+use crate::syntax::{Anchor, Choice, Consequent, Extension, Label, Tree};
 use std::ops::Range;
 
 impl Builder<'_, '_, '_> {
     /// The head of a tree; its choices follow.
-    pub fn tree(&mut self, pair: P<'_>) -> Option<Tree> {
+    pub fn tree(&mut self, pair: RulePair<'_>) -> Option<Tree> {
         let head = self.piece.span(&pair);
         let (mut name, mut each_hand, mut settle) = (None, true, None);
         for part in pair.into_inner() {
@@ -29,7 +29,7 @@ impl Builder<'_, '_, '_> {
     }
 
     /// The head of an extension; its choices follow.
-    pub fn extend(&mut self, pair: P<'_>) -> Option<Extend> {
+    pub fn extend(&mut self, pair: RulePair<'_>) -> Option<Extension> {
         let mut parts = pair.into_inner().skip(1);
         let place = self.path(&parts.next()?);
         let anchor = parts.next()?;
@@ -43,13 +43,13 @@ impl Builder<'_, '_, '_> {
             (Rule::kw_last, _) => Anchor::Last,
             _ => Anchor::First,
         };
-        Some(Extend { place, anchor, anchor_span, choices: Vec::new() })
+        Some(Extension { place, anchor, anchor_span, choices: Vec::new() })
     }
 
     /// A leaf, or the head of a branch whose choices follow.
-    fn choice(&mut self, pair: P<'_>) -> Option<Choice> {
+    fn choice(&mut self, pair: RulePair<'_>) -> Option<Choice> {
         let span = self.piece.span(&pair);
-        let (mut name, mut condition, mut then) = (None, None, Then::Branch(Vec::new()));
+        let (mut name, mut condition, mut then) = (None, None, Consequent::Branch(Vec::new()));
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::choice_name => name = Some(self.name(&part.into_inner().next()?)),
@@ -62,14 +62,14 @@ impl Builder<'_, '_, '_> {
                 Rule::leaf => {
                     let leaf = part.into_inner().next()?;
                     then = match leaf.as_rule() {
-                        Rule::kw_stay => Then::Stay,
-                        Rule::kw_separate => Then::Separate,
+                        Rule::kw_stay => Consequent::Stay,
+                        Rule::kw_separate => Consequent::Separate,
                         Rule::each_side => {
                             let span = self.piece.span(&leaf);
                             let name = self.name(&leaf.into_inner().next()?);
-                            Then::EachSide(Label { name, side: None, span })
+                            Consequent::EachSide(Label { name, side: None, span })
                         }
-                        _ => Then::Primitive(self.label(leaf)?),
+                        _ => Consequent::Primitive(self.label(leaf)?),
                     };
                 }
                 _ => {}
@@ -85,7 +85,7 @@ impl Parser<'_> {
         let mut choices = self.choices(body);
         if !self.scan.is_closed(open) {
             let span = self.scan.span(open, open + 1);
-            choices.push(Choice { name: None, condition: None, then: Then::Broken, span });
+            choices.push(Choice { name: None, condition: None, then: Consequent::Broken, span });
         }
         choices
     }
@@ -101,7 +101,7 @@ impl Parser<'_> {
             match choice {
                 Some(mut choice) => {
                     if let Some(below) = below {
-                        choice.then = Then::Branch(below);
+                        choice.then = Consequent::Branch(below);
                     }
                     choices.push(choice);
                 }
@@ -111,7 +111,7 @@ impl Parser<'_> {
                     }
                     // Kept, so that nobody finds the branch incomplete because of it.
                     let span = self.scan.span(head.start, head.end);
-                    choices.push(Choice { name: None, condition: None, then: Then::Broken, span });
+                    choices.push(Choice { name: None, condition: None, then: Consequent::Broken, span });
                 }
             }
             at = next.max(at + 1);

@@ -15,8 +15,8 @@ pub fn expected(rules: &[Rule]) -> String {
         }
         words
     };
-    let needed = words(&|rule| !goes_on(rule) && rule != Rule::EOI);
-    let possible = words(&goes_on);
+    let needed = words(&|rule| !is_continuation(rule) && rule != Rule::EOI);
+    let possible = words(&is_continuation);
     // The end is possible wherever only something optional is missing, and says nothing beside what is needed.
     let ends = rules.contains(&Rule::EOI);
     let list = match (needed.is_empty(), ends, possible.len()) {
@@ -38,8 +38,8 @@ pub fn keyword(rule: Rule) -> Option<&'static str> {
     word.chars().all(|c| c.is_ascii_lowercase()).then_some(word)
 }
 
-/// Whether a rule only carries an expression on: of little help beside what has to come.
-const fn goes_on(rule: Rule) -> bool {
+/// Whether a rule only continues an expression: of little help beside what has to come.
+const fn is_continuation(rule: Rule) -> bool {
     matches!(
         rule,
         Rule::arguments

@@ -1,13 +1,13 @@
 //! Channels: the raw ones of `stream`, the derived ones that are built in, and the list of those that the rules read.
 
 use super::Resolver;
-use super::names::Declared;
+use super::names::Declarations;
 use crate::codes;
 use crate::rules::{ChannelId, Constant};
-use crate::syntax::{Channel, Expr, ExprKind, Whose};
+use crate::syntax::{Channel, Expr, ExprKind, HandPrefix};
 use crate::types::Scope;
 use std::collections::{BTreeMap, BTreeSet};
-use teachtree_base::channels::{Absent, Axis, ChannelSpec, DERIVED, Shape};
+use teachtree_base::channels::{Axis, ChannelSpec, DERIVED, Fallback, Shape};
 use teachtree_base::diagnostic::{Diagnostic, Span};
 use teachtree_base::units::Dimension;
 
@@ -19,7 +19,7 @@ impl Resolver {
     /// Declares the channels with their types; defaults follow when the params are known.
     ///
     /// A channel may be declared in several files with one type: it is needed when one of them needs it.
-    pub(super) fn declare_channels(&mut self, declared: &Declared<'_>) {
+    pub(super) fn declare_channels(&mut self, declared: &Declarations<'_>) {
         for derived in DERIVED {
             self.add_channel(ChannelSpec {
                 name: derived.name.to_string(),
@@ -27,7 +27,7 @@ impl Resolver {
                 axis: derived.axis,
                 shape: derived.shape,
                 dimension: derived.dimension,
-                absent: Absent::Derived,
+                absent: Fallback::Derived,
             });
         }
         let mut first: BTreeMap<String, (&Channel, Span)> = BTreeMap::new();
@@ -41,7 +41,8 @@ impl Resolver {
                 );
                 continue;
             }
-            if let Some(hand) = channel.name.parts.first().filter(|first| Whose::from_name(&first.text).is_some()) {
+            if let Some(hand) = channel.name.parts.first().filter(|first| HandPrefix::from_name(&first.text).is_some())
+            {
                 self.report(
                     Diagnostic::error(codes::NAME_TAKEN, format!("`{}` is a hand already", hand.text))
                         .at(hand.span, "no channel begins with a hand")
@@ -83,7 +84,7 @@ impl Resolver {
                 axis: channel.ty.axis,
                 shape: channel.ty.shape,
                 dimension: channel.ty.dimension,
-                absent: Absent::Refused,
+                absent: Fallback::Refused,
             });
         }
     }
@@ -95,7 +96,7 @@ impl Resolver {
     }
 
     /// Works out what stands for the optional channels that a log lacks.
-    pub(super) fn channel_defaults(&mut self, declared: &Declared<'_>) {
+    pub(super) fn channel_defaults(&mut self, declared: &Declarations<'_>) {
         let needed: BTreeSet<String> = declared
             .channels
             .iter()
@@ -113,17 +114,17 @@ impl Resolver {
         }
     }
 
-    fn default_of(&mut self, channel: &Channel, default: &Expr) -> Option<Absent> {
+    fn default_of(&mut self, channel: &Channel, default: &Expr) -> Option<Fallback> {
         match &default.bare().kind {
             ExprKind::Bool(value) if channel.ty.shape == Shape::Bool => {
-                Some(Absent::Constant(f64::from(u8::from(*value))))
+                Some(Fallback::Constant(f64::from(u8::from(*value))))
             }
             ExprKind::Hysteresis { value, on, off, rising: true } if channel.ty.shape == Shape::Bool => {
                 self.norm_above(channel, value, on, off)
             }
             _ if matches!(channel.ty.shape, Shape::Scalar | Shape::Vec3) => {
                 let Constant { value, .. } = self.constant(default, Some(channel.ty.dimension), Scope::NOBODY)?;
-                Some(Absent::Constant(value))
+                Some(Fallback::Constant(value))
             }
             // An angle other than 0 would need an axis.
             _ if channel.ty.shape == Shape::Rotation => {
@@ -136,7 +137,7 @@ impl Resolver {
                     );
                     return None;
                 }
-                Some(Absent::Constant(0.0))
+                Some(Fallback::Constant(0.0))
             }
             _ => {
                 self.report(
@@ -149,7 +150,7 @@ impl Resolver {
     }
 
     /// `norm(fingers.force) above touch_on until below touch_off`
-    fn norm_above(&mut self, channel: &Channel, value: &Expr, on: &Expr, off: &Expr) -> Option<Absent> {
+    fn norm_above(&mut self, channel: &Channel, value: &Expr, on: &Expr, off: &Expr) -> Option<Fallback> {
         let source = match &value.bare().kind {
             ExprKind::Call(function, arguments) if function.text() == "norm" => match arguments.as_slice() {
                 [Expr { kind: ExprKind::Path(path), .. }] => Some((path.text(), path.span)),
@@ -169,7 +170,7 @@ impl Resolver {
             return None;
         };
         let fits = spec.shape == Shape::Vec3 && spec.axis == channel.ty.axis && spec.per_hand == channel.per_hand;
-        if !fits || spec.absent == Absent::Derived {
+        if !fits || spec.absent == Fallback::Derived {
             let over = if channel.ty.axis == Some(Axis::Fingers) { "a raw vec3 per finger" } else { "a raw vec3" };
             self.report(
                 Diagnostic::error(codes::WRONG_TYPE, format!("`{source}` cannot stand for `{}`", channel.name.text()))
@@ -181,7 +182,7 @@ impl Resolver {
         let on_value = self.constant(on, Some(spec.dimension), Scope::NOBODY)?;
         let off_value = self.constant(off, Some(spec.dimension), Scope::NOBODY)?;
         self.threshold_order(&on_value, &off_value, true)?;
-        Some(Absent::NormAbove { channel: source, on: on_value.value, off: off_value.value, needed: true })
+        Some(Fallback::NormAbove { channel: source, on: on_value.value, off: off_value.value, needed: true })
     }
 
     /// The position of a channel in the list of those that are read; it is added when it is new.
@@ -202,7 +203,7 @@ impl Resolver {
         for name in FOR_ANALYSIS {
             let read = self.rules.channels.len();
             self.read_channel(name);
-            if let Some(ChannelSpec { absent: Absent::NormAbove { needed, .. }, .. }) =
+            if let Some(ChannelSpec { absent: Fallback::NormAbove { needed, .. }, .. }) =
                 self.rules.channels.get_mut(read)
             {
                 *needed = false;
@@ -210,7 +211,7 @@ impl Resolver {
         }
         let mut at = 0;
         while let Some(channel) = self.rules.channels.get(at) {
-            if let Absent::NormAbove { channel, needed: true, .. } = channel.absent.clone() {
+            if let Fallback::NormAbove { channel, needed: true, .. } = channel.absent.clone() {
                 self.read_channel(&channel);
             }
             at += 1;

@@ -5,20 +5,20 @@
 mod channels;
 mod file_orders;
 mod kinds;
-mod missing_from;
+mod missing_use;
 mod names;
 mod params;
 mod signals;
 
 pub use kinds::named;
-pub use names::{Names, State, Value, What};
-pub use teachtree_base::nearest::nearest;
+pub use names::{Names, State, Value, ValueKind};
+pub use teachtree_base::spelling::nearest;
 
 use super::codes;
 use super::rules::{Label, PrimitiveId, Rules, SignalId};
 use super::syntax;
-use missing_from::missing_use;
-use names::Declared;
+use missing_use::missing_use;
+use names::Declarations;
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::diagnostic::{Diagnostic, Sources, Span};
 use teachtree_base::hands::FingerPick;
@@ -55,7 +55,7 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
         named: input.named.clone(),
     };
     resolver.names.incomplete = input.incomplete;
-    let declared = Declared::collect(&input.files);
+    let declared = Declarations::collect(&input.files);
     resolver.names.broken.extend(input.files.iter().flat_map(|file| file.broken.iter().cloned()));
     resolver.declare_channels(&declared);
     resolver.declare_names(&declared);

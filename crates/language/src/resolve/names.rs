@@ -15,23 +15,23 @@ use teachtree_base::units;
 
 /// All declarations in order of evaluation, by kind.
 #[derive(Default)]
-pub struct Declared<'a> {
+pub struct Declarations<'a> {
     pub channels: Vec<&'a syntax::Channel>,
     pub params: Vec<&'a syntax::Param>,
     pub signals: Vec<(&'a syntax::Signal, bool)>,
     pub latches: Vec<(&'a syntax::Latch, bool)>,
     pub primitives: Vec<&'a syntax::Primitive>,
     pub trees: Vec<&'a syntax::Tree>,
-    pub extends: Vec<&'a syntax::Extend>,
+    pub extends: Vec<&'a syntax::Extension>,
     pub tasks: Vec<(&'a syntax::Task, Span)>,
     pub composites: Vec<(&'a syntax::Composite, Span)>,
-    pub task_extensions: Vec<&'a syntax::ExtendTask>,
+    pub task_extensions: Vec<&'a syntax::TaskExtension>,
     pub relabels: Vec<&'a syntax::RelabelBlock>,
     /// Files whose extensions come before those of others.
     pub orders: Vec<(&'a syntax::Name, &'a syntax::Name)>,
 }
 
-impl<'a> Declared<'a> {
+impl<'a> Declarations<'a> {
     /// Sorts the declarations of the files by kind.
     pub fn collect(files: &[&'a File]) -> Self {
         let mut declared = Self::default();
@@ -53,10 +53,10 @@ impl<'a> Declared<'a> {
             ItemKind::ForEachHand(items) => items.iter().for_each(|item| self.item(item, true)),
             ItemKind::Primitives(primitives) => self.primitives.extend(primitives),
             ItemKind::Tree(tree) => self.trees.push(tree),
-            ItemKind::Extend(extend) => self.extends.push(extend),
+            ItemKind::Extension(extend) => self.extends.push(extend),
             ItemKind::Task(task) => self.tasks.push((task, item.span)),
             ItemKind::Composite(composite) => self.composites.push((composite, item.span)),
-            ItemKind::ExtendTask(extension) => self.task_extensions.push(extension),
+            ItemKind::TaskExtension(extension) => self.task_extensions.push(extension),
             ItemKind::Relabel(block) => self.relabels.push(block),
         }
     }
@@ -81,7 +81,7 @@ pub struct Names {
 #[derive(Clone, Copy, Debug)]
 pub struct Value {
     /// Which of them.
-    pub what: What,
+    pub what: ValueKind,
     /// Whether every hand has its own.
     pub per_hand: bool,
     /// The name in its declaration.
@@ -92,7 +92,7 @@ pub struct Value {
 
 /// A kind of value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum ValueKind {
     /// A param.
     Param,
     /// A signal.
@@ -128,9 +128,9 @@ impl Names {
 
 impl Resolver {
     /// Gives every param, signal, latch and primitive its name; channels are declared already.
-    pub(super) fn declare_names(&mut self, declared: &Declared<'_>) {
+    pub(super) fn declare_names(&mut self, declared: &Declarations<'_>) {
         for param in &declared.params {
-            self.declare(&param.name, What::Param, false);
+            self.declare(&param.name, ValueKind::Param, false);
         }
         // An abstract signal gives way to its implementation.
         let implemented: BTreeSet<&str> = declared
@@ -156,15 +156,15 @@ impl Resolver {
                         self.wrong_hand(&signal.name, declaration, *declared_per_hand);
                     }
                     _ if misplaced.contains(name) => {}
-                    _ => self.declare(&signal.name, What::Signal, *per_hand),
+                    _ => self.declare(&signal.name, ValueKind::Signal, *per_hand),
                 }
             } else if !implemented.contains(name) && missing.insert(name) {
-                self.declare(&signal.name, What::Signal, *per_hand);
+                self.declare(&signal.name, ValueKind::Signal, *per_hand);
                 self.not_implemented(&signal.name);
             }
         }
         for (latch, per_hand) in &declared.latches {
-            self.declare(&latch.name, What::Latch, *per_hand);
+            self.declare(&latch.name, ValueKind::Latch, *per_hand);
         }
         for primitive in &declared.primitives {
             let name = &primitive.name;
@@ -187,7 +187,7 @@ impl Resolver {
         self.kinds_and_meanings(&declared.primitives);
     }
 
-    fn declare(&mut self, name: &syntax::Name, what: What, per_hand: bool) {
+    fn declare(&mut self, name: &syntax::Name, what: ValueKind, per_hand: bool) {
         let word = name.text.as_str();
         let meaning = if units::unit(word).is_some() {
             Some("a unit")

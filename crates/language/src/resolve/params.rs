@@ -1,7 +1,7 @@
 //! Params: constants with a unit, computed from numbers and earlier params; overrides are applied here.
 
 use super::Resolver;
-use super::names::{Declared, State};
+use super::names::{Declarations, State};
 use crate::rules::{Param, ParamId};
 use crate::types::Scope;
 use crate::{codes, parse, syntax};
@@ -9,7 +9,7 @@ use teachtree_base::diagnostic::Diagnostic;
 use teachtree_base::units::Dimension;
 
 impl Resolver {
-    pub(super) fn params(&mut self, declared: &Declared<'_>, overrides: &[(String, String)]) {
+    pub(super) fn params(&mut self, declared: &Declarations<'_>, overrides: &[(String, String)]) {
         for param in &declared.params {
             let value = self.param(param, overrides);
             let name = &param.name;
@@ -27,7 +27,7 @@ impl Resolver {
             self.names.set_state(&name.text, state);
         }
         for (name, _) in overrides {
-            if self.names.values.get(name).is_none_or(|value| value.what != super::What::Param) {
+            if self.names.values.get(name).is_none_or(|value| value.what != super::ValueKind::Param) {
                 self.unknown_override(name);
             }
         }

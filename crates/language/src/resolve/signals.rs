@@ -1,7 +1,7 @@
 //! Signals in the order of their dependence, and latches in the order of their declaration.
 
 use super::Resolver;
-use super::names::{Declared, State};
+use super::names::{Declarations, State};
 use crate::codes;
 use crate::rules::{Hand, Latch, Signal, SignalId, Type};
 use crate::syntax::{self, ExprKind};
@@ -11,7 +11,7 @@ use teachtree_base::diagnostic::Diagnostic;
 
 impl Resolver {
     /// Checks the signals, each after those that it reads.
-    pub(super) fn signals(&mut self, declared: &Declared<'_>) {
+    pub(super) fn signals(&mut self, declared: &Declarations<'_>) {
         // A name that is declared twice means its first declaration.
         let signals: Vec<(&syntax::Signal, bool)> = declared
             .signals
@@ -104,7 +104,7 @@ impl Resolver {
         circle
     }
 
-    fn signal(&mut self, signal: &syntax::Signal, per_hand: bool, declared: &Declared<'_>) {
+    fn signal(&mut self, signal: &syntax::Signal, per_hand: bool, declared: &Declarations<'_>) {
         let name = &signal.name;
         if self.names.values.get(&name.text).is_none_or(|value| value.state == State::Broken) {
             return;
@@ -165,7 +165,7 @@ impl Resolver {
     }
 
     /// Checks the latches.
-    pub(super) fn latches(&mut self, declared: &Declared<'_>) {
+    pub(super) fn latches(&mut self, declared: &Declarations<'_>) {
         for (latch, per_hand) in &declared.latches {
             let name = &latch.name;
             if self.names.values.get(&name.text).is_none_or(|value| value.span != name.span) {

@@ -1,7 +1,7 @@
 //! Expressions of a checked rule set: every name is an id, every piece has its type, all numbers are SI.
 
 use super::{ChannelId, Hand, Label, LatchId, ParamId, SignalId, Type};
-use crate::ops::{Samples, Summary, Temporal};
+use crate::ops::{Samples, Summary, TemporalOperator};
 use teachtree_base::diagnostic::Span;
 use teachtree_base::hands::FingerPick;
 use teachtree_base::units::Dimension;
@@ -60,7 +60,7 @@ pub enum ExprKind {
         rising: bool,
     },
     /// An operator over time on a condition: `(c) for d`, `rises(c)`.
-    Temporal(Temporal<Constant>, Box<Expr>),
+    Temporal(TemporalOperator<Constant>, Box<Expr>),
     /// `rate(x, d)`: the difference over `d`, divided by `d`; 0 until `d` has passed.
     Rate(Box<Expr>, Constant),
     /// `mean(x over last d)`, `earliest(x since c)`: what is made of the samples of a number, or of a condition.

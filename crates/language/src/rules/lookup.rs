@@ -1,7 +1,7 @@
 //! Looking things up in a rule set, and its digest.
 
-use super::{Branch, Choice, Expr, ExprKind, Hand, Label, Param, PrimitiveId, Rules, Then, Tree, TreeScope};
-use crate::syntax::Whose;
+use super::{Branch, Choice, Consequent, Expr, ExprKind, Hand, Label, Param, PrimitiveId, Rules, Tree, TreeScope};
+use crate::syntax::HandPrefix;
 use std::collections::BTreeMap;
 use teachtree_base::diagnostic::Span;
 use teachtree_base::digest::Digest;
@@ -107,7 +107,7 @@ impl Rules {
         };
         let is_within = part.span.file == whole.file && whole.start <= part.span.start && part.span.end <= whole.end;
         let word = self.sources.text(part.span).split_once('.').map(|(word, _)| word);
-        let word = word.filter(|word| Whose::from_name(word).is_some());
+        let word = word.filter(|word| HandPrefix::from_name(word).is_some());
         let at = (part.span.start.checked_sub(whole.start)?) as usize;
         let is_said = word.is_some_and(|word| word == side.to_string());
         (is_within && !is_said).then(|| (at, (word.map_or(0, |word| word.len() + 1), side)))
@@ -118,7 +118,7 @@ impl Rules {
     pub fn choice_text(&self, choice: &Choice) -> String {
         let text = folded(self.sources.text(choice.span)).trim_end_matches('{').trim_end().to_string();
         match (&choice.then, &choice.condition) {
-            (Then::Primitive(label), Some(condition)) if text.ends_with("(side)") => {
+            (Consequent::Primitive(label), Some(condition)) if text.ends_with("(side)") => {
                 let name = choice.name.as_ref().map_or(String::new(), |name| format!("{name}: "));
                 format!("{name}{} => {}", self.text_of(condition), self.label_name(*label))
             }
@@ -148,7 +148,7 @@ pub fn folded(text: &str) -> String {
 fn conditions<'a>(branch: &'a Branch, per_hand: bool, all: &mut Vec<(&'a Expr, bool)>) {
     for choice in &branch.choices {
         all.extend(choice.condition.iter().map(|condition| (condition, per_hand)));
-        if let Then::Branch(below) = &choice.then {
+        if let Consequent::Branch(below) = &choice.then {
             conditions(below, per_hand, all);
         }
     }

@@ -1,25 +1,25 @@
-//! The ways through a tree: from its root to each leaf, with the conditions on it.
+//! The paths through a tree: from its root to each leaf, with the conditions on it.
 
-use super::{Branch, Choice, Expr, Then};
+use super::{Branch, Choice, Consequent, Expr};
 
-/// A way to a leaf.
+/// A path to a leaf.
 #[derive(Clone, Debug)]
-pub struct Way<'a> {
+pub struct LeafPath<'a> {
     /// The choice that gives the leaf.
     pub choice: &'a Choice,
-    /// The choices on the way that have a condition, each with how it must come out.
+    /// The choices on the path that have a condition, each with how it must come out.
     pub asked: Vec<(&'a Choice, &'a Expr, bool)>,
 }
 
 impl Branch {
-    /// All ways to the leaves below, in the order of the choices.
-    pub fn ways(&self) -> Vec<Way<'_>> {
-        let mut ways = Vec::new();
-        self.collect(&mut Vec::new(), &mut ways);
-        ways
+    /// Returns the paths to all leaves below, in the order of the choices.
+    pub fn paths(&self) -> Vec<LeafPath<'_>> {
+        let mut paths = Vec::new();
+        self.collect(&mut Vec::new(), &mut paths);
+        paths
     }
 
-    fn collect<'a>(&'a self, asked: &mut Vec<(&'a Choice, &'a Expr, bool)>, ways: &mut Vec<Way<'a>>) {
+    fn collect<'a>(&'a self, asked: &mut Vec<(&'a Choice, &'a Expr, bool)>, paths: &mut Vec<LeafPath<'a>>) {
         let before = asked.len();
         let last = self.choices.len().saturating_sub(1);
         for (at, choice) in self.choices.iter().enumerate() {
@@ -29,8 +29,10 @@ impl Branch {
                 asked.push((choice, condition, true));
             }
             match &choice.then {
-                Then::Primitive(_) | Then::Stay | Then::Separate => ways.push(Way { choice, asked: asked.clone() }),
-                Then::Branch(below) => below.collect(asked, ways),
+                Consequent::Primitive(_) | Consequent::Stay | Consequent::Separate => {
+                    paths.push(LeafPath { choice, asked: asked.clone() })
+                }
+                Consequent::Branch(below) => below.collect(asked, paths),
             }
             if condition.is_some()
                 && let Some((.., wanted)) = asked.last_mut()

@@ -1,7 +1,7 @@
 //! What can be proved about conditions without a log: they are read as formulas over atoms (whatever is no `and`, `or`, `not` or `from`),
 //! equal pieces are one atom, different pieces are free. So a proof holds for every log; where none is found, nothing is said.
 
-use crate::ops::{Samples, Temporal};
+use crate::ops::{Samples, TemporalOperator};
 use crate::rules::{Constant, Expr, ExprKind, Label, PrimitiveId};
 use teachtree_base::hands::Side;
 
@@ -12,7 +12,7 @@ const MAX_STEPS: usize = 1 << 18;
 
 /// A condition as a formula.
 enum Formula {
-    Known(bool),
+    Constant(bool),
     Atom(usize),
     From { labels: Vec<Label>, none: bool },
     Not(Box<Formula>),
@@ -41,7 +41,7 @@ impl<'a> Formulas<'a> {
     fn formula(&mut self, expr: &'a Expr) -> Formula {
         self.size += 1;
         match &expr.kind {
-            ExprKind::Bool(value) => Formula::Known(*value),
+            ExprKind::Bool(value) => Formula::Constant(*value),
             ExprKind::Not(inner) => Formula::Not(Box::new(self.formula(inner))),
             ExprKind::And(parts) => Formula::All(parts.iter().map(|part| self.formula(part)).collect()),
             ExprKind::Or(parts) => Formula::Any(parts.iter().map(|part| self.formula(part)).collect()),
@@ -92,7 +92,7 @@ impl<'a> Formulas<'a> {
 
 fn value(formula: &Formula, bits: usize, before: Option<Label>) -> bool {
     match formula {
-        Formula::Known(value) => *value,
+        Formula::Constant(value) => *value,
         Formula::Atom(at) => bits >> at & 1 == 1,
         Formula::From { labels, none } => match before {
             None => *none,
@@ -143,7 +143,7 @@ fn joined(parts: &[Expr], decides: bool) -> Option<bool> {
 /// Whether two expressions say the same, wherever they stand.
 fn same(one: &Expr, two: &Expr) -> bool {
     use ExprKind as E;
-    let bits = |temporal: &Temporal<Constant>| temporal.map(|constant| Some(constant.value.to_bits()));
+    let bits = |temporal: &TemporalOperator<Constant>| temporal.map(|constant| Some(constant.value.to_bits()));
     let all =
         |one: &[Expr], two: &[Expr]| one.len() == two.len() && one.iter().zip(two).all(|(one, two)| same(one, two));
     one.ty == two.ty

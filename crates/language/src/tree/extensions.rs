@@ -3,8 +3,8 @@
 use super::{Draft, conditions};
 use crate::codes;
 use crate::resolve::{Resolver, nearest};
-use crate::rules::{Branch, Choice, Then, TreeScope};
-use crate::syntax::{self, Anchor, Extend};
+use crate::rules::{Branch, Choice, Consequent, TreeScope};
+use crate::syntax::{self, Anchor, Extension};
 use crate::types::Scope;
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::diagnostic::{Diagnostic, Span};
@@ -14,14 +14,14 @@ const MAX_PAIRS: usize = 1024;
 
 /// All extensions at one place, in order of evaluation.
 struct Group<'a> {
-    first: &'a Extend,
-    parts: Vec<(&'a Extend, Vec<Choice>)>,
+    first: &'a Extension,
+    parts: Vec<(&'a Extension, Vec<Choice>)>,
 }
 
 impl Resolver {
     /// Splices the extensions in. Those at one place stay together, in the order of their files where one is said (`use … before …`);
     /// places are filled in the order in which they are first named, so that an extension may build on an earlier one.
-    pub(super) fn extend_trees(&mut self, drafts: &mut [Draft], extends: &[&Extend]) {
+    pub(super) fn extend_trees(&mut self, drafts: &mut [Draft], extends: &[&Extension]) {
         let mut order: Vec<Group<'_>> = Vec::new();
         let mut at: BTreeMap<(String, u8, String), usize> = BTreeMap::new();
         for extend in extends {
@@ -48,7 +48,7 @@ impl Resolver {
 
     /// Puts the parts of a group into the order of their files; those of files without an order stay as they were read.
     fn put_in_order(&self, group: &mut Group<'_>) {
-        let file = |part: &(&Extend, Vec<Choice>)| part.0.anchor_span.file;
+        let file = |part: &(&Extension, Vec<Choice>)| part.0.anchor_span.file;
         let mut waiting: Vec<u32> = group.parts.iter().map(file).collect();
         waiting.dedup();
         let mut rank: BTreeMap<u32, usize> = BTreeMap::new();
@@ -62,7 +62,7 @@ impl Resolver {
     }
 
     /// The choices of an extension.
-    fn extension(&mut self, drafts: &mut [Draft], extend: &Extend) -> Vec<Choice> {
+    fn extension(&mut self, drafts: &mut [Draft], extend: &Extension) -> Vec<Choice> {
         let tree = extend.place.parts.first().map_or("", |tree| tree.text.as_str());
         let draft = drafts.iter_mut().find(|draft| draft.tree.name == tree);
         let hands = draft.as_ref().map(|draft| draft.tree.scope);
@@ -91,7 +91,7 @@ impl Resolver {
             let owner = drafts.iter().find(|draft| {
                 let mut found = false;
                 name_choices(&draft.tree.root, &mut |choice, name| {
-                    found |= name == tree.text && matches!(choice.then, Then::Branch(_));
+                    found |= name == tree.text && matches!(choice.then, Consequent::Branch(_));
                 });
                 found
             });
@@ -134,7 +134,7 @@ impl Resolver {
         let mut branches = Vec::new();
         let mut leaf: Option<Span> = None;
         name_choices(&draft.tree.root, &mut |choice, named| match choice.then {
-            Then::Branch(_) => branches.push(named.to_string()),
+            Consequent::Branch(_) => branches.push(named.to_string()),
             _ if named == name.text => leaf = Some(choice.span),
             _ => {}
         });
@@ -174,7 +174,7 @@ impl Resolver {
             .enumerate()
             .filter(|(_, choice)| {
                 let leads_there =
-                    matches!(choice.then, Then::Primitive(label) if self.primitive_name(label.primitive) == name.text);
+                    matches!(choice.then, Consequent::Primitive(label) if self.primitive_name(label.primitive) == name.text);
                 choice.name.as_deref() == Some(name.text.as_str()) || leads_there
             })
             .map(|(at, _)| at)
@@ -224,7 +224,7 @@ impl Resolver {
     /// What `before` and `after` may name in a branch: each name, and each primitive that one leaf gives, in order.
     fn anchors(&self, branch: &Branch) -> Vec<String> {
         let primitive = |choice: &Choice| match choice.then {
-            Then::Primitive(label) => Some(self.primitive_name(label.primitive).to_string()),
+            Consequent::Primitive(label) => Some(self.primitive_name(label.primitive).to_string()),
             _ => None,
         };
         let leaves: Vec<String> = branch.choices.iter().filter_map(primitive).collect();
@@ -283,7 +283,7 @@ impl Resolver {
         };
         let name = match (&choice.name, &choice.then) {
             (Some(name), _) => name.as_str(),
-            (None, Then::Primitive(label)) => self.primitive_name(label.primitive),
+            (None, Consequent::Primitive(label)) => self.primitive_name(label.primitive),
             _ => return None,
         };
         Some(format!("{word} {name}"))
@@ -301,7 +301,7 @@ fn name_choices(branch: &Branch, visit: &mut dyn FnMut(&Choice, &str)) {
         if let Some(name) = &choice.name {
             visit(choice, name);
         }
-        if let Then::Branch(below) = &choice.then {
+        if let Consequent::Branch(below) = &choice.then {
             name_choices(below, visit);
         }
     }
@@ -309,7 +309,7 @@ fn name_choices(branch: &Branch, visit: &mut dyn FnMut(&Choice, &str)) {
 
 fn find_branch<'b>(branch: &'b mut Branch, name: &str) -> Option<&'b mut Branch> {
     branch.choices.iter_mut().find_map(|choice| {
-        let Then::Branch(below) = &mut choice.then else { return None };
+        let Consequent::Branch(below) = &mut choice.then else { return None };
         if choice.name.as_deref() == Some(name) { Some(below) } else { find_branch(below, name) }
     })
 }

@@ -1,8 +1,8 @@
 //! Branches that leave frames without a choice: no `else`, and nothing that proves that one of the choices always holds.
 
 use super::conditions;
-use crate::formula::{Answer, Formula, Frame, Reader, possible_within};
-use crate::rules::{Branch, Expr, Hand, Rules, Then, Tree, TreeScope};
+use crate::formula::{Answer, Formula, Frame, Reader, solve_within};
+use crate::rules::{Branch, Consequent, Expr, Hand, Rules, Tree, TreeScope};
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
@@ -63,7 +63,7 @@ impl<'a> Search<'a> {
         let start = self.asked.len();
         for choice in &branch.choices {
             self.asked.extend(choice.condition.iter().map(|condition| (condition, true)));
-            if let Then::Branch(below) = &choice.then {
+            if let Consequent::Branch(below) = &choice.then {
                 self.branch(below);
             }
             if let (Some(_), Some((_, wanted))) = (&choice.condition, self.asked.last_mut()) {
@@ -89,10 +89,10 @@ impl<'a> Search<'a> {
                 self.asked.iter().map(|(expr, wanted)| (reader.formula(expr, self.this), *wanted)).collect();
             self.size = self.size.saturating_sub(formulas.iter().map(|(formula, _)| formula.size()).sum());
             let wanted: Vec<(&Formula, bool)> = formulas.iter().map(|(formula, wanted)| (formula, *wanted)).collect();
-            match possible_within(&wanted, Rc::clone(&self.before), &mut self.steps) {
+            match solve_within(&wanted, Rc::clone(&self.before), &mut self.steps) {
                 Answer::No => is_proved = true,
                 Answer::Yes(case) => frame = case.frame(&wanted),
-                Answer::Perhaps => {}
+                Answer::Unknown => {}
             }
         }
         if !is_proved {

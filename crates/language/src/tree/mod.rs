@@ -6,7 +6,7 @@ pub mod gaps;
 
 use super::codes;
 use super::resolve::Resolver;
-use super::rules::{Branch, Choice, Hand, Then, Tree, TreeScope};
+use super::rules::{Branch, Choice, Consequent, Hand, Tree, TreeScope};
 use super::syntax;
 use super::types::Scope;
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ struct Draft {
 
 impl Resolver {
     /// Checks the trees and everything that extends them.
-    pub(super) fn trees(&mut self, trees: &[&syntax::Tree], extends: &[&syntax::Extend]) {
+    pub(super) fn trees(&mut self, trees: &[&syntax::Tree], extends: &[&syntax::Extension]) {
         let mut drafts: Vec<Draft> = Vec::new();
         let mut rejected: Vec<Draft> = Vec::new();
         for tree in trees {
@@ -75,7 +75,7 @@ impl Resolver {
 
     fn tree_choices(&mut self, choices: &[syntax::Choice], scope: Scope, whole: &mut bool) -> Vec<Choice> {
         let choice = |choice: &syntax::Choice| match &choice.then {
-            syntax::Then::EachSide(label) => self.each_side(choice, label, scope, whole),
+            syntax::Consequent::EachSide(label) => self.each_side(choice, label, scope, whole),
             _ => self.tree_choice(choice, scope, whole).into_iter().collect(),
         };
         choices.iter().flat_map(choice).collect()
@@ -111,7 +111,7 @@ impl Resolver {
         }
         let mut choices = Vec::new();
         for side in Side::BOTH {
-            let then = syntax::Then::Primitive(syntax::Label { side: Some(side), ..label.clone() });
+            let then = syntax::Consequent::Primitive(syntax::Label { side: Some(side), ..label.clone() });
             let of_side = syntax::Choice { then, ..choice.clone() };
             let scope = scope.of(Hand::Named(side));
             // What is wrong with the first is wrong with both.
@@ -126,13 +126,13 @@ impl Resolver {
     fn tree_choice(&mut self, choice: &syntax::Choice, scope: Scope, whole: &mut bool) -> Option<Choice> {
         let condition = choice.condition.as_ref().map(|condition| self.condition(condition, scope, "a choice takes"));
         let then = match &choice.then {
-            syntax::Then::Primitive(label) | syntax::Then::EachSide(label) => {
+            syntax::Consequent::Primitive(label) | syntax::Consequent::EachSide(label) => {
                 let label = self.label(label, true);
                 *whole &= label.is_some();
-                label.map(Then::Primitive)
+                label.map(Consequent::Primitive)
             }
-            syntax::Then::Stay => Some(Then::Stay),
-            syntax::Then::Separate => {
+            syntax::Consequent::Stay => Some(Consequent::Stay),
+            syntax::Consequent::Separate => {
                 if scope.hand == Hand::This {
                     self.report(
                         Diagnostic::error(codes::SEPARATE_HAND, "`separate` stands in the tree of a single hand")
@@ -140,12 +140,12 @@ impl Resolver {
                             .help("only a tree `for left, right` may leave the hands to their own trees"),
                     );
                 }
-                Some(Then::Separate)
+                Some(Consequent::Separate)
             }
-            syntax::Then::Branch(below) => {
-                Some(Then::Branch(Branch { choices: self.tree_choices(below, scope, whole), span: choice.span }))
+            syntax::Consequent::Branch(below) => {
+                Some(Consequent::Branch(Branch { choices: self.tree_choices(below, scope, whole), span: choice.span }))
             }
-            syntax::Then::Broken => {
+            syntax::Consequent::Broken => {
                 *whole = false;
                 None
             }
@@ -196,7 +196,7 @@ impl Resolver {
                     }
                 }
             }
-            if let Then::Branch(below) = &choice.then {
+            if let Consequent::Branch(below) = &choice.then {
                 self.check_branch(below, draft, names);
             }
         }
@@ -225,7 +225,7 @@ impl Resolver {
                 continue;
             }
             match &choice.then {
-                Then::Stay => {
+                Consequent::Stay => {
                     self.report(
                         Diagnostic::error(
                             codes::STAY_FROM_NONE,
@@ -235,8 +235,8 @@ impl Resolver {
                         .help("put a choice `from(none) => …` before it"),
                     );
                 }
-                Then::Branch(below) => self.check_stay(below),
-                Then::Primitive(_) | Then::Separate => {}
+                Consequent::Branch(below) => self.check_stay(below),
+                Consequent::Primitive(_) | Consequent::Separate => {}
             }
             if holds == Some(true) {
                 return;

@@ -7,7 +7,7 @@ use crate::rules::{Constant, Expr, ExprKind, MOST_TIMES, ParamId};
 use crate::syntax;
 use teachtree_base::channels::Shape;
 use teachtree_base::diagnostic::{Diagnostic, Span};
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 
 /// Nothing is remembered or looked ahead for longer, s.
@@ -93,7 +93,7 @@ impl Resolver {
         };
         self.report(
             Diagnostic::error(codes::OUT_OF_RANGE, wanted)
-                .at(duration.span, format!("this is {} s", Shown(duration.value))),
+                .at(duration.span, format!("this is {} s", ShortNumber(duration.value))),
         );
         None
     }
@@ -108,7 +108,8 @@ impl Resolver {
             _ => return Some(()),
         };
         self.report(
-            Diagnostic::error(codes::OUT_OF_RANGE, wanted).at(times.span, format!("this is {}", Shown(times.value))),
+            Diagnostic::error(codes::OUT_OF_RANGE, wanted)
+                .at(times.span, format!("this is {}", ShortNumber(times.value))),
         );
         None
     }

@@ -2,7 +2,7 @@
 
 use super::{Scope, describe, scalar};
 use crate::codes;
-use crate::ops::{self, Becomes, Form, Gives, Operator, Takes, Temporal};
+use crate::ops::{self, CheckedForm, Operand, Operator, Output, Signature, TemporalOperator};
 use crate::resolve::Resolver;
 use crate::rules::{Constant, Expr, ExprKind, Function, Hand, Type};
 use crate::syntax::{self, ExprKind as Syntax, Path};
@@ -19,27 +19,30 @@ impl Resolver {
             self.unknown_function(path);
             return None;
         };
-        let Some(form) = operator.forms.iter().find(|form| !form.over_time && form.takes.len() == arguments.len())
+        let Some(signature) = operator
+            .signatures
+            .iter()
+            .find(|signature| !signature.over_time && signature.takes.len() == arguments.len())
         else {
             self.wrong_count(operator, arguments.len(), span);
             return None;
         };
         match (operator.becomes, arguments) {
-            (Becomes::Rate, [value, duration]) => self.rate(value, duration, span, scope),
-            (Becomes::Call(Function::SqueezeOf), [one, two]) => self.squeeze_of(one, two, span, scope),
-            (Becomes::Contact, [one, two]) => self.in_contact(one, two, span, scope),
-            (Becomes::Temporal, [condition, constants @ ..]) => {
+            (CheckedForm::Rate, [value, duration]) => self.rate(value, duration, span, scope),
+            (CheckedForm::Call(Function::SqueezeOf), [one, two]) => self.squeeze_of(one, two, span, scope),
+            (CheckedForm::Contact, [one, two]) => self.in_contact(one, two, span, scope),
+            (CheckedForm::Temporal, [condition, constants @ ..]) => {
                 let condition = self.expr(condition, scope)?;
                 self.want_bool(&condition, &format!("`{name}` watches"))?;
-                let constants = self.constants(constants.iter().zip(form.takes.iter().skip(1).copied()), scope)?;
+                let constants = self.constants(constants.iter().zip(signature.takes.iter().skip(1).copied()), scope)?;
                 let (temporal, ty) = (self.over_time(&name, constants)?, condition.ty);
                 Some(Expr { kind: ExprKind::Temporal(temporal, Box::new(condition)), ty, span })
             }
-            (Becomes::Call(function), _) => {
+            (CheckedForm::Call(function), _) => {
                 let read: Vec<Option<Expr>> = arguments.iter().map(|argument| self.expr(argument, scope)).collect();
                 let arguments = read.into_iter().collect::<Option<Vec<Expr>>>()?;
-                let form = of_rotations(operator, &arguments).unwrap_or(form);
-                let ty = self.applied(&name, form, &arguments)?;
+                let signature = of_rotations(operator, &arguments).unwrap_or(signature);
+                let ty = self.applied(&name, signature, &arguments)?;
                 Some(Expr { kind: ExprKind::Call(function, arguments), ty, span })
             }
             _ => None,
@@ -49,12 +52,12 @@ impl Resolver {
     /// The constants of an operator over time, each with what it is. All of them are read, so that each mistake is reported.
     pub(super) fn constants<'e>(
         &mut self,
-        constants: impl Iterator<Item = (&'e syntax::Expr, Takes)>,
+        constants: impl Iterator<Item = (&'e syntax::Expr, Operand)>,
         scope: Scope,
-    ) -> Option<Vec<(Constant, Takes)>> {
-        let read: Vec<Option<(Constant, Takes)>> = constants
+    ) -> Option<Vec<(Constant, Operand)>> {
+        let read: Vec<Option<(Constant, Operand)>> = constants
             .map(|(constant, takes)| {
-                let wanted = if takes == Takes::Times { Dimension::NONE } else { Dimension::TIME };
+                let wanted = if takes == Operand::Times { Dimension::NONE } else { Dimension::TIME };
                 Some((self.constant(constant, Some(wanted), scope)?, takes))
             })
             .collect();
@@ -62,19 +65,27 @@ impl Resolver {
     }
 
     /// The operator over time with these constants, when each lies in its range.
-    pub(super) fn over_time(&mut self, name: &str, constants: Vec<(Constant, Takes)>) -> Option<Temporal<Constant>> {
+    pub(super) fn over_time(
+        &mut self,
+        name: &str,
+        constants: Vec<(Constant, Operand)>,
+    ) -> Option<TemporalOperator<Constant>> {
         for (constant, takes) in &constants {
             match takes {
-                Takes::Times => self.want_times(constant)?,
+                Operand::Times => self.want_times(constant)?,
                 _ => self.want_duration(constant)?,
             }
         }
-        Temporal::new(name, constants.into_iter().map(|(constant, _)| constant).collect())
+        TemporalOperator::new(name, constants.into_iter().map(|(constant, _)| constant).collect())
     }
 
     fn wrong_count(&mut self, operator: &Operator, given: usize, span: Span) {
-        let counts: Vec<usize> =
-            operator.forms.iter().filter(|form| !form.over_time).map(|form| form.takes.len()).collect();
+        let counts: Vec<usize> = operator
+            .signatures
+            .iter()
+            .filter(|signature| !signature.over_time)
+            .map(|signature| signature.takes.len())
+            .collect();
         let wanted = match counts.as_slice() {
             [] => "samples over time",
             [1] => "one argument",
@@ -90,31 +101,31 @@ impl Resolver {
     }
 
     /// The type of what a function gives; its arguments are checked from the first to the last.
-    fn applied(&mut self, name: &str, form: &Form, arguments: &[Expr]) -> Option<Type> {
+    fn applied(&mut self, name: &str, signature: &Signature, arguments: &[Expr]) -> Option<Type> {
         let who = format!("`{name}` takes");
-        for (argument, takes) in arguments.iter().zip(form.takes) {
+        for (argument, takes) in arguments.iter().zip(signature.takes) {
             match takes {
-                Takes::Condition | Takes::Conditions => self.want_bool(argument, &who)?,
-                Takes::Scalar | Takes::SameScalar | Takes::Scalars | Takes::Threshold => {
+                Operand::Condition | Operand::Conditions => self.want_bool(argument, &who)?,
+                Operand::Scalar | Operand::SameScalar | Operand::Scalars | Operand::Threshold => {
                     self.want(argument, Shape::Scalar, &who)?;
                 }
-                Takes::Number | Takes::Numbers => self.want_number(argument, &who)?,
+                Operand::Number | Operand::Numbers => self.want_number(argument, &who)?,
                 // These are of forms that look at samples.
-                Takes::Value | Takes::NumberOrCondition => {}
-                Takes::Vec3 | Takes::Direction => self.want(argument, Shape::Vec3, &who)?,
-                Takes::Rotation => self.want(argument, Shape::Rotation, &who)?,
-                Takes::Duration | Takes::Times | Takes::OfHand(_) => return None,
+                Operand::Value | Operand::NumberOrCondition => {}
+                Operand::Vec3 | Operand::Direction => self.want(argument, Shape::Vec3, &who)?,
+                Operand::Rotation => self.want(argument, Shape::Rotation, &who)?,
+                Operand::Duration | Operand::Times | Operand::OfHand(_) => return None,
             }
-            if matches!(takes, Takes::Conditions | Takes::Scalars | Takes::Numbers) {
+            if matches!(takes, Operand::Conditions | Operand::Scalars | Operand::Numbers) {
                 self.want_array(argument, name)?;
             }
         }
         let first = arguments.first()?;
         let mut axis = first.ty.axis;
         for (at, argument) in arguments.iter().enumerate().skip(1) {
-            match form.takes.get(at) {
-                Some(Takes::Direction) => self.want_direction(argument)?,
-                Some(Takes::SameScalar) if first.ty.dimension != argument.ty.dimension => {
+            match signature.takes.get(at) {
+                Some(Operand::Direction) => self.want_direction(argument)?,
+                Some(Operand::SameScalar) if first.ty.dimension != argument.ty.dimension => {
                     let [a, b] = [first, argument].map(|one| super::element(one.ty));
                     let message = format!("`{name}` cannot take {a} and {b} together");
                     self.report(super::two_sides(codes::COMPARED_KINDS, message, first, argument));
@@ -126,34 +137,34 @@ impl Resolver {
                 axis = axis.or(self.merged(before, argument)?);
             }
         }
-        Some(match form.gives {
-            Gives::Condition => Type { axis, ..Type::BOOL },
-            Gives::OneCondition => Type::BOOL,
-            Gives::Count => scalar(Dimension::NONE),
-            Gives::Same => Type { axis, ..first.ty },
-            Gives::Element => Type { axis: None, ..first.ty },
-            Gives::Length => Type { axis, ..scalar(first.ty.dimension) },
-            Gives::Product => {
+        Some(match signature.gives {
+            Output::Condition => Type { axis, ..Type::BOOL },
+            Output::OneCondition => Type::BOOL,
+            Output::Count => scalar(Dimension::NONE),
+            Output::Same => Type { axis, ..first.ty },
+            Output::Element => Type { axis: None, ..first.ty },
+            Output::Length => Type { axis, ..scalar(first.ty.dimension) },
+            Output::Product => {
                 let last = arguments.last()?;
                 let dimension = first.ty.dimension.times(last.ty.dimension);
                 Type { axis, ..scalar(self.carried(dimension, first.span.to(last.span))?) }
             }
-            Gives::CrossProduct => {
+            Output::CrossProduct => {
                 let last = arguments.last()?;
                 let dimension = first.ty.dimension.times(last.ty.dimension);
                 Type { axis, shape: Shape::Vec3, dimension: self.carried(dimension, first.span.to(last.span))? }
             }
-            Gives::Vec3 => Type { axis, shape: Shape::Vec3, dimension: first.ty.dimension },
-            Gives::Angle => Type { axis, ..scalar(Dimension::ANGLE) },
-            Gives::PerTime => {
+            Output::Vec3 => Type { axis, shape: Shape::Vec3, dimension: first.ty.dimension },
+            Output::Angle => Type { axis, ..scalar(Dimension::ANGLE) },
+            Output::PerTime => {
                 let dimension = self.carried(first.ty.dimension.over(Dimension::TIME), first.span)?;
                 Type { dimension, ..first.ty }
             }
-            Gives::TimesTime => {
+            Output::TimesTime => {
                 let dimension = self.carried(first.ty.dimension.times(Dimension::TIME), first.span)?;
                 Type { dimension, ..first.ty }
             }
-            Gives::Force => scalar(Dimension::FORCE),
+            Output::Force => scalar(Dimension::FORCE),
         })
     }
 
@@ -244,7 +255,7 @@ impl Resolver {
 }
 
 /// The form of rotations of a function that has one, where the first argument is a rotation.
-fn of_rotations(operator: &'static Operator, arguments: &[Expr]) -> Option<&'static Form> {
+fn of_rotations(operator: &'static Operator, arguments: &[Expr]) -> Option<&'static Signature> {
     let is_rotation = arguments.first()?.ty.shape == Shape::Rotation;
-    operator.forms.iter().find(|form| is_rotation && form.takes.first() == Some(&Takes::Rotation))
+    operator.signatures.iter().find(|signature| is_rotation && signature.takes.first() == Some(&Operand::Rotation))
 }

@@ -9,7 +9,7 @@ mod paths;
 mod summaries;
 
 use super::codes;
-use super::ops::Temporal;
+use super::ops::TemporalOperator;
 use super::resolve::{Resolver, named};
 use super::rules::{Arithmetic, Comparison, Expr, ExprKind, Hand, Type};
 use super::syntax::{self, ExprKind as Syntax};
@@ -122,7 +122,7 @@ impl Resolver {
             }
             Syntax::Hysteresis { value, on, off, rising } => self.hysteresis(value, on, off, *rising, span, scope),
             Syntax::Temporal(temporal, condition) => {
-                let inside = if matches!(temporal, Temporal::WithinNext(_)) {
+                let inside = if matches!(temporal, TemporalOperator::WithinNext(_)) {
                     let ahead = Span { start: condition.span.end, ..span };
                     Scope { ahead: Some(self.trimmed(ahead)), ..scope }
                 } else {

@@ -2,9 +2,9 @@
 
 use super::{Scope, describe, scalar};
 use crate::codes;
-use crate::resolve::{Resolver, State, Value, What};
+use crate::resolve::{Resolver, State, Value, ValueKind};
 use crate::rules::{Expr, ExprKind, Hand, LatchId, ParamId, SignalId, Type};
-use crate::syntax::{Name, Path, Whose, join};
+use crate::syntax::{HandPrefix, Name, Path, join};
 use teachtree_base::channels::{ChannelSpec, Shape};
 use teachtree_base::diagnostic::{Diagnostic, Span};
 use teachtree_base::hands::{Finger, Side};
@@ -15,8 +15,8 @@ impl Resolver {
         let (whose, parts) = path.whose();
         let asked = match whose {
             None => None,
-            Some(Whose::Side(side)) => Some(Hand::Named(side)),
-            Some(Whose::Other) => match scope.hand {
+            Some(HandPrefix::Side(side)) => Some(Hand::Named(side)),
+            Some(HandPrefix::Other) => match scope.hand {
                 Hand::This => Some(Hand::Other),
                 Hand::Named(side) => Some(Hand::Named(side.other())),
                 Hand::Other | Hand::Nobody => {
@@ -28,8 +28,8 @@ impl Resolver {
                     return None;
                 }
             },
-            Some(Whose::Either) => return self.of_hands(path, parts, false, scope),
-            Some(Whose::Both) => return self.of_hands(path, parts, true, scope),
+            Some(HandPrefix::Either) => return self.of_hands(path, parts, false, scope),
+            Some(HandPrefix::Both) => return self.of_hands(path, parts, true, scope),
         };
         self.path_of(path, parts, asked, scope)
     }
@@ -126,7 +126,7 @@ impl Resolver {
         self.used.insert(name.text.clone());
         let text = &name.text;
         let hand = self.whose(text, value.per_hand, side, span, scope, Some(value.span))?;
-        if value.what == What::Latch {
+        if value.what == ValueKind::Latch {
             self.memory_allowed(&format!("the latch `{text}`"), span, Some(value.span), scope)?;
         }
         let id = match value.state {
@@ -140,23 +140,23 @@ impl Resolver {
                 // Once is enough: its declaration is found later.
                 self.names.set_state(text, State::Broken);
                 self.report(match value.what {
-                    What::Latch => finding.help("latches are updated in order: a latch reads only those above it"),
-                    What::Param | What::Signal => finding.help("move its declaration up"),
+                    ValueKind::Latch => finding.help("latches are updated in order: a latch reads only those above it"),
+                    ValueKind::Param | ValueKind::Signal => finding.help("move its declaration up"),
                 });
                 return None;
             }
         };
         let (kind, ty) = match value.what {
-            What::Param => {
+            ValueKind::Param => {
                 let id = ParamId(id);
                 (ExprKind::Param(id), scalar(self.param_value(id)?.dimension))
             }
-            What::Signal => {
+            ValueKind::Signal => {
                 let id = SignalId(id);
                 let ty = self.rules.signals.get(id.index())?.ty;
                 (ExprKind::Signal(id, hand), of_hand(ty, hand))
             }
-            What::Latch => (ExprKind::Latch(LatchId(id), hand), Type::BOOL),
+            ValueKind::Latch => (ExprKind::Latch(LatchId(id), hand), Type::BOOL),
         };
         Some(Expr { kind, ty, span })
     }

@@ -2,7 +2,7 @@
 
 use super::{Scope, describe, scalar};
 use crate::codes;
-use crate::ops::{self, Gives, Samples, Summary, Takes};
+use crate::ops::{self, Operand, Output, Samples, Summary};
 use crate::resolve::Resolver;
 use crate::rules::{Expr, ExprKind, Type};
 use crate::syntax::{self, Path};
@@ -25,8 +25,8 @@ impl Resolver {
             self.unknown_function(path);
             return None;
         };
-        let form = operator.forms.iter().find(|form| form.over_time);
-        let (Some(summary), Some(form)) = (Summary::named(&name), form) else {
+        let signature = operator.signatures.iter().find(|signature| signature.over_time);
+        let (Some(summary), Some(signature)) = (Summary::named(&name), signature) else {
             self.no_summary(&name, path.span, samples);
             return None;
         };
@@ -43,7 +43,7 @@ impl Resolver {
             }),
         };
         let (value, samples) = (value?, samples?);
-        let ty = self.summarized(&name, form, &value, span)?;
+        let ty = self.summarized(&name, signature, &value, span)?;
         let axis = match &samples {
             Samples::Last(_) => ty.axis,
             Samples::Since(condition) => self.merged(&value, condition)?,
@@ -52,13 +52,13 @@ impl Resolver {
     }
 
     /// The type of what is made of the samples of a value.
-    fn summarized(&mut self, name: &str, form: &ops::Form, value: &Expr, span: Span) -> Option<Type> {
+    fn summarized(&mut self, name: &str, signature: &ops::Signature, value: &Expr, span: Span) -> Option<Type> {
         let who = format!("`{name}` over time takes");
-        let wanted = match (form.takes.first(), value.ty.shape) {
-            (Some(Takes::NumberOrCondition), Shape::Scalar | Shape::Vec3 | Shape::Bool)
-            | (Some(Takes::Value), Shape::Scalar | Shape::Vec3 | Shape::Rotation) => None,
-            (Some(Takes::NumberOrCondition), _) => Some("a number, a vec3 or a condition"),
-            (Some(Takes::Value), _) => Some("a number, a vec3 or a rotation"),
+        let wanted = match (signature.takes.first(), value.ty.shape) {
+            (Some(Operand::NumberOrCondition), Shape::Scalar | Shape::Vec3 | Shape::Bool)
+            | (Some(Operand::Value), Shape::Scalar | Shape::Vec3 | Shape::Rotation) => None,
+            (Some(Operand::NumberOrCondition), _) => Some("a number, a vec3 or a condition"),
+            (Some(Operand::Value), _) => Some("a number, a vec3 or a rotation"),
             _ => {
                 self.want(value, Shape::Scalar, &who)?;
                 None
@@ -76,8 +76,8 @@ impl Resolver {
             Shape::Bool => Type { axis: value.ty.axis, ..scalar(Dimension::NONE) },
             _ => value.ty,
         };
-        match form.gives {
-            Gives::TimesTime => {
+        match signature.gives {
+            Output::TimesTime => {
                 let dimension = self.carried(ty.dimension.times(Dimension::TIME), span)?;
                 Some(Type { dimension, ..ty })
             }

@@ -6,25 +6,25 @@ use crate::allowed_folders::AllowedFolders;
 use crate::atomic_write::Files;
 use crate::issue::Issue;
 use crate::names;
-use crate::read::formats::{self, delimited::unreadable};
-use crate::read::table::{Source, Want};
+use crate::read::formats::{self, delimited_text::unreadable};
+use crate::read::table::{ColumnRequest, Source};
 use crate::read::text;
 use indexmap::IndexMap;
 use std::borrow::Cow;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::{ErrorKind, InputError};
-use teachtree_base::nearest::nearest;
 use teachtree_base::quantity::Frequency;
 use teachtree_base::recording::{Column, Event, Recording};
 use teachtree_base::scene::Scene;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
+use teachtree_base::spelling::nearest;
 use teachtree_base::units::{Dimension, compound};
 use teachtree_base::yaml;
 
 /// A recording with what was dropped while it was read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Read {
+pub struct LoadedRecording {
     /// The recording; columns with names that are not canonical are in it too.
     pub recording: Recording,
     /// Rows that were left out.
@@ -37,7 +37,7 @@ pub struct Read {
 ///
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
-pub fn read(path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
+pub fn read(path: &Path, scene: Option<&Path>) -> Result<LoadedRecording, InputError> {
     read_source(formats::open(path)?, path, scene, &AllowedFolders::default())
 }
 
@@ -47,7 +47,7 @@ pub fn read_source(
     path: &Path,
     scene: Option<&Path>,
     folders: &AllowedFolders,
-) -> Result<Read, InputError> {
+) -> Result<LoadedRecording, InputError> {
     let is_untitled = |(at, title): (usize, &String)| *title == (at + 1).to_string();
     let header = source.header();
     if !header.is_empty() && header.iter().enumerate().all(is_untitled) {
@@ -61,7 +61,7 @@ pub fn read_source(
         (None, Some(own)) => own,
         (None, None) => scene_beside(path, folders)?,
     };
-    let mut read = columns(source, &Clock::canonical())?;
+    let mut read = columns(source, &StampSource::canonical())?;
     read.recording.scene = scene;
     read.recording.events = match beside(path, "events.csv").into_iter().find(|file| folders.has(file)) {
         Some(file) if events.is_empty() => read_events(&file, folders)?,
@@ -147,7 +147,7 @@ pub fn check_scene(scene: &Scene) -> Result<(), InputError> {
             part.check().map_err(|message| InputError::new(format!("bodies.{name}.parts.{index}"), message))?;
         }
         if let Some(far) = body.position.iter().find(|length| length.0.abs() > FARTHEST_M) {
-            let message = format!("found {} m, expected at most {FARTHEST_M} m", Shown(far.0));
+            let message = format!("found {} m, expected at most {FARTHEST_M} m", ShortNumber(far.0));
             return Err(InputError::new(format!("bodies.{name}.position"), message));
         }
         for (socket, spec) in &body.sockets {
@@ -169,14 +169,14 @@ pub fn check_scene(scene: &Scene) -> Result<(), InputError> {
 }
 
 /// Where the stamps of a table are.
-pub enum Clock {
+pub enum StampSource {
     /// In the column of this name; in this unit, where the header says none.
     Column(String, Option<String>),
     /// Nowhere: the rows come at this rate.
     Rate(Frequency),
 }
 
-impl Clock {
+impl StampSource {
     /// As a canonical log has it.
     pub fn canonical() -> Self {
         Self::Column("time".into(), None)
@@ -184,7 +184,7 @@ impl Clock {
 }
 
 /// The columns of a canonical table: name, dimension, what to read of it.
-pub fn wanted(source: &Source, clock: &Clock) -> Result<Vec<(String, Dimension, Want)>, InputError> {
+pub fn wanted(source: &Source, clock: &StampSource) -> Result<Vec<(String, Dimension, ColumnRequest)>, InputError> {
     let header = source.header();
     let header_place = source.header_place.clone();
     let place = |name: &str| format!("{header_place} column {name}");
@@ -200,8 +200,8 @@ pub fn wanted(source: &Source, clock: &Clock) -> Result<Vec<(String, Dimension, 
             return Err(InputError::new(place(&(wants.len() + 1).to_string()), "the column has no name"));
         }
         let (want, dimension) = match clock {
-            Clock::Column(time, said) if time == name => want("time", unit.or(said.as_deref())),
-            Clock::Rate(_) if name == "time" => Ok((Want::Nothing, Dimension::TIME)),
+            StampSource::Column(time, said) if time == name => want("time", unit.or(said.as_deref())),
+            StampSource::Rate(_) if name == "time" => Ok((ColumnRequest::Nothing, Dimension::TIME)),
             _ => want(name, unit),
         }
         .map_err(|message| InputError::new(place(name), message))?;
@@ -212,7 +212,7 @@ pub fn wanted(source: &Source, clock: &Clock) -> Result<Vec<(String, Dimension, 
         seen.insert(name, dimension);
         wants.push(want);
     }
-    if let Clock::Column(time, _) = clock
+    if let StampSource::Column(time, _) = clock
         && !seen.contains_key(time.as_str())
     {
         let near = nearest("time", seen.keys().copied())
@@ -230,33 +230,33 @@ pub fn wanted(source: &Source, clock: &Clock) -> Result<Vec<(String, Dimension, 
 }
 
 /// Reads the columns of a canonical table.
-pub fn columns(source: Source, clock: &Clock) -> Result<Read, InputError> {
+pub fn columns(source: Source, clock: &StampSource) -> Result<LoadedRecording, InputError> {
     let wanted = wanted(&source, clock)?;
-    let wants: Vec<Want> = wanted.iter().map(|(.., want)| *want).collect();
+    let wants: Vec<ColumnRequest> = wanted.iter().map(|(.., want)| *want).collect();
     let rate_hz = match clock {
-        Clock::Column(..) => None,
-        Clock::Rate(rate) => Some(rate.0),
+        StampSource::Column(..) => None,
+        StampSource::Rate(rate) => Some(rate.0),
     };
     let table = source.read(&wants, rate_hz)?;
     let mut recording = Recording { time: table.time, ..Recording::default() };
     for (((name, dimension, want), numbers), texts) in wanted.into_iter().zip(table.numbers).zip(table.texts) {
         match want {
-            Want::Nothing | Want::Time(_) => {}
-            Want::Number(_) | Want::Optional(_) | Want::Sniff => {
+            ColumnRequest::Nothing | ColumnRequest::Time(_) => {}
+            ColumnRequest::Number(_) | ColumnRequest::Optional(_) | ColumnRequest::Sniff => {
                 recording.columns.insert(name, Column { dimension, values: numbers });
             }
-            Want::Text => {
+            ColumnRequest::Text => {
                 recording.labels.insert(name, texts);
             }
         }
     }
-    Ok(Read { recording, issues: table.issues, row_time: table.row_time })
+    Ok(LoadedRecording { recording, issues: table.issues, row_time: table.row_time })
 }
 
 /// What to read from a column with this name and unit, and its dimension.
-fn want(name: &str, unit: Option<&str>) -> Result<(Want, Dimension), String> {
+fn want(name: &str, unit: Option<&str>) -> Result<(ColumnRequest, Dimension), String> {
     if names::is_label(name) {
-        return Ok((Want::Text, Dimension::NONE));
+        return Ok((ColumnRequest::Text, Dimension::NONE));
     }
     let meant =
         if name == "time" { Some(Dimension::TIME) } else { names::meaning(name).map(|meaning| meaning.dimension) };
@@ -268,11 +268,11 @@ fn want(name: &str, unit: Option<&str>) -> Result<(Want, Dimension), String> {
         }
         (Some(meant), read) => {
             let to_si = read.and_then(Result::ok).map_or(1.0, |(to_si, _)| to_si);
-            Ok((if name == "time" { Want::Time(to_si) } else { Want::Number(to_si) }, meant))
+            Ok((if name == "time" { ColumnRequest::Time(to_si) } else { ColumnRequest::Number(to_si) }, meant))
         }
         (None, read) => {
             let (to_si, dimension) = read.and_then(Result::ok).unwrap_or((1.0, Dimension::NONE));
-            Ok((Want::Optional(to_si), dimension))
+            Ok((ColumnRequest::Optional(to_si), dimension))
         }
     }
 }
@@ -352,7 +352,7 @@ pub fn source(recording: &Recording, name: &Path) -> Result<Source, InputError> 
     let shown = name.display().to_string();
     let mut bytes = Vec::new();
     write_log(&mut bytes, recording).map_err(|error| InputError::new(&shown, error.to_string()))?;
-    let source = formats::delimited::source(Box::new(std::io::Cursor::new(bytes)), &shown)?;
+    let source = formats::delimited_text::source(Box::new(std::io::Cursor::new(bytes)), &shown)?;
     let scene = parse_scene(&yaml::write(&recording.scene)?, &shown)?;
     Ok(Source { scene: Some(scene), events: recording.events.clone(), ..source })
 }

@@ -13,14 +13,14 @@
 mod eaf;
 
 use super::file;
-use super::formats::{delimited, stem};
+use super::formats::{delimited_text, stem};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::Path;
 use teachtree_base::error::InputError;
-use teachtree_base::hands::Who;
-use teachtree_base::nearest::nearest;
-use teachtree_base::shown::Shown;
+use teachtree_base::hands::TrackId;
+use teachtree_base::short_number::ShortNumber;
+use teachtree_base::spelling::nearest;
 
 /// The most rows that are read.
 pub const MAX_ROWS: usize = 100_000;
@@ -59,9 +59,9 @@ pub struct Interval {
     /// Where it stands in the file: `row 3`, the header being row 1, or `annotation a3`.
     pub place: String,
     /// Whose it is; `None` where the file does not say.
-    pub track: Option<Who>,
+    pub track: Option<TrackId>,
     /// What is named.
-    pub kind: Kind,
+    pub kind: LabelKind,
     /// The name, as it stands in the file.
     pub name: String,
     /// Start, s.
@@ -72,7 +72,7 @@ pub struct Interval {
 
 /// What a label names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum LabelKind {
     /// A primitive motion.
     Primitive,
     /// A task.
@@ -95,7 +95,7 @@ fn is_eaf(path: &Path) -> bool {
 /// # Errors
 /// More labels for one time than are read.
 pub fn of_intervals(file: String, intervals: Vec<Interval>) -> Result<Labels, InputError> {
-    let mut tracks: BTreeMap<(Option<Who>, Kind), Vec<Interval>> = BTreeMap::new();
+    let mut tracks: BTreeMap<(Option<TrackId>, LabelKind), Vec<Interval>> = BTreeMap::new();
     for interval in intervals {
         tracks.entry((interval.track, interval.kind)).or_default().push(interval);
     }
@@ -125,7 +125,7 @@ pub fn read(path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputEr
 /// As [`read`].
 pub fn table(bytes: impl Read, path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
     let file = path.display().to_string();
-    let unreadable = |error: ::csv::Error| delimited::unreadable(&file, &error);
+    let unreadable = |error: ::csv::Error| delimited_text::unreadable(&file, &error);
     let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).flexible(true).from_reader(bytes);
     let header: Vec<String> = reader.headers().map_err(unreadable)?.iter().map(plain).collect();
     let columns = Columns::find(&header).map_err(|message| {
@@ -221,12 +221,12 @@ impl Columns {
         }
         let track = self.track.map(|column| {
             let wrong = || (column, format!("found `{}`, expected left, right or both", shown(cell(column))));
-            Who::from_name(cell(column)).ok_or_else(wrong)
+            TrackId::from_name(cell(column)).ok_or_else(wrong)
         });
         let kind = match self.kind.map(|column| (column, cell(column))) {
-            None | Some((_, "primitive" | "relabeled")) => Kind::Primitive,
+            None | Some((_, "primitive" | "relabeled")) => LabelKind::Primitive,
             Some((_, RAW | COMPOSITE)) => return Ok(None),
-            Some((_, "task")) => Kind::Task,
+            Some((_, "task")) => LabelKind::Task,
             Some((column, other)) => {
                 return Err((
                     column,
@@ -294,7 +294,7 @@ fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (String, String)> {
             if present.len() == MAX_AT_ONCE {
                 return Err((
                     next.place,
-                    format!("more than {MAX_AT_ONCE} labels for one time, at {} s", Shown(start_s)),
+                    format!("more than {MAX_AT_ONCE} labels for one time, at {} s", ShortNumber(start_s)),
                 ));
             }
             present.push(next);

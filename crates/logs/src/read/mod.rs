@@ -1,11 +1,11 @@
 //! Read: a path in, raw columns with their stamps out. Nothing here knows what a column means to a rule.
 
-pub mod counted;
 pub mod csv;
 pub mod file;
 pub mod formats;
 pub mod labels;
-pub mod sheet;
+pub mod memory_table;
+pub mod progress;
 pub mod stamps;
 pub mod table;
 pub mod text;

@@ -3,7 +3,7 @@
 use crate::issue::{Issue, IssueKind};
 use std::collections::BTreeMap;
 use teachtree_base::error::InputError;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 
 /// Number of increasing stamps in a row, all of them too late, that indicates a clock that was set back.
 pub const SET_BACK: usize = 10;
@@ -70,7 +70,7 @@ impl StampOrder {
 
 /// Formats the message about a clock that was set back.
 pub fn set_back(from_s: f64, to_s: f64, then: &str) -> String {
-    let [from, to] = [from_s, to_s].map(|time| Shown((time * 1e6).round() / 1e6));
+    let [from, to] = [from_s, to_s].map(|time| ShortNumber((time * 1e6).round() / 1e6));
     format!("the clock was set back from {from} s to {to} s; {then}")
 }
 
@@ -98,7 +98,7 @@ impl Stamps {
         let last = self.order.newest_s();
         let order = self.order.push(seconds);
         if matches!(order, Order::Earlier | Order::SetBack) {
-            return Err(format!("time runs backwards: {} s after {} s", Shown(seconds), Shown(last)));
+            return Err(format!("time runs backwards: {} s after {} s", ShortNumber(seconds), ShortNumber(last)));
         }
         self.row_time.push(seconds);
         if order == Order::Later {
@@ -147,14 +147,14 @@ impl Stamps {
 
 /// The result of merging two rows with the same stamp. Rows with different elements, such as those of two drivers on one topic, form one row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Addition {
+pub struct RowMerge {
     adds: bool,
     differs: bool,
     /// Whether the other row has a value.
     has_values: bool,
 }
 
-impl Addition {
+impl RowMerge {
     /// Merges a number; it replaces a value that was not measured.
     pub fn number(&mut self, kept: &mut f64, other: f64) {
         if kept.is_nan() && !other.is_nan() {

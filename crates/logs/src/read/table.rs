@@ -12,7 +12,7 @@ use teachtree_base::scene::Scene;
 
 /// The most columns that a sheet may have.
 pub const MAX_COLUMNS: usize = 10_000;
-/// How many different texts of a column are seen by `Want::Sniff`.
+/// How many different texts of a column are seen by `ColumnRequest::Sniff`.
 pub const SEEN: usize = 4;
 /// The longest cell that is read, in bytes.
 pub const MAX_CELL: usize = 64 * 1024;
@@ -111,12 +111,17 @@ impl Sheet {
 
 /// Rows that are not read yet.
 pub trait Rows {
-    /// Reads the rows, taking of each column what is wanted of it. Stamps are in the column of the one `Want::Time`, or, where none
+    /// Reads the rows, taking of each column what is wanted of it. Stamps are in the column of the one `ColumnRequest::Time`, or, where none
     /// is wanted, count the rows at `rate_hz`.
     ///
     /// # Errors
     /// At the first row that cannot be read as it should: its place, what was found, what was wanted.
-    fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError>;
+    fn read(
+        self: Box<Self>,
+        header: &[String],
+        wants: &[ColumnRequest],
+        rate_hz: Option<f64>,
+    ) -> Result<Table, InputError>;
 
     /// The same block by block, so that no more than a block is in memory; `None` of rows that are there already.
     ///
@@ -125,7 +130,7 @@ pub trait Rows {
     fn blocks(
         self: Box<Self>,
         _header: &[String],
-        _wants: &[Want],
+        _wants: &[ColumnRequest],
         _rate_hz: Option<f64>,
     ) -> Result<Option<Box<dyn Blocks>>, InputError> {
         Ok(None)
@@ -169,7 +174,7 @@ pub trait Blocks {
 
 /// What to make of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Want {
+pub enum ColumnRequest {
     /// Leave it out.
     Nothing,
     /// The time stamps; the factor makes them seconds.
@@ -184,7 +189,7 @@ pub enum Want {
     Text,
 }
 
-impl Want {
+impl ColumnRequest {
     /// The factor that makes its numbers SI, of what is numbers.
     pub fn to_si(self) -> Option<f64> {
         match self {
@@ -209,7 +214,7 @@ pub struct Table {
     pub row_time: Vec<f64>,
     /// One entry a column of the header; empty unless a number was wanted.
     pub numbers: Vec<Vec<f64>>,
-    /// One entry a column of the header; empty unless text was wanted, and then one a row, or the different ones of a `Want::Sniff`.
+    /// One entry a column of the header; empty unless text was wanted, and then one a row, or the different ones of a `ColumnRequest::Sniff`.
     pub texts: Vec<Vec<String>>,
     /// What was dropped.
     pub issues: Vec<Issue>,
@@ -261,7 +266,7 @@ impl Source {
     ///
     /// # Errors
     /// At the first row that cannot be read as it should, or when a sheet has no time.
-    pub fn read(self, wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
+    pub fn read(self, wants: &[ColumnRequest], rate_hz: Option<f64>) -> Result<Table, InputError> {
         let width: usize = self.sheets.iter().map(|sheet| sheet.header.len()).sum();
         let alone = self.sheets.len() == 1;
         let mut parts = vec![];
@@ -273,7 +278,7 @@ impl Source {
             if !alone && !wants.iter().any(|want| want.is_column()) {
                 continue;
             }
-            if rate_hz.is_none() && !wants.iter().any(|want| matches!(want, Want::Time(_))) {
+            if rate_hz.is_none() && !wants.iter().any(|want| matches!(want, ColumnRequest::Time(_))) {
                 let place = if alone { self.file } else { format!("{} sheet {}", self.file, sheet.name) };
                 return Err(InputError::new(place, "no column holds the time").help(
                     "name it in a binding as `time: <column>`, or say `rate: 100 Hz` when the rows are evenly spaced",

@@ -1,7 +1,7 @@
 //! Diagrams of rules for Graphviz: `dot -Tsvg`.
 
 use super::outline::{Mark, Outline, Row};
-use super::{Following, fill, legend};
+use super::{TransitionDiagram, fill, legend};
 use std::fmt::Write;
 
 const HEAD: &str = "digraph rules {\n  rankdir=LR;\n  node [fontname=\"Helvetica\", fontsize=11, shape=box, style=\"rounded,filled\", fillcolor=\"#ffffff\"];\n  edge [fontname=\"Helvetica\", fontsize=10, color=\"#5b6472\"];\n";
@@ -51,7 +51,7 @@ fn tree_row(text: &mut String, outline: &Outline, number: usize, at: usize, row:
 }
 
 /// Which leaf can follow which.
-pub fn transitions(all: &[Following]) -> String {
+pub fn transitions(all: &[TransitionDiagram]) -> String {
     let mut text = HEAD.to_string();
     for (number, of) in all.iter().enumerate() {
         let caption: Vec<String> = of.now.iter().map(|now| now.caption.clone()).chain(legend(of)).collect();
@@ -66,7 +66,7 @@ pub fn transitions(all: &[Following]) -> String {
             let mut attributes = Vec::new();
             attributes.extend(of.counts.get(&ends).map(|count| format!("label=\"{count}\"")));
             attributes.extend((!arrow.is_decided).then(|| "style=dashed".to_string()));
-            attributes.extend(of.led_here(ends).then(|| TAKEN.to_string()));
+            attributes.extend(of.is_current_transition(ends).then(|| TAKEN.to_string()));
             attributes.push(format!("tooltip={}", quoted(&arrow.places.join(", "))));
             let (from, to) = ends;
             let _ = writeln!(text, "    t{number}_{from} -> t{number}_{to} [{}];", attributes.join(", "));

@@ -3,7 +3,7 @@
 //! In the trees of hands nearly every leaf can follow every other one, since everything may change from one frame to the next: some two hundred
 //! arrows between fifteen names. As a matrix they can be read, and what cannot be is seen at once.
 
-use super::{Following, fill, legend};
+use super::{TransitionDiagram, fill, legend};
 use crate::svg::{escape, length};
 
 /// Sizes of a cell, and of a letter of the names.
@@ -18,7 +18,7 @@ const STYLE: &str = "svg{background:#fff;fill:#1b1f27;font:12px system-ui,\"Sego
 .can{fill:#5b6472}.perhaps{fill:none;stroke:#5b6472;stroke-dasharray:3 2}.taken{stroke:#1a56db;stroke-width:3}";
 
 /// Draws the matrices, one below the other.
-pub fn transitions(all: &[Following]) -> String {
+pub fn transitions(all: &[TransitionDiagram]) -> String {
     let mut body = String::new();
     let mut right = 0.0_f64;
     let mut y = MARGIN;
@@ -55,7 +55,7 @@ pub fn transitions(all: &[Following]) -> String {
 }
 
 /// Draws one of them below `top`: the drawing, its right and its bottom.
-fn matrix(of: &Following, top: f64) -> (String, f64, f64) {
+fn matrix(of: &TransitionDiagram, top: f64) -> (String, f64, f64) {
     let names: Vec<(usize, &str)> = of.drawn().collect();
     // Nothing follows nothing: `none` is a row only.
     let columns: Vec<(usize, &str)> = names.iter().copied().filter(|(at, _)| *at > 0).collect();
@@ -88,7 +88,7 @@ fn matrix(of: &Following, top: f64) -> (String, f64, f64) {
     (drawn, left + columns.len() as f64 * CELL + MARGIN, first + names.len() as f64 * CELL)
 }
 
-fn pill(of: &Following, name: &str, width: f64) -> String {
+fn pill(of: &TransitionDiagram, name: &str, width: f64) -> String {
     let class = if of.is_now(name) { "leaf taken" } else { "leaf" };
     format!(
         "<rect class=\"{class}\" width=\"{}\" height=\"{}\" rx=\"12\" fill=\"{}\"/><text x=\"8\" y=\"16\">{}</text>",
@@ -101,14 +101,14 @@ fn pill(of: &Following, name: &str, width: f64) -> String {
 
 /// A cell: a dot where the one can follow the other, a dashed ring where that is undecided, a number where it did.
 fn cell(
-    of: &Following,
+    of: &TransitionDiagram,
     ((from, name), (to, other)): ((usize, &str), (usize, &str)),
     (x, y): (f64, f64),
     most: f64,
 ) -> String {
     let arrow = of.arrows.get(&(from, to));
     let count = of.counts.get(&(from, to));
-    let class = match (from == to, count, of.led_here((from, to))) {
+    let class = match (from == to, count, of.is_current_transition((from, to))) {
         (true, ..) => "self",
         (_, Some(_), true) => "seen taken",
         (_, Some(_), false) => "seen",

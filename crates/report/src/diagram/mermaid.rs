@@ -1,7 +1,7 @@
 //! Diagrams of rules as mermaid, which GitHub and GitLab draw in Markdown.
 
 use super::outline::{Mark, Outline};
-use super::{Following, fill, legend};
+use super::{TransitionDiagram, fill, legend};
 use std::fmt::Write;
 
 const TAKEN: &str = "stroke:#1a56db,stroke-width:3px";
@@ -46,7 +46,7 @@ pub fn trees(outlines: &[Outline]) -> String {
 }
 
 /// Which leaf can follow which.
-pub fn transitions(all: &[Following]) -> String {
+pub fn transitions(all: &[TransitionDiagram]) -> String {
     let mut text = "flowchart LR\n".to_string();
     let mut edges = Edges::default();
     for (number, of) in all.iter().enumerate() {
@@ -65,7 +65,7 @@ pub fn transitions(all: &[Following]) -> String {
             let count = of.counts.get(&ends).map_or(String::new(), ToString::to_string);
             let line = if arrow.is_decided { "-->" } else { "-.->" };
             let (from, to) = (format!("t{number}_{}", ends.0), format!("t{number}_{}", ends.1));
-            edges.add(&mut text, &from, &to, line, &count, of.led_here(ends));
+            edges.add(&mut text, &from, &to, line, &count, of.is_current_transition(ends));
         }
         text.push_str("  end\n");
     }

@@ -1,24 +1,24 @@
 //! Diagrams of rules: the trees as they are written, and which leaf can follow which; as text, dot, mermaid and SVG.
 //!
-//! What is drawn is plain data (`outline`, `following`); each form is a file. Drawings are laid out by sums of heights and widths of texts: the
+//! What is drawn is plain data (`outline`, `transition_diagram`); each form is a file. Drawings are laid out by sums of heights and widths of texts: the
 //! order is that of the rule file, so a layout that looks for an order of its own would only lose it.
 
 mod dot;
-mod following;
-mod indented;
 mod matrix;
 mod mermaid;
 mod outline;
+mod svg_tree;
 mod text;
+mod transition_diagram;
 
-pub use following::{Following, Now, following};
-pub use outline::{Mark, Outline, Row, Taken, outline};
+pub use outline::{Mark, Outline, Row, TakenPath, outline};
+pub use transition_diagram::{CurrentLeaf, TransitionDiagram, transition_diagram};
 
 use teachtree_base::meaning::Primitives;
 
 /// Forms of a diagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum DiagramFormat {
     /// For terminals.
     Text,
     /// For Graphviz.
@@ -30,27 +30,27 @@ pub enum Form {
 }
 
 /// Draws trees, one below the other.
-pub fn trees(outlines: &[Outline], form: Form) -> String {
+pub fn trees(outlines: &[Outline], form: DiagramFormat) -> String {
     match form {
-        Form::Text => text::trees(outlines),
-        Form::Dot => dot::trees(outlines),
-        Form::Mermaid => mermaid::trees(outlines),
-        Form::Svg => indented::trees(outlines),
+        DiagramFormat::Text => text::trees(outlines),
+        DiagramFormat::Dot => dot::trees(outlines),
+        DiagramFormat::Mermaid => mermaid::trees(outlines),
+        DiagramFormat::Svg => svg_tree::trees(outlines),
     }
 }
 
 /// Draws which leaf can follow which, tree by tree.
-pub fn transitions(all: &[Following], form: Form) -> String {
+pub fn transitions(all: &[TransitionDiagram], form: DiagramFormat) -> String {
     match form {
-        Form::Text => text::transitions(all),
-        Form::Dot => dot::transitions(all),
-        Form::Mermaid => mermaid::transitions(all),
-        Form::Svg => matrix::transitions(all),
+        DiagramFormat::Text => text::transitions(all),
+        DiagramFormat::Dot => dot::transitions(all),
+        DiagramFormat::Mermaid => mermaid::transitions(all),
+        DiagramFormat::Svg => matrix::transitions(all),
     }
 }
 
 /// What a diagram of transitions says below.
-fn legend(of: &Following) -> Vec<String> {
+fn legend(of: &TransitionDiagram) -> Vec<String> {
     let mut caption = vec![
         "an arrow: a frame after the one leaf can give the other one, before settling; what latches remember is left open".to_string(),
     ];

@@ -2,7 +2,7 @@
 
 use teachtree_base::hands::Side;
 use teachtree_base::meaning::Primitives;
-use teachtree_language::rules::{Branch, Rules, Then, Tree, TreeScope};
+use teachtree_language::rules::{Branch, Consequent, Rules, Tree, TreeScope};
 
 /// A tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub enum Mark {
 
 /// What was taken on a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Taken {
+pub struct TakenPath {
     /// The position of each choice in its branch, from the root to the leaf.
     pub path: Vec<usize>,
     /// Its caption.
@@ -57,7 +57,7 @@ pub struct Taken {
 }
 
 /// The rows of a tree.
-pub fn outline(rules: &Rules, tree: &Tree, taken: Option<&Taken>) -> Outline {
+pub fn outline(rules: &Rules, tree: &Tree, taken: Option<&TakenPath>) -> Outline {
     let whom = match tree.scope {
         TreeScope::EachHand => "for each hand".to_string(),
         TreeScope::BothHands => format!("for {}, {}", Side::Left, Side::Right),
@@ -87,16 +87,16 @@ fn collect(rules: &Rules, branch: &Branch, depth: usize, path: Option<&[usize]>,
             name: choice.name.clone(),
             condition: condition.map_or("else".to_string(), |condition| rules.text_of(condition)),
             leaf: match &choice.then {
-                Then::Primitive(label) => Some(rules.label_name(*label)),
-                Then::Stay => Some("stay".into()),
-                Then::Separate => Some("separate".into()),
-                Then::Branch(_) => None,
+                Consequent::Primitive(label) => Some(rules.label_name(*label)),
+                Consequent::Stay => Some("stay".into()),
+                Consequent::Separate => Some("separate".into()),
+                Consequent::Branch(_) => None,
             },
             place: rules.sources.place(choice.span),
             is_last: at == last,
             mark,
         });
-        if let Then::Branch(below) = &choice.then {
+        if let Consequent::Branch(below) = &choice.then {
             let rest = path.filter(|_| mark == Mark::Taken).and_then(|path| path.get(1..));
             collect(rules, below, depth + 1, rest, rows);
         }

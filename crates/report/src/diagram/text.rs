@@ -1,7 +1,7 @@
 //! Diagrams of rules for terminals.
 
 use super::outline::{Mark, Outline, Row};
-use super::{Following, legend};
+use super::{TransitionDiagram, legend};
 use std::fmt::Write;
 
 /// Trees, one choice a line; on a frame, `yes` stands before what was taken and `no` before what was asked and not taken.
@@ -43,7 +43,7 @@ fn width(outline: &Outline, at: usize) -> usize {
 }
 
 /// Which leaf can follow which, one leaf before a line.
-pub fn transitions(all: &[Following]) -> String {
+pub fn transitions(all: &[TransitionDiagram]) -> String {
     let mut text = String::new();
     for of in all {
         if !text.is_empty() {
@@ -65,7 +65,7 @@ pub fn transitions(all: &[Following]) -> String {
 }
 
 /// What can follow a leaf; where that is most of them, what cannot.
-fn line(of: &Following, from: usize) -> String {
+fn line(of: &TransitionDiagram, from: usize) -> String {
     let arrow = |to: usize| of.arrows.get(&(from, to));
     // Nothing follows nothing.
     let others = || of.leaves.iter().enumerate().skip(1).filter(|(to, _)| *to != from);

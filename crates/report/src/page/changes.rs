@@ -3,9 +3,10 @@
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use teachtree_analysis::explain::{
-    Analyzed, Change, Changed, Explanation, Fact, Reason, State, Step, TaskReason, change, task,
+    AnalyzedRecording, Change, ConditionChange, ConditionState, Explanation, Fact, Reason, Step, TaskReason, change,
+    task,
 };
-use teachtree_analysis::{Track, Who};
+use teachtree_analysis::{Track, TrackId};
 use teachtree_base::error::InputError;
 use teachtree_engine::inspect::Inspector;
 
@@ -14,14 +15,14 @@ const MAX_REASONS: usize = 30_000;
 
 /// The texts and reasons of all explanations.
 #[derive(Default)]
-pub(super) struct Book {
+pub(super) struct ReasonTables {
     texts: Vec<String>,
     text_at: BTreeMap<String, usize>,
     reasons: Vec<Value>,
     reason_at: BTreeMap<String, usize>,
 }
 
-impl Book {
+impl ReasonTables {
     /// `texts` and `reasons`: of a reason whether it holds, its condition, its slot or "", its fact, and the reasons below it.
     pub fn tables(self) -> (Vec<String>, Vec<Value>) {
         (self.texts, self.reasons)
@@ -80,8 +81,8 @@ impl Book {
         value
     }
 
-    fn changed(&mut self, changed: &Changed) -> Value {
-        let state = |state: &State| json!([u8::from(state.holds), fact(state.fact.as_ref(), state.holds)]);
+    fn changed(&mut self, changed: &ConditionChange) -> Value {
+        let state = |state: &ConditionState| json!([u8::from(state.holds), fact(state.fact.as_ref(), state.holds)]);
         let below: Vec<Value> = changed.below.iter().map(|below| self.changed(below)).collect();
         let slot = changed.slot.as_deref().unwrap_or("");
         json!([self.text(&changed.condition), slot, state(&changed.before), state(&changed.after), below])
@@ -111,10 +112,10 @@ fn fact(fact: Option<&Fact>, holds: bool) -> Vec<String> {
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
 pub(super) fn boundaries<'a>(
-    analyzed: &Analyzed<'a>,
+    analyzed: &AnalyzedRecording<'a>,
     inspectors: &mut [Inspector<'a>],
     track: &Track,
-    book: &mut Book,
+    book: &mut ReasonTables,
 ) -> Result<Vec<Value>, InputError> {
     let mut reasons = Vec::new();
     for segment in &track.segments {
@@ -125,8 +126,8 @@ pub(super) fn boundaries<'a>(
             Some(inspector) if !enough => {
                 let both = match track.who {
                     // What both hands do begins or ends here, and speaks for the hand while it lasts.
-                    Who::Hand(_) if frame > 0 && inspector.leaf(None, frame) != inspector.leaf(None, frame - 1) => {
-                        change(analyzed, inspector, Who::Both, frame)?
+                    TrackId::Hand(_) if frame > 0 && inspector.leaf(None, frame) != inspector.leaf(None, frame - 1) => {
+                        change(analyzed, inspector, TrackId::Both, frame)?
                     }
                     _ => None,
                 };
@@ -146,9 +147,9 @@ pub(super) fn boundaries<'a>(
 }
 
 /// How each task of a track came to its name.
-pub(super) fn tasks(analyzed: &Analyzed, inspectors: &[Inspector], track: &Track) -> Vec<Value> {
+pub(super) fn tasks(analyzed: &AnalyzedRecording, inspectors: &[Inspector], track: &Track) -> Vec<Value> {
     let reason = |frame: usize| {
-        let Who::Hand(side) = track.who else { return None };
+        let TrackId::Hand(side) = track.who else { return None };
         let inspector = inspectors.iter().find(|inspector| inspector.leaves().frames.contains(&frame))?;
         Some(tried(&task(analyzed, inspector, side, frame)?))
     };

@@ -6,16 +6,16 @@
 //! after the other into the same scripts.
 
 mod changes;
-pub mod decimate;
+pub mod decimation;
 mod quantities;
 pub mod replay;
 
 use super::palette::{self, TASKS};
 use super::{parts, remarks};
-use changes::Book;
-use decimate::rounded;
+use changes::ReasonTables;
+use decimation::rounded;
 use serde_json::{Map, Value, json};
-use teachtree_analysis::explain::Analyzed;
+use teachtree_analysis::explain::AnalyzedRecording;
 use teachtree_analysis::json::Meta;
 use teachtree_analysis::{Analysis, Segment, Track};
 use teachtree_base::error::InputError;
@@ -40,7 +40,7 @@ pub const SCRIPTS: [&str; 5] = [
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
-pub(super) fn scripts(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
+pub(super) fn scripts(analyzed: &AnalyzedRecording, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
     Ok(elements(&data(analyzed, recording, meta)?))
 }
 
@@ -61,11 +61,11 @@ pub fn elements(data: &Value) -> String {
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
-pub fn data(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<Value, InputError> {
-    let Analyzed { rules, frames, leaves, analysis } = *analyzed;
+pub fn data(analyzed: &AnalyzedRecording, recording: &Recording, meta: &Meta) -> Result<Value, InputError> {
+    let AnalyzedRecording { rules, frames, leaves, analysis } = *analyzed;
     let mut inspectors: Vec<Inspector> = leaves.iter().map(|leaves| Inspector::new(rules, frames, leaves)).collect();
     let signals = quantities::all(rules, frames, &mut inspectors)?;
-    let mut book = Book::default();
+    let mut book = ReasonTables::default();
     let mut tracks = Vec::new();
     for track in &analysis.tracks {
         let changes = changes::boundaries(analyzed, &mut inspectors, track, &mut book)?;

@@ -1,7 +1,7 @@
 //! What can be drawn over time: the curves of the figures, whatever the rules compare with a threshold, their signals and latches, and the
 //! channels of the log.
 
-use super::decimate::{Keep, Thinned, Thinning, curve, toggles};
+use super::decimation::{DecimatedCurve, Decimation, DecimationMode, curve, toggles};
 use crate::scale::{Scale, scale as scale_of};
 use crate::signals::{Panel, Signals, of_both};
 use serde_json::{Value, json};
@@ -32,19 +32,19 @@ pub(super) const GROUPS: [&str; 4] =
     ["figures of the paper", "compared in the rules", "signals and latches", "channels"];
 
 /// Something to draw, not evaluated yet.
-struct Wanted {
+struct CurveRequest {
     group: usize,
     title: String,
     /// What it is, as the rules have it.
     note: String,
     side: Option<Side>,
-    of: Of,
+    of: CurveSource,
     thresholds: Vec<Threshold>,
     /// Conditions on it, by name.
     shades: Vec<(String, Expr)>,
 }
 
-enum Of {
+enum CurveSource {
     /// An expression of the rules.
     Expr(Expr),
     /// A channel of the frames, by its position.
@@ -75,7 +75,7 @@ pub(super) fn all<'a>(
     wanted.extend(declared(rules, frames));
     wanted.extend(channels(frames));
     let curves = wanted.iter().map(|wanted| curves_of(wanted, frames)).sum();
-    let mut room = Room { knots: KNOTS * frames.len.div_ceil(FRAMES).clamp(1, TIMES), curves };
+    let mut room = KnotBudget { knots: KNOTS * frames.len.div_ceil(FRAMES).clamp(1, TIMES), curves };
     let mut entries = Vec::new();
     for wanted in wanted {
         entries.extend(evaluated(wanted, rules, frames, inspectors, &mut room)?);
@@ -84,21 +84,21 @@ pub(super) fn all<'a>(
 }
 
 /// What is left for the curves that are left: a curve that takes few knots leaves more to the others.
-struct Room {
+struct KnotBudget {
     knots: usize,
     curves: usize,
 }
 
-impl Room {
+impl KnotBudget {
     fn most(&self, group: usize) -> usize {
         let share = self.knots / self.curves.max(1);
         (if group < 2 { FIRST * share } else { share }).max(KNOTS_OF_ONE)
     }
 
-    fn take(&mut self, thinned: Thinned) -> Value {
-        self.knots = self.knots.saturating_sub(thinned.knots);
+    fn take(&mut self, decimated: DecimatedCurve) -> Value {
+        self.knots = self.knots.saturating_sub(decimated.knots);
         self.curves = self.curves.saturating_sub(1);
-        thinned.json
+        decimated.json
     }
 }
 
@@ -107,7 +107,7 @@ fn owners(frames: &Frames) -> Vec<Option<Side>> {
     frames.layout.hands.iter().map(|hand| Some(hand.side)).chain([None]).collect()
 }
 
-fn panels(frames: &Frames) -> Vec<Wanted> {
+fn panels(frames: &Frames) -> Vec<CurveRequest> {
     let of_hands = frames.layout.hands.iter().flat_map(|hand| {
         let panels = Signals::new(frames, hand.side).panels();
         panels.into_iter().map(|panel| (Some(hand.side), panel)).collect::<Vec<_>>()
@@ -116,12 +116,12 @@ fn panels(frames: &Frames) -> Vec<Wanted> {
     let panels = of_hands.chain(both.into_iter().map(|panel| (None, panel)));
     panels
         .filter(|(_, panel)| panel.curves.is_ok())
-        .map(|(side, panel)| Wanted {
+        .map(|(side, panel)| CurveRequest {
             group: 0,
             title: panel.title.into(),
             note: String::new(),
             side,
-            of: Of::Panel(panel),
+            of: CurveSource::Panel(panel),
             thresholds: Vec::new(),
             shades: Vec::new(),
         })
@@ -129,13 +129,13 @@ fn panels(frames: &Frames) -> Vec<Wanted> {
 }
 
 /// Every number that the rules hold against a constant, with all constants that it is held against.
-fn compared(rules: &Rules, frames: &Frames) -> Vec<Wanted> {
-    let mut found: Vec<Wanted> = Vec::new();
+fn compared(rules: &Rules, frames: &Frames) -> Vec<CurveRequest> {
+    let mut found: Vec<CurveRequest> = Vec::new();
     let signals = rules.signals.iter().map(|signal| (signal.per_hand, Some(signal.name.as_str()), &signal.expr));
     let latches =
         rules.latches.iter().flat_map(|latch| [&latch.set, &latch.clear].map(|expr| (latch.per_hand, None, expr)));
     let trees = rules.trees.iter().flat_map(|tree| {
-        let asked = tree.root.ways().into_iter().flat_map(|way| way.asked);
+        let asked = tree.root.paths().into_iter().flat_map(|way| way.asked);
         asked.map(|(_, condition, _)| (tree.scope == TreeScope::EachHand, None, condition))
     });
     let all: Vec<(bool, Option<&str>, &Expr)> = signals.chain(latches).chain(trees).collect();
@@ -153,7 +153,13 @@ fn compared(rules: &Rules, frames: &Frames) -> Vec<Wanted> {
     found
 }
 
-fn add_comparison(rules: &Rules, side: Option<Side>, name: Option<&str>, condition: &Expr, found: &mut Vec<Wanted>) {
+fn add_comparison(
+    rules: &Rules,
+    side: Option<Side>,
+    name: Option<&str>,
+    condition: &Expr,
+    found: &mut Vec<CurveRequest>,
+) {
     let (value, thresholds) = match &condition.kind {
         ExprKind::Hysteresis { value, on, off, .. } => {
             let of = |constant: &teachtree_language::rules::Constant| Threshold {
@@ -188,8 +194,8 @@ fn add_comparison(rules: &Rules, side: Option<Side>, name: Option<&str>, conditi
             Some(name) => format!("{name}: {shown}"),
             None => shown.clone(),
         };
-        let (of, shades) = (Of::Expr(value.clone()), Vec::new());
-        found.push(Wanted { group: 1, title, note: shown.clone(), side, of, thresholds: Vec::new(), shades });
+        let (of, shades) = (CurveSource::Expr(value.clone()), Vec::new());
+        found.push(CurveRequest { group: 1, title, note: shown.clone(), side, of, thresholds: Vec::new(), shades });
         found.len() - 1
     });
     let Some(wanted) = found.get_mut(at) else { return };
@@ -226,14 +232,14 @@ fn constant(rules: &Rules, expr: &Expr) -> Option<f64> {
 }
 
 /// Every signal and latch by its name.
-fn declared(rules: &Rules, frames: &Frames) -> Vec<Wanted> {
+fn declared(rules: &Rules, frames: &Frames) -> Vec<CurveRequest> {
     let mut found = Vec::new();
     for side in owners(frames) {
         let hand = if side.is_some() { Hand::This } else { Hand::Nobody };
         let mut add = |name: &str, note: String, kind: ExprKind, ty: Type, span| {
-            let of = Of::Expr(Expr { kind, ty, span });
+            let of = CurveSource::Expr(Expr { kind, ty, span });
             let (thresholds, shades) = (Vec::new(), Vec::new());
-            found.push(Wanted { group: 2, title: name.into(), note, side, of, thresholds, shades });
+            found.push(CurveRequest { group: 2, title: name.into(), note, side, of, thresholds, shades });
         };
         for (at, signal) in (0..).zip(&rules.signals).filter(|(_, signal)| signal.per_hand == side.is_some()) {
             let kind = ExprKind::Signal(SignalId(at), hand);
@@ -247,7 +253,7 @@ fn declared(rules: &Rules, frames: &Frames) -> Vec<Wanted> {
     found
 }
 
-fn channels(frames: &Frames) -> Vec<Wanted> {
+fn channels(frames: &Frames) -> Vec<CurveRequest> {
     let mut found = Vec::new();
     for side in owners(frames) {
         for (at, channel) in (0..).zip(&frames.channels) {
@@ -255,8 +261,8 @@ fn channels(frames: &Frames) -> Vec<Wanted> {
                 !matches!(channel.shape, Shape::Object | Shape::Rotation) && !HANDLING.contains(&channel.name.as_str());
             if drawn && channel.per_hand == side.is_some() {
                 let (thresholds, shades, note) = (Vec::new(), Vec::new(), String::new());
-                let of = Of::Channel(at);
-                found.push(Wanted { group: 3, title: channel.name.clone(), note, side, of, thresholds, shades });
+                let of = CurveSource::Channel(at);
+                found.push(CurveRequest { group: 3, title: channel.name.clone(), note, side, of, thresholds, shades });
             }
         }
     }
@@ -264,13 +270,13 @@ fn channels(frames: &Frames) -> Vec<Wanted> {
 }
 
 /// How many curves something has, about.
-fn curves_of(wanted: &Wanted, frames: &Frames) -> usize {
+fn curves_of(wanted: &CurveRequest, frames: &Frames) -> usize {
     let (shape, axis) = match &wanted.of {
-        Of::Expr(expr) => (expr.ty.shape, expr.ty.axis.map(|(axis, _)| axis)),
-        Of::Channel(at) => {
+        CurveSource::Expr(expr) => (expr.ty.shape, expr.ty.axis.map(|(axis, _)| axis)),
+        CurveSource::Channel(at) => {
             frames.channels.get(*at as usize).map_or((Shape::Scalar, None), |spec| (spec.shape, spec.axis))
         }
-        Of::Panel(panel) => return panel.curves.as_ref().map_or(0, Vec::len),
+        CurveSource::Panel(panel) => return panel.curves.as_ref().map_or(0, Vec::len),
     };
     let hand = wanted.side.and_then(|side| frames.layout.hand(side));
     let slots = axis.map_or(1, |axis| match axis {
@@ -284,20 +290,22 @@ fn curves_of(wanted: &Wanted, frames: &Frames) -> usize {
 type Rows = Vec<(String, Vec<f64>)>;
 
 fn evaluated<'a>(
-    wanted: Wanted,
+    wanted: CurveRequest,
     rules: &Rules,
     frames: &Frames,
     inspectors: &mut [Inspector<'a>],
-    room: &mut Room,
+    room: &mut KnotBudget,
 ) -> Result<Option<Value>, InputError> {
-    let Wanted { group, title, note, side, of, thresholds, shades } = wanted;
+    let CurveRequest { group, title, note, side, of, thresholds, shades } = wanted;
     let (rows, ty, unit): (Rows, (Shape, Dimension), Option<&str>) = match of {
-        Of::Expr(expr) => (named(of_expr(&expr, side, frames, inspectors)?), (expr.ty.shape, expr.ty.dimension), None),
-        Of::Channel(at) => {
+        CurveSource::Expr(expr) => {
+            (named(of_expr(&expr, side, frames, inspectors)?), (expr.ty.shape, expr.ty.dimension), None)
+        }
+        CurveSource::Channel(at) => {
             let Some(spec) = frames.channels.get(at as usize) else { return Ok(None) };
             (named(of_channel(at, side, frames)), (spec.shape, spec.dimension), None)
         }
-        Of::Panel(panel) => {
+        CurveSource::Panel(panel) => {
             let rows = panel.curves.unwrap_or_default().into_iter().map(|curve| (curve.name.to_string(), curve.values));
             (rows.collect(), (Shape::Scalar, Dimension::NONE), Some(panel.unit))
         }
@@ -353,8 +361,8 @@ fn evaluated<'a>(
     }
     let drawn = rows.into_iter().map(|(name, mut row)| {
         row.iter_mut().for_each(|value| *value *= scale);
-        let keep = Keep::Knots(room.most(group));
-        json!([name, room.take(curve(&row, &frames.stretches, Thinning { within: 0.0, drawn: seen, keep }))])
+        let keep = DecimationMode::Knots(room.most(group));
+        json!([name, room.take(curve(&row, &frames.stretches, Decimation { within: 0.0, drawn: seen, keep }))])
     });
     fields.insert("curves".into(), drawn.collect());
     Ok(Some(entry))

@@ -1,7 +1,7 @@
 //! What the replay moves: bodies with their shapes and poses, fingertips with their forces, what touches the targets. Lengths in metres, forces in
 //! newtons, reference frame.
 
-use super::decimate::{Keep, Thinning, curve, rounded, toggles};
+use super::decimation::{Decimation, DecimationMode, curve, rounded, toggles};
 use serde_json::{Value, json};
 use std::cell::Cell;
 use teachtree_base::hands::{Finger, Side};
@@ -33,14 +33,21 @@ const TIP_RADIUS: f64 = 0.010;
 /// The replay; a sentence under `why` where there is nothing to move.
 pub(super) fn replay(frames: &Frames, recording: &Recording) -> Value {
     let room = KNOTS * frames.len.div_ceil(FRAMES).clamp(1, TIMES);
-    let mut moved =
-        Moved { frames, recording, rows: rows(frames, recording), keep: Keep::Line, room, taken: Taken::default() };
-    let mut drawn = moved.all();
-    if moved.taken.knots.get() > room {
+    let mut replay_builder = ReplayBuilder {
+        frames,
+        recording,
+        rows: rows(frames, recording),
+        keep: DecimationMode::Line,
+        room,
+        taken: KnotUsage::default(),
+    };
+    let mut drawn = replay_builder.all();
+    if replay_builder.taken.knots.get() > room {
         // Bodies and hands stay whole only if all are known on the same frames.
-        let step = (moved.taken.curves.get() * frames.len).div_ceil(room).max(2);
-        moved = Moved { keep: Keep::Every(step), taken: Taken::default(), ..moved };
-        drawn = moved.all();
+        let step = (replay_builder.taken.curves.get() * frames.len).div_ceil(room).max(2);
+        replay_builder =
+            ReplayBuilder { keep: DecimationMode::Every(step), taken: KnotUsage::default(), ..replay_builder };
+        drawn = replay_builder.all();
     }
     let (bodies, hands) = drawn;
     let moves = |name: &str| recording.columns.contains_key(&format!("{name}.position.x"));
@@ -49,8 +56,8 @@ pub(super) fn replay(frames: &Frames, recording: &Recording) -> Value {
         return json!({ "why": format!("There is no replay: the recording has no positions of fingertips and no {lacking}.") });
     }
     let mut replay = json!({ "bodies": bodies, "hands": hands, "objects": frames.objects });
-    if let (Keep::Every(step), Some(fields)) = (moved.keep, replay.as_object_mut()) {
-        let Taken { off_m, off_n, .. } = &moved.taken;
+    if let (DecimationMode::Every(step), Some(fields)) = (replay_builder.keep, replay.as_object_mut()) {
+        let KnotUsage { off_m, off_n, .. } = &replay_builder.taken;
         fields.insert("every".into(), json!({ "frames": step, "m": rounded(off_m.get()), "n": rounded(off_n.get()) }));
     }
     replay
@@ -62,19 +69,19 @@ fn rows(frames: &Frames, recording: &Recording) -> Vec<usize> {
     frames.time.iter().map(row).collect()
 }
 
-struct Moved<'a> {
+struct ReplayBuilder<'a> {
     frames: &'a Frames,
     recording: &'a Recording,
     rows: Vec<usize>,
-    keep: Keep,
+    keep: DecimationMode,
     /// Knots that may be taken.
     room: usize,
-    taken: Taken,
+    taken: KnotUsage,
 }
 
 /// What the curves took so far, and how far the farthest of them are from a sample.
 #[derive(Default)]
-struct Taken {
+struct KnotUsage {
     knots: Cell<usize>,
     curves: Cell<usize>,
     off_m: Cell<f64>,
@@ -83,43 +90,43 @@ struct Taken {
 
 /// What a curve is a component of.
 #[derive(Clone, Copy)]
-enum Of {
+enum CurveQuantity {
     Position,
     Turn,
     Force,
     Normal,
 }
 
-impl Moved<'_> {
+impl ReplayBuilder<'_> {
     /// Bodies and hands.
     fn all(&self) -> (Vec<Value>, Vec<Value>) {
         let bodies = self.recording.scene.bodies.iter().filter_map(|(name, body)| self.body(name, body));
         (bodies.collect(), self.frames.layout.hands.iter().filter_map(|hand| self.hand(hand)).collect())
     }
 
-    fn curve(&self, values: &[f64], of: Of) -> Value {
-        let Taken { knots, curves, off_m, off_n } = &self.taken;
+    fn curve(&self, values: &[f64], of: CurveQuantity) -> Value {
+        let KnotUsage { knots, curves, off_m, off_n } = &self.taken;
         let within = match of {
-            Of::Position => WITHIN_M,
-            Of::Turn => WITHIN_TURN,
-            Of::Force => WITHIN_N,
-            Of::Normal => WITHIN_NORMAL,
+            CurveQuantity::Position => WITHIN_M,
+            CurveQuantity::Turn => WITHIN_TURN,
+            CurveQuantity::Force => WITHIN_N,
+            CurveQuantity::Normal => WITHIN_NORMAL,
         };
         if values.windows(2).any(|pair| pair.first() != pair.last()) {
             curves.set(curves.get() + 1);
         }
         // There are too many already: all are made anew, with fewer.
-        if matches!(self.keep, Keep::Line) && knots.get() > self.room {
+        if matches!(self.keep, DecimationMode::Line) && knots.get() > self.room {
             return Value::Null;
         }
-        let thinned = curve(values, &self.frames.stretches, Thinning { within, drawn: None, keep: self.keep });
-        knots.set(knots.get() + thinned.knots);
+        let decimated = curve(values, &self.frames.stretches, Decimation { within, drawn: None, keep: self.keep });
+        knots.set(knots.get() + decimated.knots);
         match of {
-            Of::Position => off_m.set(off_m.get().max(thinned.off)),
-            Of::Force => off_n.set(off_n.get().max(thinned.off)),
-            Of::Turn | Of::Normal => {}
+            CurveQuantity::Position => off_m.set(off_m.get().max(decimated.off)),
+            CurveQuantity::Force => off_n.set(off_n.get().max(decimated.off)),
+            CurveQuantity::Turn | CurveQuantity::Normal => {}
         }
-        thinned.json
+        decimated.json
     }
 
     /// A column of the recording, by frame.
@@ -138,14 +145,14 @@ impl Moved<'_> {
     fn pose(&self, name: &str, position: Option<[f64; 3]>, rotation: Option<[f64; 4]>) -> Option<Vec<Value>> {
         let fixed = |number: f64| json!({ "v": rounded(number) });
         let mut pose: Vec<Value> = match (self.columns(&format!("{name}.position"), ["x", "y", "z"]), position) {
-            (Some(columns), _) => columns.iter().map(|column| self.curve(column, Of::Position)).collect(),
+            (Some(columns), _) => columns.iter().map(|column| self.curve(column, CurveQuantity::Position)).collect(),
             (None, Some(position)) => position.into_iter().map(fixed).collect(),
             (None, None) => return None,
         };
         match (self.columns(&format!("{name}.rotation"), ["w", "x", "y", "z"]), rotation) {
             (Some(mut columns), _) => {
                 one_sign(&mut columns);
-                pose.extend(columns.iter().map(|column| self.curve(column, Of::Turn)));
+                pose.extend(columns.iter().map(|column| self.curve(column, CurveQuantity::Turn)));
             }
             (None, Some(rotation)) => pose.extend(rotation.into_iter().map(fixed)),
             (None, None) => {}
@@ -176,7 +183,7 @@ impl Moved<'_> {
         let finger = |(slot, finger): (u32, &Finger)| {
             let position = self.vector("fingers.position", side, slot)?;
             position.iter().all(|axis| axis.iter().any(|value| value.is_finite())).then_some(())?;
-            let position: Vec<Value> = position.iter().map(|axis| self.curve(axis, Of::Position)).collect();
+            let position: Vec<Value> = position.iter().map(|axis| self.curve(axis, CurveQuantity::Position)).collect();
             let force = self.force(self.vector("fingers.force", side, slot));
             let touches = self.channel("fingers.contact", side, slot, 0).map(|touches| {
                 let touches: Vec<bool> = touches.iter().map(|touches| *touches > 0.5).collect();
@@ -194,7 +201,7 @@ impl Moved<'_> {
                 return None;
             }
             let normal = self.vector("contacts.normal", side, slot)?;
-            let normal: Vec<Value> = normal.iter().map(|axis| self.curve(axis, Of::Normal)).collect();
+            let normal: Vec<Value> = normal.iter().map(|axis| self.curve(axis, CurveQuantity::Normal)).collect();
             Some(json!({ "name": name, "force": force, "normal": normal }))
         };
         let contacts: Vec<Value> = (0..).zip(&hand.contacts).filter_map(contact).collect();
@@ -225,7 +232,7 @@ impl Moved<'_> {
     fn force(&self, force: Option<[&[f64]; 3]>) -> Value {
         let felt = |axis: &&[f64]| axis.iter().any(|value| value.abs() > LEAST_FORCE);
         match force.filter(|force| force.iter().any(felt)) {
-            Some(force) => force.iter().map(|axis| self.curve(axis, Of::Force)).collect(),
+            Some(force) => force.iter().map(|axis| self.curve(axis, CurveQuantity::Force)).collect(),
             None => Value::Null,
         }
     }

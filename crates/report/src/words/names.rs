@@ -1,8 +1,8 @@
 //! Words back to names: which primitive or task a text is about that a template may have been filled to, or that a person has written so.
 
-use super::{Part, Phrasing, Placeholder, Style, TEMPLATE, Template, UNKNOWN_TASK, in_words};
+use super::{Phrasing, Placeholder, Style, TEMPLATE, Template, TemplatePart, UNKNOWN_TASK, in_words};
 use teachtree_analysis::UNKNOWN;
-use teachtree_base::hands::{Side, Who};
+use teachtree_base::hands::{Side, TrackId};
 
 /// The most ways in which brackets are there or not that are looked through.
 const MAX_WAYS: usize = 64;
@@ -11,36 +11,40 @@ const LONGEST: usize = 400;
 /// Stands for any text in a pattern.
 const ANY: char = '\u{0}';
 /// The hands by their words.
-const HANDS: [(&str, Who); 3] =
-    [("left hand", Who::Hand(Side::Left)), ("right hand", Who::Hand(Side::Right)), (super::BOTH, Who::Both)];
+const HANDS: [(&str, TrackId); 3] = [
+    ("left hand", TrackId::Hand(Side::Left)),
+    ("right hand", TrackId::Hand(Side::Right)),
+    (super::BOTH, TrackId::Both),
+];
 
-/// What a part of a text is about.
+/// The track and the name that a part of a text is about.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Named {
+pub struct ParsedPhrase {
     /// Whom it names; `Both` where it says that both hands do it.
-    pub hand: Option<Who>,
+    pub hand: Option<TrackId>,
     /// The name; `None` where the text fits none, or several.
     pub name: Option<String>,
 }
 
 impl Phrasing {
     /// What each part of a text is about, one a hand.
-    pub fn names(&self, text: &str, style: Style, known: &[String]) -> Vec<Named> {
+    pub fn names(&self, text: &str, style: Style, known: &[String]) -> Vec<ParsedPhrase> {
         text.split("; ").map(|part| self.named(part, style, known)).collect()
     }
 
-    fn named(&self, text: &str, style: Style, known: &[String]) -> Named {
+    fn named(&self, text: &str, style: Style, known: &[String]) -> ParsedPhrase {
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        let told = HANDS.iter().find_map(|(words, who)| Some((*who, text.strip_prefix(words)?.strip_prefix(": ")?)));
-        let (hand, rest) = told.map_or((None, text.as_str()), |(who, rest)| (Some(who), rest));
+        let named_hand =
+            HANDS.iter().find_map(|(words, who)| Some((*who, text.strip_prefix(words)?.strip_prefix(": ")?)));
+        let (hand, rest) = named_hand.map_or((None, text.as_str()), |(who, rest)| (Some(who), rest));
         if rest.len() > LONGEST {
-            return Named { hand, name: None };
+            return ParsedPhrase { hand, name: None };
         }
         if known.iter().any(|name| name == rest) {
-            return Named { hand, name: Some(rest.into()) };
+            return ParsedPhrase { hand, name: Some(rest.into()) };
         }
         // The pattern with the most text of its own is what was meant: `move along` is no `move` of `along`.
-        let mut best: Option<(usize, Option<String>, Option<Who>)> = None;
+        let mut best: Option<(usize, Option<String>, Option<TrackId>)> = None;
         let unknown = (style == Style::Subtask).then(|| UNKNOWN.to_string());
         for name in known.iter().chain(&unknown) {
             let template = self.template(style, name);
@@ -63,7 +67,7 @@ impl Phrasing {
             }
         }
         let (name, who) = best.map_or((None, None), |(_, name, who)| (name, who));
-        Named { hand: hand.or(who), name }
+        ParsedPhrase { hand: hand.or(who), name }
     }
 
     fn template(&self, style: Style, name: &str) -> Template {
@@ -87,11 +91,11 @@ fn filled(template: &Template, name: &str, hand: &str) -> Vec<String> {
     let mut ways = vec![String::new()];
     for part in &template.0 {
         let more: Vec<String> = match part {
-            Part::Text(text) => vec![text.clone()],
-            Part::Of(Placeholder::Name) => vec![in_words(name)],
-            Part::Of(Placeholder::Hand) => vec![hand.to_string()],
-            Part::Of(Placeholder::Object | Placeholder::Partner) => vec![ANY.to_string()],
-            Part::Perhaps(inner) => {
+            TemplatePart::Text(text) => vec![text.clone()],
+            TemplatePart::Placeholder(Placeholder::Name) => vec![in_words(name)],
+            TemplatePart::Placeholder(Placeholder::Hand) => vec![hand.to_string()],
+            TemplatePart::Placeholder(Placeholder::Object | Placeholder::Partner) => vec![ANY.to_string()],
+            TemplatePart::Optional(inner) => {
                 let mut inner = filled(inner, name, hand);
                 inner.push(String::new());
                 inner

@@ -12,7 +12,7 @@ use teachtree_world::TipState;
 pub(crate) const HOLDS_N: f64 = 0.1;
 
 /// What a hand senses in a step, and what of its task bears on that.
-pub(crate) struct Sensed<'a> {
+pub(crate) struct HandObservation<'a> {
     /// Index of the task.
     pub(crate) task: usize,
     /// Where the object is seen, reference frame.
@@ -29,7 +29,7 @@ pub(crate) struct Sensed<'a> {
     pub(crate) shared: bool,
 }
 
-impl Sensed<'_> {
+impl HandObservation<'_> {
     /// Returns the force of all fingertips on the object, reference frame, N.
     pub(crate) fn force(&self) -> Vector3<f64> {
         self.tips.iter().map(|tip| tip.force_on(self.body)).sum()
@@ -40,30 +40,30 @@ impl Sensed<'_> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Progress {
     /// It does.
-    GoesOn,
+    Continue,
     /// Time stands still for all hands.
-    Waits,
+    Wait,
 }
 
 /// A behavior of one hand, with what it remembers.
 pub(crate) trait Behavior {
     /// Corrects the target of a step of `dt_s`, s, by what is sensed, and returns whether the plan goes on.
-    fn apply(&mut self, sensed: &Sensed<'_>, target: &mut Target, dt_s: f64) -> Progress;
+    fn apply(&mut self, sensed: &HandObservation<'_>, target: &mut Target, dt_s: f64) -> Progress;
 
     /// Returns the current grip force, if the behavior controls it and the hand holds an object.
-    fn grip(&self) -> Option<Grip> {
+    fn grip(&self) -> Option<GripForceTotals> {
         None
     }
 
     /// Returns the result of a search in a task, if it searched.
-    fn searched(&self, _task: usize) -> Option<Searched> {
+    fn searched(&self, _task: usize) -> Option<SearchResult> {
         None
     }
 }
 
 /// Sums of the forces of the holding fingertips, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Grip {
+pub(crate) struct GripForceTotals {
     /// The requested sum.
     pub(crate) asked: f64,
     /// The sum within the hand's force limit.
@@ -74,7 +74,7 @@ pub(crate) struct Grip {
 
 /// What came of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Searched {
+pub enum SearchResult {
     /// The hole was so far from where it was expected, m.
     Found(f64),
     /// It was not within this distance of there, m.
@@ -82,7 +82,7 @@ pub enum Searched {
 }
 
 /// As a message for the user.
-impl fmt::Display for Searched {
+impl fmt::Display for SearchResult {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Found(off) => write!(to, "hole found {:.1} mm from where it was expected", off * 1e3),

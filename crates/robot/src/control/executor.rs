@@ -11,7 +11,7 @@ use crate::model::robot::Robot;
 use crate::planning::plan::Target;
 use crate::planning::start::Start;
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
-use teachtree_world::{HandMover, MovedHand, MovedTip, Pushed, STEP_S, TouchLaw};
+use teachtree_world::{HandMotion, HandMover, STEP_S, TipMotion, TipWrench, TouchLaw};
 
 /// Fingers that take no part go where they are out of the way, rad/s.
 const IDLE_RAD_S: f64 = 2.0;
@@ -173,18 +173,18 @@ impl Executor {
         self.posture.poses[self.hand.palm].inverse() * self.motion.root
     }
 
-    pub(crate) fn moved(&self) -> MovedHand {
+    pub(crate) fn moved(&self) -> HandMotion {
         let tips = self.hand.fingers.iter().map(|finger| {
             let (position, velocity, spin) = self.posture.point(finger.tip_link, finger.tip_in_link);
-            MovedTip { position, velocity, spin }
+            TipMotion { position, velocity, spin }
         });
-        MovedHand { palm: self.palm(), tips: tips.collect() }
+        HandMotion { palm: self.palm(), tips: tips.collect() }
     }
 
-    pub(crate) fn advance(&mut self, pushed: &[Pushed], dt: f64) {
+    pub(crate) fn advance(&mut self, pushed: &[TipWrench], dt: f64) {
         let mut outside = DVector::zeros(self.robot.tree.dofs.len());
         for (finger, pushed) in self.hand.fingers.iter().zip(pushed) {
-            if *pushed != Pushed::default() {
+            if *pushed != TipWrench::default() {
                 let (point, ..) = self.posture.point(finger.tip_link, finger.tip_in_link);
                 let wrench = (pushed.force, pushed.torque);
                 self.posture.add_wrench(&self.robot.tree, finger.tip_link, point, wrench, &mut outside);
@@ -206,11 +206,11 @@ fn touch_law(finger: &FingerModel) -> TouchLaw {
 }
 
 impl HandMover for Executor {
-    fn moved(&self) -> MovedHand {
+    fn moved(&self) -> HandMotion {
         self.moved()
     }
 
-    fn advance(&mut self, pushed: &[Pushed], dt: f64) {
+    fn advance(&mut self, pushed: &[TipWrench], dt: f64) {
         self.advance(pushed, dt);
     }
 }

@@ -9,7 +9,7 @@
 //! Steps are semi-implicit. A joint that meets its limit stops there. The root may be carried about by hand (`root`), without inertia.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Isometry3, Matrix3, Point3, Vector3};
-use teachtree_description::tree::{Kind, KinematicTree};
+use teachtree_description::tree::{JointKind, KinematicTree};
 
 /// Dry friction is full from about this speed on, rad/s.
 const FULL_FRICTION: f64 = 0.02;
@@ -76,11 +76,11 @@ impl Motion {
                 axis = at_joint.rotation * joint.axis.into_inner();
                 pose = at_joint * joint.motion(self.q[joint.dof]);
                 match joint.kind {
-                    Kind::Revolute => {
+                    JointKind::Revolute => {
                         change.1 += spin.cross(&(axis * rate));
                         here.1 += axis * rate;
                     }
-                    Kind::Prismatic => {
+                    JointKind::Prismatic => {
                         let way = pose.translation.vector - at_joint.translation.vector;
                         change.0 +=
                             turning.cross(&way) + spin.cross(&spin.cross(&way)) + 2.0 * spin.cross(&(axis * rate));
@@ -110,10 +110,10 @@ impl Motion {
             for above in tree.joints_above(index) {
                 let Some(joint) = &tree.links[above].joint else { continue };
                 let column = match joint.kind {
-                    Kind::Revolute => {
+                    JointKind::Revolute => {
                         (axes[above].cross(&(centre.coords - poses[above].translation.vector)), axes[above])
                     }
-                    Kind::Prismatic => (axes[above], Vector3::zeros()),
+                    JointKind::Prismatic => (axes[above], Vector3::zeros()),
                 };
                 columns.push((joint.dof, column.0, column.1));
             }
@@ -187,10 +187,10 @@ impl DynamicsTerms {
             let Some(joint) = &tree.links[above].joint else { continue };
             let axis = self.poses[above].rotation * joint.axis.into_inner() * joint.ratio;
             to[joint.dof] += match joint.kind {
-                Kind::Revolute => {
+                JointKind::Revolute => {
                     axis.dot(&((point.coords - self.poses[above].translation.vector).cross(&force) + torque))
                 }
-                Kind::Prismatic => axis.dot(&force),
+                JointKind::Prismatic => axis.dot(&force),
             };
         }
     }

@@ -4,9 +4,9 @@
 //! down its own slope with the other one in the way, until both are grasps.
 
 use super::candidate::{GraspCandidate, Reach};
+use super::grasp_planner::GraspPlanner;
 use super::hand_obstacles::body;
-use super::mapper::Mapper;
-use super::problem::{Obstacle, Wanted};
+use super::problem::{GraspRequest, Obstacle};
 use crate::kinematics::joint_positions::JointPositions;
 use crate::model::hand::HandModel;
 use nalgebra::Isometry3;
@@ -19,23 +19,23 @@ const ROUNDS: usize = 5;
 const STEPS: usize = 25;
 
 /// One of the two hands, and what it wants to hold.
-pub(crate) struct One<'a> {
+pub(crate) struct HandProblem<'a> {
     pub(crate) hand: &'a HandModel,
-    pub(crate) mapper: &'a Mapper<'a>,
-    pub(crate) wanted: &'a Wanted<'a>,
+    pub(crate) planner: &'a GraspPlanner<'a>,
+    pub(crate) request: &'a GraspRequest<'a>,
     /// Where the arm can bring the palm.
     pub(crate) reach: &'a Reach<'a>,
 }
 
 /// Grasps of two hands that leave room for each other.
-pub(crate) fn both([one, other]: [&One<'_>; 2]) -> Option<[GraspCandidate; 2]> {
-    let (of_one, of_other) = (one.mapper.candidates(one.wanted).ok()?, other.mapper.candidates(other.wanted).ok()?);
+pub(crate) fn both([one, other]: [&HandProblem<'_>; 2]) -> Option<[GraspCandidate; 2]> {
+    let (of_one, of_other) = (one.planner.candidates(one.request).ok()?, other.planner.candidates(other.request).ok()?);
     let mut pairs: Vec<(f64, Isometry3<f64>, Isometry3<f64>)> = Vec::new();
     for first in &of_one {
-        let (own, _) = one.mapper.improved(one.wanted, first, 0).ok()?;
-        let there = one.there(first)?;
+        let (own, _) = one.planner.improved(one.request, first, 0).ok()?;
+        let there = one.as_obstacle(first)?;
         for second in &of_other {
-            let (cost, _) = other.mapper.improved(&other.around(&there), second, 0).ok()?;
+            let (cost, _) = other.planner.improved(&other.around(&there), second, 0).ok()?;
             pairs.push((own + cost, *first, *second));
         }
     }
@@ -44,14 +44,17 @@ pub(crate) fn both([one, other]: [&One<'_>; 2]) -> Option<[GraspCandidate; 2]> {
 }
 
 /// Improves a pair of poses in turns.
-fn give_way([one, other]: [&One<'_>; 2], [mut first, mut second]: [Isometry3<f64>; 2]) -> Option<[GraspCandidate; 2]> {
+fn give_way(
+    [one, other]: [&HandProblem<'_>; 2],
+    [mut first, mut second]: [Isometry3<f64>; 2],
+) -> Option<[GraspCandidate; 2]> {
     for _ in 0..ROUNDS {
-        let there = one.there(&first)?;
-        (_, second) = other.mapper.improved(&other.around(&there), &second, STEPS).ok()?;
-        let there = other.there(&second)?;
-        (_, first) = one.mapper.improved(&one.around(&there), &first, STEPS).ok()?;
-        let there = one.there(&first)?;
-        let (held, beside) = (one.mapper.at(one.wanted, &first), other.mapper.at(&other.around(&there), &second));
+        let there = one.as_obstacle(&first)?;
+        (_, second) = other.planner.improved(&other.around(&there), &second, STEPS).ok()?;
+        let there = other.as_obstacle(&second)?;
+        (_, first) = one.planner.improved(&one.around(&there), &first, STEPS).ok()?;
+        let there = one.as_obstacle(&first)?;
+        let (held, beside) = (one.planner.at(one.request, &first), other.planner.at(&other.around(&there), &second));
         if let (Ok(held), Ok(beside)) = (held, beside)
             && (one.reach)(&first).is_some()
             && (other.reach)(&second).is_some()
@@ -62,17 +65,17 @@ fn give_way([one, other]: [&One<'_>; 2], [mut first, mut second]: [Isometry3<f64
     None
 }
 
-impl One<'_> {
+impl HandProblem<'_> {
     /// The hand at a pose, as something that is in the way.
-    fn there(&self, pose: &Isometry3<f64>) -> Option<Body> {
-        let angles: Vec<(Finger, JointPositions)> = self.mapper.angles(self.wanted, pose).ok()?;
+    fn as_obstacle(&self, pose: &Isometry3<f64>) -> Option<Body> {
+        let angles: Vec<(Finger, JointPositions)> = self.planner.angles(self.request, pose).ok()?;
         Some(body(self.hand, pose, &angles))
     }
 
     /// What it wants with another hand in the way.
-    fn around<'b>(&'b self, there: &'b Body) -> Wanted<'b> {
-        let mut wanted: Wanted<'b> = self.wanted.clone();
-        wanted.obstacles.push(Obstacle { object_from_obstacle: Isometry3::identity(), body: there });
-        wanted
+    fn around<'b>(&'b self, there: &'b Body) -> GraspRequest<'b> {
+        let mut request: GraspRequest<'b> = self.request.clone();
+        request.obstacles.push(Obstacle { object_from_obstacle: Isometry3::identity(), body: there });
+        request
     }
 }

@@ -20,7 +20,7 @@ pub struct GraspCandidate {
     /// W; of a gripper what `two_finger` says.
     pub measure: f64,
     /// The fingers that touch, in the order of the contacts.
-    pub fingers: Vec<Held>,
+    pub fingers: Vec<FingerPlacement>,
     /// JointPositions of the fingers that do not touch.
     pub idle: Vec<(Finger, JointPositions)>,
     /// How far the jaws of a gripper are open, m.
@@ -31,7 +31,7 @@ pub struct GraspCandidate {
 
 /// A finger on its contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Held {
+pub struct FingerPlacement {
     /// Which finger.
     pub finger: Finger,
     /// Its angles, in the order of its degrees of freedom.
@@ -61,7 +61,7 @@ impl GraspCandidate {
     }
 }
 
-impl Held {
+impl FingerPlacement {
     /// The measure of this finger.
     pub fn measure(&self) -> f64 {
         self.manipulability * self.freedom
@@ -84,7 +84,7 @@ pub(super) fn clearest(grasps: impl Iterator<Item = (usize, GraspCandidate)>) ->
 }
 
 /// The geometric mean of the measures of fingers.
-pub(super) fn geometric_mean(fingers: &[Held]) -> f64 {
-    let product: f64 = fingers.iter().map(Held::measure).product();
+pub(super) fn geometric_mean(fingers: &[FingerPlacement]) -> f64 {
+    let product: f64 = fingers.iter().map(FingerPlacement::measure).product();
     product.powf(1.0 / fingers.len().max(1) as f64)
 }

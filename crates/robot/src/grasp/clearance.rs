@@ -1,6 +1,6 @@
 //! Gaps between hand, object and obstacles on their exact shapes: the last check of a grasp, and one of two places here that name parry.
 
-use super::problem::{CLEAR_M, Wanted};
+use super::problem::{CLEAR_M, GraspRequest};
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use crate::model::hand::HandModel;
@@ -47,11 +47,11 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    pub(super) fn new(hand: &HandModel, wanted: &Wanted<'_>) -> Self {
+    pub(super) fn new(hand: &HandModel, request: &GraspRequest<'_>) -> Self {
         let obstacles =
-            wanted.obstacles.iter().flat_map(|obstacle| shapes(obstacle.body, &obstacle.object_from_obstacle));
+            request.obstacles.iter().flat_map(|obstacle| shapes(obstacle.body, &obstacle.object_from_obstacle));
         Self {
-            object: shapes(wanted.object, &Isometry3::identity()),
+            object: shapes(request.object, &Isometry3::identity()),
             obstacles: obstacles.collect(),
             palm: hand.palm_solids.clone(),
             pieces: pieces(hand),

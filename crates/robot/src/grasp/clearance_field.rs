@@ -1,6 +1,6 @@
 //! What a hand must not go into: convex parts of the object and of the obstacles, with the distance to each and the way out of it.
 
-use super::problem::Wanted;
+use super::problem::GraspRequest;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use teachtree_base::scene::{Body, Shape};
 
@@ -8,7 +8,7 @@ use teachtree_base::scene::{Body, Shape};
 const FAR_M: f64 = 0.4;
 
 /// A convex part of something that is in the way.
-pub(super) struct Part {
+pub(super) struct ConvexPart {
     part_from_object: Isometry3<f64>,
     /// Its middle, object frame.
     pub(super) centre: Point3<f64>,
@@ -16,27 +16,27 @@ pub(super) struct Part {
 }
 
 /// The same, seen from a palm.
-pub(super) struct Seen {
+pub(super) struct PalmFramePart {
     turn: Matrix3<f64>,
     shift: Vector3<f64>,
     shape: Shape,
 }
 
 /// The parts of the object, and then of whatever is near it; and how many are the object's.
-pub(super) fn parts(wanted: &Wanted<'_>) -> (Vec<Part>, usize) {
-    let mut parts = of_body(wanted.object, &Isometry3::identity());
+pub(super) fn parts(request: &GraspRequest<'_>) -> (Vec<ConvexPart>, usize) {
+    let mut parts = of_body(request.object, &Isometry3::identity());
     let own = parts.len();
-    for obstacle in &wanted.obstacles {
-        let near = |part: &Part| part.seen_from(&Isometry3::identity()).distance(&Point3::origin()) < FAR_M;
+    for obstacle in &request.obstacles {
+        let near = |part: &ConvexPart| part.seen_from(&Isometry3::identity()).distance(&Point3::origin()) < FAR_M;
         parts.extend(of_body(obstacle.body, &obstacle.object_from_obstacle).into_iter().filter(near));
     }
     (parts, own)
 }
 
-fn of_body(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<Part> {
+fn of_body(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<ConvexPart> {
     let part = |part: &teachtree_base::scene::Part| {
         let object_from_part = object_from_body * part.pose();
-        Part {
+        ConvexPart {
             part_from_object: object_from_part.inverse(),
             centre: object_from_part.translation.vector.into(),
             shape: part.shape,
@@ -45,10 +45,10 @@ fn of_body(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<Part> {
     body.parts.iter().map(part).collect()
 }
 
-impl Part {
-    pub(super) fn seen_from(&self, object_from_palm: &Isometry3<f64>) -> Seen {
+impl ConvexPart {
+    pub(super) fn seen_from(&self, object_from_palm: &Isometry3<f64>) -> PalmFramePart {
         let part_from_palm = self.part_from_object * object_from_palm;
-        Seen {
+        PalmFramePart {
             turn: part_from_palm.rotation.to_rotation_matrix().into_inner(),
             shift: part_from_palm.translation.vector,
             shape: self.shape,
@@ -56,7 +56,7 @@ impl Part {
     }
 }
 
-impl Seen {
+impl PalmFramePart {
     /// Signed distance of a point of the palm's frame to the surface, m, negative inside.
     pub(super) fn distance(&self, point: &Point3<f64>) -> f64 {
         self.shape.distance(&(self.turn * point.coords + self.shift))

@@ -6,12 +6,12 @@
 //!
 //! An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
 
-use super::candidate::Held;
-use super::clearance_field::{Part, Seen, parts};
-use super::gradient::{Follower, Push, Touching, twist};
+use super::candidate::FingerPlacement;
+use super::clearance_field::{ConvexPart, PalmFramePart, parts};
+use super::gradient::{ContactFinger, FollowerFinger, PointGradient, twist};
 use super::penalty::{MARGIN_M, measure_cost, price, price_slope};
-use super::problem::{Contact, Failure, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Wanted};
-use super::spheres::{Bar, HandBeads, placed};
+use super::problem::{Contact, Failure, GraspRequest, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE};
+use super::spheres::{HandSpheres, SphereRow, placed};
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M};
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
@@ -25,11 +25,11 @@ const LIFTED: [f64; 2] = [0.2, 0.45];
 const UNCROSSED_M: f64 = 0.004;
 
 /// The bars of one finger, palm frame.
-type Bars = Vec<Bar>;
+type SphereRows = Vec<SphereRow>;
 
 /// How often a search looked at a pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Effort {
+pub struct SearchEffort {
     /// The cost of a pose.
     pub costs: u64,
     /// The cost and its slope.
@@ -41,7 +41,7 @@ pub struct Effort {
 /// The cost of poses for one grasp.
 pub(super) struct Cost<'a> {
     hand: &'a HandModel,
-    beads: &'a HandBeads,
+    beads: &'a HandSpheres,
     contacts: Vec<(usize, Contact, Point3<f64>)>,
     /// Indices of the fingers that do not touch.
     idle: Vec<usize>,
@@ -49,24 +49,28 @@ pub(super) struct Cost<'a> {
     pub(super) largest_pad_angle: f64,
     /// Kept free beyond what is needed, m.
     away: f64,
-    parts: Vec<Part>,
+    parts: Vec<ConvexPart>,
     /// How many of the parts are the object's.
     own: usize,
-    effort: Cell<Effort>,
+    effort: Cell<SearchEffort>,
 }
 
 impl<'a> Cost<'a> {
-    pub(super) fn new(hand: &'a HandModel, beads: &'a HandBeads, wanted: &Wanted<'_>) -> Result<Self, Failure> {
+    pub(super) fn new(
+        hand: &'a HandModel,
+        beads: &'a HandSpheres,
+        request: &GraspRequest<'_>,
+    ) -> Result<Self, Failure> {
         let mut contacts = Vec::new();
-        for contact in &wanted.contacts {
+        for contact in &request.contacts {
             let index = hand.fingers.iter().position(|finger| finger.finger == contact.finger);
             let index = index.ok_or(Failure::Lacks(contact.finger))?;
             let tip = contact.point + contact.normal * hand.fingers[index].radius;
             contacts.push((index, *contact, tip));
         }
         let idle = (0..hand.fingers.len()).filter(|index| !contacts.iter().any(|(used, ..)| used == index)).collect();
-        let (parts, own) = parts(wanted);
-        let opposed = wanted.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
+        let (parts, own) = parts(request);
+        let opposed = request.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
         let largest_pad_angle = if opposed { LARGEST_PAD_ANGLE } else { LARGEST_PUSHING_ANGLE };
         Ok(Self { hand, beads, contacts, idle, largest_pad_angle, away: 0.0, parts, own, effort: Cell::default() })
     }
@@ -77,23 +81,23 @@ impl<'a> Cost<'a> {
     }
 
     /// What was evaluated since it was made.
-    pub(super) fn effort(&self) -> Effort {
+    pub(super) fn effort(&self) -> SearchEffort {
         self.effort.get()
     }
 
-    fn count(&self, add: impl Fn(&mut Effort)) {
+    fn count(&self, add: impl Fn(&mut SearchEffort)) {
         let mut effort = self.effort.get();
         add(&mut effort);
         self.effort.set(effort);
     }
 
     /// The fingers on their contacts at a pose.
-    pub(super) fn fingers(&self, pose: &Isometry3<f64>) -> Vec<Held> {
+    pub(super) fn fingers(&self, pose: &Isometry3<f64>) -> Vec<FingerPlacement> {
         let held = self.contacts.iter().map(|(index, contact, tip)| {
             let finger = &self.hand.fingers[*index];
             let reached = finger.ik(pose.inverse_transform_point(tip));
             let posture = finger.posture(&reached.angles);
-            Held {
+            FingerPlacement {
                 finger: finger.finger,
                 angles: reached.angles,
                 manipulability: finger.manipulability(&reached.angles),
@@ -129,9 +133,9 @@ impl<'a> Cost<'a> {
 
     /// The posture of an idle finger that is least in the way. It goes with the nearest finger that touches, lifted off; or it is stretched,
     /// half bent or curled.
-    fn idle_posture(&self, index: usize, touching: &[(usize, JointPositions)], scene: &[Seen]) -> Idle {
+    fn idle_posture(&self, index: usize, touching: &[(usize, JointPositions)], scene: &[PalmFramePart]) -> IdleFinger {
         let finger = &self.hand.fingers[index];
-        let mut best = Idle { angles: [0.0; MAX_DOFS], bars: Vec::new(), cost: f64::INFINITY, follows: None };
+        let mut best = IdleFinger { angles: [0.0; MAX_DOFS], bars: Vec::new(), cost: f64::INFINITY, follows: None };
         let neighbour = touching
             .iter()
             .filter(|(other, _)| {
@@ -149,10 +153,10 @@ impl<'a> Cost<'a> {
                         _ => *angle,
                     };
                 }
-                let bars: Bars = placed(&self.beads.fingers[index], &finger.posture(&angles)).collect();
+                let bars: SphereRows = placed(&self.beads.fingers[index], &finger.posture(&angles)).collect();
                 let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
                 if cost < best.cost {
-                    best = Idle { angles, bars, cost, follows: Some(*other) };
+                    best = IdleFinger { angles, bars, cost, follows: Some(*other) };
                 }
                 if cost == 0.0 {
                     return best;
@@ -162,7 +166,7 @@ impl<'a> Cost<'a> {
         for (angles, bars) in &self.beads.idle[index] {
             let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
             if cost < best.cost {
-                best = Idle { angles: *angles, bars: bars.clone(), cost, follows: None };
+                best = IdleFinger { angles: *angles, bars: bars.clone(), cost, follows: None };
             }
             if cost == 0.0 {
                 break;
@@ -172,7 +176,7 @@ impl<'a> Cost<'a> {
     }
 
     /// What is in the way, seen from the palm.
-    fn seen_from(&self, object_from_palm: &Isometry3<f64>) -> Vec<Seen> {
+    fn seen_from(&self, object_from_palm: &Isometry3<f64>) -> Vec<PalmFramePart> {
         self.parts.iter().map(|part| part.seen_from(object_from_palm)).collect()
     }
 
@@ -196,9 +200,9 @@ impl<'a> Cost<'a> {
         let share = 1.0 / self.contacts.len().max(1) as f64;
         let palm_from_object = pose.inverse();
         let scene = self.seen_from(pose);
-        let mut pushes: Option<Vec<Push>> = slope.is_some().then(Vec::new);
-        let mut bars: [Bars; 6] = Default::default();
-        let mut touching: Vec<Touching<'_>> = Vec::with_capacity(self.contacts.len());
+        let mut pushes: Option<Vec<PointGradient>> = slope.is_some().then(Vec::new);
+        let mut bars: [SphereRows; 6] = Default::default();
+        let mut touching: Vec<ContactFinger<'_>> = Vec::with_capacity(self.contacts.len());
         let mut angles: Vec<(usize, JointPositions)> = Vec::with_capacity(self.contacts.len());
         for (index, contact, tip) in &self.contacts {
             let finger = &hand.fingers[*index];
@@ -216,14 +220,14 @@ impl<'a> Cost<'a> {
                     place.iter().for_each(|bar| self.push_out(&scene, *index, bar, pushes));
                 }
             }
-            touching.push(Touching::new(*index, finger, target, reached, posture, into, beyond));
+            touching.push(ContactFinger::new(*index, finger, target, reached, posture, into, beyond));
             angles.push((*index, reached.angles));
         }
-        let mut following: Vec<Follower> = Vec::new();
+        let mut following: Vec<FollowerFinger> = Vec::new();
         for &index in &self.idle {
             let idle = self.idle_posture(index, &angles, &scene);
             cost += idle.cost;
-            following.extend(idle.follows.map(|follows| Follower { index, follows, angles: idle.angles }));
+            following.extend(idle.follows.map(|follows| FollowerFinger { index, follows, angles: idle.angles }));
             if let Some(pushes) = pushes.as_mut().filter(|_| idle.cost > 0.0) {
                 idle.bars.iter().for_each(|bar| self.push_out(&scene, index, bar, pushes));
             }
@@ -264,7 +268,12 @@ impl<'a> Cost<'a> {
     }
 
     /// What the palm costs.
-    fn palm(&self, scene: &[Seen], palm_from_object: &Isometry3<f64>, pushes: &mut Option<Vec<Push>>) -> f64 {
+    fn palm(
+        &self,
+        scene: &[PalmFramePart],
+        palm_from_object: &Isometry3<f64>,
+        pushes: &mut Option<Vec<PointGradient>>,
+    ) -> f64 {
         let mut cost = 0.0;
         let beads = &self.beads;
         let kept = MARGIN_M + self.away;
@@ -278,7 +287,7 @@ impl<'a> Cost<'a> {
                 if over > 0.0 {
                     cost += price(over);
                     if let Some(pushes) = pushes {
-                        pushes.push(Push::of_palm(*point, part.out(point) * -price_slope(over)));
+                        pushes.push(PointGradient::of_palm(*point, part.out(point) * -price_slope(over)));
                     }
                 }
             }
@@ -295,7 +304,7 @@ impl<'a> Cost<'a> {
                     if let Some(pushes) = pushes {
                         let axis = depths.imin();
                         let out = pose.rotation * Vector3::ith(axis, 1.0_f64.copysign(p[axis]));
-                        pushes.push(Push::of_palm(centre, out * price_slope(depth)));
+                        pushes.push(PointGradient::of_palm(centre, out * price_slope(depth)));
                     }
                 }
             }
@@ -304,22 +313,27 @@ impl<'a> Cost<'a> {
     }
 
     /// What a bar of the hand costs that overlaps something.
-    fn overlap(&self, scene: &[Seen], bar: &Bar) -> f64 {
+    fn overlap(&self, scene: &[PalmFramePart], bar: &SphereRow) -> f64 {
         let mut cost = 0.0;
         self.overlaps(scene, bar, |_, _, over| cost += price(over));
         cost
     }
 
     /// How that changes with where its balls are.
-    fn push_out(&self, scene: &[Seen], finger: usize, bar: &Bar, pushes: &mut Vec<Push>) {
+    fn push_out(&self, scene: &[PalmFramePart], finger: usize, bar: &SphereRow, pushes: &mut Vec<PointGradient>) {
         self.overlaps(scene, bar, |part, ball, over| {
             let slope = part.out(&ball) * -price_slope(over);
-            pushes.push(Push { on: Some((finger, bar.joint)), outside: true, at: ball, slope });
+            pushes.push(PointGradient { on: Some((finger, bar.joint)), outside: true, at: ball, slope });
         });
     }
 
     /// The parts that balls of a bar overlap or come too near to: part, ball, and by how much, m.
-    fn overlaps(&self, scene: &[Seen], bar: &Bar, mut each: impl FnMut(&Seen, Point3<f64>, f64)) {
+    fn overlaps(
+        &self,
+        scene: &[PalmFramePart],
+        bar: &SphereRow,
+        mut each: impl FnMut(&PalmFramePart, Point3<f64>, f64),
+    ) {
         let kept = MARGIN_M + self.away;
         let (middle, around) = bar.around();
         let own = if bar.touches { self.own } else { 0 };
@@ -371,18 +385,18 @@ impl<'a> Cost<'a> {
 }
 
 /// An idle finger: its angles, its bars, what it costs that they overlap something, and the finger that it goes with.
-struct Idle {
+struct IdleFinger {
     angles: JointPositions,
-    bars: Bars,
+    bars: SphereRows,
     cost: f64,
     follows: Option<usize>,
 }
 
 /// What it costs that two fingers overlap.
 fn fingers_overlap(
-    (first, one): (usize, &[Bar]),
-    (second, other): (usize, &[Bar]),
-    pushes: &mut Option<Vec<Push>>,
+    (first, one): (usize, &[SphereRow]),
+    (second, other): (usize, &[SphereRow]),
+    pushes: &mut Option<Vec<PointGradient>>,
 ) -> f64 {
     let mut cost = 0.0;
     for a in one {
@@ -404,8 +418,12 @@ fn fingers_overlap(
                     cost += price(least - distance);
                     if let Some(pushes) = pushes {
                         let slope = way * (price_slope(least - distance) / distance.max(1e-9));
-                        let push =
-                            |finger, joint, at, slope| Push { on: Some((finger, joint)), outside: false, at, slope };
+                        let push = |finger, joint, at, slope| PointGradient {
+                            on: Some((finger, joint)),
+                            outside: false,
+                            at,
+                            slope,
+                        };
                         pushes.push(push(first, a.joint, ball, -slope));
                         pushes.push(push(second, b.joint, other, slope));
                     }

@@ -5,8 +5,8 @@
 //! moves against the palm. So all of it comes together in one push and one moment on the palm. Only the inverse of a finger is differenced.
 
 use super::penalty::measure_cost;
-use crate::kinematics::finger::{FingerModel, Posture};
-use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS, Reached};
+use crate::kinematics::finger::{FingerModel, FingerPose};
+use crate::kinematics::joint_positions::{IkSolution, JointPositions, MAX_DOFS};
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector3, Vector6};
 
@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, Point3, Vector3, Vector6};
 const DIFFERENCE_M: f64 = 1e-6;
 
 /// How the cost changes with the place of a point; palm frame.
-pub(super) struct Push {
+pub(super) struct PointGradient {
     /// The finger and the joint that it hangs at; the palm's if none.
     pub(super) on: Option<(usize, usize)>,
     /// Whether what pushes stays with the object; otherwise it goes with the palm.
@@ -25,15 +25,15 @@ pub(super) struct Push {
 }
 
 /// A finger on its contact.
-pub(super) struct Touching<'a> {
+pub(super) struct ContactFinger<'a> {
     index: usize,
     pub(super) finger: &'a FingerModel,
     /// Where its tip is to be, palm frame.
     pub(super) target: Point3<f64>,
     /// How the cost changes with that, but for what its joints do, 1/m.
     pub(super) target_slope: Vector3<f64>,
-    reached: Reached,
-    posture: Posture,
+    reached: IkSolution,
+    posture: FingerPose,
     /// The way into the surface, palm frame; and how far the pad looks beyond what it may, as a cosine.
     into: Vector3<f64>,
     beyond: f64,
@@ -41,26 +41,26 @@ pub(super) struct Touching<'a> {
 }
 
 /// A finger that does not touch and goes with one that does.
-pub(super) struct Follower {
+pub(super) struct FollowerFinger {
     pub(super) index: usize,
     pub(super) follows: usize,
     pub(super) angles: JointPositions,
 }
 
-impl Push {
+impl PointGradient {
     /// On a point of the palm by something that stays with the object.
     pub(super) fn of_palm(at: Point3<f64>, slope: Vector3<f64>) -> Self {
         Self { on: None, outside: true, at, slope }
     }
 }
 
-impl<'a> Touching<'a> {
+impl<'a> ContactFinger<'a> {
     pub(super) fn new(
         index: usize,
         finger: &'a FingerModel,
         target: Point3<f64>,
-        reached: Reached,
-        posture: Posture,
+        reached: IkSolution,
+        posture: FingerPose,
         into: Vector3<f64>,
         beyond: f64,
     ) -> Self {
@@ -96,9 +96,9 @@ impl<'a> Touching<'a> {
 pub(super) fn twist(
     object_from_palm: &Isometry3<f64>,
     about: &Point3<f64>,
-    pushes: &[Push],
-    mut touching: Vec<Touching<'_>>,
-    following: &[Follower],
+    pushes: &[PointGradient],
+    mut touching: Vec<ContactFinger<'_>>,
+    following: &[FollowerFinger],
     hand: &HandModel,
     share: f64,
 ) -> Vector6<f64> {
@@ -112,7 +112,7 @@ pub(super) fn twist(
         let followed = following.iter().find(|follower| follower.index == index);
         let by = followed.map_or(index, |follower| follower.follows);
         let Some(it) = touching.iter_mut().find(|it| it.index == by) else { continue };
-        if let Some(Follower { angles, .. }) = followed {
+        if let Some(FollowerFinger { angles, .. }) = followed {
             let finger = &hand.fingers[index];
             let mut joints = [0.0; MAX_DOFS];
             finger.pull(&finger.posture(angles), joint, &push.at, &push.slope, &mut joints);

@@ -13,7 +13,7 @@ use teachtree_base::scene::Body;
 use teachtree_command::{Contact, GraspSpec, Segment, Task, Tip, into_cone};
 
 /// What a grasp of fingers becomes.
-struct Taken {
+struct JawContact {
     /// The jaw that stands for several fingers, and these.
     jaw: Finger,
     fingers: Vec<Finger>,
@@ -47,7 +47,7 @@ impl Jaws {
     }
 
     /// What takes the place of the fingers beside the thumb; `None` when only that touches.
-    fn taken(&self, grasp: &GraspSpec, object: &Body, tip_radius: f64) -> Option<Taken> {
+    fn taken(&self, grasp: &GraspSpec, object: &Body, tip_radius: f64) -> Option<JawContact> {
         let (thumb, others): (Vec<&Contact>, Vec<&Contact>) =
             grasp.contacts.iter().partition(|contact| contact.finger == Finger::Thumb);
         if others.is_empty() {
@@ -70,7 +70,7 @@ impl Jaws {
         let before = middle(thumb.iter().chain(&others).map(centre));
         let after = middle(thumb.iter().map(centre).chain([own]));
         let jaw = self.opponent(Finger::Thumb);
-        Some(Taken {
+        Some(JawContact {
             jaw,
             fingers: others.iter().map(|contact| contact.finger).collect(),
             contact: Contact { finger: jaw, point: point.into(), normal: normal.into() },
@@ -80,7 +80,7 @@ impl Jaws {
     }
 }
 
-impl Taken {
+impl JawContact {
     /// Returns the tip of the jaw during a segment: the center of the fingertips and the sum of their forces. The demonstrated force is present if it was
     /// measured for all fingers.
     fn tip(&self, segment: &Segment) -> Tip {

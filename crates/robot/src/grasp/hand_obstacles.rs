@@ -7,7 +7,7 @@ use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use teachtree_base::hands::Finger;
-use teachtree_base::pose::{from_seven, pose};
+use teachtree_base::pose::{pose, pose_from_array};
 use teachtree_base::quantity::Quantity;
 use teachtree_base::scene::{Body, Part, Role, Shape};
 use teachtree_command::Task;
@@ -42,7 +42,7 @@ pub(crate) fn bodies(tasks: &[Task], places: &[(usize, usize)], robot: &Robot) -
             (finger.finger, angles)
         };
         let angles: Vec<(Finger, JointPositions)> = hand.fingers.iter().map(angles).collect();
-        Some(body(hand, &from_seven(&mapped.object_from_palm), &angles))
+        Some(body(hand, &pose_from_array(&mapped.object_from_palm), &angles))
     };
     places.iter().filter_map(body).collect()
 }

@@ -13,7 +13,7 @@ pub(super) const SUNK_M: f64 = 0.001;
 const MANY: usize = 24;
 
 /// Something that is in the way of a grasp, and how a message names it: times are those of the recording.
-pub(crate) struct Around<'a> {
+pub(crate) struct NamedObstacle<'a> {
     pub(crate) obstacle: Obstacle<'a>,
     what: String,
     when: String,
@@ -21,7 +21,7 @@ pub(crate) struct Around<'a> {
 
 /// What is in the way of a grasp: the fixed bodies, seen from the object where it is taken and where it is let go, the other objects where they
 /// stood at the beginning, seen from where it is taken, and `others`, the other hand in the frame of the object.
-pub(crate) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'a [Body]) -> Vec<Around<'a>> {
+pub(crate) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'a [Body]) -> Vec<NamedObstacle<'a>> {
     let mut around = Vec::new();
     let way = way(task, grasp);
     let [taken_s, let_go_s] = held(task, grasp).unwrap_or([task.start_s, task.end_s]);
@@ -33,14 +33,14 @@ pub(crate) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'
             let mut world_from_obstacle = body.pose();
             world_from_obstacle.translation.vector.z -= SUNK_M;
             let object_from_obstacle = world_from_object.inverse() * world_from_obstacle;
-            around.push(Around {
+            around.push(NamedObstacle {
                 obstacle: Obstacle { object_from_obstacle, body },
                 what: format!("`{name}`"),
                 when: format!(" where `{}` is {happens}, at {when_s:.1} s", task.object),
             });
         }
     }
-    around.extend(others.iter().map(|body| Around {
+    around.extend(others.iter().map(|body| NamedObstacle {
         obstacle: Obstacle { object_from_obstacle: Isometry3::identity(), body },
         what: "the other hand".into(),
         when: String::new(),
@@ -50,14 +50,14 @@ pub(crate) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'
 
 /// Without which of these a grasp `can` be held: each that alone makes the difference, else each body wherever it is met, else all of them;
 /// `None` when it cannot be held even so.
-pub(crate) fn to_blame(around: &[Around<'_>], can: &dyn Fn(Vec<Obstacle<'_>>) -> bool) -> Option<String> {
-    let without = |left_out: &dyn Fn(&Around<'_>) -> bool| {
+pub(crate) fn to_blame(around: &[NamedObstacle<'_>], can: &dyn Fn(Vec<Obstacle<'_>>) -> bool) -> Option<String> {
+    let without = |left_out: &dyn Fn(&NamedObstacle<'_>) -> bool| {
         can(around.iter().filter(|it| !left_out(it)).map(|it| it.obstacle.clone()).collect())
     };
     if around.is_empty() || !without(&|_| true) {
         return None;
     }
-    let each = |name: &dyn Fn(&Around<'_>) -> String| {
+    let each = |name: &dyn Fn(&NamedObstacle<'_>) -> String| {
         let mut names: Vec<String> = Vec::new();
         for it in around {
             if !names.contains(&name(it)) {

@@ -34,7 +34,7 @@ pub struct Obstacle<'a> {
 
 /// What is to be held, and where.
 #[derive(Clone, Debug)]
-pub struct Wanted<'a> {
+pub struct GraspRequest<'a> {
     /// The demonstrated contacts, at most one a finger.
     pub contacts: Vec<Contact>,
     /// The object.

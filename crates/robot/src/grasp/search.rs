@@ -4,7 +4,7 @@
 //! middle of the contacts in m, and a turn about it in units of 0.1 m / rad, so that both move fingertips alike.
 
 use super::cost::Cost;
-use super::problem::Wanted;
+use super::problem::GraspRequest;
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 use teachtree_base::hands::Finger;
 
@@ -87,9 +87,9 @@ pub(super) fn polished(cost: &Cost<'_>, pose: &Isometry3<f64>) -> Isometry3<f64>
 }
 
 /// A pose leant over about the line from the thumb to the fingers and about the row of fingers, with the fingers back on their contacts.
-pub(super) fn leant(cost: &Cost<'_>, wanted: &Wanted<'_>, pose: &Isometry3<f64>) -> Vec<Isometry3<f64>> {
+pub(super) fn leant(cost: &Cost<'_>, request: &GraspRequest<'_>, pose: &Isometry3<f64>) -> Vec<Isometry3<f64>> {
     let middle = cost.middle();
-    let thumb = wanted.contacts.iter().find(|contact| contact.finger == Finger::Thumb).or(wanted.contacts.first());
+    let thumb = request.contacts.iter().find(|contact| contact.finger == Finger::Thumb).or(request.contacts.first());
     let across = thumb.and_then(|thumb| (middle - thumb.point).try_normalize(1e-6)).unwrap_or_else(Vector3::x);
     let row = (middle.coords - pose.translation.vector).cross(&across).try_normalize(1e-6).unwrap_or_else(Vector3::y);
     let turns = ROLLS.into_iter().flat_map(|roll| TILTS.map(|tilt| across * roll + row * tilt));

@@ -1,6 +1,6 @@
 //! Where to begin: the palm facing the object, the fingers on one side of it and the thumb on the other, rolled about that line.
 
-use super::problem::Wanted;
+use super::problem::GraspRequest;
 use crate::kinematics::joint_positions::MAX_DOFS;
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
@@ -31,17 +31,17 @@ const TILTS: [f64; 4] = [0.0, 0.12, -0.12, -0.22];
 
 /// Tips and pads of all fingers in some posture, palm frame.
 #[derive(Clone, Debug)]
-pub(super) struct Posing {
+pub(super) struct HandPosture {
     tips: Vec<Point3<f64>>,
     pads: Vec<Vector3<f64>>,
 }
 
 /// The postures of a hand.
-pub(super) fn postures(hand: &HandModel) -> Vec<Posing> {
+pub(super) fn postures(hand: &HandModel) -> Vec<HandPosture> {
     let mut postures = Vec::new();
     for bent in FINGERS {
         for opposed in THUMBS {
-            let mut posing = Posing { tips: Vec::new(), pads: Vec::new() };
+            let mut hand_posture = HandPosture { tips: Vec::new(), pads: Vec::new() };
             for finger in &hand.fingers {
                 let mut angles = [0.0; MAX_DOFS];
                 for (index, ([low, high], angle)) in finger.ranges.iter().zip(&mut angles).enumerate() {
@@ -53,29 +53,34 @@ pub(super) fn postures(hand: &HandModel) -> Vec<Posing> {
                     *angle = low + share * (high - low);
                 }
                 let posture = finger.posture(&angles);
-                posing.tips.push(posture.tip);
-                posing.pads.push(posture.pad);
+                hand_posture.tips.push(posture.tip);
+                hand_posture.pads.push(posture.pad);
             }
-            postures.push(posing);
+            postures.push(hand_posture);
         }
     }
     postures
 }
 
 /// Poses of the palm in the object's frame to begin with; more of them, in all directions, when it is to be `wide`.
-pub(super) fn starts(hand: &HandModel, postures: &[Posing], wanted: &Wanted<'_>, wide: bool) -> Vec<Isometry3<f64>> {
-    let Some((object, sided)) = object_frame(hand, wanted) else { return Vec::new() };
+pub(super) fn starts(
+    hand: &HandModel,
+    postures: &[HandPosture],
+    request: &GraspRequest<'_>,
+    wide: bool,
+) -> Vec<Isometry3<f64>> {
+    let Some((object, sided)) = object_frame(hand, request) else { return Vec::new() };
     let mut ranked: Vec<(f64, Isometry3<f64>)> = postures
         .iter()
-        .filter_map(|posing| {
-            let hand = hand_frame(hand, wanted, posing)?;
+        .filter_map(|hand_posture| {
+            let hand = hand_frame(hand, request, hand_posture)?;
             Some(((hand.width - object.width).abs(), hand.frame))
         })
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let rolls: Vec<f64> =
         if sided && !wide { ROLLS.to_vec() } else { (0..ALL_ROUND).map(|at| at as f64 / ALL_ROUND as f64).collect() };
-    let opposed = wanted.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
+    let opposed = request.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
     let tilts = if opposed && !wide { &[0.0][..] } else { &TILTS[..] };
     let tried = if wide { TRIED_WIDE } else { TRIED };
     let mut starts = Vec::new();
@@ -92,19 +97,19 @@ pub(super) fn starts(hand: &HandModel, postures: &[Posing], wanted: &Wanted<'_>,
 }
 
 /// The hand in the middle of its ranges laid over the contacts.
-pub(super) fn laid_over(hand: &HandModel, wanted: &Wanted<'_>) -> Option<Isometry3<f64>> {
-    let (object, _) = object_frame(hand, wanted)?;
-    let mut posing = Posing { tips: Vec::new(), pads: Vec::new() };
+pub(super) fn laid_over(hand: &HandModel, request: &GraspRequest<'_>) -> Option<Isometry3<f64>> {
+    let (object, _) = object_frame(hand, request)?;
+    let mut hand_posture = HandPosture { tips: Vec::new(), pads: Vec::new() };
     for finger in &hand.fingers {
         let mut angles = [0.0; MAX_DOFS];
         for ([low, high], angle) in finger.ranges.iter().zip(&mut angles) {
             *angle = (low + high) / 2.0;
         }
         let posture = finger.posture(&angles);
-        posing.tips.push(posture.tip);
-        posing.pads.push(posture.pad);
+        hand_posture.tips.push(posture.tip);
+        hand_posture.pads.push(posture.pad);
     }
-    Some(object.frame * hand_frame(hand, wanted, &posing)?.frame.inverse())
+    Some(object.frame * hand_frame(hand, request, &hand_posture)?.frame.inverse())
 }
 
 /// A frame that a hand and its contacts share: origin half way between thumb and fingers, x from the thumb to the fingers, y along
@@ -115,8 +120,8 @@ struct Opposition {
 }
 
 /// Of the contacts; and whether their order shows which way the hand is turned.
-fn object_frame(hand: &HandModel, wanted: &Wanted<'_>) -> Option<(Opposition, bool)> {
-    let tips: Vec<(Finger, Point3<f64>, Vector3<f64>)> = wanted
+fn object_frame(hand: &HandModel, request: &GraspRequest<'_>) -> Option<(Opposition, bool)> {
+    let tips: Vec<(Finger, Point3<f64>, Vector3<f64>)> = request
         .contacts
         .iter()
         .filter_map(|contact| {
@@ -129,20 +134,20 @@ fn object_frame(hand: &HandModel, wanted: &Wanted<'_>) -> Option<(Opposition, bo
 }
 
 /// Of the same fingers of the hand in a posture.
-fn hand_frame(hand: &HandModel, wanted: &Wanted<'_>, posing: &Posing) -> Option<Opposition> {
-    let tips: Vec<(Finger, Point3<f64>, Vector3<f64>)> = wanted
+fn hand_frame(hand: &HandModel, request: &GraspRequest<'_>, hand_posture: &HandPosture) -> Option<Opposition> {
+    let tips: Vec<(Finger, Point3<f64>, Vector3<f64>)> = request
         .contacts
         .iter()
         .filter_map(|contact| {
             let index = hand.fingers.iter().position(|finger| finger.finger == contact.finger)?;
-            Some((contact.finger, *posing.tips.get(index)?, *posing.pads.get(index)?))
+            Some((contact.finger, *hand_posture.tips.get(index)?, *hand_posture.pads.get(index)?))
         })
         .collect();
     // Of a single finger the row is that of all.
     let others: Vec<&Point3<f64>> = hand
         .fingers
         .iter()
-        .zip(&posing.tips)
+        .zip(&hand_posture.tips)
         .filter(|(finger, _)| finger.finger != Finger::Thumb)
         .map(|(_, tip)| tip)
         .collect();

@@ -1,6 +1,6 @@
 //! The hand as balls on strings: quick to compare with shapes and with each other while a search runs.
 
-use crate::kinematics::finger::{FingerModel, Posture};
+use crate::kinematics::finger::{FingerModel, FingerPose};
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -16,7 +16,7 @@ const IDLE: [[f64; 2]; 3] = [[0.12, 0.05], [0.45, 0.4], [0.85, 0.9]];
 
 /// Balls of one size in a straight row.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bar {
+pub(super) struct SphereRow {
     /// The joint that it hangs at.
     pub(super) joint: usize,
     /// Centres of the first and of the last ball, m.
@@ -32,21 +32,21 @@ pub(super) struct Bar {
 
 /// The balls of a hand.
 #[derive(Clone, Debug)]
-pub(super) struct HandBeads {
+pub(super) struct HandSpheres {
     /// Of each finger, its bars in the frames of their joints.
-    pub(super) fingers: Vec<Vec<Bar>>,
+    pub(super) fingers: Vec<Vec<SphereRow>>,
     /// Points of the palm's surface, palm frame; and the middle and the radius, m, of a ball about all of them.
     pub(super) palm: Vec<Point3<f64>>,
     pub(super) about_palm: (Point3<f64>, f64),
     /// The boxes of the palm.
     pub(super) palm_boxes: Vec<(Isometry3<f64>, Vector3<f64>)>,
     /// For each finger, the postures that it may have when it does not touch: angles, and bars in the palm's frame.
-    pub(super) idle: Vec<Vec<(JointPositions, Vec<Bar>)>>,
+    pub(super) idle: Vec<Vec<(JointPositions, Vec<SphereRow>)>>,
 }
 
-impl HandBeads {
+impl HandSpheres {
     pub(super) fn new(hand: &HandModel) -> Self {
-        let fingers: Vec<Vec<Bar>> = hand.fingers.iter().map(bars).collect();
+        let fingers: Vec<Vec<SphereRow>> = hand.fingers.iter().map(bars).collect();
         let idle = hand.fingers.iter().zip(&fingers).map(|(finger, bars)| {
             let posture = |[second, others]: [f64; 2]| {
                 let mut angles = [0.0; MAX_DOFS];
@@ -85,7 +85,7 @@ impl HandBeads {
     }
 }
 
-impl Bar {
+impl SphereRow {
     /// The centres of its balls.
     pub(super) fn balls(&self) -> impl Iterator<Item = Point3<f64>> {
         let (from, way, parts) = (self.from, self.to - self.from, self.parts);
@@ -115,19 +115,19 @@ impl Bar {
 }
 
 /// The bars in a posture, palm frame.
-pub(super) fn placed(bars: &[Bar], posture: &Posture) -> impl Iterator<Item = Bar> {
+pub(super) fn placed(bars: &[SphereRow], posture: &FingerPose) -> impl Iterator<Item = SphereRow> {
     bars.iter().filter_map(|bar| {
         let pose = posture.joints.get(bar.joint)?;
-        Some(Bar { from: pose * bar.from, to: pose * bar.to, ..*bar })
+        Some(SphereRow { from: pose * bar.from, to: pose * bar.to, ..*bar })
     })
 }
 
-fn bars(finger: &FingerModel) -> Vec<Bar> {
+fn bars(finger: &FingerModel) -> Vec<SphereRow> {
     let at_rest = finger.posture(&[0.0; MAX_DOFS]);
     let bars = finger.solids(&at_rest).enumerate().filter_map(|(index, (joint, solid))| {
         let bar = |joint: usize, from: Point3<f64>, to: Point3<f64>, radius: f64| {
             let parts = ((to - from).norm() / APART_M).ceil().max(1.0) as usize;
-            Bar { joint, from, to, radius, touches: finger.touches(index), parts }
+            SphereRow { joint, from, to, radius, touches: finger.touches(index), parts }
         };
         Some(match solid.moved(&at_rest.joints.get(joint)?.inverse()) {
             CollisionShape::Capsule(from, to, radius) => bar(joint, from, to, radius),

@@ -10,9 +10,9 @@
 //! cone (α: angle between the line and the normal, μ: friction), and the room of the palm (g: its gaps to the object and to whatever else
 //! is there, L: how far the jaws stand out of it). The first two are the same all about the line; the third one and what is in the way choose the turn.
 
-use super::candidate::{GraspCandidate, Held, Reach, clearest};
+use super::candidate::{FingerPlacement, GraspCandidate, Reach, clearest};
 use super::clearance::Shapes;
-use super::problem::{Contact, Failure, Wanted};
+use super::problem::{Contact, Failure, GraspRequest};
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::JointPositions;
 use crate::model::gripper::{Jaw, Jaws};
@@ -30,18 +30,18 @@ const ALIKE: f64 = 1e-9;
 pub(super) fn best(
     hand: &HandModel,
     jaws: &Jaws,
-    wanted: &Wanted<'_>,
+    request: &GraspRequest<'_>,
     reach: &Reach<'_>,
 ) -> Result<(usize, GraspCandidate), Failure> {
-    let found = all(hand, jaws, wanted)?;
+    let found = all(hand, jaws, request)?;
     let reached = found.into_iter().filter_map(|grasp| Some((reach(&grasp.object_from_palm)?, grasp)));
     clearest(reached).ok_or(Failure::ArmOutOfReach)
 }
 
 /// All poses of the palm for a gripper that were looked at and leave room, best first.
-pub(super) fn all(hand: &HandModel, jaws: &Jaws, wanted: &Wanted<'_>) -> Result<Vec<GraspCandidate>, Failure> {
-    let two_finger = TwoFingerGrasp::new(jaws, &wanted.contacts)?;
-    let shapes = Shapes::new(hand, wanted);
+pub(super) fn all(hand: &HandModel, jaws: &Jaws, request: &GraspRequest<'_>) -> Result<Vec<GraspCandidate>, Failure> {
+    let two_finger = TwoFingerGrasp::new(jaws, &request.contacts)?;
+    let shapes = Shapes::new(hand, request);
     let (mut found, mut in_the_way): (Vec<GraspCandidate>, Option<(f64, String)>) = (Vec::new(), None);
     for turn in 0..TURNS {
         match two_finger.grasp(hand, &two_finger.pose(turn as f64 / TURNS as f64 * TAU), &shapes) {
@@ -123,7 +123,7 @@ impl<'a> TwoFingerGrasp<'a> {
         // The gap to what is not there is infinite.
         let out = self.jaws.out;
         let room = shapes.palm(pose).map(|gap| if gap.is_finite() { gap / (gap + out).max(1e-9) } else { 1.0 });
-        let fingers = self.jaws.pair.iter().zip(self.leans).map(|(jaw, lean)| Held {
+        let fingers = self.jaws.pair.iter().zip(self.leans).map(|(jaw, lean)| FingerPlacement {
             finger: jaw.finger,
             angles: jaw.angles(self.share),
             manipulability: 0.0,

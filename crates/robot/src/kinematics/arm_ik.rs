@@ -33,7 +33,7 @@ pub struct Arm<'a> {
 
 /// A posture from which an arm can bring its palm along a way.
 #[derive(Clone, Debug)]
-pub struct PostureAlong {
+pub struct PathPosture {
     /// The values of all degrees of freedom.
     pub q: Vec<f64>,
     /// At how many poses of the way its links meet the surroundings or each other.
@@ -44,7 +44,7 @@ pub struct PostureAlong {
 
 /// The pose at which an arm fails to follow a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WayMissed {
+pub struct PathFailure {
     /// Index of the first pose of the path that the palm does not reach.
     pub pose: usize,
     /// The remaining error of the palm pose.
@@ -112,7 +112,7 @@ impl Arm<'_> {
         q: &[f64],
         (starts, iterations): (usize, usize),
         surroundings: &Surroundings,
-    ) -> impl Iterator<Item = PostureAlong> {
+    ) -> impl Iterator<Item = PathPosture> {
         let mut begun: Vec<Vec<f64>> = Vec::new();
         let links = ArmLinks::new(self.tree, self.palm);
         let looked_at = move |q: &[f64]| {
@@ -140,7 +140,7 @@ impl Arm<'_> {
                 (met, off_middle) = (met + meets, off_middle.max(off));
                 missing.is_within(&REACHED)
             });
-            reaches.then_some(PostureAlong { q: begins, met, off_middle })
+            reaches.then_some(PathPosture { q: begins, met, off_middle })
         })
     }
 
@@ -152,8 +152,8 @@ impl Arm<'_> {
         way: &[Isometry3<f64>],
         q: &[f64],
         (starts, iterations): (usize, usize),
-    ) -> Option<WayMissed> {
-        let mut farthest: Option<WayMissed> = None;
+    ) -> Option<PathFailure> {
+        let mut farthest: Option<PathFailure> = None;
         for index in 0..starts {
             let mut tried = self.start(q, index);
             let mut missed = None;
@@ -165,12 +165,12 @@ impl Arm<'_> {
                         let range = self.tree.dofs[dof].range;
                         range.iter().any(|limit| (tried[dof] - limit).abs() < AT_LIMIT)
                     });
-                    missed = Some(WayMissed { pose, missing, at_limit });
+                    missed = Some(PathFailure { pose, missing, at_limit });
                     break;
                 }
             }
             let missed = missed?;
-            let is_farther = |other: &WayMissed| {
+            let is_farther = |other: &PathFailure| {
                 missed.pose > other.pose || missed.pose == other.pose && missed.missing.m < other.missing.m
             };
             if farthest.as_ref().is_none_or(is_farther) {

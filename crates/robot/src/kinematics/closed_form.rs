@@ -10,7 +10,7 @@
 //! w  = |r| sqrt(Σ minors² of the planar Jacobian)
 //! ```
 
-use super::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
+use super::joint_positions::{IkSolution, JointPositions, MAX_DOFS, REACHED_M};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 /// How exactly axes must meet and be parallel.
@@ -27,7 +27,7 @@ const BESIDE: f64 = 0.02;
 
 /// A finger of this form.
 #[derive(Clone, Debug)]
-pub(crate) struct Closed {
+pub(crate) struct ClosedFormFinger {
     palm_from_base: Isometry3<f64>,
     /// Whether the first joint turns about +z or -z of the base.
     sign: f64,
@@ -36,18 +36,18 @@ pub(crate) struct Closed {
     /// Whether the last joint turns as far as the one before.
     coupled: bool,
     /// The angles at which a free last joint is tried.
-    scanned: [Turned; SCANNED],
+    scanned: [AngleWithTrig; SCANNED],
 }
 
 /// An angle with its sine and cosine.
 #[derive(Clone, Copy, Debug, Default)]
-struct Turned {
+struct AngleWithTrig {
     angle: f64,
     sin: f64,
     cos: f64,
 }
 
-impl Turned {
+impl AngleWithTrig {
     fn by(angle: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
         Self { angle, sin, cos }
@@ -64,7 +64,7 @@ impl Turned {
     }
 }
 
-impl Closed {
+impl ClosedFormFinger {
     /// The form of a finger, if it has one: origins and axes of its joints at rest (palm frame), what drives them, and the tip.
     pub(crate) fn of(
         joints: &[(Point3<f64>, Vector3<f64>)],
@@ -94,10 +94,10 @@ impl Closed {
         let y = z.cross(&x);
         let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z]));
         let sign = a1.dot(&z).signum();
-        let mut scanned = [Turned::default(); SCANNED];
+        let mut scanned = [AngleWithTrig::default(); SCANNED];
         if let Some([low, high]) = ranges.get(3) {
             for (index, tried) in scanned.iter_mut().enumerate() {
-                *tried = Turned::by(low + (high - low) * index as f64 / (SCANNED - 1) as f64);
+                *tried = AngleWithTrig::by(low + (high - low) * index as f64 / (SCANNED - 1) as f64);
             }
         }
         Some(Self {
@@ -110,23 +110,23 @@ impl Closed {
     }
 
     /// The best angles by measure that reach the point, or angles that come near.
-    pub(crate) fn ik(&self, point: Point3<f64>, ranges: &[[f64; 2]]) -> Reached {
+    pub(crate) fn ik(&self, point: Point3<f64>, ranges: &[[f64; 2]]) -> IkSolution {
         self.solve(point, ranges, &|bend| self.scan(bend))
     }
 
     /// The same next to a point whose solution is known: a free last joint is looked for only about that.
-    pub(crate) fn reach_near(&self, point: Point3<f64>, ranges: &[[f64; 2]], known: &Reached) -> Reached {
+    pub(crate) fn reach_near(&self, point: Point3<f64>, ranges: &[[f64; 2]], known: &IkSolution) -> IkSolution {
         self.solve(point, ranges, &|bend| {
             let [low, high] = ranges[3];
             let at = |by: f64| {
                 let fourth = (known.angles[3] + by).clamp(low, high);
-                (fourth, self.bend_free(bend, Turned::by(fourth)))
+                (fourth, self.bend_free(bend, AngleWithTrig::by(fourth)))
             };
             self.refine(bend, at(-BESIDE), at(0.0), at(BESIDE), 1)
         })
     }
 
-    fn solve(&self, point: Point3<f64>, ranges: &[[f64; 2]], scan: &dyn Fn(&Bend<'_>) -> Candidate) -> Reached {
+    fn solve(&self, point: Point3<f64>, ranges: &[[f64; 2]], scan: &dyn Fn(&BendPlane<'_>) -> Candidate) -> IkSolution {
         let p = self.palm_from_base.inverse_transform_point(&point);
         let mut best = Candidate::NONE;
         let across = (p.x * p.x + p.y * p.y).sqrt();
@@ -136,26 +136,26 @@ impl Closed {
             // What turning the first joint less far leaves: the point's foot in the plane, and its height above it.
             let off = phi - self.sign * first;
             let (beside, foot) = if off == 0.0 { (0.0, r) } else { (r * off.sin(), r * off.cos()) };
-            let bend = Bend { first, r: foot, z: p.z, beside, ranges };
+            let bend = BendPlane { first, r: foot, z: p.z, beside, ranges };
             let found = if self.coupled { self.bend_coupled(&bend) } else { scan(&bend) };
             best.keep(found);
             if best.miss < REACHED_M {
                 break;
             }
         }
-        Reached { angles: best.angles, miss: best.miss, measure: best.measure }
+        IkSolution { angles: best.angles, miss: best.miss, measure: best.measure }
     }
 
-    fn bend_coupled(&self, bend: &Bend<'_>) -> Candidate {
+    fn bend_coupled(&self, bend: &BendPlane<'_>) -> Candidate {
         let [l2, l3, l4] = self.links;
         let (a, b) = (4.0 * l2 * l4, 2.0 * l3 * (l2 + l4));
         let c = l2 * l2 + l3 * l3 + l4 * l4 - 2.0 * l2 * l4 - bend.r * bend.r - bend.z * bend.z;
         let root = ((b * b - 4.0 * a * c).max(0.0).sqrt() - b) / (2.0 * a);
-        let third = Turned::of_cosine(root, bend.ranges[2]);
+        let third = AngleWithTrig::of_cosine(root, bend.ranges[2]);
         self.candidate(bend, third, third)
     }
 
-    fn bend_free(&self, bend: &Bend<'_>, fourth: Turned) -> Candidate {
+    fn bend_free(&self, bend: &BendPlane<'_>, fourth: AngleWithTrig) -> Candidate {
         let [l2, l3, l4] = self.links;
         // The bar from the third joint to the tip, and the sine and cosine of its angle β to the third link, times its length.
         let (along, aside) = (l3 + l4 * fourth.cos, l4 * fourth.sin);
@@ -164,12 +164,12 @@ impl Closed {
         let cos = ((bend.r * bend.r + bend.z * bend.z - l2 * l2 - bar2) / (2.0 * l2 * bar)).clamp(-1.0, 1.0);
         let sin = (1.0 - cos * cos).sqrt();
         let third = ((sin * along - cos * aside) / bar, (cos * along + sin * aside) / bar);
-        let third = Turned { angle: third.0.atan2(third.1), sin: third.0, cos: third.1 };
+        let third = AngleWithTrig { angle: third.0.atan2(third.1), sin: third.0, cos: third.1 };
         self.candidate(bend, third.within(bend.ranges[2]), fourth)
     }
 
     /// The best angle of a free last joint.
-    fn scan(&self, bend: &Bend<'_>) -> Candidate {
+    fn scan(&self, bend: &BendPlane<'_>) -> Candidate {
         let tried = self.scanned.map(|fourth| self.bend_free(bend, fourth));
         let top = (1..SCANNED).fold(0, |top, index| if tried[index].beats(&tried[top]) { index } else { top });
         let at = |index: usize| (self.scanned[index].angle, tried[index]);
@@ -177,7 +177,14 @@ impl Closed {
     }
 
     /// The best of what is between three angles of a free last joint, the middle one so far the best.
-    fn refine(&self, bend: &Bend<'_>, mut low: Tried, mut best: Tried, mut high: Tried, times: usize) -> Candidate {
+    fn refine(
+        &self,
+        bend: &BendPlane<'_>,
+        mut low: Trial,
+        mut best: Trial,
+        mut high: Trial,
+        times: usize,
+    ) -> Candidate {
         for _ in 0..times {
             let (below, above) = (best.0 - low.0, high.0 - best.0);
             let reached = [&low, &best, &high].iter().all(|(_, it)| it.miss < REACHED_M);
@@ -198,7 +205,7 @@ impl Closed {
             } else {
                 best.0 - below / 2.0
             };
-            let found = (next, self.bend_free(bend, Turned::by(next)));
+            let found = (next, self.bend_free(bend, AngleWithTrig::by(next)));
             let (side, other) = if next > best.0 { (&mut high, &mut low) } else { (&mut low, &mut high) };
             if found.1.beats(&best.1) {
                 *other = best;
@@ -211,9 +218,9 @@ impl Closed {
     }
 
     /// A bend of the third and fourth joint with the second one turned to the point as far as it goes.
-    fn candidate(&self, bend: &Bend<'_>, third: Turned, fourth: Turned) -> Candidate {
+    fn candidate(&self, bend: &BendPlane<'_>, third: AngleWithTrig, fourth: AngleWithTrig) -> Candidate {
         let [l2, l3, l4] = self.links;
-        let &Bend { first, r, z, beside, ranges } = bend;
+        let &BendPlane { first, r, z, beside, ranges } = bend;
         let (s34, c34) =
             (third.sin * fourth.cos + third.cos * fourth.sin, third.cos * fourth.cos - third.sin * fourth.sin);
         let (tip_r, tip_z) = (l2 + l3 * third.cos + l4 * c34, l3 * third.sin + l4 * s34);
@@ -251,7 +258,7 @@ impl Closed {
 }
 
 /// A point seen from a finger: the angle of its first joint, the point in the plane that this turns, its height above that plane, and the ranges.
-struct Bend<'a> {
+struct BendPlane<'a> {
     first: f64,
     r: f64,
     z: f64,
@@ -260,7 +267,7 @@ struct Bend<'a> {
 }
 
 /// An angle of the last joint, and what comes of it.
-type Tried = (f64, Candidate);
+type Trial = (f64, Candidate);
 
 /// One of several solutions.
 #[derive(Clone, Copy)]

@@ -2,12 +2,12 @@
 //!
 //! Everything here is in the frame of the palm; lengths are m, angles rad.
 
-use super::closed_form::Closed;
+use super::closed_form::ClosedFormFinger;
 use super::joint_positions::{JointPositions, MAX_DOFS};
 use nalgebra::{Isometry3, Matrix3, Matrix3xX, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use teachtree_base::hands::Finger;
 use teachtree_description::shape::CollisionShape;
-use teachtree_description::tree::{Kind, KinematicTree};
+use teachtree_description::tree::{JointKind, KinematicTree};
 
 /// What a robot file says of a fingertip.
 #[derive(Clone, Debug)]
@@ -51,28 +51,28 @@ pub struct FingerModel {
     /// Centre of the ball, frame of that link.
     pub tip_in_link: Point3<f64>,
     pub(crate) spec: FingerSpec,
-    steps: Vec<Step>,
+    steps: Vec<FingerJoint>,
     tip: Point3<f64>,
     pad: Vector3<f64>,
     solids: Vec<(usize, CollisionShape)>,
     /// The first of the shapes of the link with the tip.
     first_of_tip: usize,
-    pub(super) closed: Option<Closed>,
+    pub(super) closed: Option<ClosedFormFinger>,
 }
 
 /// A joint of a finger.
 #[derive(Clone, Debug)]
-struct Step {
+struct FingerJoint {
     before_from_joint: Isometry3<f64>,
     axis: Unit<Vector3<f64>>,
-    kind: Kind,
+    kind: JointKind,
     local: usize,
     ratio: f64,
 }
 
 /// Where a finger is, palm frame.
 #[derive(Clone, Debug)]
-pub struct Posture {
+pub struct FingerPose {
     /// Poses of its joints' frames.
     pub joints: Vec<Isometry3<f64>>,
     /// Centre of the tip.
@@ -94,7 +94,7 @@ impl FingerModel {
             at = tree.links[at].parent;
         }
         path.reverse();
-        let mut steps: Vec<Step> = Vec::new();
+        let mut steps: Vec<FingerJoint> = Vec::new();
         let mut dofs: Vec<usize> = Vec::new();
         let mut solids = Vec::new();
         let mut first_of_tip = 0;
@@ -108,7 +108,7 @@ impl FingerModel {
                     dofs.len() - 1
                 });
                 let (axis, kind, ratio) = (joint.axis, joint.kind, joint.ratio);
-                steps.push(Step { before_from_joint: fixed, axis, kind, local, ratio });
+                steps.push(FingerJoint { before_from_joint: fixed, axis, kind, local, ratio });
                 fixed = Isometry3::identity();
             }
             first_of_tip = solids.len();
@@ -153,7 +153,7 @@ impl FingerModel {
         if finger.length < 1e-4 && !finger.slides() {
             return Err("has no length".into());
         }
-        let turns = finger.steps.iter().all(|step| step.kind == Kind::Revolute);
+        let turns = finger.steps.iter().all(|step| step.kind == JointKind::Revolute);
         let joints: Vec<(Point3<f64>, Vector3<f64>)> = finger
             .steps
             .iter()
@@ -161,13 +161,13 @@ impl FingerModel {
             .map(|(step, pose)| (pose.translation.vector.into(), pose.rotation * step.axis.into_inner()))
             .collect();
         let drives: Vec<(usize, f64)> = finger.steps.iter().map(|step| (step.local, step.ratio)).collect();
-        finger.closed = turns.then(|| Closed::of(&joints, &drives, rest.tip, &finger.ranges)).flatten();
+        finger.closed = turns.then(|| ClosedFormFinger::of(&joints, &drives, rest.tip, &finger.ranges)).flatten();
         Ok(finger)
     }
 
     /// Whether all that it can do is to slide along a line.
     pub fn slides(&self) -> bool {
-        self.dofs.len() == 1 && self.steps.iter().all(|step| step.kind == Kind::Prismatic)
+        self.dofs.len() == 1 && self.steps.iter().all(|step| step.kind == JointKind::Prismatic)
     }
 
     /// Whether the inverse has a closed form.
@@ -185,23 +185,23 @@ impl FingerModel {
     }
 
     /// Where the finger is at these angles.
-    pub fn posture(&self, angles: &JointPositions) -> Posture {
+    pub fn posture(&self, angles: &JointPositions) -> FingerPose {
         let mut joints = Vec::with_capacity(self.steps.len());
         let mut pose = Isometry3::identity();
         for step in &self.steps {
             let moved = angles[step.local] * step.ratio;
             pose *= step.before_from_joint;
             match step.kind {
-                Kind::Revolute => pose.rotation *= UnitQuaternion::from_axis_angle(&step.axis, moved),
-                Kind::Prismatic => pose *= Translation3::from(step.axis.into_inner() * moved),
+                JointKind::Revolute => pose.rotation *= UnitQuaternion::from_axis_angle(&step.axis, moved),
+                JointKind::Prismatic => pose *= Translation3::from(step.axis.into_inner() * moved),
             }
             joints.push(pose);
         }
-        Posture { tip: pose * self.tip, pad: pose * self.pad, joints }
+        FingerPose { tip: pose * self.tip, pad: pose * self.pad, joints }
     }
 
     /// The shapes of its links in a posture, palm frame, with the number of the joint that each hangs at.
-    pub fn solids(&self, posture: &Posture) -> impl Iterator<Item = (usize, CollisionShape)> {
+    pub fn solids(&self, posture: &FingerPose) -> impl Iterator<Item = (usize, CollisionShape)> {
         self.solids.iter().filter_map(|(step, solid)| Some((*step, solid.moved(posture.joints.get(*step)?))))
     }
 
@@ -212,13 +212,13 @@ impl FingerModel {
     }
 
     /// The Jacobian of the tip: 3 rows, m/s, palm frame; a column a degree of freedom.
-    pub fn jacobian(&self, posture: &Posture) -> Matrix3xX<f64> {
+    pub fn jacobian(&self, posture: &FingerPose) -> Matrix3xX<f64> {
         let mut jacobian = Matrix3xX::zeros(self.dofs.len());
         for (step, pose) in self.steps.iter().zip(&posture.joints) {
             let axis = pose.rotation * step.axis.into_inner() * step.ratio;
             let column = match step.kind {
-                Kind::Revolute => axis.cross(&(posture.tip.coords - pose.translation.vector)),
-                Kind::Prismatic => axis,
+                JointKind::Revolute => axis.cross(&(posture.tip.coords - pose.translation.vector)),
+                JointKind::Prismatic => axis,
             };
             let mut whole = jacobian.column_mut(step.local);
             whole += column;
@@ -259,7 +259,7 @@ impl FingerModel {
     /// joint.
     pub(crate) fn pull(
         &self,
-        posture: &Posture,
+        posture: &FingerPose,
         joint: usize,
         at: &Point3<f64>,
         slope: &Vector3<f64>,
@@ -268,15 +268,16 @@ impl FingerModel {
         for (step, pose) in self.steps.iter().zip(&posture.joints).take(joint + 1) {
             let axis = pose.rotation * step.axis.into_inner() * step.ratio;
             joints[step.local] += match step.kind {
-                Kind::Revolute => axis.dot(&(at.coords - pose.translation.vector).cross(slope)),
-                Kind::Prismatic => axis.dot(slope),
+                JointKind::Revolute => axis.dot(&(at.coords - pose.translation.vector).cross(slope)),
+                JointKind::Prismatic => axis.dot(slope),
             };
         }
     }
 
     /// The same of what changes by `slope` with a turn of the finger's last link, a rad.
-    pub(crate) fn turn(&self, posture: &Posture, slope: &Vector3<f64>, joints: &mut JointPositions) {
-        for (step, pose) in self.steps.iter().zip(&posture.joints).filter(|(step, _)| step.kind == Kind::Revolute) {
+    pub(crate) fn turn(&self, posture: &FingerPose, slope: &Vector3<f64>, joints: &mut JointPositions) {
+        for (step, pose) in self.steps.iter().zip(&posture.joints).filter(|(step, _)| step.kind == JointKind::Revolute)
+        {
             joints[step.local] += (pose.rotation * step.axis.into_inner()).dot(slope) * step.ratio;
         }
     }

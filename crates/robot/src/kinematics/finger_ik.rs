@@ -5,7 +5,7 @@
 //! least squares.
 
 use super::finger::FingerModel;
-use super::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
+use super::joint_positions::{IkSolution, JointPositions, MAX_DOFS, REACHED_M};
 use nalgebra::{Matrix3, Point3};
 
 /// Iterations of the least squares, from each start, and their damping, m.
@@ -15,7 +15,7 @@ const DAMPED_M: f64 = 2e-3;
 impl FingerModel {
     /// JointPositions that bring the centre of the tip to a point, the best by [`Self::measure`] where there are several; for a point out of
     /// reach, angles that bring it near.
-    pub fn ik(&self, point: Point3<f64>) -> Reached {
+    pub fn ik(&self, point: Point3<f64>) -> IkSolution {
         match &self.closed {
             Some(closed) => closed.ik(point, &self.ranges),
             None => self.reach_numerically(point),
@@ -23,7 +23,7 @@ impl FingerModel {
     }
 
     /// The same for a point that is next to one whose solution is known.
-    pub(crate) fn reach_near(&self, point: Point3<f64>, known: &Reached) -> Reached {
+    pub(crate) fn reach_near(&self, point: Point3<f64>, known: &IkSolution) -> IkSolution {
         match &self.closed {
             Some(closed) => closed.reach_near(point, &self.ranges, known),
             None => self.approach(point, known.angles),
@@ -37,8 +37,8 @@ impl FingerModel {
         starts.iter().map(|start| self.approach(point, *start).miss).fold(f64::INFINITY, f64::min)
     }
 
-    fn reach_numerically(&self, point: Point3<f64>) -> Reached {
-        let mut best: Option<(Reached, f64)> = None;
+    fn reach_numerically(&self, point: Point3<f64>) -> IkSolution {
+        let mut best: Option<(IkSolution, f64)> = None;
         for start in self.starts() {
             let found = self.approach(point, start);
             let value = if found.miss < REACHED_M { found.measure } else { -found.miss };
@@ -46,7 +46,7 @@ impl FingerModel {
                 best = Some((found, value));
             }
         }
-        let nothing = Reached { angles: [0.0; MAX_DOFS], miss: f64::INFINITY, measure: 0.0 };
+        let nothing = IkSolution { angles: [0.0; MAX_DOFS], miss: f64::INFINITY, measure: 0.0 };
         best.map_or(nothing, |(reached, _)| reached)
     }
 
@@ -65,7 +65,7 @@ impl FingerModel {
     }
 
     /// Damped least squares within the ranges.
-    fn approach(&self, point: Point3<f64>, start: JointPositions) -> Reached {
+    fn approach(&self, point: Point3<f64>, start: JointPositions) -> IkSolution {
         let mut angles = start;
         let mut posture = self.posture(&angles);
         let mut miss = (point - posture.tip).norm();
@@ -93,6 +93,6 @@ impl FingerModel {
                 damping *= 4.0;
             }
         }
-        Reached { angles, miss, measure: self.measure(&angles) }
+        IkSolution { angles, miss, measure: self.measure(&angles) }
     }
 }

@@ -10,7 +10,7 @@ pub type JointPositions = [f64; MAX_DOFS];
 
 /// What an inverse found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reached {
+pub struct IkSolution {
     /// The angles, within the ranges.
     pub angles: JointPositions,
     /// How far the tip stays away from the point, m.

@@ -3,7 +3,7 @@
 //! Of an arm count the links that it moves, from its first joint to the palm, and where it is said so the fingers. Of its own links two are looked at where at least `JOINTS_BETWEEN` joints are
 //! between them: nearer ones meet at their joints.
 
-use super::limb_gap::PlacedShape;
+use super::arm_distance::PlacedShape;
 use nalgebra::{Isometry3, Point3};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_description::shape::{CollisionShape, SHORT_M, solids};

@@ -22,9 +22,9 @@ use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::geometry::pose;
 use teachtree_base::hands::{Finger, Side};
-use teachtree_base::nearest::nearest;
 use teachtree_base::quantity::{Force, Length, Mass};
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
+use teachtree_base::spelling::nearest;
 use teachtree_base::yaml;
 use teachtree_description::limits::{MAX_LINKS, MAX_SOLIDS};
 use teachtree_description::shape::{CollisionShape, inertia_of};
@@ -193,7 +193,7 @@ pub type TextOf<'a> = &'a dyn Fn(&str) -> Result<String, InputError>;
 
 /// How the files of a robot are read.
 #[derive(Clone, Copy)]
-pub struct Files<'a> {
+pub struct RobotFiles<'a> {
     /// Texts.
     pub text_of: TextOf<'a>,
     /// Meshes; without it they are left out.
@@ -205,7 +205,7 @@ pub struct Files<'a> {
 /// # Errors
 /// What is wrong with the file, at its line; that there is no such robot.
 pub fn open(name: &str, text_of: TextOf<'_>) -> Result<Robot, InputError> {
-    nested(name, Files { text_of, bytes_of: None }, 0)
+    nested(name, RobotFiles { text_of, bytes_of: None }, 0)
 }
 
 /// The robot of this name with its meshes.
@@ -213,10 +213,10 @@ pub fn open(name: &str, text_of: TextOf<'_>) -> Result<Robot, InputError> {
 /// # Errors
 /// As [`open`]; a mesh that is not there, damaged, or too large.
 pub fn open_with_meshes(name: &str, text_of: TextOf<'_>, bytes_of: BytesOf<'_>) -> Result<Robot, InputError> {
-    nested(name, Files { text_of, bytes_of: Some(bytes_of) }, 0)
+    nested(name, RobotFiles { text_of, bytes_of: Some(bytes_of) }, 0)
 }
 
-fn nested(name: &str, files: Files<'_>, depth: usize) -> Result<Robot, InputError> {
+fn nested(name: &str, files: RobotFiles<'_>, depth: usize) -> Result<Robot, InputError> {
     if let Some(text) = shipped::text(name) {
         return from_text(text, &format!("robots/{name}.yaml"), files, depth);
     }
@@ -241,12 +241,12 @@ fn nested(name: &str, files: Files<'_>, depth: usize) -> Result<Robot, InputErro
 /// What is wrong with it, at its line.
 pub fn read(text: &str, file: &str) -> Result<Robot, InputError> {
     let text_of = |part: &str| Err(InputError::new(part, "is no shipped robot"));
-    from_text(text, file, Files { text_of: &text_of, bytes_of: None }, 0)
+    from_text(text, file, RobotFiles { text_of: &text_of, bytes_of: None }, 0)
 }
 
-fn from_text(text: &str, file: &str, files: Files<'_>, depth: usize) -> Result<Robot, InputError> {
+fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Result<Robot, InputError> {
     let parsed: RobotFile = yaml::read(text, file)?;
-    let places = Places { text, file };
+    let places = SourceMap { text, file };
     let built = if let Some(urdf) = &parsed.urdf {
         if parsed.root.is_some() || parsed.links.len() + parsed.joints.len() + parsed.parts.len() > 0 {
             let message = "stands beside `root`, `links`, `joints` or `parts`, expected one of them";
@@ -304,12 +304,12 @@ fn beside(file: &str, name: &str) -> String {
 }
 
 /// Where things stand in a text: what is wrong between entries has no place of its own in the YAML crate.
-struct Places<'a> {
+struct SourceMap<'a> {
     text: &'a str,
     file: &'a str,
 }
 
-impl Places<'_> {
+impl SourceMap<'_> {
     /// An error at the entry `key` of `section`, or at the section when `key` is empty.
     fn error(&self, section: &str, key: &str, message: String) -> InputError {
         let starts = |line: &str, word: &str| {
@@ -334,7 +334,7 @@ impl Places<'_> {
 }
 
 /// A tree of links and joints.
-fn single(file: RobotFile, places: &Places<'_>) -> Result<Robot, InputError> {
+fn single(file: RobotFile, places: &SourceMap<'_>) -> Result<Robot, InputError> {
     let RobotFile { name, root, links, joints, hand, .. } = file;
     let root =
         root.ok_or_else(|| InputError::new(places.file, "the key `root` is missing: the link that stands still"))?;
@@ -410,19 +410,19 @@ fn above(link: &str, joints: &IndexMap<String, JointFile>) -> String {
     }
 }
 
-fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, InputError> {
+fn made_link(name: &str, link: &LinkFile, places: &SourceMap<'_>) -> Result<Link, InputError> {
     let refuse = |message: String| places.error("links", name, message);
     if link.source.trim().is_empty() {
         return Err(refuse("has an empty `source`, expected where its numbers come from, such as `ours`".into()));
     }
     if !(0.0..=1e3).contains(&link.mass.0) {
-        return Err(refuse(format!("has a mass of {} kg, expected 0 to 1000 kg", Shown(link.mass.0))));
+        return Err(refuse(format!("has a mass of {} kg, expected 0 to 1000 kg", ShortNumber(link.mass.0))));
     }
     let size = |size: Length| {
         if size.0 > 0.0 && size.0 <= 10.0 {
             Ok(size.0)
         } else {
-            Err(refuse(format!("has a part of {} m, expected more than 0 and at most 10 m", Shown(size.0))))
+            Err(refuse(format!("has a part of {} m, expected more than 0 and at most 10 m", ShortNumber(size.0))))
         }
     };
     let mut solids = Vec::new();
@@ -446,7 +446,7 @@ fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, I
 fn placed(
     at: [Length; 3],
     turned: [f64; 4],
-    places: &Places<'_>,
+    places: &SourceMap<'_>,
     section: &str,
     key: &str,
 ) -> Result<Isometry3<f64>, InputError> {
@@ -460,7 +460,7 @@ fn placed(
     Ok(pose(at.map(|part| part.0), turned))
 }
 
-fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandModel, InputError> {
+fn made_hand(robot: &Robot, file: HandFile, places: &SourceMap<'_>) -> Result<HandModel, InputError> {
     let refuse = |key: &str, message: String| places.error("hand", key, message);
     let palm = robot
         .tree
@@ -482,18 +482,18 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
         if !(1e-4..=0.1).contains(&file.radius.0) {
             return Err(refuse(
                 name,
-                format!("has a tip of radius {} m, expected 0.1 mm to 100 mm", Shown(file.radius.0)),
+                format!("has a tip of radius {} m, expected 0.1 mm to 100 mm", ShortNumber(file.radius.0)),
             ));
         }
         if !(file.force.0 > 0.0 && file.force.0 <= MAX_FORCE_N) {
-            let found = Shown(file.force.0);
+            let found = ShortNumber(file.force.0);
             return Err(refuse(
                 name,
                 format!("has a force of {found} N, expected more than 0 and at most {MAX_FORCE_N} N"),
             ));
         }
         if let Some(pad_radius) = file.pad_radius.filter(|radius| !(1e-3..=0.05).contains(&radius.0)) {
-            let found = Shown(pad_radius.0);
+            let found = ShortNumber(pad_radius.0);
             return Err(refuse(name, format!("has a `pad_radius` of {found} m, expected 1 mm to 50 mm")));
         }
         let pad = Unit::try_new(Vector3::from(file.pad), 1e-6)

@@ -19,7 +19,7 @@ use super::precedence::orders;
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::{HandPlans, groups};
 use super::walk::{Crossing, HandledObject, Near, Occupied, Walk, place_of, too_near, total};
-use crate::grasp::mapping::{Held, alternatives};
+use crate::grasp::task_grasps::{TaskGrasp, alternatives};
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::robot::Robot;
 use crate::threads;
@@ -278,7 +278,7 @@ impl<'a> Pair<'a> {
         anew: bool,
     ) -> Result<Vec<Choice>, InputError> {
         let present = &self.tasks[number];
-        let noted = |held: Held| {
+        let noted = |held: TaskGrasp| {
             let mut task = present.clone();
             held.note(&mut task, grasp);
             self.lifted(hand, task)

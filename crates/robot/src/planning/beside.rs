@@ -3,10 +3,10 @@
 use super::lifted::{MOST_M, STEP_M, eased};
 use super::schedule::HandPlans;
 use super::walk::{Occupied, Walk};
-use crate::kinematics::limb_gap::PlacedShape;
+use crate::kinematics::arm_distance::PlacedShape;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
-use teachtree_base::pose::from_seven;
+use teachtree_base::pose::pose_from_array;
 use teachtree_command::Task;
 
 /// Which way a hand gives way.
@@ -62,7 +62,7 @@ impl Passing<'_, '_> {
             }
             let samples = segments.iter_mut().flat_map(|segment| segment.hand.iter_mut().zip(&segment.object));
             for ((hand, object), by) in samples.zip(by) {
-                let off = from_seven(object).inverse_transform_vector(&(aside * by));
+                let off = pose_from_array(object).inverse_transform_vector(&(aside * by));
                 *hand = (Vector3::from(*hand) + off).into();
             }
             changed = true;

@@ -14,8 +14,8 @@ use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::groups;
 use super::walk::{Crossing, ROOM_M, Walk};
 use crate::grasp::held_path::held;
-use crate::grasp::mapping::{self, Crowded, Held, alternatives, meetings};
-use crate::kinematics::limb_gap::{PlacedShape, nearer};
+use crate::grasp::task_grasps::{self, BlockedGrasp, TaskGrasp, alternatives, meetings};
+use crate::kinematics::arm_distance::{PlacedShape, nearer};
 use crate::model::robot::Robot;
 use nalgebra::Vector3;
 use std::cell::OnceCell;
@@ -39,7 +39,7 @@ const TOGETHER_S: f64 = 0.3;
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
 pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
-    let crowded = mapping::map(commands, robot, scene)?;
+    let crowded = task_grasps::map(commands, robot, scene)?;
     for task in &mut commands.tasks {
         let (Some(hand), Some(object)) = (robot.hands.get(&task.track), scene.bodies.get(&task.object)) else {
             continue;
@@ -62,7 +62,7 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<
         }
     }
     let crossings = apart::keep(commands, robot, scene)?;
-    for Crowded { grasp: (number, grasp), other, why } in crowded {
+    for BlockedGrasp { grasp: (number, grasp), other, why } in crowded {
         let closed = [(number, grasp), other].map(|(number, grasp)| {
             let task = &commands.tasks[number];
             let radius = tip_radius(scene, task.track);
@@ -168,7 +168,7 @@ impl<'a> Meeting<'a> {
     }
 
     /// A grasp with its ways, as demonstrated and along the hand's own axis; the one that is mapped where no other is given.
-    fn choice(&self, hand: usize, other: Option<Held>) -> Option<Choice> {
+    fn choice(&self, hand: usize, other: Option<TaskGrasp>) -> Option<Choice> {
         let (number, grasp) = self.places[hand];
         let mut task = self.tasks[number].clone();
         if let Some(held) = other {

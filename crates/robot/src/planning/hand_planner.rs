@@ -31,7 +31,7 @@ pub(super) fn tip_radius(scene: &Scene, side: Side) -> f64 {
 }
 
 /// Where an object is, reference frame; `None` for what is no body of the scene.
-pub(crate) type Place<'a> = dyn Fn(&str) -> Option<Isometry3<f64>> + 'a;
+pub(crate) type PoseLookup<'a> = dyn Fn(&str) -> Option<Isometry3<f64>> + 'a;
 
 /// The planner of a hand.
 #[derive(Clone)]
@@ -56,7 +56,7 @@ impl HandPlanner {
         limb: &Robot,
         tasks: &[Task],
         scene: &Scene,
-        place: &Place<'_>,
+        place: &PoseLookup<'_>,
     ) -> Result<(Self, Vec<Start>, Target), InputError> {
         let lacks = || InputError::new("commands", "are of no hand of the robot");
         let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
@@ -90,7 +90,7 @@ impl HandPlanner {
         group: &[usize],
         limb: &Robot,
         palm: Isometry3<f64>,
-        place: &Place<'_>,
+        place: &PoseLookup<'_>,
         stretch: &mut dyn FnMut(&mut Plan<'t>, f64) -> f64,
     ) -> Result<HandPlans<'t>, InputError> {
         // A hand that has not begun is where its first task lets it begin, unless that one is not done.
@@ -139,7 +139,7 @@ impl HandPlanner {
         groups: &[Vec<usize>],
         (number, plan, from_s): (usize, &Plan<'_>, f64),
         limb: &Robot,
-        place: &Place<'_>,
+        place: &PoseLookup<'_>,
     ) -> Vec<Isometry3<f64>> {
         let palms = |plan: &Plan<'_>, from_s: f64| -> Vec<Isometry3<f64>> {
             let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= plan.duration());
@@ -150,7 +150,7 @@ impl HandPlanner {
             let group = groups.iter().find(|group| group.contains(&later)).map_or(&[][..], Vec::as_slice);
             let first = first_to_touch(group.iter().map(|at| &tasks[*at]).filter(|it| it.object == task.object));
             let taken = |object: &str| {
-                first.filter(|first| first.object == object).map_or_else(|| place(object), |it| Some(it.taken_at()))
+                first.filter(|first| first.object == object).map_or_else(|| place(object), |it| Some(it.grasp_pose()))
             };
             let Ok(plan) = self.plan(tasks, group, later, limb, way.last(), &taken) else { break };
             way.extend(palms(&plan, 0.0));
@@ -165,7 +165,7 @@ impl HandPlanner {
         number: usize,
         limb: &Robot,
         palm: Option<&Isometry3<f64>>,
-        place: &Place<'_>,
+        place: &PoseLookup<'_>,
     ) -> Result<Plan<'t>, InputError> {
         let object = &tasks[number].object;
         let lacks = || at_task(tasks, number, format!("is about `{object}`, which is no body of the scene"));

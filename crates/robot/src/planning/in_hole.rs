@@ -5,7 +5,7 @@ use super::schedule::last_to_touch;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use teachtree_base::easing::minimum_jerk;
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::{from_seven, seven};
+use teachtree_base::pose::{pose_array, pose_from_array};
 use teachtree_base::scene::Scene;
 use teachtree_command::{Task, hole_of};
 
@@ -39,7 +39,7 @@ pub(super) fn turned(tasks: &[Task], number: usize, scene: &Scene, angle: f64) -
         let last = segment.object.len().saturating_sub(1).max(1) as f64;
         for (sample, pose) in segment.object.iter_mut().enumerate() {
             let share = if at == carries { minimum_jerk(sample as f64 / last) } else { 1.0 };
-            *pose = seven(&(from_seven(pose) * turn(share)));
+            *pose = pose_array(&(pose_from_array(pose) * turn(share)));
         }
     }
     Some(task)
@@ -48,5 +48,5 @@ pub(super) fn turned(tasks: &[Task], number: usize, scene: &Scene, angle: f64) -
 /// Where a task leaves its object, reference frame.
 fn left_at(task: &Task) -> Option<Isometry3<f64>> {
     let last = task.segments.iter().rfind(|segment| segment.touching)?;
-    last.object.last().map(from_seven)
+    last.object.last().map(pose_from_array)
 }

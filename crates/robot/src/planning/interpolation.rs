@@ -1,7 +1,7 @@
 //! Curves through samples and shares of motions: what plans are drawn with.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use teachtree_base::pose::{Seven, from_seven, slerp};
+use teachtree_base::pose::{PoseArray, pose_from_array, slerp};
 
 /// A share of a motion, as a screw: a turn about an axis in space, and along it.
 pub(crate) fn screw_motion(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
@@ -42,7 +42,7 @@ pub(crate) fn vector_at(samples: &[[f64; 3]], share: f64) -> Vector3<f64> {
     0.5 * (2.0 * b + (c - a) * t + (2.0 * a - 5.0 * b + 4.0 * c - d) * t * t + (3.0 * b - a - 3.0 * c + d) * t * t * t)
 }
 
-pub(crate) fn pose_at(samples: &[Seven], share: f64) -> Isometry3<f64> {
+pub(crate) fn pose_at(samples: &[PoseArray], share: f64) -> Isometry3<f64> {
     let Some((index, t)) = between(samples, share) else { return Isometry3::identity() };
     let places: Vec<[f64; 3]> = samples[index.saturating_sub(1)..(index + 3).min(samples.len())]
         .iter()
@@ -50,22 +50,22 @@ pub(crate) fn pose_at(samples: &[Seven], share: f64) -> Isometry3<f64> {
         .collect();
     let inner = (index - index.saturating_sub(1)) as f64 + t;
     let place = vector_at(&places, inner / (places.len() - 1).max(1) as f64);
-    let turn = |index: usize| from_seven(&samples[index.min(samples.len() - 1)]).rotation;
+    let turn = |index: usize| pose_from_array(&samples[index.min(samples.len() - 1)]).rotation;
     Isometry3::from_parts(Translation3::from(place), slerp(&turn(index), &turn(index + 1), t))
 }
 
 /// How far an object goes, m.
-pub(crate) fn way_of(object: &[Seven]) -> f64 {
-    let step = |pair: &[Seven]| {
-        let place = |at: usize| from_seven(&pair[at]).translation.vector;
+pub(crate) fn way_of(object: &[PoseArray]) -> f64 {
+    let step = |pair: &[PoseArray]| {
+        let place = |at: usize| pose_from_array(&pair[at]).translation.vector;
         (place(1) - place(0)).norm()
     };
     object.windows(2).map(step).sum()
 }
 
 /// How long poses of an object that go over in `duration_s` must take, s, so that nothing speeds it up by more than `most`, m/s².
-pub(crate) fn gentle_s(object: &[Seven], duration_s: f64, most: f64) -> f64 {
-    let at = |index: usize| from_seven(&object[index]).translation.vector;
+pub(crate) fn gentle_s(object: &[PoseArray], duration_s: f64, most: f64) -> f64 {
+    let at = |index: usize| pose_from_array(&object[index]).translation.vector;
     let step = duration_s / (object.len().max(2) - 1) as f64;
     let speeds_up = |index: usize| (at(index + 2) - at(index + 1) * 2.0 + at(index)).norm() / (step * step);
     let fastest = (0..object.len().saturating_sub(2)).map(speeds_up).filter(|it| it.is_finite()).fold(0.0, f64::max);

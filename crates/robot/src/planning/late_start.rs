@@ -1,6 +1,6 @@
 //! Leaves out the beginning of a hand's first way, where arms would go through each other on it: from where people's hands come, arms need not be able to be.
 
-use teachtree_base::pose::from_seven;
+use teachtree_base::pose::pose_from_array;
 use teachtree_command::Task;
 
 /// An object stands as long as it is no farther than this from where it was, m and rad.
@@ -11,9 +11,9 @@ const STANDS: (f64, f64) = (0.001, 0.02);
 pub fn begun_late(task: &Task, share: f64) -> Option<Task> {
     let way = task.segments.iter().take_while(|segment| !segment.touching);
     let samples = way.flat_map(|segment| segment.hand.iter().zip(&segment.object));
-    let object = from_seven(task.segments.first()?.object.first()?);
+    let object = pose_from_array(task.segments.first()?.object.first()?);
     let stands = |pose: &[f64; 7]| {
-        let moved = object.inv_mul(&from_seven(pose));
+        let moved = object.inv_mul(&pose_from_array(pose));
         moved.translation.vector.norm() < STANDS.0 && moved.rotation.angle() < STANDS.1
     };
     let samples: Vec<_> = samples.take_while(|(_, object)| stands(object)).map(|(hand, _)| *hand).collect();

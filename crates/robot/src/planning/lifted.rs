@@ -3,13 +3,13 @@
 
 use super::own_axis::{Way, course, offsets};
 use super::resolved_grasp::ResolvedGrasp;
-use crate::kinematics::limb_gap::PlacedShape;
+use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use teachtree_base::easing::minimum_jerk;
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::{Seven, from_seven};
+use teachtree_base::pose::{PoseArray, pose_from_array};
 use teachtree_base::scene::{Body, Role, Scene};
 use teachtree_command::{Segment, Task};
 use teachtree_description::shape::{CollisionShape, solids};
@@ -73,7 +73,7 @@ pub(super) fn lift(task: &mut Task, hand: &HandModel, grips: &[ResolvedGrasp], o
 
 /// Whether the object of a segment is as high at its end as at its beginning.
 fn keeps_height(segment: &Segment, up: &Vector3<f64>) -> bool {
-    let place = |pose: &Seven| from_seven(pose).translation.vector;
+    let place = |pose: &PoseArray| pose_from_array(pose).translation.vector;
     let ends = segment.object.first().map(place).zip(segment.object.last().map(place));
     ends.is_some_and(|(first, last)| (last - first).dot(up).abs() < LEVEL_M)
 }
@@ -89,7 +89,8 @@ impl World {
     /// The object of a task, the fixed bodies of a scene, and the body into whose hole the object goes.
     fn of(task: &Task, object: &Body, scene: &Scene) -> Self {
         let up = scene.up();
-        let into = task.into.as_ref().and_then(|into| Some((scene.bodies.get(&into.body)?, from_seven(&into.pose))));
+        let into =
+            task.into.as_ref().and_then(|into| Some((scene.bodies.get(&into.body)?, pose_from_array(&into.pose))));
         let into = into.filter(|(body, _)| body.role == Role::Object).into_iter().flat_map(|(body, pose)| {
             let sunk = Translation3::from(-up * SUNK_M) * pose;
             solids(body).into_iter().map(move |solid| solid.moved(&sunk))

@@ -1,6 +1,6 @@
 //! A hand with its arm that follows its plans by inverse kinematics alone.
 
-use super::hand_planner::{HandPlanner, Place};
+use super::hand_planner::{HandPlanner, PoseLookup};
 use super::plan::Plan;
 use super::start::Start;
 use crate::kinematics::arm_ik::PoseError;
@@ -44,7 +44,7 @@ impl Moving {
         limb: &Robot,
         tasks: &[Task],
         scene: &Scene,
-        place: &Place<'_>,
+        place: &PoseLookup<'_>,
     ) -> Result<Vec<Self>, InputError> {
         let (planner, starts, target) = HandPlanner::begin(side, limb, tasks, scene, place)?;
         let begun = starts.into_iter().map(|Start { q, root, .. }| {

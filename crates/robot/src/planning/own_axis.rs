@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use teachtree_base::easing::minimum_jerk;
 use teachtree_base::hands::Finger;
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::from_seven;
+use teachtree_base::pose::pose_from_array;
 use teachtree_command::{Segment, Task};
 
 /// The direction of a demonstrated way is that to where it is so far from its end at the object, m.
@@ -57,7 +57,7 @@ pub(super) fn course(segment: &Segment, which: Way) -> impl Iterator<Item = (Vec
     let last = segment.hand.len().saturating_sub(1).max(1) as f64;
     let samples = segment.hand.iter().zip(&segment.object).enumerate();
     samples.map(move |(at, (hand, object))| match which {
-        Way::There => (Vector3::from(*hand), from_seven(object)),
+        Way::There => (Vector3::from(*hand), pose_from_array(object)),
         Way::Away => (Vector3::from(*hand), left_at(segment, at as f64 / last)),
     })
 }

@@ -19,17 +19,17 @@ use self::segments::{
 use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, vector_at, way_of};
 use super::resolved_grasp::{ResolvedGrasp, resting};
 use super::time_scale::Part;
+use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::JointPositions;
-use crate::kinematics::limb_gap::PlacedShape;
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 use teachtree_base::easing::minimum_jerk;
 use teachtree_base::hands::Finger;
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::{from_seven, slerp};
-use teachtree_base::shown::Shown;
+use teachtree_base::pose::{pose_from_array, slerp};
+use teachtree_base::short_number::ShortNumber;
 use teachtree_command::{Precedence, Segment, Task};
 
 /// Fingers open in this time, s; faster where the object is to fall from between them, and not along them.
@@ -104,7 +104,7 @@ impl Target {
 
 /// Where an object is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct ObjectOffset {
     /// From where it was demonstrated to where it is, reference frame.
     pub off: Isometry3<f64>,
     /// When something else has brought it onto the demonstrated way, s of the recording; infinite when nothing does.
@@ -173,7 +173,7 @@ impl<'a> Plan<'a> {
         task: &'a Task,
         limb: &Robot,
         hand: &HandModel,
-        found: Found,
+        found: ObjectOffset,
         insertions: Vec<[f64; 2]>,
         palm: Option<&Isometry3<f64>>,
         tip_radius: f64,
@@ -264,7 +264,7 @@ impl<'a> Plan<'a> {
                 faded = [since_s, since_s + duration].map(|time| time / whole_s);
                 fading = (faded[1] < 1.0).then_some((since_s + duration, whole_s));
             }
-            let stands = (index < touched && found.until_s.is_infinite()).then(|| task.taken_at());
+            let stands = (index < touched && found.until_s.is_infinite()).then(|| task.grasp_pose());
             let phase = Phase::new(segment, role, clock, duration, demonstrated);
             plan.phases.push(Phase { anchor, faded, stands, ..phase });
             clock += duration;
@@ -279,7 +279,7 @@ impl<'a> Plan<'a> {
                 // A hand that closes waits for the object to come along; by how much the operator moved it while grasping is made up for later.
                 Role::Close => {
                     if let (Some(first), Some(last)) = (segment.object.first(), segment.object.last()) {
-                        anchor = anchor * from_seven(first) * from_seven(last).inverse();
+                        anchor = anchor * pose_from_array(first) * pose_from_array(last).inverse();
                     }
                 }
                 _ => {}
@@ -298,7 +298,7 @@ impl<'a> Plan<'a> {
         if duration <= LONGEST_S {
             Ok(plan)
         } else {
-            Err(format!("takes {:.0} s, expected at most {LONGEST_S} s", Shown(duration)))
+            Err(format!("takes {:.0} s, expected at most {LONGEST_S} s", ShortNumber(duration)))
         }
     }
 
@@ -450,7 +450,7 @@ impl<'a> Plan<'a> {
     /// Where the operator left the object.
     pub fn demonstrated_end(&self) -> Isometry3<f64> {
         let last = self.task.segments.last().and_then(|segment| segment.object.last());
-        last.map_or_else(Isometry3::identity, from_seven)
+        last.map_or_else(Isometry3::identity, pose_from_array)
     }
 
     /// What is wanted at a time, s.

@@ -1,14 +1,14 @@
 //! A grip: a mapped grasp as a plan uses it, with its fingertips on their contacts and opened.
 
+use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::joint_positions::JointPositions;
-use crate::kinematics::limb_gap::PlacedShape;
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 use teachtree_base::hands::Finger;
-use teachtree_base::pose::from_seven;
-use teachtree_base::shown::Shown;
+use teachtree_base::pose::pose_from_array;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_command::GraspSpec;
 use teachtree_description::shape::CollisionShape;
 
@@ -48,7 +48,7 @@ impl ResolvedGrasp {
         for (part, dofs, values) in [("hand", &fingers, &mapped.joints), ("arm", &hand.arm, &mapped.arm)] {
             check(limb, part, dofs, values)?;
         }
-        let object_from_palm = from_seven(&mapped.object_from_palm);
+        let object_from_palm = pose_from_array(&mapped.object_from_palm);
         let mut tips = Vec::new();
         let mut middle = Vector3::zeros();
         for contact in &grasp.contacts {
@@ -132,7 +132,7 @@ fn check(limb: &Robot, part: &str, dofs: &[usize], values: &BTreeMap<String, f64
         };
         let [low, high] = dof.range;
         if !(low - ROUNDED..=high + ROUNDED).contains(value) {
-            let found = Shown(*value);
+            let found = ShortNumber(*value);
             return Err(format!("has a grasp with the joint `{name}` at {found}, expected {low:.3} to {high:.3}"));
         }
     }

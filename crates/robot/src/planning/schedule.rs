@@ -1,7 +1,7 @@
 //! The schedule of a group of tasks: tasks of both hands that the operator did at the same time are planned together and run on one time scale. A task that
 //! nothing else overlaps is a group of its own, planned when the one before is over and the object is seen where it is.
 
-use super::plan::{Found, Plan};
+use super::plan::{ObjectOffset, Plan};
 use super::time_scale::{Part, TimeScale};
 use crate::model::robot::Robot;
 use nalgebra::Isometry3;
@@ -49,12 +49,12 @@ pub(super) fn last_to_touch<'t>(tasks: impl Iterator<Item = &'t Task>) -> Option
 
 /// Where the object of a task is found by its hand, when it is at `object` as the group begins: what another task of the group has brought onto the
 /// demonstrated way is there afterwards. Whoever touches it first finds it there.
-pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Isometry3<f64>) -> Found {
+pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Isometry3<f64>) -> ObjectOffset {
     let same = || group.iter().filter(|other| tasks[**other].object == tasks[number].object);
     let first = first_to_touch(same().map(|other| &tasks[*other]));
-    let off = first.map_or_else(Isometry3::identity, |first| object * first.taken_at().inverse());
+    let off = first.map_or_else(Isometry3::identity, |first| object * first.grasp_pose().inverse());
     let until_s = same().filter(|other| **other != number).filter_map(|other| tasks[*other].first_moved_s());
-    Found { off, until_s: until_s.fold(f64::INFINITY, f64::min) }
+    ObjectOffset { off, until_s: until_s.fold(f64::INFINITY, f64::min) }
 }
 
 /// The plans of one hand in a group.

@@ -1,7 +1,7 @@
 //! Where a robot begins: joint positions from which its arm can bring the palm along the whole way of a plan.
 
 use super::plan::{Plan, Target};
-use crate::kinematics::arm_ik::{PostureAlong, WayMissed};
+use crate::kinematics::arm_ik::{PathFailure, PathPosture};
 use crate::kinematics::joint_positions::JointPositions;
 use crate::kinematics::surroundings::Surroundings;
 use crate::model::hand::HandModel;
@@ -52,7 +52,7 @@ impl Start {
             root = target.palm * robot.tree.forward_kinematics(&rest)[hand.palm].inverse();
         } else {
             let arm = hand.arm_on(&robot.tree);
-            let mut found: Vec<PostureAlong> =
+            let mut found: Vec<PathPosture> =
                 arm.postures_along(&root, way, &rest, (STARTS, ITERATIONS), surroundings).collect();
             found.sort_by(|a, b| a.met.cmp(&b.met).then(a.off_middle.total_cmp(&b.off_middle)));
             postures = found.into_iter().map(|posture| posture.q).collect();
@@ -116,7 +116,7 @@ fn place_of(pose: &Isometry3<f64>) -> String {
 fn missed(robot: &Robot, hand: &HandModel, plan: &Plan<'_>, from_s: f64, way: &[Isometry3<f64>]) -> Option<String> {
     let (root, rest) = (Isometry3::identity(), vec![0.0; robot.tree.dofs.len()]);
     let arm = hand.arm_on(&robot.tree);
-    let WayMissed { pose, missing, at_limit } = arm.missed_along(&root, way, &rest, (STARTS, ITERATIONS))?;
+    let PathFailure { pose, missing, at_limit } = arm.missed_along(&root, way, &rest, (STARTS, ITERATIONS))?;
     let (primitive, _) = plan.primitive(from_s + pose as f64 * WAY_S);
     let (place, m, rad) = (place_of(way.get(pose)?), missing.m * 1e3, missing.rad.to_degrees());
     let joint = at_limit.map_or_else(String::new, |dof| format!(", with `{}` at its limit", robot.tree.dofs[dof].name));

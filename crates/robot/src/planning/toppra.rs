@@ -16,7 +16,7 @@ use teachtree_description::tree::Dof;
 
 /// A way with its times.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Timed {
+pub struct TimedPath {
     /// Its knots, in order.
     pub knots: Vec<Knot>,
     /// How many times slower than planned it is, at least 1.
@@ -46,8 +46,8 @@ const USED: f64 = 0.9;
 const HALVINGS: usize = 40;
 
 /// The times of a way of samples that are `step_s` apart as planned. It begins and ends at rest.
-pub fn timed(samples: &[Vec<f64>], step_s: f64, dofs: &[Dof]) -> Timed {
-    let way = Way::new(samples, step_s);
+pub fn timed(samples: &[Vec<f64>], step_s: f64, dofs: &[Dof]) -> TimedPath {
+    let way = SampledPath::new(samples, step_s);
     let limited = dofs.iter().any(|dof| dof.jerk.is_finite());
     let squares = if limited { jerk::squares(&way, dofs) } else { squares(&way, dofs) };
     let mut knots: Vec<Knot> = Vec::with_capacity(way.len());
@@ -75,7 +75,7 @@ pub fn timed(samples: &[Vec<f64>], step_s: f64, dofs: &[Dof]) -> Timed {
     let planned = squares.len().saturating_sub(1) as f64 * step_s;
     let slower = knots.last().map_or(1.0, |knot| if planned > 0.0 { knot.time_s / planned } else { 1.0 });
     let at_limit = longest_at_limit(&knots, dofs);
-    Timed { knots, slower: slower.max(1.0), at_limit }
+    TimedPath { knots, slower: slower.max(1.0), at_limit }
 }
 
 /// The largest share of its limit of acceleration that a joint takes where cubic polynomials join positions and velocities of the knots, which may exceed
@@ -95,7 +95,7 @@ fn over_limit(knots: &[Knot], dofs: &[Dof]) -> f64 {
 }
 
 /// The squares of the pace at the knots for the limits of velocity and acceleration, by reachability.
-fn squares(way: &Way<'_>, dofs: &[Dof]) -> Vec<f64> {
+fn squares(way: &SampledPath<'_>, dofs: &[Dof]) -> Vec<f64> {
     let last = way.len().saturating_sub(1);
     // The largest x of each knot from which the rest can be gone.
     let mut most = vec![1.0; way.len()];
@@ -141,13 +141,13 @@ fn largest(most: f64, can: &dyn Fn(f64) -> bool) -> f64 {
 }
 
 /// A way by its knots, `step_s` apart.
-struct Way<'a> {
+struct SampledPath<'a> {
     /// Its ends stand three times, so that it begins and ends at rest, on them.
     samples: Vec<&'a [f64]>,
     step_s: f64,
 }
 
-impl<'a> Way<'a> {
+impl<'a> SampledPath<'a> {
     fn new(samples: &'a [Vec<f64>], step_s: f64) -> Self {
         let (first, last) = (samples.first(), samples.last());
         let all = first.into_iter().chain(first).chain(samples).chain(last).chain(last);

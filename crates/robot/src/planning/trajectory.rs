@@ -7,7 +7,7 @@
 use super::moving::Moving;
 use super::posture::Posture;
 use super::schedule::{Schedule, at_task, groups, sides};
-use super::toppra::{Timed, timed};
+use super::toppra::{TimedPath, timed};
 use crate::Robot;
 use nalgebra::Isometry3;
 use serde::Serialize;
@@ -39,12 +39,12 @@ pub struct JointTrajectory {
     pub groups: Vec<(String, Vec<usize>)>,
     /// How much slower than planned tasks are, in order; not written.
     #[serde(skip)]
-    pub slowed: Vec<Slowed>,
+    pub slowed: Vec<Slowdown>,
 }
 
 /// Tasks that are slowed down together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Slowed {
+pub struct Slowdown {
     /// Which, counted from zero.
     pub tasks: Vec<usize>,
     /// How many times slower, at least 1.
@@ -165,7 +165,7 @@ pub fn trajectory(
         }
         let timed = timed(&way, 1.0 / RATE_HZ, &dofs);
         let joint = timed.at_limit.map(|joint| dofs[joint].name.clone());
-        made.slowed.push(Slowed { tasks: numbers.clone(), times: timed.slower, joint });
+        made.slowed.push(Slowdown { tasks: numbers.clone(), times: timed.slower, joint });
         append(&mut made.points, timed);
         for &number in numbers {
             places.insert(&tasks[number].object, schedule.demonstrated_end(tasks, &tasks[number].object));
@@ -235,7 +235,7 @@ fn jump(dofs: &[Dof], way: &[Vec<f64>]) -> Option<(usize, f64)> {
     })
 }
 
-fn append(points: &mut Vec<JointTrajectoryPoint>, timed: Timed) {
+fn append(points: &mut Vec<JointTrajectoryPoint>, timed: TimedPath) {
     let begins_s = points.last().map_or(0.0, |last| last.time_from_start.seconds() + 1.0 / RATE_HZ);
     // Six decimals, as everything that is written: a thousandth of a millimetre at the end of an arm.
     let rounded = |values: Vec<f64>| values.into_iter().map(|value| (value * 1e6).round() / 1e6).collect();

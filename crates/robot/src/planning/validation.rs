@@ -47,7 +47,7 @@ fn as_demonstrated<'t>(places: &mut BTreeMap<&'t str, Isometry3<f64>>, tasks: &'
         let object = &tasks[number].object;
         let same = those.iter().map(|other| &tasks[*other]).filter(|task| task.object == *object);
         if let (Some(first), Some(place)) = (first_to_touch(same), places.get_mut(object.as_str())) {
-            *place = first.taken_at();
+            *place = first.grasp_pose();
         }
     }
 }

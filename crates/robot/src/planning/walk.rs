@@ -5,7 +5,7 @@ use super::moving::Moving;
 use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
-use crate::kinematics::limb_gap::{PlacedShape, limb_gap, nearer, placed};
+use crate::kinematics::arm_distance::{PlacedShape, arm_distance, nearer, placed};
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
@@ -70,7 +70,7 @@ impl Occupied {
     /// By how much two limbs are nearer to each other, or to what the other one handles, than they should be, m; what is in the other one counts more.
     pub(super) fn too_near(&self, other: &Self) -> f64 {
         let by = |ours: &[PlacedShape], theirs: &[PlacedShape], room: f64| {
-            limb_gap(ours, theirs, room).map_or(0.0, |found| room - found.gap + DEEPER * (-found.gap).max(0.0))
+            arm_distance(ours, theirs, room).map_or(0.0, |found| room - found.gap + DEEPER * (-found.gap).max(0.0))
         };
         let touched = |one: &Self, other: &Self| {
             if one.shares && other.shares { 0.0 } else { by(&one.limb, &other.object, BESIDE_M) }
@@ -88,7 +88,7 @@ impl Occupied {
 /// Where an object is when tasks begin, reference frame.
 pub(super) fn place_of(tasks: &[Task], scene: &Scene, object: &str) -> Option<Isometry3<f64>> {
     let first = first_to_touch(tasks.iter().filter(|task| task.object == object));
-    first.map(Task::taken_at).or_else(|| scene.bodies.get(object).map(|body| body.pose()))
+    first.map(Task::grasp_pose).or_else(|| scene.bodies.get(object).map(|body| body.pose()))
 }
 
 /// The object of a task.
@@ -258,7 +258,7 @@ impl Walk {
         let mut gap = f64::INFINITY;
         for step in STRIDES.into_iter().flat_map(|stride| (0..=all).step_by(stride)) {
             let [one, other] = steps(&walks, &time, step);
-            gap = limb_gap(&self.at(one).limb, &walks[1].at(other).limb, gap).map_or(gap, |found| found.gap);
+            gap = arm_distance(&self.at(one).limb, &walks[1].at(other).limb, gap).map_or(gap, |found| found.gap);
             if gap <= least {
                 break;
             }
@@ -276,7 +276,7 @@ impl Walk {
 
     /// How two walks of these tasks go through each other, at steps that are near; `None` where they do not.
     pub(super) fn crossing(&self, other: &Self, near: &[Near], tasks: &[usize]) -> Option<Crossing> {
-        let gap = |near: &Near| limb_gap(&self.at(near.steps[0]).limb, &other.at(near.steps[1]).limb, -REPORTED_M);
+        let gap = |near: &Near| arm_distance(&self.at(near.steps[0]).limb, &other.at(near.steps[1]).limb, -REPORTED_M);
         let depth_m = near.iter().filter_map(gap).map(|found| -found.gap).fold(0.0, f64::max);
         (depth_m > 0.0).then(|| Crossing { tasks: tasks.to_vec(), depth_m })
     }

@@ -1,6 +1,6 @@
 //! What kept an object from where it should be: a kind with its extent, when it began, and the hand.
 
-use crate::Kind;
+use crate::JointKind;
 use std::fmt;
 use teachtree_base::hands::{Finger, Side};
 
@@ -14,16 +14,16 @@ pub struct Cause {
     /// What the hand did then.
     pub primitive: String,
     /// What it was.
-    pub why: Why,
+    pub why: FailureCause,
 }
 
 /// Kinds of causes.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Why {
+pub enum FailureCause {
     /// A joint is at its limit, and the palm or fingertip that it moves so far from where it should be, m and rad.
     JointAtLimit(String, Option<Finger>, f64, f64),
     /// A motor gives less than it is asked for, by so many N m, or N where it slides.
-    TorqueMissing(String, f64, Kind),
+    TorqueMissing(String, f64, JointKind),
     /// A fingertip has moved so far along the surface that it holds, m.
     ContactSlipped(Finger, f64),
     /// A fingertip that held the object touches it no more.
@@ -36,7 +36,7 @@ pub enum Why {
     LeftWay(f64, f64),
 }
 
-impl Why {
+impl FailureCause {
     /// The name of its kind, as it is written.
     pub fn name(&self) -> &'static str {
         match self {
@@ -80,23 +80,23 @@ impl fmt::Display for Cause {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(to, "after {:.2} s, {} hand in {}: ", self.time_s, self.side, self.primitive)?;
         match &self.why {
-            Why::JointAtLimit(joint, finger, m, rad) => {
+            FailureCause::JointAtLimit(joint, finger, m, rad) => {
                 let what = finger.map_or_else(|| "palm".into(), |finger| finger.to_string());
                 let turned =
                     if finger.is_none() { format!(" and {:.1} degrees", rad.to_degrees()) } else { String::new() };
                 write!(to, "`{joint}` is at its limit, the {what} {:.1} mm{turned} off its way", m * 1e3)
             }
-            Why::TorqueMissing(joint, missing, Kind::Revolute) => {
+            FailureCause::TorqueMissing(joint, missing, JointKind::Revolute) => {
                 write!(to, "`{joint}` lacks {missing:.2} N m of torque")
             }
-            Why::TorqueMissing(joint, missing, Kind::Prismatic) => {
+            FailureCause::TorqueMissing(joint, missing, JointKind::Prismatic) => {
                 write!(to, "`{joint}` lacks {missing:.2} N of force")
             }
-            Why::ContactSlipped(finger, by) => write!(to, "the {finger} slipped by {:.1} mm", by * 1e3),
-            Why::ContactLost(finger) => write!(to, "the {finger} lost its contact"),
-            Why::Dropped => write!(to, "the object was dropped"),
-            Why::HoleMissed(within) => write!(to, "the hole was not within {:.1} mm", within * 1e3),
-            Why::LeftWay(m, rad) => {
+            FailureCause::ContactSlipped(finger, by) => write!(to, "the {finger} slipped by {:.1} mm", by * 1e3),
+            FailureCause::ContactLost(finger) => write!(to, "the {finger} lost its contact"),
+            FailureCause::Dropped => write!(to, "the object was dropped"),
+            FailureCause::HoleMissed(within) => write!(to, "the hole was not within {:.1} mm", within * 1e3),
+            FailureCause::LeftWay(m, rad) => {
                 write!(
                     to,
                     "the object left its way, by {:.1} mm and {:.1} degrees in the end",

@@ -1,20 +1,20 @@
 //! A hand at work: what it is, what it does now, and what it remembers from one step to the next.
 
-use crate::control::behavior::{Behavior, Grip, Progress, Searched, Sensed, holds};
+use crate::control::behavior::{Behavior, GripForceTotals, HandObservation, Progress, SearchResult, holds};
 use crate::control::behaviors::behaviors;
 use crate::control::executor::Executor;
 use crate::model::robot::Robot;
-use crate::planning::hand_planner::{HandPlanner, Place};
+use crate::planning::hand_planner::{HandPlanner, PoseLookup};
 use crate::planning::plan::{Plan, PlannedForce, Target};
 use crate::planning::schedule::HandPlans;
 use nalgebra::{Isometry3, Vector3};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::from_seven;
+use teachtree_base::pose::pose_from_array;
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
-use teachtree_world::{HandMover, MovedHand, Observation, Pushed, STEP_S};
+use teachtree_world::{HandMotion, HandMover, Observation, STEP_S, TipWrench};
 
 /// A hand at work.
 pub(super) struct HandAgent<'t> {
@@ -27,7 +27,7 @@ pub(super) struct HandAgent<'t> {
     /// The pose of the palm that its plan has now, before any correction.
     pub(super) planned_palm: Isometry3<f64>,
     /// The part of a task that it does now; `None` when it does nothing.
-    pub(super) doing: Option<Doing<'t>>,
+    pub(super) doing: Option<ActiveSegment<'t>>,
     behaviors: Vec<Box<dyn Behavior>>,
     /// Its place among the hands of the scene.
     place: usize,
@@ -35,7 +35,7 @@ pub(super) struct HandAgent<'t> {
 
 /// A part of a task.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Doing<'t> {
+pub(super) struct ActiveSegment<'t> {
     /// Index of the task.
     pub(super) task: usize,
     /// Index of its object among the bodies.
@@ -62,7 +62,7 @@ impl<'t> HandAgent<'t> {
         limb: &Robot,
         tasks: &[Task],
         scene: &Scene,
-        see: &Place<'_>,
+        see: &PoseLookup<'_>,
     ) -> Result<Self, InputError> {
         let (planner, mut starts, target) = HandPlanner::begin(side, limb, tasks, scene, see)?;
         let executor = Executor::new(limb.clone(), planner.hand.clone(), starts.swap_remove(0), scene.gravity());
@@ -80,7 +80,7 @@ impl<'t> HandAgent<'t> {
         tasks: &'t [Task],
         group: &[usize],
         scene: &Scene,
-        see: &Place<'_>,
+        see: &PoseLookup<'_>,
     ) -> Result<HandPlans<'t>, InputError> {
         self.behaviors = behaviors(&self.planner.hand, tasks, scene);
         let mut q = self.executor.wanted();
@@ -98,7 +98,7 @@ impl<'t> HandAgent<'t> {
         now: Option<(usize, &Plan<'t>, f64)>,
         tasks: &[Task],
         bodies: &[usize],
-        see: &Place<'_>,
+        see: &PoseLookup<'_>,
         lost: &dyn Fn(usize) -> bool,
     ) {
         self.doing = None;
@@ -107,7 +107,8 @@ impl<'t> HandAgent<'t> {
         self.target = plan.at(own_s);
         self.planned = plan.forces(own_s, &self.target);
         // The hole is where its body is, which need not be where the operator's was; what is not known of it is felt.
-        let hole_off = task.into.as_ref().and_then(|into| Some(see(&into.body)? * from_seven(&into.pose).inverse()));
+        let hole_off =
+            task.into.as_ref().and_then(|into| Some(see(&into.body)? * pose_from_array(&into.pose).inverse()));
         let lost = lost(body);
         if let Some(off) = hole_off.filter(|_| !lost) {
             self.target.blend_toward(&off, plan.leans(own_s));
@@ -115,11 +116,11 @@ impl<'t> HandAgent<'t> {
         self.planned_palm = self.target.palm;
         let (primitive, does) = plan.primitive(own_s);
         let holds_in = plan.commands_forces(own_s);
-        self.doing = Some(Doing { task: number, body, primitive, does, holds_in, lost, hole_off });
+        self.doing = Some(ActiveSegment { task: number, body, primitive, does, holds_in, lost, hole_off });
     }
 
     /// Returns what it does with an object that is there.
-    pub(super) fn at_work(&self) -> Option<Doing<'t>> {
+    pub(super) fn at_work(&self) -> Option<ActiveSegment<'t>> {
         self.doing.filter(|doing| !doing.lost)
     }
 
@@ -142,9 +143,9 @@ impl<'t> HandAgent<'t> {
         seen: &Observation,
     ) -> Progress {
         let (Some(doing), Some(behavior)) = (self.at_work(), self.behaviors.get_mut(behavior)) else {
-            return Progress::GoesOn;
+            return Progress::Continue;
         };
-        let sensed = Sensed {
+        let sensed = HandObservation {
             task: doing.task,
             object,
             body: doing.body,
@@ -165,22 +166,22 @@ impl<'t> HandAgent<'t> {
     }
 
     /// Returns the current grip force after the behaviors; `None` if the hand holds nothing.
-    pub(super) fn grip(&self) -> Option<Grip> {
+    pub(super) fn grip(&self) -> Option<GripForceTotals> {
         self.behaviors.iter().find_map(|behavior| behavior.grip())
     }
 
     /// Returns the result of a search in a task.
-    pub(super) fn searched(&self, task: usize) -> Option<Searched> {
+    pub(super) fn searched(&self, task: usize) -> Option<SearchResult> {
         self.behaviors.iter().find_map(|behavior| behavior.searched(task))
     }
 }
 
 impl HandMover for HandAgent<'_> {
-    fn moved(&self) -> MovedHand {
+    fn moved(&self) -> HandMotion {
         self.executor.moved()
     }
 
-    fn advance(&mut self, pushed: &[Pushed], dt: f64) {
+    fn advance(&mut self, pushed: &[TipWrench], dt: f64) {
         self.executor.advance(pushed, dt);
     }
 }

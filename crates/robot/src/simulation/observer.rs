@@ -26,5 +26,5 @@ impl Step<'_> {
 /// An observer of a simulation.
 pub(super) trait Observer {
     /// Looks at a step.
-    fn look(&mut self, step: &Step<'_>);
+    fn observe(&mut self, step: &Step<'_>);
 }

@@ -200,7 +200,7 @@ impl<'t> Simulation<'t> {
                 let Some(body) = hand.at_work().map(|doing| doing.body) else { continue };
                 let shared = held.iter().enumerate().any(|(other, held)| other != place && *held == Some(body));
                 let object = *sight * seen.bodies[body].pose;
-                waits |= hand.behave(behavior, object, shared, seen) == Progress::Waits;
+                waits |= hand.behave(behavior, object, shared, seen) == Progress::Wait;
             }
         }
         waits
@@ -209,7 +209,7 @@ impl<'t> Simulation<'t> {
     /// Shows a step, of this number in its group, to the observers.
     fn observe(&mut self, in_group: usize) {
         let step = Step { number: self.step, in_group, seen: self.world.observation(), hands: &self.hands };
-        self.observers.all().into_iter().for_each(|observer| observer.look(&step));
+        self.observers.all().into_iter().for_each(|observer| observer.observe(&step));
         self.step += 1;
     }
 

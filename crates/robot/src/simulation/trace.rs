@@ -14,7 +14,7 @@ pub struct Trace {
     /// Where it was.
     pub scene: Scene,
     /// In order of time.
-    pub moments: Vec<Moment>,
+    pub moments: Vec<TraceSample>,
 }
 
 /// A hand with what carries it.
@@ -28,7 +28,7 @@ pub struct Limb {
 
 /// How a limb stands.
 #[derive(Clone, Debug)]
-pub struct Stance {
+pub struct LimbPose {
     /// Values of its degrees of freedom, rad or m.
     pub q: Vec<f64>,
     /// Where its root is, reference frame.
@@ -37,7 +37,7 @@ pub struct Stance {
 
 /// One instant of a task.
 #[derive(Clone, Debug)]
-pub struct Moment {
+pub struct TraceSample {
     /// Since the beginning, s.
     pub time_s: f64,
     /// Index of the task.
@@ -51,7 +51,7 @@ pub struct Moment {
     /// What the hand does.
     pub does: Meaning,
     /// How every limb stands.
-    pub stances: Vec<Stance>,
+    pub stances: Vec<LimbPose>,
     /// Where the scene's bodies are, in their order, reference frame.
     pub bodies: Vec<Isometry3<f64>>,
     /// Forces on the task's object, in the order of the hand's fingers.

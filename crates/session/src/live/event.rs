@@ -3,7 +3,7 @@
 use crate::{Composite, Segment, Task};
 use std::fmt;
 use teachtree_analysis::json;
-use teachtree_analysis::{CompositeSpan, Segment as Stretch, TaskSpan, Who};
+use teachtree_analysis::{CompositeSpan, Segment as Stretch, TaskSpan, TrackId};
 use teachtree_logs::issue::Issue;
 
 /// Nanoseconds in a second.
@@ -25,10 +25,10 @@ pub struct LiveEvent {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Inner {
-    Label { who: Who, primitive: Option<String>, time_s: f64, confidence: Option<f64> },
-    Segment { who: Who, segment: Stretch, is_final: bool },
-    Task { who: Who, task: TaskSpan, is_final: bool },
-    Composite { who: Who, found: CompositeSpan },
+    Label { who: TrackId, primitive: Option<String>, time_s: f64, confidence: Option<f64> },
+    Segment { who: TrackId, segment: Stretch, is_final: bool },
+    Task { who: TrackId, task: TaskSpan, is_final: bool },
+    Composite { who: TrackId, found: CompositeSpan },
     Issue(Issue),
     Clock { origin_ns: i64 },
 }
@@ -65,7 +65,7 @@ impl LiveEvent {
     }
 
     /// Of a `label`: whose it is, the primitive (`None`: no coordination of both hands), and the stamp of the frame, s.
-    pub fn label(&self) -> Option<(Who, Option<&str>, f64)> {
+    pub fn label(&self) -> Option<(TrackId, Option<&str>, f64)> {
         match &self.inner {
             Inner::Label { who, primitive, time_s, .. } => Some((*who, primitive.as_deref(), *time_s)),
             _ => None,

@@ -1,6 +1,6 @@
 //! Lines of a live log: JSON objects or CSV, told from each other by the first line. The first seconds are kept to calibrate with, then each line is a row.
 
-use super::beginning::{Beginning, MOST_PENDING, cell};
+use super::calibration_buffer::{CalibrationBuffer, MOST_PENDING, cell};
 use super::{Calibration, Live, LiveEvent};
 use crate::error::Error;
 use crate::log::{Log, Scene};
@@ -9,11 +9,11 @@ use crate::{ErrorInternals, LogInternals, SceneInternals};
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_frames::OpenRequest;
-use teachtree_frames::bind::{BoundRows, LiveLine, RowBinder, SameStamp};
+use teachtree_frames::bind::{BoundRows, LiveLine, RowBinder, StampMerger};
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names::{is_canonical, split_unit};
 use teachtree_logs::read::formats::jsonl::{Line, Lines, push};
-use teachtree_logs::read::sheet::{Cells, InMemoryTable};
+use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
 use teachtree_logs::read::table::Source;
 
 /// The most lines in a row that are no rows: then it is no log.
@@ -36,13 +36,13 @@ pub struct FeedOptions {
     /// For how long rows are kept to calibrate with, s.
     pub calibrate_s: f64,
     /// What is known instead.
-    pub calibration: Option<Known>,
+    pub calibration: Option<CalibrationSource>,
     /// Whether labels have their confidence.
     pub confidence: bool,
 }
 
 /// Where a calibration comes from.
-pub enum Known {
+pub enum CalibrationSource {
     /// A recording with the same sensors.
     Recording(Log),
     /// What was learned from one.
@@ -62,16 +62,16 @@ pub struct Feed {
     wrong_scene: Option<Error>,
     line: u64,
     /// The lines that wait for others with their stamp.
-    same_stamp: SameStamp,
+    same_stamp: StampMerger,
     /// The stamp of the first message of a topic, ns.
     origin_ns: Option<i64>,
     bad: usize,
-    form: Form,
+    form: LineFormat,
     state: State,
 }
 
 /// What lines are.
-enum Form {
+enum LineFormat {
     /// No line was read that says it.
     Unknown,
     Json,
@@ -80,7 +80,7 @@ enum Form {
 }
 
 enum State {
-    Calibrating(Box<Beginning>),
+    Calibrating(Box<CalibrationBuffer>),
     /// The columns of rows, and what takes them.
     Running(Vec<String>, Box<Live>),
 }
@@ -88,13 +88,13 @@ enum State {
 impl Feed {
     /// Nothing was read yet.
     pub fn new(mut options: FeedOptions) -> Self {
-        let state = State::Calibrating(Box::new(Beginning::new(&options.name)));
+        let state = State::Calibrating(Box::new(CalibrationBuffer::new(&options.name)));
         if let Some(binder) = &options.binder {
             options.scene = Some(Scene::of(binder.scene().clone()));
             options.rules = options.rules.or_of_binding(binder.hand_file(), binder.params());
         }
         let (is_bound, said) = (options.binder.is_none(), BTreeSet::new());
-        let same_stamp = SameStamp::new(options.binder.as_ref().map_or("time".into(), RowBinder::time_column));
+        let same_stamp = StampMerger::new(options.binder.as_ref().map_or("time".into(), RowBinder::time_column));
         Self {
             options,
             is_bound,
@@ -105,7 +105,7 @@ impl Feed {
             same_stamp,
             origin_ns: None,
             bad: 0,
-            form: Form::Unknown,
+            form: LineFormat::Unknown,
             state,
         }
     }
@@ -121,9 +121,9 @@ impl Feed {
         if line.iter().all(u8::is_ascii_whitespace) {
             return Ok(vec![]);
         }
-        if matches!(self.form, Form::Unknown) && !line.trim_ascii_start().starts_with(b"{") {
+        if matches!(self.form, LineFormat::Unknown) && !line.trim_ascii_start().starts_with(b"{") {
             let titles = header(line, self.options.binder.as_ref());
-            self.form = Form::Csv(titles.map_err(|message| self.error(message))?);
+            self.form = LineFormat::Csv(titles.map_err(|message| self.error(message))?);
             return Ok(vec![]);
         }
         match self.row(line) {
@@ -136,7 +136,7 @@ impl Feed {
                 self.rows(rows)
             }
             Ok(None) => Ok(vec![]),
-            Err(message) => self.read("line", self.line, Err(Refused::Line(message))),
+            Err(message) => self.read("line", self.line, Err(LineError::Line(message))),
         }
     }
 
@@ -186,7 +186,7 @@ impl Feed {
     pub fn unreadable(&mut self, topic: &str, why: &str) -> Result<Vec<LiveEvent>, Error> {
         self.line += 1;
         self.options.binder.iter_mut().for_each(|binder| binder.unreadable(topic, why));
-        self.read("message", self.line, Err(Refused::Line(format!("{topic}: {why}"))))
+        self.read("message", self.line, Err(LineError::Line(format!("{topic}: {why}"))))
     }
 
     /// No message of a topic can be read.
@@ -225,15 +225,15 @@ impl Feed {
         &mut self,
         what: &str,
         number: u64,
-        read: Result<Vec<LiveEvent>, Refused>,
+        read: Result<Vec<LiveEvent>, LineError>,
     ) -> Result<Vec<LiveEvent>, Error> {
         match read {
             Ok(events) => {
                 self.bad = 0;
                 Ok(events)
             }
-            Err(Refused::Log(error)) => Err(error),
-            Err(Refused::Line(message)) => {
+            Err(LineError::Log(error)) => Err(error),
+            Err(LineError::Line(message)) => {
                 self.bad += 1;
                 if self.bad > MOST_BAD {
                     return Err(self.error(format!("more than {MOST_BAD} {what}s in a row are no rows; {message}")));
@@ -320,7 +320,7 @@ impl Feed {
     /// A line as a table of one row; `None` where it is the scene.
     fn row(&mut self, line: &[u8]) -> Result<Option<InMemoryTable>, String> {
         let mut row = InMemoryTable::new(&self.options.name);
-        if let Form::Csv(header) = &self.form {
+        if let LineFormat::Csv(header) = &self.form {
             let cells = cells(line)?;
             if cells.len() != header.len() {
                 return Err(format!("found {} cells, expected {}", cells.len(), header.len()));
@@ -331,7 +331,7 @@ impl Feed {
             }
             return Ok(Some(row));
         }
-        let is_first = matches!(std::mem::replace(&mut self.form, Form::Json), Form::Unknown);
+        let is_first = matches!(std::mem::replace(&mut self.form, LineFormat::Json), LineFormat::Unknown);
         // The line has no end when it is the last one, or came alone.
         let mut whole = line.to_vec();
         whole.push(b'\n');
@@ -350,13 +350,13 @@ impl Feed {
                 Ok(None)
             }
             Some(Line::Scene(_)) => Err("found a `scene`, expected it in the first line only".into()),
-            Some(Line::Cut(message)) => Err(message),
+            Some(Line::Truncated(message)) => Err(message),
             None => Ok(None),
         }
     }
 
     /// Takes rows with the names of channels; what was said of one is said once.
-    fn take_bound(&mut self, bound: BoundRows) -> Result<Vec<LiveEvent>, Refused> {
+    fn take_bound(&mut self, bound: BoundRows) -> Result<Vec<LiveEvent>, LineError> {
         let mut events = vec![];
         for issue in bound.issues {
             let is_new = self.said.len() < MOST_PENDING && self.said.insert(issue.message.clone());
@@ -366,7 +366,7 @@ impl Feed {
             }
         }
         if let Some(error) = bound.fault {
-            return Err(Refused::Log(Error::new(error, ErrorKind::Binding)));
+            return Err(LineError::Log(Error::new(error, ErrorKind::Binding)));
         }
         for row in &bound.rows {
             let bytes = row.columns().len() * size_of::<f64>();
@@ -376,8 +376,12 @@ impl Feed {
     }
 
     /// What does not fit the first row is a mistake of the binding.
-    fn not_bound(&self, error: InputError) -> Refused {
-        if self.is_bound { Refused::Line(error.message) } else { Refused::Log(Error::new(error, ErrorKind::Binding)) }
+    fn not_bound(&self, error: InputError) -> LineError {
+        if self.is_bound {
+            LineError::Line(error.message)
+        } else {
+            LineError::Log(Error::new(error, ErrorKind::Binding))
+        }
     }
 
     /// The scene that was named, else that of the first line, else the one beside the log.
@@ -393,17 +397,17 @@ impl Feed {
         }
     }
 
-    fn take(&mut self, row: &InMemoryTable, bytes: usize) -> Result<Vec<LiveEvent>, Refused> {
+    fn take(&mut self, row: &InMemoryTable, bytes: usize) -> Result<Vec<LiveEvent>, LineError> {
         match &mut self.state {
             State::Calibrating(beginning) => {
-                beginning.keep(row, bytes).map_err(Refused::Line)?;
+                beginning.keep(row, bytes).map_err(LineError::Line)?;
                 let lasts_s = if self.options.calibration.is_some() { 0.0 } else { self.options.calibrate_s };
-                if beginning.is_enough(lasts_s) { self.calibrate().map_err(Refused::Log) } else { Ok(vec![]) }
+                if beginning.is_enough(lasts_s) { self.calibrate().map_err(LineError::Log) } else { Ok(vec![]) }
             }
             State::Running(header, live) => {
                 let value = |name: &String| row.columns().get(name).and_then(cell).unwrap_or(f64::NAN);
                 let values: Vec<f64> = header.iter().map(value).collect();
-                live.push(&values).map_err(Refused::Log)
+                live.push(&values).map_err(LineError::Log)
             }
         }
     }
@@ -411,7 +415,7 @@ impl Feed {
     /// Learns from the rows so far, and takes them.
     fn calibrate(&mut self) -> Result<Vec<LiveEvent>, Error> {
         let State::Calibrating(beginning) = &mut self.state else { return Ok(vec![]) };
-        let beginning = std::mem::replace(&mut **beginning, Beginning::new(&self.options.name));
+        let beginning = std::mem::replace(&mut **beginning, CalibrationBuffer::new(&self.options.name));
         if beginning.rows.rows() == 0 {
             let first = beginning.issues.first().map_or(String::new(), |issue| format!("; {}", issue.message));
             let error = InputError::new(&self.options.name, format!("found no rows{first}"));
@@ -427,8 +431,8 @@ impl Feed {
         let log = Log::open_source(source, &request)?;
         let rules = self.options.rules.clone().for_log(&log)?;
         let calibration = match &self.options.calibration {
-            Some(Known::File(calibration)) => (**calibration).clone(),
-            Some(Known::Recording(recording)) => Calibration::of(recording, &rules)?,
+            Some(CalibrationSource::File(calibration)) => (**calibration).clone(),
+            Some(CalibrationSource::Recording(recording)) => Calibration::of(recording, &rules)?,
             None => Calibration::of(&log, &rules)?,
         };
         let live = Live::new(&rules, &header, &scene, &calibration)?;
@@ -458,7 +462,7 @@ impl Feed {
 }
 
 /// Why a line was not taken.
-enum Refused {
+enum LineError {
     /// It is no row.
     Line(String),
     /// The log cannot be analyzed.

@@ -4,11 +4,11 @@
 //! later row can change them: then they are those of the analysis of the whole log, with the same calibration. Between two tasks everything before is
 //! forgotten, so that memory does not grow.
 
-mod beginning;
+mod calibration_buffer;
 mod event;
 mod feed;
+mod finality;
 mod history;
-mod rest;
 
 use super::error::Error;
 use super::log::Scene;
@@ -17,21 +17,21 @@ use super::run::channels;
 use crate::{ErrorInternals, LogInternals, RulesInternals, SceneInternals};
 use event::Inner;
 pub use event::LiveEvent;
-pub use feed::{Feed, FeedOptions, Known};
+pub use feed::{CalibrationSource, Feed, FeedOptions};
+use finality::FinalityTracker;
 use history::History;
-use rest::Rest;
 use std::collections::BTreeMap;
-use teachtree_analysis::{self as analysis, Who};
+use teachtree_analysis::{self as analysis, TrackId};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::hands::Side;
 use teachtree_base::units::Dimension;
 use teachtree_engine::evaluator::Evaluator;
 use teachtree_engine::runs::Run;
-use teachtree_frames::live::{self as stream, Admission, Admitted, Calibration as Learned, Derivation, Screen};
+use teachtree_frames::live::{self as stream, Calibration as Learned, Derivation, GateOutcome, RowGate, SpikeFilter};
 use teachtree_language::graph::{Graph, lower};
 use teachtree_language::rules::Label;
 use teachtree_logs::issue::{Issue, IssueKind};
-use teachtree_logs::read::table::Want;
+use teachtree_logs::read::table::ColumnRequest;
 
 /// How often the newest frames are looked at, and how often segments and tasks are looked for, s.
 const LOOK_SECS: [f64; 2] = [0.02, 0.1];
@@ -97,7 +97,7 @@ impl Calibration {
 
 /// The label of the newest frame of a track, as it was reported last.
 #[derive(Default)]
-struct Newest {
+struct NewestLabel {
     primitive: Option<String>,
     /// The frame at which it was first given, from the beginning of the log.
     since: usize,
@@ -118,12 +118,12 @@ pub struct Live {
     wants: Vec<Option<f64>>,
     time_at: usize,
     columns: Vec<usize>,
-    screen: Screen,
-    admission: Admission,
+    spike_filter: SpikeFilter,
+    row_gate: RowGate,
     derivation: Derivation,
     evaluator: Option<Evaluator>,
     history: History,
-    rest: Rest,
+    rest: FinalityTracker,
     /// The first frame of the stretch, from the beginning of the log.
     stretch: usize,
     rate_hz: f64,
@@ -132,7 +132,7 @@ pub struct Live {
     found: usize,
     /// The channels that tasks read later.
     kept: Vec<bool>,
-    labels: BTreeMap<Who, Newest>,
+    labels: BTreeMap<TrackId, NewestLabel>,
     /// Whether the newest frames are labeled.
     labels_newest: bool,
     /// For how many frames a label has stood that is sure, where the confidence of labels is asked for.
@@ -167,7 +167,7 @@ impl Live {
         let mut places = Vec::new();
         for (at, (name, dimension, want)) in wanted.into_iter().enumerate() {
             match want {
-                Want::Time(factor) => {
+                ColumnRequest::Time(factor) => {
                     time_at = at;
                     wants.push(Some(factor));
                 }
@@ -185,17 +185,17 @@ impl Live {
         analysis::check_rate(rules.set(), rate_hz).map_err(mismatch)?;
         let reads_later = |name: &str| analysis::reads_later(rules.set(), name);
         let kept = channels.iter().map(|channel| reads_later(&channel.name)).collect();
-        let (screen, admission) = (Screen::new(&used), Admission::new(&used, rate_hz));
+        let (spike_filter, row_gate) = (SpikeFilter::new(&used), RowGate::new(&used, rate_hz));
         let derivation = Derivation::new(scene.inner().clone(), channels, learned, used);
         Ok(Self {
             graph: lower(rules.set()),
-            rest: Rest::new(rules.set()),
+            rest: FinalityTracker::new(rules.set()),
             rules: rules.clone(),
             wants,
             time_at,
             columns: places,
-            screen,
-            admission,
+            spike_filter,
+            row_gate,
             derivation,
             evaluator: None,
             history: History::default(),
@@ -254,7 +254,7 @@ impl Live {
 
     /// Takes a row in SI.
     fn take(&mut self, time_s: f64, values: &[f64]) -> Result<(), Error> {
-        for issue in self.screen.push(time_s, values) {
+        for issue in self.spike_filter.push(time_s, values) {
             self.event(Inner::Issue(issue));
         }
         self.admit_rows()
@@ -262,9 +262,9 @@ impl Live {
 
     /// Admits the rows whose samples are known to be possible or not.
     fn admit_rows(&mut self) -> Result<(), Error> {
-        while let Some((time_s, values)) = self.screen.release() {
+        while let Some((time_s, values)) = self.spike_filter.release() {
             let admitted = self.admit(time_s, &values);
-            self.screen.reuse((time_s, values));
+            self.spike_filter.reuse((time_s, values));
             admitted?;
         }
         Ok(())
@@ -272,7 +272,7 @@ impl Live {
 
     /// No row comes after the last one, for now.
     fn end_rows(&mut self) -> Result<(), Error> {
-        for issue in self.screen.finish() {
+        for issue in self.spike_filter.finish() {
             self.event(Inner::Issue(issue));
         }
         self.admit_rows()?;
@@ -280,7 +280,7 @@ impl Live {
     }
 
     fn admit(&mut self, time_s: f64, values: &[f64]) -> Result<(), Error> {
-        let Admitted { issues, ends, bridged, is_frame } = self.admission.take(time_s, values);
+        let GateOutcome { issues, ends, bridged, is_frame } = self.row_gate.take(time_s, values);
         for issue in issues {
             self.event(Inner::Issue(issue));
         }
@@ -301,7 +301,7 @@ impl Live {
     /// The source was interrupted: all segments and tasks end, and everything restarts with the next row.
     pub(crate) fn interrupt(&mut self) -> Result<Vec<LiveEvent>, Error> {
         self.end_rows()?;
-        self.admission.restart();
+        self.row_gate.restart();
         Ok(std::mem::take(&mut self.events))
     }
 
@@ -391,11 +391,11 @@ impl Live {
         let (time_s, frame) = (self.newest_s, self.derivation.taken());
         let name = |label| self.rules.set().label_name(label);
         let both = newest.get(&None).copied().flatten();
-        let labels: Vec<(Who, Option<String>)> = newest
+        let labels: Vec<(TrackId, Option<String>)> = newest
             .iter()
             .map(|(side, label)| match side {
-                Some(side) => (Who::Hand(*side), both.or(*label).map(name)),
-                None => (Who::Both, label.map(name)),
+                Some(side) => (TrackId::Hand(*side), both.or(*label).map(name)),
+                None => (TrackId::Both, label.map(name)),
             })
             .collect();
         for (who, primitive) in labels {
@@ -404,7 +404,7 @@ impl Live {
             let since = if was.primitive == primitive { was.since } else { frame };
             let confidence = self.sure.map(|sure| confidence(frame - since, sure));
             if was.primitive != primitive || was.confidence != confidence {
-                *was = Newest { primitive: primitive.clone(), since, confidence };
+                *was = NewestLabel { primitive: primitive.clone(), since, confidence };
                 self.event(Inner::Label { who, primitive, time_s, confidence });
             }
         }

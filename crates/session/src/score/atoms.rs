@@ -9,23 +9,23 @@
 use serde_json::Value;
 use std::path::Path;
 use teachtree_analysis::UNKNOWN;
-use teachtree_analysis::score::{Known, NameMap, TaskParts};
+use teachtree_analysis::score::{KnownNames, NameMap, TaskParts};
 use teachtree_base::error::InputError;
-use teachtree_base::hands::{Side, Who};
+use teachtree_base::hands::{Side, TrackId};
 use teachtree_base::json;
-use teachtree_frames::Opened;
+use teachtree_frames::OpenedLog;
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::read::formats::lerobot::annotate::prelabels::{self, Atom};
 use teachtree_logs::read::formats::recording_of;
-use teachtree_logs::read::labels::{self, Interval, Kind, Labels};
+use teachtree_logs::read::labels::{self, Interval, LabelKind, Labels};
 use teachtree_logs::read::text;
-use teachtree_report::words::{Named, Phrasing, Style};
+use teachtree_report::words::{ParsedPhrase, Phrasing, Style};
 
 /// The largest description of a set that is read, bytes.
 const MAX_INFO: u64 = 16 << 20;
 
 /// Reads the labels of the episode that a log is.
-pub(super) fn read(path: &Path, opened: &Opened, map: &NameMap, known: &Known) -> Result<Labels, InputError> {
+pub(super) fn read(path: &Path, opened: &OpenedLog, map: &NameMap, known: &KnownNames) -> Result<Labels, InputError> {
     let file = path.display().to_string();
     let wrong = |message: String| InputError::new(&file, message);
     let episodes = prelabels::read(path)?;
@@ -37,33 +37,33 @@ pub(super) fn read(path: &Path, opened: &Opened, map: &NameMap, known: &Known) -
     let phrasing = phrasing(path, &AllowedFolders::default())?;
     let mut intervals: Vec<Interval> = Vec::new();
     for style in Style::ALL {
-        let mut spoken: Vec<Spoken> = Vec::new();
+        let mut spoken: Vec<WordedInterval> = Vec::new();
         let own: Vec<&Atom> = atoms.iter().filter(|atom| atom.style.as_deref() == Some(style.name())).collect();
         let last = labels::end_of(&opened.row_time);
         let next = own.iter().skip(1).map(|atom| Some(atom.timestamp - opened.zero_stamp_s)).chain([last]);
         let (kind, names) = match style {
-            Style::Motion => (Kind::Primitive, &known.primitives),
-            Style::Subtask => (Kind::Task, &known.tasks),
+            Style::Motion => (LabelKind::Primitive, &known.primitives),
+            Style::Subtask => (LabelKind::Task, &known.tasks),
         };
         for (atom, end_s) in own.iter().zip(next) {
             let (Some(content), Some(end_s)) = (atom.content.as_deref(), end_s) else { continue };
             let start_s = atom.timestamp - opened.zero_stamp_s;
             let place = format!("episode {episode}, {} at {} s", style.name(), atom.timestamp);
-            let mut add = |hand: Option<Who>, name: String, part: &str| {
+            let mut add = |hand: Option<TrackId>, name: String, part: &str| {
                 let tracks = match hand {
-                    Some(Who::Both) => [Side::Left, Side::Right].map(|side| Some(Who::Hand(side))).to_vec(),
+                    Some(TrackId::Both) => [Side::Left, Side::Right].map(|side| Some(TrackId::Hand(side))).to_vec(),
                     other => vec![other],
                 };
                 for track in tracks {
                     let interval = Interval { place: place.clone(), track, kind, name: name.clone(), start_s, end_s };
-                    put(&mut spoken, Spoken { interval, part: part.into(), content: content.into() });
+                    put(&mut spoken, WordedInterval { interval, part: part.into(), content: content.into() });
                 }
             };
             if map.get(content).is_some() {
                 add(None, content.into(), content);
                 continue;
             }
-            for (part, Named { hand, name }) in content.split("; ").zip(phrasing.names(content, style, names)) {
+            for (part, ParsedPhrase { hand, name }) in content.split("; ").zip(phrasing.names(content, style, names)) {
                 let name = name.ok_or_else(|| {
                     let message =
                         format!("{place}: found `{content}`, which is not the words of one name of the rules");
@@ -76,8 +76,8 @@ pub(super) fn read(path: &Path, opened: &Opened, map: &NameMap, known: &Known) -
         }
         let tasks = spoken.into_iter().map(|spoken| spoken.interval);
         match kind {
-            Kind::Primitive => intervals.extend(tasks),
-            Kind::Task => {
+            LabelKind::Primitive => intervals.extend(tasks),
+            LabelKind::Task => {
                 let tasks: Vec<Interval> = tasks.flat_map(|task| done(task, &intervals, map, known)).collect();
                 intervals.extend(tasks);
             }
@@ -88,7 +88,7 @@ pub(super) fn read(path: &Path, opened: &Opened, map: &NameMap, known: &Known) -
 }
 
 /// An interval with the words that it was read off.
-struct Spoken {
+struct WordedInterval {
     interval: Interval,
     /// What is said of this hand.
     part: String,
@@ -97,9 +97,9 @@ struct Spoken {
 }
 
 /// Adds an interval; where the words changed for the other hand alone, the one before goes on.
-fn put(spoken: &mut Vec<Spoken>, next: Spoken) {
+fn put(spoken: &mut Vec<WordedInterval>, next: WordedInterval) {
     let before = spoken.iter_mut().rev().find(|it| it.interval.track == next.interval.track);
-    let goes_on = |it: &&mut Spoken| {
+    let goes_on = |it: &&mut WordedInterval| {
         it.interval.end_s == next.interval.start_s && it.part == next.part && it.content != next.content
     };
     match before.filter(goes_on) {
@@ -113,7 +113,7 @@ fn put(spoken: &mut Vec<Spoken>, next: Spoken) {
 
 /// The tasks in an interval whose words name one, by its motions: each ends with a motion that closes it, and what comes then without a motion of the task
 /// is none of it. The interval itself where no motion closes it.
-fn done(task: Interval, motions: &[Interval], map: &NameMap, known: &Known) -> Vec<Interval> {
+fn done(task: Interval, motions: &[Interval], map: &NameMap, known: &KnownNames) -> Vec<Interval> {
     let mapped = |name: &str| map.get(name).map_or_else(|| vec![name.to_string()], <[String]>::to_vec);
     let names = mapped(&task.name);
     let of_task =

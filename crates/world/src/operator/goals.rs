@@ -51,7 +51,7 @@ pub enum Goal {
     /// Stay until the other hand begins the phase of this name.
     Wait(String),
     /// Move along with the other hand.
-    Together(Together),
+    Cooperation(Cooperation),
 }
 
 /// Brings the opened fingers to a grip by a minimum-jerk motion.
@@ -95,16 +95,16 @@ pub struct Carry {
     pub speed: Speed,
     /// What ends it before the distance is used up.
     #[serde(default)]
-    pub until: Option<Until>,
+    pub until: Option<StopContact>,
     /// What the object is held against under way.
     #[serde(default)]
-    pub press: Option<Along>,
+    pub press: Option<WallPress>,
 }
 
 /// What ends a [`Carry`].
 #[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Until {
+pub struct StopContact {
     /// The object of the grip touches this body.
     pub contact: String,
     /// Or is seen to be within this distance of it.
@@ -115,7 +115,7 @@ pub struct Until {
 /// Holds the object against a body while it moves along it: by the force that the fingers feel while it touches, by seeking it again when not.
 #[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Along {
+pub struct WallPress {
     /// The body.
     pub against: String,
     /// The direction towards it.
@@ -220,7 +220,7 @@ pub struct Slip {
 /// for a time.
 #[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Together {
+pub struct Cooperation {
     /// The share of the object's weight that this hand comes to carry, 0 to 1.
     #[serde(default)]
     pub share: f64,
@@ -255,7 +255,7 @@ pub(super) struct StepText {
     hold: Option<Time>,
     slip: Option<Slip>,
     wait: Option<String>,
-    together: Option<Together>,
+    together: Option<Cooperation>,
     repeat: Option<Repeat>,
 }
 
@@ -312,7 +312,7 @@ impl StepText {
             self.hold.map(Goal::Hold),
             self.slip.map(Goal::Slip),
             self.wait.map(Goal::Wait),
-            self.together.map(Goal::Together),
+            self.together.map(Goal::Cooperation),
         ];
         let mut goals = goals.into_iter().flatten();
         match (goals.next(), goals.next(), self.repeat) {

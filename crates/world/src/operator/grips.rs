@@ -6,9 +6,9 @@ use crate::shapes::isometry;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side};
-use teachtree_base::nearest::nearest;
 use teachtree_base::quantity::Length;
 use teachtree_base::scene::{Hand, Scene};
+use teachtree_base::spelling::nearest;
 
 /// The palm is above the middle of the contact points by this, m.
 const PALM_ABOVE_M: f64 = 0.100;
@@ -29,7 +29,7 @@ type Contact = (Point3<f64>, Vector3<f64>);
 
 /// A grip of one hand.
 #[derive(Clone)]
-pub(super) struct Held {
+pub(super) struct HandGrip {
     /// Index of the object in the scene.
     pub(super) object: usize,
     /// Weight of the object, N, as a hand knows it that has lifted it before.
@@ -45,7 +45,7 @@ pub(super) struct Held {
     pub(super) squeeze: Option<f64>,
 }
 
-impl Held {
+impl HandGrip {
     /// The grip of this name, for this hand of the scene.
     ///
     /// # Errors

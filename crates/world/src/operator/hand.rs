@@ -1,16 +1,16 @@
 //! One hand that follows its script: goals become motions, and what is felt and seen shapes them under way.
 
+use super::cooperation::{FollowMotion, PartnerHand};
 use super::goals::{Goal, Step};
-use super::grips::{Held, tucked};
-use super::guided::{Closing, Guided, LANDING};
-use super::motion::{Glide, Transport, Turning};
+use super::grips::{HandGrip, tucked};
+use super::guarded_motion::{CloseMotion, GuardedMove, LANDING};
+use super::insertion::InsertionMotion;
+use super::motion::{LagFilter, Transport, TurnMotion};
 use super::perturbations::{Perturbation, with_perturbations};
-use super::plugging::Plugging;
-use super::pressing::PressingOn;
-use super::rng::{Rng, Shaking};
-use super::senses::{Glimpse, Senses};
-use super::slipping::Slipping;
-use super::together::{MovingAlong, Other};
+use super::press::PressMotion;
+use super::rng::{HandTremor, Rng};
+use super::sensor_history::{SensorHistory, SensorSample};
+use super::slip::SlipMotion;
 use super::{Operator, Script};
 use crate::{HandTarget, STEP_S, World};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -59,8 +59,8 @@ pub(crate) struct Performer<'a> {
     /// Today's speeds and squeezes over those of the script.
     pub(super) pace: f64,
     pub(super) strength: f64,
-    shaking: Shaking,
-    pub(super) senses: Senses,
+    shaking: HandTremor,
+    pub(super) senses: SensorHistory,
     /// Steps of the world from feeling to acting.
     reaction: usize,
     time: f64,
@@ -70,9 +70,9 @@ pub(crate) struct Performer<'a> {
     pub(super) palm: Isometry3<f64>,
     /// Fingertip targets in the palm's frame.
     pub(super) tips: Vec<Point3<f64>>,
-    glide: Glide,
+    glide: LagFilter,
     /// The grip in use.
-    pub(super) grip: Held,
+    pub(super) grip: HandGrip,
     /// The direction in which the hand came to the grip, horizontal, unit or zero.
     pub(super) came: Vector3<f64>,
     /// For how long nothing has been felt of what should be held, s, and how often the hand went back for it.
@@ -82,7 +82,7 @@ pub(crate) struct Performer<'a> {
 
 /// What begins with a step of the script.
 #[derive(Default)]
-pub(crate) struct Begun {
+pub(crate) struct StepStart {
     /// A phase of the script.
     pub(crate) phase: Option<String>,
     /// A perturbation.
@@ -99,15 +99,15 @@ pub(super) enum Motion {
     /// Stays until this time is over, s.
     Still(f64),
     Transport(Transport),
-    Turning(Turning),
-    Closing(Closing),
-    Guided(Guided),
-    Plugging(Plugging),
-    Pressing(PressingOn),
-    Slipping(Slipping),
+    Turn(TurnMotion),
+    Close(CloseMotion),
+    GuardedMove(GuardedMove),
+    Insertion(InsertionMotion),
+    Press(PressMotion),
+    Slip(SlipMotion),
     /// Stays until the other hand begins this phase.
     Waiting(String),
-    Together(MovingAlong),
+    Cooperation(FollowMotion),
 }
 
 impl<'a> Performer<'a> {
@@ -137,8 +137,8 @@ impl<'a> Performer<'a> {
             };
             InputError { place, ..error }
         };
-        let grip =
-            Held::new(&script.start.grip, scene, operator, hand, world).map_err(|error| at(error, "start".into()))?;
+        let grip = HandGrip::new(&script.start.grip, scene, operator, hand, world)
+            .map_err(|error| at(error, "start".into()))?;
         let variation = &operator.variation;
         let mut chance = Rng::new(seed, side.index() as u64);
         let reaction = steps(variation.reaction.0.clamp(0.0, SLOWEST_S));
@@ -153,16 +153,16 @@ impl<'a> Performer<'a> {
             next: 0,
             pace: chance.factor(variation.pace),
             strength: Rng::new(seed, STRENGTH_STREAM + side.index() as u64).between(variation.strength),
-            shaking: Shaking::new(&variation.tremor, &mut chance),
+            shaking: HandTremor::new(&variation.tremor, &mut chance),
             chance,
-            senses: Senses::new(reaction.max(steps(REFLEX_S))),
+            senses: SensorHistory::new(reaction.max(steps(REFLEX_S))),
             reaction,
             time: 0.0,
             motion: Motion::Still(0.0),
             since: 0.0,
             palm: Isometry3::identity(),
             tips: hand.fingers.iter().map(|&finger| tucked(finger, side) * operator.hands_scale).collect(),
-            glide: Glide::default(),
+            glide: LagFilter::default(),
             grip,
             came: Vector3::zeros(),
             empty: 0.0,
@@ -207,14 +207,14 @@ impl<'a> Performer<'a> {
     ///
     /// # Errors
     /// None after [`Self::new`] has checked the script.
-    pub(crate) fn advance(&mut self, world: &World, other: &Other) -> Result<Option<Begun>, InputError> {
+    pub(crate) fn advance(&mut self, world: &World, other: &PartnerHand) -> Result<Option<StepStart>, InputError> {
         self.time += STEP_S;
         self.since += STEP_S;
-        self.senses.take_in(world.observation(), self.index, self.grip.object);
-        let mut begun = Begun::default();
+        self.senses.record(world.observation(), self.index, self.grip.object);
+        let mut begun = StepStart::default();
         let over = self.perform(world, other);
         begun.lost = self.goes_back(world);
-        let patient = matches!(self.motion, Motion::Still(_) | Motion::Waiting(_) | Motion::Together(_));
+        let patient = matches!(self.motion, Motion::Still(_) | Motion::Waiting(_) | Motion::Cooperation(_));
         let gives_up = self.since > if patient { LONGEST_WAIT_S } else { PATIENCE_S };
         if over || begun.lost || gives_up {
             begun.unmet = self.unmet().filter(|_| over && !begun.lost);
@@ -233,15 +233,16 @@ impl<'a> Performer<'a> {
 
     /// The step that is done, and the body at which it should have ended, where that was not met.
     fn unmet(&self) -> Option<(usize, String)> {
-        let Motion::Guided(guided) = &self.motion else { return None };
+        let Motion::GuardedMove(guided) = &self.motion else { return None };
         let (body, _) = self.scene.bodies.get_index(guided.unmet()?)?;
         Some((self.doing?, body.clone()))
     }
 
     /// Whether what should be held is lost; then the reach before the last closing comes next.
     fn goes_back(&mut self, world: &World) -> bool {
-        let holding = self.grip.squeeze.is_some() && !matches!(self.motion, Motion::Closing(_));
-        let feels = self.senses.ago(0).is_some_and(|felt| felt.tips.iter().any(|force| *force != Vector3::zeros()));
+        let holding = self.grip.squeeze.is_some() && !matches!(self.motion, Motion::Close(_));
+        let feels =
+            self.senses.steps_ago(0).is_some_and(|felt| felt.tips.iter().any(|force| *force != Vector3::zeros()));
         self.empty = if holding && !feels { self.empty + STEP_S } else { 0.0 };
         if self.empty < LOST_S || self.retries >= RETRIES {
             return false;
@@ -266,9 +267,9 @@ impl<'a> Performer<'a> {
     }
 
     /// Goes on with the motion; whether it is over.
-    fn perform(&mut self, world: &World, other: &Other) -> bool {
-        let reflex = self.senses.ago(steps(REFLEX_S));
-        let felt = self.senses.ago(self.reaction);
+    fn perform(&mut self, world: &World, other: &PartnerHand) -> bool {
+        let reflex = self.senses.steps_ago(steps(REFLEX_S));
+        let felt = self.senses.steps_ago(self.reaction);
         let mut wanted = Vector3::zeros();
         let over = match &mut self.motion {
             Motion::Still(duration) => {
@@ -279,7 +280,7 @@ impl<'a> Performer<'a> {
                 wanted = yielding(reflex, &self.grip);
                 other.has_begun(self.side, phase)
             }
-            Motion::Together(along) => {
+            Motion::Cooperation(along) => {
                 self.palm.translation.vector += other.shift;
                 wanted = reflex.map_or(wanted, |reflex| along.step(self.since, &self.grip, reflex));
                 along.until.as_ref().is_some_and(|phase| other.has_begun(self.side, phase))
@@ -289,10 +290,10 @@ impl<'a> Performer<'a> {
                 (self.palm, self.tips) = transport.at(self.since);
                 transport.is_over(self.since)
             }
-            Motion::Closing(closing) => {
+            Motion::Close(closing) => {
                 closing.step(self.since, &self.grip, reflex, self.hand.tip_radius.0, &mut self.tips, &mut self.palm)
             }
-            Motion::Guided(guided) => {
+            Motion::GuardedMove(guided) => {
                 let over;
                 (wanted, over) = match felt.zip(reflex) {
                     Some((felt, reflex)) => guided.step(&self.grip, world, felt, reflex, &mut self.palm),
@@ -300,7 +301,7 @@ impl<'a> Performer<'a> {
                 };
                 over
             }
-            Motion::Plugging(plugging) => {
+            Motion::Insertion(plugging) => {
                 if let Some((turn, about)) = plugging.righting(&self.grip, world) {
                     let turn = UnitQuaternion::from_scaled_axis(turn * STEP_S);
                     self.palm.translation.vector = about.coords + turn * (self.palm.translation.vector - about.coords);
@@ -313,22 +314,22 @@ impl<'a> Performer<'a> {
                 };
                 over
             }
-            Motion::Pressing(pressing) => {
+            Motion::Press(pressing) => {
                 let over;
                 (wanted, over) = felt.map_or((wanted, false), |felt| pressing.step(&self.grip, felt));
                 over
             }
-            Motion::Turning(turning) => {
+            Motion::Turn(turning) => {
                 self.palm = turning.at(self.since);
                 self.since >= turning.duration
             }
-            Motion::Slipping(slipping) => {
+            Motion::Slip(slipping) => {
                 reflex.is_some_and(|reflex| slipping.step(&mut self.grip, world, reflex, &self.palm, &mut self.tips))
             }
         };
         // A guided motion fades into what follows instead of stopping first.
         let velocity = self.glide.towards(wanted, STEP_S);
-        if !matches!(self.motion, Motion::Transport(_) | Motion::Turning(_)) {
+        if !matches!(self.motion, Motion::Transport(_) | Motion::Turn(_)) {
             self.palm.translation.vector += velocity * STEP_S;
         }
         over
@@ -336,10 +337,10 @@ impl<'a> Performer<'a> {
 
     /// Fingers that hold something feel how hard, and correct it.
     fn keep_squeeze(&mut self) {
-        if matches!(self.motion, Motion::Closing(_) | Motion::Slipping(_)) {
+        if matches!(self.motion, Motion::Close(_) | Motion::Slip(_)) {
             return;
         }
-        let (Some(felt), Some(wanted)) = (self.senses.ago(self.reaction), self.grip.squeeze) else { return };
+        let (Some(felt), Some(wanted)) = (self.senses.steps_ago(self.reaction), self.grip.squeeze) else { return };
         let pressed = felt
             .tips
             .iter()
@@ -361,7 +362,7 @@ impl<'a> Performer<'a> {
 
 /// The velocity with which a hand that holds something still gives way to what it feels beyond the weight, m/s. Nobody leans on what is set
 /// down, however heavy it is.
-fn yielding(felt: Option<&Glimpse>, grip: &Held) -> Vector3<f64> {
+fn yielding(felt: Option<&SensorSample>, grip: &HandGrip) -> Vector3<f64> {
     let Some((felt, _)) = felt.zip(grip.squeeze) else { return Vector3::zeros() };
     let force = felt.total();
     let usual = if force.z < 0.0 { grip.weight.min(LANDING) } else { grip.weight };

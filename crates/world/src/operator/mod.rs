@@ -3,29 +3,30 @@
 //!
 //! Everything is relative to *grips*: points of an object's surface where fingertips go. Directions are those of the reference frame.
 
-mod begin;
+mod cooperation;
+mod goal_start;
 mod goals;
 mod grips;
-mod guided;
+mod guarded_motion;
 mod hand;
+mod insertion;
 mod motion;
 mod perturbations;
-mod plugging;
-mod pressing;
+mod press;
 mod rng;
-mod senses;
-mod slipping;
-mod together;
+mod sensor_history;
+mod slip;
 mod variation;
 
+pub(super) use cooperation::PartnerHand;
 pub use goals::{
-    Along, Bring, Carry, Close, Goal, Insert, Open, Press, Reach, Slip, Step, Together, Turn, Until, Withdraw,
+    Bring, Carry, Close, Cooperation, Goal, Insert, Open, Press, Reach, Slip, Step, StopContact, Turn, WallPress,
+    Withdraw,
 };
 pub(super) use hand::Performer;
 pub(super) use perturbations::cuts;
 pub use perturbations::{Occasions, Perturbation};
 pub(super) use rng::Rng;
-pub(super) use together::Other;
 pub use variation::{ForceNoise, Tremor, Variation};
 
 use indexmap::IndexMap;
@@ -43,14 +44,14 @@ pub struct Operator {
     pub name: String,
     /// How operators differ, and how one operator differs from run to run; a machine when left out.
     #[serde(default, deserialize_with = "variation::read")]
-    #[schemars(with = "variation::Written")]
+    #[schemars(with = "variation::VariationText")]
     pub variation: Variation,
     /// What this script offers to the perturbations of its variation.
     #[serde(default)]
     pub occasions: Occasions,
     /// What is recorded, and how exactly.
     #[serde(default)]
-    pub measured: Measured,
+    pub measured: MeasurementSpec,
     /// How large the virtual hands are over the person's: see [`Self::with_hands`].
     #[serde(skip, default = "as_large")]
     pub hands_scale: f64,
@@ -63,7 +64,7 @@ pub struct Operator {
 /// What is recorded, and how exactly.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Measured {
+pub struct MeasurementSpec {
     /// Values are rounded to this many decimals, in SI; kept to the last bit when left out.
     pub decimals: Option<u8>,
     /// Whether each fingertip's contact with an object is recorded as a flag, as a virtual environment knows it.
@@ -110,12 +111,12 @@ impl Operator {
     /// What the text lacks, at `file:line:column`.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
         let operator: Self = yaml::read(text, file)?;
-        operator.has_its_grips().map_err(|error| yaml::located(error, text, file))?;
+        operator.check_grips().map_err(|error| yaml::located(error, text, file))?;
         Ok(operator)
     }
 
     /// Refuses the name of a grip that it does not have.
-    fn has_its_grips(&self) -> Result<(), InputError> {
+    fn check_grips(&self) -> Result<(), InputError> {
         for (side, script) in &self.hands {
             let reaches = script.steps.iter().filter_map(|step| match &step.goal {
                 Goal::Reach(reach) => Some((format!("steps.{}", step.written), reach)),

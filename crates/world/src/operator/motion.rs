@@ -58,7 +58,7 @@ impl Transport {
 }
 
 /// A minimum-jerk turn of the palm about an upright axis.
-pub(super) struct Turning {
+pub(super) struct TurnMotion {
     pub(super) from_palm: Isometry3<f64>,
     /// A point of the axis.
     pub(super) centre: Point3<f64>,
@@ -69,7 +69,7 @@ pub(super) struct Turning {
     pub(super) duration: f64,
 }
 
-impl Turning {
+impl TurnMotion {
     /// The palm `time` seconds after the start.
     pub(super) fn at(&self, time: f64) -> Isometry3<f64> {
         let angle = self.angle * minimum_jerk(time / self.duration);
@@ -81,12 +81,12 @@ impl Turning {
 
 /// A velocity that follows what is wanted through two lags, so that it has no steps; m/s.
 #[derive(Default)]
-pub(super) struct Glide {
+pub(super) struct LagFilter {
     halfway: Vector3<f64>,
     velocity: Vector3<f64>,
 }
 
-impl Glide {
+impl LagFilter {
     /// The velocity after another `dt` seconds.
     pub(super) fn towards(&mut self, wanted: Vector3<f64>, dt: f64) -> Vector3<f64> {
         self.halfway += (wanted - self.halfway) * (dt / LAG_S);

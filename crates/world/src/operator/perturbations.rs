@@ -130,7 +130,8 @@ pub(crate) fn cuts(operator: &Operator, seed: u64) -> [Option<f64>; 2] {
 /// The steps of a script with the perturbations of a seed.
 pub(super) fn with_perturbations(operator: &Operator, script: &Script, side: Side, seed: u64) -> Vec<Step> {
     let stream = |perturbation: Perturbation| Rng::new(seed, STREAM + 2 * perturbation as u64 + side.index() as u64);
-    let mut perturbed = Perturbed { operator, chance: stream(Perturbation::Hesitation), steps: script.steps.clone() };
+    let mut perturbed =
+        PerturbedScript { operator, chance: stream(Perturbation::Hesitation), steps: script.steps.clone() };
     for perturbation in Perturbation::ALL {
         perturbed.chance = stream(perturbation);
         if perturbation.occurs(seed, operator.variation.perturbations)
@@ -143,13 +144,13 @@ pub(super) fn with_perturbations(operator: &Operator, script: &Script, side: Sid
 }
 
 /// A script with the perturbations that one seed draws.
-struct Perturbed<'a> {
+struct PerturbedScript<'a> {
     operator: &'a Operator,
     chance: Rng,
     steps: Vec<Step>,
 }
 
-impl Perturbed<'_> {
+impl PerturbedScript<'_> {
     /// Adds the steps of a perturbation, where the script has a place for it.
     fn add(&mut self, perturbation: Perturbation) {
         let wait = Goal::Hold(Quantity(self.chance.between(HESITATION_S)));

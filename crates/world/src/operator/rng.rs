@@ -52,12 +52,12 @@ impl Rng {
 }
 
 /// The tremor of one hand today.
-pub(super) struct Shaking {
+pub(super) struct HandTremor {
     /// Amplitude, m, angular frequency, rad/s, and phase, rad, in each direction.
     waves: [(f64, f64, f64); 3],
 }
 
-impl Shaking {
+impl HandTremor {
     pub(super) fn new(tremor: &Tremor, chance: &mut Rng) -> Self {
         let [low, high] = tremor.frequency.map(|frequency| frequency.0);
         let waves = [(); 3].map(|()| {

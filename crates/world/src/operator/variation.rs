@@ -141,8 +141,8 @@ impl Default for Tremor {
 
 /// Reads `human`, or numbers of a script's own.
 pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Variation, D::Error> {
-    struct HumanOrNumbers;
-    impl<'de> Visitor<'de> for HumanOrNumbers {
+    struct VariationVisitor;
+    impl<'de> Visitor<'de> for VariationVisitor {
         type Value = Variation;
         fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
             f.write_str("`human`, or how much operators vary")
@@ -154,14 +154,14 @@ pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Variati
             Variation::deserialize(MapAccessDeserializer::new(map))
         }
     }
-    deserializer.deserialize_any(HumanOrNumbers)
+    deserializer.deserialize_any(VariationVisitor)
 }
 
 /// `human`, or how much operators vary.
 #[derive(schemars::JsonSchema)]
 #[schemars(untagged)]
 #[allow(dead_code, reason = "it is only described")]
-pub(super) enum Written {
+pub(super) enum VariationText {
     Name(Human),
     Numbers(Variation),
 }

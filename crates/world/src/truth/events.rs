@@ -1,7 +1,7 @@
 //! Contacts made and lost, as events.
 
-use super::moment::Moment;
 use super::series::debounce;
+use super::world_state::WorldState;
 use teachtree_base::recording::Event;
 use teachtree_base::scene::Scene;
 
@@ -9,10 +9,10 @@ use teachtree_base::scene::Scene;
 const BLIP: usize = 20;
 
 /// Contacts made and lost, between fingertips and bodies and between bodies.
-pub(crate) fn contact_events(scene: &Scene, moments: &[Moment]) -> Vec<Event> {
+pub(crate) fn contact_events(scene: &Scene, moments: &[WorldState]) -> Vec<Event> {
     let names: Vec<&String> = scene.bodies.keys().collect();
     let mut events = Vec::new();
-    let mut watch = |subjects: Vec<String>, touching: &dyn Fn(&Moment) -> bool| {
+    let mut watch = |subjects: Vec<String>, touching: &dyn Fn(&WorldState) -> bool| {
         let mut states: Vec<bool> = moments.iter().map(touching).collect();
         debounce(&mut states, BLIP, BLIP);
         let mut before = false;

@@ -1,9 +1,9 @@
 //! What is true of a hand and the object it deals with, millisecond by millisecond: contacts that the solver made, forces without noise, and
 //! displacements over a quarter of a second, which is longer than a period of tremor.
 
-use super::moment::Moment;
 use super::series::{debounce, means, runs, strokes};
-use crate::sockets::{Place, places};
+use super::world_state::WorldState;
+use crate::sockets::{SocketSite, places};
 use nalgebra::{Point3, Vector3};
 use teachtree_base::hands::Finger;
 use teachtree_base::scene::{Role, Scene};
@@ -84,10 +84,10 @@ pub(super) struct Facts {
 }
 
 /// The facts of a hand.
-pub(super) fn facts(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<Facts> {
+pub(super) fn facts(scene: &Scene, hand: usize, moments: &[WorldState]) -> Vec<Facts> {
     let targets = targets(scene, hand, moments);
     let places = places(scene);
-    let view = View { scene, hand, moments, places: &places };
+    let view = FactInputs { scene, hand, moments, places: &places };
     let mut facts: Vec<Facts> =
         targets.iter().enumerate().map(|(index, &target)| view.facts(index, target).unwrap_or_default()).collect();
     let (mut near, mut of) = (false, usize::MAX);
@@ -110,8 +110,8 @@ pub(super) fn facts(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<Facts
         debounce(&mut series, *bridge, *blip);
         facts.iter_mut().zip(series).for_each(|(facts, value)| *of(facts) = value);
     }
-    enter_and_leave(&mut facts);
-    for Leading { moves, when, way, least } in LEADING {
+    derive_insertions(&mut facts);
+    for MotionFilter { moves, when, way, least } in LEADING {
         let series: Vec<bool> = facts.iter_mut().map(|facts| when(facts) && *moves(facts)).collect();
         for run in runs(&series).into_iter().filter(|run| series[run.start]) {
             if facts[run.clone()].iter().map(way).sum::<f64>() / 1000.0 < *least {
@@ -124,7 +124,7 @@ pub(super) fn facts(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<Facts
 
 /// Derives insertions and extractions from the depth alone, so that slow motions count. Shorter motions are derived from the speed, and motions in a thread
 /// from the rotation.
-fn enter_and_leave(facts: &mut [Facts]) {
+fn derive_insertions(facts: &mut [Facts]) {
     let socket = |facts: &Facts| (facts.inside && !facts.threaded).then_some(facts.target);
     let sockets: Vec<Option<usize>> = facts.iter().map(socket).collect();
     for run in runs(&sockets).into_iter().filter(|run| sockets[run.start].is_some()) {
@@ -149,7 +149,7 @@ fn enter_and_leave(facts: &mut [Facts]) {
 }
 
 /// A motion that must lead somewhere to be one: whoever takes hold of an object or lets it go bumps it.
-struct Leading {
+struct MotionFilter {
     moves: fn(&mut Facts) -> &mut bool,
     /// When this is asked of it.
     when: fn(&Facts) -> bool,
@@ -158,31 +158,36 @@ struct Leading {
     least: f64,
 }
 
-const LEADING: &[Leading] = &[
-    Leading {
+const LEADING: &[MotionFilter] = &[
+    MotionFilter {
         moves: |facts| &mut facts.moving,
         when: |facts| facts.fingers > 0 && !facts.held,
         way: |facts| facts.speed,
         least: NUDGE_M,
     },
-    Leading {
+    MotionFilter {
         moves: |facts| &mut facts.sliding,
         when: |facts| facts.held && facts.carried_by,
         way: |facts| facts.speed,
         least: BUMP_M,
     },
-    Leading {
+    MotionFilter {
         moves: |facts| &mut facts.along,
         when: |facts| facts.held && facts.beside,
         way: |facts| facts.speed,
         least: BUMP_M,
     },
-    Leading { moves: |facts| &mut facts.turning, when: |facts| facts.held, way: |facts| facts.spin, least: BUMP_RAD },
+    MotionFilter {
+        moves: |facts| &mut facts.turning,
+        when: |facts| facts.held,
+        way: |facts| facts.spin,
+        least: BUMP_RAD,
+    },
 ];
 
 /// What is bridged and what is taken out, ms.
-type Cleaned = (fn(&mut Facts) -> &mut bool, usize, usize);
-const CLEANED: &[Cleaned] = &[
+type DebounceRule = (fn(&mut Facts) -> &mut bool, usize, usize);
+const CLEANED: &[DebounceRule] = &[
     (|facts| &mut facts.held, GRIP, GRIP),
     (|facts| &mut facts.carried_by, BRIDGE, BLIP),
     (|facts| &mut facts.beside, BRIDGE, BLIP),
@@ -197,10 +202,10 @@ const CLEANED: &[Cleaned] = &[
 ];
 
 /// The object that a hand deals with: what it touches, else what is nearest.
-fn targets(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<usize> {
+fn targets(scene: &Scene, hand: usize, moments: &[WorldState]) -> Vec<usize> {
     let objects: Vec<usize> = (0..scene.bodies.len()).filter(|&body| scene.bodies[body].role == Role::Object).collect();
     let mut target = usize::MAX;
-    let of_moment = |moment: &Moment| {
+    let of_moment = |moment: &WorldState| {
         let touched = |object: usize| moment.hands[hand].iter().any(|tip| tip.force_on(object).is_some());
         if !touched(target) {
             let distance = |object: &usize| moment.distance(hand, &scene.bodies[*object], *object);
@@ -215,14 +220,14 @@ fn targets(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<usize> {
 }
 
 /// All that facts are read from.
-struct View<'a> {
+struct FactInputs<'a> {
     scene: &'a Scene,
     hand: usize,
-    moments: &'a [Moment],
-    places: &'a [Place],
+    moments: &'a [WorldState],
+    places: &'a [SocketSite],
 }
 
-impl View<'_> {
+impl FactInputs<'_> {
     fn facts(&self, index: usize, target: usize) -> Option<Facts> {
         let (_, body) = self.scene.bodies.get_index(target)?;
         let moment = self.moments.get(index)?;
@@ -238,7 +243,7 @@ impl View<'_> {
 
         let (before, after, seconds) = self.around(index)?;
         let moved = |body: usize| {
-            let at = |moment: &Moment| moment.bodies[body].pose.translation.vector;
+            let at = |moment: &WorldState| moment.bodies[body].pose.translation.vector;
             (at(after) - at(before)) / seconds
         };
         let velocity = moved(target);
@@ -273,7 +278,7 @@ impl View<'_> {
                 searched = Some(place.body);
             }
             if place.holds(&plug) && plug.height < -INSIDE_M {
-                let height = |moment: &Moment| place.plug(target, &moment.bodies).map_or(0.0, |plug| plug.height);
+                let height = |moment: &WorldState| place.plug(target, &moment.bodies).map_or(0.0, |plug| plug.height);
                 let rate = (height(after) - height(before)) / seconds;
                 axis = plug.axis;
                 (facts.inside, facts.depth) = (true, Some(-plug.height));
@@ -311,7 +316,7 @@ impl View<'_> {
     }
 
     /// The moments before and after, and the time between them, s.
-    fn around(&self, index: usize) -> Option<(&Moment, &Moment, f64)> {
+    fn around(&self, index: usize) -> Option<(&WorldState, &WorldState, f64)> {
         let (before, after) = (index.saturating_sub(AROUND), (index + AROUND).min(self.moments.len().checked_sub(1)?));
         Some((self.moments.get(before)?, self.moments.get(after)?, (after - before).max(1) as f64 / 1000.0))
     }
@@ -320,7 +325,7 @@ impl View<'_> {
     fn pressed_down(&self, index: usize, target: usize, up: &Vector3<f64>) -> f64 {
         let end = (index + BRIDGE / 2).min(self.moments.len());
         let around = &self.moments[index.saturating_sub(BRIDGE / 2)..end];
-        let force = |moment: &Moment| -> Vector3<f64> {
+        let force = |moment: &WorldState| -> Vector3<f64> {
             moment.hands[self.hand].iter().filter_map(|tip| tip.force_on(target)).sum()
         };
         // Every tenth millisecond is often enough for a mean.

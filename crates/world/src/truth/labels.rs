@@ -14,19 +14,19 @@ const FUMBLED: usize = 600;
 /// The primitive of a hand at every moment.
 pub(super) fn labels(facts: &[Facts]) -> Vec<&'static str> {
     let mut labels = Vec::with_capacity(facts.len());
-    let mut memory = Memory::default();
+    let mut memory = GraspHistory::default();
     let pressing = pressing(facts);
     for ((now, leaves), pressing) in facts.iter().zip(leaving(facts)).zip(pressing) {
         labels.push(memory.label(now, leaves, pressing));
     }
     short(&mut labels);
-    fumbles(&mut labels);
-    rests(&mut labels);
+    relabel_interruptions(&mut labels);
+    relabel_rests(&mut labels);
     labels
 }
 
 /// What has happened in this grasp.
-struct Memory {
+struct GraspHistory {
     label: &'static str,
     lifted: bool,
     placed: bool,
@@ -34,13 +34,13 @@ struct Memory {
     beside_before: bool,
 }
 
-impl Default for Memory {
+impl Default for GraspHistory {
     fn default() -> Self {
         Self { label: "Move", lifted: false, placed: false, beside_before: false }
     }
 }
 
-impl Memory {
+impl GraspHistory {
     fn label(&mut self, now: &Facts, leaves: bool, pressing: bool) -> &'static str {
         self.label = if now.fingers == 0 {
             (self.lifted, self.placed) = (false, false);
@@ -155,7 +155,7 @@ fn short(labels: &mut [&'static str]) {
 }
 
 /// Following a wall begins and ends by holding on to it, and may lose it for a moment; what is set down may bounce.
-fn fumbles(labels: &mut [&'static str]) {
+fn relabel_interruptions(labels: &mut [&'static str]) {
     for run in runs(labels) {
         let Some((before, next)) = neighbours(labels, &run) else { continue };
         let into = match (before, labels[run.start], next) {
@@ -172,7 +172,7 @@ fn fumbles(labels: &mut [&'static str]) {
 }
 
 /// What comes to rest before it is let go was slid until then (docs/sources.md, X3).
-fn rests(labels: &mut [&'static str]) {
+fn relabel_rests(labels: &mut [&'static str]) {
     for run in runs(labels) {
         if neighbours(labels, &run) == Some(("Slide", "Release")) && labels[run.start] == "Grasp" {
             labels[run].fill("Slide");

@@ -3,16 +3,16 @@
 //! weight, contacts are those that the solver made, motions are displacements that outlast tremor, and what is shorter than a human act is
 //! taken out on both sides of a change.
 
-mod both;
+mod coordination;
 mod events;
 mod facts;
 mod labels;
-mod moment;
 mod series;
 mod tasks;
+mod world_state;
 
 pub(super) use events::contact_events;
-pub(super) use moment::Moment;
+pub(super) use world_state::WorldState;
 
 use facts::Facts;
 use std::ops::Range;
@@ -32,13 +32,13 @@ pub fn sets_out(before: &str, after: &str) -> bool {
 /// What the hands did at every moment.
 pub(super) struct Truth {
     /// The hands, in the order of the scene.
-    pub(super) hands: Vec<OfHand>,
+    pub(super) hands: Vec<HandTruth>,
     /// The coordination of two hands, empty where there is none.
     pub(super) both: Option<Vec<String>>,
 }
 
 /// What a hand did at every moment.
-pub(super) struct OfHand {
+pub(super) struct HandTruth {
     /// The primitive.
     pub(super) labels: Vec<String>,
     /// The task; empty where it was at none.
@@ -48,17 +48,17 @@ pub(super) struct OfHand {
 }
 
 /// What the hands did in the part of the recording that is kept; nothing outside of it makes a task.
-pub(super) fn truth(scene: &Scene, moments: &[Moment], kept: &Range<usize>) -> Truth {
+pub(super) fn truth(scene: &Scene, moments: &[WorldState], kept: &Range<usize>) -> Truth {
     let facts: Vec<Vec<Facts>> = (0..scene.hands.len()).map(|hand| facts::facts(scene, hand, moments)).collect();
     let mut labels: Vec<Vec<&'static str>> = facts.iter().map(|facts| labels::labels(facts)).collect();
     let sides: Vec<Side> = scene.hands.keys().copied().collect();
     let both = match (facts.as_slice(), labels.as_slice(), sides.as_slice()) {
         ([one, other], [of_one, of_other], &[first, second]) => {
             let hands = [
-                both::Of { side: first, facts: one, labels: of_one },
-                both::Of { side: second, facts: other, labels: of_other },
+                coordination::HandTimeline { side: first, facts: one, labels: of_one },
+                coordination::HandTimeline { side: second, facts: other, labels: of_other },
             ];
-            Some(both::coordination(&hands))
+            Some(coordination::coordination(&hands))
         }
         _ => None,
     };
@@ -71,7 +71,7 @@ pub(super) fn truth(scene: &Scene, moments: &[Moment], kept: &Range<usize>) -> T
     Truth { hands: hands.collect(), both: both.map(text) }
 }
 
-fn of_hand(facts: &[Facts], labels: &[&'static str]) -> OfHand {
+fn of_hand(facts: &[Facts], labels: &[&'static str]) -> HandTruth {
     let mut tasks = vec![String::new(); labels.len()];
     let mut begun = Vec::new();
     for (span, task) in tasks::tasks(labels, facts) {
@@ -80,5 +80,5 @@ fn of_hand(facts: &[Facts], labels: &[&'static str]) -> OfHand {
         }
         tasks[span].fill(task.to_string());
     }
-    OfHand { labels: labels.iter().map(|name| (*name).to_string()).collect(), tasks, begun }
+    HandTruth { labels: labels.iter().map(|name| (*name).to_string()).collect(), tasks, begun }
 }

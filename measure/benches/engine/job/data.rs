@@ -74,9 +74,9 @@ impl Phase {
 }
 
 /// SplitMix64, with the distributions drawn from it.
-struct Chance(u64);
+struct SplitMix64(u64);
 
-impl Chance {
+impl SplitMix64 {
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -116,7 +116,7 @@ impl Chance {
 
 /// Returns `frames` frames, as rows.
 pub fn rows(frames: usize, seed: u64) -> Vec<[f32; CHANNELS]> {
-    let mut chance = Chance(seed);
+    let mut chance = SplitMix64(seed);
     let directions = [[0.0, 1.0, 0.2], [0.35, -0.9, 0.3], [0.1, -1.0, 0.0], [-0.35, -0.9, -0.3], [-0.6, -0.7, -0.5]]
         .map(|[x, y, z]: [f64; 3]| [x, y, z].map(|part| part / (x * x + y * y + z * z).sqrt()));
     let mut rows = Vec::with_capacity(frames);

@@ -10,13 +10,13 @@ use teachtree_logs::read::csv::parse_scene;
 
 /// A recording, or a part of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cut {
+pub struct RecordingPart {
     seed: u64,
     /// The range of rows, which may exceed the recording.
     rows: Range<usize>,
 }
 
-impl Cut {
+impl RecordingPart {
     /// A whole recording.
     pub fn whole(seed: u64) -> Self {
         Self { seed, rows: 0..MOST_ROWS }
@@ -41,7 +41,7 @@ static SCENE: LazyLock<Scene> = LazyLock::new(|| {
 });
 
 /// Returns the recording of a seed.
-pub fn recording(cut: &Cut) -> Recording {
+pub fn recording(cut: &RecordingPart) -> Recording {
     let mut random = Random::new(cut.seed);
     let rows = 150 + random.below(MOST_ROWS - 150);
     let mut made = Recording { scene: SCENE.clone(), ..Recording::default() };

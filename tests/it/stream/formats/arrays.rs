@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use teachtree_logs::read::formats;
-use teachtree_logs::read::table::{Source, Want};
+use teachtree_logs::read::table::{ColumnRequest, Source};
 
 fn file(name: &str) -> PathBuf {
     fixture("arrays").join(name)
@@ -19,7 +19,7 @@ pub fn columns(source: Source) -> BTreeMap<String, Vec<f64>> {
     let mut found = BTreeMap::new();
     for sheet in source.sheets {
         let (name, header) = (sheet.name, sheet.header.clone());
-        let wants = vec![Want::Optional(1.0); header.len()];
+        let wants = vec![ColumnRequest::Optional(1.0); header.len()];
         let table = sheet.rows.read(&header, &wants, Some(1.0)).unwrap();
         let title = |title: &String| if name.is_empty() { title.clone() } else { format!("{name}.{title}") };
         found.extend(header.iter().map(title).zip(table.numbers));

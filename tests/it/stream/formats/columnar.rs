@@ -8,7 +8,7 @@ use teachtree_base::recording::{Column, Event, Recording};
 use teachtree_base::units::Dimension;
 use teachtree_frames::OpenRequest;
 use teachtree_frames::open;
-use teachtree_frames::streaming::Flow;
+use teachtree_frames::streaming::StreamedLog;
 use teachtree_logs::read::formats;
 
 const SCENE: &str = "bodies: {cube: {role: object, parts: [{box: [120 mm, 120 mm, 120 mm]}]}}";
@@ -191,7 +191,7 @@ fn a_damaged_file_is_an_error_of_that_file() {
                 }
             }
             // As it is read in windows.
-            if let Some(known) = Flow::open(&request).and_then(|flow| flow.look_through(&[])) {
+            if let Some(known) = StreamedLog::open(&request).and_then(|flow| flow.look_through(&[])) {
                 let _ = known.parts(&mut |_| Ok(()));
             }
         }

@@ -1,15 +1,15 @@
 //! The operators of the language for one element: a slot of an array, or a single value.
 
-use super::stateful::Targets;
+use super::stateful_nodes::Targets;
 use super::{Instantiation, Item, only_bits, tally_misused};
 use crate::compiled::plan::{BitId, Condition, Number, NumberId, StatefulNode};
 use crate::semantics::{internal, times};
-use crate::temporal::Watching;
+use crate::temporal_operators::ReducedOperator;
 use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_language::graph::{FloatBits, Op, ValueId};
-use teachtree_language::ops::{Takes, Temporal};
+use teachtree_language::ops::{Operand, TemporalOperator};
 use teachtree_language::rules::{Arithmetic, Comparison};
 
 impl Instantiation<'_> {
@@ -223,38 +223,39 @@ impl Instantiation<'_> {
     }
 
     /// An operator over time with its constants in samples; a number of times is rounded up.
-    fn in_samples(&self, temporal: &Temporal<FloatBits>) -> Result<Temporal<u32>, InputError> {
+    fn in_samples(&self, temporal: &TemporalOperator<FloatBits>) -> Result<TemporalOperator<u32>, InputError> {
         let mut samples = Vec::new();
         for (constant, kind) in temporal.constants().into_iter().zip(temporal.kinds()) {
             samples.push(match kind {
-                Takes::Times => times(constant.get()),
+                Operand::Times => times(constant.get()),
                 _ => self.frames(*constant)?,
             });
         }
-        Temporal::new(temporal.name(), samples).ok_or_else(|| internal("an operator over time lacks a constant"))
+        TemporalOperator::new(temporal.name(), samples)
+            .ok_or_else(|| internal("an operator over time lacks a constant"))
     }
 
-    fn temporal(&mut self, temporal: Temporal<u32>, item: Item, targets: Targets) -> Result<Item, InputError> {
-        let Watching { watch, negated, ahead } = Watching::of(temporal);
+    fn temporal(&mut self, temporal: TemporalOperator<u32>, item: Item, targets: Targets) -> Result<Item, InputError> {
+        let ReducedOperator { operator, negated, ahead } = ReducedOperator::of(temporal);
         let item = if negated { self.not(item)? } else { item };
         Ok(match (item, ahead) {
             // Nothing holds after the end.
             (Item::Bit(bit), Some(ahead)) => {
                 let delay = self.bit_delay(bit);
-                let inside = self.bit(Condition::Inside, 0);
+                let inside = self.bit(Condition::InLog, 0);
                 let inside = self.late_bit(inside, delay);
                 let condition = self.bit(Condition::And(vec![bit, inside]), delay);
-                Item::Bit(self.bit(Condition::Temporal(watch, condition, None), delay + ahead))
+                Item::Bit(self.bit(Condition::Temporal(operator, condition, None), delay + ahead))
             }
             (Item::Bit(bit), None) => {
                 let delay = self.bit_delay(bit);
                 let restart = self.restart_on(targets, delay);
-                Item::Bit(self.bit(Condition::Temporal(watch, bit, restart), delay))
+                Item::Bit(self.bit(Condition::Temporal(operator, bit, restart), delay))
             }
             (_, Some(_)) => return Err(internal("`within next` looks at what is known only frame by frame")),
             (other, None) => {
                 let (memory, restart) = (self.stateful_of(other)?, self.restart_node(targets)?);
-                Item::Stateful(self.stateful(StatefulNode::Temporal(watch, memory, restart)))
+                Item::Stateful(self.stateful(StatefulNode::Temporal(operator, memory, restart)))
             }
         })
     }

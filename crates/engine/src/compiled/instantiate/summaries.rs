@@ -1,6 +1,6 @@
 //! Numbers over time.
 
-use super::stateful::Targets;
+use super::stateful_nodes::Targets;
 use super::{Instantiation, Item};
 use crate::compiled::plan::{Number, NumberId};
 use crate::semantics::internal;

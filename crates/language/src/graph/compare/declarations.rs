@@ -3,10 +3,10 @@
 
 use super::Finding;
 use super::labels::CommonLabels;
-use crate::formula::written;
-use crate::rules::{Branch, ChannelId, Expr, ExprKind, Hand, PrimitiveId, Rules, Then, Tree, TreeScope};
+use crate::formula::canonical_text;
+use crate::rules::{Branch, ChannelId, Consequent, Expr, ExprKind, Hand, PrimitiveId, Rules, Tree, TreeScope};
 use std::collections::BTreeMap;
-use teachtree_base::channels::{Absent, Axis, ChannelSpec};
+use teachtree_base::channels::{Axis, ChannelSpec, Fallback};
 use teachtree_base::log_channel::LogChannel;
 
 /// A declaration with its meaning as text.
@@ -56,7 +56,7 @@ fn declared(shared: &CommonLabels, other: &Rules) -> Vec<Declaration> {
     let of = |kind, name: &str, meaning: String, place: String| Declaration { kind, name: name.into(), meaning, place };
     let mut all = Vec::new();
     for (channel, at) in rules.channels.iter().zip(0..) {
-        if channel.absent != Absent::Derived {
+        if channel.absent != Fallback::Derived {
             all.push(of("channel", &channel.name, channel_meaning(channel), read_at(rules, ChannelId(at))));
         }
     }
@@ -64,11 +64,11 @@ fn declared(shared: &CommonLabels, other: &Rules) -> Vec<Declaration> {
         all.push(of("param", &param.name, format!("{:e} {:?}", param.value, param.dimension), place(param.span)));
     }
     for signal in &rules.signals {
-        let meaning = written(&signal.expr, rules, this(signal.per_hand));
+        let meaning = canonical_text(&signal.expr, rules, this(signal.per_hand));
         all.push(of("signal", &signal.name, format!("{} {meaning}", signal.per_hand), place(signal.expr.span)));
     }
     for latch in &rules.latches {
-        let part = |expr: &Expr| written(&without_new(expr, shared), rules, this(latch.per_hand));
+        let part = |expr: &Expr| canonical_text(&without_new(expr, shared), rules, this(latch.per_hand));
         let meaning = format!("{} {} / {}", latch.per_hand, part(&latch.set), part(&latch.clear));
         all.push(of("latch", &latch.name, meaning, place(latch.span)));
     }
@@ -94,10 +94,10 @@ const fn this(per_hand: bool) -> Hand {
 /// Formats the type of a channel and its default.
 fn channel_meaning(channel: &ChannelSpec) -> String {
     let absent = match &channel.absent {
-        Absent::Refused | Absent::Derived => "needed".to_string(),
-        Absent::Constant(value) => format!("{value:e}"),
+        Fallback::Refused | Fallback::Derived => "needed".to_string(),
+        Fallback::Constant(value) => format!("{value:e}"),
         // `needed` only determines whether a log without both channels is refused.
-        Absent::NormAbove { channel, on, off, needed: _ } => format!("norm {channel} {on:e} {off:e}"),
+        Fallback::NormAbove { channel, on, off, needed: _ } => format!("norm {channel} {on:e} {off:e}"),
     };
     let ChannelSpec { per_hand, axis, shape, dimension, .. } = channel;
     format!("{per_hand} {axis:?} {shape:?} {dimension:?} {absent}")
@@ -107,8 +107,8 @@ fn channel_meaning(channel: &ChannelSpec) -> String {
 fn read_at(rules: &Rules, channel: ChannelId) -> String {
     let signals = rules.signals.iter().map(|signal| &signal.expr);
     let latches = rules.latches.iter().flat_map(|latch| [&latch.set, &latch.clear]);
-    let ways: Vec<_> = rules.trees.iter().flat_map(|tree| tree.root.ways()).collect();
-    let trees = ways.iter().flat_map(|way| way.asked.iter().map(|(_, condition, _)| *condition));
+    let paths: Vec<_> = rules.trees.iter().flat_map(|tree| tree.root.paths()).collect();
+    let trees = paths.iter().flat_map(|path| path.asked.iter().map(|(_, condition, _)| *condition));
     let mut found = None;
     for expr in signals.chain(latches).chain(trees) {
         expr.walk(&mut |part| {
@@ -152,7 +152,7 @@ pub fn new_channels(base: &Rules, extended: &Rules) -> Vec<Finding> {
         };
         (!canonical.as_ref().is_some_and(is_canonical)).then_some("leaves out rows in which it is not measured")
     };
-    let all = extended.channels.iter().zip(0..).filter(|(channel, _)| channel.absent != Absent::Derived);
+    let all = extended.channels.iter().zip(0..).filter(|(channel, _)| channel.absent != Fallback::Derived);
     let new = all.filter(|(channel, _)| !base.channels.iter().any(|other| other.name == channel.name));
     let finding = |(channel, at): (&ChannelSpec, u32)| {
         let what = format!("the channel `{}`, which the base does not read, {}", channel.name, why(channel)?);
@@ -194,7 +194,7 @@ pub fn new_trees(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
 fn old_leaves(branch: &Branch, tree: &Tree, extended: &CommonLabels, findings: &mut Vec<Finding>) {
     for choice in &branch.choices {
         match &choice.then {
-            Then::Primitive(label) if !extended.is_new(*label) => {
+            Consequent::Primitive(label) if !extended.is_new(*label) => {
                 let name = extended.rules.label_name(*label);
                 let what =
                     format!("the tree `{}` is new, and its `{name}` replaces the labels of both hands", tree.name);
@@ -202,8 +202,8 @@ fn old_leaves(branch: &Branch, tree: &Tree, extended: &CommonLabels, findings: &
                     findings.push(Finding { what, place: extended.rules.sources.place(choice.span) });
                 }
             }
-            Then::Branch(below) => old_leaves(below, tree, extended, findings),
-            Then::Primitive(_) | Then::Stay | Then::Separate => {}
+            Consequent::Branch(below) => old_leaves(below, tree, extended, findings),
+            Consequent::Primitive(_) | Consequent::Stay | Consequent::Separate => {}
         }
     }
 }

@@ -6,23 +6,23 @@
 
 use super::Finding;
 use super::labels::{CommonLabels, Names};
-use crate::rules::{Constant, Relabel, RelabelKind, Repeat, Rules, TreeScope};
+use crate::rules::{Constant, RelabelKind, RelabelRule, Repetition, Rules, TreeScope};
 use std::collections::BTreeMap;
 use teachtree_base::units::Dimension;
 
 /// The effect of a rule as long as no new primitive occurs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Form {
-    Between { what: What, between: (Names, Names), becomes: String },
-    InHands { what: What, one: (Names, Names), other: (Names, Names), becomes: Option<String> },
+enum RewriteEffect {
+    Between { what: RewriteTarget, between: (Names, Names), becomes: String },
+    InHands { what: RewriteTarget, one: (Names, Names), other: (Names, Names), becomes: Option<String> },
     Become { what: Names, becomes: String },
-    Sequence { elements: Vec<(Names, Repeat)>, becomes: String },
+    Sequence { elements: Vec<(Names, Repetition)>, becomes: String },
     Separate { what: Names, without: Names },
 }
 
 /// The segments that are rewritten between two neighbors.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct What {
+struct RewriteTarget {
     labels: Names,
     run: bool,
     shorter: Option<(Dimension, u64)>,
@@ -32,7 +32,7 @@ struct What {
 #[derive(PartialEq)]
 struct ActiveRule<'r> {
     text: &'r str,
-    form: Form,
+    effect: RewriteEffect,
     place: String,
 }
 
@@ -47,8 +47,8 @@ impl<'r> Scopes<'r> {
     fn new(shared: &CommonLabels<'r>, coordinated: bool) -> Self {
         let mut scopes = Self { general: Vec::new(), of_task: BTreeMap::new() };
         for rule in &shared.rules.relabels {
-            let Some(form) = form(&rule.kind, shared, coordinated) else { continue };
-            let acting = ActiveRule { text: &rule.text, form, place: shared.rules.sources.place(rule.span) };
+            let Some(effect) = effect(&rule.kind, shared, coordinated) else { continue };
+            let acting = ActiveRule { text: &rule.text, effect, place: shared.rules.sources.place(rule.span) };
             match task_of(rule, shared.rules) {
                 None => scopes.general.push(acting),
                 Some(task) => scopes.of_task.entry(task).or_default().push(acting),
@@ -65,30 +65,35 @@ pub fn acts(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
     let (mut ours, mut theirs) =
         (Scopes::new(&CommonLabels::all(base), coordinated), Scopes::new(extended, coordinated));
     let mut findings = Vec::new();
-    let general = Kept::new(&ours.general, &theirs.general, None, &mut findings);
+    let general = CommonRules::new(&ours.general, &theirs.general, None, &mut findings);
     for task in &base.tasks {
         let (ours, theirs) = (ours.of_task.remove(task.name.as_str()), theirs.of_task.remove(task.name.as_str()));
-        Kept::new(&ours.unwrap_or_default(), &theirs.unwrap_or_default(), Some(&general), &mut findings);
+        CommonRules::new(&ours.unwrap_or_default(), &theirs.unwrap_or_default(), Some(&general), &mut findings);
     }
     // The remaining rules belong to tasks that the base lacks: these need a new primitive, or are findings.
     findings
 }
 
 /// The rules of the extension that equal those of the base, in order.
-struct Kept<'a>(Vec<&'a Form>);
+struct CommonRules<'a>(Vec<&'a RewriteEffect>);
 
-impl<'a> Kept<'a> {
+impl<'a> CommonRules<'a> {
     /// Reports each additional rule that may have an effect, and each difference from the rules of the base. In the spans of a task, the rules for all
     /// tasks are applied first, until nothing changes.
-    fn new(ours: &[ActiveRule], theirs: &'a [ActiveRule], before: Option<&Kept>, findings: &mut Vec<Finding>) -> Self {
+    fn new(
+        ours: &[ActiveRule],
+        theirs: &'a [ActiveRule],
+        before: Option<&CommonRules>,
+        findings: &mut Vec<Finding>,
+    ) -> Self {
         let mut open = ours.iter();
         let mut next = open.next();
         // The kept rules, and for each other rule the number of kept rules before it.
-        let (mut kept, mut others): (Vec<&Form>, Vec<(usize, &ActiveRule)>) = (Vec::new(), Vec::new());
+        let (mut kept, mut others): (Vec<&RewriteEffect>, Vec<(usize, &ActiveRule)>) = (Vec::new(), Vec::new());
         for rule in theirs {
             match next {
-                Some(known) if (known.text, &known.form) == (rule.text, &rule.form) => {
-                    kept.push(&rule.form);
+                Some(known) if (known.text, &known.effect) == (rule.text, &rule.effect) => {
+                    kept.push(&rule.effect);
                     next = open.next();
                 }
                 _ => others.push((kept.len(), rule)),
@@ -100,20 +105,21 @@ impl<'a> Kept<'a> {
             return Self(kept);
         }
         for (at, rule) in others {
-            let Form::Between { what, between, .. } = &rule.form else {
+            let RewriteEffect::Between { what, between, .. } = &rule.effect else {
                 findings.push(may_act(rule));
                 continue;
             };
-            let taken = |rules: &[&Form], then: &[&Form]| {
+            let taken = |rules: &[&RewriteEffect], then: &[&RewriteEffect]| {
                 (0..rules.len()).any(|at| {
                     let (earlier, later) = (rules.get(at), rules.get(at + 1..).unwrap_or_default());
-                    let earlier = earlier.and_then(|form| Pattern::all_taken(form, what, between));
-                    earlier.is_some_and(|pattern| !later.iter().chain(then).any(|form| pattern.may_be_made_by(form)))
+                    let earlier = earlier.and_then(|effect| Pattern::all_taken(effect, what, between));
+                    earlier
+                        .is_some_and(|pattern| !later.iter().chain(then).any(|effect| pattern.may_be_made_by(effect)))
                 })
             };
             let in_round = taken(kept.get(..at).unwrap_or_default(), &[]);
             // A rule that separates the hands restores their original tracks, without the changes of earlier rules.
-            let before = before.filter(|before| !before.0.iter().any(|form| form.separates()));
+            let before = before.filter(|before| !before.0.iter().any(|effect| effect.separates()));
             if !in_round && !before.is_some_and(|before| taken(&before.0, &kept)) {
                 findings.push(may_act(rule));
             }
@@ -136,8 +142,8 @@ struct Pattern<'a> {
 impl<'a> Pattern<'a> {
     /// Returns the pattern whose segments a rule rewrites completely, if it covers all matches of another rule. A rule with a bound leaves longer segments,
     /// and these become shorter when other rules change a part of them.
-    fn all_taken(form: &'a Form, wanted: &What, (before, after): &(Names, Names)) -> Option<Self> {
-        let Form::Between { what, between, becomes } = form else { return None };
+    fn all_taken(effect: &'a RewriteEffect, wanted: &RewriteTarget, (before, after): &(Names, Names)) -> Option<Self> {
+        let RewriteEffect::Between { what, between, becomes } = effect else { return None };
         let covers = wanted.labels.is_subset(&what.labels)
             && before.is_subset(&between.0)
             && after.is_subset(&between.1)
@@ -150,21 +156,21 @@ impl<'a> Pattern<'a> {
     }
 
     /// Whether a rule may create a match: by rewriting a segment to a label of the pattern, or by rewriting its neighbor to a required one.
-    fn may_be_made_by(&self, form: &Form) -> bool {
+    fn may_be_made_by(&self, effect: &RewriteEffect) -> bool {
         // The neighbors of the rewritten segments; `None` for any.
         let anything = (None, None);
-        let (rewritten, becomes, (before, after)) = match form {
-            Form::Between { what, between, becomes } => {
+        let (rewritten, becomes, (before, after)) = match effect {
+            RewriteEffect::Between { what, between, becomes } => {
                 (what.labels.clone(), becomes, (Some(between.0.clone()), Some(between.1.clone())))
             }
-            Form::InHands { what, one, other, becomes: Some(becomes) } => {
+            RewriteEffect::InHands { what, one, other, becomes: Some(becomes) } => {
                 let either = |one: &Names, other: &Names| Some(one.union(other).cloned().collect());
                 (what.labels.clone(), becomes, (either(&one.0, &other.0), either(&one.1, &other.1)))
             }
-            Form::Become { what, becomes } => (what.clone(), becomes, anything),
-            Form::Sequence { elements, becomes } => (all_of(elements), becomes, anything),
+            RewriteEffect::Become { what, becomes } => (what.clone(), becomes, anything),
+            RewriteEffect::Sequence { elements, becomes } => (all_of(elements), becomes, anything),
             // A change by one of these rules ends the round.
-            Form::InHands { becomes: None, .. } | Form::Separate { .. } => return false,
+            RewriteEffect::InHands { becomes: None, .. } | RewriteEffect::Separate { .. } => return false,
         };
         let meets = |neighbors: Option<Names>| neighbors.is_none_or(|neighbors| !neighbors.is_disjoint(self.what));
         let as_neighbor =
@@ -173,23 +179,23 @@ impl<'a> Pattern<'a> {
     }
 }
 
-impl Form {
+impl RewriteEffect {
     /// Whether the rule separates the hands.
     const fn separates(&self) -> bool {
         matches!(self, Self::InHands { becomes: None, .. } | Self::Separate { .. })
     }
 }
 
-fn all_of(elements: &[(Names, Repeat)]) -> Names {
+fn all_of(elements: &[(Names, Repetition)]) -> Names {
     elements.iter().flat_map(|(names, _)| names.iter().cloned()).collect()
 }
 
-fn task_of<'r>(rule: &Relabel, rules: &'r Rules) -> Option<&'r str> {
+fn task_of<'r>(rule: &RelabelRule, rules: &'r Rules) -> Option<&'r str> {
     rule.task.and_then(|task| rules.tasks.get(task.index())).map(|task| task.name.as_str())
 }
 
 /// Returns the effect of a rule without new primitives; `None` if it has none.
-fn form(kind: &RelabelKind, shared: &CommonLabels, coordinated: bool) -> Option<Form> {
+fn effect(kind: &RelabelKind, shared: &CommonLabels, coordinated: bool) -> Option<RewriteEffect> {
     let names = |labels: &[crate::rules::Label]| shared.names(labels.iter().copied());
     let some = |labels: &[crate::rules::Label]| Some(names(labels)).filter(|names| !names.is_empty());
     let label = |label| shared.rules.label_name(label);
@@ -197,12 +203,12 @@ fn form(kind: &RelabelKind, shared: &CommonLabels, coordinated: bool) -> Option<
     let changes = |what: &Names, becomes: &str| what.iter().any(|name| name != becomes);
     Some(match kind {
         RelabelKind::Between { what, run, shorter, between, becomes } => {
-            let what = What { labels: some(what)?, run: *run, shorter: bound(shorter) };
+            let what = RewriteTarget { labels: some(what)?, run: *run, shorter: bound(shorter) };
             let becomes = Some(label(*becomes)).filter(|becomes| changes(&what.labels, becomes))?;
-            Form::Between { what, between: (some(&between.0)?, some(&between.1)?), becomes }
+            RewriteEffect::Between { what, between: (some(&between.0)?, some(&between.1)?), becomes }
         }
         RelabelKind::BetweenInHands { what, run, shorter, one, other, becomes } => {
-            let what = What { labels: some(what)?, run: *run, shorter: bound(shorter) };
+            let what = RewriteTarget { labels: some(what)?, run: *run, shorter: bound(shorter) };
             let becomes = becomes.map(label);
             match &becomes {
                 Some(becomes) if !changes(&what.labels, becomes) => return None,
@@ -210,11 +216,11 @@ fn form(kind: &RelabelKind, shared: &CommonLabels, coordinated: bool) -> Option<
                 _ => {}
             }
             let (one, other) = ((some(&one.0)?, some(&one.1)?), (some(&other.0)?, some(&other.1)?));
-            Form::InHands { what, one, other, becomes }
+            RewriteEffect::InHands { what, one, other, becomes }
         }
         RelabelKind::Become { what, becomes } => {
             let (what, becomes) = (some(what)?, label(*becomes));
-            changes(&what, &becomes).then_some(Form::Become { what, becomes })?
+            changes(&what, &becomes).then_some(RewriteEffect::Become { what, becomes })?
         }
         RelabelKind::Sequence { elements, becomes } => {
             let mut old = Vec::new();
@@ -222,26 +228,26 @@ fn form(kind: &RelabelKind, shared: &CommonLabels, coordinated: bool) -> Option<
                 match some(labels) {
                     Some(names) => old.push((names, *repeat)),
                     // The element is optional and can be left out.
-                    None if *repeat == Repeat::Any => {}
+                    None if *repeat == Repetition::ZeroOrMore => {}
                     None => return None,
                 }
             }
             let becomes = label(*becomes);
-            changes(&all_of(&old), &becomes).then_some(Form::Sequence { elements: old, becomes })?
+            changes(&all_of(&old), &becomes).then_some(RewriteEffect::Sequence { elements: old, becomes })?
         }
         RelabelKind::Separate { what, without } => {
             let what = some(what).filter(|_| coordinated)?;
-            Form::Separate { what, without: names(without) }
+            RewriteEffect::Separate { what, without: names(without) }
         }
     })
 }
 
 /// The text of a rule, its task and its effect.
-type Written<'r> = (&'r str, Option<&'r str>, Option<Form>);
+type RuleEntry<'r> = (&'r str, Option<&'r str>, Option<RewriteEffect>);
 
-fn all(rules: &Rules) -> Vec<Written<'_>> {
+fn all(rules: &Rules) -> Vec<RuleEntry<'_>> {
     let shared = CommonLabels::all(rules);
-    let written = |rule: &Relabel| form(&rule.kind, &shared, true);
+    let written = |rule: &RelabelRule| effect(&rule.kind, &shared, true);
     rules.relabels.iter().map(|rule| (rule.text.as_str(), task_of(rule, rules), written(rule))).collect()
 }
 
@@ -251,7 +257,7 @@ pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
     let mut left: Vec<&_> = theirs.iter().collect();
     let (mut lines, mut kept) = (Vec::new(), Vec::new());
     for rule in &ours {
-        let same = |other: &Written| (other.0, other.1) == (rule.0, rule.1);
+        let same = |other: &RuleEntry| (other.0, other.1) == (rule.0, rule.1);
         match left.iter().position(|other| *other == rule).or_else(|| left.iter().position(|other| same(other))) {
             None => lines.push(format!("the rule `{}` is gone", rule.0)),
             Some(at) => {

@@ -3,12 +3,12 @@
 //! Every path through one tree is paired with every path through the other. A pair with different leaves counts only if its conditions
 //! can hold together (`formula`), so a proof holds for every log. Each difference has an example case.
 
-use crate::formula::{Answer, Formula, Reader, possible, written};
-use crate::rules::{self, Expr, Hand, Label, Rules, Then, Tree, TreeScope};
+use crate::formula::{Answer, Formula, Reader, canonical_text, solve};
+use crate::rules::{self, Consequent, Expr, Hand, Label, Rules, Tree, TreeScope};
 use std::collections::BTreeSet;
 
 /// Maximum number of reported differences for a pair of trees.
-const MAX_TOLD: usize = 20;
+const MAX_REPORTED: usize = 20;
 /// Maximum number of undecided pairs of paths. The comparison then stops.
 const MAX_CUT: usize = 10;
 
@@ -48,7 +48,7 @@ pub fn differences(one: &Rules, other: &Rules) -> TreeComparison {
 }
 
 /// A path through a tree.
-struct Way<'a> {
+struct ComparedPath<'a> {
     asked: Vec<(String, &'a Expr, bool)>,
     /// The label, or `stay`, or `separate`.
     leaf: String,
@@ -64,7 +64,12 @@ pub(super) fn trees(one: &Rules, other: &Rules, is_new: &dyn Fn(Label) -> bool) 
         match (one.tree(scope), other.tree(scope)) {
             (Some(ours), Some(theirs)) => {
                 compared.trees.push(theirs.name.clone());
-                compare_trees(&Half::new(one, ours, this), &Half::new(other, theirs, this), is_new, &mut compared);
+                compare_trees(
+                    &ComparedTree::new(one, ours, this),
+                    &ComparedTree::new(other, theirs, this),
+                    is_new,
+                    &mut compared,
+                );
             }
             (Some(tree), None) | (None, Some(tree)) => compared.alone.push(tree.name.clone()),
             (None, None) => {}
@@ -74,45 +79,51 @@ pub(super) fn trees(one: &Rules, other: &Rules, is_new: &dyn Fn(Label) -> bool) 
 }
 
 /// One of the two trees.
-struct Half<'a> {
+struct ComparedTree<'a> {
     reader: Reader<'a>,
     name: &'a str,
     this: Hand,
-    ways: Vec<Way<'a>>,
+    paths: Vec<ComparedPath<'a>>,
 }
 
-impl<'a> Half<'a> {
+impl<'a> ComparedTree<'a> {
     fn new(rules: &'a Rules, tree: &'a Tree, this: Hand) -> Self {
-        let way = |way: rules::Way<'a>| {
-            let (leaf, label) = match &way.choice.then {
-                Then::Primitive(label) => (rules.label_name(*label), Some(*label)),
-                Then::Separate => ("separate".into(), None),
-                Then::Stay | Then::Branch(_) => ("stay".into(), None),
+        let path = |path: rules::LeafPath<'a>| {
+            let (leaf, label) = match &path.choice.then {
+                Consequent::Primitive(label) => (rules.label_name(*label), Some(*label)),
+                Consequent::Separate => ("separate".into(), None),
+                Consequent::Stay | Consequent::Branch(_) => ("stay".into(), None),
             };
-            let asked = way
+            let asked = path
                 .asked
                 .into_iter()
-                .map(|(_, condition, wanted)| (written(condition, rules, this), condition, wanted));
-            Way { asked: asked.collect(), leaf, label, place: rules.sources.place(way.choice.span) }
+                .map(|(_, condition, wanted)| (canonical_text(condition, rules, this), condition, wanted));
+            ComparedPath { asked: asked.collect(), leaf, label, place: rules.sources.place(path.choice.span) }
         };
-        let ways = tree.root.ways().into_iter().map(way).collect();
-        Self { reader: Reader::new(rules), name: &tree.name, this, ways }
+        let paths = tree.root.paths().into_iter().map(path).collect();
+        Self { reader: Reader::new(rules), name: &tree.name, this, paths }
     }
 }
 
-fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compared: &mut TreeComparison) {
+fn compare_trees(
+    one: &ComparedTree,
+    other: &ComparedTree,
+    is_new: &dyn Fn(Label) -> bool,
+    compared: &mut TreeComparison,
+) {
     // The possible previous leaves are those of the first tree.
-    let mut leaves: BTreeSet<String> = one.ways.iter().filter_map(|way| way.label.map(|_| way.leaf.clone())).collect();
+    let mut leaves: BTreeSet<String> =
+        one.paths.iter().filter_map(|path| path.label.map(|_| path.leaf.clone())).collect();
     leaves.insert("none".into());
-    if one.ways.iter().any(|way| way.leaf == "separate") {
+    if one.paths.iter().any(|path| path.leaf == "separate") {
         leaves.insert("separate".into());
     }
     let mut cut = 0;
-    for theirs in &other.ways {
+    for theirs in &other.paths {
         if theirs.label.is_some_and(is_new) {
             continue;
         }
-        for ours in &one.ways {
+        for ours in &one.paths {
             if ours.leaf == theirs.leaf || opposite(ours, theirs) {
                 continue;
             }
@@ -126,21 +137,21 @@ fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compa
             if before.is_empty() {
                 continue;
             }
-            let formulas = |half: &Half, way: &Way| -> Vec<(Formula, bool)> {
-                way.asked.iter().map(|(_, expr, wanted)| (half.reader.formula(expr, half.this), *wanted)).collect()
+            let formulas = |tree: &ComparedTree, path: &ComparedPath| -> Vec<(Formula, bool)> {
+                path.asked.iter().map(|(_, expr, wanted)| (tree.reader.formula(expr, tree.this), *wanted)).collect()
             };
             let all: Vec<(Formula, bool)> = formulas(one, ours).into_iter().chain(formulas(other, theirs)).collect();
             let wanted: Vec<(&Formula, bool)> = all.iter().map(|(formula, wanted)| (formula, *wanted)).collect();
-            match possible(&wanted, before) {
+            match solve(&wanted, before) {
                 Answer::No => {}
-                Answer::Perhaps => {
+                Answer::Unknown => {
                     compared.is_cut = true;
                     cut += 1;
                     if cut >= MAX_CUT {
                         return;
                     }
                 }
-                Answer::Yes(_) if compared.differences.len() >= MAX_TOLD => {
+                Answer::Yes(_) if compared.differences.len() >= MAX_REPORTED => {
                     compared.is_cut = true;
                     return;
                 }
@@ -162,7 +173,7 @@ fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compa
 }
 
 /// Whether two paths require opposite values of the same condition.
-fn opposite(one: &Way, other: &Way) -> bool {
+fn opposite(one: &ComparedPath, other: &ComparedPath) -> bool {
     one.asked
         .iter()
         .any(|(ours, _, wanted)| other.asked.iter().any(|(theirs, _, other)| ours == theirs && wanted != other))

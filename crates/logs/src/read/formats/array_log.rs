@@ -1,10 +1,10 @@
 //! Recordings that are arrays with a row a sample, in HDF5, NPZ and Zarr: which arrays have the rows of the recording, which are parts with rows of their
 //! own, and what their stamps are. Arrays are read when something of them is wanted.
 
-use super::arrays::Spread;
+use super::array_columns::ArrayColumns;
 use crate::issue::{Issue, IssueKind};
-use crate::read::sheet::{Cells, InMemoryTable};
-use crate::read::table::{MAX_COLUMNS, Rows, Sheet, Source, Table, Want, check_size};
+use crate::read::memory_table::{Cells, InMemoryTable};
+use crate::read::table::{ColumnRequest, MAX_COLUMNS, Rows, Sheet, Source, Table, check_size};
 use serde_json::Value;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ pub(super) const MAX_RATE_HZ: f64 = 1e5;
 const TIMES: [&str; 4] = ["time", "timestamp", "timestamps", "t"];
 
 /// The values of an array, row by row.
-pub(super) trait Values {
+pub(super) trait ArrayValues {
     /// The numbers of the first row, or of all rows.
     ///
     /// # Errors
@@ -32,20 +32,20 @@ pub(super) trait Values {
     fn texts(&self) -> Result<Vec<String>, InputError>;
 
     /// Returns the rows that the file lacks.
-    fn missing(&self) -> Option<Missing> {
+    fn missing(&self) -> Option<MissingRows> {
         None
     }
 }
 
 /// Missing rows of an array.
-pub(super) struct Missing {
+pub(super) struct MissingRows {
     /// The range from the first to the last missing row.
     pub rows: Range<usize>,
     /// The missing part and its replacement.
     pub message: String,
 }
 
-impl Missing {
+impl MissingRows {
     /// Returns the issue about an array. `row_time` has the stamp (s) of each row.
     fn issue(self, array: String, row_time: &[f64]) -> Issue {
         let stamp = |row: usize| row_time.get(row).or(row_time.last()).copied().unwrap_or_default();
@@ -55,7 +55,7 @@ impl Missing {
 }
 
 /// Columns that are computed of others.
-pub(super) trait Computed {
+pub(super) trait ComputedColumns {
     /// Their names.
     fn titles(&self) -> Vec<String>;
     /// Their values.
@@ -71,9 +71,9 @@ pub(super) struct Array {
     /// The dimensions behind the first one.
     pub dimensions: Vec<usize>,
     /// How it becomes columns; `None` for texts.
-    spread: Option<Spread>,
+    spread: Option<ArrayColumns>,
     /// Its values, or why they cannot be read.
-    values: Result<Box<dyn Values>, String>,
+    values: Result<Box<dyn ArrayValues>, String>,
 }
 
 impl Array {
@@ -86,11 +86,11 @@ impl Array {
         rows: usize,
         dimensions: &[usize],
         texts: bool,
-        values: Box<dyn Values>,
+        values: Box<dyn ArrayValues>,
     ) -> Result<Self, InputError> {
         let matrices = !texts && dimensions.ends_with(&[4, 4]) && rows > 0;
         let first = if matrices { values.numbers(true)? } else { vec![] };
-        let spread = if texts { None } else { Spread::new(&name, dimensions, &first) };
+        let spread = if texts { None } else { ArrayColumns::new(&name, dimensions, &first) };
         Ok(Self { name, rows, dimensions: dimensions.to_vec(), spread, values: Ok(values) })
     }
 
@@ -110,7 +110,7 @@ impl Array {
     }
 
     fn titles(&self) -> Vec<String> {
-        self.spread.as_ref().map_or_else(|| vec![self.name.clone()], Spread::titles)
+        self.spread.as_ref().map_or_else(|| vec![self.name.clone()], ArrayColumns::titles)
     }
 
     /// Its columns, as long as the recording: what is said once holds all along.
@@ -177,7 +177,7 @@ pub(super) struct Recording {
     /// The stamps, where no array has them.
     pub time: Option<Vec<f64>>,
     /// What is computed of its arrays.
-    pub computed: Option<Box<dyn Computed>>,
+    pub computed: Option<Box<dyn ComputedColumns>>,
 }
 
 impl Recording {
@@ -237,8 +237,8 @@ impl Recording {
     }
 
     /// Reads the requested columns; the others are empty. Also returns the arrays with missing rows.
-    fn memory(self, wants: &[Want]) -> Result<(InMemoryTable, Vec<(String, Missing)>), InputError> {
-        let wanted = wants.iter().filter(|want| **want != Want::Nothing).count();
+    fn memory(self, wants: &[ColumnRequest]) -> Result<(InMemoryTable, Vec<(String, MissingRows)>), InputError> {
+        let wanted = wants.iter().filter(|want| **want != ColumnRequest::Nothing).count();
         check_size(&self.place, self.rows, wanted)?;
         // What is said once is held on all rows, which a damaged file may promise.
         if wanted.saturating_mul(self.rows).saturating_mul(8) as u64 > self.most {
@@ -254,7 +254,7 @@ impl Recording {
         }
         for array in self.arrays {
             let titles = array.titles();
-            let wanted = wants.by_ref().take(titles.len()).filter(|want| **want != Want::Nothing).count() > 0;
+            let wanted = wants.by_ref().take(titles.len()).filter(|want| **want != ColumnRequest::Nothing).count() > 0;
             let cells = if wanted { array.cells(self.rows)? } else { vec![] };
             if let (true, Ok(values)) = (wanted, &array.values) {
                 missing.extend(values.missing().map(|missing| (array.name.clone(), missing)));
@@ -265,7 +265,7 @@ impl Recording {
             }
         }
         if let Some(computed) = self.computed {
-            let wanted = wants.any(|want| *want != Want::Nothing);
+            let wanted = wants.any(|want| *want != ColumnRequest::Nothing);
             let columns = if wanted { computed.columns() } else { vec![] };
             let mut columns = columns.into_iter();
             for title in computed.titles() {
@@ -277,7 +277,12 @@ impl Recording {
 }
 
 impl Rows for Recording {
-    fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
+    fn read(
+        self: Box<Self>,
+        header: &[String],
+        wants: &[ColumnRequest],
+        rate_hz: Option<f64>,
+    ) -> Result<Table, InputError> {
         let place = self.place.clone();
         let (memory, missing) = guarded(&place, || self.memory(wants))?;
         let mut table = Box::new(memory).read(header, wants, rate_hz)?;

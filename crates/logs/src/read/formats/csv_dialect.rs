@@ -5,7 +5,7 @@ use teachtree_base::units::compound;
 
 /// How a text is delimited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Form {
+pub(super) struct Dialect {
     pub delimiter: u8,
     /// Blanks in a row are one delimiter.
     pub blanks: bool,
@@ -16,7 +16,7 @@ pub(super) struct Form {
 }
 
 /// The form of a text, and the titles that a comment above it gives.
-pub(super) fn form(head: &[u8]) -> (Form, Option<Vec<String>>) {
+pub(super) fn dialect(head: &[u8]) -> (Dialect, Option<Vec<String>>) {
     let text = String::from_utf8_lossy(head);
     let text = text.trim_start_matches('\u{feff}');
     let comment = text.bytes().next().filter(|first| matches!(first, b'#' | b'%'));
@@ -24,13 +24,13 @@ pub(super) fn form(head: &[u8]) -> (Form, Option<Vec<String>>) {
     let above = text.lines().take_while(commented).last();
     let line = text.lines().find(|line| !line.trim().is_empty() && !commented(line)).unwrap_or_default();
     let (delimiter, blanks, titled) = delimiter_of(line);
-    let form = Form { delimiter: if blanks { b'\t' } else { delimiter as u8 }, blanks, comment, titled };
+    let dialect = Dialect { delimiter: if blanks { b'\t' } else { delimiter as u8 }, blanks, comment, titled };
     let titles = above.map(|line| {
         let line = line.trim_start_matches(['#', '%']).trim();
         let cells = |sign: char| line.split(sign).map(|title| title.trim().to_string()).collect::<Vec<_>>();
         if blanks { with_units(line.split_whitespace().map(str::to_string).collect()) } else { cells(delimiter) }
     });
-    (form, titles)
+    (dialect, titles)
 }
 
 /// What delimits a line, whether blanks do, and whether it names columns rather than giving numbers.

@@ -1,6 +1,6 @@
 //! A folder as a log: each table of text in it is a sheet of its own, named as its file without ending; without any, each array of NumPy has columns.
 
-use super::{delimited, is_set, text_ending};
+use super::{delimited_text, is_set, text_ending};
 use crate::allowed_folders::AllowedFolders;
 use crate::read::file;
 use crate::read::table::{Sheet, Source};
@@ -52,7 +52,7 @@ pub fn open(path: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Res
         let place = path.display().to_string();
         let bytes = folders.open(&path)?;
         // A file that is no table does not keep the others from being read.
-        match delimited::source(Box::new(BufReader::new(bytes)), place) {
+        match delimited_text::source(Box::new(BufReader::new(bytes)), place) {
             Ok(source) => sheets.extend(source.sheets.into_iter().map(|sheet| Sheet { name: stem.clone(), ..sheet })),
             Err(error) => refused.push((stem, error.message)),
         }

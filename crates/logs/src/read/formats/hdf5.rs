@@ -9,10 +9,10 @@ pub mod annotate;
 mod links;
 mod mujoco;
 
-use super::array_log::{self, Array, Computed, Missing, Recording, rate, rows};
-use super::arrays::width;
+use super::array_columns::width;
+use super::array_log::{self, Array, ComputedColumns, MissingRows, Recording, rate, rows};
 use super::budget::Budget;
-use super::many::{MAX_RECORDINGS, choose, number_of};
+use super::recordings::{MAX_RECORDINGS, choose, number_of};
 use crate::allowed_folders::AllowedFolders;
 use crate::read::file;
 use crate::read::table::{MAX_COLUMNS, Source};
@@ -119,15 +119,15 @@ impl Container {
         };
         let mut found = vec![];
         walk(&group, "", 0, &mut found).map_err(|error| match error {
-            Walk::Hdf5(error) => links::explained(Path::new(&self.place), &self.folders, failed(*error)),
-            Walk::Limit(message) => InputError::new(&place, message),
+            WalkError::Hdf5(error) => links::explained(Path::new(&self.place), &self.folders, failed(*error)),
+            WalkError::Limit(message) => InputError::new(&place, message),
         })?;
         found.sort_by(|(a, _), (b, _)| a.cmp(b));
         let mut described = vec![group.attrs().map_err(failed)?, self.file.root().attrs().map_err(failed)?];
         if !self.parent.is_empty() {
             described.push(self.file.group("data").and_then(|data| data.attrs()).map_err(failed)?);
         }
-        let described: Vec<Described> = described.iter().map(Described::new).collect();
+        let described: Vec<RecordingAttributes> = described.iter().map(RecordingAttributes::new).collect();
         let mut budget = Budget::new(self.file.file_size());
         let arrays: Vec<Array> = found
             .into_iter()
@@ -149,7 +149,7 @@ impl Container {
                 recording.time = Some(stamps);
             }
             let model = model.and_then(|text| Model::read(&text, width));
-            recording.computed = model.map(|model| Box::new(Motion { model, states }) as Box<dyn Computed>);
+            recording.computed = model.map(|model| Box::new(Motion { model, states }) as Box<dyn ComputedColumns>);
         }
         recording.source()
     }
@@ -161,27 +161,27 @@ fn has_other_filter(dataset: &Dataset) -> bool {
 }
 
 /// Why a walk over groups ended.
-enum Walk {
+enum WalkError {
     Hdf5(Box<Error>),
     Limit(String),
 }
 
-impl From<Error> for Walk {
+impl From<Error> for WalkError {
     fn from(error: Error) -> Self {
         Self::Hdf5(Box::new(error))
     }
 }
 
 /// Finds the data sets of a group and of those in it, by path.
-fn walk(group: &Group, prefix: &str, depth: usize, found: &mut Vec<(String, Dataset)>) -> Result<(), Walk> {
+fn walk(group: &Group, prefix: &str, depth: usize, found: &mut Vec<(String, Dataset)>) -> Result<(), WalkError> {
     if depth > DEEPEST {
-        return Err(Walk::Limit(format!("found groups nested deeper than {DEEPEST}, the most that are read")));
+        return Err(WalkError::Limit(format!("found groups nested deeper than {DEEPEST}, the most that are read")));
     }
     for (name, dataset) in group.iter_datasets()? {
         found.push((format!("{prefix}{name}"), dataset));
     }
     if found.len() > MAX_COLUMNS {
-        return Err(Walk::Limit(format!("found more than {MAX_COLUMNS} data sets, the most that are read")));
+        return Err(WalkError::Limit(format!("found more than {MAX_COLUMNS} data sets, the most that are read")));
     }
     for (name, inner) in group.iter_groups()? {
         walk(&inner, &format!("{prefix}{name}/"), depth + 1, found)?;
@@ -191,7 +191,7 @@ fn walk(group: &Group, prefix: &str, depth: usize, found: &mut Vec<(String, Data
 
 /// What attributes say of a recording.
 #[derive(Default)]
-struct Described {
+struct RecordingAttributes {
     samples: Option<usize>,
     rate_hz: Option<f64>,
     /// Whether robosuite made it: its `states` begin with the time.
@@ -200,7 +200,7 @@ struct Described {
     model: Option<String>,
 }
 
-impl Described {
+impl RecordingAttributes {
     fn new(attrs: &std::collections::HashMap<String, AttrValue>) -> Self {
         let text = |key: &str| attrs.get(key).and_then(AttrValue::as_str);
         let object = |key: &str| text(key).and_then(|text| serde_json::from_str(text).ok()).unwrap_or(Value::Null);
@@ -271,7 +271,7 @@ fn check_chunks(dataset: &Dataset, file_size: u64) -> Result<(), String> {
 }
 
 /// The chunks of a data set that were never written, as where a recorder made room for more rows than it wrote. What has no index that can be listed cannot be read.
-fn missing(dataset: &Dataset) -> Option<Missing> {
+fn missing(dataset: &Dataset) -> Option<MissingRows> {
     let (shape, chunk) = (dataset.shape().ok()?, dataset.chunk_shape().ok()??);
     let whole = |size: u64| usize::try_from(size).ok();
     let grid: Vec<u64> = shape.iter().zip(&chunk).map(|(size, chunk)| size.div_ceil((*chunk).max(1))).collect();
@@ -293,7 +293,7 @@ fn missing(dataset: &Dataset) -> Option<Missing> {
         "{missing} of {} chunks were never written; they read as the fill value, which is right only if the writer left them out since every value is that",
         grid.iter().product::<u64>()
     );
-    Some(Missing { rows: first * size..((last + 1) * size).min(rows), message })
+    Some(MissingRows { rows: first * size..((last + 1) * size).min(rows), message })
 }
 
 /// The values of a data set.
@@ -312,7 +312,7 @@ impl Values {
     }
 }
 
-impl array_log::Values for Values {
+impl array_log::ArrayValues for Values {
     fn numbers(&self, first_row: bool) -> Result<Vec<f64>, InputError> {
         self.check()?;
         let read = if first_row { self.dataset.read_f64_rows(0, 1) } else { self.dataset.read_f64() };
@@ -330,7 +330,7 @@ impl array_log::Values for Values {
         read.map_err(|error| located(&self.place, &self.name, error))
     }
 
-    fn missing(&self) -> Option<Missing> {
+    fn missing(&self) -> Option<MissingRows> {
         missing(&self.dataset)
     }
 }
@@ -341,7 +341,7 @@ struct Motion {
     states: Vec<f64>,
 }
 
-impl Computed for Motion {
+impl ComputedColumns for Motion {
     fn titles(&self) -> Vec<String> {
         self.model.titles()
     }

@@ -3,7 +3,7 @@
 //! A list that is the value of a canonical vector or rotation gives its components: `"right.thumb.force": [0, 0, 1]`.
 
 use super::rosmsg::{Failure, MAX_ARRAY};
-use crate::read::sheet::InMemoryTable;
+use crate::read::memory_table::InMemoryTable;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 use std::fmt;
@@ -11,9 +11,9 @@ use teachtree_base::json::message_of;
 use teachtree_base::log_channel::LogChannel;
 
 /// A value in which no object has a key twice: of two values that one name has, nobody knows which is meant.
-pub struct Unique(pub Value);
+pub struct UniqueKeys(pub Value);
 
-impl<'de> Deserialize<'de> for Unique {
+impl<'de> Deserialize<'de> for UniqueKeys {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(UniqueVisitor).map(Self)
     }
@@ -54,7 +54,7 @@ impl<'de> Visitor<'de> for UniqueVisitor {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
         let mut list = vec![];
-        while let Some(Unique(item)) = items.next_element()? {
+        while let Some(UniqueKeys(item)) = items.next_element()? {
             list.push(item);
         }
         Ok(Value::Array(list))
@@ -66,7 +66,7 @@ impl<'de> Visitor<'de> for UniqueVisitor {
             if object.contains_key(&key) {
                 return Err(A::Error::custom(format!("the key `{key}` is there twice")));
             }
-            let Unique(value) = entries.next_value()?;
+            let UniqueKeys(value) = entries.next_value()?;
             object.insert(key, value);
         }
         Ok(Value::Object(object))
@@ -87,7 +87,7 @@ const MAX_DEPTH: usize = 16;
 /// When it is no JSON object.
 #[cfg(feature = "mcap")]
 pub fn message(text: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Failure> {
-    let Unique(value) = serde_json::from_slice(text).map_err(|error| fault(&error))?;
+    let UniqueKeys(value) = serde_json::from_slice(text).map_err(|error| fault(&error))?;
     let Value::Object(_) = value else {
         return Err("found no JSON object".to_string().into());
     };

@@ -1,10 +1,10 @@
 //! JSON lines: an object a line, each a row; the first line may be `{"scene": {…}}`, the scene of the log, and no other line may.
 
-use super::json::{self, Unique, fault};
+use super::json::{self, UniqueKeys, fault};
 use super::rosmsg::Failure;
 use super::truncated;
 use crate::read::csv::check_scene;
-use crate::read::sheet::InMemoryTable;
+use crate::read::memory_table::InMemoryTable;
 use crate::read::table::Source;
 use serde_json::Value;
 use std::io::{BufRead, Read};
@@ -28,8 +28,8 @@ pub fn read(bytes: impl BufRead, file: String) -> Result<Source, InputError> {
         match line {
             Line::Scene(found) => scene = Some(*found),
             Line::Row(row) => push(&row, &mut rows).map_err(|message| lines.error(message))?,
-            Line::Cut(message) if rows.rows() > 0 => cut = Some(message),
-            Line::Cut(_) => return Err(lines.error("found no JSON object: the log ends within its first row")),
+            Line::Truncated(message) if rows.rows() > 0 => cut = Some(message),
+            Line::Truncated(_) => return Err(lines.error("found no JSON object: the log ends within its first row")),
         }
     }
     Ok(source(rows, scene, cut))
@@ -63,7 +63,7 @@ pub enum Line {
     /// A sample.
     Row(Row),
     /// The beginning of one, at the end of the log.
-    Cut(String),
+    Truncated(String),
 }
 
 /// The lines of a log.
@@ -107,7 +107,7 @@ impl<R: BufRead> Lines<R> {
             }
             let is_first = !std::mem::replace(&mut self.begun, true);
             return match serde_json::from_slice(&line) {
-                Ok(Unique(Value::Object(mut object))) => match object.remove("scene") {
+                Ok(UniqueKeys(Value::Object(mut object))) => match object.remove("scene") {
                     Some(_) if !is_first => Err(self.error("found a `scene`, expected it in the first line only")),
                     Some(_) if !object.is_empty() => {
                         Err(self.error("found a `scene` beside other keys, expected it in a line of its own"))
@@ -117,7 +117,7 @@ impl<R: BufRead> Lines<R> {
                 },
                 // Only the last line can be the one that was being written when the recording stopped.
                 Err(error) if !line.ends_with(b"\n") && !error.is_data() => {
-                    Ok(Some(Line::Cut(format!("row {}, the last one, is cut short; it is left out", self.row))))
+                    Ok(Some(Line::Truncated(format!("row {}, the last one, is cut short; it is left out", self.row))))
                 }
                 Ok(_) => Err(self
                     .error("found no object, expected one such as `{\"time\": 0.001, \"right.thumb.force.x\": 0.5}`")),

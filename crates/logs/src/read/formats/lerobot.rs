@@ -6,11 +6,11 @@
 pub mod annotate;
 pub mod video;
 
-use super::many::MAX_RECORDINGS;
 use super::parquet;
+use super::recordings::MAX_RECORDINGS;
 use crate::allowed_folders::AllowedFolders;
 use crate::names;
-use crate::read::sheet::{Cells, InMemoryTable};
+use crate::read::memory_table::{Cells, InMemoryTable};
 use crate::read::table::Source;
 use crate::read::text;
 use serde_json::Value;
@@ -35,7 +35,7 @@ fn info(folder: &Path) -> PathBuf {
 /// # Errors
 /// When the set is not as it should be, a file is outside of the folders, or it is not said which of its episodes is meant.
 pub fn open(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
-    let set = Set::read(folder, folders)?;
+    let set = Dataset::read(folder, folders)?;
     let episode = set.meant(episode)?;
     let path = set.data_file(episode)?;
     let name = path.display().to_string();
@@ -60,7 +60,7 @@ pub fn open(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> R
 /// As [`open`].
 pub(super) fn files(folder: &Path, episode: Option<&str>) -> Result<Vec<PathBuf>, InputError> {
     let folders = AllowedFolders::default();
-    let set = Set::read(folder, &folders)?;
+    let set = Dataset::read(folder, &folders)?;
     let lists = folder.join("meta").join("episodes");
     let mut files = if lists.is_dir() { lists_in(&lists, &folders)? } else { vec![] };
     files.extend([info(folder), set.data_file(set.meant(episode)?)?]);
@@ -72,7 +72,7 @@ pub(super) fn files(folder: &Path, episode: Option<&str>) -> Result<Vec<PathBuf>
 /// # Errors
 /// When the set is not as it should be.
 pub(super) fn count(folder: &Path, folders: &AllowedFolders) -> Result<usize, InputError> {
-    let set = Set::read(folder, folders)?;
+    let set = Dataset::read(folder, folders)?;
     let count = set.count("total_episodes")?;
     match count {
         0 => Err(set.wrong("the data set has no episode, expected at least one")),
@@ -81,11 +81,11 @@ pub(super) fn count(folder: &Path, folders: &AllowedFolders) -> Result<usize, In
     }
 }
 
-/// In which chunk and file an episode is, or why that is not known.
-type Listed = Result<(usize, usize), InputError>;
+/// The chunk and the file of an episode, or why they are not known.
+type EpisodeFile = Result<(usize, usize), InputError>;
 
 /// A data set as it describes itself.
-struct Set {
+struct Dataset {
     folder: PathBuf,
     /// The folders that its files must be in.
     folders: AllowedFolders,
@@ -93,7 +93,7 @@ struct Set {
     info: Value,
 }
 
-impl Set {
+impl Dataset {
     fn read(folder: &Path, folders: &AllowedFolders) -> Result<Self, InputError> {
         let path = info(folder);
         let place = path.display().to_string();
@@ -179,7 +179,7 @@ impl Set {
     }
 
     /// Which chunk and file the lists of a set of version 3 say for each episode.
-    fn all_listed(&self) -> Result<BTreeMap<usize, Listed>, InputError> {
+    fn all_listed(&self) -> Result<BTreeMap<usize, EpisodeFile>, InputError> {
         let wanted = ["episode_index", "data/chunk_index", "data/file_index"];
         let mut all = BTreeMap::new();
         for path in lists_in(&self.folder.join("meta").join("episodes"), &self.folders)? {

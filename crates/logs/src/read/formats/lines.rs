@@ -3,14 +3,14 @@
 //! A cell that is a plain number is read where it stands. Whatever is unusual — quotes, dates, words for numbers, a line with too many
 //! cells — goes the slow way of `Plan::check`, which says exactly what is wrong; so both ways read the same.
 
-mod part;
+mod row_block;
 
-use super::csv_dialect::Form;
+use super::csv_dialect::Dialect;
 use super::truncated;
-use crate::read::stamps::{Addition, Stamps};
-use crate::read::table::{Blocks, Rows, Table, Want, check_rows, check_size, column_place, see};
+use crate::read::stamps::{RowMerge, Stamps};
+use crate::read::table::{Blocks, ColumnRequest, Rows, Table, check_rows, check_size, column_place, see};
 use memchr::{memchr_iter, memrchr};
-use part::{Cut, Fault, Part, Plan};
+use row_block::{Fault, Plan, RowBlock, TruncatedRow};
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -31,13 +31,13 @@ pub(super) struct Lines {
     line: u64,
     ended: bool,
     file: String,
-    form: Form,
+    dialect: Dialect,
 }
 
 impl Lines {
     /// The lines of this text, which begins with this line of the file.
-    pub fn new(file: String, form: Form, text: Box<dyn Read + Send>, line: u64) -> Self {
-        Self { text, rest: vec![], line, ended: false, file, form }
+    pub fn new(file: String, dialect: Dialect, text: Box<dyn Read + Send>, line: u64) -> Self {
+        Self { text, rest: vec![], line, ended: false, file, dialect }
     }
 
     /// Puts the next whole lines into `block`, about [`BLOCK`] bytes, nothing at the end; the line of the file they begin with.
@@ -63,8 +63,13 @@ impl Lines {
 }
 
 impl Rows for Lines {
-    fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
-        let mut reading = Reading { in_memory: true, ..Reading::new(*self, header, wants, rate_hz) };
+    fn read(
+        self: Box<Self>,
+        header: &[String],
+        wants: &[ColumnRequest],
+        rate_hz: Option<f64>,
+    ) -> Result<Table, InputError> {
+        let mut reading = LineBlocks { in_memory: true, ..LineBlocks::new(*self, header, wants, rate_hz) };
         let mut table = Table::empty(header.len());
         while reading.read_into(&mut table)? {}
         Ok(table)
@@ -77,38 +82,38 @@ impl Rows for Lines {
     fn blocks(
         self: Box<Self>,
         header: &[String],
-        wants: &[Want],
+        wants: &[ColumnRequest],
         rate_hz: Option<f64>,
     ) -> Result<Option<Box<dyn Blocks>>, InputError> {
-        Ok(Some(Box::new(Reading::new(*self, header, wants, rate_hz))))
+        Ok(Some(Box::new(LineBlocks::new(*self, header, wants, rate_hz))))
     }
 }
 
-/// A text that is being read: parts come from the cores that read them, and are put in order here.
-struct Reading {
+/// A text that is being read: blocks come from the cores that read them, and are put in order here.
+struct LineBlocks {
     plan: Arc<Plan>,
-    parts: Parts,
+    parts: BlockQueue,
     stamps: Stamps,
     /// Rows so far, with those that are left out.
     rows: usize,
     /// The last row, if it is one that was being written when the recording stopped; whatever follows makes it an error.
-    cut: Option<(Cut, InputError)>,
+    cut: Option<(TruncatedRow, InputError)>,
     ended: bool,
     /// Whether all rows have to fit in memory.
     in_memory: bool,
 }
 
-/// A part with its place among the others.
-type Placed = (usize, Result<Part, InputError>);
+/// A block with its number.
+type NumberedBlock = (usize, Result<RowBlock, InputError>);
 
-/// The parts of a text as they are read, in any order, and those that wait for one before them.
-struct Parts {
-    arriving: Receiver<Placed>,
-    waiting: BTreeMap<usize, Result<Part, InputError>>,
+/// The blocks of a text as they are read, in any order, and those that wait for one before them.
+struct BlockQueue {
+    arriving: Receiver<NumberedBlock>,
+    waiting: BTreeMap<usize, Result<RowBlock, InputError>>,
     next: usize,
 }
 
-impl Parts {
+impl BlockQueue {
     /// Begins to read a text; a short one is read at once.
     fn begin(mut lines: Lines, plan: &Arc<Plan>) -> Self {
         let (sender, arriving) = sync_channel(MOST_CORES);
@@ -126,7 +131,7 @@ impl Parts {
         parts
     }
 
-    fn next(&mut self) -> Option<Result<Part, InputError>> {
+    fn next(&mut self) -> Option<Result<RowBlock, InputError>> {
         loop {
             if let Some(part) = self.waiting.remove(&self.next) {
                 self.next += 1;
@@ -145,7 +150,7 @@ impl Parts {
 }
 
 /// Reads one block after another until there is none, or nobody wants them any more.
-fn work(lines: &Mutex<(Lines, usize)>, plan: &Plan, sender: &SyncSender<Placed>) {
+fn work(lines: &Mutex<(Lines, usize)>, plan: &Plan, sender: &SyncSender<NumberedBlock>) {
     let mut text = vec![];
     loop {
         let (place, block) = {
@@ -166,11 +171,11 @@ fn work(lines: &Mutex<(Lines, usize)>, plan: &Plan, sender: &SyncSender<Placed>)
     }
 }
 
-impl Reading {
-    fn new(lines: Lines, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Self {
-        let (file, form) = (lines.file.clone(), lines.form);
-        let plan = Arc::new(Plan { file, form, header: header.to_vec(), wants: wants.to_vec(), rate_hz });
-        let parts = Parts::begin(lines, &plan);
+impl LineBlocks {
+    fn new(lines: Lines, header: &[String], wants: &[ColumnRequest], rate_hz: Option<f64>) -> Self {
+        let (file, dialect) = (lines.file.clone(), lines.dialect);
+        let plan = Arc::new(Plan { file, dialect, header: header.to_vec(), wants: wants.to_vec(), rate_hz });
+        let parts = BlockQueue::begin(lines, &plan);
         Self { plan, parts, stamps: Stamps::default(), rows: 0, cut: None, ended: false, in_memory: false }
     }
 
@@ -190,20 +195,20 @@ impl Reading {
     }
 
     /// Takes the rows of a part, whose places in the file and in time follow those before.
-    fn take(&mut self, part: Part, table: &mut Table) -> Result<(), InputError> {
-        let Part { rows, offsets, line, stamps, mut numbers, mut texts, fault } = part;
+    fn take(&mut self, part: RowBlock, table: &mut Table) -> Result<(), InputError> {
+        let RowBlock { rows, offsets, line, stamps, mut numbers, mut texts, fault } = part;
         let Plan { file, header, wants, rate_hz, .. } = &*self.plan;
         if let Some((_, error)) = self.cut.take_if(|_| rows > 0 || fault.is_some()) {
             return Err(error);
         }
-        let columns = wants.iter().filter(|want| **want != Want::Nothing).count();
+        let columns = wants.iter().filter(|want| **want != ColumnRequest::Nothing).count();
         let so_far = self.rows + rows + usize::from(fault.is_some());
         if self.in_memory {
             check_size(file, so_far, columns)?;
         } else {
             check_rows(file, so_far)?;
         }
-        let timed = wants.iter().position(|want| matches!(want, Want::Time(_)));
+        let timed = wants.iter().position(|want| matches!(want, ColumnRequest::Time(_)));
         let mut kept = Vec::with_capacity(rows);
         for row in 0..rows {
             let at = line + offsets.get(row).map_or(row as u64, |offset| u64::from(*offset));
@@ -233,7 +238,7 @@ impl Reading {
         self.rows += rows;
         if kept.contains(&false) {
             numbers.iter_mut().for_each(|column| retain(column, &kept));
-            let said = texts.iter_mut().zip(wants).filter(|(_, want)| **want == Want::Text);
+            let said = texts.iter_mut().zip(wants).filter(|(_, want)| **want == ColumnRequest::Text);
             said.for_each(|(column, _)| retain(column, &kept));
         }
         for (whole, mut column) in table.numbers.iter_mut().zip(numbers) {
@@ -241,7 +246,7 @@ impl Reading {
         }
         for ((whole, mut column), want) in table.texts.iter_mut().zip(texts).zip(wants) {
             match want {
-                Want::Sniff => column.iter().for_each(|text| see(whole, text)),
+                ColumnRequest::Sniff => column.iter().for_each(|text| see(whole, text)),
                 _ => whole.append(&mut column),
             }
         }
@@ -262,7 +267,7 @@ impl Reading {
         if self.rows == 0 {
             return Err(InputError::new(file, "the file has a header and no rows"));
         }
-        if let Some((Cut { line, cells }, _)) = self.cut.take() {
+        if let Some((TruncatedRow { line, cells }, _)) = self.cut.take() {
             let at = self.stamps.last().unwrap_or_default();
             let width = self.plan.header.len();
             let message = format!("row {line}, the last one, is cut short ({cells} of {width} fields); it is left out");
@@ -276,7 +281,7 @@ impl Reading {
     }
 }
 
-impl Blocks for Reading {
+impl Blocks for LineBlocks {
     fn next(&mut self) -> Result<Option<Table>, InputError> {
         if self.ended {
             return Ok(None);
@@ -294,9 +299,9 @@ fn added(
     numbers: &mut [Vec<f64>],
     texts: &mut [Vec<String>],
     table: &mut Table,
-    wants: &[Want],
-) -> Addition {
-    let mut addition = Addition::default();
+    wants: &[ColumnRequest],
+) -> RowMerge {
+    let mut addition = RowMerge::default();
     for (column, whole) in numbers.iter_mut().zip(&mut table.numbers) {
         let Some(value) = column.get(row).copied() else { continue };
         let slot = match before {
@@ -306,7 +311,7 @@ fn added(
         slot.into_iter().for_each(|slot| addition.number(slot, value));
     }
     // Columns that are only sniffed have no texts per row.
-    let columns = texts.iter_mut().zip(&mut table.texts).zip(wants).filter(|(_, want)| **want == Want::Text);
+    let columns = texts.iter_mut().zip(&mut table.texts).zip(wants).filter(|(_, want)| **want == ColumnRequest::Text);
     for ((column, whole), _) in columns {
         let Some(value) = column.get(row).cloned() else { continue };
         let slot = match before {

@@ -7,7 +7,7 @@ pub mod copy;
 pub mod message;
 pub mod write;
 
-use super::topics::{Reading, Topics};
+use super::topics::{MessageDecoder, Topics};
 use super::truncated;
 use crate::allowed_folders::AllowedFolders;
 use crate::read::table::Source;
@@ -91,12 +91,12 @@ const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
 const DATA_END: u8 = 15;
 
-/// What takes messages: topic, how they are read, when they were recorded, ns, and their bytes.
-type Each<'a> = &'a mut dyn FnMut(&str, &Reading, i64, &[u8]) -> Result<(), InputError>;
+/// Takes messages: topic, decoder, time of recording (ns), and bytes.
+type MessageSink<'a> = &'a mut dyn FnMut(&str, &MessageDecoder, i64, &[u8]) -> Result<(), InputError>;
 
 /// Reads the messages of a file, which may be compressed as a whole; the message when it ends too early.
 fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
-    let push = &mut |topic: &str, reading: &Reading, recorded: i64, message: &[u8]| {
+    let push = &mut |topic: &str, reading: &MessageDecoder, recorded: i64, message: &[u8]| {
         topics.push(topic, reading, recorded, message)
     };
     let is_cut = play(bytes, file, push)?;
@@ -110,7 +110,7 @@ fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<Stri
 ///
 /// # Errors
 /// When it is damaged; the first one of `each`.
-pub fn play(bytes: impl Read, file: &str, each: Each) -> Result<bool, InputError> {
+pub fn play(bytes: impl Read, file: &str, each: MessageSink) -> Result<bool, InputError> {
     let unreadable = |error: std::io::Error| InputError::unreadable(file, &error);
     let mut bytes = std::io::BufReader::new(bytes);
     if bytes.fill_buf().map_err(unreadable)?.starts_with(&ZSTD) {
@@ -120,14 +120,14 @@ pub fn play(bytes: impl Read, file: &str, each: Each) -> Result<bool, InputError
     plain(bytes, file, each)
 }
 
-fn plain(mut bytes: impl Read, file: &str, each: Each) -> Result<bool, InputError> {
+fn plain(mut bytes: impl Read, file: &str, each: MessageSink) -> Result<bool, InputError> {
     let mut magic = [0; MAGIC.len()];
     if bytes.read_exact(&mut magic).is_err() || magic != MAGIC {
         return Err(InputError::new(file, "cannot be read as MCAP: it does not begin as one"));
     }
-    match Known::default().records(&mut bytes, true, each) {
+    match ChannelRegistry::default().records(&mut bytes, true, each) {
         Ok(()) => Ok(false),
-        Err(Fault::Cut) => Ok(true),
+        Err(Fault::Truncated) => Ok(true),
         Err(Fault::Damaged(message)) => Err(InputError::new(file, format!("cannot be read as MCAP: {message}"))),
         Err(Fault::Log(error)) => Err(error),
     }
@@ -136,7 +136,7 @@ fn plain(mut bytes: impl Read, file: &str, each: Each) -> Result<bool, InputErro
 /// Why reading stopped.
 enum Fault {
     /// The file ends in the middle of a record.
-    Cut,
+    Truncated,
     Damaged(String),
     Log(InputError),
 }
@@ -149,14 +149,14 @@ fn record(bytes: &mut impl Read) -> Result<Option<(u8, Vec<u8>)>, Fault> {
     let (kind, length) = match head.as_slice() {
         [] => return Ok(None),
         [0, ..] => return Err(Fault::Damaged("a record says that it is of the kind 0".into())),
-        [kind, length @ ..] => (*kind, length.try_into().map(u64::from_le_bytes).map_err(|_| Fault::Cut)?),
+        [kind, length @ ..] => (*kind, length.try_into().map(u64::from_le_bytes).map_err(|_| Fault::Truncated)?),
     };
     if length > MAX_RECORD {
         return Err(Fault::Damaged(format!("a record says that it has {length} bytes, at most {MAX_RECORD} are read")));
     }
     let mut body = vec![];
     bytes.take(length).read_to_end(&mut body).map_err(unreadable)?;
-    if (body.len() as u64) < length { Err(Fault::Cut) } else { Ok(Some((kind, body))) }
+    if (body.len() as u64) < length { Err(Fault::Truncated) } else { Ok(Some((kind, body))) }
 }
 
 /// The fields of a record, one after the other, little endian. A length counts only as far as the record goes: libraries take the memory
@@ -173,7 +173,7 @@ impl<'a> Fields<'a> {
     }
 
     fn number<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        self.bytes(N)?.try_into().map_err(|_| Fault::Cut)
+        self.bytes(N)?.try_into().map_err(|_| Fault::Truncated)
     }
 
     fn u16(&mut self) -> Result<u16, Fault> {
@@ -231,16 +231,16 @@ fn undone(error: std::io::Error) -> Fault {
 
 /// Channels and schemas so far.
 #[derive(Default)]
-struct Known {
+struct ChannelRegistry {
     /// Name, encoding and definition of each type.
     schemas: BTreeMap<u16, (String, String, String)>,
     /// Topic of each channel, and how its messages are read.
-    channels: BTreeMap<u16, (String, Reading)>,
+    channels: BTreeMap<u16, (String, MessageDecoder)>,
 }
 
-impl Known {
+impl ChannelRegistry {
     /// Reads records to the end; `outer` ones may be chunks of others.
-    fn records(&mut self, bytes: &mut impl Read, outer: bool, each: Each) -> Result<(), Fault> {
+    fn records(&mut self, bytes: &mut impl Read, outer: bool, each: MessageSink) -> Result<(), Fault> {
         while let Some((kind, body)) = record(bytes)? {
             match kind {
                 SCHEMA => self.schema(&mut Fields(&body))?,
@@ -253,7 +253,7 @@ impl Known {
             }
         }
         // A file ends with its footer, a chunk with its last record.
-        if outer { Err(Fault::Cut) } else { Ok(()) }
+        if outer { Err(Fault::Truncated) } else { Ok(()) }
     }
 
     fn schema(&mut self, fields: &mut Fields) -> Result<(), Fault> {
@@ -268,13 +268,13 @@ impl Known {
         if !known {
             let schema = self.schemas.get(&schema);
             let schema = schema.map(|(name, form, text)| (name.as_str(), form.as_str(), text.as_str()));
-            let reading = Reading::of(&encoding, schema);
+            let reading = MessageDecoder::of(&encoding, schema);
             self.channels.insert(id, (topic, reading));
         }
         Ok(())
     }
 
-    fn message(&mut self, fields: &mut Fields, each: Each) -> Result<(), Fault> {
+    fn message(&mut self, fields: &mut Fields, each: MessageSink) -> Result<(), Fault> {
         let (id, _sequence, recorded, _published) = (fields.u16()?, fields.u32()?, fields.u64()?, fields.u64()?);
         let Some((topic, reading)) = self.channels.get(&id) else { return Ok(()) };
         let recorded = i64::try_from(recorded).unwrap_or(i64::MAX);

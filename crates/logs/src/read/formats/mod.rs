@@ -1,14 +1,14 @@
 //! The formats of logs, one file each: a path in, tables of raw columns out. The content of a log decides its format before its name does.
 
 #[cfg(any(feature = "hdf5", feature = "arrays"))]
-mod array_log;
+mod array_columns;
 #[cfg(any(feature = "hdf5", feature = "arrays"))]
-mod arrays;
+mod array_log;
 #[cfg(any(feature = "parquet", feature = "hdf5", feature = "arrays"))]
 #[cfg_attr(not(any(feature = "hdf5", feature = "arrays")), allow(dead_code, reason = "Parquet counts no arrays"))]
 mod budget;
 mod csv_dialect;
-pub mod delimited;
+pub mod delimited_text;
 #[cfg(feature = "arrays")]
 mod elements;
 mod folder;
@@ -19,7 +19,6 @@ pub mod jsonl;
 #[cfg(feature = "parquet")]
 pub mod lerobot;
 mod lines;
-mod many;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 #[cfg(feature = "arrays")]
@@ -27,21 +26,24 @@ mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 mod qualisys;
+mod recordings;
 mod rosbag;
 pub mod rosmsg;
 pub mod topics;
 #[cfg(feature = "arrays")]
 mod zarr;
 #[cfg(feature = "arrays")]
-mod zipped;
+mod zip_archive;
 
 pub use folder::{is_bag, is_one_log};
-pub use many::{all_of, all_of_within, chosen, chosen_within, files_of, is_hdf5, is_set, is_zarr, recording_of, stem};
+pub use recordings::{
+    all_of, all_of_within, chosen, chosen_within, files_of, is_hdf5, is_set, is_zarr, recording_of, stem,
+};
 
 use crate::allowed_folders::AllowedFolders;
 use crate::atomic_write::{self, Files};
 use crate::issue::{Issue, IssueKind};
-use crate::read::counted::Counted;
+use crate::read::progress::CountingReader;
 use crate::read::table::Source;
 use crate::read::{csv, file};
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -86,10 +88,10 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
         return hdf5::open(&path, recording, folders);
     }
     #[cfg(feature = "arrays")]
-    if (magic.starts_with(&zipped::MAGIC) || magic.starts_with(&zipped::EMPTY))
-        && !zipped::has(&path, is_array, folders)?
+    if (magic.starts_with(&zip_archive::MAGIC) || magic.starts_with(&zip_archive::EMPTY))
+        && !zip_archive::has(&path, is_array, folders)?
     {
-        if zipped::has(&path, zarr::is_metadata, folders)? {
+        if zip_archive::has(&path, zarr::is_metadata, folders)? {
             return zarr::open(&path, recording, folders);
         }
         let message = "the archive holds no arrays of NumPy (`.npy`) and no Zarr store";
@@ -100,7 +102,7 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
         return Err(InputError::new(name, message));
     }
     let length = bytes.metadata().map_or(0, |file| file.len());
-    let counted = |bytes| Counted::new(bytes, length);
+    let counted = |bytes| CountingReader::new(bytes, length);
     match magic.as_slice() {
         [b'N', b'O', b'_', b'O', b'F', b'_', ..] => qualisys::source(BufReader::new(counted(bytes)), name),
         #[cfg(feature = "mcap")]
@@ -112,13 +114,13 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
         #[cfg(feature = "arrays")]
         magic if magic.starts_with(&npy::MAGIC) => npy::open(&path, folders),
         #[cfg(feature = "arrays")]
-        magic if magic.starts_with(&zipped::MAGIC) => npy::open_archive(&path, folders),
+        magic if magic.starts_with(&zip_archive::MAGIC) => npy::open_archive(&path, folders),
         [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(counted(bytes)), name),
         [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
             jsonl::read(BufReader::new(counted(bytes)), name)
         }
         magic if text_ending(&path) || ending(&path).is_empty() && is_text(magic) => {
-            delimited::source(Box::new(BufReader::new(counted(bytes))), name)
+            delimited_text::source(Box::new(BufReader::new(counted(bytes))), name)
         }
         _ => Err(unknown(&path)),
     }

@@ -1,8 +1,8 @@
 //! NumPy's files: `.npz`, `.npy`, and folders of `.npy`. Each array with a row a sample has columns by its name, as the data sets of HDF5 have; the fields
 //! of structured arrays are arrays of their own. A file with one array calls it `arr_0`, as `numpy.savez` does.
 
+use super::array_columns::width;
 use super::array_log::{self, Array, MAX_RATE_HZ, Recording, rows};
-use super::arrays::width;
 use super::budget::Budget;
 use super::elements::Element;
 use crate::allowed_folders::AllowedFolders;
@@ -30,7 +30,7 @@ const STEPS: [&str; 2] = ["dt", "timestep"];
 /// When it is damaged, is outside of the folders, or holds no array with a row a sample.
 pub(super) fn open(path: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
     let place = path.display().to_string();
-    guarded(&place, || arrays(&place, vec![(UNNAMED.into(), Place::new(path, None, folders))], size_of(path)?))
+    guarded(&place, || arrays(&place, vec![(UNNAMED.into(), ArrayLocation::new(path, None, folders))], size_of(path)?))
 }
 
 /// Opens a file with several arrays, by their names in the archive.
@@ -40,11 +40,11 @@ pub(super) fn open(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
 pub(super) fn open_archive(path: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
     let place = path.display().to_string();
     guarded(&place, || {
-        let archive = super::zipped::open(path, folders)?;
+        let archive = super::zip_archive::open(path, folders)?;
         let found: Vec<(String, usize)> = (0..archive.len())
             .filter_map(|at| Some((archive.name_for_index(at)?.ok()?.strip_suffix(".npy")?.to_string(), at)))
             .collect();
-        let in_archive = |(name, at)| (name, Place::new(path, Some(at), folders));
+        let in_archive = |(name, at)| (name, ArrayLocation::new(path, Some(at), folders));
         arrays(&place, found.into_iter().map(in_archive).collect(), size_of(path)?)
     })
 }
@@ -57,7 +57,7 @@ pub(super) fn open_folder(folder: &Path, files: &[PathBuf], folders: &AllowedFol
     let place = folder.display().to_string();
     guarded(&place, || {
         let name = |file: &PathBuf| file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        let place_of = |file: &PathBuf| Place::new(file, None, folders);
+        let place_of = |file: &PathBuf| ArrayLocation::new(file, None, folders);
         let found: Vec<_> = files.iter().filter_map(|file| Some((name(file)?, place_of(file)))).collect();
         let size = files.iter().map(|file| size_of(file)).sum::<Result<u64, InputError>>()?;
         arrays(&place, found, size)
@@ -71,7 +71,7 @@ fn size_of(path: &Path) -> Result<u64, InputError> {
 
 /// Where an array is.
 #[derive(Clone)]
-struct Place {
+struct ArrayLocation {
     path: PathBuf,
     /// The number of the file, if the path is an archive.
     in_archive: Option<usize>,
@@ -79,7 +79,7 @@ struct Place {
     folders: AllowedFolders,
 }
 
-impl Place {
+impl ArrayLocation {
     fn new(path: &Path, in_archive: Option<usize>, folders: &AllowedFolders) -> Self {
         Self { path: path.into(), in_archive, folders: folders.clone() }
     }
@@ -89,8 +89,8 @@ impl Place {
         match self.in_archive {
             None => read(&mut BufReader::new(self.folders.open(&self.path)?)),
             Some(at) => {
-                let mut archive: super::zipped::Archive = super::zipped::open(&self.path, &self.folders)?;
-                let mut file = archive.by_index(at).map_err(|error| super::zipped::damaged(place, &error))?;
+                let mut archive: super::zip_archive::Archive = super::zip_archive::open(&self.path, &self.folders)?;
+                let mut file = archive.by_index(at).map_err(|error| super::zip_archive::damaged(place, &error))?;
                 read(&mut file)
             }
         }
@@ -98,7 +98,7 @@ impl Place {
 }
 
 /// The arrays as a recording; `size` is that of the file.
-fn arrays(place: &str, mut found: Vec<(String, Place)>, size: u64) -> Result<Source, InputError> {
+fn arrays(place: &str, mut found: Vec<(String, ArrayLocation)>, size: u64) -> Result<Source, InputError> {
     if found.len() > MAX_COLUMNS {
         let message = format!("found {} arrays, at most {MAX_COLUMNS} are read", found.len());
         return Err(InputError::new(place, message));
@@ -146,7 +146,7 @@ fn arrays(place: &str, mut found: Vec<(String, Place)>, size: u64) -> Result<Sou
 }
 
 /// The rate that an array of one number says, by its name.
-fn rate(place: &str, name: &str, at: &Place, header: &Header) -> Result<Option<f64>, InputError> {
+fn rate(place: &str, name: &str, at: &ArrayLocation, header: &Header) -> Result<Option<f64>, InputError> {
     let is_step = STEPS.contains(&name);
     let fields = header.fields();
     let [Field { element: Ok(element), .. }] = fields.as_slice() else { return Ok(None) };
@@ -294,7 +294,7 @@ fn data(place: &str, bytes: &mut dyn Read, header: &Header, size: usize) -> Resu
 /// The values of an array, or of a field of it.
 struct Values {
     place: String,
-    at: Place,
+    at: ArrayLocation,
     header: Header,
     field: Field,
     element: Element,
@@ -339,7 +339,7 @@ impl Values {
     }
 }
 
-impl array_log::Values for Values {
+impl array_log::ArrayValues for Values {
     fn numbers(&self, first_row: bool) -> Result<Vec<f64>, InputError> {
         let mut numbers = vec![];
         self.each(first_row, |bytes| numbers.push(self.element.number(bytes)))?;

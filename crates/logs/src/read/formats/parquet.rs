@@ -5,20 +5,22 @@
 //! the events as JSON under `teachtree.events`; what is written is read back to the same bits.
 
 mod arrow_metadata;
+mod blocks;
 pub(super) mod column;
 mod flat;
 pub(super) mod language;
 mod page_head;
 pub(super) mod rewrite;
-mod walk;
 mod write;
 
 pub use write::{add, add_table};
 
 use super::budget::Budget;
 use crate::read::csv::check_scene;
-use crate::read::sheet::{Cells, InMemoryTable, titled};
-use crate::read::table::{Blocks, MAX_COLUMNS, Rows, Source, Table, Want, check_cells, check_rows, check_size};
+use crate::read::memory_table::{Cells, InMemoryTable, titled};
+use crate::read::table::{
+    Blocks, ColumnRequest, MAX_COLUMNS, Rows, Source, Table, check_cells, check_rows, check_size,
+};
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::{ByteArray, DataType};
@@ -51,7 +53,7 @@ const EVENTS: &str = "teachtree.events";
 /// # Errors
 /// When it is no Parquet, is damaged, or is too large.
 pub fn source(file: File, name: String) -> Result<Source, InputError> {
-    let opened = Opened::new(file, &name, |_| true)?;
+    let opened = ParquetTable::new(file, &name, |_| true)?;
     let (scene, events) = (opened.key(SCENE), opened.key(EVENTS));
     let titles: Vec<String> = opened.leaves.iter().map(|(_, leaf)| leaf.title()).collect();
     // The number of columns of a list is known only after reading it.
@@ -75,19 +77,19 @@ pub fn source(file: File, name: String) -> Result<Source, InputError> {
 
 /// A file that knows its end. Of a plain file the library takes the memory that a damaged length asks for, and goes on reading nothing
 /// behind its end.
-struct Whole {
+struct SizedFile {
     file: File,
     length: u64,
 }
 
-impl Length for Whole {
+impl Length for SizedFile {
     fn len(&self) -> u64 {
         self.length
     }
 }
 
-impl ChunkReader for Whole {
-    type T = NoFurther<BufReader<File>>;
+impl ChunkReader for SizedFile {
+    type T = ExactReader<BufReader<File>>;
 
     fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
         let mut file = self.file.try_clone()?;
@@ -97,7 +99,7 @@ impl ChunkReader for Whole {
         if start + END < self.length {
             page_head::check(bytes.fill_buf()?, Budget::new(self.length).whole).map_err(ParquetError::General)?;
         }
-        Ok(NoFurther(bytes))
+        Ok(ExactReader(bytes))
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
@@ -112,10 +114,10 @@ impl ChunkReader for Whole {
     }
 }
 
-/// Bytes whose end is an error.
-struct NoFurther<R>(R);
+/// A reader whose end is an error.
+struct ExactReader<R>(R);
 
-impl<R: Read> Read for NoFurther<R> {
+impl<R: Read> Read for ExactReader<R> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
         match self.0.read(out)? {
             0 if !out.is_empty() => Err(std::io::ErrorKind::UnexpectedEof.into()),
@@ -126,18 +128,18 @@ impl<R: Read> Read for NoFurther<R> {
 
 /// Reads the columns of a file whose names are wanted.
 pub(super) fn read(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<InMemoryTable, InputError> {
-    Opened::new(file, name, wanted)?.memory()
+    ParquetTable::new(file, name, wanted)?.memory()
 }
 
 /// Reads some rows of a file, those in `rows`.
 pub(super) fn read_rows(file: File, name: &str, rows: Range<usize>) -> Result<InMemoryTable, InputError> {
-    Opened { range: Some(rows), ..Opened::new(file, name, |_| true)? }.memory()
+    ParquetTable { range: Some(rows), ..ParquetTable::new(file, name, |_| true)? }.memory()
 }
 
 /// A file whose columns are known and not read yet.
-struct Opened {
+struct ParquetTable {
     name: String,
-    reader: SerializedFileReader<Whole>,
+    reader: SerializedFileReader<SizedFile>,
     /// The columns that are wanted, by their place in the file.
     leaves: Vec<(usize, Leaf)>,
     rows: usize,
@@ -145,14 +147,14 @@ struct Opened {
     range: Option<Range<usize>>,
 }
 
-impl Opened {
+impl ParquetTable {
     fn new(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Self, InputError> {
         guarded(name, || Self::read_head(file, name, wanted))
     }
 
     fn read_head(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Self, InputError> {
         let length = file.metadata().map_err(|error| InputError::unreadable(name, &error))?.len();
-        let reader = SerializedFileReader::new(Whole { file, length }).map_err(|error| damaged(name, &error))?;
+        let reader = SerializedFileReader::new(SizedFile { file, length }).map_err(|error| damaged(name, &error))?;
         let metadata = reader.metadata().file_metadata();
         let mut leaves: Vec<(usize, Leaf)> = vec![];
         for (index, column) in metadata.schema_descr().columns().iter().enumerate() {
@@ -224,12 +226,17 @@ impl Opened {
     }
 }
 
-impl Rows for Opened {
-    fn read(mut self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
-        let nothing = wants.iter().all(|want| *want == Want::Nothing);
+impl Rows for ParquetTable {
+    fn read(
+        mut self: Box<Self>,
+        header: &[String],
+        wants: &[ColumnRequest],
+        rate_hz: Option<f64>,
+    ) -> Result<Table, InputError> {
+        let nothing = wants.iter().all(|want| *want == ColumnRequest::Nothing);
         for ((_, leaf), want) in self.leaves.iter_mut().zip(wants) {
             // Rows are counted by what is read of them.
-            leaf.unread = *want == Want::Nothing && !nothing;
+            leaf.unread = *want == ColumnRequest::Nothing && !nothing;
         }
         Box::new(self.memory()?).read(header, wants, rate_hz)
     }
@@ -241,16 +248,19 @@ impl Rows for Opened {
     fn blocks(
         self: Box<Self>,
         _: &[String],
-        wants: &[Want],
+        wants: &[ColumnRequest],
         rate_hz: Option<f64>,
     ) -> Result<Option<Box<dyn Blocks>>, InputError> {
-        let texts =
-            self.leaves.iter().zip(wants).any(|((_, leaf), want)| leaf.texts.is_some() && *want != Want::Nothing);
+        let texts = self
+            .leaves
+            .iter()
+            .zip(wants)
+            .any(|((_, leaf), want)| leaf.texts.is_some() && *want != ColumnRequest::Nothing);
         if texts || rate_hz.is_some() {
             return Ok(None);
         }
         check_rows(&self.name, self.rows)?;
-        Ok(Some(Box::new(walk::Walk::new(*self, wants.to_vec()))))
+        Ok(Some(Box::new(blocks::ParquetBlocks::new(*self, wants.to_vec()))))
     }
 }
 

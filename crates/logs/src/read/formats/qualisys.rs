@@ -3,7 +3,7 @@
 //! A marker that was lost is written as zeros or as nothing at all; both become values that were not measured.
 //! The columns are `time [s]`, `frame`, and `<marker> X [mm]`, `<marker> Y [mm]`, `<marker> Z [mm]`.
 
-use crate::read::sheet::{Cells, InMemoryTable};
+use crate::read::memory_table::{Cells, InMemoryTable};
 use crate::read::table::{MAX_CELL, MAX_COLUMNS, Source, check_size, number, shown};
 use std::io::{BufRead, Read};
 use teachtree_base::error::InputError;

@@ -3,8 +3,8 @@
 //! Chunks may be plain, lz4 or bz2. The index is not needed: records are read in the order in which they are there. What is read so far counts
 //! when a bag ends in the middle of a record.
 
-use super::rosmsg::{Definition, Wire};
-use super::topics::{Reading, Topics};
+use super::rosmsg::{Definition, WireFormat};
+use super::topics::{MessageDecoder, Topics};
 use super::truncated;
 use crate::read::table::Source;
 use std::collections::BTreeMap;
@@ -33,10 +33,10 @@ pub fn source(mut bytes: impl Read, file: String) -> Result<Source, InputError> 
     let mut bag = Bag { topics: Topics::new(&file), connections: BTreeMap::new() };
     let cut = match bag.records(&mut bytes, true) {
         Ok(()) => None,
-        Err(Fault::Cut) if !bag.topics.is_empty() => {
+        Err(Fault::Truncated) if !bag.topics.is_empty() => {
             Some(format!("{file} ends in the middle of a record; what is before counts"))
         }
-        Err(Fault::Cut) => return Err(InputError::new(file, "the bag ends before its first message")),
+        Err(Fault::Truncated) => return Err(InputError::new(file, "the bag ends before its first message")),
         Err(Fault::Damaged(message)) => {
             return Err(InputError::new(file, format!("cannot be read as a bag: {message}")));
         }
@@ -50,7 +50,7 @@ pub fn source(mut bytes: impl Read, file: String) -> Result<Source, InputError> 
 /// Why reading stopped.
 enum Fault {
     /// The bag ends in the middle of a record.
-    Cut,
+    Truncated,
     Damaged(String),
     Log(InputError),
 }
@@ -58,14 +58,14 @@ enum Fault {
 /// What is known of a bag so far.
 struct Bag {
     topics: Topics,
-    connections: BTreeMap<u32, (String, Reading)>,
+    connections: BTreeMap<u32, (String, MessageDecoder)>,
 }
 
 impl Bag {
     /// Reads records to the end; `outer` ones may be chunks of others.
     fn records(&mut self, bytes: &mut impl Read, outer: bool) -> Result<(), Fault> {
         while let Some(header) = block(bytes, true)? {
-            let data = block(bytes, false)?.ok_or(Fault::Cut)?;
+            let data = block(bytes, false)?.ok_or(Fault::Truncated)?;
             let fields = fields(&header)?;
             match fields.get("op").map(Vec::as_slice) {
                 Some([MESSAGE]) => self.message(&fields, &data)?,
@@ -101,9 +101,9 @@ impl Bag {
         let topic = topic.ok_or_else(|| Fault::Damaged("a connection has no topic".into()))?;
         let name = text(&of_connection, "type").unwrap_or_default();
         let definition = text(&of_connection, "message_definition").unwrap_or_default();
-        let reading = match Definition::parse(&name, &definition, Wire::Ros1) {
-            Ok(definition) => Reading::Defined(definition),
-            Err(why) => Reading::Refused(format!("its type {name}: {why}")),
+        let reading = match Definition::parse(&name, &definition, WireFormat::Ros1) {
+            Ok(definition) => MessageDecoder::Defined(definition),
+            Err(why) => MessageDecoder::Refused(format!("its type {name}: {why}")),
         };
         self.connections.insert(id, (topic, reading));
         Ok(())
@@ -147,14 +147,14 @@ fn block(bytes: &mut impl Read, may_end: bool) -> Result<Option<Vec<u8>>, Fault>
     let length = match <[u8; 4]>::try_from(length) {
         Ok(length) => u32::from_le_bytes(length),
         Err(none) if none.is_empty() && may_end => return Ok(None),
-        Err(_) => return Err(Fault::Cut),
+        Err(_) => return Err(Fault::Truncated),
     };
     if length > MAX_RECORD {
         return Err(Fault::Damaged(format!("a record says that it has {length} bytes, at most {MAX_RECORD} are read")));
     }
     let mut block = vec![];
     bytes.take(u64::from(length)).read_to_end(&mut block).map_err(|error| Fault::Damaged(error.to_string()))?;
-    if block.len() < length as usize { Err(Fault::Cut) } else { Ok(Some(block)) }
+    if block.len() < length as usize { Err(Fault::Truncated) } else { Ok(Some(block)) }
 }
 
 type Fields = BTreeMap<String, Vec<u8>>;

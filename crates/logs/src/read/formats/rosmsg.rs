@@ -8,7 +8,7 @@
 //! as in the array `name` beside them, `position.finger_joint`, and transforms by their child frame, `transforms.cube.transform`. A message in which a
 //! name occurs twice is refused.
 
-use crate::read::sheet::InMemoryTable;
+use crate::read::memory_table::InMemoryTable;
 use std::collections::BTreeSet;
 use teachtree_base::error::InputError;
 
@@ -24,7 +24,7 @@ const CHILD: &str = "child_frame_id";
 
 /// How messages are serialised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wire {
+pub enum WireFormat {
     /// ROS 1: packed, little endian.
     Ros1,
     /// ROS 2: CDR, with a header that says version and byte order.
@@ -34,7 +34,7 @@ pub enum Wire {
 /// A message type with all types that it names.
 #[derive(Clone, Debug)]
 pub struct Definition {
-    wire: Wire,
+    wire: WireFormat,
     /// The type itself is the first.
     types: Vec<Vec<Field>>,
 }
@@ -72,7 +72,7 @@ impl Definition {
     ///
     /// # Errors
     /// What it says that is no definition.
-    pub fn parse(name: &str, text: &str, wire: Wire) -> Result<Self, String> {
+    pub fn parse(name: &str, text: &str, wire: WireFormat) -> Result<Self, String> {
         if text.len() > MAX_DEFINITION {
             return Err(format!("its definition has {} bytes, at most {MAX_DEFINITION} are read", text.len()));
         }
@@ -152,7 +152,7 @@ fn plain(name: &str) -> String {
 
 impl Field {
     /// The field that a line declares, if it declares one.
-    fn parse(line: &str, parent: &str, names: &[&str], wire: Wire) -> Result<Option<Self>, String> {
+    fn parse(line: &str, parent: &str, names: &[&str], wire: WireFormat) -> Result<Option<Self>, String> {
         let mut words = line.split('#').next().unwrap_or_default().split_whitespace();
         let (Some(kind), Some(name)) = (words.next(), words.next()) else {
             return match line.split('#').next().map(str::trim) {
@@ -176,7 +176,7 @@ impl Field {
         let base = base.split_once("<=").map_or(base, |(base, _)| base);
         let kind = match base {
             "bool" => Kind::Bool,
-            "byte" if wire == Wire::Ros1 => Kind::Signed(1),
+            "byte" if wire == WireFormat::Ros1 => Kind::Signed(1),
             "byte" | "char" | "uint8" => Kind::Unsigned(1),
             "int8" => Kind::Signed(1),
             "uint16" => Kind::Unsigned(2),
@@ -189,7 +189,7 @@ impl Field {
             "float64" => Kind::Float(8),
             "string" => Kind::Text,
             "wstring" => Kind::WideText,
-            "time" | "duration" if wire == Wire::Ros1 => Kind::Time,
+            "time" | "duration" if wire == WireFormat::Ros1 => Kind::Time,
             _ => match plain(base).as_str() {
                 "builtin_interfaces/Time" | "builtin_interfaces/Duration" => Kind::Time,
                 base => Kind::Message(resolve(base, parent, names)?),
@@ -258,7 +258,7 @@ impl Decoder<'_> {
         }
         let types = self.types;
         let Some(fields) = types.get(kind) else { return Ok(()) };
-        if fields.is_empty() && self.bytes.wire == Wire::Cdr {
+        if fields.is_empty() && self.bytes.wire == WireFormat::Cdr {
             // CDR knows no empty structure.
             self.bytes.take::<1>()?;
         }
@@ -373,7 +373,7 @@ impl Decoder<'_> {
         const NANOS: i64 = 1_000_000_000;
         // ROS 1 counts seconds without sign and ROS 2 with one; they agree until 2038.
         let seconds =
-            if self.bytes.wire == Wire::Ros1 { self.bytes.unsigned(4)? as i64 } else { self.bytes.signed(4)? };
+            if self.bytes.wire == WireFormat::Ros1 { self.bytes.unsigned(4)? as i64 } else { self.bytes.signed(4)? };
         let nanos = self.bytes.unsigned(4)? as i64;
         if self.path.ends_with("header.stamp") {
             // A stamp that nobody set is none.
@@ -393,15 +393,15 @@ impl Decoder<'_> {
 struct Bytes<'a> {
     data: &'a [u8],
     at: usize,
-    wire: Wire,
+    wire: WireFormat,
     big_endian: bool,
     /// The coarsest grid on which CDR puts values.
     grid: usize,
 }
 
 impl<'a> Bytes<'a> {
-    fn new(message: &'a [u8], wire: Wire) -> Result<Self, String> {
-        if wire == Wire::Ros1 {
+    fn new(message: &'a [u8], wire: WireFormat) -> Result<Self, String> {
+        if wire == WireFormat::Ros1 {
             return Ok(Self { data: message, at: 0, wire, big_endian: false, grid: 1 });
         }
         let [kind0, kind1, _, _, data @ ..] = message else {
@@ -445,7 +445,7 @@ impl<'a> Bytes<'a> {
 
     /// A number of this many bytes, on its grid.
     fn unsigned(&mut self, size: usize) -> Result<u64, String> {
-        if self.wire == Wire::Cdr {
+        if self.wire == WireFormat::Cdr {
             let grid = size.min(self.grid).max(1);
             self.skip((grid - self.at % grid) % grid)?;
         }
@@ -467,7 +467,7 @@ impl<'a> Bytes<'a> {
         let length = self.length()?;
         let bytes = self.slice(length)?;
         // CDR counts the zero that ends a text.
-        let bytes = if self.wire == Wire::Cdr { bytes.strip_suffix(&[0]).unwrap_or(bytes) } else { bytes };
+        let bytes = if self.wire == WireFormat::Cdr { bytes.strip_suffix(&[0]).unwrap_or(bytes) } else { bytes };
         Ok(String::from_utf8_lossy(bytes).into_owned())
     }
 

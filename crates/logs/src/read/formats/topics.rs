@@ -5,21 +5,21 @@
 //! whose clock was set back is refused, since its two stretches overlap.
 
 #[cfg(feature = "mcap")]
-use super::rosmsg::Wire;
+use super::rosmsg::WireFormat;
 use super::rosmsg::{Definition, Failure};
 use crate::issue::{Issue, IssueKind};
-use crate::read::sheet::{Cells, InMemoryTable};
+use crate::read::memory_table::{Cells, InMemoryTable};
 use crate::read::stamps::{Order, SET_BACK, StampOrder, Writers};
 use crate::read::table::{BagClock, Sheet, Source};
 use indexmap::IndexMap;
 use teachtree_base::error::InputError;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 
 /// The most topics that a bag may have.
 const MAX_TOPICS: usize = 10_000;
 
-/// How the messages of a topic are read.
-pub enum Reading {
+/// Decodes the messages of a topic.
+pub enum MessageDecoder {
     /// By a message definition.
     Defined(Definition),
     /// As JSON objects.
@@ -29,14 +29,14 @@ pub enum Reading {
     Refused(String),
 }
 
-impl Reading {
+impl MessageDecoder {
     /// How messages in this encoding are read, with the name, the form and the text of their type's definition.
     #[cfg(feature = "mcap")]
     pub fn of(encoding: &str, schema: Option<(&str, &str, &str)>) -> Self {
         let wire = match encoding {
             "json" => return Self::Json,
-            "cdr" => Wire::Cdr,
-            "ros1" => Wire::Ros1,
+            "cdr" => WireFormat::Cdr,
+            "ros1" => WireFormat::Ros1,
             other => {
                 return Self::Refused(format!(
                     "its messages are encoded as `{other}`, expected `cdr`, `ros1` or `json`"
@@ -143,7 +143,13 @@ impl Topics {
     ///
     /// # Errors
     /// When the log grows too large; a message that is not as it should be refuses its topic.
-    pub fn push(&mut self, topic: &str, reading: &Reading, recorded: i64, message: &[u8]) -> Result<(), InputError> {
+    pub fn push(
+        &mut self,
+        topic: &str,
+        reading: &MessageDecoder,
+        recorded: i64,
+        message: &[u8],
+    ) -> Result<(), InputError> {
         if self.topics.len() >= MAX_TOPICS && !self.topics.contains_key(topic) {
             return Err(InputError::new(
                 &self.file,
@@ -161,7 +167,7 @@ impl Topics {
         if topic.refused.is_some() {
             return Ok(());
         }
-        if let Reading::Refused(why) = reading {
+        if let MessageDecoder::Refused(why) = reading {
             topic.refused = Some(why.clone());
             return Ok(());
         }
@@ -180,7 +186,7 @@ impl Topics {
                     let by_s = newest_s - after(writer.late_from);
                     topic.refused = Some(format!(
                         "the clock was set back by {} s before message {}: the stretches before and after it overlap; cut the bag there, or follow it with `teachtree live`",
-                        Shown((by_s * 1e6).round() / 1e6),
+                        ShortNumber((by_s * 1e6).round() / 1e6),
                         topic.stamps.len() + 1 - SET_BACK
                     ));
                 }

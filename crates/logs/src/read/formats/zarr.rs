@@ -9,14 +9,14 @@ mod codecs;
 mod metadata;
 mod store;
 
-use super::array_log::{self, Array, Missing, Recording, rate, rows};
-use super::arrays::width;
+use super::array_columns::width;
+use super::array_log::{self, Array, MissingRows, Recording, rate, rows};
 use super::budget::Budget;
-use super::many::{MAX_RECORDINGS, choose, number_of};
+use super::recordings::{MAX_RECORDINGS, choose, number_of};
 use crate::allowed_folders::AllowedFolders;
 use crate::read::table::Source;
-use chunks::Chunked;
-use metadata::{Described, attributes};
+use chunks::ChunkedArray;
+use metadata::{ArrayMetadata, attributes};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -66,7 +66,7 @@ pub(super) fn files(path: &Path, recording: Option<&str>) -> Result<Vec<PathBuf>
         }
         for (_, path) in container.members(chosen) {
             keys.extend(metadata::keys(&path));
-            if let Described::Array(array) = container.array(&path)? {
+            if let ArrayMetadata::Array(array) = container.array(&path)? {
                 keys.extend(array.keys(container.window(chosen, array.rows()))?);
             }
         }
@@ -132,16 +132,18 @@ impl Container {
     }
 
     /// The array that says where episodes end.
-    fn episode_ends(&self) -> Result<Option<Chunked>, InputError> {
+    fn episode_ends(&self) -> Result<Option<ChunkedArray>, InputError> {
         let Some(path) = self.arrays.iter().find(|path| EPISODE_ENDS.contains(&path.as_str())) else { return Ok(None) };
         match self.array(path)? {
-            Described::Array(array) => Ok(Some(array)),
-            Described::Refused { reason, .. } => Err(InputError::new(format!("{} array {path}", self.place), reason)),
+            ArrayMetadata::Array(array) => Ok(Some(array)),
+            ArrayMetadata::Refused { reason, .. } => {
+                Err(InputError::new(format!("{} array {path}", self.place), reason))
+            }
         }
     }
 
     /// The rows behind the last one of each episode, which rise.
-    fn ends(&self, array: &Chunked) -> Result<Vec<usize>, InputError> {
+    fn ends(&self, array: &ChunkedArray) -> Result<Vec<usize>, InputError> {
         let wrong = |message: String| InputError::new(format!("{} array {}", self.place, array.path()), message);
         if !array.dimensions().is_empty() {
             return Err(wrong(format!("has {} dimensions, expected one", array.dimensions().len() + 1)));
@@ -170,7 +172,7 @@ impl Container {
         choose(&self.place, "store", &self.names, asked)
     }
 
-    fn array(&self, path: &str) -> Result<Described, InputError> {
+    fn array(&self, path: &str) -> Result<ArrayMetadata, InputError> {
         metadata::read(&self.store, &self.place, path)
     }
 
@@ -231,14 +233,14 @@ impl Container {
         let mut arrays = vec![];
         for (name, path) in self.members(chosen) {
             match self.array(&path)? {
-                Described::Refused { rows, dimensions, reason } => {
+                ArrayMetadata::Refused { rows, dimensions, reason } => {
                     let rows = self.window(chosen, rows).len();
                     // Images are left out, whatever compresses them.
                     if rows > 0 && width(&dimensions).is_some() {
                         arrays.push(Array::refused(name, rows, &dimensions, reason));
                     }
                 }
-                Described::Array(array) => {
+                ArrayMetadata::Array(array) => {
                     let rows = self.window(chosen, array.rows());
                     let (count, dimensions) = (rows.len(), array.dimensions().to_vec());
                     let element = array.element();
@@ -267,11 +269,11 @@ impl Container {
 
 /// Rows of an array.
 struct Values {
-    array: Chunked,
+    array: ChunkedArray,
     rows: Range<usize>,
 }
 
-impl array_log::Values for Values {
+impl array_log::ArrayValues for Values {
     fn numbers(&self, first_row: bool) -> Result<Vec<f64>, InputError> {
         let Range { start, end } = self.rows;
         self.array.numbers(if first_row { start..end.min(start + 1) } else { start..end })
@@ -281,7 +283,7 @@ impl array_log::Values for Values {
         self.array.texts(self.rows.clone())
     }
 
-    fn missing(&self) -> Option<Missing> {
+    fn missing(&self) -> Option<MissingRows> {
         self.array.missing(&self.rows)
     }
 }

@@ -4,13 +4,13 @@
 //! whose name has none of `left`, `right` and `both` is about the track that is asked for; there may be one such tier. Tiers of the type `object`
 //! name what segments are about and are left out.
 
-use super::{Interval, Kind, MAX_NAME, MAX_ROWS};
+use super::{Interval, LabelKind, MAX_NAME, MAX_ROWS};
 use crate::read::text;
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::BTreeMap;
 use std::path::Path;
 use teachtree_base::error::InputError;
-use teachtree_base::hands::Who;
+use teachtree_base::hands::TrackId;
 
 /// The largest file that is read, bytes, and its most elements.
 const MAX_BYTES: u64 = 64 << 20;
@@ -68,12 +68,12 @@ pub(super) fn read(path: &Path) -> Result<Vec<Interval>, InputError> {
             continue;
         }
         let words: Vec<String> = id.split(|c: char| !c.is_alphanumeric()).map(str::to_lowercase).collect();
-        let track = words.iter().find_map(|word| Who::from_name(word));
+        let track = words.iter().find_map(|word| TrackId::from_name(word));
         if track.is_none() {
             tracks.push(id);
         }
         let is_task = words.iter().any(|word| word == "task" || word == "tasks");
-        let kind = if is_task { Kind::Task } else { Kind::Primitive };
+        let kind = if is_task { LabelKind::Task } else { LabelKind::Primitive };
         for annotation in annotations {
             if intervals.len() == MAX_ROWS {
                 return Err(wrong(format!("the file has more than {MAX_ROWS} annotations")));

@@ -1,7 +1,7 @@
 //! Grip force: forces within what the hand may press with, and the slip reflex. A hand that feels an object about to slip holds it more firmly, as humans do.
 //! People who hold with the least force that will do feel each slip coming; a robot that copied their forces without that would lose what they held.
 
-use crate::control::behavior::{Behavior, Grip, Progress, Sensed, holds};
+use crate::control::behavior::{Behavior, GripForceTotals, HandObservation, Progress, holds};
 use crate::model::hand::HandModel;
 use crate::planning::plan::Target;
 use nalgebra::Vector3;
@@ -42,7 +42,7 @@ pub(crate) struct GripForce {
     /// As a share of the commanded forces.
     more: f64,
     /// The grip force of the last step.
-    grip: Option<Grip>,
+    grip: Option<GripForceTotals>,
 }
 
 impl GripForce {
@@ -56,7 +56,7 @@ impl GripForce {
 impl Behavior for GripForce {
     /// Scales all forces uniformly to what the hand may press with, so that they stay in balance; then adds normal force, all fingers alike, to those that hold
     /// between thumb and fingers when one is about to slip.
-    fn apply(&mut self, sensed: &Sensed<'_>, target: &mut Target, dt_s: f64) -> Progress {
+    fn apply(&mut self, sensed: &HandObservation<'_>, target: &mut Target, dt_s: f64) -> Progress {
         let gains = self.gains;
         let limit =
             |finger: Finger| self.limits.iter().find(|(other, _)| *other == finger).map_or(f64::INFINITY, |it| it.1);
@@ -67,7 +67,7 @@ impl Behavior for GripForce {
         target.tips.iter_mut().for_each(|(.., force)| *force /= most.max(1.0));
         if !holds(target) {
             (self.more, self.grip) = (0.0, None);
-            return Progress::GoesOn;
+            return Progress::Continue;
         }
         let within_limits = sum(target);
         let pressed: Vec<(Finger, Vector3<f64>, bool)> =
@@ -85,11 +85,11 @@ impl Behavior for GripForce {
                 *force += inward * (force.dot(inward).max(0.0) * more);
             }
         }
-        self.grip = Some(Grip { asked, within_limits, raised: sum(target) });
-        Progress::GoesOn
+        self.grip = Some(GripForceTotals { asked, within_limits, raised: sum(target) });
+        Progress::Continue
     }
 
-    fn grip(&self) -> Option<Grip> {
+    fn grip(&self) -> Option<GripForceTotals> {
         self.grip
     }
 }

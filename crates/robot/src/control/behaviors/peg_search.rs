@@ -6,14 +6,14 @@
 //! Manipulators*, 1981.) When the object has dropped, the plan goes on from there. When it gets stuck on the rim again, so does the spiral.
 
 use super::spiral_path::SpiralPath;
-use crate::control::behavior::{Behavior, Progress, Searched, Sensed, holds};
+use crate::control::behavior::{Behavior, HandObservation, Progress, SearchResult, holds};
 use crate::planning::plan::Target;
 use nalgebra::{Isometry3, Vector3};
-use teachtree_base::geometry::across;
+use teachtree_base::geometry::perpendiculars;
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::from_seven;
+use teachtree_base::pose::pose_from_array;
 use teachtree_base::scene::Scene;
-use teachtree_command::{Opening, Task, hole_of};
+use teachtree_command::{HoleGeometry, Task, hole_of};
 
 /// A hole is looked for so far about the place where it is expected, m.
 pub const WITHIN_M: f64 = 0.004;
@@ -91,12 +91,12 @@ impl PegSearch {
 
 impl Behavior for PegSearch {
     /// Displaces a target across the axis of the hole and along it.
-    fn apply(&mut self, sensed: &Sensed<'_>, target: &mut Target, dt_s: f64) -> Progress {
-        let Some(search) = self.tasks.get_mut(sensed.task) else { return Progress::GoesOn };
-        if search.apply(target, sensed, dt_s) { Progress::Waits } else { Progress::GoesOn }
+    fn apply(&mut self, sensed: &HandObservation<'_>, target: &mut Target, dt_s: f64) -> Progress {
+        let Some(search) = self.tasks.get_mut(sensed.task) else { return Progress::Continue };
+        if search.apply(target, sensed, dt_s) { Progress::Wait } else { Progress::Continue }
     }
 
-    fn searched(&self, task: usize) -> Option<Searched> {
+    fn searched(&self, task: usize) -> Option<SearchResult> {
         self.tasks.get(task)?.searched
     }
 }
@@ -104,10 +104,10 @@ impl Behavior for PegSearch {
 /// How a hand puts the object of one task into its hole.
 struct Search {
     gains: Gains,
-    hole: Option<Opening>,
+    hole: Option<HoleGeometry>,
     spiral: SpiralPath,
     state: State,
-    searched: Option<Searched>,
+    searched: Option<SearchResult>,
     /// What the hand is displaced by: across the axis from where the hole is expected, and along it, m.
     aside: Vector3<f64>,
     along: f64,
@@ -127,7 +127,7 @@ enum State {
 }
 
 /// Where an object is, beside where it should be, seen along the axis of its hole, m.
-struct Seen {
+struct HoleOffset {
     height: f64,
     wanted_height: f64,
     beside: Vector3<f64>,
@@ -136,10 +136,11 @@ struct Seen {
 impl Search {
     /// For the hole into which a task puts its object, if there is one.
     fn new(task: &Task, scene: &Scene) -> Self {
-        let into = |name: &str| task.into.as_ref().filter(|into| into.body == name).map(|into| from_seven(&into.pose));
+        let into =
+            |name: &str| task.into.as_ref().filter(|into| into.body == name).map(|into| pose_from_array(&into.pose));
         let inserts = task.segments.iter().rfind(|segment| segment.does == Meaning::Insert);
         let end = inserts.and_then(|segment| segment.object.last());
-        let hole = end.and_then(|end| hole_of(scene, &task.object, &from_seven(end), &into));
+        let hole = end.and_then(|end| hole_of(scene, &task.object, &pose_from_array(end), &into));
         let clearance = hole.and_then(|hole| hole.clearance);
         let gains = Gains::default();
         let [low, high] = gains.pitch_m;
@@ -159,7 +160,7 @@ impl Search {
     }
 
     /// Displaces a target; whether the plan is to wait. `dt` is the step, s.
-    fn apply(&mut self, target: &mut Target, sensed: &Sensed<'_>, dt: f64) -> bool {
+    fn apply(&mut self, target: &mut Target, sensed: &HandObservation<'_>, dt: f64) -> bool {
         let Some(hole) = self.hole else { return false };
         let (off, force) = (&sensed.hole_off, sensed.force());
         let axis = off.rotation * hole.axis;
@@ -168,7 +169,7 @@ impl Search {
             let (wanted, is) = (from_rim(&target.object), from_rim(&sensed.object));
             let (height, wanted_height) = (is.dot(&axis), wanted.dot(&axis));
             let beside = is - wanted - axis * (height - wanted_height);
-            self.feel(&Seen { height, wanted_height, beside }, force.dot(&axis), &axis, dt);
+            self.feel(&HoleOffset { height, wanted_height, beside }, force.dot(&axis), &axis, dt);
         } else if force == Vector3::zeros() {
             self.aside *= 1.0 - self.gains.forgotten * dt;
             self.along *= 1.0 - self.gains.forgotten * dt;
@@ -185,7 +186,7 @@ impl Search {
         feels
     }
 
-    fn feel(&mut self, seen: &Seen, force: f64, axis: &Vector3<f64>, dt: f64) {
+    fn feel(&mut self, seen: &HoleOffset, force: f64, axis: &Vector3<f64>, dt: f64) {
         self.now += (force - self.now) * (dt / self.gains.feeling_s).min(1.0);
         if seen.wanted_height > self.gains.above_m {
             self.carries += (force - self.carries) * (dt / self.gains.carrying_s).min(1.0);
@@ -199,7 +200,7 @@ impl Search {
             State::Feeling(stood) if seen.height < stood - self.gains.drops_m => {
                 self.state = State::Going;
                 self.pulls = Vector3::zeros();
-                self.searched = Some(Searched::Found(seen.beside.norm()));
+                self.searched = Some(SearchResult::Found(seen.beside.norm()));
             }
             _ => {}
         }
@@ -207,14 +208,14 @@ impl Search {
         let to = match (self.state, self.searched) {
             (State::Feeling(_), _) => {
                 self.along += follow;
-                self.go_round(seen, axis, dt)
+                self.advance_spiral(seen, axis, dt)
             }
             (State::Lost, _) => {
                 self.along += follow;
                 Vector3::zeros()
             }
             // Where the hole has it.
-            (State::Going, Some(Searched::Found(_))) => {
+            (State::Going, Some(SearchResult::Found(_))) => {
                 self.along *= 1.0 - self.gains.forgotten * dt;
                 seen.beside
             }
@@ -225,8 +226,8 @@ impl Search {
     }
 
     /// Goes on with the spiral; where the hand is to be displaced to.
-    fn go_round(&mut self, seen: &Seen, axis: &Vector3<f64>, dt: f64) -> Vector3<f64> {
-        let [one, other] = across(axis);
+    fn advance_spiral(&mut self, seen: &HoleOffset, axis: &Vector3<f64>, dt: f64) -> Vector3<f64> {
+        let [one, other] = perpendiculars(axis);
         let [x, y] = self.spiral.place();
         let place = one * x + other * y;
         let lag = place - seen.beside;
@@ -235,7 +236,7 @@ impl Search {
         let share = (1.0 - lag.norm() / self.gains.lags_m).clamp(self.gains.least_speed, 1.0);
         if !self.spiral.advance(self.gains.speed_m_s * share * dt) {
             self.state = State::Lost;
-            self.searched = Some(Searched::NotWithin(WITHIN_M));
+            self.searched = Some(SearchResult::NotWithin(WITHIN_M));
         }
         place + self.pulls
     }

@@ -4,7 +4,7 @@
 //! What fingers only push cannot be turned as one likes: they go about it as it turns, and bring its middle back onto its way.
 
 use super::sway_damping::SwayDamping;
-use crate::control::behavior::{Behavior, Progress, Sensed, holds};
+use crate::control::behavior::{Behavior, HandObservation, Progress, holds};
 use crate::model::hand::HandModel;
 use crate::planning::plan::Target;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -78,7 +78,7 @@ impl PoseCorrection {
 impl Behavior for PoseCorrection {
     /// Turns and moves palm and fingertips, the turn about the middle of the grasp, or of what is pushed. Corrects only what is free: elsewhere something else
     /// determines the object's pose. While another hand holds the object as well, nothing is added: two hands would turn it about two places.
-    fn apply(&mut self, sensed: &Sensed<'_>, target: &mut Target, dt_s: f64) -> Progress {
+    fn apply(&mut self, sensed: &HandObservation<'_>, target: &mut Target, dt_s: f64) -> Progress {
         let held = holds(target);
         self.gather(target, &sensed.object, held, sensed.shared, dt_s);
         let hangs = held && !sensed.shared && target.free;
@@ -96,7 +96,7 @@ impl Behavior for PoseCorrection {
         for (_, tip, _) in &mut target.tips {
             *tip = about * *tip;
         }
-        Progress::GoesOn
+        Progress::Continue
     }
 }
 

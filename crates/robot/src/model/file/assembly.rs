@@ -1,6 +1,6 @@
 //! Robots on robots: the `parts` of a robot file.
 
-use super::{Files, MAX_DEPTH, PartFile, Places, RobotFile, beside, nested, placed, shipped};
+use super::{MAX_DEPTH, PartFile, RobotFile, RobotFiles, SourceMap, beside, nested, placed, shipped};
 use crate::kinematics::finger::FingerSpec;
 use crate::model::hand;
 use crate::model::robot::Robot;
@@ -13,8 +13,8 @@ use teachtree_description::tree::{Dof, KinematicTree, Link};
 /// The robot that the parts make, each on a link of one before it or in the world.
 pub(super) fn assembly(
     file: RobotFile,
-    places: &Places<'_>,
-    files: Files<'_>,
+    places: &SourceMap<'_>,
+    files: RobotFiles<'_>,
     depth: usize,
 ) -> Result<Robot, InputError> {
     let refuse = |part: &str, message: String| places.error("parts", part, message);

@@ -1,15 +1,15 @@
 //! The joints of a robot file: which can be driven, within what, and which follow others.
 
-use super::{Places, no_turn};
+use super::{SourceMap, no_turn};
 use indexmap::IndexMap;
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use std::f64::consts::TAU;
 use teachtree_base::error::InputError;
 use teachtree_base::quantity::{Acceleration, Angle, AngularSpeed, Force, Length, Quantity, Speed};
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_description::limits::SPEEDS_UP_S;
-use teachtree_description::tree::{Dof, Joint, Kind, KinematicTree};
+use teachtree_description::tree::{Dof, Joint, JointKind, KinematicTree};
 
 type Torque = Quantity<2, 1, -2, 0>;
 type Inertia = Quantity<2, 1, 0, 0>;
@@ -115,7 +115,7 @@ pub(super) struct LimitFile {
 pub(super) fn limit(
     tree: &mut KinematicTree,
     limits: &IndexMap<String, LimitFile>,
-    places: &Places<'_>,
+    places: &SourceMap<'_>,
 ) -> Result<(), InputError> {
     for (name, own) in limits {
         let refuse = |message: String| places.error("limits", name, message);
@@ -125,7 +125,7 @@ pub(super) fn limit(
         let joint = tree.links.iter().filter_map(|link| link.joint.as_ref()).find(|joint| joint.name == *name);
         let joint = joint.filter(|joint| tree.dofs.get(joint.dof).is_some_and(|dof| dof.name == *name));
         let joint = joint.ok_or_else(|| refuse("is no joint of the URDF that is driven by itself".into()))?;
-        let turns = joint.kind == Kind::Revolute;
+        let turns = joint.kind == JointKind::Revolute;
         let acceleration =
             limit_of(turns, "acceleration", [own.acceleration.map(|it| it.0), own.slide_acceleration.map(|it| it.0)])
                 .map_err(refuse)?;
@@ -149,14 +149,14 @@ fn limit_of(turns: bool, what: &str, [turning, sliding]: [Option<f64>; 2]) -> Re
     match value {
         _ if foreign.is_some() => Err(format!("{does}, expected `{key}`, found `{other}`")),
         Some(value) if !(value > 0.0 && value <= 1e5) => {
-            Err(format!("has the {key} {}, expected more than 0 and at most 1e5", Shown(value)))
+            Err(format!("has the {key} {}, expected more than 0 and at most 1e5", ShortNumber(value)))
         }
         value => Ok(value),
     }
 }
 
 /// What can be driven: the joints that are not coupled.
-pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) -> Result<Vec<Dof>, InputError> {
+pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &SourceMap<'_>) -> Result<Vec<Dof>, InputError> {
     let mut dofs = Vec::new();
     for (name, joint) in joints {
         let refuse = |message: String| places.error("joints", name, message);
@@ -193,14 +193,14 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
             let unit = if joint.range.is_some() { "rad" } else { "m" };
             return Err(refuse(format!(
                 "goes from {} to {} {unit}, expected the smaller end first, within {largest:.4} {unit}",
-                Shown(range[0]),
-                Shown(range[1])
+                ShortNumber(range[0]),
+                ShortNumber(range[1])
             )));
         }
         let positive = |what: &str, value: Option<f64>| match value {
             Some(value) if value > 0.0 && value <= 1e5 => Ok(value),
             Some(value) => {
-                Err(refuse(format!("has the {what} {}, expected more than 0 and at most 1e5", Shown(value))))
+                Err(refuse(format!("has the {what} {}, expected more than 0 and at most 1e5", ShortNumber(value))))
             }
             None => Err(refuse(format!("has no `{what}`"))),
         };
@@ -217,7 +217,7 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
             [("armature", joint.armature.0), ("damping", joint.damping.0), ("friction", joint.friction.0)]
         {
             if !(0.0..=1e4).contains(&value) {
-                return Err(refuse(format!("has the {what} {}, expected 0 to 1e4", Shown(value))));
+                return Err(refuse(format!("has the {what} {}, expected 0 to 1e4", ShortNumber(value))));
             }
         }
         let (armature, damping, friction) = (joint.armature.0, joint.damping.0, joint.friction.0);
@@ -232,7 +232,7 @@ pub(super) fn made_joint(
     joint: &JointFile,
     joints: &IndexMap<String, JointFile>,
     dofs: &[Dof],
-    places: &Places<'_>,
+    places: &SourceMap<'_>,
 ) -> Result<Joint, InputError> {
     let refuse = |message: String| places.error("joints", name, message);
     let (driver, ratio) = joint.coupled.as_ref().map_or((name, 1.0), |coupled| (coupled.to.as_str(), coupled.ratio));
@@ -242,5 +242,11 @@ pub(super) fn made_joint(
     let axis = Unit::try_new(Vector3::from(axis), 1e-6)
         .filter(|axis| axis.iter().all(|part| part.is_finite()))
         .ok_or_else(|| refuse(format!("has the axis {axis:?}, expected a direction")))?;
-    Ok(Joint { name: name.into(), kind: if slides { Kind::Prismatic } else { Kind::Revolute }, axis, dof, ratio })
+    Ok(Joint {
+        name: name.into(),
+        kind: if slides { JointKind::Prismatic } else { JointKind::Revolute },
+        axis,
+        dof,
+        ratio,
+    })
 }

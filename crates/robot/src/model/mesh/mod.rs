@@ -13,7 +13,7 @@ use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
 use teachtree_base::error::InputError;
-use teachtree_base::shown::Shown;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_description::mesh::{Mesh, MeshName, MeshUse};
 use teachtree_description::shape::CollisionShape;
 use teachtree_description::tree::KinematicTree;
@@ -47,13 +47,13 @@ pub(super) enum Meshes {
 }
 
 /// A file and its scale.
-type Scaled = (String, Vector3<f64>);
+type ScaledFile = (String, Vector3<f64>);
 
 /// Meshes that are read already, so that a file that is named again costs nothing.
 #[derive(Default)]
-struct Read {
+struct MeshCache {
     files: Vec<(String, Arc<Mesh>)>,
-    pieces: Vec<(Scaled, Vec<CollisionShape>)>,
+    pieces: Vec<(ScaledFile, Vec<CollisionShape>)>,
     triangles: usize,
 }
 
@@ -65,7 +65,7 @@ pub(super) fn load(
     packages: &Packages<'_>,
     bytes_of: BytesOf<'_>,
 ) -> Result<(), InputError> {
-    let mut read = Read::default();
+    let mut read = MeshCache::default();
     let mut looks: Vec<Mesh> = vec![Mesh::default(); tree.links.len()];
     for name in names {
         match (wanted, name.usage) {
@@ -96,7 +96,7 @@ pub(super) fn load(
     Ok(())
 }
 
-impl Read {
+impl MeshCache {
     /// The mesh of a name, as large as its scale makes it.
     fn scaled(&mut self, name: &MeshName, packages: &Packages<'_>, bytes_of: BytesOf<'_>) -> Result<Mesh, InputError> {
         let mesh = self.mesh(name, packages, bytes_of)?;
@@ -104,7 +104,8 @@ impl Read {
         let [low, high] = mesh.bounds();
         let length = (high - low).max();
         if length > MAX_LENGTH_M {
-            let message = format!("`{}` is {} m long, at most {MAX_LENGTH_M} m are read", name.file, Shown(length));
+            let message =
+                format!("`{}` is {} m long, at most {MAX_LENGTH_M} m are read", name.file, ShortNumber(length));
             let error = InputError::new(&name.place, message);
             return Err(if length / 1e3 < MAX_LENGTH_M {
                 error.help("a mesh in millimeters needs `scale=\"0.001 0.001 0.001\"`")

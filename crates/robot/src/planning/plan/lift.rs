@@ -2,8 +2,8 @@
 
 use super::segments::TRANSFER_M_S;
 use super::{Plan, Role};
+use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::arm_ik::Arm;
-use crate::kinematics::limb_gap::PlacedShape;
 use crate::kinematics::surroundings::Surroundings;
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Vector3};

@@ -4,7 +4,7 @@ use super::{LEAVING_S, OPENING_S, Phase, Role, SAMPLE_S};
 use crate::planning::interpolation::pose_at;
 use nalgebra::{Isometry3, Vector3};
 use teachtree_base::meaning::Meaning;
-use teachtree_base::pose::from_seven;
+use teachtree_base::pose::pose_from_array;
 use teachtree_command::{Precedence, Segment};
 
 /// Nothing takes less, s.
@@ -40,7 +40,7 @@ pub(super) fn precedence_s(segments: &[Segment], at: usize, precedence: Preceden
 /// Whether the object of a segment goes or turns far.
 pub(super) fn is_brought(segment: &Segment) -> bool {
     let ends = segment.object.first().zip(segment.object.last());
-    ends.is_some_and(|(first, last)| !is_near(&(from_seven(first).inverse() * from_seven(last))))
+    ends.is_some_and(|(first, last)| !is_near(&(pose_from_array(first).inverse() * pose_from_array(last))))
 }
 
 /// Whether a displacement is so small that what moves no farther while a hand closes stays where it is.

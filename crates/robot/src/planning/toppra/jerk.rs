@@ -13,7 +13,7 @@
 //! and L. Vandenberghe, *Convex Optimization*, 2004, 11.3). No place is left in which all limits are kept, so they are wherever it ends; it may end in a
 //! local minimum.
 
-use super::{EASED, USED, Way};
+use super::{EASED, SampledPath, USED};
 use teachtree_description::tree::Dof;
 
 /// The time is this share above that of the minimum at most, by the bound of the barrier.
@@ -36,7 +36,7 @@ struct Limit {
 }
 
 /// The squares of the pace at the knots.
-pub(super) fn squares(way: &Way<'_>, dofs: &[Dof]) -> Vec<f64> {
+pub(super) fn squares(way: &SampledPath<'_>, dofs: &[Dof]) -> Vec<f64> {
     if way.len() < 2 {
         return vec![1.0; way.len()];
     }
@@ -56,7 +56,7 @@ pub(super) fn squares(way: &Way<'_>, dofs: &[Dof]) -> Vec<f64> {
     }
 }
 
-fn limits(way: &Way<'_>, dofs: &[Dof]) -> Vec<Limit> {
+fn limits(way: &SampledPath<'_>, dofs: &[Dof]) -> Vec<Limit> {
     let mut limits = Vec::new();
     let last = way.len().saturating_sub(1);
     let per_u = 0.5 / way.step_s;
@@ -104,7 +104,7 @@ fn limits(way: &Way<'_>, dofs: &[Dof]) -> Vec<Limit> {
 
 /// The time, and a barrier before each limit.
 struct Barrier<'a> {
-    way: &'a Way<'a>,
+    way: &'a SampledPath<'a>,
     limits: Vec<Limit>,
 }
 

@@ -1,7 +1,7 @@
 //! How near the robot's two arms pass each other, and what an arm or a hand goes through. Nothing keeps arms from that in the simulation, so it is reported.
 
 use crate::control::executor::Executor;
-use crate::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
+use crate::kinematics::arm_distance::{PlacedShape, arm_distance, placed};
 use crate::kinematics::surroundings::{ArmLinks, own_meetings};
 use crate::simulation::hand_agent::HandAgent;
 use crate::simulation::observer::{Observer, Step};
@@ -130,7 +130,7 @@ impl ArmClearance {
 }
 
 impl Observer for ArmClearance {
-    fn look(&mut self, step: &Step<'_>) {
+    fn observe(&mut self, step: &Step<'_>) {
         if !step.in_group.is_multiple_of(LOOKED_AT) {
             return;
         }
@@ -156,7 +156,7 @@ impl Observer for ArmClearance {
         let (one, other) = (&one.executor, &other.executor);
         let so_far = self.nearest.as_ref().map_or(f64::INFINITY, |nearest| nearest.gap);
         let below = all.iter().map(|task| self.gaps[*task]).fold(so_far, f64::max);
-        if let Some(found) = limb_gap(&shapes(one), &shapes(other), below) {
+        if let Some(found) = arm_distance(&shapes(one), &shapes(other), below) {
             for task in all {
                 self.gaps[task] = self.gaps[task].min(found.gap);
             }

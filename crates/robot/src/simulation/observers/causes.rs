@@ -4,13 +4,13 @@
 //! said once, when it began, with its largest extent. That the object left its way is always among them, if nothing else is.
 
 use super::judge::{WITHIN_M, WITHIN_RAD};
-use crate::control::behavior::{HOLDS_N, Searched, holds};
+use crate::control::behavior::{HOLDS_N, SearchResult, holds};
 use crate::model::robot::Robot;
 use crate::planning::plan::Target;
-use crate::simulation::cause::{Cause, Why};
-use crate::simulation::hand_agent::{Doing, HandAgent};
+use crate::simulation::cause::{Cause, FailureCause};
+use crate::simulation::hand_agent::{ActiveSegment, HandAgent};
 use crate::simulation::observer::{Observer, Step};
-use crate::{FingerModel, Kind};
+use crate::{FingerModel, JointKind};
 use nalgebra::{Point3, Vector3};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_world::{Observation, TipState};
@@ -32,19 +32,19 @@ const SLIPS_M: f64 = 5e-3;
 
 /// The causes of each task so far.
 pub(in crate::simulation) struct Causes {
-    tasks: Vec<Watch>,
+    tasks: Vec<TaskWatch>,
 }
 
 impl Causes {
     /// Returns the causes of so many tasks, before any step.
     pub(in crate::simulation) fn new(tasks: usize) -> Self {
-        Self { tasks: (0..tasks).map(|_| Watch::default()).collect() }
+        Self { tasks: (0..tasks).map(|_| TaskWatch::default()).collect() }
     }
 
     /// Returns what keeps the object of a task from where it should be, in order of time.
     pub(in crate::simulation) fn of(&self, task: usize) -> Vec<Cause> {
         let watch = &self.tasks[task];
-        let left = watch.present.iter().filter(|cause| matches!(cause.why, Why::LeftWay(..)));
+        let left = watch.present.iter().filter(|cause| matches!(cause.why, FailureCause::LeftWay(..)));
         let mut causes: Vec<Cause> = watch.causes.iter().chain(left).cloned().collect();
         causes.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
         causes
@@ -52,21 +52,21 @@ impl Causes {
 }
 
 impl Observer for Causes {
-    fn look(&mut self, step: &Step<'_>) {
+    fn observe(&mut self, step: &Step<'_>) {
         for (hand, felt) in step.hands.iter().zip(&step.seen.hands) {
             let Some(doing) = hand.at_work() else { continue };
             let watch = &mut self.tasks[doing.task];
             let mut present = at_limits(hand, &felt.tips, doing.body);
             present.extend(weak_motors(hand));
             present.extend(watch.contacts(&hand.target, &felt.tips, &doing, step.seen));
-            if let Some(Searched::NotWithin(within)) = hand.searched(doing.task) {
-                present.push(Why::HoleMissed(within));
+            if let Some(SearchResult::NotWithin(within)) = hand.searched(doing.task) {
+                present.push(FailureCause::HoleMissed(within));
             }
             let [is, should] = [step.seen.bodies[doing.body].pose, hand.target.object];
             let off = (is.translation.vector - should.translation.vector).norm();
             let turned = is.rotation.angle_to(&should.rotation);
             if off > WITHIN_M || turned > WITHIN_RAD {
-                present.push(Why::LeftWay(off, turned));
+                present.push(FailureCause::LeftWay(off, turned));
             }
             watch.note(step.time_s(), hand.planner.side, doing.primitive, &present);
         }
@@ -75,7 +75,7 @@ impl Observer for Causes {
 
 /// What is remembered of a task.
 #[derive(Default)]
-struct Watch {
+struct TaskWatch {
     causes: Vec<Cause>,
     /// What is so now, since when.
     present: Vec<Cause>,
@@ -83,9 +83,9 @@ struct Watch {
     held: Vec<(Finger, Point3<f64>)>,
 }
 
-impl Watch {
+impl TaskWatch {
     /// Takes down what is so now; what has lasted for long enough is a cause.
-    fn note(&mut self, time_s: f64, side: Side, primitive: &str, now: &[Why]) {
+    fn note(&mut self, time_s: f64, side: Side, primitive: &str, now: &[FailureCause]) {
         self.present.retain(|cause| now.iter().any(|why| why.is_same(&cause.why)));
         for why in now {
             match self.present.iter_mut().find(|cause| cause.why.is_same(why)) {
@@ -95,7 +95,7 @@ impl Watch {
         }
         let lasts = |cause: &&Cause| time_s - cause.time_s >= lasts_s(&cause.why);
         // An object that leaves its way may come back to it until the end.
-        let for_good = |cause: &&Cause| !matches!(cause.why, Why::LeftWay(..));
+        let for_good = |cause: &&Cause| !matches!(cause.why, FailureCause::LeftWay(..));
         for cause in self.present.iter().filter(lasts).filter(for_good) {
             match self.causes.iter_mut().find(|known| known.why.is_same(&cause.why)) {
                 Some(known) => known.why.worsen(&cause.why),
@@ -105,7 +105,13 @@ impl Watch {
     }
 
     /// Contacts that slip or are lost, and an object that is dropped.
-    fn contacts(&mut self, target: &Target, tips: &[TipState], doing: &Doing<'_>, seen: &Observation) -> Vec<Why> {
+    fn contacts(
+        &mut self,
+        target: &Target,
+        tips: &[TipState],
+        doing: &ActiveSegment<'_>,
+        seen: &Observation,
+    ) -> Vec<FailureCause> {
         let object = seen.bodies[doing.body].pose;
         let asked = |finger: Finger| {
             let tip = target.tips.iter().find(|(other, ..)| *other == finger);
@@ -124,9 +130,9 @@ impl Watch {
                     let way = at - first;
                     let normal = object.inverse_transform_vector(&touch.normal);
                     let along = (way - normal * way.dot(&normal)).norm();
-                    present.extend((along > SLIPS_M).then_some(Why::ContactSlipped(tip.finger, along)));
+                    present.extend((along > SLIPS_M).then_some(FailureCause::ContactSlipped(tip.finger, along)));
                 }
-                (None, Some(_)) => present.push(Why::ContactLost(tip.finger)),
+                (None, Some(_)) => present.push(FailureCause::ContactLost(tip.finger)),
                 _ => {}
             }
         }
@@ -135,19 +141,19 @@ impl Watch {
             seen.hands.iter().flat_map(|hand| &hand.tips).any(|tip| tip.force_on(doing.body) != Vector3::zeros());
         let borne = seen.contacts.iter().any(|contact| bears([contact.body, contact.other], contact.force));
         if holds(target) && !self.held.is_empty() && !touched && !borne {
-            present.push(Why::Dropped);
+            present.push(FailureCause::Dropped);
         }
         present
     }
 }
 
 /// For how long a cause must last, s.
-fn lasts_s(why: &Why) -> f64 {
-    if matches!(why, Why::Dropped) { FALLS_S } else { LASTS_S }
+fn lasts_s(why: &FailureCause) -> f64 {
+    if matches!(why, FailureCause::Dropped) { FALLS_S } else { LASTS_S }
 }
 
 /// Joints at a limit because of which the palm, or a fingertip that is to press and does not, is off its way.
-fn at_limits(hand: &HandAgent<'_>, tips: &[TipState], body: usize) -> Vec<Why> {
+fn at_limits(hand: &HandAgent<'_>, tips: &[TipState], body: usize) -> Vec<FailureCause> {
     let (executor, model) = (&hand.executor, &hand.planner.hand);
     let dofs = &executor.robot().tree.dofs;
     let at_limit = |dof: usize, value: f64| dofs[dof].range.iter().any(|limit| (value - limit).abs() < AT_LIMIT);
@@ -156,7 +162,8 @@ fn at_limits(hand: &HandAgent<'_>, tips: &[TipState], body: usize) -> Vec<Why> {
     if missed.m > OFF_WAY.0 || missed.rad > OFF_WAY.1 {
         let wanted = executor.wanted();
         let those = model.arm.iter().filter(|&&dof| at_limit(dof, wanted[dof]));
-        present.extend(those.map(|&dof| Why::JointAtLimit(dofs[dof].name.clone(), None, missed.m, missed.rad)));
+        present
+            .extend(those.map(|&dof| FailureCause::JointAtLimit(dofs[dof].name.clone(), None, missed.m, missed.rad)));
     }
     for (finger, place, force) in &hand.target.tips {
         let (Some(tip), Some(model)) = (tips.iter().find(|tip| tip.finger == *finger), model.finger(*finger)) else {
@@ -166,14 +173,15 @@ fn at_limits(hand: &HandAgent<'_>, tips: &[TipState], body: usize) -> Vec<Why> {
         let presses = tip.force_on(body).norm() >= PRESSES * force.norm();
         if force.norm() > HOLDS_N && !presses && off > OFF_WAY.0 {
             let those = model.dofs.iter().filter(|&&dof| at_limit(dof, executor.motion.q[dof]));
-            present.extend(those.map(|&dof| Why::JointAtLimit(dofs[dof].name.clone(), Some(*finger), off, 0.0)));
+            present
+                .extend(those.map(|&dof| FailureCause::JointAtLimit(dofs[dof].name.clone(), Some(*finger), off, 0.0)));
         }
     }
     present
 }
 
 /// Motors that are asked for more than they give.
-fn weak_motors(hand: &HandAgent<'_>) -> Vec<Why> {
+fn weak_motors(hand: &HandAgent<'_>) -> Vec<FailureCause> {
     let robot = hand.executor.robot();
     let fingers = hand.planner.hand.fingers.iter().flat_map(|finger: &FingerModel| &finger.dofs);
     let mut dofs: Vec<usize> = hand.planner.hand.arm.iter().chain(fingers).copied().collect();
@@ -182,12 +190,12 @@ fn weak_motors(hand: &HandAgent<'_>) -> Vec<Why> {
     dofs.dedup();
     let lacking = dofs.into_iter().map(|dof| (dof, hand.executor.lacking(dof)));
     let weak = lacking.filter(|(dof, lacking)| *lacking > LACKS * robot.tree.dofs[*dof].torque);
-    weak.map(|(dof, lacking)| Why::TorqueMissing(robot.tree.dofs[dof].name.clone(), lacking, kind(robot, dof)))
+    weak.map(|(dof, lacking)| FailureCause::TorqueMissing(robot.tree.dofs[dof].name.clone(), lacking, kind(robot, dof)))
         .collect()
 }
 
 /// Whether a degree of freedom turns or slides.
-fn kind(robot: &Robot, dof: usize) -> Kind {
+fn kind(robot: &Robot, dof: usize) -> JointKind {
     let mut joints = robot.tree.links.iter().filter_map(|link| link.joint.as_ref());
-    joints.find(|joint| joint.dof == dof).map_or(Kind::Revolute, |joint| joint.kind)
+    joints.find(|joint| joint.dof == dof).map_or(JointKind::Revolute, |joint| joint.kind)
 }

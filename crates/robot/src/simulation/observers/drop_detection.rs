@@ -34,7 +34,7 @@ impl DropDetection {
 }
 
 impl Observer for DropDetection {
-    fn look(&mut self, step: &Step<'_>) {
+    fn observe(&mut self, step: &Step<'_>) {
         let (seen, time_s) = (step.seen, step.time_s());
         for contact in seen.contacts.iter().filter(|contact| contact.force != Vector3::zeros()) {
             self.borne_s[contact.body] = time_s;

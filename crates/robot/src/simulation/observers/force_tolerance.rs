@@ -10,7 +10,7 @@
 //! Forces are compared in the object's frame while the hand has closed and is not letting go. The force that the slip reflex (`grip_force`) adds is reported;
 //! it is not part of the commanded force.
 
-use crate::control::behavior::Grip;
+use crate::control::behavior::GripForceTotals;
 use crate::planning::plan::PlannedForce;
 use crate::simulation::hand_agent::HandAgent;
 use crate::simulation::observer::{Observer, Step};
@@ -202,7 +202,7 @@ struct GripSums {
 }
 
 impl GripSums {
-    fn add(&mut self, grip: &Grip, is_above_limit: bool) {
+    fn add(&mut self, grip: &GripForceTotals, is_above_limit: bool) {
         self.asked += grip.asked;
         self.within_limits += grip.within_limits;
         self.raised += grip.raised;
@@ -251,7 +251,7 @@ impl ForceTolerance {
 }
 
 impl Observer for ForceTolerance {
-    fn look(&mut self, step: &Step<'_>) {
+    fn observe(&mut self, step: &Step<'_>) {
         for (hand, felt) in step.hands.iter().zip(&step.seen.hands) {
             if let Some(doing) = hand.doing {
                 let object = &step.seen.bodies[doing.body].pose;
@@ -273,25 +273,25 @@ impl Observer for ForceTolerance {
 /// Gathers forces while a task is performed.
 #[derive(Clone, Debug, Default)]
 struct Tally {
-    fingers: Share,
-    total: Share,
+    fingers: Ratio,
+    total: Ratio,
     /// Sum of the distances from the commanded forces, N, and number of forces.
     error: f64,
     compared: f64,
     /// How hard the worst fingertip pressed, and how hard it might, N.
     worst: Option<[f64; 2]>,
     hardest_commanded: f64,
-    segments: Vec<Sums>,
+    segments: Vec<SegmentSums>,
 }
 
 /// How often something was so.
 #[derive(Clone, Copy, Debug, Default)]
-struct Share {
+struct Ratio {
     so: usize,
     of: usize,
 }
 
-impl Share {
+impl Ratio {
     fn note(&mut self, so: bool) {
         self.of += 1;
         self.so += usize::from(so);
@@ -304,7 +304,7 @@ impl Share {
 
 /// Sums over the steps of a segment, N.
 #[derive(Clone, Debug)]
-struct Sums {
+struct SegmentSums {
     segment: usize,
     primitive: String,
     start_s: f64,
@@ -313,7 +313,7 @@ struct Sums {
     grip: GripSums,
 }
 
-impl Sums {
+impl SegmentSums {
     /// Adds a step with the fingertips on `body`.
     fn note(&mut self, planned: &[PlannedForce], tips: &[TipState], body: usize) {
         self.steps += 1.0;
@@ -396,10 +396,10 @@ impl Tally {
     }
 
     /// Returns the sums of a segment. They are zero when it is new, and it then begins at the given time.
-    fn sums(&mut self, segment: usize, primitive: &str, start_s: f64) -> &mut Sums {
+    fn sums(&mut self, segment: usize, primitive: &str, start_s: f64) -> &mut SegmentSums {
         let at = self.segments.iter().position(|sums| sums.segment == segment).unwrap_or_else(|| {
             let (primitive, grip) = (primitive.into(), GripSums::default());
-            self.segments.push(Sums { segment, primitive, start_s, steps: 0.0, fingers: Vec::new(), grip });
+            self.segments.push(SegmentSums { segment, primitive, start_s, steps: 0.0, fingers: Vec::new(), grip });
             self.segments.len() - 1
         });
         &mut self.segments[at]
@@ -415,7 +415,7 @@ impl Tally {
             allowed,
             below: largest <= allowed,
             error: self.error / f64::max(self.compared, 1.0),
-            segments: self.segments.iter().map(Sums::means).collect(),
+            segments: self.segments.iter().map(SegmentSums::means).collect(),
         }
     }
 }

@@ -2,13 +2,13 @@
 
 use super::arm_clearance::ACCEPTED_M;
 use super::force_tolerance::Forces;
-use crate::control::behavior::Searched;
+use crate::control::behavior::SearchResult;
 use crate::simulation::cause::Cause;
 use crate::simulation::observer::{Observer, Step};
 use nalgebra::{Isometry3, Vector3};
 use teachtree_base::hands::Side;
 use teachtree_base::scene::Scene;
-use teachtree_command::{Opening, Task, hole_of};
+use teachtree_command::{HoleGeometry, Task, hole_of};
 use teachtree_world::Observation;
 
 /// Where the object must end, m, to be where the operator left it.
@@ -42,7 +42,7 @@ pub struct Outcome {
     /// The comparison of the contact forces with the commanded ones.
     pub forces: Forces,
     /// What came of feeling for a hole that was not where it was expected; `None` where that was not needed.
-    pub searched: Option<Searched>,
+    pub searched: Option<SearchResult>,
     /// When the object fell off for good, s of the recording: it is far below everything then, and nothing more is done with it.
     pub fell_s: Option<f64>,
     /// Maximum penetration depth of the links during the task, m.
@@ -106,7 +106,7 @@ struct Tally {
 /// What of a task other observers found.
 pub(in crate::simulation) struct Findings {
     pub(in crate::simulation) side: Side,
-    pub(in crate::simulation) searched: Option<Searched>,
+    pub(in crate::simulation) searched: Option<SearchResult>,
     pub(in crate::simulation) fell_s: Option<f64>,
     pub(in crate::simulation) forces: Forces,
     pub(in crate::simulation) collision_m: f64,
@@ -161,7 +161,7 @@ impl Judge {
 
 /// How far two poses of an object in its hole are apart, m and rad: it may have turned about the axis of the hole, and moved across it as far as the hole is
 /// wider to both sides.
-fn apart_in(hole: &Opening, end: &Isometry3<f64>, wanted: &Isometry3<f64>) -> (f64, f64) {
+fn apart_in(hole: &HoleGeometry, end: &Isometry3<f64>, wanted: &Isometry3<f64>) -> (f64, f64) {
     let way = end * hole.plug - wanted * hole.plug;
     let along = way.dot(&hole.axis);
     let beside = ((way - hole.axis * along).norm() - 2.0 * hole.clearance.unwrap_or(0.0)).max(0.0);
@@ -170,7 +170,7 @@ fn apart_in(hole: &Opening, end: &Isometry3<f64>, wanted: &Isometry3<f64>) -> (f
 }
 
 impl Observer for Judge {
-    fn look(&mut self, step: &Step<'_>) {
+    fn observe(&mut self, step: &Step<'_>) {
         for (hand, felt) in step.hands.iter().zip(&step.seen.hands) {
             let Some(doing) = hand.doing else { continue };
             let tally = &mut self.tasks[doing.task];

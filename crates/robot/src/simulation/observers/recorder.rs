@@ -68,7 +68,7 @@ impl Recorder {
 }
 
 impl Observer for Recorder {
-    fn look(&mut self, step: &Step<'_>) {
+    fn observe(&mut self, step: &Step<'_>) {
         if step.in_group.is_multiple_of(RECORDED) {
             self.record(step.seen);
         }

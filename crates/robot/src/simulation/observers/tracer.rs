@@ -3,7 +3,7 @@
 use crate::planning::plan::PlannedForce;
 use crate::simulation::hand_agent::HandAgent;
 use crate::simulation::observer::{Observer, Step};
-use crate::simulation::trace::{FingerForce, Limb, Moment, Stance, Trace};
+use crate::simulation::trace::{FingerForce, Limb, LimbPose, Trace, TraceSample};
 use nalgebra::Vector3;
 use teachtree_base::scene::Scene;
 use teachtree_world::{BodyState, TipState};
@@ -24,13 +24,13 @@ impl Tracer {
 }
 
 impl Observer for Tracer {
-    fn look(&mut self, step: &Step<'_>) {
+    fn observe(&mut self, step: &Step<'_>) {
         if !step.in_group.is_multiple_of(TRACED) {
             return;
         }
         for (limb, (hand, felt)) in step.hands.iter().zip(&step.seen.hands).enumerate() {
             let Some(doing) = hand.doing else { continue };
-            self.trace.moments.push(Moment {
+            self.trace.moments.push(TraceSample {
                 time_s: step.time_s(),
                 task: doing.task,
                 object: doing.body,
@@ -45,9 +45,9 @@ impl Observer for Tracer {
     }
 }
 
-fn stance(hand: &HandAgent<'_>) -> Stance {
+fn stance(hand: &HandAgent<'_>) -> LimbPose {
     let motion = &hand.executor.motion;
-    Stance { q: motion.q.iter().copied().collect(), root: motion.root }
+    LimbPose { q: motion.q.iter().copied().collect(), root: motion.root }
 }
 
 /// Demonstrated, commanded and exerted forces on a task's object, in its frame.

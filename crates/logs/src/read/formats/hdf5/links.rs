@@ -65,7 +65,7 @@ fn found(path: &Path, folders: &AllowedFolders, group: &str, deepest: usize) -> 
     let failed = |error: Error| damaged(&place, &error);
     let source = || ReadSeekSource::new(folders.open(path)?).map_err(|error| failed(error.into()));
     let ranges = Arc::new(Mutex::new(Vec::new()));
-    let file = File::from_source(Recorded { source: source()?, ranges: Arc::clone(&ranges) }).map_err(failed)?;
+    let file = File::from_source(TracedSource { source: source()?, ranges: Arc::clone(&ranges) }).map_err(failed)?;
     // A link may be why it fails.
     let visited = if group.is_empty() { Ok(file.root()) } else { file.group(group) };
     if deepest == 0 {
@@ -85,13 +85,13 @@ fn found(path: &Path, folders: &AllowedFolders, group: &str, deepest: usize) -> 
     if links.is_empty() { visited.map(|()| links).map_err(failed) } else { Ok(links) }
 }
 
-/// A file of which is known what was read.
-struct Recorded {
+/// A file that records the ranges that were read.
+struct TracedSource {
     source: ReadSeekSource<std::fs::File>,
     ranges: Arc<Mutex<Vec<Range<u64>>>>,
 }
 
-impl Source for Recorded {
+impl Source for TracedSource {
     fn len(&self) -> u64 {
         self.source.len()
     }

@@ -15,13 +15,13 @@ pub use timeline::Label;
 use super::super::parquet::column::{Column, Values};
 use super::super::parquet::language::{self, COLUMN, Episodes, Row};
 use super::super::parquet::rewrite;
-use super::{MAX_INFO, Set, info, lists_in};
+use super::{Dataset, MAX_INFO, info, lists_in};
 use crate::allowed_folders::AllowedFolders;
 use crate::atomic_write::Folder;
 use crate::read::file;
 use crate::read::formats::parquet;
-use crate::read::sheet::Cells;
-use files::{cannot, copy_file, write_bytes};
+use crate::read::memory_table::Cells;
+use files::{copy_error, copy_file, write_bytes};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -36,7 +36,7 @@ const PROVENANCE: &str = "teachtree";
 
 /// How labels are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Form {
+pub enum LabelFormat {
     /// The column `language_persistent`.
     Language,
     /// The column `subtask_index`, and `meta/subtasks.parquet`.
@@ -52,7 +52,7 @@ pub enum Form {
 /// What is written into a copy.
 pub struct Request<'a> {
     /// How labels are stored.
-    pub forms: &'a [Form],
+    pub forms: &'a [LabelFormat],
     /// The styles of the labels.
     pub styles: &'a [&'static str],
     /// The style that `subtask_index` is of.
@@ -64,11 +64,11 @@ pub struct Request<'a> {
 }
 
 /// A set that labels can be written into.
-pub struct Annotated {
+pub struct AnnotationTarget {
     folder: PathBuf,
     /// The folders of the set's files.
     folders: AllowedFolders,
-    set: Set,
+    set: Dataset,
     is_v2: bool,
     /// The paths of all files, relative to the set.
     all: Vec<PathBuf>,
@@ -108,11 +108,11 @@ type EpisodeColumn = (String, Lists);
 /// A list for each episode.
 enum Lists {
     Texts(BTreeMap<usize, Vec<String>>),
-    Wholes(BTreeMap<usize, Vec<i64>>),
+    Integers(BTreeMap<usize, Vec<i64>>),
     Numbers(BTreeMap<usize, Vec<f64>>),
 }
 
-impl Annotated {
+impl AnnotationTarget {
     /// Opens a set, and reads its stamps and the language that it has.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl Annotated {
     pub fn open_within(folder: &Path, folders: AllowedFolders) -> Result<Self, InputError> {
         // Files that cannot be copied are detected before anything is read or written.
         let all = files::files_of(folder, &folders)?;
-        let set = Set::read(folder, &folders)?;
+        let set = Dataset::read(folder, &folders)?;
         let is_v2 = set.text("codebase_version")?.starts_with("v2");
         let mut files = BTreeSet::new();
         if is_v2 {
@@ -154,20 +154,20 @@ impl Annotated {
     ///
     /// # Errors
     /// When there is one among them.
-    pub fn refuse_forms(&self, forms: &[Form]) -> Result<(), InputError> {
+    pub fn refuse_forms(&self, forms: &[LabelFormat]) -> Result<(), InputError> {
         let version = self.set.text("codebase_version")?;
         for form in forms {
             let (what, wanted, help) = match form {
-                Form::Language if self.is_v2 => (
+                LabelFormat::Language if self.is_v2 => (
                     "the first with language columns",
                     "v3.0",
                     "--legacy and --gr00t write labels into sets of version 2; or convert it with lerobot's \
                      `convert_dataset_v21_to_v30`",
                 ),
-                Form::Sarm if self.is_v2 => {
+                LabelFormat::Sarm if self.is_v2 => {
                     ("which SARM reads", "v3.0", "lerobot's `convert_dataset_v21_to_v30` makes one of it")
                 }
-                Form::Gr00t if !self.is_v2 => {
+                LabelFormat::Gr00t if !self.is_v2 => {
                     ("which GR00T reads", "v2.0 or v2.1", "`convert_v3_to_v2.py` of Isaac-GR00T makes one of it")
                 }
                 _ => continue,
@@ -182,7 +182,7 @@ impl Annotated {
     ///
     /// # Errors
     /// When there are; for language at the first episode that has some.
-    pub fn refuse_labeled(&self, forms: &[Form], styles: &[&str]) -> Result<(), InputError> {
+    pub fn refuse_labeled(&self, forms: &[LabelFormat], styles: &[&str]) -> Result<(), InputError> {
         let place = self.folder.display().to_string();
         let refused = |message: String| {
             Err(InputError::new(&place, message).help("--replace leaves them out of the copy; --style chooses others"))
@@ -192,7 +192,7 @@ impl Annotated {
         };
         for form in forms {
             match form {
-                Form::Language => {
+                LabelFormat::Language => {
                     let ours = |row: &&Row| is_ours(row, styles);
                     let found = self.known.iter().find_map(|(episode, rows)| Some((episode, rows.iter().find(ours)?)));
                     if let Some((episode, row)) = found {
@@ -200,18 +200,18 @@ impl Annotated {
                         return refused(format!("episode {episode} has labels of style `{style}` already"));
                     }
                 }
-                Form::Legacy => {
+                LabelFormat::Legacy => {
                     if let Some(what) = self.has(&[legacy::COLUMN.into()], &[Path::new(legacy::FILE)])? {
                         return there(format!("has {what} already"));
                     }
                 }
-                Form::Gr00t => {
+                LabelFormat::Gr00t => {
                     let columns: Vec<String> = styles.iter().map(|style| gr00t::column(style)).collect();
                     if let Some(what) = self.has(&columns, &[])? {
                         return there(format!("has {what} already"));
                     }
                 }
-                Form::Sarm => {
+                LabelFormat::Sarm => {
                     let proportions = styles.iter().map(|style| sarm::file(sarm::prefix(style))).collect::<Vec<_>>();
                     let places: Vec<&Path> = proportions.iter().map(PathBuf::as_path).collect();
                     if let Some(what) = self.has(&[], &places)? {
@@ -225,7 +225,7 @@ impl Annotated {
                         }
                     }
                 }
-                Form::Prelabels => {
+                LabelFormat::Prelabels => {
                     let known = prelabels::read_if_there(&self.folder, &self.folders)?;
                     let ours = |atom: &&prelabels::Atom| atom.is_ours(styles);
                     if let Some((episode, atom)) =
@@ -270,19 +270,22 @@ impl Annotated {
     /// # Errors
     /// When something is at the place of the copy, the copy cannot be written, or differs from the set in more than the labels.
     pub fn write(&self, copy: &Path, request: &Request, progress: &mut dyn FnMut(f64)) -> Result<(), InputError> {
-        let language = if request.forms.contains(&Form::Language) { self.language(request)? } else { Episodes::new() };
+        let language =
+            if request.forms.contains(&LabelFormat::Language) { self.language(request)? } else { Episodes::new() };
         let mut changes = Changes::default();
         for form in request.forms {
             match form {
-                Form::Language => {
+                LabelFormat::Language => {
                     changes.frames.push(FrameColumn::Language(&language));
                     let feature = json!({ "dtype": "language", "shape": [1], "names": null });
                     changes.features.push((COLUMN.into(), feature));
                 }
-                Form::Legacy => legacy::add(&mut changes, &self.stamps, request)?,
-                Form::Gr00t => gr00t::add(&mut changes, &self.folder, &self.stamps, request)?,
-                Form::Sarm => sarm::add(&mut changes, &self.stamps, request)?,
-                Form::Prelabels => prelabels::add(&mut changes, &self.folder, &self.folders, &self.stamps, request)?,
+                LabelFormat::Legacy => legacy::add(&mut changes, &self.stamps, request)?,
+                LabelFormat::Gr00t => gr00t::add(&mut changes, &self.folder, &self.stamps, request)?,
+                LabelFormat::Sarm => sarm::add(&mut changes, &self.stamps, request)?,
+                LabelFormat::Prelabels => {
+                    prelabels::add(&mut changes, &self.folder, &self.folders, &self.stamps, request)?
+                }
             }
         }
         let described = info(Path::new(""));
@@ -342,16 +345,16 @@ impl Annotated {
         keys: &[(&str, String)],
     ) -> Result<(), InputError> {
         let name = from.display().to_string();
-        let new = File::create_new(to).map_err(|error| cannot(copy, &error))?;
-        let mut out = files::Noted { out: BufWriter::new(new), failed: None };
+        let new = File::create_new(to).map_err(|error| copy_error(copy, &error))?;
+        let mut out = files::FirstErrorWriter { out: BufWriter::new(new), failed: None };
         let written = rewrite::write(self.opened(from)?, &name, columns, keys, &mut out);
         // The library's writer reports a full disk as a damaged file.
         if let Some(error) = &out.failed {
-            return Err(cannot(copy, error));
+            return Err(copy_error(copy, error));
         }
         written?;
         let mut out = out.out;
-        out.flush().and_then(|()| out.get_ref().sync_all()).map_err(|error| cannot(copy, &error))?;
+        out.flush().and_then(|()| out.get_ref().sync_all()).map_err(|error| copy_error(copy, &error))?;
         drop(out);
         rewrite::compare(self.opened(from)?, file::open(to)?, &name, columns)
     }
@@ -446,7 +449,7 @@ fn frame_columns<'a>(
         FrameColumn::Index(name, all, other) => {
             let of =
                 |(episode, row): &(usize, usize)| all.get(episode).and_then(|rows| rows.get(*row)).unwrap_or(other);
-            Column { name: name.clone(), values: Values::Wholes(places.iter().map(of).copied().collect()) }
+            Column { name: name.clone(), values: Values::Integers(places.iter().map(of).copied().collect()) }
         }
     };
     Ok(new.iter().map(column).collect())
@@ -463,7 +466,7 @@ fn episode_columns(file: File, path: &Path, new: &[EpisodeColumn]) -> Result<Vec
     let column = |(name, lists): &EpisodeColumn| {
         let values = match lists {
             Lists::Texts(lists) => Values::TextLists(of(&episodes, lists)),
-            Lists::Wholes(lists) => Values::WholeLists(of(&episodes, lists)),
+            Lists::Integers(lists) => Values::IntegerLists(of(&episodes, lists)),
             Lists::Numbers(lists) => Values::NumberLists(of(&episodes, lists)),
         };
         Column { name: name.clone(), values }

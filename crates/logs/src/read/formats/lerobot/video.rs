@@ -3,9 +3,9 @@
 //! Version 2 has a file an episode and camera; in version 3 a file holds many episodes, and `meta/episodes` says from which time on each is.
 
 use super::super::parquet;
-use super::{Set, is, lists_in};
+use super::{Dataset, is, lists_in};
 use crate::allowed_folders::AllowedFolders;
-use crate::read::sheet::Cells;
+use crate::read::memory_table::Cells;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
@@ -26,7 +26,7 @@ pub struct Video {
 /// # Errors
 /// When the set is not as it should be, or a file is outside of the folders.
 pub fn videos(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Result<Vec<Video>, InputError> {
-    let set = Set::read(folder, folders)?;
+    let set = Dataset::read(folder, folders)?;
     let features = set.info.get("features").and_then(Value::as_object);
     let is_video = |feature: &Value| feature.get("dtype").and_then(Value::as_str) == Some("video");
     let cameras: Vec<&String> =
@@ -58,7 +58,7 @@ pub fn videos(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) ->
 }
 
 /// The chunk and file of a camera's video of an episode, and where in it the episode begins, s.
-fn listed(set: &Set, camera: &str, episode: usize) -> Result<Option<(usize, usize, f64)>, InputError> {
+fn listed(set: &Dataset, camera: &str, episode: usize) -> Result<Option<(usize, usize, f64)>, InputError> {
     let key = |what: &str| format!("videos/{camera}/{what}");
     let wanted = ["episode_index".to_string(), key("chunk_index"), key("file_index"), key("from_timestamp")];
     for path in lists_in(&set.folder.join("meta").join("episodes"), &set.folders)? {

@@ -32,7 +32,7 @@ impl Survey {
         let mut bytes = opened(file)?;
         let mut survey = Self::default();
         match survey.records(&mut bytes) {
-            Ok(()) | Err(Fault::Cut) => Ok(survey),
+            Ok(()) | Err(Fault::Truncated) => Ok(survey),
             Err(Fault::Damaged(message)) => Err(damaged(message)),
             Err(Fault::Log(error)) => Err(error),
         }
@@ -52,7 +52,7 @@ impl Survey {
                 }
                 CHUNK => match self.records(&mut decompressed(&body)?.as_slice()) {
                     // The messages before count.
-                    Ok(()) | Err(Fault::Cut) => {}
+                    Ok(()) | Err(Fault::Truncated) => {}
                     Err(fault) => return Err(fault),
                 },
                 MESSAGE => {
@@ -133,7 +133,7 @@ fn opened(path: &Path) -> std::result::Result<Box<dyn Read + Send>, InputError> 
 pub(super) type Record = (u8, Vec<u8>);
 
 /// The records of a file, in their order, as far as a time.
-pub struct Original {
+pub struct OriginalRecords {
     survey: Survey,
     bytes: Box<dyn Read + Send>,
     /// The next record, and its time, ns: that of the first message of a chunk, 0 for what has none.
@@ -141,7 +141,7 @@ pub struct Original {
     ended: bool,
 }
 
-impl Original {
+impl OriginalRecords {
     /// Opens a file of which this is known.
     ///
     /// # Errors
@@ -158,7 +158,7 @@ impl Original {
     pub(super) fn next_until(&mut self, time: u64) -> Result<Option<Record>> {
         if self.next.is_none() && !self.ended {
             self.next = match record(&mut self.bytes) {
-                Ok(Some((DATA_END | FOOTER, _)) | None) | Err(Fault::Cut) => None,
+                Ok(Some((DATA_END | FOOTER, _)) | None) | Err(Fault::Truncated) => None,
                 Ok(Some(record)) => Some((begins(&record)?, record)),
                 Err(Fault::Damaged(message)) => return Err(Error::other(message)),
                 Err(Fault::Log(error)) => return Err(Error::other(error.message)),

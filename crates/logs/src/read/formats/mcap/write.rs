@@ -1,6 +1,6 @@
 //! Writes MCAP: messages of ROS 2 in CDR, in compressed chunks with an index and a summary, so that viewers may jump; alone, or among all messages of another file.
 
-use super::copy::Original;
+use super::copy::OriginalRecords;
 use super::message::Type;
 use super::{Fault, Fields as Read, MAGIC};
 use std::collections::BTreeMap;
@@ -135,7 +135,7 @@ pub struct Writer<'a> {
     chunk: Chunk,
     summary: Summary,
     /// The file whose records are copied as time goes on.
-    original: Option<Original>,
+    original: Option<OriginalRecords>,
 }
 
 impl<'a> Writer<'a> {
@@ -143,7 +143,7 @@ impl<'a> Writer<'a> {
     ///
     /// # Errors
     /// When it cannot be written, or the original has no numbers left for so many channels.
-    pub fn new(out: &'a mut dyn Write, channels: &[(String, Type)], original: Option<Original>) -> Result<Self> {
+    pub fn new(out: &'a mut dyn Write, channels: &[(String, Type)], original: Option<OriginalRecords>) -> Result<Self> {
         let library = concat!("teachtree ", env!("CARGO_PKG_VERSION"));
         let taken = |id: &u16| original.as_ref().is_some_and(|file| file.survey().channels.contains_key(id));
         let ids: Vec<u16> = (0..=u16::MAX).filter(|id| !taken(id)).take(channels.len()).collect();
@@ -305,7 +305,7 @@ impl<'a> Writer<'a> {
             let place = plain.len() - rest.len();
             let (kind, body) = match super::record(&mut rest) {
                 Ok(Some(record)) => record,
-                Ok(None) | Err(Fault::Cut) => return Ok(index),
+                Ok(None) | Err(Fault::Truncated) => return Ok(index),
                 Err(fault) => return Err(fault),
             };
             let mut fields = Read(&body);

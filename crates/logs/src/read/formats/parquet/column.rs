@@ -29,13 +29,13 @@ pub enum Values<'a> {
     /// Rows of language.
     Language(Vec<&'a [Row]>),
     /// Whole numbers.
-    Wholes(Vec<i64>),
+    Integers(Vec<i64>),
     /// Texts.
     Texts(Vec<String>),
     /// Lists of texts.
     TextLists(Vec<Option<Vec<String>>>),
     /// Lists of whole numbers.
-    WholeLists(Vec<Option<Vec<i64>>>),
+    IntegerLists(Vec<Option<Vec<i64>>>),
     /// Lists of numbers.
     NumberLists(Vec<Option<Vec<f64>>>),
 }
@@ -50,10 +50,10 @@ impl Column<'_> {
     pub fn rows(&self) -> usize {
         match &self.values {
             Values::Language(values) => values.len(),
-            Values::Wholes(values) => values.len(),
+            Values::Integers(values) => values.len(),
             Values::Texts(values) => values.len(),
             Values::TextLists(values) => values.len(),
-            Values::WholeLists(values) => values.len(),
+            Values::IntegerLists(values) => values.len(),
             Values::NumberLists(values) => values.len(),
         }
     }
@@ -74,10 +74,10 @@ impl Column<'_> {
         let text = Some(LogicalType::String);
         match &self.values {
             Values::Language(_) => language::schema(),
-            Values::Wholes(_) => primitive(&self.name, Physical::INT64, None),
+            Values::Integers(_) => primitive(&self.name, Physical::INT64, None),
             Values::Texts(_) => primitive(&self.name, Physical::BYTE_ARRAY, text),
             Values::TextLists(_) => list(Physical::BYTE_ARRAY, text),
-            Values::WholeLists(_) => list(Physical::INT64, None),
+            Values::IntegerLists(_) => list(Physical::INT64, None),
             Values::NumberLists(_) => list(Physical::DOUBLE, None),
         }
     }
@@ -87,10 +87,10 @@ impl Column<'_> {
         let list = |of| DataType::List(Arc::new(Field::new("element", of, true)));
         let of = match &self.values {
             Values::Language(_) => language::arrow_type(),
-            Values::Wholes(_) => DataType::Int64,
+            Values::Integers(_) => DataType::Int64,
             Values::Texts(_) => DataType::Utf8,
             Values::TextLists(_) => list(DataType::Utf8),
-            Values::WholeLists(_) => list(DataType::Int64),
+            Values::IntegerLists(_) => list(DataType::Int64),
             Values::NumberLists(_) => list(DataType::Float64),
         };
         Field::new(&self.name, of, true)
@@ -108,10 +108,10 @@ impl Column<'_> {
                     "timestamp": plain("float32"), "camera": plain("string"), "tool_calls": calls,
                 }))
             }
-            Values::Wholes(_) => plain("int64"),
+            Values::Integers(_) => plain("int64"),
             Values::Texts(_) => plain("string"),
             Values::TextLists(_) => list(plain("string")),
-            Values::WholeLists(_) => list(plain("int64")),
+            Values::IntegerLists(_) => list(plain("int64")),
             Values::NumberLists(_) => list(plain("float64")),
         }
     }
@@ -125,10 +125,10 @@ impl Column<'_> {
         let short = || ParquetError::General(format!("the column `{}` ends too early", self.name));
         match &self.values {
             Values::Language(values) => language::write(values.get(rows).ok_or_else(short)?, group),
-            Values::Wholes(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, wholes),
+            Values::Integers(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, wholes),
             Values::Texts(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, texts),
             Values::TextLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, texts),
-            Values::WholeLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, wholes),
+            Values::IntegerLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, wholes),
             Values::NumberLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, numbers),
         }
     }
@@ -152,10 +152,10 @@ impl Column<'_> {
             Values::Language(values) => {
                 values.get(row).is_some_and(|rows| language::rows(stored).as_deref() == Some(*rows))
             }
-            Values::Wholes(values) => values.get(row).is_some_and(|value| is_whole(value, stored)),
+            Values::Integers(values) => values.get(row).is_some_and(|value| is_whole(value, stored)),
             Values::Texts(values) => values.get(row).is_some_and(|value| is_text(value, stored)),
             Values::TextLists(values) => same(values.get(row), stored, is_text),
-            Values::WholeLists(values) => same(values.get(row), stored, is_whole),
+            Values::IntegerLists(values) => same(values.get(row), stored, is_whole),
             Values::NumberLists(values) => same(values.get(row), stored, is_number),
         }
     }
@@ -169,7 +169,7 @@ pub(super) fn next<'a, W: Write + Send>(
 }
 
 /// Writes values with their levels into a column.
-type Put<T> = fn(&mut ColumnWriter<'_>, &[T], &[i16], Option<&[i16]>) -> Result<usize, ParquetError>;
+type WriterFn<T> = fn(&mut ColumnWriter<'_>, &[T], &[i16], Option<&[i16]>) -> Result<usize, ParquetError>;
 
 fn wholes(
     column: &mut ColumnWriter<'_>,
@@ -212,7 +212,7 @@ fn other_type() -> ParquetError {
     ParquetError::General("a column has another type".into())
 }
 
-fn flat<T>(mut column: SerializedColumnWriter<'_>, values: &[T], put: Put<T>) -> Result<(), ParquetError> {
+fn flat<T>(mut column: SerializedColumnWriter<'_>, values: &[T], put: WriterFn<T>) -> Result<(), ParquetError> {
     put(column.untyped(), values, &vec![1; values.len()], None)?;
     column.close()
 }
@@ -220,7 +220,7 @@ fn flat<T>(mut column: SerializedColumnWriter<'_>, values: &[T], put: Put<T>) ->
 fn lists<T: Clone>(
     mut column: SerializedColumnWriter<'_>,
     values: &[Option<Vec<T>>],
-    put: Put<T>,
+    put: WriterFn<T>,
 ) -> Result<(), ParquetError> {
     let (mut all, mut defined, mut repeated) = (vec![], vec![], vec![]);
     for list in values {

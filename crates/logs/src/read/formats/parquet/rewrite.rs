@@ -3,7 +3,7 @@
 
 use super::arrow_metadata;
 use super::column::Column;
-use super::{Whole, damaged};
+use super::{SizedFile, damaged};
 use ::parquet::basic::Compression;
 use ::parquet::column::writer::ColumnCloseResult;
 use ::parquet::errors::ParquetError;
@@ -22,11 +22,11 @@ use teachtree_base::guard::guarded;
 /// Metadata of the Python package `datasets`.
 const DATASETS: &str = "huggingface";
 
-pub(super) fn open(file: File, name: &str) -> Result<(Whole, SerializedFileReader<Whole>), InputError> {
+pub(super) fn open(file: File, name: &str) -> Result<(SizedFile, SerializedFileReader<SizedFile>), InputError> {
     let length = file.metadata().map_err(|error| InputError::unreadable(name, &error))?.len();
     let again = file.try_clone().map_err(|error| InputError::unreadable(name, &error))?;
-    let reader = SerializedFileReader::new(Whole { file, length }).map_err(|error| damaged(name, &error))?;
-    Ok((Whole { file: again, length }, reader))
+    let reader = SerializedFileReader::new(SizedFile { file, length }).map_err(|error| damaged(name, &error))?;
+    Ok((SizedFile { file: again, length }, reader))
 }
 
 /// The names of the columns of a file, those of lists and groups once.
@@ -94,8 +94,8 @@ fn properties(pairs: Vec<KeyValue>) -> WriterProperties {
 }
 
 fn copy(
-    whole: &Whole,
-    reader: &SerializedFileReader<Whole>,
+    whole: &SizedFile,
+    reader: &SerializedFileReader<SizedFile>,
     columns: &[Column],
     keys: &[(&str, String)],
     out: &mut (dyn Write + Send),
@@ -190,7 +190,7 @@ pub fn compare(file: File, copy: File, name: &str, columns: &[Column]) -> Result
                     (Some(column), Some(copied)) => (column, copied),
                     _ => return Err(wrong("its columns")),
                 };
-                let bytes = |of: &Whole, column: &ColumnChunkMetaData| {
+                let bytes = |of: &SizedFile, column: &ColumnChunkMetaData| {
                     let (start, length) = column.byte_range();
                     of.get_bytes(start, usize::try_from(length).unwrap_or(usize::MAX)).map_err(failed)
                 };

@@ -3,7 +3,7 @@
 use super::{EVENTS, SCENE};
 use crate::atomic_write::Files;
 use crate::read::csv::check_lengths;
-use crate::read::sheet::titled;
+use crate::read::memory_table::titled;
 use ::parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use ::parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use ::parquet::errors::ParquetError;

@@ -12,7 +12,7 @@ const MIN_PART: usize = 128;
 
 /// How the parts of blocks are packed.
 #[derive(Clone, Copy)]
-enum Packed {
+enum Compressor {
     Lz4,
     Zlib,
     Zstd,
@@ -37,10 +37,10 @@ pub(super) fn undo(bytes: &[u8], most: usize) -> Result<Vec<u8>, String> {
     }
     let packed = match flags >> 5 {
         0 => return Err(other("blosclz")),
-        1 => Packed::Lz4,
+        1 => Compressor::Lz4,
         2 => return Err(other("snappy")),
-        3 => Packed::Zlib,
-        4 => Packed::Zstd,
+        3 => Compressor::Zlib,
+        4 => Compressor::Zstd,
         other => return Err(format!("is packed by Blosc with the unknown method {other}")),
     };
     let element = usize::from(element).max(1);
@@ -90,16 +90,16 @@ fn number(bytes: &[u8], at: usize) -> Option<usize> {
     usize::try_from(i32::try_from(number).ok()?).ok()
 }
 
-fn unpack(packed: Packed, part: &[u8], size: usize) -> Result<Vec<u8>, String> {
+fn unpack(packed: Compressor, part: &[u8], size: usize) -> Result<Vec<u8>, String> {
     match packed {
-        Packed::Zstd => zstd(part, size),
-        Packed::Lz4 => {
+        Compressor::Zstd => zstd(part, size),
+        Compressor::Lz4 => {
             let mut unpacked = vec![0; size];
             let length = lz4_flex::block::decompress_into(part, &mut unpacked);
             unpacked.truncate(length.map_err(|error| format!("cannot be unpacked: {error}"))?);
             Ok(unpacked)
         }
-        Packed::Zlib => {
+        Compressor::Zlib => {
             let mut unpacked = Vec::with_capacity(size);
             let read = flate2::read::ZlibDecoder::new(part).take(size as u64 + 1).read_to_end(&mut unpacked);
             read.map_err(|error| format!("cannot be unpacked: {error}"))?;

@@ -1,8 +1,8 @@
 //! An array in chunks: which chunks some rows are in, and their values.
 
-use super::super::array_log::Missing;
+use super::super::array_log::MissingRows;
 use super::super::elements::Element;
-use super::codecs::Order;
+use super::codecs::DimensionOrder;
 use super::metadata::Layout;
 use super::store::Store;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use teachtree_base::error::InputError;
 const AROUND: usize = 1 << 16;
 
 /// An array whose chunks are not read yet.
-pub(super) struct Chunked {
+pub(super) struct ChunkedArray {
     store: Rc<Store>,
     place: String,
     path: String,
@@ -21,7 +21,7 @@ pub(super) struct Chunked {
     layout: Layout,
 }
 
-impl Chunked {
+impl ChunkedArray {
     /// The array of a path.
     pub fn new(store: Rc<Store>, place: &str, path: &str, shape: Vec<usize>, layout: Layout) -> Self {
         Self { store, place: place.into(), path: path.into(), shape, layout }
@@ -78,7 +78,7 @@ impl Chunked {
     /// When they are more than any array has that can be read.
     pub fn keys(&self, rows: Range<usize>) -> Result<Vec<String>, InputError> {
         let (count, per_row) = (rows.len(), self.dimensions().iter().product::<usize>());
-        if per_row > super::super::arrays::MAX_WIDTH || count == 0 {
+        if per_row > super::super::array_columns::MAX_WIDTH || count == 0 {
             return Ok(vec![]);
         }
         crate::read::table::check_size(&self.place, count, per_row)?;
@@ -136,7 +136,7 @@ impl Chunked {
     }
 
     /// Returns the missing chunks of a range of rows.
-    pub fn missing(&self, rows: &Range<usize>) -> Option<Missing> {
+    pub fn missing(&self, rows: &Range<usize>) -> Option<MissingRows> {
         let chunks: Vec<Vec<usize>> = places(&self.grid(rows)).collect();
         let missing: Vec<&Vec<usize>> = chunks.iter().filter(|chunk| !self.store.has(&self.key(chunk))).collect();
         let (first, last) = (missing.first()?, missing.last()?);
@@ -150,7 +150,7 @@ impl Chunked {
             missing.len(),
             chunks.len()
         );
-        Some(Missing { rows: row(first_row)..row(last_row + 1), message })
+        Some(MissingRows { rows: row(first_row)..row(last_row + 1), message })
     }
 
     /// The bytes of a chunk, if it is there.
@@ -172,11 +172,11 @@ impl Chunked {
 }
 
 /// How many elements apart those next to each other in each dimension are.
-fn steps(shape: &[usize], order: &Order) -> Vec<usize> {
+fn steps(shape: &[usize], order: &DimensionOrder) -> Vec<usize> {
     let fastest: Vec<usize> = match order {
-        Order::Kept => (0..shape.len()).rev().collect(),
-        Order::Reversed => (0..shape.len()).collect(),
-        Order::Transposed(order) => order.iter().rev().copied().collect(),
+        DimensionOrder::RowMajor => (0..shape.len()).rev().collect(),
+        DimensionOrder::ColumnMajor => (0..shape.len()).collect(),
+        DimensionOrder::Transposed(order) => order.iter().rev().copied().collect(),
     };
     let (mut steps, mut step) = (vec![0; shape.len()], 1);
     for at in fastest {

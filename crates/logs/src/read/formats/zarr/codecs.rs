@@ -8,11 +8,11 @@ const EXPECTED: &str = "expected none, gzip, zlib, zstd, blosc, lz4 or crc32c";
 
 /// In which order the dimensions of a chunk are stored.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Order {
+pub(super) enum DimensionOrder {
     /// As they are named: the last one changes fastest.
-    Kept,
+    RowMajor,
     /// The first one changes fastest.
-    Reversed,
+    ColumnMajor,
     /// The dimension of this number first.
     Transposed(Vec<usize>),
 }

@@ -1,8 +1,8 @@
 //! What a store says of its groups and arrays: `.zarray` and `.zattrs` of version 2, `zarr.json` of version 3.
 
 use super::super::elements::Element;
-use super::chunks::Chunked;
-use super::codecs::{Codec, Order};
+use super::chunks::ChunkedArray;
+use super::codecs::{Codec, DimensionOrder};
 use super::store::Store;
 use serde_json::{Map, Value};
 use std::rc::Rc;
@@ -10,9 +10,9 @@ use teachtree_base::error::InputError;
 use teachtree_base::json;
 
 /// An array as it describes itself.
-pub(super) enum Described {
+pub(super) enum ArrayMetadata {
     /// One that can be read.
-    Array(Chunked),
+    Array(ChunkedArray),
     /// One that cannot be read.
     Refused { rows: usize, dimensions: Vec<usize>, reason: String },
 }
@@ -57,7 +57,7 @@ pub(super) fn attributes(store: &Store, place: &str, path: &str) -> Result<Map<S
 }
 
 /// Reads the description of the array of a path.
-pub(super) fn read(store: &Rc<Store>, place: &str, path: &str) -> Result<Described, InputError> {
+pub(super) fn read(store: &Rc<Store>, place: &str, path: &str) -> Result<ArrayMetadata, InputError> {
     let (at, of_2) = (key(path, "zarr.json"), key(path, ".zarray"));
     let wrong = |message: String| InputError::new(format!("{place} array {path}"), message);
     let (described, version) = match file(store, place, &of_2)? {
@@ -66,9 +66,9 @@ pub(super) fn read(store: &Rc<Store>, place: &str, path: &str) -> Result<Describ
     };
     let shape = sizes(described.get("shape")).ok_or_else(|| wrong("has no `shape`, a list of whole numbers".into()))?;
     let Some((rows, dimensions)) = shape.split_first() else {
-        return Ok(Described::Refused { rows: 0, dimensions: vec![], reason: "is a single value".into() });
+        return Ok(ArrayMetadata::Refused { rows: 0, dimensions: vec![], reason: "is a single value".into() });
     };
-    let refused = |reason| Described::Refused { rows: *rows, dimensions: dimensions.to_vec(), reason };
+    let refused = |reason| ArrayMetadata::Refused { rows: *rows, dimensions: dimensions.to_vec(), reason };
     let layout = if version == 2 { version_2(&described) } else { version_3(&described) };
     let layout = match layout {
         Ok(layout) => layout,
@@ -81,12 +81,12 @@ pub(super) fn read(store: &Rc<Store>, place: &str, path: &str) -> Result<Describ
             shape.len()
         )));
     }
-    if let Order::Transposed(order) = &layout.order
+    if let DimensionOrder::Transposed(order) = &layout.order
         && !(0..shape.len()).all(|at| order.iter().filter(|of| **of == at).count() == 1 && order.len() == shape.len())
     {
         return Ok(refused(format!("has the order {order:?} of {} dimensions", shape.len())));
     }
-    Ok(Described::Array(Chunked::new(Rc::clone(store), place, path, shape, layout)))
+    Ok(ArrayMetadata::Array(ChunkedArray::new(Rc::clone(store), place, path, shape, layout)))
 }
 
 /// How the values of an array are stored.
@@ -97,7 +97,7 @@ pub(super) struct Layout {
     /// What stands where a chunk is not there.
     pub fill: f64,
     /// In which order the dimensions of a chunk are stored.
-    pub order: Order,
+    pub order: DimensionOrder,
     /// What the bytes of a chunk went through, in the order of writing.
     pub codecs: Vec<Codec>,
     /// What the file of a chunk is called before its numbers, and what stands between them.
@@ -125,7 +125,11 @@ fn version_2(described: &Value) -> Result<Layout, String> {
         chunk: sizes(described.get("chunks")).ok_or("has no `chunks`, a list of whole numbers")?,
         element: Element::of_zarr_2(name)?,
         fill: fill(described),
-        order: if text(described, "order") == Some("F") { Order::Reversed } else { Order::Kept },
+        order: if text(described, "order") == Some("F") {
+            DimensionOrder::ColumnMajor
+        } else {
+            DimensionOrder::RowMajor
+        },
         codecs: codec.into_iter().collect(),
         prefix: "",
         separator,
@@ -142,13 +146,13 @@ fn version_3(described: &Value) -> Result<Layout, String> {
     if named(grid) != "regular" {
         return Err(format!("has a chunk grid `{}`, expected `regular`", named(grid)));
     }
-    let (mut order, mut codecs, mut big_endian) = (Order::Kept, vec![], false);
+    let (mut order, mut codecs, mut big_endian) = (DimensionOrder::RowMajor, vec![], false);
     for codec in described.get("codecs").and_then(Value::as_array).ok_or("has no `codecs`")? {
         match named(codec).as_str() {
             "bytes" => big_endian = configuration(codec, "endian").is_some_and(|endian| endian == "big"),
             "transpose" => {
                 let of = configuration(codec, "order");
-                order = Order::Transposed(sizes(of.as_ref()).ok_or("is transposed, without an `order`")?);
+                order = DimensionOrder::Transposed(sizes(of.as_ref()).ok_or("is transposed, without an `order`")?);
             }
             name => {
                 let packer = configuration(codec, "cname");

@@ -1,6 +1,6 @@
 //! Where the parts of a store are: files of a folder, or of a zip archive.
 
-use super::super::zipped::{self, Archive};
+use super::super::zip_archive::{self, Archive};
 use super::metadata::is_array;
 use crate::allowed_folders::AllowedFolders;
 use crate::read::table::MAX_COLUMNS;
@@ -53,7 +53,7 @@ impl Store {
         if path.is_dir() {
             return Ok(Self { place, kind: Kind::Folder(path.into()), folders, size: OnceCell::new() });
         }
-        let archive = zipped::open(path, &folders)?;
+        let archive = zip_archive::open(path, &folders)?;
         let described = archive.file_names().filter_map(Result::ok).filter(|name| is_metadata(name));
         let folder =
             described.map(|name| name.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/")));
@@ -79,7 +79,7 @@ impl Store {
             Kind::Archive(archive, folder) => {
                 let mut archive = archive.borrow_mut();
                 let Some(at) = archive.index_for_name(&format!("{folder}{key}")) else { return Ok(None) };
-                let file = archive.by_index(at).map_err(|error| zipped::damaged(&place, &error))?;
+                let file = archive.by_index(at).map_err(|error| zip_archive::damaged(&place, &error))?;
                 file.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
             }
         }

@@ -12,18 +12,18 @@ use teachtree_base::error::InputError;
 const DEEPEST: usize = 16;
 const MAX_FILES: usize = 1 << 20;
 
-pub(super) fn cannot(copy: &Path, error: &std::io::Error) -> InputError {
+pub(super) fn copy_error(copy: &Path, error: &std::io::Error) -> InputError {
     InputError::unwritable(copy.display().to_string(), error)
 }
 
 /// A destination that keeps the first error of writing into it.
-pub(super) struct Noted<W> {
+pub(super) struct FirstErrorWriter<W> {
     pub out: W,
     pub failed: Option<std::io::Error>,
 }
 
-impl<W> Noted<W> {
-    fn noted<T>(&mut self, result: std::io::Result<T>) -> std::io::Result<T> {
+impl<W> FirstErrorWriter<W> {
+    fn keep_error<T>(&mut self, result: std::io::Result<T>) -> std::io::Result<T> {
         if let (Err(error), None) = (&result, &self.failed) {
             self.failed = Some(error.raw_os_error().map_or_else(
                 || std::io::Error::new(error.kind(), error.to_string()),
@@ -34,15 +34,15 @@ impl<W> Noted<W> {
     }
 }
 
-impl<W: std::io::Write> std::io::Write for Noted<W> {
+impl<W: std::io::Write> std::io::Write for FirstErrorWriter<W> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let result = self.out.write(bytes);
-        self.noted(result)
+        self.keep_error(result)
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
         let result = self.out.flush();
-        self.noted(result)
+        self.keep_error(result)
     }
 }
 
@@ -101,7 +101,7 @@ pub(super) fn copy_file(from: &Path, to: &Path, copy: &Path, folders: &AllowedFo
         other.sync_all()?;
         one.rewind()
     };
-    copied().map_err(|error| cannot(copy, &error))?;
+    copied().map_err(|error| copy_error(copy, &error))?;
     let mut other = file::open(to)?;
     let failed = |error: std::io::Error| InputError::unreadable(from.display().to_string(), &error);
     let (mut ours, mut theirs) = (vec![0; 1 << 16], vec![0; 1 << 16]);
@@ -120,13 +120,13 @@ pub(super) fn copy_file(from: &Path, to: &Path, copy: &Path, folders: &AllowedFo
 
 /// Makes the folder that a file of the copy is in.
 pub(super) fn make_parent(to: &Path, copy: &Path) -> Result<(), InputError> {
-    to.parent().map_or(Ok(()), |parent| std::fs::create_dir_all(parent).map_err(|error| cannot(copy, &error)))
+    to.parent().map_or(Ok(()), |parent| std::fs::create_dir_all(parent).map_err(|error| copy_error(copy, &error)))
 }
 
 /// Writes a file of the copy.
 pub(super) fn write_bytes(to: &Path, copy: &Path, bytes: &[u8]) -> Result<(), InputError> {
-    let mut file = File::create_new(to).map_err(|error| cannot(copy, &error))?;
-    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| cannot(copy, &error))
+    let mut file = File::create_new(to).map_err(|error| copy_error(copy, &error))?;
+    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| copy_error(copy, &error))
 }
 
 /// JSON as lerobot writes it.

@@ -25,7 +25,7 @@ pub(super) fn add(
     changes.features.push((COLUMN.into(), json!({ "dtype": "int64", "shape": [1], "names": null })));
     let count = i64::try_from(vocabulary.words.len()).unwrap_or(i64::MAX);
     let columns = [
-        Column { name: COLUMN.into(), values: Values::Wholes((0..count).collect()) },
+        Column { name: COLUMN.into(), values: Values::Integers((0..count).collect()) },
         Column { name: "subtask".into(), values: Values::Texts(vocabulary.words) },
     ];
     let mut bytes = vec![];

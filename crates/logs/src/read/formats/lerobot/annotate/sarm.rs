@@ -85,8 +85,8 @@ pub(super) fn add(
             (of_names, Lists::Texts(names)),
             (of_starts, Lists::Numbers(times)),
             (of_ends, Lists::Numbers(ends)),
-            (of_frames, Lists::Wholes(frames)),
-            (of_end_frames, Lists::Wholes(end_frames)),
+            (of_frames, Lists::Integers(frames)),
+            (of_end_frames, Lists::Integers(end_frames)),
         ]);
         let file = file(prefix);
         changes.files.insert(file.clone(), printed(&shares(&stages), &file.display().to_string())?);

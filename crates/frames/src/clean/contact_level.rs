@@ -1,0 +1,181 @@
+//! Contact levels: from which force on a sensor is in contact, learned from the log itself.
+//!
+//! Forces without contact and forces of contact are two groups. Where the log shows that the fingertip is far from every object, those readings
+//! are the first group; where no distance is known, the force is split where the two groups are farthest apart (Otsu's threshold, of the
+//! square root of the force, since a larger force scatters more). The rest is the median of the first group, and forces count from there.
+//!
+//! A surface that bears a part of a tool's weight makes the reading of a biased sensor smaller, and the groups change places. A recording begins and ends
+//! without contact: where an end is in the group of contact and the rest is no small part of its force, the groups are looked for again from what the ends read.
+//!
+//! The split is not a threshold if the groups are not [clear](crate::groups::Split::is_clear).
+
+use crate::groups::{self, OtsuSplit};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// The fewest samples of a group.
+const FEWEST: usize = 20;
+/// The share of a recording that is its beginning, and its end.
+const END: f64 = 0.02;
+/// A rest that is a larger share of the usual force of contact may be that of contact.
+const LARGE_REST: f64 = 0.2;
+/// How often the split and the rest are determined from each other: they settle at once on all logs that we have.
+const ROUNDS: usize = 4;
+/// Contact begins at no less than this share of the force of the usual contact.
+const SHARE: f64 = 0.1;
+/// The share of the readings without contact that a level lies above.
+const MOST: f64 = 0.9;
+/// The same where those readings are known, and how many times that reading the level is.
+const NEARLY_ALL: f64 = 0.99;
+const ABOVE_FAR: f64 = 1.5;
+/// What is left of a level when contact ends, for groups and where the readings without contact are known.
+const ENDS_AT: f64 = 0.6;
+const ENDS_AT_FAR: f64 = 0.8;
+
+/// From which force on a sensor is in contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactLevel {
+    /// What the sensor reads without contact, N.
+    #[serde(with = "vector_as_list")]
+    pub rest: Vector3<f64>,
+    /// How far from that most readings without contact are, N.
+    pub scatter: f64,
+    /// How far from the rest the readings of contact begin, N.
+    pub begins: f64,
+    /// Where they end, N.
+    pub ends: f64,
+    /// How far from the rest the readings of contact usually are, N.
+    pub usual: f64,
+}
+
+/// The contact level that the readings of a sensor show.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LearnedLevel {
+    /// They are with contact or without.
+    Level(ContactLevel),
+    /// They do not fall into two groups; 99 % of them are above the first force, N, and the largest is the second.
+    Mixed {
+        #[serde(default)]
+        weakest: f64,
+        strongest: f64,
+    },
+}
+
+/// Returns the level that the readings of a sensor show; `far` are those that are known to be without contact, where the log says where the sensor is.
+pub fn learned(readings: &[Vector3<f64>], far: Option<&[Vector3<f64>]>) -> LearnedLevel {
+    let level = far.map_or_else(|| of_groups(readings), |far| of_far(readings, far));
+    level.map_or_else(|| mixed(readings), LearnedLevel::Level)
+}
+
+/// What is known of readings that show no level.
+fn mixed(readings: &[Vector3<f64>]) -> LearnedLevel {
+    let forces = distances(readings, &Vector3::zeros());
+    LearnedLevel::Mixed { weakest: quantile(&forces, 1.0 - NEARLY_ALL), strongest: quantile(&forces, 1.0) }
+}
+
+/// The level between two groups of readings in the order of time.
+fn of_groups(readings: &[Vector3<f64>]) -> Option<ContactLevel> {
+    let found = of_groups_from(readings, Vector3::zeros())?;
+    let ends = ends(readings);
+    let begin_and_end_free = |level: &ContactLevel| {
+        let reads = |end: &&[Vector3<f64>]| quantile(&distances(end, &level.rest), 0.5);
+        ends.iter().all(|end| reads(end) < level.begins)
+    };
+    if begin_and_end_free(&found) || found.rest.norm() < LARGE_REST * found.usual {
+        return Some(found);
+    }
+    let other = median_vector(ends.iter().copied().flatten()).and_then(|rest| of_groups_from(readings, rest));
+    other.filter(begin_and_end_free).or(Some(found))
+}
+
+/// The beginning and the end of readings.
+fn ends(readings: &[Vector3<f64>]) -> [&[Vector3<f64>]; 2] {
+    let count = ((readings.len() as f64 * END) as usize).max(1).min(readings.len());
+    [&readings[..count], &readings[readings.len() - count..]]
+}
+
+/// The level between two groups of readings, looked for from a rest.
+fn of_groups_from(readings: &[Vector3<f64>], mut rest: Vector3<f64>) -> Option<ContactLevel> {
+    for _ in 1..ROUNDS {
+        let forces = distances(readings, &rest);
+        let count = split(&forces)?.count;
+        let border = *forces.get(count.checked_sub(1)?)?;
+        rest = median_vector(readings.iter().filter(|force| (*force - rest).norm() <= border))?;
+    }
+    let forces = distances(readings, &rest);
+    let split = split(&forces)?;
+    let (free, contact) = forces.split_at_checked(split.count)?;
+    if free.len() < FEWEST || contact.len() < FEWEST || !split.is_clear() {
+        return None;
+    }
+    let (scatter, usual) = (quantile(free, MOST), quantile(contact, 0.5));
+    // Midway between the groups on the scale of ratios.
+    let midway = (quantile(free, 0.5) * usual).sqrt();
+    let begins = midway.max(SHARE * usual).max(scatter);
+    Some(ContactLevel { rest, scatter, begins, ends: (ENDS_AT * begins).max(scatter), usual })
+}
+
+/// The level of a sensor of which it is known when it is without contact.
+fn of_far(readings: &[Vector3<f64>], far: &[Vector3<f64>]) -> Option<ContactLevel> {
+    if far.len() < FEWEST {
+        return None;
+    }
+    let rest = median_vector(far.iter())?;
+    let free = distances(far, &rest);
+    let begins = ABOVE_FAR * quantile(&free, NEARLY_ALL);
+    let all = distances(readings, &rest);
+    let contact = all.get(all.partition_point(|force| *force < begins)..).unwrap_or_default();
+    if contact.len() < FEWEST {
+        return None;
+    }
+    let usual = quantile(contact, 0.5);
+    let begins = begins.max(SHARE * usual);
+    let scatter = quantile(&free, MOST);
+    (begins < usual).then_some(ContactLevel { rest, scatter, begins, ends: ENDS_AT_FAR * begins, usual })
+}
+
+/// The two groups of forces in rising order; their roots scatter evenly.
+fn split(forces: &[f64]) -> Option<OtsuSplit> {
+    groups::split(&forces.iter().map(|force| force.sqrt()).collect::<Vec<_>>())
+}
+
+/// How far forces are from a rest, in rising order.
+fn distances(forces: &[Vector3<f64>], rest: &Vector3<f64>) -> Vec<f64> {
+    let mut distances: Vec<f64> = forces.iter().map(|force| (force - rest).norm()).collect();
+    distances.sort_by(f64::total_cmp);
+    distances
+}
+
+/// A quantile of values in rising order; 0 of none.
+fn quantile(values: &[f64], share: f64) -> f64 {
+    let last = values.len().saturating_sub(1);
+    values.get((share * last as f64).round() as usize).copied().unwrap_or_default()
+}
+
+/// The median of each component.
+fn median_vector<'a>(forces: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> Option<Vector3<f64>> {
+    let median = |axis: usize| {
+        let mut parts: Vec<f64> = forces.clone().filter_map(|force| force.get(axis).copied()).collect();
+        parts.sort_by(f64::total_cmp);
+        parts.get(parts.len() / 2).copied()
+    };
+    Some(Vector3::new(median(0)?, median(1)?, median(2)?))
+}
+
+/// Vectors as lists of three numbers in files.
+pub mod vector_as_list {
+    use nalgebra::Vector3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    /// Writes a vector.
+    pub fn serialize<S: Serializer>(vector: &Vector3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        [vector.x, vector.y, vector.z].serialize(serializer)
+    }
+
+    /// Reads a vector.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vector3<f64>, D::Error> {
+        <[f64; 3]>::deserialize(deserializer).map(Vector3::from)
+    }
+}

@@ -1,0 +1,299 @@
+//! The mapper of a hand: from contacts to a grasp.
+
+use super::candidate::{GraspCandidate, Reach, clearest, geometric_mean};
+use super::clearance::Shapes;
+use super::cost::{Cost, SearchEffort};
+use super::problem::{Failure, GraspRequest};
+use super::{search, seeds, spheres, two_finger};
+use crate::kinematics::finger::FingerModel;
+use crate::kinematics::joint_positions::{JointPositions, REACHED_M};
+use crate::model::hand::HandModel;
+use crate::threads;
+use nalgebra::{Isometry3, Point3, Vector6};
+use teachtree_base::hands::Finger;
+
+/// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
+const AWAY_M: [f64; 2] = [0.001, 0.003];
+/// So many of the best poses are leant over, and so many candidates are kept.
+const LEANT: usize = 3;
+const CANDIDATES: usize = 40;
+/// These differ by more than this, m.
+const APART_M: f64 = 0.005;
+/// Where grasps of many kinds are wanted, so many poses that differ by more than this, m, are improved by so many steps.
+const SPREAD: usize = 600;
+const SPREAD_M: f64 = 0.010;
+const IMPROVED: usize = 12;
+/// So many poses share what is known of the cost.
+const AT_ONCE: usize = 32;
+/// What pushes is held to no pose, and the best ones are all alike: those on the way to them count too.
+const PUSHING: [usize; 3] = [IMPROVED, 3, 0];
+
+/// What is known of a hand before any grasp: made once, used for all.
+#[derive(Clone, Debug)]
+pub struct GraspPlanner<'a> {
+    hand: &'a HandModel,
+    beads: spheres::HandSpheres,
+    postures: Vec<seeds::HandPosture>,
+}
+
+impl<'a> GraspPlanner<'a> {
+    /// The mapper of a hand.
+    pub fn new(hand: &'a HandModel) -> Self {
+        Self { hand, beads: spheres::HandSpheres::new(hand), postures: seeds::postures(hand) }
+    }
+
+    /// The hand.
+    pub fn hand(&self) -> &HandModel {
+        self.hand
+    }
+
+    /// Finds the best pose of the palm.
+    ///
+    /// # Errors
+    /// Which finger cannot reach and by how much, or what is in the way, at the best pose that was found.
+    pub fn map(&self, request: &GraspRequest<'_>) -> Result<GraspCandidate, Failure> {
+        self.map_where(request, &|_| Some(0)).map(|(_, found)| found)
+    }
+
+    /// The same among poses of the palm, frame of the object, that an arm can bring it to, those first with which it meets nothing; and at how many places it
+    /// meets something.
+    ///
+    /// # Errors
+    /// As [`Self::map`].
+    pub fn map_where(&self, request: &GraspRequest<'_>, reach: &Reach<'_>) -> Result<(usize, GraspCandidate), Failure> {
+        match &self.hand.jaws {
+            Some(jaws) => two_finger::best(self.hand, jaws, request, reach),
+            None => self.search(&mut Cost::new(self.hand, &self.beads, request)?, request, reach),
+        }
+    }
+
+    /// The same as [`Self::map`], and what it took.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn map_counted(
+        &self,
+        request: &GraspRequest<'_>,
+    ) -> Result<(Result<GraspCandidate, Failure>, SearchEffort), Failure> {
+        let mut cost = Cost::new(self.hand, &self.beads, request)?;
+        let found = self.search(&mut cost, request, &|_| Some(0)).map(|(_, found)| found);
+        Ok((found, cost.effort()))
+    }
+
+    /// What a pose of the palm costs a search, and how that changes with a shift of the palm along x, y and z of the object's frame, a metre, and with
+    /// a turn about them through the object's origin, a rad.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn cost(
+        &self,
+        request: &GraspRequest<'_>,
+        object_from_palm: &Isometry3<f64>,
+    ) -> Result<(f64, Vector6<f64>), Failure> {
+        Ok(Cost::new(self.hand, &self.beads, request)?.with_slope(object_from_palm, &Point3::origin()))
+    }
+
+    fn search(
+        &self,
+        cost: &mut Cost<'_>,
+        request: &GraspRequest<'_>,
+        reach: &Reach<'_>,
+    ) -> Result<(usize, GraspCandidate), Failure> {
+        let shapes = Shapes::new(self.hand, request);
+        let mut failure = None;
+        for wide in [false, true] {
+            let poses = search::best_poses(cost, &seeds::starts(self.hand, &self.postures, request, wide));
+            let reached = poses.into_iter().filter_map(|pose| {
+                let mut found = self.check(&pose, cost, &shapes);
+                for away in AWAY_M {
+                    if matches!(found, Err(Failure::InTheWay(..))) {
+                        cost.keep_away(away);
+                        found = self.check(&search::polished(cost, &pose), cost, &shapes);
+                    }
+                }
+                cost.keep_away(0.0);
+                let why = match found {
+                    Ok(grasp) => match reach(&grasp.object_from_palm) {
+                        Some(met) => return Some((met, grasp)),
+                        None => Failure::ArmOutOfReach,
+                    },
+                    Err(why) => why,
+                };
+                failure.get_or_insert(why);
+                None
+            });
+            if let Some(found) = clearest(reached) {
+                return Ok(found);
+            }
+        }
+        Err(failure.unwrap_or(Failure::ArmOutOfReach))
+    }
+
+    /// The grasp at a given pose of the palm, when it is one.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn at(&self, request: &GraspRequest<'_>, object_from_palm: &Isometry3<f64>) -> Result<GraspCandidate, Failure> {
+        self.check(object_from_palm, &Cost::new(self.hand, &self.beads, request)?, &Shapes::new(self.hand, request))
+    }
+
+    /// Improves a pose that is near a good one, without looking elsewhere.
+    ///
+    /// # Errors
+    /// What is wrong with the pose that was found.
+    pub fn polish(
+        &self,
+        request: &GraspRequest<'_>,
+        object_from_palm: &Isometry3<f64>,
+    ) -> Result<GraspCandidate, Failure> {
+        let cost = Cost::new(self.hand, &self.beads, request)?;
+        let pose = search::polished(&cost, object_from_palm);
+        self.check(&pose, &cost, &Shapes::new(self.hand, request))
+    }
+
+    /// A long search that knows nothing of where to begin, by differential evolution: the reference for tests. `chance` gives numbers
+    /// from 0 to 1.
+    ///
+    /// # Errors
+    /// What is wrong with the best pose that was found.
+    pub fn search_everywhere(
+        &self,
+        request: &GraspRequest<'_>,
+        generations: usize,
+        chance: &mut dyn FnMut() -> f64,
+    ) -> Result<GraspCandidate, Failure> {
+        let cost = Cost::new(self.hand, &self.beads, request)?;
+        let pose = search::everywhere(&cost, generations, chance);
+        self.check(&pose, &cost, &Shapes::new(self.hand, request))
+    }
+
+    /// Poses of the palm to begin with when something else moves as well, cheapest first, whether or not they are grasps: where a search ends, and the
+    /// best of those leant over to all sides.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn candidates(&self, request: &GraspRequest<'_>) -> Result<Vec<Isometry3<f64>>, Failure> {
+        let cost = Cost::new(self.hand, &self.beads, request)?;
+        let mut poses = search::best_poses(&cost, &seeds::starts(self.hand, &self.postures, request, false));
+        let leant: Vec<Isometry3<f64>> =
+            poses.iter().take(LEANT).flat_map(|pose| search::leant(&cost, request, pose)).collect();
+        poses.extend(leant);
+        let mut ranked: Vec<(f64, Isometry3<f64>)> = poses.into_iter().map(|pose| (cost.of(&pose), pose)).collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut kept: Vec<Isometry3<f64>> = Vec::new();
+        for (_, pose) in ranked {
+            if kept.len() < CANDIDATES && kept.iter().all(|other| search::apart(&pose, other) > APART_M) {
+                kept.push(pose);
+            }
+        }
+        Ok(kept)
+    }
+
+    /// Grasps of many kinds, whether or not an arm can take them.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have, contacts that jaws cannot take.
+    pub(super) fn grasps(&self, request: &GraspRequest<'_>) -> Result<Vec<GraspCandidate>, Failure> {
+        if let Some(jaws) = &self.hand.jaws {
+            return two_finger::all(self.hand, jaws, request);
+        }
+        let cost = || {
+            let mut cost = Cost::new(self.hand, &self.beads, request)?;
+            cost.keep_away(AWAY_M[0]);
+            Ok(cost)
+        };
+        let shapes = Shapes::new(self.hand, request);
+        let starts = seeds::starts(self.hand, &self.postures, request, true);
+        let spread = search::spread(&cost()?, &starts, SPREAD, SPREAD_M);
+        let pushes = request.contacts.iter().all(|contact| contact.finger != Finger::Thumb);
+        let steps = if pushes { &PUSHING[..] } else { &[IMPROVED] };
+        let improved = |poses: &&[Isometry3<f64>]| -> Result<Vec<GraspCandidate>, Failure> {
+            let cost = cost()?;
+            let pairs = poses.iter().flat_map(|pose| steps.iter().map(move |steps| (pose, *steps)));
+            let improved = pairs.map(|(pose, steps)| search::improved(&cost, pose, steps).1);
+            Ok(improved.filter_map(|pose| self.check(&pose, &cost, &shapes).ok()).collect())
+        };
+        let parts: Vec<&[Isometry3<f64>]> = spread.chunks(AT_ONCE).collect();
+        let grasps: Result<Vec<Vec<GraspCandidate>>, Failure> = threads::each(&parts, improved).into_iter().collect();
+        Ok(grasps?.into_iter().flatten().collect())
+    }
+
+    /// A pose after so many steps of improvement, and what it costs: the measure, and whatever is violated or not well clear.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn improved(
+        &self,
+        request: &GraspRequest<'_>,
+        pose: &Isometry3<f64>,
+        steps: usize,
+    ) -> Result<(f64, Isometry3<f64>), Failure> {
+        let mut cost = Cost::new(self.hand, &self.beads, request)?;
+        cost.keep_away(AWAY_M[1]);
+        Ok(search::improved(&cost, pose, steps))
+    }
+
+    /// The angles of every finger at a pose: on its contact or as near as it comes, or out of the way.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn angles(
+        &self,
+        request: &GraspRequest<'_>,
+        pose: &Isometry3<f64>,
+    ) -> Result<Vec<(Finger, JointPositions)>, Failure> {
+        let cost = Cost::new(self.hand, &self.beads, request)?;
+        let touching = cost.fingers(pose).into_iter().map(|held| (held.finger, held.angles));
+        Ok(touching.chain(cost.idle(pose)).collect())
+    }
+
+    /// The pose that copies the demonstrated one: the hand half closed in the middle of its ranges, laid over the demonstrated contacts. What it is
+    /// worth without any search is what the search is compared with; `None` where the fingers do not reach, and for a gripper, which is no copy of a hand.
+    pub fn copied(&self, request: &GraspRequest<'_>) -> Option<f64> {
+        if self.hand.jaws.is_some() {
+            return None;
+        }
+        self.measure(request, &seeds::laid_over(self.hand, request)?)
+    }
+
+    /// The measure of a pose of the palm, whether or not something is in the way; `None` where the fingers do not reach.
+    pub fn measure(&self, request: &GraspRequest<'_>, object_from_palm: &Isometry3<f64>) -> Option<f64> {
+        let fingers = Cost::new(self.hand, &self.beads, request).ok()?.fingers(object_from_palm);
+        let reached = fingers.iter().all(|held| held.miss < REACHED_M);
+        reached.then(|| geometric_mean(&fingers))
+    }
+
+    fn check(&self, pose: &Isometry3<f64>, cost: &Cost<'_>, shapes: &Shapes) -> Result<GraspCandidate, Failure> {
+        let fingers = cost.fingers(pose);
+        let farthest = fingers.iter().max_by(|a, b| a.miss.total_cmp(&b.miss));
+        if let Some(held) = farthest.filter(|held| held.miss >= REACHED_M) {
+            return Err(Failure::OutOfReach(held.finger, cost.ik_residual(pose, held.finger)));
+        }
+        if let Some(held) = fingers.iter().find(|held| held.pad_angle > cost.largest_pad_angle + 1e-3) {
+            return Err(Failure::PadTurnedAway(held.finger, held.pad_angle));
+        }
+        let idle = cost.idle(pose);
+        let all: Vec<(&FingerModel, JointPositions)> = self
+            .hand
+            .fingers
+            .iter()
+            .filter_map(|model| {
+                let touching = fingers.iter().find(|held| held.finger == model.finger).map(|held| held.angles);
+                let angles = touching.or_else(|| idle.iter().find(|(it, _)| *it == model.finger).map(|(_, it)| *it))?;
+                Some((model, angles))
+            })
+            .collect();
+        let clearance = shapes.clearance(pose, &all);
+        if let Some((overlap, who)) = clearance.worst_overlap() {
+            return Err(Failure::InTheWay(overlap, who));
+        }
+        Ok(GraspCandidate {
+            object_from_palm: *pose,
+            measure: geometric_mean(&fingers),
+            fingers,
+            idle,
+            opening: None,
+            clearance,
+        })
+    }
+}

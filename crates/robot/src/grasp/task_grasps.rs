@@ -1,0 +1,407 @@
+//! Commands mapped to a robot: for each grasp of each task, the palm pose and the finger angles of the hand that does it.
+//!
+//! One pose is chosen for a grasp and carried along its trajectory. Whatever stands about the object when it is taken and when it is let go is
+//! in the way.
+
+use super::bimanual::{HandProblem, both};
+use super::candidate::{GraspCandidate, Reach};
+use super::grasp_planner::GraspPlanner;
+use super::hand_obstacles::{bodies, meeting};
+use super::held_path::way;
+use super::obstacles::{SUNK_M, around, to_blame};
+use super::problem::{Contact, Failure, GraspRequest, Obstacle};
+use super::search::apart;
+use crate::kinematics::arm_distance::PlacedShape;
+use crate::kinematics::surroundings::Surroundings;
+use crate::model::gripper::Jaws;
+use crate::model::hand::HandModel;
+use crate::model::robot::Robot;
+use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::BTreeMap;
+use teachtree_base::error::InputError;
+use teachtree_base::hands::Finger;
+use teachtree_base::pose::pose_array;
+use teachtree_base::scene::{Body, Scene};
+use teachtree_command::{self as command, Commands, MappedFinger, MappedGrasp, Task};
+
+/// So many starts of the arm's inverse kinematics, with so many steps each, decide whether it reaches.
+const REACH_STARTS: usize = 48;
+const REACH_STEPS: usize = 100;
+/// Grasps with which palm and arm stay so far from fixed bodies are preferred, m: controllers deviate from their ways.
+const ROOM_M: f64 = 0.003;
+/// So many grasps of many kinds are looked at for a clearer one, whose measure is at least this share of the best one's.
+const LOOKED_AT: usize = 64;
+const WORTH: f64 = 0.3;
+/// A hand that fumbles for an object moves it by less than this, m.
+const NUDGED_M: f64 = 0.040;
+/// So many alternatives of a grasp are kept, which differ by more than this, m (a turn counts as in the search).
+const ALTERNATIVES: usize = 256;
+const APART_M: f64 = 0.012;
+
+/// A grasp that was found without regard to the other hand, which leaves it no room: where it is, that hand's, and why there is none.
+pub(crate) struct BlockedGrasp {
+    pub(crate) grasp: (usize, usize),
+    pub(crate) other: (usize, usize),
+    pub(crate) why: String,
+}
+
+/// Maps every grasp of commands; what cannot be held is noted with its reason.
+///
+/// Where two hands hold one object at the same time, the one that takes it first is in the way of the other; when that leaves no room, both give way. Where that
+/// is not enough, the grasp is returned as crowded.
+///
+/// # Errors
+/// A hand that the robot does not have, an object that the scene does not have.
+pub(crate) fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<BlockedGrasp>, InputError> {
+    let mut crowded = Vec::new();
+    commands.robot = Some(robot.name.clone());
+    let tasks = &mut commands.tasks;
+    let holders = tasks.iter().enumerate().map(|(number, task)| GraspContext::new(number, task, robot, scene));
+    let holders = holders.collect::<Result<Vec<GraspContext<'_>>, InputError>>()?;
+    for (task, holder) in tasks.iter_mut().zip(&holders) {
+        holder.give(task);
+    }
+    for number in 0..tasks.len() {
+        for grasp in 0..tasks[number].grasps.len() {
+            let others = meeting(tasks, (number, grasp));
+            let taken = bodies(tasks, &others, robot);
+            let held = match (holders[number].hold(&tasks[number], grasp, &taken), &others[..]) {
+                (Err(why), &[other]) if !taken.is_empty() => {
+                    give_way(tasks, &holders, [other, (number, grasp)]).ok_or(why)
+                }
+                (held, _) => held,
+            };
+            match held {
+                Ok(held) => held.note(&mut tasks[number], grasp),
+                Err(why) => {
+                    let why = holders[number].explained(&why, &tasks[number], grasp, &taken);
+                    let alone = || holders[number].hold(&tasks[number], grasp, &[]).ok();
+                    let beside = others.first().filter(|_| others.len() == 1 && !taken.is_empty());
+                    match beside.and_then(|other| Some((*other, alone()?))) {
+                        Some((other, alone)) => {
+                            alone.note(&mut tasks[number], grasp);
+                            crowded.push(BlockedGrasp { grasp: (number, grasp), other, why });
+                        }
+                        None => tasks[number].grasps[grasp].infeasible = Some(why),
+                    }
+                }
+            }
+        }
+    }
+    Ok(crowded)
+}
+
+/// Grasps that meet: each with the one that another hand has on the same object at the same time, as task and grasp; every pair once.
+pub(crate) fn meetings(tasks: &[Task]) -> Vec<[(usize, usize); 2]> {
+    let grasps = tasks.iter().enumerate().flat_map(|(number, task)| (0..task.grasps.len()).map(move |at| (number, at)));
+    let pairs = grasps.flat_map(|one| meeting(tasks, one).into_iter().map(move |other| [one, other]));
+    pairs.filter(|[one, other]| one < other).collect()
+}
+
+/// Other ways to take hold for a grasp of mapped commands, best first; they differ from each other. Whether the arm can go them is left open.
+///
+/// # Errors
+/// As [`map`].
+pub(crate) fn alternatives(
+    tasks: &[Task],
+    robot: &Robot,
+    scene: &Scene,
+    (number, grasp): (usize, usize),
+) -> Result<Vec<TaskGrasp>, InputError> {
+    Ok(GraspContext::new(number, &tasks[number], robot, scene)?.alternatives(&tasks[number], grasp))
+}
+
+/// Grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.
+fn give_way(
+    tasks: &mut [Task],
+    holders: &[GraspContext<'_>],
+    [first, second]: [(usize, usize); 2],
+) -> Option<TaskGrasp> {
+    // Jaws have no poses between which they could give way.
+    if [first, second].iter().any(|(number, _)| holders[*number].hand.jaws.is_some()) {
+        return None;
+    }
+    let alone = holders[second.0].hold(&tasks[second.0], second.1, &[]).ok()?;
+    let mut request = [first, second].map(|(number, grasp)| holders[number].request(&tasks[number], grasp, &[]));
+    request[1].contacts = alone.contacts;
+    let ways = [first, second].map(|(number, grasp)| holders[number].way(&tasks[number], grasp));
+    let reach = [0, 1].map(|which| {
+        let (holder, way) = (&holders[[first, second][which].0], &ways[which]);
+        move |pose: &Isometry3<f64>| holder.met(way, pose)
+    });
+    let one = |which: usize| {
+        let GraspContext { hand, planner, .. } = &holders[[first, second][which].0];
+        HandProblem { hand, planner, request: &request[which], reach: &reach[which] }
+    };
+    let [again, beside] = both([&one(0), &one(1)])?;
+    let [again, beside] = [(first, 0, again), (second, 1, beside)]
+        .map(|((number, _), which, found)| holders[number].held(&request[which], &found));
+    again.note(&mut tasks[first.0], first.1);
+    Some(beside)
+}
+
+/// The hand of a task and its object.
+struct GraspContext<'a> {
+    robot: &'a Robot,
+    hand: &'a HandModel,
+    planner: GraspPlanner<'a>,
+    object: &'a Body,
+    scene: &'a Scene,
+    surroundings: Surroundings,
+}
+
+/// A grasp that was found.
+#[derive(Clone)]
+pub(crate) struct TaskGrasp {
+    mapped: MappedGrasp,
+    /// The contacts with the fingers that take them.
+    contacts: Vec<Contact>,
+}
+
+impl<'a> GraspContext<'a> {
+    fn new(number: usize, task: &Task, robot: &'a Robot, scene: &'a Scene) -> Result<Self, InputError> {
+        let refuse = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);
+        let side = task.track;
+        let hand = robot
+            .hands
+            .get(&side)
+            .ok_or_else(|| refuse(format!("is of the {side} hand, which robot `{}` does not have", robot.name)))?;
+        let object = scene
+            .bodies
+            .get(&task.object)
+            .ok_or_else(|| refuse(format!("is about `{}`, which is no body of the scene", task.object)))?;
+        let surroundings = Surroundings::sunk(scene, SUNK_M).with_room(ROOM_M);
+        Ok(Self { robot, hand, planner: GraspPlanner::new(hand), object, scene, surroundings })
+    }
+
+    /// Gives the operator's task to a gripper: to two jaws what several fingers did.
+    fn give(&self, task: &mut Task) {
+        let operator = self.scene.hands.get(&task.track);
+        if let (Some(jaws), Some(operator)) = (&self.hand.jaws, operator) {
+            jaws.take_over(task, self.hand, self.object, operator.tip_radius.0);
+        }
+    }
+
+    /// What is to be held with `others` in the way, which are in the frame of the object.
+    fn request<'b>(&'b self, task: &Task, grasp: usize, others: &'b [Body]) -> GraspRequest<'b> {
+        let obstacles = around(task, grasp, self.scene, others).into_iter().map(|it| it.obstacle).collect();
+        let contacts = task.grasps[grasp].contacts.iter().map(contact).collect();
+        GraspRequest { contacts, object: self.object, obstacles }
+    }
+
+    /// The way of the object while it is held, and where it stood before the operator nudged it, which the robot does not.
+    fn way(&self, task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
+        let mut way = way(task, grasp);
+        let stood = self.object.pose();
+        let nudged = |first: &Isometry3<f64>| (first.translation.vector - stood.translation.vector).norm() < NUDGED_M;
+        if way.first().is_some_and(nudged) {
+            way.insert(0, stood);
+        }
+        way
+    }
+
+    /// At how many places of the way of the object the palm meets a fixed body, and the arm one or itself in the posture in which it does so least; `None` where
+    /// the arm cannot bring the palm along. A hand without an arm meets nothing.
+    fn met(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> Option<usize> {
+        let (robot, hand) = (self.robot, self.hand);
+        if hand.arm.is_empty() {
+            return Some(0);
+        }
+        let way: Vec<Isometry3<f64>> = way.iter().map(|object| object * object_from_palm).collect();
+        let q = vec![0.0; robot.tree.dofs.len()];
+        let (arm, root) = (hand.arm_on(&robot.tree), Isometry3::identity());
+        let postures = arm.postures_along(&root, &way, &q, (REACH_STARTS, REACH_STEPS), &self.surroundings);
+        let mut least: Option<usize> = None;
+        for met in postures.map(|posture| posture.met) {
+            least = Some(least.map_or(met, |least| least.min(met)));
+            if met == 0 {
+                break;
+            }
+        }
+        let meets = |palm: &&Isometry3<f64>| {
+            let placed = hand.palm_solids.iter().map(|solid| PlacedShape::new(hand.palm, solid.moved(palm)));
+            self.surroundings.meet_any(&placed.collect::<Vec<PlacedShape>>())
+        };
+        Some(least? + way.iter().filter(meets).count())
+    }
+
+    /// The best way to take hold with `others` in the way, frame of the object.
+    fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<TaskGrasp, Failure> {
+        let request = self.request(task, grasp, others);
+        let (found, contacts) = self.found(&request, &self.way(task, grasp))?;
+        Ok(self.held(&GraspRequest { contacts, ..request }, &found))
+    }
+
+    fn held(&self, request: &GraspRequest<'_>, found: &GraspCandidate) -> TaskGrasp {
+        TaskGrasp { mapped: self.mapped(request, found), contacts: request.contacts.clone() }
+    }
+
+    /// Ways to take hold that differ from each other, best first.
+    fn alternatives(&self, task: &Task, grasp: usize) -> Vec<TaskGrasp> {
+        let request = self.request(task, grasp, &[]);
+        let kept = self.distinct_grasps(&request).into_iter();
+        kept.map(|(found, contacts)| self.held(&GraspRequest { contacts, ..request.clone() }, &found)).collect()
+    }
+
+    /// Grasps that differ from each other, best first, and the contacts with the fingers that take them.
+    fn distinct_grasps(&self, request: &GraspRequest<'_>) -> Vec<(GraspCandidate, Vec<Contact>)> {
+        let mut found = Vec::new();
+        for contacts in self.contact_orders(&request.contacts) {
+            let by = GraspRequest { contacts, ..request.clone() };
+            let grasps = self.planner.grasps(&by).unwrap_or_default();
+            found.extend(grasps.into_iter().map(|candidate| (candidate, by.contacts.clone())));
+        }
+        found.sort_by(|(a, _), (b, _)| b.measure.total_cmp(&a.measure));
+        let mut kept: Vec<(GraspCandidate, Vec<Contact>)> = Vec::new();
+        for (candidate, contacts) in found {
+            let pose = &candidate.object_from_palm;
+            let differs = |(other, by): &(GraspCandidate, Vec<Contact>)| {
+                *by != contacts || apart(pose, &other.object_from_palm) > APART_M
+            };
+            if kept.len() < ALTERNATIVES && kept.iter().all(differs) {
+                kept.push((candidate, contacts));
+            }
+        }
+        kept
+    }
+
+    /// The contacts, and the same taken the other way round where that differs: which finger pushes where does not matter, nor which of a row stands against
+    /// the thumb.
+    fn contact_orders(&self, contacts: &[Contact]) -> Vec<Vec<Contact>> {
+        let other = match &self.hand.jaws {
+            Some(jaws) => swapped_jaws(jaws, contacts),
+            None => reversed_fingers(contacts),
+        };
+        let same = |contact: &Contact| contacts.contains(contact);
+        let differs = !other.iter().all(same);
+        std::iter::once(contacts.to_vec()).chain(differs.then_some(other)).collect()
+    }
+
+    /// The best grasp with which the object can be brought along its way, with palm and arm clear where they can be, and the contacts with the fingers that take
+    /// them. A grasp of many kinds that is clearer is taken if its measure is no small part of the best one's.
+    fn found(
+        &self,
+        request: &GraspRequest<'_>,
+        way: &[Isometry3<f64>],
+    ) -> Result<(GraspCandidate, Vec<Contact>), Failure> {
+        let reach = |pose: &Isometry3<f64>| self.met(way, pose);
+        let (mut least, mut found, mut contacts) = self.reached(request, &reach)?;
+        if least > 0 {
+            let worth = |(other, _): &(GraspCandidate, Vec<Contact>)| other.measure >= WORTH * found.measure;
+            let others: Vec<_> = self.distinct_grasps(request).into_iter().filter(worth).take(LOOKED_AT).collect();
+            for (other, by) in others {
+                let Some(met) = reach(&other.object_from_palm).filter(|met| *met < least) else { continue };
+                (least, found, contacts) = (met, other, by);
+                if met == 0 {
+                    break;
+                }
+            }
+        }
+        Ok((found, contacts))
+    }
+
+    /// The clearest of the best grasps in either order of the contacts, and at how many places it meets something.
+    fn reached(
+        &self,
+        request: &GraspRequest<'_>,
+        reach: &Reach<'_>,
+    ) -> Result<(usize, GraspCandidate, Vec<Contact>), Failure> {
+        let mut best: Result<(usize, GraspCandidate, Vec<Contact>), Failure> = Err(Failure::ArmOutOfReach);
+        for (at, contacts) in self.contact_orders(&request.contacts).into_iter().enumerate() {
+            let by = GraspRequest { contacts, ..request.clone() };
+            match (self.planner.map_where(&by, reach), &best) {
+                (Ok((met, found)), Ok((least, ..))) if met < *least => best = Ok((met, found, by.contacts)),
+                (Ok((met, found)), Err(_)) => best = Ok((met, found, by.contacts)),
+                (Err(why), Err(_)) if at == 0 => best = Err(why),
+                _ => {}
+            }
+            if matches!(best, Ok((0, ..))) {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Why a grasp cannot be held, and what has to be away for it: looked for by leaving out what stands about it.
+    fn explained(&self, why: &Failure, task: &Task, grasp: usize, others: &[Body]) -> String {
+        let around = around(task, grasp, self.scene, others);
+        let way = self.way(task, grasp);
+        let request = self.request(task, grasp, &[]);
+        let reach = |pose: &Isometry3<f64>| self.met(&way, pose).map(|_| 0);
+        let held_with =
+            |obstacles: Vec<Obstacle<'_>>| self.reached(&GraspRequest { obstacles, ..request.clone() }, &reach).is_ok();
+        match to_blame(&around, &held_with) {
+            Some(blamed) => format!("{why}; it could be held without {blamed}"),
+            None => why.to_string(),
+        }
+    }
+
+    /// A grasp as commands have it.
+    fn mapped(&self, request: &GraspRequest<'_>, found: &GraspCandidate) -> MappedGrasp {
+        let mut q = vec![0.0; self.robot.tree.dofs.len()];
+        found.set(self.hand, &mut q);
+        let fingers = found.fingers.iter().map(|held| MappedFinger {
+            finger: held.finger,
+            manipulability: held.manipulability,
+            freedom: held.freedom,
+            pad_angle_deg: held.pad_angle.to_degrees(),
+        });
+        MappedGrasp {
+            object_from_palm: pose_array(&found.object_from_palm),
+            joints: joints(self.robot, self.hand, &q),
+            arm: BTreeMap::new(),
+            measure: found.measure,
+            copied_measure: self.planner.copied(request),
+            opening: found.opening,
+            opens: None,
+            fingers: fingers.collect(),
+        }
+    }
+}
+
+impl TaskGrasp {
+    /// Puts it into a task.
+    pub(crate) fn note(self, task: &mut Task, grasp: usize) {
+        rename(task, grasp, &self.contacts);
+        task.grasps[grasp].mapped = Some(self.mapped);
+        task.grasps[grasp].infeasible = None;
+    }
+}
+
+fn contact(contact: &command::Contact) -> Contact {
+    Contact { finger: contact.finger, point: Point3::from(contact.point), normal: Vector3::from(contact.normal) }
+}
+
+/// The same contacts with their fingers in the opposite order; a thumb stays where it is.
+fn reversed_fingers(contacts: &[Contact]) -> Vec<Contact> {
+    let (mut turned, row): (Vec<Contact>, Vec<Contact>) =
+        contacts.iter().partition(|contact| contact.finger == Finger::Thumb);
+    let fingers = row.iter().map(|contact| contact.finger);
+    turned.extend(row.iter().rev().zip(fingers).map(|(contact, finger)| Contact { finger, ..*contact }));
+    turned
+}
+
+/// The same contacts with the jaws exchanged.
+fn swapped_jaws(jaws: &Jaws, contacts: &[Contact]) -> Vec<Contact> {
+    contacts.iter().map(|contact| Contact { finger: jaws.opponent(contact.finger), ..*contact }).collect()
+}
+
+/// Gives what a finger did in a grasp to the one that is at its contact now.
+fn rename(task: &mut Task, grasp: usize, contacts: &[Contact]) {
+    let before: Vec<Contact> = task.grasps[grasp].contacts.iter().map(contact).collect();
+    let now = |finger: Finger| {
+        let point = before.iter().find(|contact| contact.finger == finger)?.point;
+        contacts.iter().find(|contact| contact.point == point).map(|contact| contact.finger)
+    };
+    for contact in &mut task.grasps[grasp].contacts {
+        contact.finger = now(contact.finger).unwrap_or(contact.finger);
+    }
+    for tip in task.segments.iter_mut().filter(|segment| segment.grasp == Some(grasp)).flat_map(|it| &mut it.tips) {
+        tip.finger = now(tip.finger).unwrap_or(tip.finger);
+    }
+}
+
+fn joints(robot: &Robot, hand: &HandModel, q: &[f64]) -> BTreeMap<String, f64> {
+    let dofs = hand.fingers.iter().flat_map(|finger| &finger.dofs);
+    dofs.map(|&dof| (robot.tree.dofs[dof].name.clone(), q[dof])).collect()
+}

@@ -1,0 +1,88 @@
+//! The state of the world in one millisecond, as far as the truth asks for it.
+
+use crate::simulation::{BodyState, Observation};
+use nalgebra::{Point3, Vector3};
+use teachtree_base::geometry::surface_distance;
+use teachtree_base::hands::Finger;
+use teachtree_base::scene::Body;
+
+/// The state of the world in one millisecond.
+pub(crate) struct WorldState {
+    pub(super) hands: Vec<Vec<Tip>>,
+    pub(super) bodies: Vec<BodyState>,
+    pub(super) contacts: Vec<Contact>,
+}
+
+/// A fingertip.
+pub(super) struct Tip {
+    pub(super) finger: Finger,
+    pub(super) position: Point3<f64>,
+    /// Bodies that it presses on, and the force on them, N.
+    touches: Vec<(usize, Vector3<f64>)>,
+}
+
+/// Two bodies that may touch.
+pub(super) struct Contact {
+    pub(super) body: usize,
+    pub(super) other: usize,
+    /// From the other to the body, unit.
+    pub(super) normal: Vector3<f64>,
+    pub(super) touching: bool,
+}
+
+impl WorldState {
+    /// The state that an observation shows.
+    pub(crate) fn new(seen: &Observation) -> Self {
+        let hands = seen.hands.iter().map(|hand| {
+            let tips = hand.tips.iter().map(|tip| Tip {
+                finger: tip.finger,
+                position: tip.position,
+                touches: tip.touches.iter().map(|touch| (touch.body, touch.force)).collect(),
+            });
+            tips.collect()
+        });
+        let contacts = seen.contacts.iter().map(|contact| Contact {
+            body: contact.body,
+            other: contact.other,
+            normal: contact.normal,
+            touching: contact.force.norm() > 0.0,
+        });
+        Self { hands: hands.collect(), bodies: seen.bodies.clone(), contacts: contacts.collect() }
+    }
+
+    /// Whether a fingertip of this hand presses on one of these bodies.
+    pub(crate) fn touches_any(&self, bodies: &[usize]) -> bool {
+        self.hands.iter().flatten().any(|tip| bodies.iter().any(|body| tip.force_on(*body).is_some()))
+    }
+
+    /// The middle of the fingertips of a hand.
+    pub(super) fn middle(&self, hand: usize) -> Point3<f64> {
+        let tips = &self.hands[hand];
+        let sum: Vector3<f64> = tips.iter().map(|tip| tip.position.coords).sum();
+        (sum / tips.len().max(1) as f64).into()
+    }
+
+    /// How far the nearest fingertip of a hand is from the surface of a body, m.
+    pub(super) fn distance(&self, hand: usize, shape: &Body, body: usize) -> f64 {
+        let pose = &self.bodies[body].pose;
+        let tips = self.hands[hand].iter();
+        tips.map(|tip| surface_distance(shape, &pose.inverse_transform_point(&tip.position)))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The contacts of a body: the other body, and the normal from that to this one.
+    pub(super) fn contacts_of(&self, body: usize) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        self.contacts.iter().filter(|contact| contact.touching).filter_map(move |contact| match body {
+            body if body == contact.body => Some((contact.other, contact.normal)),
+            body if body == contact.other => Some((contact.body, -contact.normal)),
+            _ => None,
+        })
+    }
+}
+
+impl Tip {
+    /// The force of this fingertip on a body, N; `None` when it does not touch it.
+    pub(super) fn force_on(&self, body: usize) -> Option<Vector3<f64>> {
+        self.touches.iter().find(|(touched, force)| *touched == body && force.norm() > 0.0).map(|(_, force)| *force)
+    }
+}

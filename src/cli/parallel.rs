@@ -1,0 +1,120 @@
+//! Many recordings: cores, progress, and what is reported of all of them together.
+
+use super::progress::Progress;
+use super::{Failure, output};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use teachtree_base::error::InputError;
+
+/// Options of commands that work on many recordings.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct ParallelArgs {
+    /// The most recordings to work on at a time; the number of cores when left out
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub jobs: Option<u16>,
+    /// Print no progress and no warnings, only errors
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+impl ParallelArgs {
+    /// Does `work` on each item and collects the results in the order of the items, so that threads change nothing. A bar with this label shows how
+    /// many are done.
+    ///
+    /// # Errors
+    /// When the threads cannot be started.
+    pub fn each<T: Sync, R: Send>(
+        &self,
+        label: &str,
+        items: &[T],
+        work: impl Fn(&T) -> R + Sync,
+    ) -> Result<Vec<R>, InputError> {
+        let progress = (items.len() > 1 && !self.quiet).then(|| Progress::new(label));
+        let done = AtomicUsize::new(0);
+        let one = |item: &T| {
+            let result = work(item);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            progress.iter().for_each(|bar| bar.set(done as f64 / items.len() as f64));
+            result
+        };
+        let all = || items.par_iter().map(one).collect();
+        let Some(jobs) = self.jobs else { return Ok(all()) };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build();
+        let pool =
+            pool.map_err(|error| InputError::new("--jobs", format!("the threads cannot be started: {error}")))?;
+        Ok(pool.install(all))
+    }
+
+    /// Prints a warning unless there are to be none.
+    pub fn warn(&self, warning: &str) {
+        if !self.quiet {
+            output::complain(&format!("warning: {warning}"));
+        }
+    }
+}
+
+/// How many issues of each kind the logs have.
+#[derive(Clone, Debug, Default)]
+pub struct Issues(BTreeMap<String, Kind>);
+
+/// The issues of one kind.
+#[derive(Clone, Debug)]
+struct Kind {
+    count: usize,
+    logs: usize,
+    first: String,
+}
+
+impl Issues {
+    /// Adds those of one log, by kind.
+    pub fn add<'a>(&mut self, log: &str, kinds: impl IntoIterator<Item = &'a str>) {
+        let mut own: BTreeMap<&str, usize> = BTreeMap::new();
+        for kind in kinds {
+            *own.entry(kind).or_default() += 1;
+        }
+        for (kind, count) in own {
+            let all = self.0.entry(kind.into()).or_insert_with(|| Kind { count: 0, logs: 0, first: log.into() });
+            all.count += count;
+            all.logs += 1;
+        }
+    }
+
+    /// A line for each kind; `None` without issues.
+    pub fn summary(&self) -> Option<String> {
+        let width = self.0.keys().map(|kind| kind.chars().count()).max()?;
+        let mut text = String::from("issues, which `--format json` lists for each recording:");
+        for (kind, Kind { count, logs, first }) in &self.0 {
+            let recordings = if *logs == 1 { "recording" } else { "recordings" };
+            let _ = write!(text, "\n  {kind:<width$} {count:>6} in {logs} {recordings}, the first is {first}");
+        }
+        Some(text)
+    }
+}
+
+/// How many failures of one kind are printed one by one.
+const PRINTED: usize = 3;
+
+/// The texts of failures. Those that differ only in the recording are counted, and some of them are named.
+pub fn texts(failures: &[Failure]) -> Vec<String> {
+    let mut counts: BTreeMap<(&str, Option<&str>), usize> = BTreeMap::new();
+    let mut texts = Vec::new();
+    for failure in failures {
+        match failure {
+            Failure::Input(error) => {
+                let count = counts.entry((&error.message, error.help.as_deref())).or_default();
+                *count += 1;
+                if *count <= PRINTED {
+                    texts.push(format!("error: {error}"));
+                }
+            }
+            Failure::Text(text) if !texts.contains(text) => texts.push(text.clone()),
+            _ => {}
+        }
+    }
+    for ((message, _), count) in counts.into_iter().filter(|(_, count)| *count > PRINTED) {
+        texts.push(format!("error: {} more recordings: {message}", count - PRINTED));
+    }
+    texts
+}
