@@ -69,6 +69,7 @@ DOES = {
     "serde": "types of YAML and JSON",
     "serde_json": "JSON",
     "serde_yaml": "YAML",
+    "sha2": "digests of files and rules",
     "signal-hook": "SIGTERM like Ctrl-C",
     "similar": "patches",
     "syn": "features that the wheel needs",

@@ -95,7 +95,7 @@ impl Rules {
         self.0.tasks().map(str::to_string).collect()
     }
 
-    /// A hash of all texts and params.
+    /// The SHA-256 of all texts and params, its first 32 hexadecimal digits.
     #[getter]
     fn digest(&self) -> String {
         self.0.digest()

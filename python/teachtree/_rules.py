@@ -109,7 +109,7 @@ class Rules:
 
     @property
     def digest(self) -> str:
-        """A hash of all texts and params, 16 hexadecimal digits; it does not depend on where the files lie."""
+        """The SHA-256 of all texts and params, its first 32 hexadecimal digits. It does not depend on the paths of the files."""
         return self._rules().digest
 
     def svg(self) -> str:

@@ -78,9 +78,9 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
         atomic_write::write(out, |file| file.write_all(text.as_bytes()))?;
         if let Some(made_of) = made_of {
             let mut digest = Digest::default();
-            digest.add(text.bytes());
+            digest.bytes(text.as_bytes());
             let log = found.log.display().to_string();
-            list.add(ManifestEntry { schema: SCHEMA.into(), log, out: name, made_of, digest: digest.shown() })?;
+            list.add(ManifestEntry { schema: SCHEMA.into(), log, out: name, made_of, digest: digest.finish() })?;
         }
         Ok::<_, Failure>(Outcome::Written(kinds))
     })?;
@@ -159,27 +159,27 @@ fn nonempty(path: &Path) -> &Path {
 /// The digest of all that is the same for all recordings: program, rules, params, binding, scene, format, and whether confidence is computed.
 fn digests(args: &Args, files: &[PathBuf]) -> Result<Digest, InputError> {
     let mut digest = Digest::default();
-    digest.text(VERSION);
-    digest.text(&format!("{:?}", args.format));
-    digest.text(if args.confidence { "confidence" } else { "" });
+    digest.field(VERSION);
+    digest.field(&format!("{:?}", args.format));
+    digest.field(if args.confidence { "confidence" } else { "" });
     if args.format == Format::Text {
         // Lines are as long as the terminal, or `COLUMNS`, allows.
-        digest.text(&output::width().to_string());
+        digest.field(&output::width().to_string());
     }
     for (_, text) in SHIPPED {
-        digest.text(text);
+        digest.field(text);
     }
+    digest.count(files.len());
     for file in files {
-        digest.text(&file.display().to_string());
-        // Of shipped files the texts are above.
-        if file.is_file() {
-            digest.text(&of_file(file)?);
-        }
+        digest.field(&file.display().to_string());
+        // The texts of shipped files are above.
+        digest.field(&if file.is_file() { of_file(file)? } else { String::new() });
     }
-    digest.text(args.rules.hand.as_deref().unwrap_or_default());
+    digest.field(args.rules.hand.as_deref().unwrap_or_default());
+    digest.count(args.rules.set.len());
     for (name, value) in &args.rules.set {
-        digest.text(name);
-        digest.text(value);
+        digest.field(name);
+        digest.field(value);
     }
     Ok(digest)
 }
@@ -190,8 +190,8 @@ fn of_file(path: &Path) -> Result<String, InputError> {
     let (mut digest, mut bytes) = (Digest::default(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut bytes).map_err(failed)? {
-            0 => return Ok(digest.shown()),
-            count => digest.add(bytes.iter().take(count).copied()),
+            0 => return Ok(digest.finish()),
+            count => digest.bytes(bytes.get(..count).unwrap_or_default()),
         }
     }
 }
@@ -203,19 +203,19 @@ struct FileDigests(Mutex<BTreeMap<PathBuf, Option<String>>>);
 impl FileDigests {
     /// The digest of all that the analysis of a log is made of; `None` where a file cannot be read, as standard input.
     fn made_of(&self, known: &Digest, log: &Path) -> Option<String> {
-        let mut digest = *known;
-        digest.text(&log.display().to_string());
+        let mut digest = known.clone();
+        digest.field(&log.display().to_string());
         for file in formats::files_of(log).ok()? {
-            digest.text(&file.display().to_string());
+            digest.field(&file.display().to_string());
             let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&file).cloned();
             let content = known.unwrap_or_else(|| {
                 let content = of_file(&file).ok();
                 self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(file, content.clone());
                 content
             });
-            digest.text(&content?);
+            digest.field(&content?);
         }
-        Some(digest.shown())
+        Some(digest.finish())
     }
 }
 

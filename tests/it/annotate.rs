@@ -137,7 +137,7 @@ fn everything_else_is_as_it_was() {
     assert_eq!(new, info(&set));
     assert_eq!(said["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(said["styles"], json!(["motion", "subtask"]));
-    assert_eq!(said["rules"][0]["digest"].as_str().unwrap().len(), 16);
+    assert_eq!(said["rules"][0]["digest"].as_str().unwrap().len(), 32);
     // The same set gives the same bytes.
     assert!(annotate(folder.path(), "set", "again", &["--jobs", "1"]).status.success());
     assert_eq!(crate::annotate::all_files(&folder.path().join("again")), after);

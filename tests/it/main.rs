@@ -15,6 +15,7 @@ mod command;
 mod composites;
 mod confidence;
 mod diagram;
+mod digests;
 mod door;
 mod editors;
 mod engine;

@@ -39,6 +39,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ),
     ("rcgen", &["crates/serve/src/certificate.rs"]),
     ("ring", &["crates/serve/src/certificate.rs"]),
+    ("sha2", &["crates/base/src/digest.rs"]),
     ("annotate_snippets", &["crates/base/src/diagnostic/render.rs"]),
 ];
 

@@ -1,29 +1,39 @@
-//! A stable hash of bytes: the same on all machines and in all versions of this program.
+//! Digests that identify files, rules and results: the first 128 bits of SHA-256, equal on all machines.
 
-/// FNV-1a of 64 bits. Texts that differ by accident have different hashes; an attacker can make two texts with the same hash.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Digest(u64);
+use sha2::{Digest as _, Sha256};
+use std::fmt::Write as _;
 
-impl Default for Digest {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
+/// Length of a digest in bytes. Two printed digits represent one byte.
+const BYTES: usize = 16;
+
+/// The SHA-256 digest of the bytes added so far.
+///
+/// Bytes may be added in pieces of any size. A field has its length before its bytes, so that the fields `ab`, `c` and `a`, `bc` differ.
+#[derive(Clone, Debug, Default)]
+pub struct Digest(Sha256);
 
 impl Digest {
-    /// Adds bytes.
-    pub fn add(&mut self, bytes: impl IntoIterator<Item = u8>) {
-        let hash = bytes.into_iter().fold(self.0, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
-        self.0 = hash;
+    /// Adds bytes without their length: the digest of the bytes of a file is the beginning of its SHA-256 checksum.
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
     }
 
-    /// Adds a text and its end, so that two texts differ from one that is both.
-    pub fn text(&mut self, text: &str) {
-        self.add(text.bytes().chain([0]));
+    /// Adds the number of fields that follow.
+    pub fn count(&mut self, count: usize) {
+        self.bytes(&(count as u64).to_le_bytes());
     }
 
-    /// The hash as 16 hexadecimal digits.
-    pub fn shown(&self) -> String {
-        format!("{:016x}", self.0)
+    /// Adds a field.
+    pub fn field(&mut self, text: &str) {
+        self.count(text.len());
+        self.bytes(text.as_bytes());
+    }
+
+    /// Returns the first 128 bits of the digest as 32 hexadecimal digits.
+    pub fn finish(self) -> String {
+        self.0.finalize().iter().take(BYTES).fold(String::new(), |mut digits, byte| {
+            let _ = write!(digits, "{byte:02x}");
+            digits
+        })
     }
 }

@@ -89,7 +89,7 @@ impl Rules {
         self.0.rules.tasks.iter().map(|task| task.name.as_str())
     }
 
-    /// A hash of all texts and of the values of all params, as 16 hexadecimal digits. It does not depend on where the files lie.
+    /// Returns the SHA-256 of all texts and of the values of all params, its first 32 hexadecimal digits. It does not depend on the paths of the files.
     pub fn digest(&self) -> String {
         self.0.rules.digest()
     }

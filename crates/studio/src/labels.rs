@@ -152,8 +152,8 @@ fn provenance(text: &str) -> BTreeMap<String, (bool, String, String)> {
 
 fn version(text: &str) -> String {
     let mut digest = Digest::default();
-    digest.text(text);
-    digest.shown()
+    digest.bytes(text.as_bytes());
+    digest.finish()
 }
 
 /// Writes the labels of a recording in the place of version `base`; no lines are no file. The caller sees to it that nobody else of this program saves at the

@@ -28,7 +28,7 @@ class Job:
     >>> one = fleet.Job(rules=["examples/hold.rules"], params={"hold_time": "200 ms"})
     >>> other = fleet.Job(rules=["examples/hold.rules"])
     >>> one.digest == other.digest, len(one.digest)
-    (False, 16)
+    (False, 32)
     """
 
     def __init__(
@@ -73,8 +73,8 @@ class Job:
         digest = hashlib.sha256(json.dumps([__version__, self._named_rules, self._single, sorted(self.params.items())]).encode())
         for name, content in sorted(self._files.items()):
             digest.update(f"\0{name}\0{len(content)}\0".encode() + content)
-        self.digest = digest.hexdigest()[:16]
-        """A hash of all files, params and the version: the name of its results."""
+        self.digest = digest.hexdigest()[:32]
+        """The SHA-256 of all files, params and the version, its first 32 hexadecimal digits: the name of the results."""
 
     def describe(self) -> str:
         """What stands beside the results: JSON."""

@@ -141,7 +141,7 @@ def _identity(path: str) -> str:
         except OSError:
             continue
         facts.append((os.path.basename(file), stat.st_size, stat.st_mtime_ns))
-    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:32]
 
 
 def _remote(url: str, binding: str | None, options: Mapping[str, Any] | None) -> Iterable[Recording]:
@@ -189,7 +189,7 @@ def _fact(found: Mapping[str, Mapping[str, Any]]) -> str:
     for path, info in sorted(found.items()):
         version = info.get("ETag") or info.get("etag") or info.get("mtime") or info.get("LastModified") or ""
         facts.append((os.path.basename(path), info.get("size"), str(version)))
-    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:32]
 
 
 def _chosen(choice: str, episodes: range) -> Iterable[int]:

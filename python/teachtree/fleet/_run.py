@@ -94,7 +94,7 @@ def _commit(store: Store, name: str, job: Job, parts: Mapping[str, list[pyarrow.
     for table, tables in parts.items():
         content = as_parquet(pyarrow.concat_tables(tables) if tables else SCHEMAS[table].empty_table())
         # By its content: of two attempts at a shard with unlike results, each has its own, and the manifest says whose is valid.
-        files[table] = f"{_shard_of(name)}-{hashlib.sha256(content).hexdigest()[:16]}.parquet"
+        files[table] = f"{_shard_of(name)}-{hashlib.sha256(content).hexdigest()[:32]}.parquet"
         store.write(f"{table}/{files[table]}", content)
     # Last: with it, the shard is done.
     done_at = datetime.now(UTC)

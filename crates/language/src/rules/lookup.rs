@@ -126,16 +126,16 @@ impl Rules {
         }
     }
 
-    /// A stable hash of all texts and of all values of params, as 16 hexadecimal digits (FNV-1a, 64 bits).
-    ///
-    /// It does not depend on where the files lie.
+    /// Returns the digest of all texts and of the values of all params. It does not depend on the paths of the files.
     pub fn digest(&self) -> String {
         let mut digest = Digest::default();
-        self.sources.files.iter().for_each(|source| digest.text(&source.text));
+        digest.count(self.sources.files.len());
+        self.sources.files.iter().for_each(|source| digest.field(&source.text));
         for param in &self.params {
-            digest.add(param.name.bytes().chain(param.value.to_bits().to_le_bytes()));
+            digest.field(&param.name);
+            digest.bytes(&param.value.to_bits().to_le_bytes());
         }
-        digest.shown()
+        digest.finish()
     }
 }
 
