@@ -90,7 +90,7 @@ pub fn zarr(data: &[u8]) {
 }
 
 /// A recording, and what live rules need to know of it.
-struct Plain {
+struct LiveInputs {
     titles: Vec<String>,
     rows: Vec<Vec<f64>>,
     scene: Scene,
@@ -98,7 +98,7 @@ struct Plain {
     calibration: Calibration,
 }
 
-static PLAIN: LazyLock<Plain> = LazyLock::new(|| {
+static PLAIN: LazyLock<LiveInputs> = LazyLock::new(|| {
     let folder: PathBuf = repository().join("tests/fixtures/logs");
     let text = std::fs::read_to_string(folder.join("steady_grip.csv")).expect("a fixture");
     let mut lines = text.lines();
@@ -108,7 +108,7 @@ static PLAIN: LazyLock<Plain> = LazyLock::new(|| {
     let log = Log::options().scene(&scene).open(folder.join("steady_grip.csv")).expect("a log");
     let rules = Rules::for_log(&log).expect("rules");
     let calibration = Calibration::of(&log, &rules).expect("a calibration");
-    Plain { titles, rows: lines.map(row).collect(), scene: Scene::open(scene).expect("a scene"), rules, calibration }
+    LiveInputs { titles, rows: lines.map(row).collect(), scene: Scene::open(scene).expect("a scene"), rules, calibration }
 });
 
 /// Pushes rows until one is refused.

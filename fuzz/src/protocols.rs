@@ -9,7 +9,7 @@ use teachtree_logs::foxglove::{ClientMessage, ServerMessage, message_data};
 use teachtree_serve::{Page, Server};
 use teachtree_logs::read::memory_table::InMemoryTable;
 use teachtree_studio::Studio;
-use teachtree_teaching::{self as teaching, Shown};
+use teachtree_teaching::{self as teaching, TeachingPage};
 use teachtree_world::shipped;
 use teachtree::{LogOptions, RulesOptions};
 
@@ -37,13 +37,13 @@ pub fn foxglove(data: &[u8]) {
 }
 
 /// A page that is served.
-struct Served {
+struct FuzzServer {
     /// `127.0.0.1:PORT`.
     host: String,
     token: String,
 }
 
-impl Served {
+impl FuzzServer {
     fn begin<P: Page>(page: Arc<P>) -> Self {
         let server = Server::new(0).expect("a port");
         let address = server.address();
@@ -84,7 +84,7 @@ impl Served {
 
 /// Requests for the studio.
 pub fn studio(data: &[u8]) {
-    static STUDIO: LazyLock<Served> = LazyLock::new(|| {
+    static STUDIO: LazyLock<FuzzServer> = LazyLock::new(|| {
         let fixtures = repository().join("tests/fixtures/logs");
         let copy = |from: &str, to: &str| file(to, &std::fs::read(fixtures.join(from)).expect("a fixture"));
         copy("box.yaml", "steady_grip.scene.yaml");
@@ -97,7 +97,7 @@ pub fn studio(data: &[u8]) {
             against: None,
             who: "fuzz".into(),
         });
-        Served::begin(Arc::new(studio.expect("a studio")))
+        FuzzServer::begin(Arc::new(studio.expect("a studio")))
     });
     let answer = STUDIO.ask(data, b"");
     assert!(!answer.starts_with(b"HTTP/1.1 500"), "{}", String::from_utf8_lossy(&answer));
@@ -105,7 +105,7 @@ pub fn studio(data: &[u8]) {
 
 /// Messages for teaching by hand, one a line: the beginning of each text frame of a WebSocket is put before it.
 pub fn teaching(data: &[u8]) {
-    static TEACHING: LazyLock<Served> = LazyLock::new(|| {
+    static TEACHING: LazyLock<FuzzServer> = LazyLock::new(|| {
         let options = teaching::Options {
             scene: shipped::scene("push").expect("a scene"),
             name: "fuzz".into(),
@@ -116,7 +116,7 @@ pub fn teaching(data: &[u8]) {
             perform: Box::new(|_, _| Err("nothing is performed".into())),
         };
         let (teaching, _) = teaching::begin(options).expect("a scene at rest");
-        Served::begin(Arc::new(Shown(teaching)))
+        FuzzServer::begin(Arc::new(TeachingPage(teaching)))
     });
     const MASK: [u8; 4] = [1, 2, 3, 4];
     let mut frames = Vec::new();

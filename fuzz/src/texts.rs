@@ -78,15 +78,15 @@ pub fn scene(data: &[u8]) {
 /// An operator: the first half second of the demonstration.
 pub fn operator(data: &[u8]) {
     static SCENE: LazyLock<Scene> = LazyLock::new(|| shipped::scene("pick_and_place").expect("a scene"));
-    struct Enough;
+    struct StopSignal;
     let Ok(text) = std::str::from_utf8(data) else { return };
     let Ok(operator) = Operator::read(text, "fuzz.operator.yaml") else { return };
     // Unwinding without a panic is the only way out of the demonstration.
     let taught = catch_unwind(AssertUnwindSafe(|| {
-        let _ = teach_with_progress(&SCENE, &operator, 1, &mut |_| resume_unwind(Box::new(Enough)));
+        let _ = teach_with_progress(&SCENE, &operator, 1, &mut |_| resume_unwind(Box::new(StopSignal)));
     }));
     if let Err(why) = taught
-        && !why.is::<Enough>()
+        && !why.is::<StopSignal>()
     {
         resume_unwind(why);
     }

@@ -115,20 +115,20 @@ pub fn stream_of(table: &Bound<'_, PyAny>) -> PyResult<RecordBatchStreamReader> 
 }
 
 /// A column that cannot be taken.
-pub struct Refused {
+pub struct ColumnError {
     pub column: String,
     pub message: String,
     pub help: Option<&'static str>,
 }
 
-impl Refused {
+impl ColumnError {
     fn new(column: &str, message: impl Into<String>, help: &'static str) -> Self {
         Self { column: column.into(), message: message.into(), help: Some(help) }
     }
 }
 
 /// What is collected of a field, batch by batch.
-enum Taken {
+enum FieldBuffer {
     Numbers(Vec<f64>),
     /// The doubles of the only batch so far, where they are: none is null.
     Whole(Float64Array),
@@ -143,34 +143,34 @@ enum Taken {
 ///
 /// # Errors
 /// When the stream fails, a list changes its length, or `units` names a column that there is none of.
-pub fn columns(stream: RecordBatchStreamReader, units: &BTreeMap<String, String>) -> Result<Vec<Column>, Refused> {
+pub fn columns(stream: RecordBatchStreamReader, units: &BTreeMap<String, String>) -> Result<Vec<Column>, ColumnError> {
     let schema = stream.schema();
     if let Some(unknown) = units.keys().find(|name| schema.field_with_name(name).is_err()) {
-        return Err(Refused::new(unknown, "the table has no such column", "name columns of the table in `units`"));
+        return Err(ColumnError::new(unknown, "the table has no such column", "name columns of the table in `units`"));
     }
-    let mut taken: Vec<Taken> = schema.fields().iter().map(|field| kind(field.data_type())).collect();
+    let mut taken: Vec<FieldBuffer> = schema.fields().iter().map(|field| kind(field.data_type())).collect();
     let mut rows = 0;
     for batch in stream {
         let batch = batch.map_err(|error| {
-            Refused::new("", format!("the Arrow stream cannot be read: {error}"), "read the table anew")
+            ColumnError::new("", format!("the Arrow stream cannot be read: {error}"), "read the table anew")
         })?;
         for ((taken, array), field) in taken.iter_mut().zip(batch.columns()).zip(schema.fields()) {
             match taken {
-                Taken::Numbers(all) if all.is_empty() && rows == 0 && is_whole(array) => {
-                    *taken = Taken::Whole(array.as_primitive::<Float64Type>().clone());
+                FieldBuffer::Numbers(all) if all.is_empty() && rows == 0 && is_whole(array) => {
+                    *taken = FieldBuffer::Whole(array.as_primitive::<Float64Type>().clone());
                 }
-                Taken::Whole(first) => {
+                FieldBuffer::Whole(first) => {
                     let mut all = first.values().to_vec();
                     numbers(array, &mut all);
-                    *taken = Taken::Numbers(all);
+                    *taken = FieldBuffer::Numbers(all);
                 }
-                Taken::Numbers(all) => numbers(array, all),
-                Taken::Texts(all) => texts(array, all),
-                Taken::Lists(all) => lists(array, all, rows).map_err(|(found, expected)| {
+                FieldBuffer::Numbers(all) => numbers(array, all),
+                FieldBuffer::Texts(all) => texts(array, all),
+                FieldBuffer::Lists(all) => lists(array, all, rows).map_err(|(found, expected)| {
                     let message = format!("found a list of {found} numbers after lists of {expected}");
-                    Refused::new(field.name(), message, "leave the column out, or make its lists equally long")
+                    ColumnError::new(field.name(), message, "leave the column out, or make its lists equally long")
                 })?,
-                Taken::Nothing => {}
+                FieldBuffer::Nothing => {}
             }
         }
         rows += batch.num_rows();
@@ -182,14 +182,14 @@ pub fn columns(stream: RecordBatchStreamReader, units: &BTreeMap<String, String>
         let is_time = matches!(field.data_type(), DataType::Timestamp(..) | DataType::Duration(_));
         let unit = units.get(name).map_or(if is_time { "s" } else { "" }, String::as_str);
         match taken {
-            Taken::Numbers(values) => columns.push(Column::new(name, unit, values)),
-            Taken::Whole(values) => columns.push(Column::shared(name, unit, Arc::new(Doubles(values)))),
-            Taken::Texts(values) => columns.push(Column::texts(name, values)),
-            Taken::Lists(places) => {
+            FieldBuffer::Numbers(values) => columns.push(Column::new(name, unit, values)),
+            FieldBuffer::Whole(values) => columns.push(Column::shared(name, unit, Arc::new(Doubles(values)))),
+            FieldBuffer::Texts(values) => columns.push(Column::texts(name, values)),
+            FieldBuffer::Lists(places) => {
                 let named = places.into_iter().enumerate();
                 columns.extend(named.map(|(at, values)| Column::new(format!("{name}[{at}]"), unit, values)));
             }
-            Taken::Nothing => {}
+            FieldBuffer::Nothing => {}
         }
     }
     Ok(columns)
@@ -209,19 +209,23 @@ fn is_whole(array: &ArrayRef) -> bool {
     *array.data_type() == DataType::Float64 && array.null_count() == 0
 }
 
-fn kind(of: &DataType) -> Taken {
+fn kind(of: &DataType) -> FieldBuffer {
     match of {
-        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => Taken::Texts(Vec::new()),
+        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => FieldBuffer::Texts(Vec::new()),
         DataType::Dictionary(_, values) => kind(values),
         DataType::List(field) | DataType::LargeList(field) | DataType::FixedSizeList(field, _) => {
-            if matches!(kind(field.data_type()), Taken::Numbers(_)) { Taken::Lists(Vec::new()) } else { Taken::Nothing }
+            if matches!(kind(field.data_type()), FieldBuffer::Numbers(_)) {
+                FieldBuffer::Lists(Vec::new())
+            } else {
+                FieldBuffer::Nothing
+            }
         }
         // A column of nulls was never measured.
         DataType::Boolean | DataType::Timestamp(..) | DataType::Duration(_) | DataType::Null => {
-            Taken::Numbers(Vec::new())
+            FieldBuffer::Numbers(Vec::new())
         }
-        numeric if numeric.is_numeric() => Taken::Numbers(Vec::new()),
-        _ => Taken::Nothing,
+        numeric if numeric.is_numeric() => FieldBuffer::Numbers(Vec::new()),
+        _ => FieldBuffer::Nothing,
     }
 }
 

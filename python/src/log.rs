@@ -14,13 +14,13 @@ pub struct Log(pub teachtree::Log);
 
 /// What a scene is given by.
 #[derive(Default)]
-struct Given {
+struct LogInputs {
     binding: Option<PathBuf>,
     scene: Option<PathBuf>,
     text: Option<String>,
 }
 
-impl Given {
+impl LogInputs {
     fn options(&self) -> LogOptions {
         let options = self.binding.iter().fold(teachtree::Log::options(), |options, path| options.binding(path));
         self.scene.iter().fold(options, |options, path| options.scene(path))
@@ -38,7 +38,7 @@ impl Log {
     #[staticmethod]
     #[pyo3(signature = (path, binding=None, scene=None))]
     fn open(py: Python<'_>, path: PathBuf, binding: Option<PathBuf>, scene: Option<PathBuf>) -> PyResult<Self> {
-        let given = Given { binding, scene, text: None };
+        let given = LogInputs { binding, scene, text: None };
         released(py, move || given.options().open(path))?.map(Self).map_err(|error| to_python(py, &error))
     }
 
@@ -60,7 +60,7 @@ impl Log {
                 Err(_) => Column::texts(title, values.extract::<Vec<String>>()?),
             });
         }
-        let given = Given { binding, scene, text: scene_text };
+        let given = LogInputs { binding, scene, text: scene_text };
         released(py, move || given.of_columns(name, taken))?.map(Self).map_err(|error| to_python(py, &error))
     }
 
@@ -77,15 +77,15 @@ impl Log {
         scene_text: Option<String>,
     ) -> PyResult<Self> {
         let stream = arrow::stream_of(table)?;
-        let given = Given { binding, scene, text: scene_text };
+        let given = LogInputs { binding, scene, text: scene_text };
         let place = name.clone();
         let made = released(py, move || {
             let columns = arrow::columns(stream, &units)?;
-            Ok::<_, arrow::Refused>(given.of_columns(name, columns))
+            Ok::<_, arrow::ColumnError>(given.of_columns(name, columns))
         })?;
         match made {
             Ok(log) => log.map(Self).map_err(|error| to_python(py, &error)),
-            Err(arrow::Refused { column, message, help }) => {
+            Err(arrow::ColumnError { column, message, help }) => {
                 let place = if column.is_empty() { place } else { format!("{place} column {column}") };
                 Err(raised(py, "format", &place, &message, help))
             }

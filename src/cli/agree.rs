@@ -117,11 +117,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match (args.min_kappa, found) {
         (Some(least), Some(found)) if found < least => {
             output::complain(&format!("FAILED   kappa of primitives is {found:.3}, expected at least {least}"));
-            Err(Failure::No)
+            Err(Failure::Negative)
         }
         (Some(least), None) => {
             output::complain(&format!("FAILED   kappa of primitives is not known, expected at least {least}"));
-            Err(Failure::No)
+            Err(Failure::Negative)
         }
         _ => Ok(()),
     }

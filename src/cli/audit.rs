@@ -165,7 +165,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let fails = |(_, facts): &(String, Facts)| {
         facts.findings.iter().any(|finding| args.fail_on.iter().any(|kind| kind.kind() == finding.kind))
     };
-    if recordings.iter().any(fails) { Err(Failure::No) } else { Ok(()) }
+    if recordings.iter().any(fails) { Err(Failure::Negative) } else { Ok(()) }
 }
 
 /// Why a recording is not audited.

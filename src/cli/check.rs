@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Err(error) if args.format == Format::Text => failures.push(error.into()),
             Err(error) => {
                 findings.push(of_other(&error, args.format));
-                failures.push(Failure::No);
+                failures.push(Failure::Negative);
             }
         }
     }
@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 findings.push(found);
             }
         }
-        failures.extend(loaded.rules.is_none().then_some(Failure::No));
+        failures.extend(loaded.rules.is_none().then_some(Failure::Negative));
     }
     match args.format {
         Format::Text => {}
@@ -172,7 +172,7 @@ fn report(loaded: &LoadedRules) -> Result<(), Failure> {
         out.push_str(&cost(rules)?);
     }
     output::print(&out)?;
-    if errors > 0 || loaded.rules.is_none() { Err(Failure::No) } else { Ok(()) }
+    if errors > 0 || loaded.rules.is_none() { Err(Failure::Negative) } else { Ok(()) }
 }
 
 /// Prints the page of a code.

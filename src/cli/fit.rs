@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None
     };
     print_fit(args, &logs, &runner.rules, &fitted, found.as_ref())?;
-    if found.is_some() { Ok(()) } else { Err(Failure::No) }
+    if found.is_some() { Ok(()) } else { Err(Failure::Negative) }
 }
 
 /// A recording that was opened, with the rules that read it.

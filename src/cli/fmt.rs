@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::print(&format!("{} {file}\n", if args.check { "would change" } else { "changed" }))?;
     }
     Failure::all(failures)?;
-    if args.check && !changed.is_empty() { Err(Failure::No) } else { Ok(()) }
+    if args.check && !changed.is_empty() { Err(Failure::Negative) } else { Ok(()) }
 }
 
 fn read(file: &Path) -> Result<String, InputError> {

@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match serve(std::io::stdin(), std::io::stdout().lock(), settings, super::inputs::wrong) {
         Ok(true) => Ok(()),
         // The editor went without a word.
-        Ok(false) => Err(Failure::No),
+        Ok(false) => Err(Failure::Negative),
         Err(error) => Err(InputError::new("the editor", format!("cannot be written to: {error}")).into()),
     }
 }

@@ -115,7 +115,7 @@ enum Command {
 #[derive(PartialEq)]
 enum Failure {
     /// The answer is no; it has been printed.
-    No,
+    Negative,
     /// The input cannot be used.
     Input(InputError),
     /// The input cannot be used, and the whole text of why is here.
@@ -166,14 +166,14 @@ impl Failure {
     /// Prints the failure and returns the exit status.
     fn report(&self) -> u8 {
         match self {
-            Self::No => return 1,
+            Self::Negative => return 1,
             Self::Input(error) => output::complain(&format!("error: {error}")),
             Self::Text(text) => output::complain(text.strip_suffix('\n').unwrap_or(text)),
             Self::Several(failures) | Self::Partial(failures) => {
                 parallel::texts(failures)
                     .iter()
                     .for_each(|text| output::complain(text.strip_suffix('\n').unwrap_or(text)));
-                let answers = failures.iter().all(|failure| matches!(failure, Self::No));
+                let answers = failures.iter().all(|failure| matches!(failure, Self::Negative));
                 return match self {
                     Self::Partial(_) => PARTIAL,
                     _ if answers => 1,

@@ -96,7 +96,7 @@ pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
         }
     }
     output::print(&printed)?;
-    if proof.is_proved() { Ok(()) } else { Err(Failure::No) }
+    if proof.is_proved() { Ok(()) } else { Err(Failure::Negative) }
 }
 
 /// Formats the result of a proof and the hand file that it holds for.

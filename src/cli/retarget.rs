@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "no task was found with an object that fingers touch: nothing is commanded, and nothing written\n",
         )?;
         output::print(&without_shape(&opened.recording.scene))?;
-        return Err(Failure::No);
+        return Err(Failure::Negative);
     }
     // Jaws are not asked for more than they give; the missing force is reported.
     let too_hard = too_hard(&commands, &robot);
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::print(&summary(&commands))?;
         output::print(&refused(&error))?;
         output::print("nothing is written: the commands are invalid\n")?;
-        return Err(Failure::No);
+        return Err(Failure::Negative);
     }
     let text = match args.format {
         Format::Json => commands.json()?,
@@ -88,12 +88,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&format!("written: {}\n", args.out.display()))?;
     if commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some()) {
         output::print("  with a grasp that the hand cannot take; the rest is sound, but `simulate` refuses it\n")?;
-        return Err(Failure::No);
+        return Err(Failure::Negative);
     }
     if let Err(error) = robot::validate(&commands, &robot, &opened.recording.scene) {
         output::print(&refused(&error))?;
         output::print("  `simulate` refuses these commands for this robot and scene\n")?;
-        return Err(Failure::No);
+        return Err(Failure::Negative);
     }
     Ok(())
 }

@@ -121,7 +121,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let missed = scores.first().map_or_else(Vec::new, |score| args.missed(score));
     missed.iter().for_each(|missed| output::complain(missed));
     Failure::some(failures, done)?;
-    if missed.is_empty() { Ok(()) } else { Err(Failure::No) }
+    if missed.is_empty() { Ok(()) } else { Err(Failure::Negative) }
 }
 
 impl Args {

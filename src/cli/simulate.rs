@@ -157,7 +157,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let infeasible = format_infeasible(&commands);
     if !infeasible.is_empty() {
         output::print(&infeasible)?;
-        return Err(Failure::No);
+        return Err(Failure::Negative);
     }
     let wanted = args.trajectory.is_some() || args.goals.is_some();
     let joints = wanted.then(|| trajectory(&commands, &robot, &scene, present.as_ref())).transpose();
@@ -207,14 +207,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             &collisions,
             duration,
         ))?;
-        return if fails { Err(Failure::No) } else { Ok(()) };
+        return if fails { Err(Failure::Negative) } else { Ok(()) };
     }
     if let (Some(again), Some(recognized)) = (&again, &recognized) {
         output::print(&format_recognized(&commands, recognized, again))?;
     }
     output::print(&format_clearance(nearest.as_ref(), &collisions))?;
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
-    if fails { Err(Failure::No) } else { Ok(()) }
+    if fails { Err(Failure::Negative) } else { Ok(()) }
 }
 
 /// What rules find in the recording of the robot.

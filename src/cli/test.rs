@@ -207,7 +207,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     Failure::all(failures)?;
-    if unmet > 0 || !enough { Err(Failure::No) } else { Ok(()) }
+    if unmet > 0 || !enough { Err(Failure::Negative) } else { Ok(()) }
 }
 
 /// The expectation files that are named, and those in folders and below.

@@ -33,10 +33,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("similar", &["crates/session/src/patch.rs"]),
     ("httparse", &["crates/serve/src/http.rs"]),
     ("getrandom", &["crates/serve/src/server.rs"]),
-    (
-        "rustls",
-        &["crates/serve/src/duplex_stream.rs", "crates/serve/src/duplex_stream/", "crates/serve/src/certificate.rs"],
-    ),
+    ("rustls", &["crates/serve/src/tls.rs", "crates/serve/src/certificate.rs"]),
     ("rcgen", &["crates/serve/src/certificate.rs"]),
     ("ring", &["crates/serve/src/certificate.rs"]),
     ("sha2", &["crates/base/src/digest.rs"]),

@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A connection with one reader and any number of writers; what is written at once stays together. Clones share it.
 #[derive(Clone)]
-pub struct DuplexStream(Arc<Ends>);
+pub struct DuplexStream(Arc<Inner>);
 
-struct Ends {
+struct Inner {
     tcp: TcpStream,
     /// Held while something is written.
     writing: Mutex<()>,
@@ -37,12 +37,12 @@ pub trait Cipher: Send + Sync {
 impl DuplexStream {
     /// Takes a connection over, without TLS.
     pub fn new(tcp: TcpStream) -> Self {
-        Self(Arc::new(Ends { tcp, writing: Mutex::default(), cipher: None }))
+        Self(Arc::new(Inner { tcp, writing: Mutex::default(), cipher: None }))
     }
 
     /// Takes over a connection whose bytes `cipher` encrypts. The handshake is part of the first read.
     pub fn encrypted(tcp: TcpStream, cipher: Box<dyn Cipher>) -> Self {
-        Self(Arc::new(Ends { tcp, writing: Mutex::default(), cipher: Some(cipher) }))
+        Self(Arc::new(Inner { tcp, writing: Mutex::default(), cipher: Some(cipher) }))
     }
 
     /// The connection below, for its options.
@@ -78,7 +78,7 @@ impl DuplexStream {
     }
 }
 
-impl Ends {
+impl Inner {
     fn turn(&self) -> MutexGuard<'_, ()> {
         self.writing.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! and |f| never exceeds the ceiling. While a tip sticks, the damping that both directions have in common, min(C_n, C_t), is that of the body's
-//! velocity at the end of the step ([`super::moving`]): many tips on a light body damp it as they should, and never shake it.
+//! velocity at the end of the step ([`super::body_dynamics`]): many tips on a light body damp it as they should, and never shake it.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 

@@ -88,7 +88,7 @@ pub struct Trial {
     pub stress: Vec<bool>,
     /// Whether a peg-in-hole played backward is recognized as one.
     pub backwards: Option<bool>,
-    pub additive: Option<Additive>,
+    pub additive: Option<BaseRulesResult>,
     /// The coordination of two hands, with all channels; `None` for a scene with one hand.
     pub both: Option<Coordination>,
     /// Messages of recordings that the rules refused.
@@ -103,7 +103,7 @@ pub struct TruthComparison {
 }
 
 /// The result of the base rules alone.
-pub struct Additive {
+pub struct BaseRulesResult {
     /// None of the primitives that the base rules lack occurs.
     pub apart: bool,
     /// The results agree: frame by frame if `apart`, otherwise in their tasks.
@@ -216,7 +216,7 @@ fn additive(
     recording: &Recording,
     said: &RuleRun,
     truth: &[TaskPair],
-) -> Result<Option<Additive>, InputError> {
+) -> Result<Option<BaseRulesResult>, InputError> {
     let all = &rules.shipped.rules;
     let of_base: BTreeSet<&str> = rules.base.rules.primitives.iter().map(|primitive| primitive.name.as_str()).collect();
     let labels = said.leaves.iter().flat_map(|leaves| leaves.hands.values().flatten()).filter_map(|run| run.label);
@@ -228,7 +228,7 @@ fn additive(
     let base = rules.base.over(recording)?;
     let tracks = || said.analysis.tracks.iter().zip(&base.analysis.tracks);
     let same = if apart { tracks().all(|(one, other)| frame_for_frame(one, other)) } else { tracks().all(same_tasks) };
-    Ok(Some(Additive { apart, same: same && said.analysis.tracks.len() == base.analysis.tracks.len() }))
+    Ok(Some(BaseRulesResult { apart, same: same && said.analysis.tracks.len() == base.analysis.tracks.len() }))
 }
 
 fn frame_for_frame(one: &Track, other: &Track) -> bool {

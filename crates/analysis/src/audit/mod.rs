@@ -37,6 +37,7 @@ pub enum FindingKind {
     /// Its steps are in another order than those of most.
     OutOfOrder,
     /// It has other steps than most, or takes much longer or shorter.
+    #[serde(rename = "unlike")]
     Outlier,
 }
 

@@ -3,9 +3,9 @@
 //!
 //! INVARIANTS: each file is read once; no file outside the folder of the one that uses it is touched; size, count and depth are bounded.
 
-mod shipped;
+mod shipped_rules;
 
-pub use shipped::{SHIPPED, shipped};
+pub use shipped_rules::{SHIPPED, shipped};
 
 use super::syntax::{self, ItemKind};
 use super::{codes, parse};

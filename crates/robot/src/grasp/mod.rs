@@ -11,7 +11,7 @@
 //! turned to the surface; what is violated costs its square, and what is out of reach costs its distance, so that the search has a slope
 //! everywhere. At the end all of it is checked on the exact shapes. A gripper, whose jaws have no manipulability, is mapped in closed form (`two_finger`).
 
-mod bimanual;
+mod bimanual_grasp;
 mod candidate;
 mod clearance;
 mod clearance_field;

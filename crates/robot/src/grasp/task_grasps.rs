@@ -3,7 +3,7 @@
 //! One pose is chosen for a grasp and carried along its trajectory. Whatever stands about the object when it is taken and when it is let go is
 //! in the way.
 
-use super::bimanual::{HandProblem, both};
+use super::bimanual_grasp::{HandProblem, grasp_pair};
 use super::candidate::{GraspCandidate, Reach};
 use super::grasp_planner::GraspPlanner;
 use super::hand_obstacles::{bodies, meeting};
@@ -133,7 +133,7 @@ fn give_way(
         let GraspContext { hand, planner, .. } = &holders[[first, second][which].0];
         HandProblem { hand, planner, request: &request[which], reach: &reach[which] }
     };
-    let [again, beside] = both([&one(0), &one(1)])?;
+    let [again, beside] = grasp_pair([&one(0), &one(1)])?;
     let [again, beside] = [(first, 0, again), (second, 1, beside)]
         .map(|((number, _), which, found)| holders[number].held(&request[which], &found));
     again.note(&mut tasks[first.0], first.1);

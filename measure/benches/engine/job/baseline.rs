@@ -53,7 +53,7 @@ const SLIPPING: u32 = 1 << 11;
 const DEBOUNCE: u8 = 20;
 
 /// The arithmetic types f32 and f64.
-pub trait Real:
+pub trait Float:
     Copy + Default + PartialOrd + From<f32> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 {
     /// Converts a constant.
@@ -62,7 +62,7 @@ pub trait Real:
     fn root(self) -> Self;
 }
 
-impl Real for f32 {
+impl Float for f32 {
     #[inline(always)]
     fn of(constant: f64) -> Self {
         constant as f32
@@ -73,7 +73,7 @@ impl Real for f32 {
     }
 }
 
-impl Real for f64 {
+impl Float for f64 {
     #[inline(always)]
     fn of(constant: f64) -> Self {
         constant
@@ -86,7 +86,7 @@ impl Real for f64 {
 
 /// Returns the square of a norm.
 #[inline(always)]
-pub fn square<T: Real>(x: T, y: T, z: T) -> T {
+pub fn square<T: Float>(x: T, y: T, z: T) -> T {
     x * x + y * y + z * z
 }
 
@@ -209,7 +209,7 @@ pub struct RowLoop<T> {
     tips: Option<[T; 15]>,
 }
 
-impl<T: Real> RowLoop<T> {
+impl<T: Float> RowLoop<T> {
     /// The state before the first frame.
     pub fn new() -> Self {
         Self { hysteresis: 0, debounced: Debouncer::default(), before: IDLE, tips: None }
@@ -283,7 +283,7 @@ pub fn append(runs: &mut Runs, label: u8) {
 }
 
 /// Labels all rows.
-pub fn in_rows<T: Real>(rows: &[[T; CHANNELS]]) -> Runs {
+pub fn in_rows<T: Float>(rows: &[[T; CHANNELS]]) -> Runs {
     let mut row_loop = RowLoop::new();
     let mut runs = Vec::new();
     for row in rows {
@@ -295,7 +295,7 @@ pub fn in_rows<T: Real>(rows: &[[T; CHANNELS]]) -> Runs {
 const BLOCK: usize = 512;
 
 /// Labels columns, one block at a time: stateless predicates as words of bits, then only the frames on which a predicate changes.
-pub fn in_blocks<T: Real>(columns: &[Vec<T>]) -> Runs {
+pub fn in_blocks<T: Float>(columns: &[Vec<T>]) -> Runs {
     let frames = columns[0].len();
     let (mut debounced, mut before, mut held, mut calm) = (Debouncer::default(), IDLE, 0_u32, false);
     let mut runs: Runs = Vec::new();

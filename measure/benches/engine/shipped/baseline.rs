@@ -6,7 +6,7 @@
 #![allow(clippy::needless_range_loop, reason = "plain loops over arrays of known length make the fastest code here")]
 
 use super::rows::Row;
-use crate::job::baseline::{Real, Runs, append, square};
+use crate::job::baseline::{Float, Runs, append, square};
 
 /// The primitives.
 pub const LABELS: [&str; 14] = [
@@ -99,7 +99,7 @@ struct HysteresisState {
 
 impl HysteresisState {
     #[inline(always)]
-    fn step<T: Real, const CONTACTS: usize>(&mut self, row: &Row<CONTACTS>) -> u32 {
+    fn step<T: Float, const CONTACTS: usize>(&mut self, row: &Row<CONTACTS>) -> u32 {
         let constant = |value: f64| T::of(value);
         let bit = |bit: u32, is: bool| if is { bit } else { 0 };
         let mut changed = 0;
@@ -383,7 +383,7 @@ impl LookAhead {
 }
 
 /// Labels all rows, with arithmetic in `T`.
-pub fn in_rows<T: Real, const CONTACTS: usize>(rows: &[Row<CONTACTS>]) -> Runs {
+pub fn in_rows<T: Float, const CONTACTS: usize>(rows: &[Row<CONTACTS>]) -> Runs {
     let Some(first) = rows.first() else { return Runs::new() };
     let mut senses = HysteresisState { kept: 0, target: first.target, loads: 0, along: 0 };
     let (mut bridges, mut memory) = (WindowCounters::default(), TreeState::START);

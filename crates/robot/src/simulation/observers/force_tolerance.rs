@@ -104,7 +104,7 @@ pub enum ChangeKind {
     /// The slip reflex raised the target force.
     Raised,
     /// The fingers exert less than commanded; the cause is not determined.
-    Less,
+    Shortfall,
 }
 
 impl Forces {
@@ -147,7 +147,7 @@ impl Forces {
             let kinds = [
                 (ChangeKind::Lowered, segment.grip.lowered(), CHANGED),
                 (ChangeKind::Raised, segment.raised(), CHANGED),
-                (ChangeKind::Less, segment.less(), LESS),
+                (ChangeKind::Shortfall, segment.less(), LESS),
             ];
             let changes = kinds.into_iter().filter(|(_, by, least)| by >= least);
             changes.map(|(kind, by, _)| GripChange { segment: self.name(segment), kind, by })
@@ -181,7 +181,7 @@ impl fmt::Display for GripChange {
                 write!(to, "grip lowered by {share:.0} % in {segment}: the hand may not press harder")
             }
             ChangeKind::Raised => write!(to, "grip raised by {share:.0} % in {segment}: fingers were about to slip"),
-            ChangeKind::Less => write!(to, "fingers exert {share:.0} % less than commanded in {segment}"),
+            ChangeKind::Shortfall => write!(to, "fingers exert {share:.0} % less than commanded in {segment}"),
         }
     }
 }

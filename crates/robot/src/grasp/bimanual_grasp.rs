@@ -28,7 +28,7 @@ pub(crate) struct HandProblem<'a> {
 }
 
 /// Grasps of two hands that leave room for each other.
-pub(crate) fn both([one, other]: [&HandProblem<'_>; 2]) -> Option<[GraspCandidate; 2]> {
+pub(crate) fn grasp_pair([one, other]: [&HandProblem<'_>; 2]) -> Option<[GraspCandidate; 2]> {
     let (of_one, of_other) = (one.planner.candidates(one.request).ok()?, other.planner.candidates(other.request).ok()?);
     let mut pairs: Vec<(f64, Isometry3<f64>, Isometry3<f64>)> = Vec::new();
     for first in &of_one {
