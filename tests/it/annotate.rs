@@ -1,7 +1,8 @@
 //! Labels written into copies of data sets: the right words on each frame, everything else as it was, whole or not at all.
 
 use crate::program::{all_said, complained, program, said, teachtree_in};
-use crate::sets::{copy, with_set};
+use crate::sets::with_set;
+use crate::shared::folders::{all_files, copy};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use serde_json::{Value, json};
@@ -113,10 +114,10 @@ fn everything_else_is_as_it_was() {
     std::fs::create_dir_all(set.join("videos/front/chunk-000")).unwrap();
     std::fs::write(set.join("videos/front/chunk-000/file-000.mp4"), vec![7; 200_000]).unwrap();
     std::fs::write(set.join("empty"), "").unwrap();
-    let before = crate::annotate::all_files(&set);
+    let before = all_files(&set);
     assert!(annotate(folder.path(), "set", "labeled", &["-q"]).status.success());
-    assert_eq!(crate::annotate::all_files(&set), before);
-    let after = crate::annotate::all_files(&labeled);
+    assert_eq!(all_files(&set), before);
+    let after = all_files(&labeled);
     assert_eq!(before.keys().collect::<Vec<_>>(), after.keys().collect::<Vec<_>>());
     for (name, bytes) in &before {
         if !name.starts_with("data") && name != Path::new("meta/info.json") {
@@ -140,24 +141,7 @@ fn everything_else_is_as_it_was() {
     assert_eq!(said["rules"][0]["digest"].as_str().unwrap().len(), 32);
     // The same set gives the same bytes.
     assert!(annotate(folder.path(), "set", "again", &["--jobs", "1"]).status.success());
-    assert_eq!(crate::annotate::all_files(&folder.path().join("again")), after);
-}
-
-/// The files of a folder with their bytes.
-pub fn all_files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(path) = open.pop() {
-        for entry in std::fs::read_dir(&path).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                all.insert(path.strip_prefix(folder).unwrap().into(), std::fs::read(&path).unwrap());
-            }
-        }
-    }
-    all
+    assert_eq!(all_files(&folder.path().join("again")), after);
 }
 
 #[test]
@@ -452,30 +436,4 @@ fn what_is_no_whole_set_and_a_folder_that_is_not_there_are_named() {
         assert_eq!(refused.status.code(), Some(2));
         assert!(complained(&refused).contains(message), "{}", complained(&refused));
     }
-}
-
-/// What another program puts at the place of a copy while it is being made stays.
-#[test]
-fn a_place_that_is_taken_meanwhile_is_not_replaced() {
-    use teachtree_logs::atomic_write::Folder;
-    let place = tempfile::tempdir().unwrap();
-    let target = place.path().join("copy");
-    let made = || {
-        let folder = Folder::new(&target).unwrap();
-        std::fs::write(folder.path().join("file"), "ours").unwrap();
-        std::fs::create_dir(&target).unwrap();
-        folder
-    };
-    for error in [made().commit().unwrap_err(), {
-        std::fs::remove_dir(&target).unwrap();
-        made().commit_file(Path::new("file")).unwrap_err()
-    }] {
-        assert!(error.message.contains("another program has taken this name meanwhile"), "{error}");
-        assert!(std::fs::read_dir(&target).unwrap().next().is_none());
-    }
-    std::fs::remove_dir(&target).unwrap();
-    let folder = Folder::new(&target).unwrap();
-    std::fs::write(folder.path().join("file"), "ours").unwrap();
-    folder.commit_file(Path::new("file")).unwrap();
-    assert_eq!(std::fs::read_to_string(&target).unwrap(), "ours");
 }

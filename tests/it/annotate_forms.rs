@@ -1,8 +1,9 @@
 //! Labels of LeRobot sets in the forms that older and other programs read: `subtask_index`, stages of SARM, annotations of GR00T, a file for people.
 
-use crate::annotate::{all_files, annotate, expected, frames, info, words};
+use crate::annotate::{annotate, expected, frames, info, words};
 use crate::program::{all_said, complained, said};
-use crate::sets::{copy, with_set};
+use crate::sets::with_set;
+use crate::shared::folders::{all_files, copy};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use serde_json::{Value, json};
 use std::fs::File;

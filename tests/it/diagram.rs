@@ -1,15 +1,9 @@
-//! `graph`: trees and transitions as diagrams, what is marked in them, and that an arrow which is missing never occurs.
+//! `graph`: trees and transitions as diagrams, and what is marked in them.
 
-use crate::engine::random;
 use crate::program::{all_said, said, teachtree, teachtree_in};
-use proptest::prelude::*;
 use roxmltree::Document;
 use std::path::Path;
 use std::process::Output;
-use teachtree_engine::evaluator::evaluate;
-use teachtree_language::graph::lower;
-use teachtree_language::graph::transitions::{NONE, SEPARATE, transitions};
-use teachtree_language::rules::TreeScope;
 
 /// A lid: open leads only to Close, a leaf that can never be, and characters that every form has a meaning of its own for.
 const LID: &str = r#"
@@ -175,46 +169,10 @@ fn what_cannot_be_drawn_is_said() {
     }
 }
 
-proptest! {
-    // PROPTEST_CASES asks for more than the usual 256.
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-
-    /// Whatever follows whatever in a recording, there is an arrow for it.
-    #[test]
-    fn a_missing_arrow_never_occurs(seed in any::<u64>(), depth in 1_u32..4) {
-        let (rules, frames) = random::case(seed, depth);
-        let all = transitions(&rules);
-        for stretch in evaluate(&lower(&rules), &frames).unwrap() {
-            let hands = stretch.hands.values().map(|runs| (TreeScope::EachHand, runs));
-            for (scope, runs) in hands.chain([(TreeScope::BothHands, &stretch.both)]) {
-                let Some(of) = all.iter().find(|of| of.scope == scope) else { continue };
-                let name = |label: Option<_>| label.map_or(SEPARATE.to_string(), |label| rules.label_name(label));
-                let mut before = NONE.to_string();
-                for run in runs {
-                    let leaf = name(run.label);
-                    let at = |name: &str| of.leaves.iter().position(|leaf| leaf == name);
-                    let ends = at(&before).zip(at(&leaf));
-                    prop_assert!(ends.is_some_and(|ends| of.arrows.contains_key(&ends)), "{before} to {leaf} of {}", of.tree);
-                    before = leaf;
-                }
-            }
-        }
-    }
-}
-
 #[test]
 fn the_readme_of_graphs_shows_what_the_program_says() {
     let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/graph.md")).unwrap();
     let of_page = said(&on_lift(&["--at", "10.92s"]));
     let shown = page.split("```text\n").nth(1).and_then(|rest| rest.split("\n```").next()).unwrap();
     assert!(of_page.starts_with(shown), "docs/graph.md shows another text than\n{of_page}");
-}
-
-/// A hand may have nothing that its target touches: of no contacts all are anything, and none is.
-#[test]
-fn leaves_that_only_an_empty_array_gives_are_reached() {
-    let rules = "primitive A, B, C\ntree t for each hand {\n  not any(contacts.handled or true) => A\n  all(contacts.handled and false)     => B\n  else                                => C\n}\n";
-    let loaded = teachtree_language::load_text("test.rules", rules);
-    let rules = loaded.rules.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
-    assert_eq!(transitions(&rules)[0].never, Vec::<String>::new());
 }

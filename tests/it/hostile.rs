@@ -35,7 +35,7 @@ fn folder() -> tempfile::TempDir {
     std::fs::write(path("commands.json"), format!("{{\"schema\": {HOSTILE:?}}}")).unwrap();
     std::fs::write(path("robot.yaml"), format!("{HOSTILE:?}: 1\n")).unwrap();
     let set = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/formats/lerobot_v30");
-    crate::sets::copy(&set, &path(&format!("{HOSTILE}set")));
+    crate::shared::folders::copy(&set, &path(&format!("{HOSTILE}set")));
     std::fs::copy(set.with_file_name("lerobot_v30.binding.yaml"), path("set.yaml")).unwrap();
     std::fs::copy(set.with_file_name("arrays/robomimic.hdf5"), path(&format!("{HOSTILE}.hdf5"))).unwrap();
     std::fs::write(path("a.expect"), format!("log: {HOSTILE}.csv\n{HOSTILE}: 1\n")).unwrap();

@@ -3,7 +3,6 @@
 use crate::program::{complained, said, teachtree};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use teachtree_frames::bind::template::groups;
 
 /// A copy of the fixture log with these columns left out.
 fn log_without(folder: &Path, left_out: &str) -> PathBuf {
@@ -75,26 +74,6 @@ fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
     let output = teachtree(&["inspect", log.to_str().unwrap(), "--binding", skeleton.to_str().unwrap()]);
     assert!(said(&output).contains("nothing can be detected"), "{}", said(&output));
     assert!(said(&output).contains("the rules need `fingers.contact` of the right hand"), "{}", said(&output));
-}
-
-#[test]
-fn a_unit_at_the_end_of_a_name_is_read() {
-    let columns =
-        ["tip_x_mm", "tip_y_mm", "tip_z_mm", "yaw_deg", "comma"].map(|name| (name.into(), String::new(), false));
-    let patterns: Vec<String> = groups(&columns).into_iter().map(|group| group.pattern).collect();
-    assert_eq!(patterns, ["tip_<xyz>_mm [mm]", "yaw_deg [deg]", "comma"]);
-}
-
-#[test]
-fn columns_that_are_numbered_on_are_no_vector() {
-    let patterns = |names: &[&str]| -> Vec<String> {
-        let columns: Vec<_> = names.iter().map(|name| (name.to_string(), String::new(), false)).collect();
-        groups(&columns).into_iter().map(|group| group.pattern).collect()
-    };
-    assert_eq!(patterns(&["pos_1", "pos_2", "pos_3"]), ["pos<xyz=_1 _2 _3>"]);
-    let joints = ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6", "joint_7"];
-    assert_eq!(patterns(&joints), joints);
-    assert_eq!(patterns(&["q_0", "q_1", "q_2", "q_3"]), ["q_0", "q_1", "q_2", "q_3"]);
 }
 
 /// The palm touches and never grasps: no rule of a hand with fingers can find what it carries.

@@ -3,7 +3,8 @@
 use crate::annotate::annotate;
 use crate::pipes::pipe;
 use crate::program::{all_said, complained};
-use crate::sets::{copy, with_set};
+use crate::sets::with_set;
+use crate::shared::folders::copy;
 use std::collections::BTreeMap;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};

@@ -1,13 +1,11 @@
-//! One test binary: each module is a floor seen from outside.
+//! Tests of the program and of the public interface. Each crate has its own tests beside it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 #![allow(missing_docs, reason = "tests are read, not linked")]
 
 mod accessibility;
-mod analysis;
 mod annotate;
 mod annotate_forms;
 mod audit;
-mod both_hands;
 mod bounds;
 mod browser;
 mod cli;
@@ -15,10 +13,7 @@ mod command;
 mod composites;
 mod confidence;
 mod diagram;
-mod digests;
 mod door;
-mod editors;
-mod engine;
 mod expectations;
 mod explain;
 mod extremes;
@@ -27,13 +22,11 @@ mod faults;
 mod fit;
 mod foreign;
 mod frame_table;
-mod graph;
 mod gripper;
 mod hostile;
 mod input_schemas;
 mod inspect;
 mod labeled_bags;
-mod language;
 #[cfg(unix)]
 mod links;
 mod live;
@@ -62,10 +55,12 @@ mod refused;
 mod report;
 mod robot;
 mod robust;
-mod scenarios;
 mod schemas;
 mod score;
 mod sets;
+#[path = "../../crates/frames/tests/it/shared/mod.rs"]
+#[allow(dead_code, reason = "the tests of `frames` use all of it")]
+mod shared;
 mod signals;
 mod stream;
 mod studio;
@@ -85,3 +80,6 @@ mod vision;
 mod waiting;
 mod worked_example;
 mod world;
+
+/// The folder of the project.
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");

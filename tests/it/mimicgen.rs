@@ -148,7 +148,7 @@ fn specifications_that_cannot_be_made_are_refused_and_nothing_is_written() {
     assert!(complained(&refused).contains("no signal ends a part of the task"), "{}", complained(&refused));
     let folder = with_signals(SIGNALS);
     std::fs::write(folder.path().join("old.json"), "{\"edited\": true}").unwrap();
-    let before = crate::annotate::all_files(folder.path());
+    let before = crate::shared::folders::all_files(folder.path());
     for (more, message) in [
         (&["--task-spec", "task.txt"][..], "ends in `.txt`, expected `.json` for MimicGen or `.yaml` for AutoData"),
         (&["--task-spec", "b.yaml"], "b.yaml"),
@@ -175,7 +175,7 @@ fn specifications_that_cannot_be_made_are_refused_and_nothing_is_written() {
         let refused = annotate(folder.path(), "new.hdf5", more);
         assert_eq!(refused.status.code(), Some(2), "{more:?}: {}", all_said(&refused));
         assert!(complained(&refused).contains(message), "{more:?}: {}", complained(&refused));
-        assert!(crate::annotate::all_files(folder.path()) == before, "{more:?}");
+        assert!(crate::shared::folders::all_files(folder.path()) == before, "{more:?}");
     }
 }
 
@@ -194,7 +194,7 @@ fn mimicgens_rule_of_ends_gives_our_boundaries() {
     for demo in ["demo_1", "demo_3"] {
         let row = table.iter().find(|row| row[0] == demo).unwrap();
         let source = teachtree_logs::read::formats::open(&folder.path().join(format!("new.hdf5#{demo}"))).unwrap();
-        let all = crate::stream::formats::arrays::columns(source);
+        let all = crate::shared::files::columns(source);
         let mut before = 0;
         for (name, row) in ["grasp", "lifted"].iter().zip(&row[1..]) {
             let end = end(&all[&format!("datagen_info/subtask_term_signals/{name}")]).unwrap();

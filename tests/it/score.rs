@@ -1,12 +1,5 @@
-//! Tests of `analysis::score`, of label files and of the command.
+//! Tests of the commands `score` and `agree`.
 
 mod agree;
-mod build;
 mod command;
-mod labels;
-mod measures;
-mod names;
-mod property;
 mod round_trips;
-mod tasks;
-mod written;

@@ -1,6 +1,7 @@
 //! Data sets and folders of recordings: each episode is a recording, some may fail, and what is done need not be done again.
 
 use crate::program::{all_said, complained, said, teachtree_in};
+use crate::shared::folders::copy;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -16,20 +17,6 @@ pub fn with_set() -> tempfile::TempDir {
     copy(&fixtures.join("lerobot_v30"), &folder.path().join("set"));
     std::fs::copy(fixtures.join("lerobot_v30.binding.yaml"), folder.path().join("b.yaml")).unwrap();
     folder
-}
-
-/// Copies a folder.
-pub fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let target = to.join(path.file_name().unwrap());
-        if path.is_dir() {
-            copy(&path, &target);
-        } else {
-            std::fs::copy(&path, target).unwrap();
-        }
-    }
 }
 
 fn documents(output: &Output) -> Vec<Value> {

@@ -128,7 +128,7 @@ fn what_cannot_be_a_signal_is_refused_and_nothing_is_written() {
     .unwrap();
     std::fs::copy(demos().join("../../tests/fixtures/formats/arrays/aloha.hdf5"), folder.path().join("one.hdf5"))
         .unwrap();
-    let before = crate::annotate::all_files(folder.path());
+    let before = crate::shared::folders::all_files(folder.path());
     for (file, more, message) in [
         ("lift.hdf5", &[][..], "found none to write"),
         ("lift.hdf5", &["--signal", "grasp"], "expected NAME=STEP"),
@@ -154,7 +154,7 @@ fn what_cannot_be_a_signal_is_refused_and_nothing_is_written() {
         let output = teachtree_in(folder.path(), &[&args[..], more].concat());
         assert_eq!(output.status.code(), Some(2), "{file} {more:?}: {}", all_said(&output));
         assert!(complained(&output).contains(message), "{file} {more:?}: {}", complained(&output));
-        assert!(crate::annotate::all_files(folder.path()) == before, "{file} {more:?}");
+        assert!(crate::shared::folders::all_files(folder.path()) == before, "{file} {more:?}");
     }
 }
 

@@ -1,10 +1,7 @@
-//! Tests of `world`: physics against closed forms, then the demonstrations that come out of it.
+//! The virtual environment as the program uses it.
 
-mod bodies;
 mod by_hand;
-mod demonstration;
-mod insertion;
+#[path = "../../crates/world/tests/it/world/person.rs"]
+#[allow(dead_code, reason = "the tests of `world` use all of it")]
+mod person;
 mod scaling;
-mod scripts;
-mod support;
-mod touch;

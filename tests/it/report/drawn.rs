@@ -1,8 +1,12 @@
 //! The pixels of a curve compared with the log: at several widths of the window and parts of the recording.
 
+use super::build::{chapter, leaves};
 use super::page::{drawn, no_complaints, opened, taught};
+use super::pages::{html, measured, meta, noise};
 use crate::browser::Browser;
 use serde_json::Value;
+use teachtree_analysis::analyze;
+use teachtree_base::hands::Side;
 
 /// Adds the plot of a signal, and collects the numbers of its axis from now on.
 fn choose(browser: &mut Browser, title: &str) {
@@ -132,12 +136,35 @@ fn a_curve_is_drawn_as_it_was_measured() {
     no_complaints(&browser);
 }
 
+/// A page of six minutes of noise in all channels, and the size of the force of the right hand, which has a step in the middle.
+fn long_page() -> (String, Vec<f64>) {
+    let stretch = 0..360_000;
+    let mut frames = measured(std::slice::from_ref(&stretch));
+    noise(&mut frames);
+    let force = frames.channel("fingers.force").unwrap();
+    let mut size = Vec::new();
+    for (key, column) in frames.columns.iter_mut().filter(|(key, _)| key.channel == force) {
+        match (key.slot, key.component) {
+            (0, 2) => {
+                column.iter_mut().enumerate().for_each(|(at, value)| *value += if at < 180_000 { 3.0 } else { 9.0 })
+            }
+            _ => column.fill(0.0),
+        }
+        if (key.side, key.slot, key.component) == (Some(Side::Right), 0, 2) {
+            size.clone_from(column);
+        }
+    }
+    let rules = chapter();
+    let leaves = [leaves(&rules, 0, &[("left", "Move 360000"), ("right", "Move 360000")])];
+    (html(&analyze(&rules, &frames, &leaves), &frames, &leaves, &meta()), size)
+}
+
 /// Six minutes of noise on both sides of a step: what the page does not hold is a band, and it says so.
 #[test]
 fn where_detail_is_missing_there_is_no_line() {
     let mut values: Vec<f64> = Vec::new();
     let page = opened(|folder| {
-        let (page, force) = super::long_page();
+        let (page, force) = long_page();
         values = force;
         std::fs::write(folder.join("page.html"), page).unwrap();
         folder.join("page.html")

@@ -229,7 +229,7 @@ fn the_whole_scene_is_in_the_first_view() {
 fn what_lies_beyond_a_scale_is_reported_and_shown_when_asked() {
     let page = opened(|folder| {
         let page = folder.join("page.html");
-        std::fs::write(&page, super::knocked_page(&[(3000..3002, 61.5)])).unwrap();
+        std::fs::write(&page, super::pages::knocked_page(&[(3000..3002, 61.5)])).unwrap();
         page
     });
     let Some((mut browser, ..)) = page else { return };
@@ -425,7 +425,7 @@ fn names_are_only_names_and_gaps_are_gaps() {
 fn a_log_without_poses_has_no_replay_and_says_so() {
     let page = opened(|folder| {
         let page = folder.join("page.html");
-        std::fs::write(&page, super::without_poses()).unwrap();
+        std::fs::write(&page, super::pages::without_poses()).unwrap();
         page
     });
     let Some((mut browser, ..)) = page else { return };

@@ -1,7 +1,8 @@
 //! What is written as labels is read back as labels: a table, a file of ELAN, annotations of a LeRobot set.
 
 use crate::program::{all_said, complained, said, teachtree_in};
-use crate::sets::{copy, with_set};
+use crate::sets::with_set;
+use crate::shared::folders::copy;
 use serde_json::Value;
 use std::io::Write as _;
 use std::path::Path;

@@ -3,7 +3,8 @@
 use super::labels::line;
 use super::{OPENED, Studio, folder};
 use crate::pipes::pipe;
-use crate::sets::{copy, with_set};
+use crate::sets::with_set;
+use crate::shared::folders::copy;
 use serde_json::{Value, json};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! Several publishers on one topic: what each of them sends, and what is said of it.
 
-use super::messages::{JOINT_STATE, TRANSFORMS, Topic, joint_state, transforms, write};
-use super::{bound, values};
 use crate::program::{all_said, complained, teachtree_in};
+use crate::shared::bags::{JOINT_STATE, TRANSFORMS, Topic, joint_state, transforms, write};
+use crate::shared::files::{SCENE, bound, values};
 use teachtree_base::recording::Recording;
 use teachtree_logs::issue::Issue;
 
@@ -79,7 +79,7 @@ fn an_element_that_is_twice_in_a_message_is_refused() {
         assert!(refused.ends_with(why), "{refused}");
         let folder = tempfile::tempdir().unwrap();
         write(&folder.path().join("log.mcap"), None, &topics);
-        std::fs::write(folder.path().join("b.yaml"), format!("{BINDING}{}", super::SCENE)).unwrap();
+        std::fs::write(folder.path().join("b.yaml"), format!("{BINDING}{}", SCENE)).unwrap();
         let output = teachtree_in(folder.path(), &["live", "log.mcap", "--binding", "b.yaml"]);
         assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
         let why = why.replace("message 1: ", "");

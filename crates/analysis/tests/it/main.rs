@@ -1,0 +1,19 @@
+//! Tests of `analysis`: leaves in, named tasks out.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(missing_docs, reason = "tests are read, not linked")]
+
+mod analysis;
+mod both_hands;
+mod campaign;
+mod composites;
+mod kinds;
+#[path = "../../../engine/tests/it/numbers.rs"]
+#[allow(dead_code, reason = "the tests of `engine` use all of it")]
+mod numbers;
+mod pairs;
+mod robosuite;
+mod scenarios;
+mod score;
+
+/// The folder of the project.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

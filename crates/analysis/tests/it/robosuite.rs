@@ -1,0 +1,64 @@
+//! The tasks of the shipped recordings, at the instants that are known from the contact events.
+
+use std::path::Path;
+use teachtree_analysis as analysis;
+use teachtree_base::hands::Side;
+use teachtree_engine as engine;
+use teachtree_frames::OpenRequest;
+use teachtree_frames::open;
+use teachtree_language::{self as language, graph};
+
+fn request(log: &str, binding: &str) -> OpenRequest {
+    let [log, binding] = [format!("{log}.csv"), format!("{binding}.binding.yaml")]
+        .map(|file| Path::new(crate::ROOT).join("demos/robosuite").join(file));
+    OpenRequest { log, binding: Some(binding), ..OpenRequest::default() }
+}
+
+fn near(found: f64, wanted: f64, tolerance: f64) {
+    assert!((found - wanted).abs() <= tolerance, "found {found} s, expected {wanted} s within {tolerance} s");
+}
+
+/// The tasks of the right hand with their segments, each with its start, s.
+fn tasks(log: &str, binding: &str) -> Vec<(String, Vec<(String, f64)>)> {
+    let opened = open(&request(log, binding)).unwrap();
+    let request = language::Request {
+        hand_file: opened.hand_file.clone(),
+        overrides: opened.params.clone(),
+        ..language::Request::default()
+    };
+    let rules = language::load(&request).rules.unwrap();
+    let frames = opened.frames(&analysis::channels(&rules)).unwrap();
+    let leaves = engine::evaluator::evaluate(&graph::lower(&rules), &frames).unwrap();
+    let found = analysis::analyze(&rules, &frames, &leaves);
+    let tasks = &found.track(analysis::TrackId::Hand(Side::Right)).unwrap().tasks;
+    tasks
+        .iter()
+        .map(|task| (task.task.clone(), task.segments.iter().map(|it| (it.primitive.clone(), it.start_s)).collect()))
+        .collect()
+}
+
+#[test]
+fn each_nut_is_a_peg_in_hole() {
+    let tasks = tasks("SawyerNutAssembly_demo_1", "sawyer_nut_assembly");
+    // Both fingers on, off the table, 2 mm below the rim, fingers off, as the contact events tell; the touch at 9.85 s is no grasp.
+    let gold = [[13.05, 13.37, 17.87, 18.93], [29.10, 29.22, 36.45, 36.97]];
+    assert_eq!(tasks.len(), gold.len());
+    for ((name, segments), gold) in tasks.iter().zip(gold) {
+        assert_eq!(name, "peg_in_hole");
+        let names: Vec<&str> = segments.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["Move", "Approach", "Grasp", "Translate", "Insert", "Release"]);
+        for ((_, start), gold) in segments[2..].iter().zip(gold) {
+            near(*start, gold, 0.15);
+        }
+    }
+}
+
+#[test]
+fn each_stack_is_a_pick_and_place() {
+    for (log, binding) in [("SawyerStack_demo_1", "sawyer_stack"), ("stack_panda_demo_1", "panda_stack")] {
+        let tasks = tasks(log, binding);
+        let named: Vec<&str> =
+            tasks.iter().map(|(name, _)| name.as_str()).filter(|name| *name != analysis::UNKNOWN).collect();
+        assert_eq!(named, ["pick_and_place"], "{log}");
+    }
+}

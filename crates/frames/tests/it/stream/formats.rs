@@ -1,0 +1,21 @@
+//! Readers: files of every format in, tables and recordings out.
+
+mod arrays;
+mod columnar;
+mod damaged;
+mod joined;
+mod lines;
+mod messages;
+mod stores;
+mod text;
+
+use crate::shared::files::{bound, bound_text, fixture, folder, header, values};
+
+#[test]
+fn what_is_no_log_is_refused() {
+    let folder = folder(&[("log.db3", "SQLite format 3"), ("picture.png", "\u{89}PNG"), ("empty/readme.md", "")]);
+    let refused = |name: &str| bound(&folder.path().join(name), "").unwrap_err();
+    insta::assert_snapshot!(
+        [refused("log.db3"), refused("picture.png"), refused("empty"), refused("log.db3#3")].join("\n")
+    );
+}

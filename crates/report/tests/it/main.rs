@@ -1,0 +1,7 @@
+//! Tests of `report`: text, tables, pictures and pages.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(missing_docs, reason = "tests are read, not linked")]
+
+mod analysis;
+mod report;
+mod score;

@@ -1,0 +1,5 @@
+//! Tests of `world`: physics, operators and what they record.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(missing_docs, reason = "tests are read, not linked")]
+
+mod world;
