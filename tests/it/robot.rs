@@ -1,21 +1,20 @@
-//! Tests of `robot`: files, kinematics against finite differences and round trips.
+//! Robots that the program simulates.
 
 mod causes;
-mod clock;
 mod collisions;
 mod falls;
 mod files;
 mod forces;
 mod goals;
-mod grasping;
 mod gripper;
-mod kinematics;
-mod meshes;
-mod motion;
 mod passing;
 mod recognized;
 mod refused;
 mod searching;
-mod steps;
-mod timing;
 mod two_hands;
+
+use teachtree_robot::{self as robot, Robot};
+
+fn shipped(name: &str) -> Robot {
+    robot::open(name, &|part| panic!("{part} is not shipped")).unwrap()
+}

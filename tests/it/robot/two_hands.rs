@@ -1,17 +1,13 @@
 //! Two arms: an operator's hand-over becomes the robot's.
 
-use super::kinematics::shipped;
-use crate::command::{commanded, mapped, pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
+use super::shipped;
+use crate::command::{pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
 use crate::program::{complained, demonstrate, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree_base::hands::Side;
-use teachtree_command::{Commands, MappedGrasp, Precedence, Task};
-use teachtree_robot::planning::late_start::begun_late;
-use teachtree_robot::planning::trajectory::trajectory;
-use teachtree_robot::simulation::{Verdict, simulate};
+use teachtree_command::{Commands, MappedGrasp};
 use teachtree_robot::{CollisionShape, MAX_DOFS, Robot};
-use teachtree_world as world;
 
 #[test]
 fn a_hand_over_is_carried_out_by_two_arms() {
@@ -131,98 +127,6 @@ fn hands_that_fit_a_ring_on_a_pole_stay_apart() {
         let beside = x.hypot(y);
         assert!((0.0285..0.0345).contains(&beside) && z.abs() < 0.012, "{contact:?}");
     }
-}
-
-/// A way that is gone first, or last, is gone while the other hand stands; what both hands do with their objects they still do at the same time.
-#[test]
-fn one_hand_waits_while_the_other_one_goes_its_way() {
-    let commands = mapped("independent", 1);
-    let of_left = |precedence: Precedence| {
-        let mut commands = commands.clone();
-        let left = commands.tasks.iter_mut().find(|task| task.track == Side::Left).unwrap();
-        let free = left.segments.iter_mut().take_while(|segment| !segment.touching);
-        free.for_each(|segment| segment.precedence = Some(precedence));
-        commands
-    };
-    let left = commands.tasks.iter().find(|task| task.track == Side::Left).unwrap();
-    let way_s: f64 = left.segments.iter().take_while(|segment| !segment.touching).map(|it| it.duration_s).sum();
-    let [plain, lasts] = waits(&commands);
-    for precedence in [Precedence::First, Precedence::Last] {
-        let [waited, longer] = waits(&of_left(precedence));
-        assert!(waited > plain + 0.4 * way_s, "{precedence:?}: {waited} s of {way_s} s, before {plain} s");
-        assert!(longer > lasts + 0.4 * way_s, "{precedence:?}: {longer} s, before {lasts} s");
-    }
-}
-
-/// This person's right hand pushes the box by 30 mm before the left one comes to it. The left one may begin its way later, but only at a place from which it comes to
-/// the box where that stands as the robot begins.
-#[test]
-fn a_way_is_begun_late_only_while_the_object_stands() {
-    let commands = commanded("push_together", 12);
-    let shown = commands.tasks.iter().find(|task| task.track == Side::Left).unwrap();
-    let late = begun_late(shown, 1.0).unwrap();
-    let way = |task: &Task| -> Vec<([f64; 3], [f64; 7])> {
-        let way = task.segments.iter().take_while(|segment| !segment.touching);
-        way.flat_map(|segment| segment.hand.iter().copied().zip(segment.object.iter().copied())).collect()
-    };
-    let (shown, late) = (way(shown), way(&late));
-    assert!(shown.iter().zip(&late).all(|(shown, late)| shown.1 == late.1), "the object is as it was");
-    let moved = |at: usize| {
-        (Vector3::from_column_slice(&shown[at].1[..3]) - Vector3::from_column_slice(&shown[0].1[..3])).norm()
-    };
-    assert!(moved(shown.len() - 1) > 0.02, "the other hand moves it");
-    let goes_on = late.iter().take_while(|place| place.0 == late[0].0).count();
-    assert!(goes_on > 50 && moved(goes_on - 1) < 1e-3, "it stands for {goes_on} samples");
-    assert_eq!(shown[goes_on..], late[goes_on..]);
-}
-
-/// This person's right hand begins to push the box to the wall before the left one touches it, and the left one follows it along the wall when it has let go. Ways are
-/// planned with the box where it stands as the robot begins, so that the arms begin as planned; and the left hand does not go into the wall that the box leans on.
-#[test]
-fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
-    let (robot, scene) = (shipped("both_hands"), world::scene("push_together").unwrap());
-    let mut commands = commanded("push_together", 49);
-    let crossings = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
-    let first = |side: Side| commands.tasks.iter().find(|task| task.track == side).unwrap();
-    let touched_s = |side: Side| first(side).segments.iter().find(|it| it.touching).unwrap().demonstrated_start_s;
-    assert!(commands.tasks[0].track == Side::Left && touched_s(Side::Left) > touched_s(Side::Right) + 1.0);
-
-    let made = trajectory(&commands, &robot, &scene, None).unwrap();
-    for side in [Side::Left, Side::Right] {
-        let arm = &first(side).grasps[0].mapped.as_ref().unwrap().arm;
-        assert_eq!(arm.len(), 6);
-        for (joint, planned) in arm {
-            let at = made.joint_names.iter().position(|name| name == joint).unwrap();
-            let begins = made.points[0].positions[at];
-            assert!((begins - planned).abs() < 0.02, "`{joint}` begins at {begins} rad, planned at {planned}");
-        }
-    }
-    let done = simulate(&commands, &robot, &scene, &mut |_| {}).unwrap();
-    assert!(done.outcomes.iter().all(|outcome| outcome.done), "{:?}", done.outcomes);
-    let deep: Vec<_> = done.collisions.iter().filter(|it| it.with == "left_wall" && it.depth_m > 2e-3).collect();
-    assert!(deep.is_empty(), "{deep:?}");
-
-    // Where the hands go through each other all the same, that is said before the robot does it.
-    let [crossing] = &crossings[..] else { panic!("{crossings:?}") };
-    let depth_m = done.nearest.unwrap().depth_m();
-    assert_eq!(crossing.tasks, [0, 1]);
-    assert!((crossing.depth_m - depth_m).abs() < 0.005, "{crossing:?}, in the simulation {depth_m} m");
-    for outcome in &done.outcomes[..2] {
-        assert!(outcome.collision_m >= depth_m, "{outcome:?}, in the simulation {depth_m} m");
-        assert_eq!(outcome.verdict(), Verdict::DoneWithCollisions);
-    }
-}
-
-/// For how long the left arm moves while the right one stands, and how long all of it takes, s.
-fn waits(commands: &Commands) -> [f64; 2] {
-    let made = trajectory(commands, &shipped("both_hands"), &world::scene("independent").unwrap(), None).unwrap();
-    let speed = |point: usize, arm: &str| {
-        let own = made.joint_names.iter().zip(&made.points[point].velocities).filter(|(name, _)| name.starts_with(arm));
-        own.map(|(_, velocity)| velocity.abs()).fold(0.0, f64::max)
-    };
-    let time = |point: usize| made.points[point].time_from_start.seconds();
-    let waited = (1..made.points.len()).filter(|at| speed(*at, "left_arm") > 0.01 && speed(*at, "right_arm") < 1e-3);
-    [waited.map(|at| time(at) - time(at - 1)).sum(), time(made.points.len() - 1)]
 }
 
 /// The smallest gap between two hands in their grasps of one object, m, between points on bars and in boxes of their links.

@@ -149,7 +149,7 @@ fn a_finger_that_cannot_reach_is_named_with_what_is_missing() {
 fn known_grasps_are_found_with_nearly_the_best_measure() {
     let robot = shipped("gifu_hand_iii_right");
     let mapper = GraspPlanner::new(&robot.hands[&Side::Right]);
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/grasps.json");
+    let path = std::path::Path::new(crate::ROOT).join("tests/fixtures/grasps.json");
     let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     assert_eq!(list.len(), 300);
     let numbers =

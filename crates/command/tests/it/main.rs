@@ -1,0 +1,9 @@
+//! Tests of `command`.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(missing_docs, reason = "tests are read, not linked")]
+
+mod command;
+mod demonstrated;
+
+/// The folder of the project.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

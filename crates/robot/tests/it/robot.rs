@@ -1,0 +1,15 @@
+//! Tests of `robot`: files, kinematics against finite differences and round trips.
+
+mod clock;
+mod files;
+mod grasping;
+mod gripper;
+mod kinematics;
+mod meshes;
+mod motion;
+mod passing;
+mod searching;
+mod steps;
+mod timing;
+mod two_hands;
+mod urdf;

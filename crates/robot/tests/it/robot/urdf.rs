@@ -1,0 +1,42 @@
+//! A robot of a URDF and the file beside it.
+
+use teachtree_robot as robot;
+
+/// The root of a URDF stands where the file beside it says, joints keep their names, and accelerations are given there.
+#[test]
+fn a_urdf_is_placed_and_limited_by_the_file_beside_it() {
+    let urdf = include_str!("../../../../../tests/fixtures/hand_of_urdf.urdf");
+    let open = |more: &str| {
+        let text = format!("name: placed\nurdf: hand.urdf\n{more}");
+        robot::open("own.yaml", &|file| Ok(if file == "own.yaml" { text.clone() } else { urdf.to_string() }))
+    };
+    let plain = open("").unwrap();
+    let joint = plain.tree.dofs[0].name.clone();
+    let placed = open(&format!(
+        "at: [100 mm, 0 mm, 50 mm]\nturned: [0, 0, 0, 1]\nlimits:\n  {joint}: {{acceleration: 15 rad/s^2, source: ours}}\n"
+    ))
+    .unwrap();
+    assert_eq!((&placed.tree.dofs[0].name, placed.tree.dofs[0].acceleration), (&joint, 15.0));
+    assert_ne!(plain.tree.dofs[0].acceleration, 15.0);
+    let q = plain.tree.middle();
+    let [was, is] = [&plain, &placed].map(|robot| robot.tree.forward_kinematics(q.as_slice()));
+    for (was, is) in was.iter().zip(&is) {
+        let (was, is) = (was.translation.vector, is.translation.vector);
+        let wanted = [0.1 - was.x, -was.y, 0.05 + was.z];
+        assert!(wanted.iter().zip(is.iter()).all(|(a, b)| (a - b).abs() < 1e-9), "{was} became {is}");
+    }
+    let error = |more: &str| open(more).unwrap_err().to_string();
+    let none = error("limits:\n  elbow: {acceleration: 15 rad/s^2, source: ours}\n");
+    assert!(none.contains("own.yaml:4") && none.contains("is no joint of the URDF"), "{none}");
+    let slides = error(&format!("limits:\n  {joint}: {{slide_acceleration: 1 m/s^2, source: ours}}\n"));
+    assert!(slides.contains("turns, expected `acceleration`, found `slide_acceleration`"), "{slides}");
+    let limited = open(&format!("limits:\n  {joint}: {{jerk: 500 rad/s^3, source: ours}}\n")).unwrap();
+    assert_eq!(limited.tree.dofs[0].jerk, 500.0);
+    assert_eq!(limited.tree.dofs[0].acceleration, plain.tree.dofs[0].acceleration);
+    let never = error(&format!("limits:\n  {joint}: {{jerk: 0 rad/s^3, source: ours}}\n"));
+    assert!(never.contains("own.yaml:4") && never.contains("has the jerk 0, expected more than 0"), "{never}");
+    let unit = error(&format!("limits:\n  {joint}: {{jerk: 5 rad/s^2, source: ours}}\n"));
+    assert!(unit.contains("own.yaml:4") && unit.contains("expected a quantity in rad/s^3"), "{unit}");
+    let none = error(&format!("limits:\n  {joint}: {{source: ours}}\n"));
+    assert!(none.contains("has no limit, expected an acceleration or a jerk"), "{none}");
+}
