@@ -1,24 +1,22 @@
 //! `teachtree agree`: the labels of two people, compared.
 
-use super::parallel::ParallelArgs;
-use super::rules::{RuleArgs, read_by};
-use super::source::SourceArgs;
-use super::truth::{TrackArg, labeled};
+use super::analysis::AnalysisArgs;
+use super::output_args::{FormatArg, OutArg};
+use super::parallel::{LogResults, ParallelArgs, distinct_failures};
+use super::truth::{LabelTrackArg, check_labels, labeled};
 use super::{Failure, output};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::TrackId;
 use teachtree_analysis::agreement::json::{AgreementByKind, json};
 use teachtree_analysis::agreement::{Agreement, Span};
-use teachtree_analysis::number::fixed;
 use teachtree_analysis::score::{KnownNames, NameMap};
 use teachtree_base::error::InputError;
-use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::labels::LabelKind;
+use teachtree_report::agreement::text;
 use teachtree_session::Labels;
 use teachtree_session::files::{all_logs, label_file};
-use teachtree_session::score::{is_of_set, is_of_several, read_labels};
+use teachtree_session::score::{is_of_set, read_labels};
 use teachtree_session::{LabelsInternals, LogInternals, RulesInternals};
 
 /// Options of `agree`.
@@ -34,25 +32,20 @@ pub struct Args {
     /// The recordings that both labeled; a folder stands for all logs in it, `set#*` for all episodes of a data set
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// The track of labels that have no column `track`
-    #[arg(long, value_enum, value_name = "TRACK")]
-    track: Option<TrackArg>,
+    #[command(flatten)]
+    track: LabelTrackArg,
     /// Fail when Cohen's kappa of primitives, all recordings together, is less than this
     #[arg(long, value_name = "KAPPA", value_parser = kappa)]
     min_kappa: Option<f64>,
     /// From the names that stand in the files to those that are compared: a YAML file, or `S1=Move,S2=Grasp,S9=mask`
     #[arg(long, value_name = "MAP")]
     map: Option<String>,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
-    /// Where to write it; standard output when left out
-    #[arg(long, short, value_name = "FILE")]
-    out: Option<PathBuf>,
     #[command(flatten)]
-    rules: RuleArgs,
+    form: FormatArg<Format>,
     #[command(flatten)]
-    source: SourceArgs,
+    out: OutArg,
+    #[command(flatten)]
+    analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
 }
@@ -78,35 +71,24 @@ type Tracks = BTreeMap<(TrackId, LabelKind), Vec<Span>>;
 /// Runs `agree`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut logs = all_logs(&args.logs)?;
-    args.source.check(logs.len())?;
+    args.analysis.source.check(logs.len())?;
     for labels in [&args.one, &args.other] {
         if !labels.exists() {
             return Err(InputError::new(labels.display().to_string(), "there is no such file or folder").into());
         }
-        if logs.len() > 1 && !is_of_several(labels) {
-            let message = format!("one label file for {} recordings", logs.len());
-            return Err(InputError::new(labels.display().to_string(), message)
-                .help("name the folder in which every log has its label file, or a table with a column `log`")
-                .into());
-        }
+        check_labels(labels, logs.len())?;
     }
     for labels in [&args.one, &args.other] {
         logs = labeled(logs, labels, &args.many)?;
     }
     let map = args.map.iter().fold(Labels::default(), |labels, map| labels.map(map)).names()?;
-    let compared = args.many.each("comparing", &logs, |log| compare(args, log, &map))?;
-    let (mut rows, mut all, mut failures) = (Vec::new(), AgreementByKind::new(), Vec::new());
-    for (log, compared) in logs.iter().zip(compared) {
-        match compared {
-            Ok(kinds) => {
-                for (kind, agreement) in &kinds {
-                    all.entry(*kind).or_default().add(agreement);
-                }
-                rows.push((log.display().to_string(), kinds));
-            }
-            Err(failure) if !failures.contains(&failure) => failures.push(failure),
-            Err(_) => {}
+    let LogResults { done, failed } = args.many.each_log("comparing", &logs, |log| compare(args, log, &map))?;
+    let (mut rows, mut all, failures) = (Vec::new(), AgreementByKind::new(), distinct_failures(failed));
+    for (log, kinds) in done {
+        for (kind, agreement) in &kinds {
+            all.entry(*kind).or_default().add(agreement);
         }
+        rows.push((log.display().to_string(), kinds));
     }
     if rows.is_empty() {
         return Failure::all(failures);
@@ -133,35 +115,33 @@ fn write(
     rows: &[(String, AgreementByKind)],
     all: &AgreementByKind,
 ) -> Result<(), InputError> {
-    let text = match args.format {
-        Format::Text => text(args, rows, all),
-        Format::Json => json(&[&args.one, &args.other].map(|path| path.display().to_string()), rows, all),
+    let people = [&args.one, &args.other].map(|path| path.display().to_string());
+    let text = match args.form.format {
+        Format::Text => text(&people, rows, all),
+        Format::Json => json(&people, rows, all),
     };
-    let Some(path) = &args.out else {
-        return if args.format == Format::Text { output::print(&text) } else { output::print_json(&text) };
-    };
-    let read = read_by(&args.source, &args.rules);
-    let map = args.map.as_deref().map(Path::new);
-    let named = [args.one.as_path(), &args.other].into_iter().chain(map);
-    let inputs: Vec<&Path> = logs.iter().chain(&read).map(PathBuf::as_path).chain(named).collect();
-    let mut files = Files::default();
-    output::add(&mut files, path, &text, &inputs)?;
-    files.commit()
+    let Some(path) = &args.out.file else { return args.form.print(&text) };
+    let mut inputs = args.analysis.inputs(logs);
+    inputs.extend([&args.one, &args.other].into_iter().cloned().chain(args.map.iter().map(PathBuf::from)));
+    output::write(path, &text, &inputs)
 }
 
 fn compare(args: &Args, log: &Path, map: &NameMap) -> Result<AgreementByKind, Failure> {
-    let log = args.source.open(log)?;
+    let log = args.analysis.source.open(log)?;
     let opened = log.opened()?;
     let only = match *log.hands() {
         [side] => Some(TrackId::Hand(side)),
         _ => None,
     };
-    let track = args.track.map(TrackId::from).or(only);
+    let track = args.track.who().or(only);
     let read = |path: &Path| -> Result<Tracks, Failure> {
         let file = label_file(path, &opened.log)?;
         // The words in a data set stand for names of the rules.
-        let known =
-            if is_of_set(&file) { KnownNames::new(args.rules.load(&log)?.set()) } else { KnownNames::default() };
+        let known = if is_of_set(&file) {
+            KnownNames::new(args.analysis.rules.load(&log)?.set())
+        } else {
+            KnownNames::default()
+        };
         let found = read_labels(&file, opened, map, &known)?;
         let mut tracks = Tracks::new();
         for interval in found.intervals {
@@ -197,68 +177,4 @@ fn compare(args: &Args, log: &Path, map: &NameMap) -> Result<AgreementByKind, Fa
         kinds.entry(key.1).or_default().add(&Agreement::new(&spans(&one), &spans(&other), &time));
     }
     Ok(kinds)
-}
-
-fn text(args: &Args, rows: &[(String, AgreementByKind)], all: &AgreementByKind) -> String {
-    let mut text = String::new();
-    let plural = if rows.len() == 1 { "" } else { "s" };
-    let _ = writeln!(text, "{} and {}, {} recording{plural}", args.one.display(), args.other.display(), rows.len());
-    for (kind, agreement) in all {
-        let name = if *kind == LabelKind::Task { "tasks" } else { "primitives" };
-        let _ = writeln!(
-            text,
-            "\n{name}: kappa {}, the same label on {} of {} frames that both labeled",
-            number(agreement.kappa()),
-            percent(agreement.share()),
-            agreement.both()
-        );
-        let [one, other] = agreement.alone;
-        if one + other > 0 {
-            let _ = writeln!(text, "  labeled by one person only: {one} frames by the first, {other} by the second");
-        }
-        let mut table = vec![line(["label", "kappa", "frames of both", "boundaries", "alone", "median", "90 %"])];
-        for label in agreement.labels() {
-            table.push(row(label, &agreement.of_label(label)));
-        }
-        table.push(row("all", agreement));
-        text.push_str(&table.concat());
-        if rows.len() > 1 {
-            text.push_str("  recording                                            kappa     frames\n");
-            for (log, kinds) in rows {
-                let Some(own) = kinds.get(kind) else { continue };
-                let _ = writeln!(text, "  {log:<48}{:>10}{:>11}", number(own.kappa()), own.both());
-            }
-        }
-    }
-    if all.is_empty() {
-        text.push_str("\nno labels\n");
-    }
-    text
-}
-
-fn row(label: &str, agreement: &Agreement) -> String {
-    let boundaries = agreement.all_boundaries();
-    let ms = |q: f64| boundaries.quantile_s(q).map_or("-".into(), |time| format!("{} ms", fixed(time * 1e3, 0)));
-    let [one, other] = boundaries.alone;
-    line([
-        label,
-        &number(agreement.kappa()),
-        &agreement.same().to_string(),
-        &boundaries.distances_s.len().to_string(),
-        &format!("{one} + {other}"),
-        &ms(0.5),
-        &ms(0.9),
-    ])
-}
-
-fn line([label, kappa, frames, pairs, alone, median, most]: [&str; 7]) -> String {
-    format!("  {label:<20}{kappa:>8}{frames:>16}{pairs:>12}{alone:>10}{median:>10}{most:>10}\n")
-}
-
-fn number(value: Option<f64>) -> String {
-    value.map_or("-".into(), |value| fixed(value, 3))
-}
-
-fn percent(share: Option<f64>) -> String {
-    share.map_or("-".into(), |share| format!("{} %", fixed(share * 100.0, 1)))
 }

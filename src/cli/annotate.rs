@@ -4,10 +4,11 @@ mod hdf5;
 mod lerobot;
 mod task_spec;
 
+use super::analysis::AnalysisArgs;
 use super::parallel::ParallelArgs;
-use super::rules::{RuleArgs, read_by};
-use super::source::SourceArgs;
 use super::{Failure, output};
+use hdf5::Hdf5;
+use lerobot::LeRobot;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use teachtree_analysis::json::VERSION;
@@ -29,45 +30,11 @@ pub struct Args {
     #[arg(long, short, value_name = "COPY")]
     out: PathBuf,
     #[command(flatten)]
-    rules: RuleArgs,
+    analysis: AnalysisArgs,
     #[command(flatten)]
-    source: SourceArgs,
-    /// LeRobot: the labels to write, both when left out
-    #[arg(long, value_enum, value_name = "STYLE")]
-    style: Vec<StyleArg>,
-    /// LeRobot: how labels are worded, `{name}[ {object}][ ({partner})]` when left out, `{hand}` for the hand; `NAME=TEMPLATE` for one primitive, task or body; may be repeated
-    #[arg(long, value_name = "TEMPLATE")]
-    words: Vec<String>,
-    /// LeRobot: write `language_persistent`, as when no other form is named
-    #[arg(long)]
-    language: bool,
-    /// LeRobot: write `meta/subtasks.parquet` and the column `subtask_index`, as lerobot 0.4.4 to 0.5 reads them: the tasks, or the primitives with `--style motion`
-    #[arg(long)]
-    legacy: bool,
-    /// LeRobot: write the stages of SARM into `meta/episodes`: the tasks as `sparse_…`, the primitives as `dense_…`
-    #[arg(long)]
-    sarm: bool,
-    /// LeRobot 2.0 and 2.1: write columns `annotation.teachtree.…`, `meta/tasks.jsonl` and `meta/modality.json`, as GR00T reads them
-    #[arg(long)]
-    gr00t: bool,
-    /// LeRobot: write `meta/lerobot_annotations.json`, which the annotation tab of LeRobot's visualizer opens and `score --labels` reads
-    #[arg(long)]
-    prelabels: bool,
-    /// HDF5: a signal by which a part of a demonstration ends: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated; the `signals` of the binding when left out
-    #[arg(long, value_name = "NAME=STEP")]
-    signal: Vec<String>,
-    /// HDF5: a signal by which a part begins, in the layout of Isaac Lab Mimic; may be repeated; the `start_signals` of the binding when left out
-    #[arg(long, value_name = "NAME=STEP")]
-    start_signal: Vec<String>,
-    /// HDF5: write the specification of the task for a data generator: `.json` for MimicGen, `.yaml` for AutoData
-    #[arg(long, value_name = "FILE")]
-    task_spec: Option<PathBuf>,
-    /// HDF5: the name of a body of the scene in the file, for --task-spec; may be repeated
-    #[arg(long, value_name = "BODY=NAME", value_parser = super::rules::name_and_value)]
-    object_ref: Vec<(String, String)>,
-    /// HDF5: the layout of the signals; when left out the one of the file, else MimicGen's
-    #[arg(long, value_enum)]
-    layout: Option<LayoutArg>,
+    lerobot: LeRobot,
+    #[command(flatten)]
+    hdf5: Hdf5,
     /// Leave existing labels of the written styles, or signals of the written names, out of the copy
     #[arg(long)]
     replace: bool,
@@ -75,40 +42,34 @@ pub struct Args {
     many: ParallelArgs,
 }
 
-/// Labels by the name that LeRobot gives them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum StyleArg {
-    /// The primitives
-    Motion,
-    /// The tasks
-    Subtask,
+/// A kind of data sets that labels are written into, with the options that only it has.
+trait Destination {
+    /// Whether a data set is of this kind.
+    fn is_kind_of(&self, data: &Path) -> Result<bool, InputError>;
+
+    /// The message to users of other data sets, if an option of this kind is given.
+    fn given(&self) -> Option<&'static str>;
+
+    /// Writes the copy with labels.
+    fn annotate(&self, args: &Args) -> Result<(), Failure>;
 }
 
-/// Where signals are in an HDF5 file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum LayoutArg {
-    /// In `datagen_info`, as of MimicGen
-    Mimicgen,
-    /// In `obs/datagen_info`, as of Isaac Lab Mimic and AutoData
-    Isaac,
+impl Args {
+    /// The table of destinations.
+    fn destinations(&self) -> [&dyn Destination; 2] {
+        [&self.lerobot, &self.hdf5]
+    }
 }
 
 /// Runs `annotate`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let place = args.data.display().to_string();
     refuse_place(args)?;
-    if args.data.is_dir() && formats::is_set(&args.data) {
-        let signals = !args.signal.is_empty() || !args.start_signal.is_empty() || args.layout.is_some();
-        let signals = signals || args.task_spec.is_some() || !args.object_ref.is_empty();
-        let message = "--signal, --start-signal, --task-spec, --object-ref and --layout are of HDF5 files";
-        refuse_options(args, signals, message)?;
-        return lerobot::run(args);
-    }
-    if args.data.is_file() && formats::is_hdf5(&args.data)? {
-        let forms = args.language || args.legacy || args.sarm || args.gr00t || args.prelabels;
-        let words = forms || !args.words.is_empty() || !args.style.is_empty();
-        refuse_options(args, words, "--words, --style and the forms of labels are of LeRobot sets")?;
-        return hdf5::run(args);
+    for (at, destination) in args.destinations().into_iter().enumerate() {
+        if destination.is_kind_of(&args.data)? {
+            refuse_others(args, at)?;
+            return destination.annotate(args);
+        }
     }
     if args.data.symlink_metadata().is_err() {
         let set = formats::without_episode(&args.data);
@@ -124,25 +85,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Err(InputError::new(place, "is no data set, expected the folder of a LeRobot set, or an HDF5 file").into())
 }
 
-/// Refuses options that say nothing about a set of this kind.
-fn refuse_options(args: &Args, given: bool, message: &str) -> Result<(), InputError> {
-    if given { Err(InputError::new(args.data.display().to_string(), message).help("leave them out")) } else { Ok(()) }
+/// Refuses options of other destinations than the one at a place of the table.
+fn refuse_others(args: &Args, own: usize) -> Result<(), InputError> {
+    let others = args.destinations().into_iter().enumerate().filter(|(at, _)| *at != own);
+    let given = others.filter_map(|(_, other)| other.given()).next();
+    given
+        .map_or(Ok(()), |message| Err(InputError::new(args.data.display().to_string(), message).help("leave them out")))
 }
 
 /// Refuses a place for the copy where something is, or that is in the set.
 fn refuse_place(args: &Args) -> Result<(), InputError> {
     let place = args.out.display().to_string();
-    if args.out.symlink_metadata().is_ok() {
-        return Err(InputError::new(place, "is there already, expected the name of a new copy")
-            .help("name another one, or delete it first"));
-    }
+    output::refuse_existing(&args.out)?;
     let above = folder_above(&args.out)?;
     if std::fs::canonicalize(&args.data).is_ok_and(|set| above.starts_with(set)) {
         return Err(InputError::new(place, format!("is in {}, which is copied", args.data.display()))
             .help("name a place beside it"));
     }
-    let inputs = read_by(&args.source, &args.rules);
-    output::refuse_inputs(&args.out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())
+    output::refuse_inputs(&args.out, &args.analysis.files())
 }
 
 /// The folder that a new file or folder is to be in.
@@ -167,7 +127,7 @@ fn provenance<'a>(args: &Args, analyses: impl IntoIterator<Item = &'a Analysis>)
         }
     }
     let mut provenance_json = json!({ "version": VERSION, "rules": rules });
-    if let (Some(binding), Some(provenance_json)) = (&args.source.binding, provenance_json.as_object_mut()) {
+    if let (Some(binding), Some(provenance_json)) = (&args.analysis.source.binding, provenance_json.as_object_mut()) {
         provenance_json.insert("binding".into(), json!(binding.display().to_string()));
     }
     provenance_json

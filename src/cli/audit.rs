@@ -1,23 +1,19 @@
 //! `teachtree audit`: the recordings of a set that should not be trained on, with the reasons.
 
-use super::parallel::ParallelArgs;
-use super::rules::{RuleArgs, read_by};
-use super::source::SourceArgs;
+use super::analysis::{AnalysisArgs, EachArg};
+use super::output_args::{FormatArg, OutArg};
+use super::parallel::{LogResults, ParallelArgs, named_failures};
 use super::{Failure, output};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use teachtree_analysis::audit::{Facts, FindingKind, compare, task_counts, unchecked};
-use teachtree_analysis::json::{Meta, VERSION, printed};
+use teachtree_analysis::json::{Meta, VERSION};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::TrackId;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
-use teachtree_report::audit::{Audit, page, text};
-use teachtree_session::files::recordings;
+use teachtree_report::audit::{self as report, Audit};
 use teachtree_session::{AnalysisInternals, LogInternals};
-
-/// The schema of the JSON document.
-const SCHEMA: &str = "teachtree.audit/1";
 
 /// Options of `audit`.
 #[derive(clap::Args)]
@@ -29,15 +25,11 @@ pub struct Args {
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
-    rules: RuleArgs,
+    analysis: AnalysisArgs,
     #[command(flatten)]
-    source: SourceArgs,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
-    /// Where to write it; standard output when left out
-    #[arg(long, short, value_name = "FILE")]
-    out: Option<PathBuf>,
+    form: FormatArg<Format>,
+    #[command(flatten)]
+    out: OutArg,
     /// Also write a page for browsers, with the segments of each recording
     #[arg(long, value_name = "FILE.html")]
     page: Option<PathBuf>,
@@ -56,9 +48,8 @@ pub struct Args {
     /// The shortest time without motion that counts as a rest, s
     #[arg(long, value_name = "SECONDS", default_value = "3", value_parser = seconds)]
     rest: f64,
-    /// Treat each file in a folder as a recording; otherwise, with a binding, a folder with tables of text is one recording in parts
-    #[arg(long)]
-    each: bool,
+    #[command(flatten)]
+    each: EachArg,
     #[command(flatten)]
     many: ParallelArgs,
 }
@@ -112,45 +103,29 @@ fn seconds(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| "expected a time in s greater than 0, such as `2.5`".into())
 }
 
-/// A recording that was audited.
-struct AuditedRecording {
-    log: PathBuf,
-    name: String,
-}
-
 /// Runs `audit`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = logs(args)?;
-    check_places(args, &logs)?;
-    args.source.check(logs.len())?;
-    let found = args.many.each("auditing", &logs, |log| {
-        let opened = args.source.open(log)?;
-        // Both the rules and the rests need it.
-        opened.read()?;
-        let analysis = args.rules.load(&opened)?.analyze(&opened)?;
+    let inputs = args.analysis.checked_inputs(&logs, &outputs(args))?;
+    check_mask(args)?;
+    args.analysis.source.check(logs.len())?;
+    let LogResults { done, failed } = args.many.each_log("auditing", &logs, |log| {
+        // Both the rules and the rests need it in memory.
+        let opened = args.analysis.read(log)?;
+        let analysis = args.analysis.analyze(&opened)?;
         let carries = analysis.carries()?;
         let can_carry = |who: TrackId| carries.contains(&who);
         let facts = Facts::new(analysis.found(), &opened.opened()?.recording, args.rest, &can_carry);
-        Ok::<_, Failure>((facts, analysis.meta().clone()))
+        Ok((facts, analysis.meta().clone()))
     })?;
-    let (mut audited, mut all, mut meta, mut failed, mut failures) = (vec![], vec![], None, vec![], vec![]);
-    for (log, found) in logs.iter().zip(found) {
-        match found {
-            Ok((facts, of_log)) => {
-                audited.push(AuditedRecording { log: log.clone(), name: log.display().to_string() });
-                all.push(facts);
-                meta.get_or_insert(of_log);
-            }
-            Err(failure) => {
-                let failure = failure.of_log(log);
-                failed.push((log.display().to_string(), why(&failure)));
-                failures.push(failure);
-            }
-        }
-    }
-    let Some(meta) = meta else { return Failure::some(failures, 0) };
+    let names: Vec<String> = failed.iter().map(|(log, _)| log.display().to_string()).collect();
+    let failures = named_failures(failed);
+    let failed: Vec<(String, String)> = names.into_iter().zip(failures.iter().map(why)).collect();
+    let Some(meta) = done.first().map(|(_, (_, meta))| meta.clone()) else { return Failure::some(failures, 0) };
+    let (audited, mut all): (Vec<&PathBuf>, Vec<Facts>) =
+        done.into_iter().map(|(log, (facts, _))| (log, facts)).unzip();
     let (usual, unchecked, tasks) = (compare(&mut all), unchecked(&all), task_counts(&all));
-    let recordings: Vec<(String, Facts)> = audited.iter().map(|it| it.name.clone()).zip(all).collect();
+    let recordings: Vec<(String, Facts)> = audited.iter().map(|log| log.display().to_string()).zip(all).collect();
     let allowed: Vec<FindingKind> = args.allow.iter().map(|kind| kind.kind()).collect();
     let audit = Audit {
         recordings: &recordings,
@@ -160,7 +135,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         unchecked: &unchecked,
         allowed: &allowed,
     };
-    write(args, &audit, &audited, &meta, &logs)?;
+    write(args, &audit, &audited, &meta, &inputs)?;
     Failure::some(failures, recordings.len())?;
     let fails = |(_, facts): &(String, Facts)| {
         facts.findings.iter().any(|finding| args.fail_on.iter().any(|kind| kind.kind() == finding.kind))
@@ -188,33 +163,23 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
         };
         paths.extend(found.unwrap_or_else(|| vec![path.clone()]));
     }
-    Ok(recordings(&paths, args.source.binding.as_deref(), args.each)?.into_iter().map(|found| found.log).collect())
+    Ok(args.analysis.recordings(&paths, args.each)?.into_iter().map(|found| found.log).collect())
 }
 
 fn outputs(args: &Args) -> Vec<&Path> {
-    let outputs = args.out.iter().chain(&args.page).chain(&args.keep);
-    let outputs = outputs.chain(&args.mask);
+    let outputs = args.out.file.iter().chain(&args.page).chain(&args.keep).chain(&args.mask);
     outputs.map(PathBuf::as_path).collect()
 }
 
-/// Refuses places that would replace an input or each other, before the work is done.
-fn check_places(args: &Args, logs: &[PathBuf]) -> Result<(), InputError> {
-    let outputs = outputs(args);
-    output::refuse_one_for_two(&outputs)?;
-    let files = if outputs.is_empty() { Vec::new() } else { read_by(&args.source, &args.rules) };
-    let inputs: Vec<&Path> = logs.iter().chain(&files).map(PathBuf::as_path).collect();
-    outputs.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
+/// Refuses a mask of other recordings than those of one file, and one that is there, before the work is done.
+fn check_mask(args: &Args) -> Result<(), InputError> {
     if let Some(mask) = &args.mask {
         let is_file = matches!(args.logs.as_slice(), [file] if file.is_file() && formats::is_hdf5(file)?);
         if !is_file || formats::all_of(first(args))?.is_none() {
             let message = "a mask is of one HDF5 file with several recordings, found another input";
             return Err(InputError::new("--mask", message).help("name that file alone, or write --keep FILE"));
         }
-        if mask.symlink_metadata().is_ok() {
-            let error =
-                InputError::new(mask.display().to_string(), "is there already, expected the name of a new copy");
-            return Err(error.help("name another one, or delete it first"));
-        }
+        output::refuse_existing(mask)?;
     }
     Ok(())
 }
@@ -223,60 +188,45 @@ fn first(args: &Args) -> &Path {
     args.logs.first().map_or(Path::new(""), PathBuf::as_path)
 }
 
-fn write(
-    args: &Args,
-    audit: &Audit,
-    audited: &[AuditedRecording],
-    meta: &Meta,
-    logs: &[PathBuf],
-) -> Result<(), InputError> {
-    let files = read_by(&args.source, &args.rules);
-    let inputs: Vec<&Path> = logs.iter().chain(&files).map(PathBuf::as_path).collect();
+fn write(args: &Args, audit: &Audit, audited: &[&PathBuf], meta: &Meta, inputs: &[PathBuf]) -> Result<(), InputError> {
     let mut written = Files::default();
-    let text = match args.format {
-        Format::Text => text(audit, output::width()),
-        Format::Json => printed(&document(audit, meta)),
-        Format::Csv => csv(audit)?,
+    let text = match args.form.format {
+        Format::Text => report::text(audit, output::width()),
+        Format::Json => report::json(audit, meta),
+        Format::Csv => report::csv(audit)?,
     };
     if let Some(path) = &args.page {
-        output::add(&mut written, path, &page(audit, meta), &inputs)?;
+        output::add(&mut written, path, &report::page(audit, meta), inputs)?;
     }
     if let Some(path) = &args.keep {
-        output::add(&mut written, path, &keep(path, audit, audited), &inputs)?;
+        output::add(&mut written, path, &keep(path, audit, audited), inputs)?;
     }
-    if let Some(path) = &args.out {
-        output::add(&mut written, path, &text, &inputs)?;
-    }
+    args.out.add(&mut written, &text, inputs)?;
     if let Some(copy) = &args.mask {
         mask(first(args), copy, audit, audited, meta)?;
     }
     written.commit_anew()?;
-    match (&args.out, args.format) {
-        (Some(_), _) => Ok(()),
-        (None, Format::Text) => output::print(&text),
-        (None, Format::Json) => output::print_json(&text),
-        (None, Format::Csv) => output::print_data(&text),
-    }
+    args.out.print(&args.form, &text)
 }
 
 /// The good recordings.
-fn good<'a>(audit: &'a Audit, audited: &'a [AuditedRecording]) -> impl Iterator<Item = &'a AuditedRecording> {
+fn good<'a>(audit: &'a Audit, audited: &'a [&PathBuf]) -> impl Iterator<Item = &'a PathBuf> {
     let pairs = audited.iter().zip(audit.recordings);
-    pairs.filter(|(_, (_, facts))| audit.is_good(facts)).map(|(audited, _)| audited)
+    pairs.filter(|(_, (_, facts))| audit.is_good(facts)).map(|(log, _)| *log)
 }
 
 /// The list of good recordings. Those of a LeRobot set are numbers, as its loader takes them.
-fn keep(path: &Path, audit: &Audit, audited: &[AuditedRecording]) -> String {
+fn keep(path: &Path, audit: &Audit, audited: &[&PathBuf]) -> String {
     let is_episode = |log: &Path| formats::is_set(&formats::without_episode(log));
-    let of_one_set = audited.iter().all(|it| is_episode(&it.log))
+    let of_one_set = audited.iter().all(|log| is_episode(log))
         && audited.windows(2).all(|pair| match pair {
-            [one, other] => formats::without_episode(&one.log) == formats::without_episode(&other.log),
+            [one, other] => formats::without_episode(one) == formats::without_episode(other),
             _ => true,
         });
-    let value = |it: &AuditedRecording| -> Value {
-        let name = formats::recording_of(&it.log);
+    let value = |log: &PathBuf| -> Value {
+        let name = formats::recording_of(log);
         let number = name.as_ref().and_then(|name| name.parse::<u64>().ok()).filter(|_| of_one_set);
-        number.map_or_else(|| json!(it.name), |number| json!(number))
+        number.map_or_else(|| json!(log.display().to_string()), |number| json!(number))
     };
     let values: Vec<Value> = good(audit, audited).map(value).collect();
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
@@ -286,9 +236,9 @@ fn keep(path: &Path, audit: &Audit, audited: &[AuditedRecording]) -> String {
 }
 
 /// Writes a copy of a file with the names of the good recordings, as robomimic's filter keys.
-fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[AuditedRecording], meta: &Meta) -> Result<(), InputError> {
+fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[&PathBuf], meta: &Meta) -> Result<(), InputError> {
     use teachtree_logs::read::formats::hdf5::annotate::{AUDITED, Request, annotate};
-    let names: Vec<String> = good(audit, audited).filter_map(|it| formats::recording_of(&it.log)).collect();
+    let names: Vec<String> = good(audit, audited).filter_map(|log| formats::recording_of(log)).collect();
     let provenance = json!({ "version": VERSION, "rules": { "files": meta.rules, "digest": meta.digest } }).to_string();
     let signals = std::collections::BTreeMap::new();
     let request = Request {
@@ -300,65 +250,4 @@ fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[AuditedRecording], m
         replace: true,
     };
     annotate(file, copy, &request)
-}
-
-/// `teachtree.audit/1`.
-fn document(audit: &Audit, meta: &Meta) -> Value {
-    let recordings: Vec<Value> = audit.recordings.iter().map(|(name, facts)| recording(audit, name, facts)).collect();
-    let failed: Vec<Value> = audit.failed.iter().map(|(log, why)| json!({ "log": log, "message": why })).collect();
-    let counts: Map<String, Value> =
-        audit.counts().into_iter().map(|(kind, count)| (kind.name().into(), json!(count))).collect();
-    let allowed: Vec<&str> = audit.allowed.iter().map(|kind| kind.name()).collect();
-    let params: Map<String, Value> = meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
-    json!({ "schema": SCHEMA, "version": VERSION,
-        "rules": { "files": meta.rules, "digest": meta.digest, "params": params },
-        "good": audit.good(), "allowed": allowed, "counts": counts, "tasks": audit.tasks, "usual": audit.usual, "unchecked": audit.unchecked,
-        "recordings": recordings,
-        "failed": failed })
-}
-
-fn recording(audit: &Audit, name: &str, facts: &Facts) -> Value {
-    let findings: Vec<Value> = facts
-        .findings
-        .iter()
-        .map(|finding| {
-            let mut value = Map::new();
-            value.insert("kind".into(), json!(finding.kind.name()));
-            value.extend(finding.track.map(|track| ("track".into(), json!(track))));
-            if let Some([start, end]) = finding.span_s {
-                value.insert("start_s".into(), json!(start));
-                value.insert("end_s".into(), json!(end));
-            }
-            value.insert("message".into(), json!(finding.message));
-            Value::Object(value)
-        })
-        .collect();
-    let tasks: Vec<&str> = facts.tasks().collect();
-    json!({ "log": name, "good": audit.is_good(facts), "start_s": facts.start_s, "duration_s": facts.duration_s(),
-        "tasks": tasks, "findings": findings })
-}
-
-/// A row for each finding, and one for each recording without.
-fn csv(audit: &Audit) -> Result<String, InputError> {
-    let failed = |error: &dyn std::fmt::Display| InputError::new("the table", format!("cannot be written: {error}"));
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    let mut row = |cells: [String; 7]| writer.write_record(cells).map_err(|error| failed(&error));
-    row(["log", "good", "kind", "track", "start_s", "end_s", "message"].map(str::to_string))?;
-    let number = teachtree_analysis::number::number;
-    for (name, facts) in audit.recordings {
-        let good = u8::from(audit.is_good(facts)).to_string();
-        if facts.findings.is_empty() {
-            let none = String::new;
-            row([name.clone(), good, none(), none(), none(), none(), none()])?;
-            continue;
-        }
-        for finding in &facts.findings {
-            let track = finding.track.map_or(String::new(), |track| track.to_string());
-            let [start, end] =
-                finding.span_s.map_or_else(|| [String::new(), String::new()], |span_s| span_s.map(number));
-            row([name.clone(), good.clone(), finding.kind.name().into(), track, start, end, finding.message.clone()])?;
-        }
-    }
-    let bytes = writer.into_inner().map_err(|error| failed(&error))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

@@ -4,9 +4,8 @@
 //! leaves whole files, and a list of those that it finished. A line has digests of all that the file was made of and of the file itself.
 //! With `--shard` every part has a list of its own, `manifest-3-of-16.jsonl`, since several programs write at once; `--resume` reads all lists.
 
-use super::analyze::{Args, Format, Output, Shard, one};
+use super::analyze::{Args, Output, Shard, one};
 use super::parallel::Issues;
-use super::rules::read_by;
 use super::{Failure, output};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -54,9 +53,9 @@ enum Outcome {
 
 /// Analyzes recordings into a folder.
 pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Failure> {
-    let files = read_by(&args.source, &args.rules);
+    let files = args.analysis.files();
     let outs = places(args, folder, logs, &files)?;
-    args.source.check(logs.len())?;
+    args.analysis.source.check(logs.len())?;
     output::make_folder(folder)?;
     let list = Manifest::open(folder, args.shard)?;
     let mine = |place: &usize| args.shard.is_none_or(|shard| shard.has(*place));
@@ -91,8 +90,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
             Ok(Outcome::Unchanged) => unchanged += 1,
             Ok(Outcome::Written(kinds)) => {
                 written += 1;
-                let each = kinds.iter().flat_map(|(kind, count)| std::iter::repeat_n(kind.name(), *count));
-                issues.add(&found.log.display().to_string(), each);
+                issues.add(&found.log, &kinds);
             }
             Err(failure) => failures.push(failure.of_log(&found.log)),
         }
@@ -112,12 +110,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
 
 /// The file of each recording.
 fn places(args: &Args, folder: &Path, logs: &[RecordingFile], files: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
-    let ending = match args.format {
-        Format::Text => "txt",
-        Format::Json => "json",
-        Format::Csv => "csv",
-        Format::Eaf => "eaf",
-    };
+    let ending = args.form.format.writer().ending;
     // What is in a folder of recordings would be taken for one the next time.
     let whole_place = |path: &Path| {
         let parent = path.ancestors().find_map(|above| Some((above, std::fs::canonicalize(nonempty(above)).ok()?)));
@@ -132,8 +125,7 @@ fn places(args: &Args, folder: &Path, logs: &[RecordingFile], files: &[PathBuf])
     }
     let mut taken: BTreeMap<PathBuf, &Path> = BTreeMap::new();
     let mut places = Vec::new();
-    let inputs: Vec<&Path> =
-        logs.iter().map(|found| found.log.as_path()).chain(files.iter().map(PathBuf::as_path)).collect();
+    let inputs: Vec<PathBuf> = logs.iter().map(|found| &found.log).chain(files).cloned().collect();
     for RecordingFile { log, name } in logs {
         let mut place = folder.join(name).into_os_string();
         place.push(format!(".{ending}"));
@@ -160,12 +152,9 @@ fn nonempty(path: &Path) -> &Path {
 fn digests(args: &Args, files: &[PathBuf]) -> Result<Digest, InputError> {
     let mut digest = Digest::default();
     digest.field(VERSION);
-    digest.field(&format!("{:?}", args.format));
+    digest.field(&format!("{:?}", args.form.format));
     digest.field(if args.confidence { "confidence" } else { "" });
-    if args.format == Format::Text {
-        // Lines are as long as the terminal, or `COLUMNS`, allows.
-        digest.field(&output::width().to_string());
-    }
+    (args.form.format.writer().width)().iter().for_each(|width| digest.field(&width.to_string()));
     for (_, text) in SHIPPED {
         digest.field(text);
     }
@@ -175,9 +164,10 @@ fn digests(args: &Args, files: &[PathBuf]) -> Result<Digest, InputError> {
         // The texts of shipped files are above.
         digest.field(&if file.is_file() { of_file(file)? } else { String::new() });
     }
-    digest.field(args.rules.hand.as_deref().unwrap_or_default());
-    digest.count(args.rules.set.len());
-    for (name, value) in &args.rules.set {
+    let rules = &args.analysis.rules;
+    digest.field(rules.hand.file.as_deref().unwrap_or_default());
+    digest.count(rules.set.values.len());
+    for (name, value) in &rules.set.values {
         digest.field(name);
         digest.field(value);
     }

@@ -1,7 +1,8 @@
 //! `teachtree check`: every mistake at once, and what running the rules costs.
 
 use super::fmt::all_rules;
-use super::rules::name_and_value;
+use super::output_args::FormatArg;
+use super::rules::SetArg;
 use super::{Failure, inputs, output};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -30,12 +31,10 @@ pub struct Args {
     /// The hand file that implements the abstract signals
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
-    /// Override a param, such as `touch_on=0.1N`; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = name_and_value)]
-    set: Vec<(String, String)>,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    #[command(flatten)]
+    set: SetArg,
+    #[command(flatten)]
+    form: FormatArg<Format>,
     /// Print the page of a code instead
     #[arg(long, value_name = "CODE", exclusive = true)]
     explain: Option<String>,
@@ -62,26 +61,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (others, rules): (Vec<PathBuf>, Vec<PathBuf>) = args.files.iter().cloned().partition(|file| is_yaml(file));
     for file in &others {
         match other(file) {
-            Ok(fine) if args.format == Format::Text => output::print(&fine)?,
+            Ok(fine) if args.form.format == Format::Text => output::print(&fine)?,
             Ok(_) => {}
-            Err(error) if args.format == Format::Text => failures.push(error.into()),
+            Err(error) if args.form.format == Format::Text => failures.push(error.into()),
             Err(error) => {
-                findings.push(of_other(&error, args.format));
+                findings.push(of_other(&error, args.form.format));
                 failures.push(Failure::Negative);
             }
         }
     }
     let sets = if rules.is_empty() && !others.is_empty() { vec![] } else { sets(&rules)? };
     for files in sets {
-        let (hand_file, overrides) = (args.hand.clone(), args.set.clone());
+        let (hand_file, overrides) = (args.hand.clone(), args.set.values.clone());
         let loaded = language::load(&Request { files, hand_file, overrides, ..Request::default() });
-        if args.format == Format::Text {
+        if args.form.format == Format::Text {
             failures.extend(report(&loaded).err());
             continue;
         }
         // Files that several sets use are reported once.
         for found in &loaded.diagnostics {
-            let found = match args.format {
+            let found = match args.form.format {
                 Format::Github => annotation(found, &loaded.sources).into(),
                 _ => json(found, &loaded.sources),
             };
@@ -91,7 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         failures.extend(loaded.rules.is_none().then_some(Failure::Negative));
     }
-    match args.format {
+    match args.form.format {
         Format::Text => {}
         Format::Json => {
             output::print_json(&format!("{:#}\n", json!({ "schema": "teachtree.check/1", "findings": findings })))?

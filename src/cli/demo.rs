@@ -3,7 +3,7 @@
 
 use super::analyze::timeline;
 use super::retarget::{open_robot, summary, touch_forces};
-use super::simulate::{format_clearance, format_outcomes, perform};
+use super::simulate::perform;
 use super::teach::record;
 use super::{Failure, output};
 use std::path::{Path, PathBuf};
@@ -13,8 +13,7 @@ use teachtree_frames::OpenRequest;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::csv;
 use teachtree_robot as robot;
-use teachtree_robot::simulation::Performance;
-use teachtree_robot::simulation::warnings::warnings;
+use teachtree_robot_report::{format_performance, page};
 use teachtree_session::{Analysis, Log, Rules, Track};
 use teachtree_session::{AnalysisInternals, LogInternals};
 
@@ -79,21 +78,12 @@ fn carry_out(files: &mut Files, folder: &Path, analysis: &Analysis) -> Result<[P
     let commanded = folder.join("commands.json");
     output::add(files, &commanded, &commands.json()?, &[])?;
     output::print(&format!("\ncommands for the robot `{ROBOT}`\n{}", summary(&commands)))?;
-    let Performance { recording, outcomes, nearest, collisions, trace } = perform(&commands, &robot, scene)?;
-    let performed = folder.join("robot.csv");
-    let performed_log = add(files, &recording, &performed)?;
-    let page = folder.join("robot.html");
-    output::add(
-        files,
-        &page,
-        &teachtree_robot_report::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
-        &[],
-    )?;
-    output::print(&format!(
-        "\nthe robot\n{}{}",
-        format_outcomes(&outcomes),
-        format_clearance(nearest.as_ref(), &collisions)
-    ))?;
+    let performed = perform(&commands, &robot, scene)?;
+    let recording = folder.join("robot.csv");
+    let performed_log = add(files, &performed.recording, &recording)?;
+    let replay = folder.join("robot.html");
+    output::add(files, &replay, &page(&commands, &performed), &[])?;
+    output::print(&format!("\nthe robot\n{}", format_performance(&performed)))?;
     let again = analysis.rules().analyze(&performed_log)?;
     let tasks = |analysis: &Analysis| -> Vec<String> {
         analysis.tracks().flat_map(Track::tasks).map(|task| task.name().to_string()).collect()
@@ -101,5 +91,5 @@ fn carry_out(files: &mut Files, folder: &Path, analysis: &Analysis) -> Result<[P
     let (demonstrated, found) = (tasks(analysis), tasks(&again));
     let same = if demonstrated == found { "the same tasks" } else { "other tasks" };
     output::print(&format!("its recording has {same} by the same rules: {}\n", found.join(", ")))?;
-    Ok([commanded, performed, page])
+    Ok([commanded, recording, replay])
 }

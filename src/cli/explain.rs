@@ -1,9 +1,9 @@
 //! `teachtree explain`: why a recording has its labels at a time.
 
-use super::rules::RuleArgs;
-use super::source::SourceArgs;
+use super::Failure;
+use super::analysis::AnalysisArgs;
+use super::output_args::FormatArg;
 use super::truth::TrackArg;
-use super::{Failure, output};
 use std::path::PathBuf;
 use teachtree_base::units::time;
 use teachtree_session::Question;
@@ -27,12 +27,9 @@ pub struct Args {
     #[arg(long, value_name = "PRIMITIVE")]
     why_not: Option<String>,
     #[command(flatten)]
-    rules: RuleArgs,
+    analysis: AnalysisArgs,
     #[command(flatten)]
-    source: SourceArgs,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    form: FormatArg<Format>,
 }
 
 /// Forms of an explanation.
@@ -57,9 +54,7 @@ fn times(text: &str) -> Result<(f64, f64), String> {
 
 /// Runs `explain`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let log = args.source.open(&args.log)?;
-    log.read()?;
-    let analysis = args.rules.load(&log)?.analyze(&log)?;
+    let analysis = args.analysis.analyze(&args.analysis.read(&args.log)?)?;
     let (from, to) = args.at;
     let mut question = Question::between(from, to);
     if let Some(track) = args.track {
@@ -69,9 +64,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         question = question.why_not(primitive);
     }
     let explained = analysis.explain(&question)?;
-    match args.format {
-        Format::Text => output::print(&explained.to_string())?,
-        Format::Json => output::print_json(&explained.json())?,
-    }
-    Ok(())
+    let text = match args.form.format {
+        Format::Text => explained.to_string(),
+        Format::Json => explained.json(),
+    };
+    Ok(args.form.print(&text)?)
 }

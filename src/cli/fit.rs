@@ -1,9 +1,9 @@
 //! `teachtree fit`: params learned from labeled recordings, held against recordings that were held out.
 
-use super::parallel::ParallelArgs;
+use super::analysis::AnalysisArgs;
+use super::output_args::FormatArg;
+use super::parallel::{LogResults, ParallelArgs, distinct_failures};
 use super::progress::Progress;
-use super::rules::RuleArgs;
-use super::source::SourceArgs;
 use super::truth::TruthArgs;
 use super::{Failure, output};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,6 @@ use teachtree_base::spelling::nearest;
 use teachtree_language::param_sites::{ParamSite, param_sites};
 use teachtree_language::{Request, Rules};
 use teachtree_report as report;
-use teachtree_session::files::all_logs;
 use teachtree_session::fitting::{Recording, Runner, fitted, space};
 use teachtree_session::patch::{Patch, patch};
 use teachtree_session::{LabelsInternals, RulesInternals, RulesOptionsInternals};
@@ -46,14 +45,11 @@ pub struct Args {
     #[command(flatten)]
     truth: TruthArgs,
     #[command(flatten)]
-    rules: RuleArgs,
-    #[command(flatten)]
-    source: SourceArgs,
+    analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    #[command(flatten)]
+    form: FormatArg<Format>,
     /// Where to write the patch; standard output when left out
     #[arg(long, short, value_name = "FILE.patch")]
     out: Option<PathBuf>,
@@ -70,9 +66,7 @@ enum Format {
 
 /// Runs `fit`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let logs = all_logs(&args.logs)?;
-    args.truth.check(logs.len())?;
-    let logs = args.truth.labeled(logs, &args.many)?;
+    let logs = args.truth.labeled_logs(&args.logs, &args.many)?;
     let groups = args.hold_out.unwrap_or(logs.len().min(GROUPS));
     if args.hold_out.is_some() && !(2..=logs.len()).contains(&groups) {
         let message = format!("{groups} groups of {} recordings", logs.len());
@@ -109,10 +103,9 @@ struct FitInput {
 }
 
 fn open(args: &Args, log: &Path, names: &NameMap) -> Result<FitInput, Failure> {
-    let log = args.source.open(log)?;
-    log.read()?;
-    let rules = args.rules.load(&log)?;
-    let request = args.rules.options().request_for(&log);
+    let log = args.analysis.read(log)?;
+    let rules = args.analysis.rules.load(&log)?;
+    let request = args.analysis.rules.options().request_for(&log);
     let fixed = rules.params().to_vec();
     let mut warnings = Vec::new();
     let recording = Recording::open(&log, &rules, |opened, analysis| {
@@ -126,19 +119,9 @@ fn open(args: &Args, log: &Path, names: &NameMap) -> Result<FitInput, Failure> {
 /// Opens the recordings: what runs them, and the params that may be changed.
 fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Failure> {
     let names = args.truth.of_session().names()?;
-    args.source.check(logs.len())?;
-    let read = args.many.each("reading", logs, |log| open(args, log, &names))?;
-    let mut failures = Vec::new();
-    let mut all = Vec::new();
-    for (log, one) in logs.iter().zip(read) {
-        match one {
-            Ok(one) => all.push((log, one)),
-            // What is wrong with all of them is said once.
-            Err(failure) if !failures.contains(&failure) => failures.push(failure),
-            Err(_) => {}
-        }
-    }
-    Failure::all(failures)?;
+    args.analysis.source.check(logs.len())?;
+    let LogResults { done: all, failed } = args.many.each_log("reading", logs, |log| open(args, log, &names))?;
+    Failure::all(distinct_failures(failed))?;
     let Some((rules, request, fixed)) =
         all.first().map(|(_, first)| (first.rules.clone(), first.request.clone(), first.fixed.clone()))
     else {
@@ -206,12 +189,13 @@ fn print_fit(
 ) -> Result<(), InputError> {
     let files: Vec<String> = rules.sources.files.iter().map(|file| file.name.clone()).collect();
     if let (Some(path), Some(found)) = (&args.out, found) {
-        let named = [&args.truth.labels, &args.source.binding, &args.source.scene].into_iter().flatten();
-        let inputs = logs.iter().chain(named).map(PathBuf::as_path).chain(files.iter().map(Path::new));
+        let source = &args.analysis.source;
+        let named = [&args.truth.labels, &source.binding, &source.scene].into_iter().flatten();
+        let inputs = logs.iter().chain(named).cloned().chain(files.iter().map(PathBuf::from));
         output::write(path, &found.diff, &inputs.collect::<Vec<_>>())?;
     }
     let diff = found.map(|found| found.diff.as_str());
-    if args.format == Format::Json {
+    if args.form.format == Format::Json {
         return output::print_json(&fit::json(fitted, &files, diff));
     }
     let mut printed = report::fit(fitted, &files);

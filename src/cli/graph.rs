@@ -1,6 +1,8 @@
 //! `teachtree graph`: the trees of rules as diagrams, and which leaf can follow which; with what a recording shows of them.
 
-use super::rules::{RuleArgs, load_files, name_and_value, read_by};
+use super::analysis::AnalysisArgs;
+use super::output_args::{FormatArg, OutArg};
+use super::rules::{HandArg, RuleArgs, SetArg, load_files};
 use super::source::SourceArgs;
 use super::truth::TrackArg;
 use super::{Failure, output};
@@ -19,6 +21,7 @@ use teachtree_session::{AnalysisInternals, RulesInternals};
 /// Options of `graph`.
 #[derive(clap::Args)]
 #[command(
+    mut_arg("set", |arg| arg.requires("log")),
     after_help = "Examples:\n  teachtree graph\n  teachtree graph tap.rules --format svg -o tap.svg\n  teachtree graph --log demonstration.csv --at 8.5s --format svg -o at.svg\n  teachtree graph tap.rules --transitions --format mermaid\n  teachtree graph --transitions --log demonstration.csv"
 )]
 pub struct Args {
@@ -27,12 +30,10 @@ pub struct Args {
     /// Which leaf can follow which, instead of the trees
     #[arg(long)]
     transitions: bool,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
-    /// Where to write it; standard output when left out
-    #[arg(long, short, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    form: FormatArg<Format>,
+    #[command(flatten)]
+    out: OutArg,
     /// A recording: what was taken at a time is marked, what followed what is counted
     #[arg(long, value_name = "LOG")]
     log: Option<PathBuf>,
@@ -42,12 +43,10 @@ pub struct Args {
     /// The tree of this track; all trees when left out
     #[arg(long, value_enum, value_name = "TRACK", requires = "log")]
     track: Option<TrackArg>,
-    /// The hand file that implements the abstract signals, such as `hand_flags.rules`; overrides the binding's
-    #[arg(long, value_name = "FILE")]
-    hand: Option<String>,
-    /// Override a param, such as `touch_on=0.1N`; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = name_and_value, requires = "log")]
-    set: Vec<(String, String)>,
+    #[command(flatten)]
+    hand: HandArg,
+    #[command(flatten)]
+    set: SetArg,
     #[command(flatten)]
     source: SourceArgs,
     /// What the engine runs instead: shared values and two-way tests, as text
@@ -88,35 +87,31 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return Err(InputError::new("the command line", message).help("add `--log LOG`").into());
         }
         None => {
-            let loaded = load_files(&args.files, args.hand.as_deref())?;
+            let loaded = load_files(&args.files, args.hand.file.as_deref())?;
             let rules = loaded.set();
             if args.compiled {
                 text(&lower(rules))
             } else if args.transitions {
                 let all: Vec<_> =
                     transitions(rules).iter().map(|of| diagram::transition_diagram(rules, of, None, None)).collect();
-                diagram::transitions(&all, args.format.into())
+                diagram::transitions(&all, args.form.format.into())
             } else {
                 let trees: Vec<Outline> = rules.trees.iter().map(|tree| diagram::outline(rules, tree, None)).collect();
-                diagram::trees(&trees, args.format.into())
+                diagram::trees(&trees, args.form.format.into())
             }
         }
     };
-    match &args.out {
-        Some(path) => {
-            let files = read_by(&args.source, &named(args));
-            let inputs: Vec<&Path> = files.iter().chain(&args.log).map(PathBuf::as_path).collect();
-            output::write(path, &drawn, &inputs)?;
-        }
-        None if args.format == Format::Text => output::print(&drawn)?,
-        None => output::print_data(&drawn)?,
+    match &args.out.file {
+        Some(path) => output::write(path, &drawn, &analysis(args).inputs(args.log.as_slice()))?,
+        None => args.form.print(&drawn)?,
     }
     Ok(())
 }
 
-/// The rules that the diagram is of.
-fn named(args: &Args) -> RuleArgs {
-    RuleArgs { rules: args.files.clone(), hand: args.hand.clone(), set: args.set.clone() }
+/// The rules that the diagram is of, and how the recording is read.
+fn analysis(args: &Args) -> AnalysisArgs {
+    let rules = RuleArgs { rules: args.files.clone(), hand: args.hand.clone(), set: args.set.clone() };
+    AnalysisArgs { rules, source: args.source.clone() }
 }
 
 /// The diagram with what a recording took.
@@ -126,9 +121,8 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
             .help("add `--at 2.5s`, or `--transitions` for what followed what")
             .into());
     }
-    let opened = args.source.open(log)?;
-    opened.read()?;
-    let found = named(args).load(&opened)?.analyze(&opened)?;
+    let analysis = analysis(args);
+    let found = analysis.analyze(&analysis.read(log)?)?;
     let rules = found.rules().set();
     let tracks: Vec<TrackId> = match args.track {
         Some(track) => vec![track.into()],
@@ -153,7 +147,7 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
             rules.tree(scope(*who)).map(|tree| diagram::outline(rules, tree, Some(taken)))
         };
         let trees: Vec<Outline> = moments.iter().filter_map(tree).collect();
-        return Ok(diagram::trees(&trees, args.format.into()));
+        return Ok(diagram::trees(&trees, args.form.format.into()));
     }
     let only = args.track.map(TrackId::from);
     let side = match only {
@@ -171,7 +165,7 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
             all.push(transition_diagram);
         }
     }
-    Ok(diagram::transitions(&all, args.format.into()))
+    Ok(diagram::transitions(&all, args.form.format.into()))
 }
 
 /// What the tree of a track took at a time.

@@ -1,7 +1,7 @@
 //! `teachtree inspect`: what a log holds, what could be recognised from it, and a binding to fill in.
 
-use super::rules::{RuleArgs, read_by};
-use super::source::SourceArgs;
+use super::analysis::AnalysisArgs;
+use super::output_args::FormatArg;
 use super::{Failure, output};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -28,18 +28,15 @@ pub struct Args {
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
-    rules: RuleArgs,
-    #[command(flatten)]
-    source: SourceArgs,
+    analysis: AnalysisArgs,
     /// Write a binding to fill in
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
     /// Write what an analysis learns of the rate and of the sensors, for `live --calibration`
     #[arg(long, value_name = "FILE.json")]
     calibrate: Option<PathBuf>,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    #[command(flatten)]
+    form: FormatArg<Format>,
 }
 
 /// Forms of an inspection.
@@ -92,8 +89,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for log in &logs {
         match one(args, log, alone) {
             Ok(text) => {
-                let text = if done > 0 && args.format == Format::Text { format!("\n{text}") } else { text };
-                if args.format == Format::Text { output::print(&text) } else { output::print_json(&text) }?;
+                let apart = if done > 0 && args.form.format == Format::Text { "\n" } else { "" };
+                args.form.print(&format!("{apart}{text}"))?;
                 done += 1;
             }
             // The other recordings are worth having all the same.
@@ -109,29 +106,27 @@ fn one(args: &Args, log: &Path, alone: bool) -> Result<String, Failure> {
     if log == Path::new("-") {
         return Err(InputError::new("-", "a stream cannot be inspected, expected a file").into());
     }
-    let binding = args.source.binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
+    let binding = args.analysis.source.binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
     let source = formats::open(log)?;
     let canonical = source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
     let time = binding.as_ref().map(|binding| &binding.time);
     let rate = binding.as_ref().and_then(|binding| binding.rate).map(|rate| rate.0);
     let inspected = inspect(source, time, rate)?;
+    let inputs = || args.analysis.inputs(&[log.into()]);
     if let Some(path) = &args.skeleton {
-        let files = read_by(&args.source, &args.rules);
-        let inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).chain([log]).collect();
+        let inputs = inputs();
         let skeleton = skeleton(&inspected);
         output::refuse_inputs(path, &inputs)?;
         refuse_filled_in(path, &skeleton)?;
         output::write(path, &skeleton, &inputs)?;
     }
     if let Some(path) = &args.calibrate {
-        let files = read_by(&args.source, &args.rules);
-        let inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).chain([log]).collect();
-        let opened = args.source.open(log)?;
-        let calibration = Calibration::of(&opened, &args.rules.load(&opened)?)?;
-        output::write(path, &calibration.text()?, &inputs)?;
+        let opened = args.analysis.source.open(log)?;
+        let calibration = Calibration::of(&opened, &args.analysis.rules.load(&opened)?)?;
+        output::write(path, &calibration.text()?, &inputs())?;
     }
     let recognition = if binding.is_some() || canonical { recognition(args, log)? } else { Recognition::foreign() };
-    if args.format == Format::Text {
+    if args.form.format == Format::Text {
         return Ok(text(&inspected, &recognition));
     }
     let document = Document { schema: "teachtree.inspection/1", log: &inspected, recognition: &recognition };
@@ -151,11 +146,11 @@ fn refuse_filled_in(path: &Path, skeleton: &str) -> Result<(), InputError> {
 
 /// What the rules can detect in the log.
 fn recognition(args: &Args, log: &Path) -> Result<Recognition, Failure> {
-    let log = match args.source.open(log).and_then(|log| log.read().map(|()| log)) {
+    let log = match args.analysis.read(log) {
         Ok(log) => log,
         Err(error) => return Ok(Recognition::impossible(&error)),
     };
-    let rules = args.rules.load(&log)?;
+    let rules = args.analysis.rules.load(&log)?;
     match rules.observability(&log) {
         Ok(Observability { tracks, issues }) => Ok(Recognition { error: None, tracks, issues }),
         Err(error) => Ok(Recognition::impossible(&error)),

@@ -9,6 +9,7 @@ mod server;
 mod source;
 
 use super::rules::RuleArgs;
+use super::source::SourceArgs;
 use super::{Failure, output};
 use source::{Kind, MAX_LINE, Outlet, SourceEvent};
 use std::path::{Path, PathBuf};
@@ -20,7 +21,7 @@ use teachtree_base::error::InputError;
 use teachtree_frames::bind::{RowBinder, WAIT_S};
 use teachtree_logs::read::{csv, text};
 use teachtree_session::SceneInternals;
-use teachtree_session::{Calibration, CalibrationSource, Error, Feed, FeedOptions, LiveEvent, Log, Scene};
+use teachtree_session::{Calibration, CalibrationSource, Error, Feed, FeedOptions, LiveEvent, Scene};
 
 /// The largest calibration file, bytes.
 const MAX_CALIBRATION: u64 = 16 << 20;
@@ -167,9 +168,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Reads a calibration, or a recording to calibrate with.
 fn known(path: &Path, args: &Args) -> Result<CalibrationSource, Failure> {
     if path.extension().is_none_or(|ending| ending != "json") {
-        let options = args.binding.iter().fold(Log::options(), |options, binding| options.binding(binding));
-        let options = args.scene.iter().fold(options, |options, scene| options.scene(scene));
-        return Ok(CalibrationSource::Recording(options.open(path)?));
+        let source = SourceArgs { binding: args.binding.clone(), scene: args.scene.clone() };
+        return Ok(CalibrationSource::Recording(source.open(path)?));
     }
     let text = text::read(path, MAX_CALIBRATION)?;
     Ok(CalibrationSource::File(Box::new(Calibration::parse(&path.display().to_string(), &text)?)))

@@ -1,6 +1,7 @@
 //! `teachtree lsp`: the language server on standard input and output.
 
 use super::Failure;
+use super::rules::HandArg;
 use std::path::PathBuf;
 use teachtree_base::error::InputError;
 use teachtree_base::units::time;
@@ -24,9 +25,8 @@ pub struct Args {
     /// A scene instead of the one that the recording carries
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// The hand file that implements the abstract signals, such as `hand_flags.rules`; overrides the binding's
-    #[arg(long, value_name = "FILE")]
-    hand: Option<String>,
+    #[command(flatten)]
+    hand: HandArg,
     /// What some editors add for every server: there is no other way than standard input and output
     #[arg(long, hide = true)]
     stdio: bool,
@@ -45,7 +45,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         at: at.clone(),
         binding: binding.clone(),
         scene: scene.clone(),
-        hand: hand.clone(),
+        hand: hand.file.clone(),
     };
     match serve(std::io::stdin(), std::io::stdout().lock(), settings, super::inputs::wrong) {
         Ok(true) => Ok(()),

@@ -5,6 +5,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the floor that prints")]
 
 mod agree;
+mod analysis;
 mod analyze;
 mod annotate;
 mod audit;
@@ -22,8 +23,8 @@ mod inspect;
 mod list;
 mod live;
 mod lsp;
-mod mcap;
 mod output;
+mod output_args;
 mod parallel;
 mod progress;
 mod prove;
@@ -35,7 +36,6 @@ mod source;
 mod studio;
 mod teach;
 mod test;
-mod trace;
 mod truth;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};

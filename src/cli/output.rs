@@ -17,7 +17,7 @@ const USUAL_WIDTH: usize = 100;
 ///
 /// # Errors
 /// When the place cannot be written, or is one of `inputs` or beside one of them.
-pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError> {
+pub fn write(path: &Path, text: &str, inputs: &[PathBuf]) -> Result<(), InputError> {
     let mut files = Files::default();
     add(&mut files, path, text, inputs)?;
     files.commit()
@@ -27,7 +27,7 @@ pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError
 ///
 /// # Errors
 /// As [`write`].
-pub fn add(files: &mut Files, path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError> {
+pub fn add(files: &mut Files, path: &Path, text: &str, inputs: &[PathBuf]) -> Result<(), InputError> {
     refuse_inputs(path, inputs)?;
     files.add(path, |out| out.write_all(text.as_bytes()))
 }
@@ -37,7 +37,7 @@ pub fn add(files: &mut Files, path: &Path, text: &str, inputs: &[&Path]) -> Resu
 ///
 /// # Errors
 /// When it would.
-pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
+pub fn may_record(path: &Path, inputs: &[PathBuf]) -> Result<(), InputError> {
     formats::check_name(path)?;
     if path.is_dir() {
         return Err(InputError::new(path.display().to_string(), "is a folder, expected the name of a log"));
@@ -78,7 +78,7 @@ const BESIDE: [&str; 2] = ["scene.yaml", "events.csv"];
 ///
 /// # Errors
 /// When it is.
-pub fn refuse_inputs(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
+pub fn refuse_inputs(path: &Path, inputs: &[PathBuf]) -> Result<(), InputError> {
     let is_beside = |input: &Path, place: &Path| {
         let log = formats::without_episode(input);
         let in_folder = log.is_dir() && std::fs::canonicalize(&log).is_ok_and(|folder| place.starts_with(folder));
@@ -93,13 +93,25 @@ fn is_at(file: &Path, place: &Path) -> bool {
     std::fs::canonicalize(file).is_ok_and(|file| file == place)
 }
 
-fn refuse(path: &Path, inputs: &[&Path], would_be_lost: &dyn Fn(&Path, &Path) -> bool) -> Result<(), InputError> {
+fn refuse(path: &Path, inputs: &[PathBuf], would_be_lost: &dyn Fn(&Path, &Path) -> bool) -> Result<(), InputError> {
     let Ok(place) = std::fs::canonicalize(path) else { return Ok(()) };
     if inputs.iter().any(|input| would_be_lost(input, &place)) {
         let message = "is an input of this command and would be lost";
         return Err(InputError::new(path.display().to_string(), message).help("write to another file"));
     }
     Ok(())
+}
+
+/// Refuses the name of a new copy where something is.
+///
+/// # Errors
+/// When something is there.
+pub fn refuse_existing(copy: &Path) -> Result<(), InputError> {
+    if copy.symlink_metadata().is_err() {
+        return Ok(());
+    }
+    let error = InputError::new(copy.display().to_string(), "is there already, expected the name of a new copy");
+    Err(error.help("name another one, or delete it first"))
 }
 
 /// Makes a folder with all above it.

@@ -5,8 +5,10 @@ use super::{Failure, output};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use teachtree_base::error::InputError;
+use teachtree_logs::issue::IssueKind;
 
 /// Options of commands that work on many recordings.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -47,12 +49,51 @@ impl ParallelArgs {
         Ok(pool.install(all))
     }
 
+    /// Does `work` on each recording, as [`each`](Self::each).
+    pub fn each_log<'a, R: Send>(
+        &self,
+        label: &str,
+        logs: &'a [PathBuf],
+        work: impl Fn(&Path) -> Result<R, Failure> + Sync,
+    ) -> Result<LogResults<'a, R>, InputError> {
+        let mut results = LogResults { done: Vec::new(), failed: Vec::new() };
+        for (log, result) in logs.iter().zip(self.each(label, logs, |log| work(log))?) {
+            match result {
+                Ok(result) => results.done.push((log, result)),
+                Err(failure) => results.failed.push((log, failure)),
+            }
+        }
+        Ok(results)
+    }
+
     /// Prints a warning unless there are to be none.
     pub fn warn(&self, warning: &str) {
         if !self.quiet {
             output::complain(&format!("warning: {warning}"));
         }
     }
+}
+
+/// The results of several recordings, and the failures of the others.
+pub struct LogResults<'a, R> {
+    pub done: Vec<(&'a PathBuf, R)>,
+    pub failed: Vec<(&'a PathBuf, Failure)>,
+}
+
+/// Failures, each with the name of its recording.
+pub fn named_failures(failed: Vec<(&PathBuf, Failure)>) -> Vec<Failure> {
+    failed.into_iter().map(|(log, failure)| failure.of_log(log)).collect()
+}
+
+/// Failures without those that are the same for several recordings.
+pub fn distinct_failures(failed: Vec<(&PathBuf, Failure)>) -> Vec<Failure> {
+    let mut failures = Vec::new();
+    for (_, failure) in failed {
+        if !failures.contains(&failure) {
+            failures.push(failure);
+        }
+    }
+    failures
 }
 
 /// How many issues of each kind the logs have.
@@ -68,14 +109,11 @@ struct Kind {
 }
 
 impl Issues {
-    /// Adds those of one log, by kind.
-    pub fn add<'a>(&mut self, log: &str, kinds: impl IntoIterator<Item = &'a str>) {
-        let mut own: BTreeMap<&str, usize> = BTreeMap::new();
-        for kind in kinds {
-            *own.entry(kind).or_default() += 1;
-        }
-        for (kind, count) in own {
-            let all = self.0.entry(kind.into()).or_insert_with(|| Kind { count: 0, logs: 0, first: log.into() });
+    /// Adds those of one log, with the count of each kind.
+    pub fn add(&mut self, log: &Path, kinds: &BTreeMap<IssueKind, usize>) {
+        for (kind, count) in kinds {
+            let first = || Kind { count: 0, logs: 0, first: log.display().to_string() };
+            let all = self.0.entry(kind.name().into()).or_insert_with(first);
             all.count += count;
             all.logs += 1;
         }

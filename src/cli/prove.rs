@@ -1,6 +1,7 @@
 //! `teachtree prove` and `teachtree diff`: two rule sets held against each other.
 
-use super::parallel::ParallelArgs;
+use super::analysis::AnalysisArgs;
+use super::parallel::{LogResults, ParallelArgs, named_failures};
 use super::rules::{RuleArgs, load_files};
 use super::source::SourceArgs;
 use super::truth::{TruthArgs, lacks_labels};
@@ -124,7 +125,6 @@ fn write_proof(proof: &ExtensionProof, hand: Option<&str>, printed: &mut String)
 
 /// Runs `diff`.
 pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
-    let named = |file: &PathBuf| RuleArgs { rules: vec![file.clone()], hand: args.hand.clone(), ..RuleArgs::default() };
     let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
     let (one, other) = (read(&args.one)?, read(&args.other)?);
     let (one, other) = (one.set(), other.set());
@@ -148,31 +148,26 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     args.source.check(logs.len())?;
     args.truth.check(logs.len())?;
     let names = args.truth.of_session().names()?;
-    let compared = args.many.each("comparing", &logs, |log| {
-        let opened = args.source.open(log)?;
-        opened.read()?;
-        let run = |file: &PathBuf| named(file).load(&opened)?.analyze(&opened);
-        let (ours, theirs) = (run(&args.one)?, run(&args.other)?);
+    let by = |file: &PathBuf| AnalysisArgs {
+        rules: RuleArgs::of_files(std::slice::from_ref(file), args.hand.as_deref()),
+        source: args.source.clone(),
+    };
+    let (by_one, by_other) = (by(&args.one), by(&args.other));
+    let LogResults { done, failed } = args.many.each_log("comparing", &logs, |log| {
+        let opened = by_one.read(log)?;
+        let (ours, theirs) = (by_one.analyze(&opened)?, by_other.analyze(&opened)?);
         let mut printed = format!("\n{}\n", log.display());
         write_log_differences(ours.found(), theirs.found(), &mut printed);
         write_agreement(args, &ours, &theirs, &names, &mut printed)?;
-        Ok::<_, Failure>(printed)
+        Ok(printed)
     })?;
-    let (mut done, mut failures) = (0, Vec::new());
-    for (log, compared) in logs.iter().zip(compared) {
-        match compared {
-            Ok(text) => {
-                done += 1;
-                printed.push_str(&text);
-            }
-            Err(failure) => failures.push(failure.of_log(log)),
-        }
-    }
+    let failures = named_failures(failed);
+    printed.extend(done.iter().map(|(_, text)| text.as_str()));
     // Where no recording could be read, the difference of the rules would hide it.
-    if done > 0 || failures.is_empty() {
+    if !done.is_empty() || failures.is_empty() {
         output::print(&printed)?;
     }
-    Failure::some(failures, done)
+    Failure::some(failures, done.len())
 }
 
 /// The cases in which trees differ.

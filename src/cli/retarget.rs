@@ -1,7 +1,7 @@
 //! `teachtree retarget`: a recording in, commands for a robot out.
 
-use super::rules::{RuleArgs, read_by};
-use super::source::{SourceArgs, is_yaml};
+use super::analysis::AnalysisArgs;
+use super::source::is_yaml;
 use super::{Failure, output};
 use nalgebra::Vector3;
 use std::cell::RefCell;
@@ -31,9 +31,7 @@ pub struct Args {
     #[arg(long, value_name = "ROBOT", default_value = "both_hands")]
     robot: String,
     #[command(flatten)]
-    rules: RuleArgs,
-    #[command(flatten)]
-    source: SourceArgs,
+    analysis: AnalysisArgs,
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Json)]
     format: Format,
@@ -53,12 +51,12 @@ pub enum Format {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (robot, parts) = open_robot(&args.robot)?;
-    let files = read_by(&args.source, &args.rules);
-    let inputs: Vec<&Path> = files.iter().chain(&parts).chain([&args.log]).map(PathBuf::as_path).collect();
+    let mut inputs = args.analysis.inputs(std::slice::from_ref(&args.log));
+    inputs.extend(parts);
     output::refuse_inputs(&args.out, &inputs)?;
-    let log = args.source.open(&args.log)?;
+    let log = args.analysis.source.open(&args.log)?;
     let opened = log.opened()?;
-    let analysis = args.rules.load(&log)?.analyze(&log)?;
+    let analysis = args.analysis.analyze(&log)?;
     let mut commands =
         command::commands(&opened.trusted()?, analysis.found(), touch_forces(analysis.rules()), &log.name())?;
     if commands.tasks.is_empty() {

@@ -1,8 +1,8 @@
 //! `teachtree score`: what is found in recordings against what is true.
 
-use super::parallel::ParallelArgs;
-use super::rules::{RuleArgs, read_by};
-use super::source::SourceArgs;
+use super::analysis::AnalysisArgs;
+use super::output_args::{FormatArg, OutArg};
+use super::parallel::{LogResults, ParallelArgs, distinct_failures};
 use super::truth::{TruthArgs, read};
 use super::{Failure, output};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,6 @@ use teachtree_analysis::score::{self, KnownNames, NameMap, Row, Score, Sequences
 use teachtree_base::error::InputError;
 use teachtree_logs::atomic_write::Files;
 use teachtree_report as report;
-use teachtree_session::files::all_logs;
 use teachtree_session::{AnalysisInternals, LabelsInternals, LogInternals, RulesInternals};
 
 /// Options of `score`.
@@ -26,9 +25,7 @@ pub struct Args {
     #[command(flatten)]
     truth: TruthArgs,
     #[command(flatten)]
-    rules: RuleArgs,
-    #[command(flatten)]
-    source: SourceArgs,
+    analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
     /// Relabel the truth by the same rules before relabeled segments are compared with it
@@ -49,12 +46,10 @@ pub struct Args {
     /// Fail when the edit score is less than this, in percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     min_edit: Option<f64>,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
-    /// Where to write it; standard output when left out
-    #[arg(long, short, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    form: FormatArg<Format>,
+    #[command(flatten)]
+    out: OutArg,
     /// Also draw confusions and boundary errors
     #[arg(long, value_name = "FILE.svg")]
     picture: Option<PathBuf>,
@@ -78,32 +73,17 @@ fn percent(text: &str) -> Result<f64, String> {
 
 /// Runs `score`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let outputs: Vec<&Path> = args.out.iter().chain(&args.picture).map(PathBuf::as_path).collect();
+    let outputs: Vec<&Path> = args.out.file.iter().chain(&args.picture).map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
-    let logs = all_logs(&args.logs)?;
-    args.truth.check(logs.len())?;
-    let logs = args.truth.labeled(logs, &args.many)?;
+    let logs = args.truth.labeled_logs(&args.logs, &args.many)?;
     let map = args.truth.of_session().names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
     let texts = ScoreInputs { map, sequences };
-    args.source.check(logs.len())?;
-    let scored = args.many.each("scoring", &logs, |log| score_log(args, log, &texts))?;
-    let mut relabeled = Vec::new();
-    let mut raw = Vec::new();
-    let mut meta = None;
-    let (mut failures, mut done) = (Vec::new(), 0);
-    for scored in scored {
-        let scored = match scored {
-            Ok(scored) => scored,
-            // The other recordings are worth having all the same. What is wrong with all of them is said once.
-            Err(failure) => {
-                if !failures.contains(&failure) {
-                    failures.push(failure);
-                }
-                continue;
-            }
-        };
-        done += 1;
+    args.analysis.source.check(logs.len())?;
+    let LogResults { done, failed } = args.many.each_log("scoring", &logs, |log| score_log(args, log, &texts))?;
+    let (failures, count) = (distinct_failures(failed), done.len());
+    let (mut relabeled, mut raw, mut meta) = (Vec::new(), Vec::new(), None);
+    for (_, scored) in done {
         for warning in scored.warnings {
             args.many.warn(&warning);
         }
@@ -120,7 +100,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     write(args, &scores, &meta, &logs)?;
     let missed = scores.first().map_or_else(Vec::new, |score| args.missed(score));
     missed.iter().for_each(|missed| output::complain(missed));
-    Failure::some(failures, done)?;
+    Failure::some(failures, count)?;
     if missed.is_empty() { Ok(()) } else { Err(Failure::Negative) }
 }
 
@@ -148,27 +128,20 @@ impl Args {
 }
 
 fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {
-    let files = read_by(&args.source, &args.rules);
-    let named = [&args.truth.labels, &args.sequences].into_iter().flatten();
-    let map = args.truth.map.as_deref().map(Path::new);
-    let inputs: Vec<&Path> = logs.iter().chain(named).chain(&files).map(PathBuf::as_path).chain(map).collect();
+    let mut inputs = args.analysis.inputs(logs);
+    inputs.extend([&args.truth.labels, &args.sequences].into_iter().flatten().cloned());
+    inputs.extend(args.truth.map.iter().map(PathBuf::from));
     let mut files = Files::default();
     if let (Some(path), Some(score)) = (&args.picture, scores.first()) {
         output::add(&mut files, path, &report::score::picture(score, meta), &inputs)?;
     }
-    let text = match args.format {
+    let text = match args.form.format {
         Format::Text => report::score::text(scores, meta),
         Format::Json => score::json(scores, meta),
     };
-    if let Some(path) = &args.out {
-        output::add(&mut files, path, &text, &inputs)?;
-    }
+    args.out.add(&mut files, &text, &inputs)?;
     files.commit_anew()?;
-    match &args.out {
-        Some(_) => Ok(()),
-        None if args.format == Format::Text => output::print(&text),
-        None => output::print_json(&text),
-    }
+    args.out.print(&args.form, &text)
 }
 
 /// The score of one recording.
@@ -188,9 +161,9 @@ struct ScoreInputs<'a> {
 
 fn score_log(args: &Args, log: &Path, texts: &ScoreInputs) -> Result<RecordingScore, Failure> {
     let map = &texts.map;
-    let log = args.source.open(log)?;
+    let log = args.analysis.source.open(log)?;
     let opened = log.opened()?;
-    let rules = args.rules.load(&log)?;
+    let rules = args.analysis.rules.load(&log)?;
     let known = KnownNames::new(rules.set());
     let sequences =
         texts.sequences.as_ref().map(|(path, text)| Sequences::read(text, &path.display().to_string(), &known));

@@ -1,16 +1,16 @@
 //! `teachtree simulate`: commands in, the recording of the robot that carried them out.
 
+use super::analysis::AnalysisArgs;
 use super::progress::Progress;
 use super::retarget::{open_robot, open_scene};
-use super::rules::{RuleArgs, read_by};
-use super::source::{SourceArgs, in_scene, is_yaml};
+use super::rules::RuleArgs;
+use super::source::{in_scene, is_yaml};
 use super::{Failure, output};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::{TrackId, UNKNOWN};
 use teachtree_base::error::InputError;
 use teachtree_base::scene::Scene;
-use teachtree_base::short_number::ShortNumber;
 use teachtree_command::{Commands, Task, in_file};
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
@@ -19,11 +19,9 @@ use teachtree_robot::Robot;
 use teachtree_robot::planning::goal::goals;
 use teachtree_robot::planning::posture::Posture;
 use teachtree_robot::planning::trajectory::{JointTrajectory, Slowdown, trajectory};
-use teachtree_robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
-use teachtree_robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce};
-use teachtree_robot::simulation::warnings::warnings;
 use teachtree_robot::simulation::{Outcome, Performance, simulate};
-use teachtree_session::{Analysis, Log};
+use teachtree_robot_report::{format_clearance, format_outcomes, json, page};
+use teachtree_session::Analysis;
 
 /// Options of `simulate`.
 #[derive(clap::Args)]
@@ -105,11 +103,6 @@ pub enum Format {
     Json,
 }
 
-/// Objects that lean by more than the first are reported to lean, by more than the second to have fallen over, rad; objects faster than the third, m/s, still move.
-const LEANING_RAD: f64 = 0.05;
-const FALLEN_RAD: f64 = 0.8;
-const MOVING_M_S: f64 = 0.01;
-
 /// The largest file of a posture that is read, bytes.
 const MAX_POSTURE: u64 = 1 << 20;
 /// The largest file of commands that is read, bytes.
@@ -121,7 +114,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let text = text::read(&args.commands, MAX_COMMANDS)?;
     let commands = Commands::read(&text, &file)?;
     let ((robot, parts), scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
-    let scene_file = is_yaml(&args.scene).then(|| Path::new(&args.scene));
+    let scene_file = is_yaml(&args.scene).then(|| PathBuf::from(&args.scene));
     if !commands.scene.is_empty() && !scene.name.is_empty() && commands.scene != scene.name {
         output::complain(&format!(
             "warning: {file} is of the scene `{}`, and this one is `{}`",
@@ -135,20 +128,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let message = "is where a trajectory begins, and none is to be written";
         return Err(InputError::new("--posture", message).help("give `--trajectory` or `--goals`").into());
     }
-    let rules = RuleArgs { rules: args.rules.clone(), ..RuleArgs::default() };
-    let rule_files = read_by(&SourceArgs::default(), &rules);
-    if !rules.rules.is_empty() {
+    let analysis = AnalysisArgs { rules: RuleArgs::of_files(&args.rules, None), ..AnalysisArgs::default() };
+    if !args.rules.is_empty() {
         // A mistake in them is told before the robot begins.
-        rules.options().load()?;
+        analysis.rules.options().load()?;
     }
-    let inputs: Vec<&Path> = [&args.commands]
-        .into_iter()
-        .chain(&args.posture)
-        .chain(&parts)
-        .chain(&rule_files)
-        .map(PathBuf::as_path)
-        .chain(scene_file)
-        .collect();
+    let mut inputs = analysis.inputs(std::slice::from_ref(&args.commands));
+    inputs.extend(args.posture.iter().cloned().chain(parts).chain(scene_file));
     output::may_record(&args.out, &inputs)?;
     let more: Vec<&Path> = args.report.iter().chain(&args.trajectory).map(PathBuf::as_path).collect();
     more.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
@@ -164,7 +150,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let in_its_file = |error| in_scene(&args.scene, in_file(&file, error));
     let joints = joints.map_err(in_its_file)?;
     let performed = perform(&commands, &robot, &scene).map_err(in_its_file)?;
-    let Performance { recording, outcomes, nearest, collisions, trace } = performed;
+    let Performance { recording, outcomes, nearest, collisions, .. } = &performed;
     let mut files = Files::default();
     let mut said = String::new();
     if let (Some(place), Some(made)) = (&args.trajectory, &joints) {
@@ -179,48 +165,31 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let _ = writeln!(said, "{}: a goal for the controller of the {}", place.display(), name.replace('_', " "));
         }
     }
-    if let Some(page) = &args.report {
-        output::add(
-            &mut files,
-            page,
-            &teachtree_robot_report::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
-            &inputs,
-        )?;
+    if let Some(place) = &args.report {
+        output::add(&mut files, place, &page(&commands, &performed), &inputs)?;
     }
-    formats::add(&mut files, &recording, &args.out)?;
+    formats::add(&mut files, recording, &args.out)?;
     files.commit()?;
     let duration = recording.time.last().copied().unwrap_or_default();
     if args.format == Format::Text {
         output::print(&said)?;
-        output::print(&format_outcomes(&outcomes))?;
+        output::print(&format_outcomes(outcomes))?;
     }
-    let again = (!rules.rules.is_empty()).then(|| analyzed(&args.out, &rules)).transpose()?;
+    let analyzed = || analysis.analyze(&analysis.source.open(&args.out)?);
+    let again = (!args.rules.is_empty()).then(analyzed).transpose()?;
     let recognized = again.as_ref().map(|again| recognized(&commands, again));
-    let fails = args.fail_on.iter().any(|kind| kind.is_found(&outcomes, recognized.as_deref()));
+    let fails = args.fail_on.iter().any(|kind| kind.is_found(outcomes, recognized.as_deref()));
     if args.format == Format::Json {
         let (nearest, recognized) = (nearest.as_ref(), recognized.as_deref());
-        output::print_json(&teachtree_robot_report::json(
-            &commands,
-            &outcomes,
-            recognized,
-            nearest,
-            &collisions,
-            duration,
-        ))?;
+        output::print_json(&json(&commands, outcomes, recognized, nearest, collisions, duration))?;
         return if fails { Err(Failure::Negative) } else { Ok(()) };
     }
     if let (Some(again), Some(recognized)) = (&again, &recognized) {
         output::print(&format_recognized(&commands, recognized, again))?;
     }
-    output::print(&format_clearance(nearest.as_ref(), &collisions))?;
+    output::print(&format_clearance(nearest.as_ref(), collisions))?;
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     if fails { Err(Failure::Negative) } else { Ok(()) }
-}
-
-/// What rules find in the recording of the robot.
-fn analyzed(recording: &Path, rules: &RuleArgs) -> Result<Analysis, Failure> {
-    let log = Log::open(recording)?;
-    Ok(rules.load(&log)?.analyze(&log)?)
 }
 
 /// For each commanded task, whether one of that name and hand is found in the robot's recording; each one found counts once. Tasks that no rule names have nothing
@@ -301,111 +270,4 @@ fn summary(place: &Path, made: &JointTrajectory) -> String {
 pub fn perform(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<Performance, InputError> {
     let progress = Progress::new("simulating");
     simulate(commands, robot, scene, &mut |part| progress.set(part))
-}
-
-/// What came of the tasks.
-pub fn format_outcomes(outcomes: &[Outcome]) -> String {
-    let mut text = String::new();
-    let both = outcomes.iter().any(|outcome| outcome.side != outcomes[0].side);
-    for outcome in outcomes {
-        let hand = if both { format!("{} ", outcome.side) } else { String::new() };
-        let _ = write!(text, "{:8} {hand}{}: `{}` ", outcome.verdict().name(), outcome.task, outcome.object);
-        let _ = match outcome.fell_s {
-            Some(fell_s) => writeln!(text, "fell off after {fell_s:.1} s"),
-            None => writeln!(
-                text,
-                "is {:.1} mm and {:.1} degrees from where the demonstration left it{}",
-                ShortNumber(outcome.off * 1e3),
-                outcome.turned.to_degrees(),
-                format_object_state(outcome)
-            ),
-        };
-        for cause in &outcome.causes {
-            let _ = writeln!(text, "         {cause}");
-        }
-        if outcome.collides() {
-            let (deep, accepted) = (outcome.collision_m * 1e3, ACCEPTED_M * 1e3);
-            let _ = writeln!(
-                text,
-                "         links penetrated something by up to {deep:.1} mm, at most {accepted:.0} mm are accepted"
-            );
-        }
-        let _ = writeln!(
-            text,
-            "         palm within {:.1} mm of its path, forces {:.2} N off the commanded ones on average, {:.2} N at most",
-            outcome.palm_error * 1e3,
-            outcome.forces.error,
-            outcome.largest_force
-        );
-        if let Some((demonstrated, commanded, exerted)) = outcome.forces.means() {
-            let demonstrated = demonstrated.map_or_else(String::new, |mean| format!("{mean:.2} N demonstrated, "));
-            let _ = writeln!(
-                text,
-                "         fingertips on average: {demonstrated}{commanded:.2} N commanded, {exerted:.2} N exerted"
-            );
-        }
-        for change in outcome.forces.grip_changes() {
-            let _ = writeln!(text, "         {change}");
-        }
-        if let Some(searched) = &outcome.searched {
-            let _ = writeln!(text, "         {searched}");
-        }
-        text += &format_forces(&outcome.forces);
-    }
-    text
-}
-
-/// How an object is that is not where the operator left it.
-fn format_object_state(outcome: &Outcome) -> String {
-    if outcome.done {
-        return String::new();
-    }
-    let mut text = String::new();
-    if outcome.leaning > FALLEN_RAD {
-        text += ", fallen over";
-    } else if outcome.leaning > LEANING_RAD {
-        let _ = write!(text, ", leaning by {:.0} degrees", outcome.leaning.to_degrees());
-    }
-    if outcome.speed > MOVING_M_S {
-        let _ = write!(text, ", still moving at {:.0} mm/s", outcome.speed * 1e3);
-    }
-    text
-}
-
-/// How near two arms came to each other, and what arms went through.
-pub fn format_clearance(nearest: Option<&MinDistance>, collisions: &[Collision]) -> String {
-    let mut text = String::new();
-    if let Some(nearest) = nearest.filter(|nearest| !nearest.passes_through()) {
-        let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
-        let _ = writeln!(text, "the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s");
-    }
-    for warning in warnings(nearest, collisions) {
-        let _ = writeln!(text, "warning: {}", warning.message);
-    }
-    text
-}
-
-/// Forces that are not within their profile; nothing for those that are.
-fn format_forces(forces: &Forces) -> String {
-    let mut faults = Vec::new();
-    if !forces.below {
-        faults.push(format!("{:.2} N where {:.2} N are allowed", forces.largest, forces.allowed));
-    }
-    for (what, share) in [("fingers press", forces.fingers), ("their total is", forces.total)] {
-        if share < MOSTLY {
-            let (share, mostly) = (share * 100.0, MOSTLY * 100.0);
-            faults.push(format!("{what} as commanded for {share:.0} % of the time, expected {mostly:.0} %"));
-        }
-    }
-    if let Some((segment, MeanForce { finger, commanded, exerted, .. })) = forces.off() {
-        let segment = forces.name(segment);
-        faults.push(format!(
-            "the {finger} exerts {exerted:.2} N in {segment} on average, commanded are {commanded:.2} N"
-        ));
-    }
-    if faults.is_empty() {
-        String::new()
-    } else {
-        format!("         forces outside their profile: {}\n", faults.join("; "))
-    }
 }

@@ -72,8 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 impl Args {
     /// The rules that the others are held against, with the same hand file.
     fn against(&self) -> Option<(String, RulesOptions)> {
-        let hand = self.rules.hand.clone();
-        let rules = RuleArgs { rules: self.against.clone(), hand, ..RuleArgs::default() };
+        let rules = RuleArgs::of_files(&self.against, self.rules.hand.file.as_deref());
         let names: Vec<String> = self.against.iter().map(|file| file.display().to_string()).collect();
         (!names.is_empty()).then(|| (names.join(", "), rules.options()))
     }

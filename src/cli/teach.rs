@@ -76,7 +76,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Failure::Input(error) => in_operator(operator_name, in_scene(&args.scene, error)).into(),
         other => other,
     };
-    let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
     if let Some((first, last)) = args.seeds {
         let name = stem(operator_name);
         let places: Vec<(u64, PathBuf)> =

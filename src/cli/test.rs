@@ -1,7 +1,8 @@
 //! `teachtree test`: recordings against what is expected of them.
 
+use super::analysis::AnalysisArgs;
 use super::progress::Progress;
-use super::rules::RuleArgs;
+use super::rules::{HandArg, RuleArgs, SetArg};
 use super::source::SourceArgs;
 use super::{Failure, output};
 use rayon::prelude::*;
@@ -56,9 +57,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.rules")]
     only: Vec<String>,
     #[command(flatten)]
-    rules: RuleArgs,
-    #[command(flatten)]
-    source: SourceArgs,
+    analysis: AnalysisArgs,
 }
 
 impl Args {
@@ -108,8 +107,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut failures = Vec::new();
     let mut cases = Vec::new();
     let mut expectations = expectations(&args.paths)?;
-    let given = !args.rules.rules.is_empty() || !args.rules.set.is_empty() || args.rules.hand.is_some();
-    if !args.update && (given || args.source.binding.is_some() || args.source.scene.is_some()) {
+    let AnalysisArgs { rules, source } = &args.analysis;
+    let given = !rules.rules.is_empty() || !rules.set.values.is_empty() || rules.hand.file.is_some();
+    if !args.update && (given || source.binding.is_some() || source.scene.is_some()) {
         let message = "rules, params, hand file, binding and scene stand in each `.expect` file, those given here would not count";
         return Err(InputError::new("the command line", message)
             .help("edit the settings of the files, or write new ones with `--update`")
@@ -267,11 +267,12 @@ fn new_expectations(args: &Args, known: &[PathBuf]) -> Result<Vec<PathBuf>, Fail
             let mut setting = |key: &str, path: &Path| {
                 let _ = writeln!(head, "{key}: {}", beside(path, log.parent().unwrap_or(Path::new("."))));
             };
-            args.source.binding.iter().for_each(|path| setting("binding", path));
-            args.source.scene.iter().for_each(|path| setting("scene", path));
-            args.rules.rules.iter().for_each(|path| setting("rules", path));
-            args.rules.hand.iter().for_each(|hand| setting("hand", Path::new(hand)));
-            for (param, value) in &args.rules.set {
+            let AnalysisArgs { rules, source } = &args.analysis;
+            source.binding.iter().for_each(|path| setting("binding", path));
+            source.scene.iter().for_each(|path| setting("scene", path));
+            rules.rules.iter().for_each(|path| setting("rules", path));
+            rules.hand.file.iter().for_each(|hand| setting("hand", Path::new(hand)));
+            for (param, value) in &rules.set.values {
                 let _ = writeln!(head, "set: {param} = {value}");
             }
             let _ = writeln!(head, "tolerance: {} ms", expect::TOLERANCE_S * 1e3);
@@ -315,12 +316,12 @@ fn read(path: &Path) -> Result<Case, Failure> {
         SourceArgs { binding: expectation.binding.as_ref().map(place), scene: expectation.scene.as_ref().map(place) };
     let rules = RuleArgs {
         rules: expectation.rules.iter().map(found).collect(),
-        hand: expectation.hand.as_ref().map(|hand| found(hand).display().to_string()),
-        set: expectation.set.clone(),
+        hand: HandArg { file: expectation.hand.as_ref().map(|hand| found(hand).display().to_string()) },
+        set: SetArg { values: expectation.set.clone() },
     };
-    let log = source.open(&folder.join(&expectation.log))?;
-    log.read()?;
-    let rules = rules.load(&log).map_err(|error| Failure::from(error).named_in(&shown))?;
+    let analysis = AnalysisArgs { rules, source };
+    let log = analysis.read(&folder.join(&expectation.log))?;
+    let rules = analysis.rules.load(&log).map_err(|error| Failure::from(error).named_in(&shown))?;
     expectation.check(rules.set(), &shown)?;
     let analysis = rules.analyze(&log)?;
     Ok(Case { path: path.to_path_buf(), expectation, analysis })

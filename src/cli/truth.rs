@@ -7,7 +7,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_logs::read::{formats, text};
 use teachtree_session::Labels;
-use teachtree_session::files::label_file;
+use teachtree_session::files::{all_logs, label_file};
 use teachtree_session::score::{MAX_TEXT, is_of_several};
 
 /// Tracks by name.
@@ -31,15 +31,28 @@ impl From<TrackArg> for TrackId {
     }
 }
 
+/// The track of labels.
+#[derive(clap::Args, Clone, Copy, Debug, Default)]
+pub struct LabelTrackArg {
+    /// The track of labels that have no column `track`
+    #[arg(long, value_enum, value_name = "TRACK")]
+    track: Option<TrackArg>,
+}
+
+impl LabelTrackArg {
+    pub fn who(self) -> Option<TrackId> {
+        self.track.map(TrackId::from)
+    }
+}
+
 /// Options that name the truth.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct TruthArgs {
     /// True labels instead of those in the logs: a table, also of `analyze --format csv`; a file of ELAN; a LeRobot set with `meta/lerobot_annotations.json`; a folder with a file for each log
     #[arg(long, value_name = "FILE")]
     pub labels: Option<PathBuf>,
-    /// The track of labels that have no column `track`
-    #[arg(long, value_enum, value_name = "TRACK")]
-    pub track: Option<TrackArg>,
+    #[command(flatten)]
+    pub track: LabelTrackArg,
     /// From foreign names to ours: a YAML file, or `S1=Move|Approach,S2=Grasp,S9=mask`
     #[arg(long, value_name = "MAP")]
     pub map: Option<String>,
@@ -48,30 +61,35 @@ pub struct TruthArgs {
 impl TruthArgs {
     /// Refuses one label file for several recordings.
     pub fn check(&self, logs: usize) -> Result<(), InputError> {
-        match self.labels.as_ref().filter(|labels| logs > 1 && !is_of_several(labels)) {
-            None => Ok(()),
-            Some(labels) => {
-                let message = format!("one label file for {logs} recordings");
-                Err(InputError::new(labels.display().to_string(), message)
-                    .help("name the folder in which every log has its label file, or a table with a column `log`"))
-            }
-        }
+        self.labels.iter().try_for_each(|labels| check_labels(labels, logs))
     }
 
-    /// Those recordings that have a label file where `--labels` is a folder of them; how many have none is a warning.
+    /// The recordings that these paths stand for, without those that have no label file where `--labels` is a folder of them; how many have none is a
+    /// warning.
     ///
     /// # Errors
-    /// When none has one.
-    pub fn labeled(&self, logs: Vec<PathBuf>, many: &ParallelArgs) -> Result<Vec<PathBuf>, InputError> {
+    /// When there are none, or none has a label file, or several recordings have only one.
+    pub fn labeled_logs(&self, paths: &[PathBuf], many: &ParallelArgs) -> Result<Vec<PathBuf>, InputError> {
+        let logs = all_logs(paths)?;
+        self.check(logs.len())?;
         self.labels.iter().try_fold(logs, |logs, labels| labeled(logs, labels, many))
     }
 
     /// Where the labels are, as the library takes it.
     pub fn of_session(&self) -> Labels {
         let labels = self.labels.as_ref().map_or_else(Labels::default, Labels::file);
-        let labels = self.track.into_iter().fold(labels, |labels, track| labels.track(track.into()));
+        let labels = self.track.who().into_iter().fold(labels, Labels::track);
         self.map.iter().fold(labels, Labels::map)
     }
+}
+
+/// Refuses one label file for several recordings.
+pub fn check_labels(labels: &Path, logs: usize) -> Result<(), InputError> {
+    if logs < 2 || is_of_several(labels) {
+        return Ok(());
+    }
+    Err(InputError::new(labels.display().to_string(), format!("one label file for {logs} recordings"))
+        .help("name the folder in which every log has its label file, or a table with a column `log`"))
 }
 
 /// Whether a folder of label files has none for a log.

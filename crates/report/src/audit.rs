@@ -1,5 +1,11 @@
 //! What people see of an audit: a table for terminals, and a page for browsers that needs no network and no scripts.
 
+mod csv;
+mod json;
+
+pub use self::csv::csv;
+pub use json::json;
+
 use super::palette::{INK, color};
 use super::svg::{escape, length};
 use std::collections::BTreeMap;

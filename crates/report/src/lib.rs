@@ -1,5 +1,6 @@
 //! What people see of an analysis: a timeline for terminals, a page for browsers; of a score: tables and a picture; of rules: diagrams. Writers return text; they open no file and print nothing.
 
+pub mod agreement;
 pub mod audit;
 pub mod diagram;
 mod explain;

@@ -6,6 +6,7 @@ mod json;
 mod motion;
 mod picture;
 mod plot;
+mod text;
 
 use framing::{Framing, framing};
 pub use json::json;
@@ -18,15 +19,18 @@ use teachtree_command::Commands;
 use teachtree_report::page;
 use teachtree_report::svg::{escape, scrolled};
 use teachtree_robot::JointKind;
-use teachtree_robot::simulation::Outcome;
+use teachtree_robot::simulation::Performance;
 use teachtree_robot::simulation::trace::{FingerForce, Trace, TraceSample};
-use teachtree_robot::simulation::warnings::Warning;
+use teachtree_robot::simulation::warnings::{Warning, warnings};
+pub use text::{format_clearance, format_outcomes, format_performance};
 
 /// Names of the components of a vector.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Writes the page.
-pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: &[Warning]) -> String {
+pub fn page(commands: &Commands, performed: &Performance) -> String {
+    let Performance { outcomes, nearest, collisions, trace, .. } = performed;
+    let warnings = warnings(nearest.as_ref(), collisions);
     let robot = trace.limbs.first().map_or("", |limb| limb.robot.name.as_str());
     let title = format!("{} – the robot {}", escape(&commands.log), escape(robot));
     let mut html = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
@@ -88,7 +92,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: 
         html.push_str("</div>\n</section>\n");
     }
     html.push_str("</div>\n");
-    html.push_str(&page::elements(&motion::data(commands, trace, outcomes, warnings)));
+    html.push_str(&page::elements(&motion::data(commands, trace, outcomes, &warnings)));
     html.push_str("</body>\n</html>\n");
     html
 }

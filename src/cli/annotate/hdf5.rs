@@ -1,11 +1,13 @@
 //! `annotate` of an HDF5 file: step signals by which MimicGen, Isaac Lab Mimic and AutoData divide demonstrations, and what each of them lacks.
 
+use super::super::parallel::{LogResults, named_failures};
+use super::super::rules::name_and_value;
 use super::super::{Failure, output};
 use super::task_spec::{Demonstration, TaskSpec};
-use super::{Args, LayoutArg, provenance};
+use super::{Args, Destination, provenance};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use teachtree_analysis::steps::{SignalError, values};
 use teachtree_base::error::InputError;
 use teachtree_logs::atomic_write::Files;
@@ -15,6 +17,101 @@ use teachtree_session::Analysis;
 use teachtree_session::signals::{Signal, of_binding};
 use teachtree_session::{AnalysisInternals, LogInternals};
 
+/// Options of HDF5 files.
+#[derive(clap::Args)]
+pub struct Hdf5 {
+    /// HDF5: a signal by which a part of a demonstration ends: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated; the `signals` of the binding when left out
+    #[arg(long, value_name = "NAME=STEP")]
+    signal: Vec<String>,
+    /// HDF5: a signal by which a part begins, in the layout of Isaac Lab Mimic; may be repeated; the `start_signals` of the binding when left out
+    #[arg(long, value_name = "NAME=STEP")]
+    start_signal: Vec<String>,
+    /// HDF5: write the specification of the task for a data generator: `.json` for MimicGen, `.yaml` for AutoData
+    #[arg(long, value_name = "FILE")]
+    task_spec: Option<PathBuf>,
+    /// HDF5: the name of a body of the scene in the file, for --task-spec; may be repeated
+    #[arg(long, value_name = "BODY=NAME", value_parser = name_and_value)]
+    pub(super) object_ref: Vec<(String, String)>,
+    /// HDF5: the layout of the signals; when left out the one of the file, else MimicGen's
+    #[arg(long, value_enum)]
+    layout: Option<LayoutArg>,
+}
+
+/// Where signals are in an HDF5 file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum LayoutArg {
+    /// In `datagen_info`, as of MimicGen
+    Mimicgen,
+    /// In `obs/datagen_info`, as of Isaac Lab Mimic and AutoData
+    Isaac,
+}
+
+impl Destination for Hdf5 {
+    fn is_kind_of(&self, data: &Path) -> Result<bool, InputError> {
+        Ok(data.is_file() && formats::is_hdf5(data)?)
+    }
+
+    fn given(&self) -> Option<&'static str> {
+        let signals = !self.signal.is_empty() || !self.start_signal.is_empty() || self.layout.is_some();
+        let is_given = signals || self.task_spec.is_some() || !self.object_ref.is_empty();
+        is_given.then_some("--signal, --start-signal, --task-spec, --object-ref and --layout are of HDF5 files")
+    }
+
+    fn annotate(&self, args: &Args) -> Result<(), Failure> {
+        let place = args.data.display().to_string();
+        let wanted = wanted(self, args)?;
+        let Some(logs) = formats::all_of(&args.data)? else {
+            let message = "is one recording, expected a file with several, as robomimic writes them: `data/demo_0`, …";
+            return Err(InputError::new(place, message).into());
+        };
+        check_names(args, &wanted, &logs)?;
+        let spec = self.task_spec.as_deref().map(|path| TaskSpec::new(args, path, &wanted)).transpose()?;
+        args.analysis.source.check(logs.len())?;
+        let analyze = |log: &Path| Ok(args.analysis.analyze(&args.analysis.source.open(log)?)?);
+        let LogResults { done, failed } = args.many.each_log("analyzing", &logs, analyze)?;
+        let failures = named_failures(failed);
+        let name = |log: &PathBuf| formats::recording_of(log).unwrap_or_default();
+        let analyses: Vec<(String, Analysis)> = done.into_iter().map(|(log, analysis)| (name(log), analysis)).collect();
+        if analyses.is_empty() {
+            return Failure::some(failures, 0);
+        }
+        let rows: Vec<Row> = analyses.iter().map(|(name, analysis)| row(name, analysis, &wanted)).collect();
+        let complete: Vec<String> =
+            rows.iter().filter(|row| row.rows.iter().all(Result::is_ok)).map(|row| row.name.clone()).collect();
+        let provenance_json = provenance(args, analyses.iter().map(|(_, analysis)| analysis)).to_string();
+        let signals: BTreeMap<String, Signals> =
+            rows.iter().map(|row| (row.name.clone(), row.signals.clone())).collect();
+        let layout = self.layout.map(|layout| match layout {
+            LayoutArg::Mimicgen => Layout::MimicGen,
+            LayoutArg::Isaac => Layout::Isaac,
+        });
+        let request = Request {
+            layout,
+            signals: &signals,
+            mask: MASK,
+            complete: &complete,
+            provenance: &provenance_json,
+            replace: args.replace,
+        };
+        let found: Vec<Demonstration> = analyses
+            .iter()
+            .zip(&rows)
+            .map(|((name, analysis), row)| Demonstration { name, analysis: analysis.found(), rows: &row.rows })
+            .collect();
+        // All of the specification but its name is on the disk before the copy gets its own.
+        let mut files = Files::default();
+        if let Some(spec) = &spec {
+            spec.add(&mut files, &found)?;
+        }
+        annotate(&args.data, &args.out, &request)?;
+        files.commit()?;
+        if !args.many.quiet {
+            output::print(&table(args, &wanted, &rows, complete.len()))?;
+        }
+        Failure::some(failures, analyses.len())
+    }
+}
+
 /// A recording with the row of each signal.
 struct Row {
     name: String,
@@ -22,70 +119,10 @@ struct Row {
     signals: Signals,
 }
 
-/// Writes the copy of a file with signals.
-pub fn run(args: &Args) -> Result<(), Failure> {
-    let place = args.data.display().to_string();
-    let wanted = wanted(args)?;
-    let Some(logs) = formats::all_of(&args.data)? else {
-        let message = "is one recording, expected a file with several, as robomimic writes them: `data/demo_0`, …";
-        return Err(InputError::new(place, message).into());
-    };
-    check_names(args, &wanted, &logs)?;
-    let spec = args.task_spec.as_deref().map(|path| TaskSpec::new(args, path, &wanted)).transpose()?;
-    args.source.check(logs.len())?;
-    let found = args.many.each("analyzing", &logs, |log| {
-        let log = args.source.open(log)?;
-        Ok::<_, Failure>(args.rules.load(&log)?.analyze(&log)?)
-    })?;
-    let (mut analyses, mut failures) = (Vec::new(), Vec::new());
-    for (log, found) in logs.iter().zip(found) {
-        match found {
-            Ok(analysis) => analyses.push((formats::recording_of(log).unwrap_or_default(), analysis)),
-            Err(failure) => failures.push(failure.of_log(log)),
-        }
-    }
-    if analyses.is_empty() {
-        return Failure::some(failures, 0);
-    }
-    let rows: Vec<Row> = analyses.iter().map(|(name, analysis)| row(name, analysis, &wanted)).collect();
-    let complete: Vec<String> =
-        rows.iter().filter(|row| row.rows.iter().all(Result::is_ok)).map(|row| row.name.clone()).collect();
-    let provenance_json = provenance(args, analyses.iter().map(|(_, analysis)| analysis)).to_string();
-    let signals: BTreeMap<String, Signals> = rows.iter().map(|row| (row.name.clone(), row.signals.clone())).collect();
-    let layout = args.layout.map(|layout| match layout {
-        LayoutArg::Mimicgen => Layout::MimicGen,
-        LayoutArg::Isaac => Layout::Isaac,
-    });
-    let request = Request {
-        layout,
-        signals: &signals,
-        mask: MASK,
-        complete: &complete,
-        provenance: &provenance_json,
-        replace: args.replace,
-    };
-    let found: Vec<Demonstration> = analyses
-        .iter()
-        .zip(&rows)
-        .map(|((name, analysis), row)| Demonstration { name, analysis: analysis.found(), rows: &row.rows })
-        .collect();
-    // All of the specification but its name is on the disk before the copy gets its own.
-    let mut files = Files::default();
-    if let Some(spec) = &spec {
-        spec.add(&mut files, &found)?;
-    }
-    annotate(&args.data, &args.out, &request)?;
-    files.commit()?;
-    if !args.many.quiet {
-        output::print(&table(args, &wanted, &rows, complete.len()))?;
-    }
-    Failure::some(failures, analyses.len())
-}
-
 /// The signals of the command line; of each kind that it names none of, those of the binding. Those that end parts come first.
-fn wanted(args: &Args) -> Result<Vec<Signal>, InputError> {
+fn wanted(own: &Hdf5, args: &Args) -> Result<Vec<Signal>, InputError> {
     let mut wanted: Vec<Signal> = Vec::new();
-    for (option, texts, starts) in [("--signal", &args.signal, false), ("--start-signal", &args.start_signal, true)] {
+    for (option, texts, starts) in [("--signal", &own.signal, false), ("--start-signal", &own.start_signal, true)] {
         for text in texts {
             let wrong = |message: String| InputError::new(option, message);
             let (name, step) = text.split_once('=').ok_or_else(|| {
@@ -98,8 +135,8 @@ fn wanted(args: &Args) -> Result<Vec<Signal>, InputError> {
             wanted.push(signal);
         }
     }
-    if let Some(binding) = &args.source.binding {
-        let is_named = |starts: bool| if starts { !args.start_signal.is_empty() } else { !args.signal.is_empty() };
+    if let Some(binding) = &args.analysis.source.binding {
+        let is_named = |starts: bool| if starts { !own.start_signal.is_empty() } else { !own.signal.is_empty() };
         wanted.extend(of_binding(binding)?.into_iter().filter(|signal| !is_named(signal.starts)));
         wanted.sort_by_key(|signal| signal.starts);
     }
@@ -112,9 +149,9 @@ fn wanted(args: &Args) -> Result<Vec<Signal>, InputError> {
 
 /// Refuses signals of primitives, tasks and bodies that there are none of, by the first recording that can be read.
 fn check_names(args: &Args, wanted: &[Signal], logs: &[PathBuf]) -> Result<(), Failure> {
-    let Some(log) = logs.iter().find_map(|log| args.source.open(log).ok()) else { return Ok(()) };
+    let Some(log) = logs.iter().find_map(|log| args.analysis.source.open(log).ok()) else { return Ok(()) };
     let bodies: BTreeSet<String> = log.opened()?.recording.scene.bodies.keys().cloned().collect();
-    let rules = args.rules.load(&log)?;
+    let rules = args.analysis.rules.load(&log)?;
     wanted.iter().try_for_each(|signal| signal.check(&rules, &bodies))?;
     Ok(())
 }

@@ -2,10 +2,11 @@
 
 use super::super::progress::Progress;
 use super::super::{Failure, output};
-use super::{Args, StyleArg, provenance};
+use super::{Args, Destination, provenance};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::spelling::nearest;
 use teachtree_logs::read::formats;
@@ -17,94 +18,140 @@ use teachtree_session::{AnalysisInternals, LogInternals, RulesInternals};
 /// How many different labels are listed.
 const LISTED: usize = 30;
 
-/// Writes the labeled copy of a set.
-pub fn run(args: &Args) -> Result<(), Failure> {
-    let phrasing = Phrasing::read(&args.words)?;
-    let wanted = |style: &Style| {
-        let named = |arg: &StyleArg| match arg {
-            StyleArg::Motion => *style == Style::Motion,
-            StyleArg::Subtask => *style == Style::Subtask,
+/// Options of LeRobot sets.
+#[derive(clap::Args)]
+pub struct LeRobot {
+    /// LeRobot: the labels to write, both when left out
+    #[arg(long, value_enum, value_name = "STYLE")]
+    style: Vec<StyleArg>,
+    /// LeRobot: how labels are worded, `{name}[ {object}][ ({partner})]` when left out, `{hand}` for the hand; `NAME=TEMPLATE` for one primitive, task or body; may be repeated
+    #[arg(long, value_name = "TEMPLATE")]
+    words: Vec<String>,
+    /// LeRobot: write `language_persistent`, as when no other form is named
+    #[arg(long)]
+    language: bool,
+    /// LeRobot: write `meta/subtasks.parquet` and the column `subtask_index`, as lerobot 0.4.4 to 0.5 reads them: the tasks, or the primitives with `--style motion`
+    #[arg(long)]
+    legacy: bool,
+    /// LeRobot: write the stages of SARM into `meta/episodes`: the tasks as `sparse_…`, the primitives as `dense_…`
+    #[arg(long)]
+    sarm: bool,
+    /// LeRobot 2.0 and 2.1: write columns `annotation.teachtree.…`, `meta/tasks.jsonl` and `meta/modality.json`, as GR00T reads them
+    #[arg(long)]
+    gr00t: bool,
+    /// LeRobot: write `meta/lerobot_annotations.json`, which the annotation tab of LeRobot's visualizer opens and `score --labels` reads
+    #[arg(long)]
+    prelabels: bool,
+}
+
+/// Labels by the name that LeRobot gives them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum StyleArg {
+    /// The primitives
+    Motion,
+    /// The tasks
+    Subtask,
+}
+
+impl Destination for LeRobot {
+    fn is_kind_of(&self, data: &Path) -> Result<bool, InputError> {
+        Ok(data.is_dir() && formats::is_set(data))
+    }
+
+    fn given(&self) -> Option<&'static str> {
+        let forms = self.language || self.legacy || self.sarm || self.gr00t || self.prelabels;
+        let is_given = forms || !self.words.is_empty() || !self.style.is_empty();
+        is_given.then_some("--words, --style and the forms of labels are of LeRobot sets")
+    }
+
+    fn annotate(&self, args: &Args) -> Result<(), Failure> {
+        let phrasing = Phrasing::read(&self.words)?;
+        let wanted = |style: &Style| {
+            let named = |arg: &StyleArg| match arg {
+                StyleArg::Motion => *style == Style::Motion,
+                StyleArg::Subtask => *style == Style::Subtask,
+            };
+            self.style.is_empty() || self.style.iter().any(named)
         };
-        args.style.is_empty() || args.style.iter().any(named)
-    };
-    let styles: Vec<Style> = Style::ALL.into_iter().filter(wanted).collect();
-    let forms = forms(args)?;
-    let legacy = legacy(args, &forms)?;
-    // `subtask_index` has one style; labels of the other one are written only where another form takes them.
-    let styles: Vec<Style> = match forms.as_slice() {
-        [LabelFormat::Legacy] => styles.into_iter().filter(|style| style.name() == legacy).collect(),
-        _ => styles,
-    };
-    let names: Vec<&str> = styles.iter().map(|style| style.name()).collect();
-    let set = AnnotationTarget::open(&args.data)?;
-    set.refuse_forms(&forms)?;
-    if !args.replace {
-        set.refuse_labeled(&forms, &names)?;
-    }
-    let logs = formats::all_of(&args.data)?.unwrap_or_default();
-    args.source.check(logs.len())?;
-    let found = args.many.each("analyzing", &logs, |log| {
-        let log = args.source.open(log)?;
-        let bodies: BTreeSet<String> = log.opened()?.recording.scene.bodies.keys().cloned().collect();
-        Ok::<_, Failure>((args.rules.load(&log)?.analyze(&log)?, bodies))
-    })?;
-    let (mut analyses, mut failures) = (BTreeMap::new(), Vec::new());
-    let mut bodies = BTreeSet::new();
-    for ((episode, log), found) in logs.iter().enumerate().zip(found) {
-        match found {
-            Ok((analysis, more)) => {
-                bodies.extend(more);
-                analyses.insert(episode, analysis);
+        let styles: Vec<Style> = Style::ALL.into_iter().filter(wanted).collect();
+        let forms = forms(self)?;
+        let legacy = legacy(&self.style, &forms)?;
+        // `subtask_index` has one style; labels of the other one are written only where another form takes them.
+        let styles: Vec<Style> = match forms.as_slice() {
+            [LabelFormat::Legacy] => styles.into_iter().filter(|style| style.name() == legacy).collect(),
+            _ => styles,
+        };
+        let names: Vec<&str> = styles.iter().map(|style| style.name()).collect();
+        let set = AnnotationTarget::open(&args.data)?;
+        set.refuse_forms(&forms)?;
+        if !args.replace {
+            set.refuse_labeled(&forms, &names)?;
+        }
+        let logs = formats::all_of(&args.data)?.unwrap_or_default();
+        args.analysis.source.check(logs.len())?;
+        let found = args.many.each("analyzing", &logs, |log| {
+            let log = args.analysis.source.open(log)?;
+            let bodies: BTreeSet<String> = log.opened()?.recording.scene.bodies.keys().cloned().collect();
+            Ok::<_, Failure>((args.analysis.analyze(&log)?, bodies))
+        })?;
+        let (mut analyses, mut failures) = (BTreeMap::new(), Vec::new());
+        let mut bodies = BTreeSet::new();
+        for ((episode, log), found) in logs.iter().enumerate().zip(found) {
+            match found {
+                Ok((analysis, more)) => {
+                    bodies.extend(more);
+                    analyses.insert(episode, analysis);
+                }
+                Err(failure) => failures.push(failure.of_log(log)),
             }
-            Err(failure) => failures.push(failure.of_log(log)),
         }
-    }
-    if analyses.is_empty() {
-        return Failure::some(failures, 0);
-    }
-    check_names(&phrasing, &analyses, bodies)?;
-    let labels: BTreeMap<usize, Vec<Label>> =
-        analyses.iter().map(|(episode, analysis)| (*episode, labels(analysis, &styles, &phrasing))).collect();
-    let unlabeled: Vec<usize> = (0..logs.len()).filter(|episode| !analyses.contains_key(episode)).collect();
-    let mut provenance_json = provenance(args, analyses.values());
-    if let Some(provenance_json) = provenance_json.as_object_mut() {
-        provenance_json.insert("styles".into(), json!(names));
-        provenance_json.insert("words".into(), json!(args.words));
-        if !unlabeled.is_empty() {
-            provenance_json.insert("episodes_without_labels".into(), json!(unlabeled));
+        if analyses.is_empty() {
+            return Failure::some(failures, 0);
         }
+        check_names(&phrasing, &analyses, bodies)?;
+        let labels: BTreeMap<usize, Vec<Label>> =
+            analyses.iter().map(|(episode, analysis)| (*episode, labels(analysis, &styles, &phrasing))).collect();
+        let unlabeled: Vec<usize> = (0..logs.len()).filter(|episode| !analyses.contains_key(episode)).collect();
+        let mut provenance_json = provenance(args, analyses.values());
+        if let Some(provenance_json) = provenance_json.as_object_mut() {
+            provenance_json.insert("styles".into(), json!(names));
+            provenance_json.insert("words".into(), json!(self.words));
+            if !unlabeled.is_empty() {
+                provenance_json.insert("episodes_without_labels".into(), json!(unlabeled));
+            }
+        }
+        let progress = (!args.many.quiet).then(|| Progress::new("writing"));
+        let request = Request { forms: &forms, styles: &names, legacy, labels: &labels, provenance: &provenance_json };
+        set.write(&args.out, &request, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
+        drop(progress);
+        if !args.many.quiet {
+            output::print(&summary(args, &labels, logs.len()))?;
+        }
+        Failure::some(failures, analyses.len())
     }
-    let progress = (!args.many.quiet).then(|| Progress::new("writing"));
-    let request = Request { forms: &forms, styles: &names, legacy, labels: &labels, provenance: &provenance_json };
-    set.write(&args.out, &request, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
-    drop(progress);
-    if !args.many.quiet {
-        output::print(&summary(args, &labels, logs.len()))?;
-    }
-    Failure::some(failures, analyses.len())
 }
 
 /// The forms that are asked for.
-fn forms(args: &Args) -> Result<Vec<LabelFormat>, InputError> {
-    if args.language && args.legacy {
+fn forms(own: &LeRobot) -> Result<Vec<LabelFormat>, InputError> {
+    if own.language && own.legacy {
         let message =
             "the versions of lerobot that read --legacy load no set with language columns, found --language too";
         return Err(InputError::new("--legacy", message).help("write two copies"));
     }
     let asked = [
-        (args.language, LabelFormat::Language),
-        (args.legacy, LabelFormat::Legacy),
-        (args.sarm, LabelFormat::Sarm),
-        (args.gr00t, LabelFormat::Gr00t),
-        (args.prelabels, LabelFormat::Prelabels),
+        (own.language, LabelFormat::Language),
+        (own.legacy, LabelFormat::Legacy),
+        (own.sarm, LabelFormat::Sarm),
+        (own.gr00t, LabelFormat::Gr00t),
+        (own.prelabels, LabelFormat::Prelabels),
     ];
     let forms: Vec<LabelFormat> = asked.into_iter().filter(|(is_asked, _)| *is_asked).map(|(_, form)| form).collect();
     Ok(if forms.is_empty() { vec![LabelFormat::Language] } else { forms })
 }
 
 /// The style of `subtask_index`, of which there is one.
-fn legacy(args: &Args, forms: &[LabelFormat]) -> Result<&'static str, InputError> {
-    match args.style.as_slice() {
+fn legacy(styles: &[StyleArg], forms: &[LabelFormat]) -> Result<&'static str, InputError> {
+    match styles {
         [] => Ok(Style::Subtask.name()),
         styles if styles.iter().all(|style| *style == StyleArg::Motion) => Ok(Style::Motion.name()),
         styles if styles.iter().all(|style| *style == StyleArg::Subtask) => Ok(Style::Subtask.name()),

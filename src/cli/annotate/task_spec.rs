@@ -1,8 +1,10 @@
 //! `--task-spec`: the specification of a task for programs that generate data. The parts of a demonstration end by its signals, one after the other;
 //! each part names the body that its motion is relative to: the partner of what is done, such as the peg of an insertion, else the object.
 
+mod auto_data;
+mod mimicgen;
+
 use super::super::output;
-use super::super::rules::read_by;
 use super::Args;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -12,7 +14,6 @@ use teachtree_analysis::steps::SignalError;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Side, TrackId};
 use teachtree_base::meaning::Meaning;
-use teachtree_base::yaml;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
 use teachtree_session::signals::Signal;
@@ -20,14 +21,21 @@ use teachtree_session::signals::Signal;
 /// How many rows behind an end a part may be cut, as MimicGen's templates have it.
 const OFFSETS: [usize; 2] = [10, 20];
 
-/// Whose specification it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
-    /// JSON, `task.task_spec.subtask_1`.
-    MimicGen,
-    /// YAML, `subtasks` by end effector.
-    AutoData,
+/// The table of formats.
+static FORMATS: [Format; 2] = [mimicgen::FORMAT, auto_data::FORMAT];
+
+/// A format of specifications.
+struct Format {
+    /// The program that reads it.
+    program: &'static str,
+    /// How files end, the usual ending first.
+    endings: &'static [&'static str],
+    /// The text of a specification, from the parts of each hand.
+    text: fn(&TaskSpec, &Hands, &[Demonstration]) -> Result<String, InputError>,
 }
+
+/// The parts of each hand, in their order.
+type Hands<'a> = BTreeMap<Side, Vec<&'a Part<'a>>>;
 
 /// A demonstration, and the row of each signal.
 pub(super) struct Demonstration<'a> {
@@ -40,7 +48,7 @@ pub(super) struct Demonstration<'a> {
 pub(super) struct TaskSpec<'a> {
     args: &'a Args,
     path: PathBuf,
-    format: Format,
+    format: &'static Format,
     wanted: &'a [Signal],
     /// The bodies that the file has poses of; none where it says nothing about them.
     bodies: Vec<String>,
@@ -63,21 +71,17 @@ impl<'a> TaskSpec<'a> {
     pub fn new(args: &'a Args, path: &Path, wanted: &'a [Signal]) -> Result<Self, InputError> {
         let place = path.display().to_string();
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let format = match ending.as_str() {
-            "json" => Format::MimicGen,
-            "yaml" | "yml" => Format::AutoData,
-            _ => {
-                let message = format!("ends in `.{ending}`, expected `.json` for MimicGen or `.yaml` for AutoData");
-                return Err(InputError::new(place, message));
-            }
-        };
+        let format = FORMATS.iter().find(|format| format.endings.contains(&ending.as_str())).ok_or_else(|| {
+            let known =
+                FORMATS.iter().map(|Format { program, endings, .. }| format!("`.{}` for {program}", endings[0]));
+            let known = known.collect::<Vec<_>>().join(" or ");
+            InputError::new(&place, format!("ends in `.{ending}`, expected {known}"))
+        })?;
         if wanted.iter().all(|signal| signal.starts) {
             return Err(InputError::new(place, "no signal ends a part of the task, expected at least one")
                 .help("name one: --signal grasp='start of Grasp of cube'"));
         }
-        let inputs = read_by(&args.source, &args.rules);
-        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).chain([args.data.as_path()]).collect();
-        output::refuse_inputs(path, &inputs)?;
+        output::refuse_inputs(path, &args.analysis.inputs(std::slice::from_ref(&args.data)))?;
         output::refuse_one_for_two(&[path, &args.out])?;
         if path.symlink_metadata().is_ok() {
             let error = InputError::new(place, "is there already, expected the name of a new file");
@@ -92,7 +96,7 @@ impl<'a> TaskSpec<'a> {
     /// # Errors
     /// As [`text`](Self::text), and when the file cannot be written.
     pub fn add(&self, files: &mut Files, found: &[Demonstration]) -> Result<(), InputError> {
-        output::add(files, &self.path, &self.text(found)?, &[&self.args.data])
+        output::add(files, &self.path, &self.text(found)?, std::slice::from_ref(&self.args.data))
     }
 
     /// The specification.
@@ -102,54 +106,11 @@ impl<'a> TaskSpec<'a> {
     fn text(&self, found: &[Demonstration]) -> Result<String, InputError> {
         let ends = self.wanted.iter().enumerate().filter(|(_, signal)| !signal.starts);
         let parts = ends.map(|(at, signal)| self.part(at, signal, found)).collect::<Result<Vec<_>, _>>()?;
-        let mut hands: BTreeMap<Side, Vec<&Part>> = BTreeMap::new();
+        let mut hands = Hands::new();
         for part in &parts {
             hands.entry(part.hand).or_default().push(part);
         }
-        match self.format {
-            Format::MimicGen if hands.len() > 1 => {
-                let message = "the signals are of both hands, and a specification of MimicGen has one arm";
-                Err(self.wrong(message.into()).help("name a file that ends in `.yaml`, for AutoData"))
-            }
-            Format::MimicGen => {
-                let mut all = Map::new();
-                for (number, subtask) in
-                    self.subtasks(&parts.iter().collect::<Vec<_>>(), found)?.into_iter().enumerate()
-                {
-                    all.insert(format!("subtask_{}", number + 1), subtask.into());
-                }
-                let text = serde_json::to_string_pretty(&json!({ "task": { "task_spec": all } }));
-                text.map(|text| text + "\n").map_err(|error| self.wrong(format!("cannot be made: {error}")))
-            }
-            Format::AutoData => self.auto_data(&hands, found),
-        }
-    }
-
-    fn auto_data(&self, hands: &BTreeMap<Side, Vec<&Part>>, found: &[Demonstration]) -> Result<String, InputError> {
-        let starts: Vec<&Signal> = self.wanted.iter().filter(|signal| signal.starts).collect();
-        let algo = match (starts.is_empty(), hands.len()) {
-            (false, _) => "skillgen",
-            (_, 0 | 1) => "mimicgen",
-            _ => "dexmimicgen",
-        };
-        let mut subtasks = Map::new();
-        for (hand, parts) in hands {
-            let mut all = vec![];
-            for (number, mut subtask) in self.subtasks(parts, found)?.into_iter().enumerate() {
-                let start = if hands.len() == 1 { starts.get(number) } else { None };
-                if let Some(start) = start {
-                    subtask.insert("subtask_start_signal".into(), json!(start.name));
-                }
-                let described = parts.get(number).map(|part| part.signal.step.to_string());
-                subtask.insert("description".into(), json!(described));
-                all.push(Value::Object(subtask));
-            }
-            subtasks.insert(hand.to_string(), all.into());
-        }
-        let name = self.path.file_stem().map(|name| name.to_string_lossy().into_owned());
-        let about = format!("written by teachtree {} from {}", env!("CARGO_PKG_VERSION"), self.args.data.display());
-        let spec = json!({ "name": name, "description": about, "algo": algo, "subtasks": subtasks, "constraints": [] });
-        yaml::write(&spec)
+        (self.format.text)(self, &hands, found)
     }
 
     /// What is written of each part of one hand.
@@ -237,7 +198,7 @@ impl<'a> TaskSpec<'a> {
             let message = format!("signal `{}`: the body that its motion is relative to is not known", signal.name);
             self.wrong(message).help("name it: `of OBJECT`, or `of OBJECT into PARTNER`")
         })?;
-        let given = self.args.object_ref.iter().find(|(of, _)| of == body).map(|(_, name)| name.as_str());
+        let given = self.args.hdf5.object_ref.iter().find(|(of, _)| of == body).map(|(_, name)| name.as_str());
         let object_ref = given.unwrap_or(body).to_string();
         if !self.bodies.is_empty() && !self.bodies.contains(&object_ref) {
             let message = format!("signal `{}`: the file has no poses of `{object_ref}`", signal.name);

@@ -3,7 +3,7 @@
 use super::remote_options::RemoteArgs;
 use super::{Args, stem};
 use crate::cli::retarget::{open_robot, touch_forces};
-use crate::cli::simulate::{format_clearance, format_outcomes};
+use crate::cli::rules::RuleArgs;
 use crate::cli::source::{in_scene, is_yaml};
 use crate::cli::{Failure, browser, on_interrupt, output};
 use std::path::{Path, PathBuf};
@@ -12,9 +12,9 @@ use std::time::Duration;
 use teachtree_base::error::InputError;
 use teachtree_command as command;
 use teachtree_logs::atomic_write;
-use teachtree_robot::simulation::warnings::warnings;
-use teachtree_robot::simulation::{Performance, Verdict, simulate};
+use teachtree_robot::simulation::{Verdict, simulate};
 use teachtree_robot::{self as robot, Robot};
+use teachtree_robot_report::{format_performance, page};
 use teachtree_serve::Server;
 use teachtree_session::{AnalysisInternals, LogInternals};
 use teachtree_session::{Log, RulesOptions};
@@ -89,13 +89,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (robot, parts) = open_robot(args.robot.as_deref().unwrap_or(ROBOT))?;
     inputs.extend(parts);
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.csv", stem(&args.scene))));
-    output::may_record(&out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    output::may_record(&out, &inputs)?;
     let port = args.live.port.unwrap_or(0);
     let (server, proof) = match args.live.others.server(port)? {
         Some((server, proof)) => (server, format!("{proof}\n")),
         None => (Server::new(port)?.behind(args.live.behind.clone()), String::new()),
     };
-    let rules = args.live.rules.iter().fold(RulesOptions::default(), |options, file| options.file(file));
+    let rules = RuleArgs::of_files(&args.live.rules, None).options();
     let options = Options {
         name: scene.name.clone(),
         scene,
@@ -178,11 +178,10 @@ fn perform(
         return Err(format!("the robot's hand cannot take the grasp: {why}"));
     }
     let performed = simulate(&commands, robot, scene, progress).map_err(|error| in_words(&error))?;
-    let Performance { recording, outcomes, nearest, collisions, trace } = performed;
     Ok(RobotResult {
-        text: format_outcomes(&outcomes) + &format_clearance(nearest.as_ref(), &collisions),
-        done: outcomes.iter().all(|outcome| outcome.verdict() == Verdict::Done),
-        page: teachtree_robot_report::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
-        recording,
+        text: format_performance(&performed),
+        done: performed.outcomes.iter().all(|outcome| outcome.verdict() == Verdict::Done),
+        page: page(&commands, &performed),
+        recording: performed.recording,
     })
 }

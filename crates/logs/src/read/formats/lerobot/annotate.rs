@@ -6,6 +6,7 @@
 mod files;
 mod gr00t;
 mod legacy;
+mod persistent;
 pub mod prelabels;
 mod sarm;
 mod timeline;
@@ -13,7 +14,7 @@ mod timeline;
 pub use timeline::Label;
 
 use super::super::parquet::column::{Column, Values};
-use super::super::parquet::language::{self, COLUMN, Episodes, Row};
+use super::super::parquet::language::{self, COLUMN, Episodes};
 use super::super::parquet::rewrite;
 use super::{Dataset, MAX_INFO, info, lists_in};
 use crate::allowed_folders::AllowedFolders;
@@ -22,7 +23,7 @@ use crate::read::file;
 use crate::read::formats::parquet;
 use crate::read::memory_table::Cells;
 use files::{copy_error, copy_file, write_bytes};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -47,6 +48,40 @@ pub enum LabelFormat {
     Gr00t,
     /// `meta/lerobot_annotations.json`.
     Prelabels,
+}
+
+impl LabelFormat {
+    /// The table of forms.
+    fn storage(self) -> &'static dyn Storage {
+        match self {
+            Self::Language => &persistent::Persistent,
+            Self::Legacy => &legacy::Legacy,
+            Self::Sarm => &sarm::Sarm,
+            Self::Gr00t => &gr00t::Gr00t,
+            Self::Prelabels => &prelabels::Prelabels,
+        }
+    }
+}
+
+/// A form of labels: the sets that can have it, its labels in a set, and what it adds to a copy.
+trait Storage {
+    /// Returns the version that a set needs for the form, unless the set has it.
+    fn required_version(&self, _is_v2: bool) -> Option<RequiredVersion> {
+        None
+    }
+
+    /// Refuses a set that has labels of these styles in this form.
+    fn refuse_labeled(&self, set: &AnnotationTarget, styles: &[&str]) -> Result<(), InputError>;
+
+    /// Adds the labels of a request to the changes.
+    fn add(&self, changes: &mut Changes, set: &AnnotationTarget, request: &Request) -> Result<(), InputError>;
+}
+
+/// The version that a set needs for a form, the reason, and how to get such a set.
+struct RequiredVersion {
+    name: &'static str,
+    why: &'static str,
+    help: &'static str,
 }
 
 /// What is written into a copy.
@@ -82,9 +117,9 @@ pub struct AnnotationTarget {
 
 /// Files and columns of a copy that the set does not have, or has otherwise.
 #[derive(Default)]
-struct Changes<'a> {
+struct Changes {
     /// Columns of data files; a value a row.
-    frames: Vec<FrameColumn<'a>>,
+    frames: Vec<FrameColumn>,
     /// Columns of the lists of episodes.
     episodes: Vec<EpisodeColumn>,
     /// Files by their path in the set.
@@ -96,8 +131,8 @@ struct Changes<'a> {
 }
 
 /// A column of data files.
-enum FrameColumn<'a> {
-    Language(&'a Episodes),
+enum FrameColumn {
+    Language(Episodes),
     /// An index for each row of each episode, and that of rows of other episodes.
     Index(String, BTreeMap<usize, Vec<i64>>, i64),
 }
@@ -156,26 +191,11 @@ impl AnnotationTarget {
     /// When there is one among them.
     pub fn refuse_forms(&self, forms: &[LabelFormat]) -> Result<(), InputError> {
         let version = self.set.text("codebase_version")?;
-        for form in forms {
-            let (what, wanted, help) = match form {
-                LabelFormat::Language if self.is_v2 => (
-                    "the first with language columns",
-                    "v3.0",
-                    "--legacy and --gr00t write labels into sets of version 2; or convert it with lerobot's \
-                     `convert_dataset_v21_to_v30`",
-                ),
-                LabelFormat::Sarm if self.is_v2 => {
-                    ("which SARM reads", "v3.0", "lerobot's `convert_dataset_v21_to_v30` makes one of it")
-                }
-                LabelFormat::Gr00t if !self.is_v2 => {
-                    ("which GR00T reads", "v2.0 or v2.1", "`convert_v3_to_v2.py` of Isaac-GR00T makes one of it")
-                }
-                _ => continue,
-            };
-            let message = format!("found a data set of version `{version}`, expected {wanted}, {what}");
-            return Err(self.set.wrong(message).help(help));
-        }
-        Ok(())
+        let required = forms.iter().find_map(|form| form.storage().required_version(self.is_v2));
+        required.map_or(Ok(()), |RequiredVersion { name, why, help }| {
+            let message = format!("found a data set of version `{version}`, expected {name}, {why}");
+            Err(self.set.wrong(message).help(help))
+        })
     }
 
     /// Refuses labels where there are some of the same styles in the same form.
@@ -183,62 +203,21 @@ impl AnnotationTarget {
     /// # Errors
     /// When there are; for language at the first episode that has some.
     pub fn refuse_labeled(&self, forms: &[LabelFormat], styles: &[&str]) -> Result<(), InputError> {
-        let place = self.folder.display().to_string();
-        let refused = |message: String| {
-            Err(InputError::new(&place, message).help("--replace leaves them out of the copy; --style chooses others"))
-        };
-        let there = |message: String| {
-            Err(InputError::new(&place, message).help("--replace writes others in their place into the copy"))
-        };
-        for form in forms {
-            match form {
-                LabelFormat::Language => {
-                    let ours = |row: &&Row| is_ours(row, styles);
-                    let found = self.known.iter().find_map(|(episode, rows)| Some((episode, rows.iter().find(ours)?)));
-                    if let Some((episode, row)) = found {
-                        let style = row.style.as_deref().unwrap_or_default();
-                        return refused(format!("episode {episode} has labels of style `{style}` already"));
-                    }
-                }
-                LabelFormat::Legacy => {
-                    if let Some(what) = self.has(&[legacy::COLUMN.into()], &[Path::new(legacy::FILE)])? {
-                        return there(format!("has {what} already"));
-                    }
-                }
-                LabelFormat::Gr00t => {
-                    let columns: Vec<String> = styles.iter().map(|style| gr00t::column(style)).collect();
-                    if let Some(what) = self.has(&columns, &[])? {
-                        return there(format!("has {what} already"));
-                    }
-                }
-                LabelFormat::Sarm => {
-                    let proportions = styles.iter().map(|style| sarm::file(sarm::prefix(style))).collect::<Vec<_>>();
-                    let places: Vec<&Path> = proportions.iter().map(PathBuf::as_path).collect();
-                    if let Some(what) = self.has(&[], &places)? {
-                        return there(format!("has {what} already"));
-                    }
-                    for list in self.lists()? {
-                        let known = rewrite::names(self.opened(&list)?, &list.display().to_string())?;
-                        let ours = |name: &&String| styles.iter().any(|style| sarm::is_column(style, name));
-                        if let Some(name) = known.iter().find(ours) {
-                            return there(format!("has the column `{name}` in `meta/episodes` already"));
-                        }
-                    }
-                }
-                LabelFormat::Prelabels => {
-                    let known = prelabels::read_if_there(&self.folder, &self.folders)?;
-                    let ours = |atom: &&prelabels::Atom| atom.is_ours(styles);
-                    if let Some((episode, atom)) =
-                        known.iter().find_map(|(episode, atoms)| Some((episode, atoms.iter().find(ours)?)))
-                    {
-                        let style = atom.style.as_deref().unwrap_or_default();
-                        let message = format!("episode {episode} has labels of style `{style}` in {}", prelabels::FILE);
-                        return refused(message);
-                    }
-                }
-            }
-        }
-        Ok(())
+        forms.iter().try_for_each(|form| form.storage().refuse_labeled(self, styles))
+    }
+
+    /// The error that the set has labels of a style.
+    fn has_labels(&self, message: String) -> InputError {
+        self.refused(message, "--replace leaves them out of the copy; --style chooses others")
+    }
+
+    /// The error that the set has a column or a file already.
+    fn has_already(&self, what: &str) -> InputError {
+        self.refused(format!("has {what} already"), "--replace writes others in their place into the copy")
+    }
+
+    fn refused(&self, message: String, help: &str) -> InputError {
+        InputError::new(self.folder.display().to_string(), message).help(help)
     }
 
     /// The first of these columns and files that is there, in words.
@@ -270,23 +249,9 @@ impl AnnotationTarget {
     /// # Errors
     /// When something is at the place of the copy, the copy cannot be written, or differs from the set in more than the labels.
     pub fn write(&self, copy: &Path, request: &Request, progress: &mut dyn FnMut(f64)) -> Result<(), InputError> {
-        let language =
-            if request.forms.contains(&LabelFormat::Language) { self.language(request)? } else { Episodes::new() };
         let mut changes = Changes::default();
         for form in request.forms {
-            match form {
-                LabelFormat::Language => {
-                    changes.frames.push(FrameColumn::Language(&language));
-                    let feature = json!({ "dtype": "language", "shape": [1], "names": null });
-                    changes.features.push((COLUMN.into(), feature));
-                }
-                LabelFormat::Legacy => legacy::add(&mut changes, &self.stamps, request)?,
-                LabelFormat::Gr00t => gr00t::add(&mut changes, &self.folder, &self.stamps, request)?,
-                LabelFormat::Sarm => sarm::add(&mut changes, &self.stamps, request)?,
-                LabelFormat::Prelabels => {
-                    prelabels::add(&mut changes, &self.folder, &self.folders, &self.stamps, request)?
-                }
-            }
+            form.storage().add(&mut changes, self, request)?;
         }
         let described = info(Path::new(""));
         changes.files.insert(described, self.new_info(&changes, request.provenance)?);
@@ -326,7 +291,7 @@ impl AnnotationTarget {
     /// A file of this name that cannot be read.
     pub fn prelabels(&self, request: &Request) -> Result<Vec<u8>, InputError> {
         let mut changes = Changes::default();
-        prelabels::add(&mut changes, &self.folder, &self.folders, &self.stamps, request)?;
+        LabelFormat::Prelabels.storage().add(&mut changes, self, request)?;
         Ok(changes.files.remove(Path::new(prelabels::FILE)).unwrap_or_default())
     }
 
@@ -357,23 +322,6 @@ impl AnnotationTarget {
         out.flush().and_then(|()| out.get_ref().sync_all()).map_err(|error| copy_error(copy, &error))?;
         drop(out);
         rewrite::compare(self.opened(from)?, file::open(to)?, &name, columns)
-    }
-
-    /// All rows of language: those of other styles that are there, and the labels.
-    ///
-    /// # Errors
-    /// When a label and the frame before it have one stamp in 32 bits.
-    fn language(&self, request: &Request) -> Result<Episodes, InputError> {
-        let mut all = Episodes::new();
-        for (episode, stamps) in &self.stamps {
-            let others = |row: &&Row| !is_ours(row, request.styles);
-            let mut rows: Vec<Row> = self.known.get(episode).into_iter().flatten().filter(others).cloned().collect();
-            rows.extend(timeline::rows(*episode, request.labels, stamps).map_err(|message| self.set.wrong(message))?);
-            let key = |row: &Row| (row.style.clone(), row.role.clone());
-            rows.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp).then_with(|| key(a).cmp(&key(b))));
-            all.insert(*episode, rows);
-        }
-        Ok(all)
     }
 
     /// `info.json` with the features of new columns, as lerobot writes it, compared with that of the set.
@@ -419,10 +367,6 @@ impl AnnotationTarget {
             Err(InputError::new(place, "the copy differs from it in more than the labels"))
         }
     }
-}
-
-fn is_ours(row: &Row, styles: &[&str]) -> bool {
-    row.role == ROLE && row.style.as_deref().is_some_and(|style| styles.contains(&style))
 }
 
 /// The new columns of a data file. `counts` has how many rows of each episode were in files before.

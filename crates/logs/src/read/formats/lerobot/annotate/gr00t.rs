@@ -3,7 +3,7 @@
 
 use super::files::printed;
 use super::timeline::{Vocabulary, numbers};
-use super::{Changes, FrameColumn, Request};
+use super::{AnnotationTarget, Changes, FrameColumn, Request, RequiredVersion, Storage};
 use crate::read::text;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -26,40 +26,52 @@ const SOURCE: &str = "teachtree";
 const GROUP: &str = "annotation";
 
 /// The column of a style.
-pub(super) fn column(style: &str) -> String {
+fn column(style: &str) -> String {
     format!("{GROUP}.{SOURCE}.{style}")
 }
 
-/// Adds a column for each style, new rows of `tasks.jsonl`, and the columns to `modality.json`.
-pub(super) fn add(
-    changes: &mut Changes,
-    folder: &Path,
-    stamps: &BTreeMap<usize, Vec<f64>>,
-    request: &Request,
-) -> Result<(), InputError> {
-    let path = folder.join(TASKS);
-    let mut tasks = text::read(&path, MAX_BYTES)?;
-    let known = known(&tasks, &path.display().to_string())?;
-    let first = known.values().max().map_or(0, |last| last + 1);
-    let mut new = Vocabulary::default();
-    let mut number = |words: &str| known.get(words).copied().unwrap_or_else(|| first + new.number(words));
-    for style in request.styles {
-        let frames = numbers(request.labels, style, stamps, &mut number);
-        changes.frames.push(FrameColumn::Index(column(style), frames, 0));
-        changes.features.push((column(style), json!({ "dtype": "int64", "shape": [1], "names": null })));
+pub(super) struct Gr00t;
+
+impl Storage for Gr00t {
+    fn required_version(&self, is_v2: bool) -> Option<RequiredVersion> {
+        (!is_v2).then_some(RequiredVersion {
+            name: "v2.0 or v2.1",
+            why: "which GR00T reads",
+            help: "`convert_v3_to_v2.py` of Isaac-GR00T makes one of it",
+        })
     }
-    if !tasks.is_empty() && !tasks.ends_with('\n') {
-        tasks.push('\n');
+
+    fn refuse_labeled(&self, set: &AnnotationTarget, styles: &[&str]) -> Result<(), InputError> {
+        let columns: Vec<String> = styles.iter().map(|style| column(style)).collect();
+        set.has(&columns, &[])?.map_or(Ok(()), |what| Err(set.has_already(&what)))
     }
-    for (words, at) in new.words.iter().zip(first..) {
-        tasks.push_str(&format!("{{\"task_index\": {at}, \"task\": {}}}\n", Value::from(words.as_str())));
+
+    /// Adds a column for each style, new rows of `tasks.jsonl`, and the columns to `modality.json`.
+    fn add(&self, changes: &mut Changes, set: &AnnotationTarget, request: &Request) -> Result<(), InputError> {
+        let path = set.folder.join(TASKS);
+        let mut tasks = text::read(&path, MAX_BYTES)?;
+        let known = known(&tasks, &path.display().to_string())?;
+        let first = known.values().max().map_or(0, |last| last + 1);
+        let mut new = Vocabulary::default();
+        let mut number = |words: &str| known.get(words).copied().unwrap_or_else(|| first + new.number(words));
+        for style in request.styles {
+            let frames = numbers(request.labels, style, &set.stamps, &mut number);
+            changes.frames.push(FrameColumn::Index(column(style), frames, 0));
+            changes.features.push((column(style), json!({ "dtype": "int64", "shape": [1], "names": null })));
+        }
+        if !tasks.is_empty() && !tasks.ends_with('\n') {
+            tasks.push('\n');
+        }
+        for (words, at) in new.words.iter().zip(first..) {
+            tasks.push_str(&format!("{{\"task_index\": {at}, \"task\": {}}}\n", Value::from(words.as_str())));
+        }
+        if !new.words.is_empty() {
+            changes.tasks = Some(known.len() + new.words.len());
+            changes.files.insert(TASKS.into(), tasks.into_bytes());
+        }
+        changes.files.insert(MODALITY.into(), modality(&set.folder, request.styles)?);
+        Ok(())
     }
-    if !new.words.is_empty() {
-        changes.tasks = Some(known.len() + new.words.len());
-        changes.files.insert(TASKS.into(), tasks.into_bytes());
-    }
-    changes.files.insert(MODALITY.into(), modality(folder, request.styles)?);
-    Ok(())
 }
 
 /// The words that there are, with their numbers.

@@ -6,7 +6,7 @@
 //! ```
 
 use super::files::printed;
-use super::{Changes, ROLE, Request, timeline};
+use super::{AnnotationTarget, Changes, ROLE, Request, Storage, timeline};
 use crate::allowed_folders::AllowedFolders;
 use crate::read::{file, text};
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ pub struct Atom {
 }
 
 impl Atom {
-    pub(super) fn is_ours(&self, styles: &[&str]) -> bool {
+    fn is_ours(&self, styles: &[&str]) -> bool {
         self.role == ROLE && self.style.as_deref().is_some_and(|style| styles.contains(&style))
     }
 }
@@ -92,35 +92,43 @@ fn atoms_of(file: &File, path: &Path) -> Result<Atoms, InputError> {
 }
 
 /// The atoms of a set, whose file must be in `folders`; none where it has no such file.
-pub(super) fn read_if_there(folder: &Path, folders: &AllowedFolders) -> Result<Atoms, InputError> {
+fn read_if_there(folder: &Path, folders: &AllowedFolders) -> Result<Atoms, InputError> {
     let path = folder.join(FILE);
     folders.open_if_there(&path)?.map_or_else(|| Ok(Atoms::new()), |file| atoms_of(&file, &path))
 }
 
-/// Adds the file, with the atoms of other styles that there are.
-pub(super) fn add(
-    changes: &mut Changes,
-    folder: &Path,
-    folders: &AllowedFolders,
-    stamps: &BTreeMap<usize, Vec<f64>>,
-    request: &Request,
-) -> Result<(), InputError> {
-    let mut all = read_if_there(folder, folders)?;
-    for (episode, stamps) in stamps {
-        let own = all.entry(*episode).or_default();
-        own.retain(|atom| !atom.is_ours(request.styles));
-        let rows = timeline::rows(*episode, request.labels, stamps);
-        for row in rows.map_err(|message| InputError::new(folder.display().to_string(), message))? {
-            let other = std::iter::once(("tool_calls".to_string(), Value::Null)).collect();
-            let (role, content, style) = (row.role, row.content, row.style);
-            own.push(Atom { role, content, style, timestamp: f64::from(row.timestamp), other });
-        }
-        own.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp).then_with(|| a.style.cmp(&b.style)));
+pub(super) struct Prelabels;
+
+impl Storage for Prelabels {
+    fn refuse_labeled(&self, set: &AnnotationTarget, styles: &[&str]) -> Result<(), InputError> {
+        let known = read_if_there(&set.folder, &set.folders)?;
+        let ours = |atom: &&Atom| atom.is_ours(styles);
+        let found = known.iter().find_map(|(episode, atoms)| Some((episode, atoms.iter().find(ours)?)));
+        found.map_or(Ok(()), |(episode, atom)| {
+            let style = atom.style.as_deref().unwrap_or_default();
+            Err(set.has_labels(format!("episode {episode} has labels of style `{style}` in {FILE}")))
+        })
     }
-    let episodes: Map<String, Value> =
-        all.into_iter().map(|(episode, atoms)| (episode.to_string(), json!({ "atoms": atoms }))).collect();
-    let schema = json!({ "persistent_styles": PERSISTENT, "event_styles": EVENTS });
-    let document = json!({ "version": VERSION, "schema": schema, "episodes": episodes });
-    changes.files.insert(FILE.into(), printed(&document, FILE)?);
-    Ok(())
+
+    /// Adds the file, with the atoms of other styles that there are.
+    fn add(&self, changes: &mut Changes, set: &AnnotationTarget, request: &Request) -> Result<(), InputError> {
+        let mut all = read_if_there(&set.folder, &set.folders)?;
+        for (episode, stamps) in &set.stamps {
+            let own = all.entry(*episode).or_default();
+            own.retain(|atom| !atom.is_ours(request.styles));
+            let rows = timeline::rows(*episode, request.labels, stamps);
+            for row in rows.map_err(|message| InputError::new(set.folder.display().to_string(), message))? {
+                let other = std::iter::once(("tool_calls".to_string(), Value::Null)).collect();
+                let (role, content, style) = (row.role, row.content, row.style);
+                own.push(Atom { role, content, style, timestamp: f64::from(row.timestamp), other });
+            }
+            own.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp).then_with(|| a.style.cmp(&b.style)));
+        }
+        let episodes: Map<String, Value> =
+            all.into_iter().map(|(episode, atoms)| (episode.to_string(), json!({ "atoms": atoms }))).collect();
+        let schema = json!({ "persistent_styles": PERSISTENT, "event_styles": EVENTS });
+        let document = json!({ "version": VERSION, "schema": schema, "episodes": episodes });
+        changes.files.insert(FILE.into(), printed(&document, FILE)?);
+        Ok(())
+    }
 }

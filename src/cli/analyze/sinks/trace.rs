@@ -1,10 +1,13 @@
 //! `analyze --trace`: an analysis as a trace of events, which Perfetto and Chrome's `about:tracing` show: a thread a track, the segments of a task below
 //! it, signals as counters.
 
+use super::Sink;
+use crate::cli::output;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use teachtree_analysis::Segment;
 use teachtree_analysis::json::VERSION;
+use teachtree_base::error::InputError;
 use teachtree_base::hands::TrackId;
 use teachtree_session::AnalysisInternals;
 use teachtree_session::{Analysis, Error, FrameValues};
@@ -14,12 +17,27 @@ const SCHEMA: &str = "teachtree.trace/1";
 /// The number of the one process of a trace.
 const PROCESS: u32 = 1;
 
+pub(super) const SINK: Sink = Sink {
+    check: |_, path, _| match path.extension() {
+        Some(ending) if !ending.eq_ignore_ascii_case("json") => {
+            let message = "expected a name that ends in .json, which a trace is";
+            Err(InputError::new(path.display().to_string(), message))
+        }
+        _ => Ok(()),
+    },
+    needs_log: |args| !args.signals.is_empty(),
+    ..Sink::new(["--trace", "a trace"], |args, path, _, analysis| {
+        let trace = trace(analysis, &args.signals())?;
+        Ok(Box::new(move |files, inputs| output::add(files, path, &trace, inputs)))
+    })
+};
+
 /// The trace of an analysis with the values of signals, as JSON with an event a line. Times are whole µs, so that what ends where the next begins does so
 /// for readers too.
 ///
 /// # Errors
 /// When there is no such signal.
-pub fn trace(analysis: &Analysis, signals: &[String]) -> Result<String, Error> {
+fn trace(analysis: &Analysis, signals: &[&str]) -> Result<String, Error> {
     let (found, meta) = (analysis.found(), analysis.meta());
     let microseconds = |time_s: f64| ((time_s + meta.zero_stamp_s) * 1e6).round() as i64;
     let named = |kind: &str, thread: u32, args: Value| json!({ "ph": "M", "name": kind, "pid": PROCESS, "tid": thread, "args": args });
@@ -87,11 +105,11 @@ fn about(object: Option<&String>, partner: Option<&String>, (first, end): (usize
 }
 
 /// The values of signals, each where it changes: a counter holds until its next value.
-fn counters(analysis: &Analysis, signals: &[String], microseconds: &dyn Fn(f64) -> i64) -> Result<Vec<Value>, Error> {
+fn counters(analysis: &Analysis, signals: &[&str], microseconds: &dyn Fn(f64) -> i64) -> Result<Vec<Value>, Error> {
     if signals.is_empty() {
         return Ok(Vec::new());
     }
-    let table = analysis.frames(&signals.iter().map(String::as_str).collect::<Vec<_>>())?;
+    let table = analysis.frames(signals)?;
     let Some(FrameValues::Numbers(time)) = table.column("time") else { return Ok(Vec::new()) };
     let mut events = Vec::new();
     for (name, _, values) in table.columns() {

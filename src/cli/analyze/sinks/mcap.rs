@@ -1,6 +1,8 @@
 //! `analyze --mcap`: an analysis for viewers of robot data, as messages of ROS 2 with the stamps of the log, and a layout that shows them; with `--into`
 //! among all messages of the log.
 
+use super::Sink;
+use crate::cli::{Failure, output};
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -19,19 +21,38 @@ const WORLD: &str = "world";
 /// Poses are written at most so often, s: a screen shows no more.
 const POSES_EVERY_S: f64 = 0.01;
 
+pub(super) const SINK: Sink = Sink {
+    check: |args, path, logs| {
+        if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("mcap")) {
+            let message = "expected a name that ends in .mcap, as viewers do";
+            return Err(InputError::new(path.display().to_string(), message));
+        }
+        if args.into { logs.iter().try_for_each(|log| file_of(log).map(drop)) } else { Ok(()) }
+    },
+    places: |path| vec![path.into(), layout_of(path)],
+    ..Sink::new(["--mcap", "a file for viewers"], |args, path, log, analysis| {
+        let into = args.into.then(|| Into::of(log, analysis.log())).transpose()?;
+        let lanes = Lanes::new(analysis, &args.signals(), into)?;
+        Ok(Box::new(move |files, inputs| {
+            files.add(path, |out| lanes.write(out))?;
+            output::add(files, &layout_of(path), &lanes.layout(), inputs)
+        }))
+    })
+};
+
 /// The file among whose messages the analysis is written.
-pub struct OriginalBag {
+struct Into {
     file: PathBuf,
     survey: Survey,
     clock: BagClock,
 }
 
-impl OriginalBag {
+impl Into {
     /// That of a log.
     ///
     /// # Errors
     /// When the log is no file whose messages can be copied, or its stamps are not those of its messages.
-    pub fn of(path: &Path, log: &Log) -> Result<Self, super::Failure> {
+    fn of(path: &Path, log: &Log) -> Result<Self, Failure> {
         let file = file_of(path)?;
         let survey = Survey::of(&file)?;
         let Some(clock) = log.opened()?.clock else {
@@ -44,8 +65,8 @@ impl OriginalBag {
 }
 
 /// What is written, apart from when.
-pub struct McapContent {
-    into: Option<OriginalBag>,
+struct Lanes {
+    into: Option<Into>,
     /// Topic and type of each channel.
     channels: Vec<(String, Type)>,
     /// Time, channel and message of what changes now and then, in order of time.
@@ -54,7 +75,7 @@ pub struct McapContent {
     time: Vec<f64>,
     signals: Vec<(u16, Vec<f64>)>,
     /// What moves, and what stands still.
-    bodies: Vec<BodyPoses>,
+    bodies: Vec<Body>,
     /// Times of the poses, s.
     rows: Vec<f64>,
     /// What is added to all times so that none is before the clock begins, s.
@@ -63,14 +84,14 @@ pub struct McapContent {
 }
 
 /// Something with a pose.
-struct BodyPoses {
+struct Body {
     name: String,
     /// Positions, m, and rotations, w x y z, of each row; one row for what stands still.
     position: Vec<[f64; 3]>,
     rotation: Vec<[f64; 4]>,
 }
 
-impl BodyPoses {
+impl Body {
     /// The pose on a row; `None` where it was not measured.
     fn pose(&self, parent: &'static str, row: usize) -> Option<Pose<'_>> {
         let at = |count: usize| row.min(count.saturating_sub(1));
@@ -81,12 +102,12 @@ impl BodyPoses {
     }
 }
 
-impl McapContent {
+impl Lanes {
     /// Lays out an analysis with the values of signals, alone or among the messages of a file.
     ///
     /// # Errors
     /// When there is no such signal, or the file has one of the topics already.
-    pub fn new(analysis: &Analysis, signals: &[String], into: Option<OriginalBag>) -> Result<Self, super::Failure> {
+    fn new(analysis: &Analysis, signals: &[&str], into: Option<Into>) -> Result<Self, Failure> {
         let found = analysis.found();
         let mut lanes = Self {
             into,
@@ -114,7 +135,7 @@ impl McapContent {
             }
         }
         lanes.events.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let table = analysis.frames(&signals.iter().map(String::as_str).collect::<Vec<_>>())?;
+        let table = analysis.frames(signals)?;
         for (name, _, values) in table.columns() {
             match values {
                 FrameValues::Numbers(values) if name == "time" => lanes.time = values.to_vec(),
@@ -137,7 +158,7 @@ impl McapContent {
         let zero = meta.zero_stamp_s;
         lanes.shift_s = zero.max(-found.start_s.min(lanes.rows.first().copied().unwrap_or(0.0)));
         let params: Vec<String> = meta.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        if let Some(OriginalBag { file, survey, clock }) = &lanes.into {
+        if let Some(Into { file, survey, clock }) = &lanes.into {
             if let Some((topic, _)) = lanes.channels.iter().find(|(topic, _)| survey.has_topic(topic)) {
                 let error = InputError::new(file.display().to_string(), format!("has the topic `{topic}` already"));
                 return Err(error.help("label the file that it was made of").into());
@@ -178,7 +199,7 @@ impl McapContent {
     /// When a message is, by the clock that the stamps in messages are of, and by the clock of the file.
     fn stamps(&self, time_s: f64) -> (u64, u64) {
         let since_zero = ((time_s + self.shift_s) * 1e9).round();
-        let Some(OriginalBag { clock, .. }) = &self.into else {
+        let Some(Into { clock, .. }) = &self.into else {
             return (since_zero.max(0.0) as u64, since_zero.max(0.0) as u64);
         };
         let stamp = clock.origin_ns.saturating_add(since_zero as i64);
@@ -200,10 +221,10 @@ impl McapContent {
     }
 
     /// Writes the file.
-    pub fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
+    fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
         let poses = (0..).zip(&self.channels).find(|(_, (_, ty))| *ty == Type::Poses).map(|(id, _)| id);
         let original = match &self.into {
-            Some(OriginalBag { file, survey, .. }) => {
+            Some(Into { file, survey, .. }) => {
                 let original = OriginalRecords::open(file, survey.clone());
                 Some(original.map_err(|error| std::io::Error::other(error.to_string()))?)
             }
@@ -248,7 +269,7 @@ impl McapContent {
     }
 
     /// A layout for Foxglove that shows the lanes, the signals and the poses.
-    pub fn layout(&self) -> String {
+    fn layout(&self) -> String {
         let of = |wanted: Type| self.channels.iter().filter(move |(_, ty)| *ty == wanted).map(|(topic, _)| topic);
         let path = |topic: &String| {
             json!({ "value": format!("{topic}.data"), "label": topic.trim_start_matches("/teachtree/"), "enabled": true,
@@ -276,7 +297,7 @@ impl McapContent {
 }
 
 /// The bodies and hands of a recording that have a position.
-fn bodies(recording: &Recording) -> Vec<BodyPoses> {
+fn bodies(recording: &Recording) -> Vec<Body> {
     let column =
         |name: &str, part: &str| recording.columns.get(&format!("{name}.{part}")).map(|it| it.values.as_slice());
     let rows = |name: &str, parts: [&str; 3]| -> Option<Vec<[f64; 3]>> {
@@ -294,28 +315,17 @@ fn bodies(recording: &Recording) -> Vec<BodyPoses> {
     for (name, body) in &recording.scene.bodies {
         let position = moved(name).unwrap_or_else(|| vec![body.position.map(|part| part.0)]);
         let rotation = turned(name).unwrap_or_else(|| vec![body.rotation]);
-        bodies.push(BodyPoses { name: name.clone(), position, rotation });
+        bodies.push(Body { name: name.clone(), position, rotation });
     }
     for title in recording.columns.keys().filter_map(|title| title.strip_suffix(".position.x")) {
         if let Some(position) = moved(title).filter(|_| !recording.scene.bodies.contains_key(title)) {
-            bodies.push(BodyPoses { name: title.into(), position, rotation: turned(title).unwrap_or_else(upright) });
+            bodies.push(Body { name: title.into(), position, rotation: turned(title).unwrap_or_else(upright) });
         }
     }
     bodies
 }
 
 /// Where the layout is: beside the file.
-pub fn layout_of(path: &Path) -> PathBuf {
+fn layout_of(path: &Path) -> PathBuf {
     path.with_extension("foxglove.json")
-}
-
-/// Refuses a name that viewers do not take for MCAP.
-///
-/// # Errors
-/// When it is one.
-pub fn check_name(path: &Path) -> Result<(), InputError> {
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
-        return Ok(());
-    }
-    Err(InputError::new(path.display().to_string(), "expected a name that ends in .mcap, as viewers do"))
 }

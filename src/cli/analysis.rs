@@ -1,0 +1,80 @@
+//! How commands analyze recordings: the rules, and how logs are read.
+
+use super::output;
+use super::rules::RuleArgs;
+use super::source::SourceArgs;
+use std::path::{Path, PathBuf};
+use teachtree_base::error::InputError;
+use teachtree_frames::bind::BindingFile;
+use teachtree_frames::hand_file_of;
+use teachtree_language::{self as language, Request};
+use teachtree_session::files::{RecordingFile, recordings};
+use teachtree_session::{Analysis, Error, Log};
+
+/// Options of commands that analyze recordings.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct AnalysisArgs {
+    #[command(flatten)]
+    pub rules: RuleArgs,
+    #[command(flatten)]
+    pub source: SourceArgs,
+}
+
+/// Whether folders are recordings in parts.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub struct EachArg {
+    /// Treat each file in a folder as a recording; otherwise, with a binding, a folder with tables of text is one recording in parts
+    #[arg(long)]
+    each: bool,
+}
+
+impl AnalysisArgs {
+    /// The recordings that paths stand for.
+    pub fn recordings(&self, paths: &[PathBuf], each: EachArg) -> Result<Vec<RecordingFile>, InputError> {
+        recordings(paths, self.source.binding.as_deref(), each.each)
+    }
+
+    /// Opens a log and reads it into memory.
+    pub fn read(&self, log: &Path) -> Result<Log, Error> {
+        let log = self.source.open(log)?;
+        log.read()?;
+        Ok(log)
+    }
+
+    /// Analyzes a log.
+    pub fn analyze(&self, log: &Log) -> Result<Analysis, Error> {
+        self.rules.load(log)?.analyze(log)
+    }
+
+    /// The files that these options have a command read, those that rules use too: nothing is written over them.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let Self { rules, source } = self;
+        let of_binding =
+            |binding: &Path| Some(hand_file_of(binding, BindingFile::read(binding).ok()?.binding.hand_file?));
+        let hand_file = rules.hand.file.clone().or_else(|| source.binding.as_deref().and_then(of_binding));
+        let mut files: Vec<PathBuf> = source.binding.iter().chain(&source.scene).chain(&rules.rules).cloned().collect();
+        if !rules.rules.is_empty() || hand_file.is_some() {
+            let loaded = language::load(&Request { files: rules.rules.clone(), hand_file, ..Request::default() });
+            files.extend(loaded.sources.files.iter().map(|file| PathBuf::from(&file.name)));
+        }
+        files
+    }
+
+    /// Recordings and the files that these options have a command read.
+    pub fn inputs(&self, logs: &[PathBuf]) -> Vec<PathBuf> {
+        logs.iter().cloned().chain(self.files()).collect()
+    }
+
+    /// Recordings and the files that these options have a command read. Refuses places that would replace one of them or each other, before the work is
+    /// done.
+    ///
+    /// # Errors
+    /// When there is such a place.
+    pub fn checked_inputs(&self, logs: &[PathBuf], places: &[&Path]) -> Result<Vec<PathBuf>, InputError> {
+        output::refuse_one_for_two(places)?;
+        // Without a place, no rules are loaded.
+        let inputs = if places.is_empty() { Vec::new() } else { self.inputs(logs) };
+        places.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
+        Ok(inputs)
+    }
+}
