@@ -10,8 +10,8 @@
     reason = "a program that stops when something is wrong"
 )]
 
-#[path = "logs/data.rs"]
-mod data;
+#[path = "logs/measured_logs.rs"]
+mod measured_logs;
 #[path = "logs/peers.rs"]
 mod peers;
 
@@ -49,7 +49,7 @@ fn main() {
 
     println!("{:<44} {:>14} {:>14}", "", "rows/s", "the first to it");
     let (csv, parquet) = (place("job.csv"), place("job.parquet"));
-    data::job(ROWS, &csv, &parquet);
+    measured_logs::job(ROWS, &csv, &parquet);
     let mut contest = Contest::new(ROWS);
     contest.enter("CSV, 46 columns, all cores", || seconds(|| read(&csv)));
     contest.python("polars, all cores", POLARS_CSV, &csv);
@@ -62,7 +62,7 @@ fn main() {
     contest.run(1, ROUNDS);
 
     let logs: Vec<PathBuf> = (1..=4).map(|log| place(&format!("{log}.parquet"))).collect();
-    logs.iter().for_each(|log| data::two_hands(EACH, log));
+    logs.iter().for_each(|log| measured_logs::two_hands(EACH, log));
     let mut contest = Contest::new(EACH * logs.len());
     contest.enter("analyze, four logs, two cores", || analyze(&logs, 2).seconds);
     contest.enter("the same on one core", || analyze(&logs, 1).seconds);
@@ -74,7 +74,7 @@ fn main() {
     contest.run(1, ROUNDS);
 
     let log = place("hour.parquet");
-    data::two_hands(frames, &log);
+    measured_logs::two_hands(frames, &log);
     let mut contest = Contest::new(frames);
     contest.enter("analyze, two hands, whole process", || analyze(std::slice::from_ref(&log), 1).seconds);
     contest.enter("arrow's column reader into vectors", || seconds(|| drop(black_box(arrow_columns(&log)))));
@@ -86,13 +86,14 @@ fn main() {
     println!("{:<44} {frames:>14} {:>12.0}", "two hands, Parquet", resident(&log));
     std::fs::remove_file(&log).expect("it is there");
     let csv = place("some.csv");
-    data::one_hand_csv(frames / 10, &csv);
+    measured_logs::one_hand_csv(frames / 10, &csv);
     println!("{:<44} {:>14} {:>12.0}", "one hand, CSV", frames / 10, resident(&csv));
 }
 
 fn read(path: &Path) {
-    let wants: Vec<ColumnRequest> =
-        std::iter::once(ColumnRequest::Time(1.0)).chain(vec![ColumnRequest::Number(1.0); data::CHANNELS]).collect();
+    let wants: Vec<ColumnRequest> = std::iter::once(ColumnRequest::Time(1.0))
+        .chain(vec![ColumnRequest::Number(1.0); measured_logs::CHANNELS])
+        .collect();
     drop(black_box(formats::open(path).expect("opens").read(&wants, None).expect("reads")));
 }
 
