@@ -31,7 +31,7 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
                 "is {:.1} mm and {:.1} degrees from where the demonstration left it{}",
                 ShortNumber(outcome.off * 1e3),
                 outcome.turned.to_degrees(),
-                how_it_is(outcome)
+                format_object_state(outcome)
             ),
         };
         for cause in &outcome.causes {
@@ -64,13 +64,13 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
         if let Some(searched) = &outcome.searched {
             let _ = writeln!(text, "         {searched}");
         }
-        text += &told_forces(&outcome.forces);
+        text += &format_forces(&outcome.forces);
     }
     text
 }
 
 /// How an object is that is not where the operator left it.
-fn how_it_is(outcome: &Outcome) -> String {
+fn format_object_state(outcome: &Outcome) -> String {
     if outcome.done {
         return String::new();
     }
@@ -100,7 +100,7 @@ pub fn format_clearance(nearest: Option<&MinDistance>, collisions: &[Collision])
 }
 
 /// Forces that are not within their profile; nothing for those that are.
-fn told_forces(forces: &Forces) -> String {
+fn format_forces(forces: &Forces) -> String {
     let mut faults = Vec::new();
     if !forces.below {
         faults.push(format!("{:.2} N where {:.2} N are allowed", forces.largest, forces.allowed));

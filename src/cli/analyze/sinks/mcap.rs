@@ -31,8 +31,8 @@ pub(super) const SINK: Sink = Sink {
     },
     places: |path| vec![path.into(), layout_of(path)],
     ..Sink::new(["--mcap", "a file for viewers"], |args, path, log, analysis| {
-        let into = args.into.then(|| Into::of(log, analysis.log())).transpose()?;
-        let lanes = Lanes::new(analysis, &args.signals(), into)?;
+        let into = args.into.then(|| OriginalBag::of(log, analysis.log())).transpose()?;
+        let lanes = McapContent::new(analysis, &args.signals(), into)?;
         Ok(Box::new(move |files, inputs| {
             files.add(path, |out| lanes.write(out))?;
             output::add(files, &layout_of(path), &lanes.layout(), inputs)
@@ -41,13 +41,13 @@ pub(super) const SINK: Sink = Sink {
 };
 
 /// The file among whose messages the analysis is written.
-struct Into {
+struct OriginalBag {
     file: PathBuf,
     survey: Survey,
     clock: BagClock,
 }
 
-impl Into {
+impl OriginalBag {
     /// That of a log.
     ///
     /// # Errors
@@ -65,8 +65,8 @@ impl Into {
 }
 
 /// What is written, apart from when.
-struct Lanes {
-    into: Option<Into>,
+struct McapContent {
+    into: Option<OriginalBag>,
     /// Topic and type of each channel.
     channels: Vec<(String, Type)>,
     /// Time, channel and message of what changes now and then, in order of time.
@@ -75,7 +75,7 @@ struct Lanes {
     time: Vec<f64>,
     signals: Vec<(u16, Vec<f64>)>,
     /// What moves, and what stands still.
-    bodies: Vec<Body>,
+    bodies: Vec<BodyPoses>,
     /// Times of the poses, s.
     rows: Vec<f64>,
     /// What is added to all times so that none is before the clock begins, s.
@@ -84,14 +84,14 @@ struct Lanes {
 }
 
 /// Something with a pose.
-struct Body {
+struct BodyPoses {
     name: String,
     /// Positions, m, and rotations, w x y z, of each row; one row for what stands still.
     position: Vec<[f64; 3]>,
     rotation: Vec<[f64; 4]>,
 }
 
-impl Body {
+impl BodyPoses {
     /// The pose on a row; `None` where it was not measured.
     fn pose(&self, parent: &'static str, row: usize) -> Option<Pose<'_>> {
         let at = |count: usize| row.min(count.saturating_sub(1));
@@ -102,12 +102,12 @@ impl Body {
     }
 }
 
-impl Lanes {
+impl McapContent {
     /// Lays out an analysis with the values of signals, alone or among the messages of a file.
     ///
     /// # Errors
     /// When there is no such signal, or the file has one of the topics already.
-    fn new(analysis: &Analysis, signals: &[&str], into: Option<Into>) -> Result<Self, Failure> {
+    fn new(analysis: &Analysis, signals: &[&str], into: Option<OriginalBag>) -> Result<Self, Failure> {
         let found = analysis.found();
         let mut lanes = Self {
             into,
@@ -158,7 +158,7 @@ impl Lanes {
         let zero = meta.zero_stamp_s;
         lanes.shift_s = zero.max(-found.start_s.min(lanes.rows.first().copied().unwrap_or(0.0)));
         let params: Vec<String> = meta.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        if let Some(Into { file, survey, clock }) = &lanes.into {
+        if let Some(OriginalBag { file, survey, clock }) = &lanes.into {
             if let Some((topic, _)) = lanes.channels.iter().find(|(topic, _)| survey.has_topic(topic)) {
                 let error = InputError::new(file.display().to_string(), format!("has the topic `{topic}` already"));
                 return Err(error.help("label the file that it was made of").into());
@@ -199,7 +199,7 @@ impl Lanes {
     /// When a message is, by the clock that the stamps in messages are of, and by the clock of the file.
     fn stamps(&self, time_s: f64) -> (u64, u64) {
         let since_zero = ((time_s + self.shift_s) * 1e9).round();
-        let Some(Into { clock, .. }) = &self.into else {
+        let Some(OriginalBag { clock, .. }) = &self.into else {
             return (since_zero.max(0.0) as u64, since_zero.max(0.0) as u64);
         };
         let stamp = clock.origin_ns.saturating_add(since_zero as i64);
@@ -224,7 +224,7 @@ impl Lanes {
     fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
         let poses = (0..).zip(&self.channels).find(|(_, (_, ty))| *ty == Type::Poses).map(|(id, _)| id);
         let original = match &self.into {
-            Some(Into { file, survey, .. }) => {
+            Some(OriginalBag { file, survey, .. }) => {
                 let original = OriginalRecords::open(file, survey.clone());
                 Some(original.map_err(|error| std::io::Error::other(error.to_string()))?)
             }
@@ -297,7 +297,7 @@ impl Lanes {
 }
 
 /// The bodies and hands of a recording that have a position.
-fn bodies(recording: &Recording) -> Vec<Body> {
+fn bodies(recording: &Recording) -> Vec<BodyPoses> {
     let column =
         |name: &str, part: &str| recording.columns.get(&format!("{name}.{part}")).map(|it| it.values.as_slice());
     let rows = |name: &str, parts: [&str; 3]| -> Option<Vec<[f64; 3]>> {
@@ -315,11 +315,11 @@ fn bodies(recording: &Recording) -> Vec<Body> {
     for (name, body) in &recording.scene.bodies {
         let position = moved(name).unwrap_or_else(|| vec![body.position.map(|part| part.0)]);
         let rotation = turned(name).unwrap_or_else(|| vec![body.rotation]);
-        bodies.push(Body { name: name.clone(), position, rotation });
+        bodies.push(BodyPoses { name: name.clone(), position, rotation });
     }
     for title in recording.columns.keys().filter_map(|title| title.strip_suffix(".position.x")) {
         if let Some(position) = moved(title).filter(|_| !recording.scene.bodies.contains_key(title)) {
-            bodies.push(Body { name: title.into(), position, rotation: turned(title).unwrap_or_else(upright) });
+            bodies.push(BodyPoses { name: title.into(), position, rotation: turned(title).unwrap_or_else(upright) });
         }
     }
     bodies
