@@ -407,6 +407,22 @@ impl<'a> Reference<'a> {
                 let next = frame..(frame + frames(duration)?).min(self.stretch.end);
                 self.over(next, condition, this, &now, false, |any, then| any || then)
             }
+            TemporalOperator::Bridging(duration) => {
+                let any = |frames| self.over(frames, condition, this, &now, false, |any, then| any || then);
+                let n = frames(duration)?;
+                let (before, after) = (any(last(n))?, any(frame..(frame + n).min(self.stretch.end))?);
+                Ok(pairs(&before, &after, &|before, after| Value::Bool(truth(before) && truth(after))))
+            }
+            TemporalOperator::Lasting(duration) => {
+                let n = frames(duration)?;
+                // What is remembered on a later frame may have begun after this one.
+                let same_memory = |at: &usize| self.beginning(&[condition], this, *at) <= frame;
+                let ahead = (frame + 1..self.stretch.end).take(n).take_while(same_memory);
+                let before = self.unbroken(last(n).rev(), condition, this, &now)?;
+                let after = self.unbroken(ahead, condition, this, &now)?;
+                let lasts = |before, after| before > 0.0 && before + after >= n as f64;
+                Ok(pairs(&before, &after, &|before, after| Value::Bool(lasts(scalar(before), scalar(after)))))
+            }
             TemporalOperator::AtLeast { times, within } => {
                 let mut begun = each(&now, &|_| Value::Number(0.0));
                 for at in last(frames(within)?) {
@@ -432,6 +448,25 @@ impl<'a> Reference<'a> {
                 Ok(pairs(&now, &before, &|now, before| Value::Bool(truth(now) == rises && truth(before) != rises)))
             }
         }
+    }
+
+    /// On how many of these frames a condition holds before it does not; `now` has its slots.
+    fn unbroken(
+        &self,
+        frames: impl Iterator<Item = usize>,
+        condition: &Expr,
+        this: Option<Side>,
+        now: &Value,
+    ) -> Outcome<Value> {
+        let mut held = each(now, &|_| Value::Number(0.0));
+        for (at, so_far) in frames.zip(0_u32..) {
+            let then = self.value(condition, this, at)?;
+            held = pairs(&held, &then, &|held, then| {
+                let holds = truth(then) && scalar(held) == f64::from(so_far);
+                Value::Number(scalar(held) + if holds { 1.0 } else { 0.0 })
+            });
+        }
+        Ok(held)
     }
 
     /// A condition on some frames, put together from `start` on; `now` has its slots.

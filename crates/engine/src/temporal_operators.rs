@@ -34,10 +34,10 @@ pub struct ReducedOperator {
 }
 
 impl ReducedOperator {
-    /// Takes an operator apart whose constants are in samples.
-    pub fn of(temporal: TemporalOperator<u32>) -> Self {
+    /// Takes an operator apart whose constants are in samples; `None` for one that a graph writes out by others.
+    pub fn of(temporal: TemporalOperator<u32>) -> Option<Self> {
         let plain = |operator| Self { operator, negated: false, ahead: None };
-        match temporal {
+        Some(match temporal {
             TemporalOperator::For(frames) => plain(PastOperator::For(frames)),
             TemporalOperator::WithinLast(frames) => plain(PastOperator::WithinLast(frames)),
             // What is true within the next n frames is true within the last n frames, n - 1 frames later.
@@ -47,7 +47,8 @@ impl ReducedOperator {
             TemporalOperator::AtLeast { times, within } => plain(PastOperator::AtLeast { times, within }),
             TemporalOperator::Rises => plain(PastOperator::Rises),
             TemporalOperator::Falls => Self { operator: PastOperator::Rises, negated: true, ahead: None },
-        }
+            TemporalOperator::Bridging(_) | TemporalOperator::Lasting(_) => return None,
+        })
     }
 }
 

@@ -34,7 +34,8 @@ pub fn complete(spot: &Spot) -> Vec<CompletionItem> {
             Candidate::Tree => list.trees(),
             Candidate::File => list.files(spot),
             _ if !before.is_empty() => {}
-            Candidate::Word(word) => list.word(word),
+            Candidate::Word(word) => list.plain(word, CompletionItemKind::Keyword),
+            Candidate::Operator(words) => list.operator(words),
             Candidate::Primitive => list.symbols(Kind::Primitive, CompletionItemKind::EnumMember),
             Candidate::Meaning => list.meanings(),
             Candidate::Task => list.symbols(Kind::Task, CompletionItemKind::Event),
@@ -80,15 +81,15 @@ impl List<'_> {
         self.push(CompletionItem { label: label.to_string(), kind: Some(kind), ..CompletionItem::default() });
     }
 
-    /// A word of the language; where an operator over time begins with it, with what that says.
-    fn word(&mut self, word: &str) {
+    /// An operator over time by its first words.
+    fn operator(&mut self, words: &str) {
         let operator = ops::OPERATORS.iter().find(|operator| {
-            let is_word =
-                operator.name == word || operator.name.strip_prefix(word).is_some_and(|rest| rest.starts_with(' '));
-            is_word && !operator.is_called()
+            let begins =
+                operator.name == words || operator.name.strip_prefix(words).is_some_and(|rest| rest.starts_with(' '));
+            begins && !operator.is_called()
         });
         self.push(CompletionItem {
-            label: word.to_string(),
+            label: words.to_string(),
             kind: Some(CompletionItemKind::Keyword),
             detail: operator.map(|operator| operator.calls().join(", ")),
             documentation: operator.map(|operator| operator.doc.to_string().into()),

@@ -235,7 +235,7 @@ fn what_fits_is_proposed() {
         (&format!("{head}signal a = left.target.depth > 3 m|"), "mm m", "away"),
         (&format!("{head}signal a = left.target.depth |"), "above below and", "mm Grasp until"),
         (&format!("{head}signal a = left.target.depth above 3 mm |"), "until", "above Grasp"),
-        (&format!("{head}signal a = (left.away) |"), "for|within last|within next|and", "mm"),
+        (&format!("{head}signal a = (left.away) |"), "for|within last|within next|bridging|lasting|at least|and", "mm"),
         (&format!("{head}signal a = (left.away) within |"), "last next", "mm"),
         (&format!("{head}signal a = max(left.target.depth |"), "over last|since|and", "mm"),
         (&format!("{head}signal a = max(left.target.depth over |"), "last", "next mm"),

@@ -83,12 +83,19 @@ pub enum Fact {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Wait {
-    /// `for`: it has held without a break for so long (not more than is asked).
+    /// `for`: it has held without a break for so long (not more than is asked); `lasting`: it holds for so long around now.
     Held(f64),
     /// `within last`: it last held so long ago.
     Ago(Option<f64>),
     /// `within next`: it will hold so much later.
     Ahead(Option<f64>),
+    /// `bridging`: it last held so long ago, and will hold so much later.
+    Around {
+        /// How long ago.
+        ago: Option<f64>,
+        /// How much later.
+        ahead: Option<f64>,
+    },
     /// `at least times within last`: it began so often.
     Begun {
         /// How often.
@@ -132,6 +139,13 @@ impl Fact {
                     Wait::Ago(Some(ago)) if *ago > 0.0 => format!("last {} ago, window {wanted}", time(*ago)),
                     Wait::Ago(Some(_)) | Wait::Ahead(Some(0.0)) => format!("now, window {wanted}"),
                     Wait::Ahead(None) => format!("never again, expected within the next {wanted}"),
+                    Wait::Around { ago: Some(0.0), .. } => format!("now, window {wanted}"),
+                    Wait::Around { ago, ahead } => {
+                        let ago = ago.map_or("never so far".into(), |ago| format!("last {} ago", time(ago)));
+                        let ahead = ahead.map_or("never again".into(), |ahead| format!("next {} ahead", time(ahead)));
+                        let window = if holds { "window" } else { "expected both in less than" };
+                        format!("{ago}, {ahead}, {window} {wanted}")
+                    }
                     Wait::Begun { times, wanted: often } => {
                         let counted = if *times == 1 { "time" } else { "times" };
                         let asked = if holds { String::new() } else { format!(", expected {often}") };

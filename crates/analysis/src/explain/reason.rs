@@ -297,6 +297,19 @@ impl<'a> Reasons<'_, 'a> {
                 let next = (at..end).find(holds);
                 (Wait::Ahead(next.map(|next| seconds(next - at))), window(duration)?)
             }
+            TemporalOperator::Bridging(duration) => {
+                let last = (begin..=at).rev().find(holds);
+                let next = (at..end).find(holds);
+                let (ago, ahead) = (last.map(|last| seconds(at - last)), next.map(|next| seconds(next - at)));
+                (Wait::Around { ago, ahead }, window(duration)?)
+            }
+            TemporalOperator::Lasting(duration) => {
+                let wanted = window(duration)?;
+                let before = (begin..=at).rev().take_while(holds).take(wanted).count();
+                let until = self.same_memory(inner, spot, (at + wanted).min(end));
+                let after = (at + 1..until).take_while(holds).count();
+                (Wait::Held(seconds(if before > 0 { wanted.min(before + after) } else { 0 })), wanted)
+            }
             TemporalOperator::AtLeast { times, within } => {
                 let wanted = window(within)?;
                 let begins = |frame: &usize| holds(frame) && (*frame == begin || !holds(&(frame - 1)));
@@ -306,6 +319,20 @@ impl<'a> Reasons<'_, 'a> {
             TemporalOperator::Rises | TemporalOperator::Falls => (Wait::Held(0.0), 1),
         };
         Ok(Fact::Window { wait, wanted_s: seconds(wanted) })
+    }
+
+    /// The end, `until` at most, of the frames from this one on before which the memory of an expression does not begin again. Frames of the stretch.
+    fn same_memory(&self, expr: &'a Expr, spot: EvalPoint, until: usize) -> usize {
+        let start = self.start();
+        let mut until = start + until;
+        while until > spot.frame + 1 {
+            let began = self.inspector.began(expr, spot.this, until - 1);
+            if began <= spot.frame {
+                break;
+            }
+            until = began;
+        }
+        until - start
     }
 
     /// The frame since which a condition has been as it is; `None` when it has been so from the beginning of the stretch.

@@ -14,6 +14,8 @@ use teachtree_engine::runs::{Leaves, Run, append};
 use teachtree_frames as stream;
 use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
 use teachtree_language::graph::{Graph, lower};
+use teachtree_language::ops::TemporalOperator;
+use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Rules};
 use teachtree_language::{Request, load, load_text};
 use teachtree_world as world;
 
@@ -35,6 +37,16 @@ proptest! {
         prop_assert_eq!(&blocks, &expected);
     }
 
+    /// `bridging` and `lasting` have the leaves of their definitions by the other operators.
+    #[test]
+    fn bridging_and_lasting_equal_their_definitions(seed in any::<u64>(), depth in 1_u32..5) {
+        let (rules, frames) = random::case(seed, depth);
+        let expected = reference::evaluate(&rules, &frames).unwrap();
+        let written_out = written_out(rules);
+        prop_assert_eq!(&reference::evaluate(&written_out, &frames).unwrap(), &expected);
+        prop_assert_eq!(&evaluate(&lower(&written_out), &frames).unwrap(), &expected);
+    }
+
     /// On numbers that need rounding as well.
     #[test]
     fn compiled_equals_reference_on_rough_numbers(seed in any::<u64>(), depth in 1_u32..5, block in 1_usize..80) {
@@ -46,6 +58,43 @@ proptest! {
         let blocks = evaluate_in_blocks(&graph, &frames, block).unwrap();
         prop_assert_eq!(&blocks, &expected);
     }
+}
+
+/// The rules with `bridging` and `lasting` replaced by their definitions.
+fn written_out(mut rules: Rules) -> Rules {
+    fn branch(choices: &mut Branch) {
+        for choice in &mut choices.choices {
+            choice.condition.iter_mut().for_each(expr);
+            if let Consequent::Branch(below) = &mut choice.then {
+                branch(below);
+            }
+        }
+    }
+    fn expr(whole: &mut Expr) {
+        whole.arguments_mut().into_iter().for_each(expr);
+        let of = |temporal, inner: &Expr| Expr {
+            kind: ExprKind::Temporal(temporal, Box::new(inner.clone())),
+            ..inner.clone()
+        };
+        let kind = match &whole.kind {
+            ExprKind::Temporal(TemporalOperator::Bridging(time), inner) => ExprKind::And(vec![
+                of(TemporalOperator::WithinLast(time.clone()), inner),
+                of(TemporalOperator::WithinNext(time.clone()), inner),
+            ]),
+            ExprKind::Temporal(TemporalOperator::Lasting(time), inner) => {
+                of(TemporalOperator::WithinNext(time.clone()), &of(TemporalOperator::For(time.clone()), inner)).kind
+            }
+            _ => return,
+        };
+        whole.kind = kind;
+    }
+    rules.signals.iter_mut().for_each(|signal| expr(&mut signal.expr));
+    for latch in &mut rules.latches {
+        expr(&mut latch.set);
+        expr(&mut latch.clear);
+    }
+    rules.trees.iter_mut().for_each(|tree| branch(&mut tree.root));
+    rules
 }
 
 /// So many programs as `PROGRAMS` says, from `SEED` on, on all cores.

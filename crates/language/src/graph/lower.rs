@@ -2,8 +2,8 @@
 
 use super::decision::Builder;
 use super::{FloatBits, Graph, Latch, Leaf, Op, Target, Tree, Value, ValueId};
-use crate::ops::Samples;
-use crate::rules::{Branch, Consequent, Expr, ExprKind, Hand, Label, Rules, SignalId, TreeScope, Type};
+use crate::ops::{Samples, TemporalOperator};
+use crate::rules::{Branch, Consequent, Constant, Expr, ExprKind, Hand, Label, Rules, SignalId, TreeScope, Type};
 use std::collections::{BTreeSet, HashMap};
 use teachtree_base::hands::Side;
 
@@ -195,9 +195,8 @@ impl<'a> Lowering<'a> {
                 (Op::Hysteresis { on, off, rising: *rising }, vec![value])
             }
             ExprKind::Temporal(temporal, condition) => {
-                // Every constant has its bits.
-                let temporal = temporal.map(|constant| Some(FloatBits::new(constant.value)));
-                (temporal.map_or(Op::Bool(false), Op::Temporal), vec![condition])
+                let condition = self.expr(condition, this);
+                return self.over_time(temporal, condition, ty);
             }
             ExprKind::Rate(number, duration) => (Op::Rate(FloatBits::new(duration.value)), vec![number]),
             ExprKind::Summary(summary, value, Samples::Last(duration)) => {
@@ -210,6 +209,27 @@ impl<'a> Lowering<'a> {
         };
         let args = args.into_iter().map(|arg| self.expr(arg, this)).collect();
         self.share(op, args, ty)
+    }
+
+    /// An operator over time. `bridging` and `lasting` are written out by the other operators, with which they share values.
+    fn over_time(&mut self, temporal: &TemporalOperator<Constant>, condition: ValueId, ty: Type) -> ValueId {
+        let Some(temporal) = temporal.map(|constant| Some(FloatBits::new(constant.value))) else {
+            // Every constant has its bits.
+            return self.share(Op::Bool(false), vec![], ty);
+        };
+        let mut temporal_of = |temporal, condition| self.share(Op::Temporal(temporal), vec![condition], ty);
+        match temporal {
+            TemporalOperator::Bridging(duration) => {
+                let last = temporal_of(TemporalOperator::WithinLast(duration), condition);
+                let next = temporal_of(TemporalOperator::WithinNext(duration), condition);
+                self.share(Op::And, vec![last, next], ty)
+            }
+            TemporalOperator::Lasting(duration) => {
+                let held = temporal_of(TemporalOperator::For(duration), condition);
+                temporal_of(TemporalOperator::WithinNext(duration), held)
+            }
+            other => temporal_of(other, condition),
+        }
     }
 
     fn branch(&mut self, branch: &Branch, this: Hand, builder: &mut Builder) -> Target {

@@ -287,6 +287,15 @@ pub static OPERATORS: &[Operator] = &[
         "target.position.z below 10 mm until above 12 mm",
         unknown,
     ),
+    row(
+        Kind::Temporal,
+        CheckedForm::Temporal,
+        "bridging",
+        &[form("(condition) bridging 130 ms", &[Operand::Condition, Operand::Duration], Output::Condition)],
+        "true while the condition holds, and in each gap that is shorter than the time; later frames decide whether a gap is",
+        "(moving) bridging 200 ms",
+        same,
+    ),
     Operator {
         at_start: Some(false),
         ..row(
@@ -345,6 +354,15 @@ pub static OPERATORS: &[Operator] = &[
         "a number added up over time, each sample times its duration; for a condition the time for which it holds",
         "integral(load over last 200 ms) > 0.1 N s",
         total,
+    ),
+    row(
+        Kind::Temporal,
+        CheckedForm::Temporal,
+        "lasting",
+        &[form("(condition) lasting 200 ms", &[Operand::Condition, Operand::Duration], Output::Condition)],
+        "true while the condition holds, from its first frame on, if it holds for at least the time; later frames decide that",
+        "(moving) lasting 200 ms",
+        lasting,
     ),
     row(
         Kind::Temporal,

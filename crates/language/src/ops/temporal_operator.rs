@@ -14,6 +14,10 @@ pub enum TemporalOperator<C> {
     WithinLast(C),
     /// True on at least one of the `n` frames that begin with this one; cut at the end.
     WithinNext(C),
+    /// True on at least one of the last `n` frames, and on at least one of the `n` frames that begin with this one.
+    Bridging(C),
+    /// The frame is one of `n` frames in a row on which it is true.
+    Lasting(C),
     /// The condition began on at least `times` of the last `n` frames. It begins on a frame on which it holds when it did not hold on the frame before, or
     /// when this is the first frame of a stretch or of what a restart begins.
     AtLeast {
@@ -36,6 +40,8 @@ impl<C> TemporalOperator<C> {
             ("for", Some(duration), None) => Self::For(duration),
             ("within last", Some(duration), None) => Self::WithinLast(duration),
             ("within next", Some(duration), None) => Self::WithinNext(duration),
+            ("bridging", Some(duration), None) => Self::Bridging(duration),
+            ("lasting", Some(duration), None) => Self::Lasting(duration),
             ("at least times within last", Some(times), Some(within)) => Self::AtLeast { times, within },
             ("rises", None, None) => Self::Rises,
             ("falls", None, None) => Self::Falls,
@@ -50,6 +56,8 @@ impl<C> TemporalOperator<C> {
             Self::For(_) => "for",
             Self::WithinLast(_) => "within last",
             Self::WithinNext(_) => "within next",
+            Self::Bridging(_) => "bridging",
+            Self::Lasting(_) => "lasting",
             Self::AtLeast { .. } => "at least times within last",
             Self::Rises => "rises",
             Self::Falls => "falls",
@@ -59,7 +67,11 @@ impl<C> TemporalOperator<C> {
     /// Its constants, in the order in which they are written.
     pub fn constants(&self) -> Vec<&C> {
         match self {
-            Self::For(one) | Self::WithinLast(one) | Self::WithinNext(one) => vec![one],
+            Self::For(one)
+            | Self::WithinLast(one)
+            | Self::WithinNext(one)
+            | Self::Bridging(one)
+            | Self::Lasting(one) => vec![one],
             Self::AtLeast { times, within } => vec![times, within],
             Self::Rises | Self::Falls => Vec::new(),
         }
@@ -68,7 +80,11 @@ impl<C> TemporalOperator<C> {
     /// The same constants, to be changed.
     pub fn constants_mut(&mut self) -> Vec<&mut C> {
         match self {
-            Self::For(one) | Self::WithinLast(one) | Self::WithinNext(one) => vec![one],
+            Self::For(one)
+            | Self::WithinLast(one)
+            | Self::WithinNext(one)
+            | Self::Bridging(one)
+            | Self::Lasting(one) => vec![one],
             Self::AtLeast { times, within } => vec![times, within],
             Self::Rises | Self::Falls => Vec::new(),
         }
@@ -80,11 +96,20 @@ impl<C> TemporalOperator<C> {
         TemporalOperator::new(self.name(), constants.into_iter().collect::<Option<Vec<D>>>()?)
     }
 
+    /// Whether its value depends on later frames.
+    pub const fn looks_ahead(&self) -> bool {
+        matches!(self, Self::WithinNext(_) | Self::Bridging(_) | Self::Lasting(_))
+    }
+
     /// As it is written, of a condition; `text` writes a constant.
     pub fn written(&self, condition: &str, text: impl Fn(&C, Operand) -> String) -> String {
         let duration = |duration: &C| text(duration, Operand::Duration);
         match self {
-            Self::For(time) | Self::WithinLast(time) | Self::WithinNext(time) => {
+            Self::For(time)
+            | Self::WithinLast(time)
+            | Self::WithinNext(time)
+            | Self::Bridging(time)
+            | Self::Lasting(time) => {
                 format!("({condition}) {} {}", self.name(), duration(time))
             }
             Self::AtLeast { times, within } => {

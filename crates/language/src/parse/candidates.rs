@@ -18,6 +18,8 @@ const NOWHERE: char = '\u{1}';
 pub enum Candidate {
     /// A word or words of the language.
     Word(&'static str),
+    /// The first word or words of an operator over time.
+    Operator(&'static str),
     /// A param, signal, latch or channel, or a function.
     Value,
     /// A primitive.
@@ -121,7 +123,9 @@ impl Cursor {
         let mut found = Vec::new();
         for rule in &rules {
             found.extend(keyword(*rule).map(Candidate::Word));
-            found.extend(words(*rule).iter().copied().map(Candidate::Word));
+            let word =
+                if matches!(rule, Rule::window | Rule::hysteresis) { Candidate::Operator } else { Candidate::Word };
+            found.extend(words(*rule).iter().copied().map(word));
             found.extend(meant(*rule, head, word(1), &place));
         }
         if head == "extend" && word(1) == head {
@@ -161,7 +165,7 @@ const fn words(rule: Rule) -> &'static [&'static str] {
         Rule::truth => &["true", "false"],
         Rule::hysteresis => &["above", "below"],
         Rule::samples => &["over last", "since"],
-        Rule::window => &["for", "within last", "within next", "at least"],
+        Rule::window => &["for", "within last", "within next", "bridging", "lasting", "at least"],
         Rule::shorter => &["shorter than"],
         Rule::in_both => &["in both without"],
         Rule::one_hand => &["in one hand"],

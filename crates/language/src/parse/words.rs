@@ -53,6 +53,7 @@ const fn is_continuation(rule: Rule) -> bool {
             | Rule::kw_and
             | Rule::kw_at
             | Rule::kw_below
+            | Rule::kw_bridging
             | Rule::kw_does
             | Rule::kw_for
             | Rule::kw_is

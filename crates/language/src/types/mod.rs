@@ -9,7 +9,6 @@ mod paths;
 mod summaries;
 
 use super::codes;
-use super::ops::TemporalOperator;
 use super::resolve::{Resolver, named};
 use super::rules::{Arithmetic, Comparison, Expr, ExprKind, Hand, Type};
 use super::syntax::{self, ExprKind as Syntax};
@@ -24,8 +23,8 @@ pub struct Scope {
     pub hand: Hand,
     /// Whether latches and `from` may be read.
     memory: bool,
-    /// The `within next` that it stands in.
-    ahead: Option<Span>,
+    /// The operator that looks ahead in which it stands, with its place: `within next`, `bridging` or `lasting`.
+    ahead: Option<(&'static str, Span)>,
     /// The number over time that it stands in.
     summary: Option<Span>,
 }
@@ -122,9 +121,9 @@ impl Resolver {
             }
             Syntax::Hysteresis { value, on, off, rising } => self.hysteresis(value, on, off, *rising, span, scope),
             Syntax::Temporal(temporal, condition) => {
-                let inside = if matches!(temporal, TemporalOperator::WithinNext(_)) {
+                let inside = if temporal.looks_ahead() {
                     let ahead = Span { start: condition.span.end, ..span };
-                    Scope { ahead: Some(self.trimmed(ahead)), ..scope }
+                    Scope { ahead: Some((temporal.name(), self.trimmed(ahead))), ..scope }
                 } else {
                     scope
                 };
@@ -181,7 +180,7 @@ impl Resolver {
     /// Whether memory of the tree may be read here (grammar/README.md, Meaning of a run, point 2).
     fn memory_allowed(&mut self, what: &str, span: Span, declared: Option<Span>, scope: Scope) -> Option<()> {
         let finding = match scope.ahead {
-            Some(window) => Diagnostic::error(codes::READS_MEMORY, format!("`within next` cannot look at {what}"))
+            Some((name, window)) => Diagnostic::error(codes::READS_MEMORY, format!("`{name}` cannot look at {what}"))
                 .at(span, "what it will be is not known yet")
                 .at(window, "this looks ahead"),
             None if scope.memory && scope.summary.is_some() => {

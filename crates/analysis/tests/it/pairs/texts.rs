@@ -159,10 +159,11 @@ fn generated(random: &mut Random) -> (Vec<String>, Vocabulary) {
         "for each hand { signal s0 = any(fingers.contact)  signal s1 = fingers.contact[thumb]  signal s2 = fingers.contact[index] }".into(),
         "for each hand { signal s3 = gripper.closed  signal s4 = norm(target.velocity) above 20 mm/s until below 10 mm/s }".into(),
         "for each hand { signal s5 = (s1) within last p0  signal s6 = load > 0.5 N }".into(),
+        "for each hand { signal s7 = (s2) bridging p0  signal s8 = (s4) lasting p0 }".into(),
     ];
     let mut known = Vocabulary {
         primitives: owned("A B C D E"),
-        signals: owned("s0 s1 s2 s3 s4 s5 s6"),
+        signals: owned("s0 s1 s2 s3 s4 s5 s6 s7 s8"),
         branches: owned("hand hand.inner"),
         tasks: Vec::new(),
         rules: Vec::new(),

@@ -236,7 +236,9 @@ impl Instantiation<'_> {
     }
 
     fn temporal(&mut self, temporal: TemporalOperator<u32>, item: Item, targets: Targets) -> Result<Item, InputError> {
-        let ReducedOperator { operator, negated, ahead } = ReducedOperator::of(temporal);
+        let Some(ReducedOperator { operator, negated, ahead }) = ReducedOperator::of(temporal) else {
+            return Err(internal("the graph did not write an operator over time out"));
+        };
         let item = if negated { self.not(item)? } else { item };
         Ok(match (item, ahead) {
             // Nothing holds after the end.

@@ -345,7 +345,7 @@ impl RuleGenerator {
             }
             8 | 9 => {
                 let duration = self.duration();
-                let window = match self.random.below(if place.next { 4 } else { 3 }) {
+                let window = match self.random.below(if place.next { 6 } else { 3 }) {
                     0 => TemporalOperator::For(duration),
                     1 => TemporalOperator::WithinLast(duration),
                     2 => {
@@ -353,10 +353,11 @@ impl RuleGenerator {
                         let times = 1.0 + 0.5 * self.random.below(6) as f64;
                         TemporalOperator::AtLeast { times: self.constant(times), within: duration }
                     }
+                    3 => TemporalOperator::Bridging(duration),
+                    4 => TemporalOperator::Lasting(duration),
                     _ => TemporalOperator::WithinNext(duration),
                 };
-                let ahead = matches!(window, TemporalOperator::WithinNext(_));
-                let inner = if ahead { ExprContext { memory: false, ..place } } else { place };
+                let inner = if window.looks_ahead() { ExprContext { memory: false, ..place } } else { place };
                 of(ExprKind::Temporal(window, Box::new(self.bool(inner, axis, deeper))))
             }
             10 => of(ExprKind::Temporal(TemporalOperator::Rises, Box::new(self.bool(place, axis, deeper)))),

@@ -5,6 +5,7 @@ use super::report;
 use crate::engine::stepped;
 use crate::numbers::Random;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use teachtree_base::channels::{Axis, Shape};
 use teachtree_base::diagnostic::Span;
 use teachtree_base::hands::{Finger, Side};
@@ -217,9 +218,17 @@ fn has_memory(operator: &Operator) -> bool {
 /// `(c) at least N times within last D`: an overlap of the definition's cases, frame by frame.
 #[test]
 fn a_condition_is_counted_where_it_begins() {
-    let rules = rules("(moving) at least 2 times within last 100 ms");
     // At 100 Hz the window has 10 frames. It moves on the first frame, on 5 and 6, and from 18 on.
-    let moves = |frame: usize| frame == 0 || (5..7).contains(&frame) || frame >= 18;
+    let held = held("(moving) at least 2 times within last 100 ms", &[0..1, 5..7, 18..60]);
+    // It began on frames 0 and 5: both are among the last 10 until frame 9. On 18 the beginning on 5 is too long ago, and that the second stretch begins
+    // while it moves counts once.
+    assert_eq!(held, vec![5..10]);
+}
+
+/// The frames on which a condition holds when the target of the right hand moves on some frames. The log has 100 Hz and a gap before frame 25.
+fn held(condition: &str, moving: &[Range<usize>]) -> Vec<Range<usize>> {
+    let rules = rules(condition);
+    let moves = |frame: usize| moving.iter().any(|moving| moving.contains(&frame));
     let speed: Vec<f64> = (0..60).map(|frame| if moves(frame) { 1.0 } else { 0.0 }).collect();
     let mut frames = log(&rules, 60, |_| vec![0.0; 60]);
     frames.stretches = vec![0..25, 25..60];
@@ -228,15 +237,24 @@ fn a_condition_is_counted_where_it_begins() {
         frames.columns.insert(ColumnKey { channel, side: Some(side), slot: 0, component: 2 }, speed.clone());
     }
     let leaves = evaluate(&lower(&rules), &frames).unwrap();
-    let held: Vec<(usize, usize)> = leaves
-        .iter()
-        .flat_map(|leaves| &leaves.hands[&Side::Right])
-        .filter(|run| rules.label_name(run.label.unwrap()) == "A")
-        .map(|run| (run.start, run.end))
-        .collect();
-    // It began on frames 0 and 5: both are among the last 10 until frame 9. On 18 the beginning on 5 is too long ago, and that the second stretch begins
-    // while it moves counts once.
-    assert_eq!(held, [(5, 10)]);
+    let held = leaves.iter().flat_map(|leaves| &leaves.hands[&Side::Right]);
+    held.filter(|run| rules.label_name(run.label.unwrap()) == "A").map(|run| run.start..run.end).collect()
+}
+
+/// `(c) bridging D`: gaps of less than D between two frames of one stretch.
+#[test]
+fn gaps_of_a_condition_are_bridged() {
+    // The gaps have 9, 10 and 6 frames; the last one contains the gap of the log.
+    let moving = [2..3, 12..13, 23..24, 30..31, 34..35];
+    assert_eq!(held("(moving) bridging 100 ms", &moving), [2..13, 23..24, 30..35]);
+}
+
+/// `(c) lasting D`: intervals of at least D in one stretch, from their first frame on.
+#[test]
+fn intervals_of_a_condition_last() {
+    // The intervals have 9, 10, 5 and 5 about the gap of the log, 15 and 8 frames.
+    let moving = [2..11, 12..22, 23..30, 35..50, 52..60];
+    assert_eq!(held("(moving) lasting 100 ms", &moving), [12..22, 35..50]);
 }
 
 #[test]
@@ -251,5 +269,7 @@ fn a_number_of_times_is_checked() {
         let printed = report(&load(&format!("(moving) at least {times} times within last 2 s")));
         assert!(printed.contains(wanted), "{times}:\n{printed}");
     }
-    assert!(report(&load("moving at least 3 times within last 2 s")).contains("E105"));
+    for bare in ["moving at least 3 times within last 2 s", "moving bridging 2 s", "moving lasting 2 s"] {
+        assert!(report(&load(bare)).contains("E105"), "{bare}");
+    }
 }

@@ -8,12 +8,12 @@ use teachtree_language as language;
 use teachtree_language::graph::lower;
 
 #[test]
-fn a_latch_that_looks_ahead_dates_a_rest_back_to_its_beginning() {
+fn a_lasting_rest_begins_with_its_first_frame() {
     let text = "primitive Move, Rest, LateRest
         for each hand {
           signal moving  = norm(target.velocity) > 10 mm/s
           signal rested  = (not moving) for 300 ms
-          latch  resting set not ((moving) within next 300 ms)  clear moving
+          signal resting = (not moving) lasting 300 ms
         }
         tree t for each hand { rested => LateRest  resting => Rest  else => Move }";
     let rules = language::load_text("my.rules", text).rules.unwrap();
