@@ -252,6 +252,13 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
         0 => String::new(),
         count => format!(" and {count} made of tasks"),
     };
+    let failures = rules.tasks.iter().filter(|task| task.failure).count()
+        + rules.composites.iter().filter(|task| task.failure).count();
+    let failures = match failures {
+        0 => String::new(),
+        1 => " (1 is a failure)".to_string(),
+        count => format!(" ({count} are failures)"),
+    };
     let _ = writeln!(
         out,
         "\n{}, {}, {}, {}, {}, {}; {}, {}",
@@ -259,7 +266,7 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
         counted(rules.signals.len(), "signal", "signals"),
         counted(rules.latches.len(), "latch", "latches"),
         counted(rules.trees.len(), "tree", "trees"),
-        counted(rules.tasks.len(), "task", "tasks") + &of_tasks,
+        counted(rules.tasks.len(), "task", "tasks") + &of_tasks + &failures,
         counted(rules.relabels.len(), "relabeling rule", "relabeling rules"),
         counted(graph.values.len(), "shared value", "shared values"),
         counted(graph.trees.iter().map(|tree| tree.decision.tests.len()).sum(), "test", "tests"),

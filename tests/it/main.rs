@@ -17,6 +17,7 @@ mod door;
 mod expectations;
 mod explain;
 mod extremes;
+mod failures;
 #[cfg(unix)]
 mod faults;
 mod fit;

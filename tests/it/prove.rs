@@ -199,6 +199,31 @@ fn tasks_and_rules_that_act_without_a_new_primitive_refute() {
     );
     let printed = refuted("task slide_far = Move .. Release with Slide travelling 90 mm before slide");
     assert!(printed.contains("the task `slide_far` needs no new primitive"), "{printed}");
+    let printed = refuted("task lost = Move .. Release with Slide travelling 90 mm is failure before slide");
+    assert!(printed.contains("the task `lost` needs no new primitive"), "{printed}");
+}
+
+/// The outcome of a task is part of its meaning; a new failure is a new task.
+#[test]
+fn outcomes_of_tasks_are_compared() {
+    let jam = |task: &str, row: &str| {
+        format!("{CONTACT}task jam = Move .. Release with Press and Grasp{task}\ntask row = jam+{row}\n")
+    };
+    let (plain, failed) = (jam("", ""), jam(" is failure", " is failure"));
+    assert_eq!(compared(&failed, &failed).0, Some(0));
+    for (base, extended, found) in [
+        (&plain, &jam(" is failure", ""), "the task `jam` is a failure now"),
+        (&plain, &jam("", " is failure"), "the task `row` is a failure now"),
+        (&failed, &jam("", " is failure"), "the task `jam` is a success now"),
+    ] {
+        let (status, printed) = compared(base, extended);
+        assert!(status == Some(1) && printed.contains(found), "{printed}");
+    }
+    let lift = "primitive Lift is Translate\nfor each hand { signal rising = target.velocity.z > 50 mm/s }\n\
+                extend single_hand before carried { rising and grasped and not supported and not walled => Lift }\n";
+    let mine = format!("{CONTACT}{lift}task overshot = Move .. Release with Lift is failure before pick_and_place\n");
+    let (status, printed) = compared(CONTACT, &mine);
+    assert_eq!(status, Some(0), "{printed}");
 }
 
 #[test]

@@ -100,7 +100,8 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     std::fs::write(folder.path().join("outcome.json"), run(&heavy)).unwrap();
     std::fs::write(folder.path().join("wrong.rules"), "param a = 1 m\nparam a = 2 q\nsignal b = c\n").unwrap();
 
-    let tour = "use \"contact.rules\"\ntask tour = push_and_trace+\n";
+    let tour = "use \"contact.rules\"\ntask traced = Move .. Release with Trace is failure before push_and_trace\n\
+                task tour = traced+ is failure\n";
     std::fs::write(folder.path().join("tour.rules"), tour).unwrap();
 
     std::fs::write(folder.path().join("mika.csv"), "label,start_s,end_s\nA,0,1\nB,1,3\n").unwrap();

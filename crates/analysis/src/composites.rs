@@ -15,6 +15,8 @@ const MOST_TASKS: usize = 1000;
 pub struct CompositeSpan {
     /// Its name.
     pub task: String,
+    /// Whether the rules declare it as a failure; else it is a success.
+    pub failure: bool,
     /// The names of its tasks, in order; `unknown` ones between them are among them.
     pub parts: Vec<String>,
     /// The tasks of the track that it is made of `[start, end)`, counted from 0.
@@ -33,10 +35,19 @@ pub struct CompositeSpan {
     pub open_end: bool,
 }
 
+/// What the rules declare of one.
+#[derive(Clone, Debug)]
+struct Rule {
+    name: String,
+    /// The names of its tasks, each with whether it may come several times in a row.
+    parts: Vec<(String, bool)>,
+    failure: bool,
+}
+
 /// Looks for tasks of tasks in the tasks of a hand, which come in order of time.
 #[derive(Clone, Debug, Default)]
 pub struct Composites {
-    rules: Vec<(String, Vec<(String, bool)>)>,
+    rules: Vec<Rule>,
     /// The tasks that are not decided yet; of those before the first one nothing is kept.
     waiting: Vec<TaskSpan>,
     /// How many tasks came before those.
@@ -59,8 +70,10 @@ impl Composites {
         let name = |task: teachtree_language::rules::TaskId| {
             rules.tasks.get(task.index()).map_or(String::new(), |task| task.name.clone())
         };
-        let composite = |it: &teachtree_language::rules::Composite| {
-            (it.name.clone(), it.parts.iter().map(|part| (name(part.task), part.many)).collect())
+        let composite = |it: &teachtree_language::rules::Composite| Rule {
+            name: it.name.clone(),
+            parts: it.parts.iter().map(|part| (name(part.task), part.many)).collect(),
+            failure: it.failure,
         };
         Self { rules: rules.composites.iter().map(composite).collect(), ..Self::default() }
     }
@@ -87,14 +100,14 @@ impl Composites {
         while let Some(waiting) = self.waiting.get(done..).filter(|waiting| !waiting.is_empty()) {
             let mut taken = 0;
             let mut is_open = false;
-            for (name, parts) in &self.rules {
-                match fit(parts, waiting) {
+            for rule in &self.rules {
+                match fit(&rule.parts, waiting) {
                     MatchState::Partial if !ends => is_open = true,
                     MatchState::Complete(_, true) if !ends => is_open = true,
                     MatchState::Complete(count, _) => {
                         taken = count;
                         let tasks = self.first + done..self.first + done + count;
-                        found.extend(waiting.get(..count).and_then(|own| span(name, own, tasks)));
+                        found.extend(waiting.get(..count).and_then(|own| span(rule, own, tasks)));
                     }
                     MatchState::Mismatch | MatchState::Partial => continue,
                 }
@@ -145,10 +158,11 @@ fn fit(parts: &[(String, bool)], tasks: &[TaskSpan]) -> MatchState {
     MatchState::Complete(at, is_open)
 }
 
-fn span(name: &str, own: &[TaskSpan], tasks: Range<usize>) -> Option<CompositeSpan> {
+fn span(rule: &Rule, own: &[TaskSpan], tasks: Range<usize>) -> Option<CompositeSpan> {
     let (first, last) = (own.first()?, own.last()?);
     Some(CompositeSpan {
-        task: name.to_string(),
+        task: rule.name.clone(),
+        failure: rule.failure,
         parts: own.iter().map(|task| task.task.clone()).collect(),
         tasks,
         frames: first.frames.start..last.frames.end,

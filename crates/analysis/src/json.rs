@@ -14,6 +14,7 @@
 //! A track is `left`, `right` or `both`; `segments` is what the trees gave, `relabeled` the same time after relabeling, of which
 //! `tasks[].segments` are parts. `was` is empty and `by` is "" where no rule changed anything; several rules are joined by `; `.
 //! `composites` are the tasks that are made of tasks, where there are any: `parts` are the names of these, `tasks` their numbers in the track, from 1.
+//! A task that the rules declare as a failure has `"failure": true`, also one that is made of tasks.
 //! A task cut by an end of the recording or a gap has `"complete": false` and `"open": ["start"|"end"]`, others have neither.
 //! With `analyze --confidence`, segments after relabeling have `"confidence","earliest_s","latest_s","margin"` too, and tasks `"confidence"`.
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
@@ -127,9 +128,15 @@ fn track(track: &Track) -> Value {
     value
 }
 
+/// The field of a failure.
+fn failure(is_failure: bool) -> Option<(String, Value)> {
+    is_failure.then(|| ("failure".into(), json!(true)))
+}
+
 fn composite(found: &CompositeSpan) -> Value {
     let mut value = Map::new();
     value.insert("task".into(), json!(found.task));
+    value.extend(failure(found.failure));
     value.insert("tasks".into(), json!(found.tasks.clone().map(|at| at + 1).collect::<Vec<_>>()));
     value.insert("parts".into(), json!(found.parts));
     value.insert("start_s".into(), json!(found.start_s));
@@ -163,6 +170,7 @@ fn raw(segment: &Segment) -> Map<String, Value> {
 
 fn task(task: &TaskSpan) -> Value {
     let mut value = span("task", &task.task, &task.subject, (task.start_s, task.end_s), &task.rows);
+    value.extend(failure(task.failure));
     if task.open_start || task.open_end {
         value.insert("complete".into(), json!(false));
         value.insert("open".into(), json!(open(task)));

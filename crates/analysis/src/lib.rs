@@ -147,6 +147,8 @@ pub struct Segment {
 pub struct TaskSpan {
     /// The name; [`UNKNOWN`] when no task of the rules has its keys here.
     pub task: String,
+    /// Whether the rules declare the task as a failure. Another named task is a success; [`UNKNOWN`] is neither.
+    pub failure: bool,
     /// What it is about.
     pub subject: Subject,
     /// The frames `[start, end)`.

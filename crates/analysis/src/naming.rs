@@ -77,13 +77,15 @@ impl Naming<'_> {
         let name = |id: TaskId| self.rules.tasks.get(id.index()).map_or(UNKNOWN, |task| &task.name).to_string();
         let frames = named.pieces.first().map_or(0, |piece| piece.frames.start)
             ..named.pieces.last().map_or(0, |piece| piece.frames.end);
-        let keys = named.task.and_then(|id| self.rules.tasks.get(id.index())).map_or(&[][..], |task| &task.keys);
+        let task = named.task.and_then(|id| self.rules.tasks.get(id.index()));
+        let keys = task.map_or(&[][..], |task| &task.keys);
         let is_key = |piece: &LabeledSpan| keys.iter().any(|key| key.label.covers(piece.label));
         let opens = |piece: &LabeledSpan| self.opens(TrackId::Hand(side), piece);
         TaskSpan {
             subject: self.handling.of_task(side, &named.pieces, is_key, opens, stretch),
             rows: self.frames.rows(&frames),
             task: named.task.map_or_else(|| UNKNOWN.to_string(), name),
+            failure: task.is_some_and(|task| task.failure),
             start_s: self.time_s(frames.start, stretch),
             end_s: self.time_s(frames.end, stretch),
             frames,

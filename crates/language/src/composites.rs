@@ -54,7 +54,12 @@ impl Resolver {
                 continue;
             }
             self.warn_hidden_composite(name, &parts);
-            self.rules.composites.push(Composite { name: name.text.clone(), parts, span: *span });
+            self.rules.composites.push(Composite {
+                name: name.text.clone(),
+                parts,
+                failure: composite.failure,
+                span: *span,
+            });
         }
     }
 

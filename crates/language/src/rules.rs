@@ -281,6 +281,8 @@ pub struct Task {
     pub without: Vec<Label>,
     /// Whether a new touch after `last` without a `first` between goes on with the same task.
     pub joined: bool,
+    /// Whether it is a failure; every other task is a success.
+    pub failure: bool,
     /// Where it is declared.
     pub span: Span,
 }
@@ -292,6 +294,8 @@ pub struct Composite {
     pub name: String,
     /// The tasks, in order; at least one.
     pub parts: Vec<Part>,
+    /// Whether it is a failure; every other one is a success.
+    pub failure: bool,
     /// Where it is declared.
     pub span: Span,
 }

@@ -318,6 +318,8 @@ pub struct Task {
     pub without: Vec<Label>,
     /// Whether `joined` stands.
     pub joined: bool,
+    /// Whether `is failure` stands.
+    pub failure: bool,
     /// The task that it comes before.
     pub before: Option<Name>,
 }
@@ -329,6 +331,8 @@ pub struct Composite {
     pub name: Name,
     /// The tasks in their order, each with whether it may come several times in a row.
     pub parts: Vec<(Name, bool)>,
+    /// Whether `is failure` stands.
+    pub failure: bool,
 }
 
 /// `extend task name with …`

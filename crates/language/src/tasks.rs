@@ -66,6 +66,7 @@ impl Resolver {
             all_keys: task.all_keys,
             without: without?,
             joined: task.joined,
+            failure: task.failure,
             span,
         })
     }

@@ -93,6 +93,7 @@ pub fn kind(rules: &Rules, symbol: &Symbol) -> Option<String> {
             Some(of_hands(describe(ty), channel.per_hand))
         }
         Kind::Primitive => rules.primitive(&symbol.name).and_then(|primitive| meant(rules, primitive)),
+        Kind::Task => is_failure(rules, &symbol.name).then(|| "a task that is a failure".to_string()),
         _ => None,
     }
 }
@@ -104,6 +105,12 @@ fn meant(rules: &Rules, primitive: PrimitiveId) -> Option<String> {
     let is = (!above.is_empty()).then(|| format!("a kind of {}", above.join(", a kind of ")));
     let text: Vec<String> = is.into_iter().chain(does).collect();
     (!text.is_empty()).then(|| text.join("; "))
+}
+
+/// Whether a task of this name is a failure.
+fn is_failure(rules: &Rules, name: &str) -> bool {
+    rules.tasks.iter().any(|task| task.failure && task.name == name)
+        || rules.composites.iter().any(|task| task.failure && task.name == name)
 }
 
 fn of_hands(ty: String, per_hand: bool) -> String {

@@ -146,7 +146,8 @@ fn write_label_change(text: &mut String, word: &str, became: &LabelChange) {
 
 fn write_task(text: &mut String, task: &TaskReason) {
     let subject = suffix(&task.object, &task.partner);
-    let _ = writeln!(text, "  task: {}{subject} {:.3} – {:.3} s", task.task, task.start_s, task.end_s);
+    let failure = if task.failure { ", a failure" } else { "" };
+    let _ = writeln!(text, "  task: {}{subject} {:.3} – {:.3} s{failure}", task.task, task.start_s, task.end_s);
     if let Some(CompositePart { task, part, parts, start_s, end_s }) = &task.part_of {
         let (of, parts) = (parts.len(), parts.join(", "));
         let _ = writeln!(text, "    part {part} of {of} of {task} {start_s:.3} – {end_s:.3} s: {parts}");

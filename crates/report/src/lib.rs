@@ -41,12 +41,16 @@ pub fn parts(composite: &CompositeSpan) -> String {
         (false, true) => "; cut off at the end",
         (false, false) => "",
     };
-    format!("made of {}{cut}", composite.parts.join(", "))
+    let failure = if composite.failure { "; a failure" } else { "" };
+    format!("made of {}{failure}{cut}", composite.parts.join(", "))
 }
 
 /// What is to be said of a task beside its name and time.
 pub fn remarks(task: &TaskSpan) -> String {
     let mut remarks = Vec::new();
+    if task.failure {
+        remarks.push("a failure".to_string());
+    }
     match (task.open_start, task.open_end) {
         (true, true) => remarks.push("cut off at both ends".to_string()),
         (true, false) => remarks.push("cut off at the start".to_string()),

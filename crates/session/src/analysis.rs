@@ -256,6 +256,11 @@ impl<'a> Composite<'a> {
         &self.span.task
     }
 
+    /// Whether the rules declare it as a failure (`is failure`). Every other one is a success.
+    pub fn is_failure(self) -> bool {
+        self.span.failure
+    }
+
     /// Whose it is.
     pub fn track(self) -> TrackId {
         self.who
@@ -299,6 +304,11 @@ impl<'a> Task<'a> {
     /// The name of the task in the rules, or `unknown` where something was handled in a way that no task of the rules describes.
     pub fn name(self) -> &'a str {
         &self.span.task
+    }
+
+    /// Whether the rules declare it as a failure (`is failure`). Every other named task is a success; `unknown` is neither.
+    pub fn is_failure(self) -> bool {
+        self.span.failure
     }
 
     /// Whose it is.

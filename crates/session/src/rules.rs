@@ -89,6 +89,13 @@ impl Rules {
         self.0.rules.tasks.iter().map(|task| task.name.as_str())
     }
 
+    /// The names of the tasks that are failures (`is failure`), those that are made of tasks behind the others. Every other task is a success.
+    pub fn failures(&self) -> impl Iterator<Item = &str> {
+        let rules = &self.0.rules;
+        let tasks = rules.tasks.iter().filter(|task| task.failure).map(|task| task.name.as_str());
+        tasks.chain(rules.composites.iter().filter(|task| task.failure).map(|task| task.name.as_str()))
+    }
+
     /// Returns the SHA-256 of all texts and of the values of all params, its first 32 hexadecimal digits. It does not depend on the paths of the files.
     pub fn digest(&self) -> String {
         self.0.rules.digest()

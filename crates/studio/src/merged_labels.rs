@@ -70,6 +70,7 @@ fn task(line: &Line, track: &Track, segments: &[Segment], row: &dyn Fn(f64) -> u
     let inside = |segment: &&Segment| segment.start_s < line.end_s && segment.end_s > line.start_s;
     TaskSpan {
         task: line.label.clone(),
+        failure: same.is_some_and(|same| same.failure && same.task == line.label),
         subject: same.map(|same| same.subject.clone()).unwrap_or_default(),
         rows: row(line.start_s)..row(line.end_s),
         start_s: line.start_s,

@@ -11,12 +11,13 @@ syntax match teachtreeKeyword /\<within\s\+\(last\|next\)\>/
 syntax match teachtreeKeyword /\<over\s\+last\>/
 syntax match teachtreeKeyword /\<since\ze\s\+\(\w\|(\)/
 syntax match teachtreeKeyword /)\s*\zsat\s\+least\>/
-syntax match teachtreeKeyword /)\s*\zs\(bridging\|lasting\)\ze\s\+[0-9(a-z_]/
+syntax match teachtreeKeyword /)\s*\zs\(bridging\|lasting\)\ze\s\+\(\w\|(\)/
 syntax match teachtreeKeyword /\<times\ze\s\+within\>/
 syntax match teachtreeKeyword /\<in\s\+\(both\|one\s\+hand\|the\s\+other\)\>/
 syntax match teachtreeKeyword /\<shorter\s\+than\>/
 syntax match teachtreeKeyword /\<while\s\+other\ze\s\+does\>/
 syntax match teachtreeKeyword /\<is\ze\s\+[A-Z]/
+syntax match teachtreeKeyword /\<is\s\+failure\>/
 syntax match teachtreeKeyword /\<does\ze\s\+\w/
 syntax match teachtreeKeyword /,\s*\zsjoined\>/
 syntax match teachtreeKeyword /\<\(first\|last\)\ze\s*{/

@@ -131,6 +131,16 @@ fn hover_tells_declaration_type_range_and_comments() {
     let squeeze = hover(&mut editor, "main.rules", "s|queeze");
     assert!(squeeze.contains("signal squeeze = ") && squeeze.contains("a force (N)"), "{squeeze}");
     assert!(!squeeze.contains("no value"), "{squeeze}");
+    editor.change("main.rules", "use \"contact.rules\"\ntask lost = Move .. Release with Push is failure before push\nsignal a = (left.grasped) lasting 2 s\n");
+    let lost = hover(&mut editor, "main.rules", "l|ost");
+    assert!(lost.contains("is failure before push\n```\n\na task that is a failure"), "{lost}");
+    let push = hover(&mut editor, "main.rules", "before p|ush");
+    assert!(push.contains("task push") && !push.contains("failure"), "{push}");
+    let lasting = hover(&mut editor, "main.rules", "l|asting");
+    assert!(
+        lasting.contains("(left.grasped) lasting 2 s") && lasting.contains("if it holds for at least the time"),
+        "{lasting}"
+    );
     // In a broken file too.
     editor.change(
         "main.rules",

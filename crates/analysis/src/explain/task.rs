@@ -17,6 +17,9 @@ use teachtree_language::rules::{Rules, Task};
 pub struct TaskReason {
     /// Its name.
     pub task: String,
+    /// Whether the rules declare it as a failure.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub failure: bool,
     /// The object that it is about.
     pub object: Option<String>,
     /// The body that the object is in or against.
@@ -89,7 +92,8 @@ pub(super) fn of(analyzed: &AnalyzedRecording, leaves: &Leaves, side: Side, fram
     let tried = rules.tasks.iter().map(|task| tried(rules, task, measures, pieces));
     let start = pieces.first().map_or(0, |piece| piece.frames.start);
     let end = pieces.last().map_or(0, |piece| piece.frames.end);
-    let name = named.task.and_then(|id| rules.tasks.get(id.index())).map_or(UNKNOWN, |task| task.name.as_str());
+    let declared = named.task.and_then(|id| rules.tasks.get(id.index()));
+    let name = declared.map_or(UNKNOWN, |task| task.name.as_str());
     let track = analysis.track(TrackId::Hand(side));
     let spans = track.map_or(&[][..], |track| &track.tasks);
     let at = spans.iter().position(|span| span.frames.contains(&frame));
@@ -107,6 +111,7 @@ pub(super) fn of(analyzed: &AnalyzedRecording, leaves: &Leaves, side: Side, fram
     let Subject { object, partner } = span.map(|span| span.subject.clone()).unwrap_or_default();
     Some(TaskReason {
         task: name.to_string(),
+        failure: declared.is_some_and(|task| task.failure),
         object,
         partner,
         start_s: frames.time.get(start).copied().unwrap_or_default(),

@@ -292,7 +292,7 @@ pub static OPERATORS: &[Operator] = &[
         CheckedForm::Temporal,
         "bridging",
         &[form("(condition) bridging 130 ms", &[Operand::Condition, Operand::Duration], Output::Condition)],
-        "true while the condition holds, and in each gap that is shorter than the time; later frames decide whether a gap is",
+        "true on frames less than the time after one on which the condition holds, and less than the time before one: shorter gaps are bridged",
         "(moving) bridging 200 ms",
         same,
     ),

@@ -123,9 +123,9 @@ impl Cursor {
         let mut found = Vec::new();
         for rule in &rules {
             found.extend(keyword(*rule).map(Candidate::Word));
-            let word =
+            let kind =
                 if matches!(rule, Rule::window | Rule::hysteresis) { Candidate::Operator } else { Candidate::Word };
-            found.extend(words(*rule).iter().copied().map(word));
+            found.extend(words(*rule).iter().copied().map(kind));
             found.extend(meant(*rule, head, word(1), &place));
         }
         if head == "extend" && word(1) == head {

@@ -160,6 +160,9 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     if word == "=" && units::unit(scan.word(found + 2)).is_some() {
         return finding.help("measured numbers are compared by `<` and `>`");
     }
+    if word == "is" && scan.word(found + 1) == "failure" {
+        return finding.help("`is failure` stands at the end of a task, in front of `before`");
+    }
     let replacement = match word {
         "&&" | "&" => "and",
         "||" | "|" => "or",

@@ -15,19 +15,20 @@ impl Builder<'_, '_, '_> {
         let Some(parts) = pair.clone().into_inner().find(|part| part.as_rule() == Rule::parts) else {
             return self.task(pair).map(ItemKind::Task);
         };
+        let failure = pair.clone().into_inner().any(|part| part.as_rule() == Rule::is_failure);
         let part = |part: RulePair<'_>| {
             let many = part.clone().into_inner().any(|sign| sign.as_rule() == Rule::plus);
             Some((self.word(part)?, many))
         };
         let parts = parts.into_inner().filter(|part| part.as_rule() == Rule::part).map(part).collect::<Option<_>>()?;
-        Some(ItemKind::Composite(Composite { name: self.word(pair)?, parts }))
+        Some(ItemKind::Composite(Composite { name: self.word(pair)?, parts, failure }))
     }
 
     fn task(&mut self, pair: RulePair<'_>) -> Option<Task> {
         let mut name = None;
         let mut ends = Vec::new();
         let (mut keys, mut all_keys) = (Vec::new(), false);
-        let (mut without, mut joined, mut before) = (Vec::new(), false, None);
+        let (mut without, mut joined, mut failure, mut before) = (Vec::new(), false, false, None);
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => name = Some(self.name(&part)),
@@ -35,12 +36,14 @@ impl Builder<'_, '_, '_> {
                 Rule::with_keys => (keys, all_keys) = self.keys(part)?,
                 Rule::without_keys => without = self.labels(part)?,
                 Rule::joined => joined = true,
+                Rule::is_failure => failure = true,
                 Rule::before_task => before = Some(self.word(part)?),
                 _ => {}
             }
         }
         let mut ends = ends.into_iter();
-        Some(Task { name: name?, first: ends.next()?, last: ends.next()?, keys, all_keys, without, joined, before })
+        let (name, first, last) = (name?, ends.next()?, ends.next()?);
+        Some(Task { name, first, last, keys, all_keys, without, joined, failure, before })
     }
 
     /// `extend task name with K`

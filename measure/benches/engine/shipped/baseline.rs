@@ -1,5 +1,5 @@
 //! `rules/single_hand.rules` with `rules/contact.rules` and `rules/hand_force.rules`, translated by hand: one loop over rows that runs ahead of the
-//! labels by the look-ahead of `within next`, and keeps the rows as words of bits. Labels are positions in [`LABELS`].
+//! labels by the look-ahead of the rules, and keeps the rows as words of bits. Labels are positions in [`LABELS`].
 //!
 //! A row becomes a word of bits ([`HysteresisState`]); contacts that flicker are bridged ([`WindowCounters`]) with a delay; while no bit changes, the label is
 //! kept without evaluating the tree ([`TreeState`]).
@@ -66,8 +66,8 @@ const EASES_OFF: u32 = 1 << 22;
 
 /// The bits that restart with another target.
 const OF_TARGET: u32 = NEAR | MOVING | TURNING | INSERTED;
-/// A frame after the end: no contact, and no change.
-const BEHIND: u32 = MOVING | BEARS_DOWN;
+/// A frame after the end, on which no condition holds.
+const BEHIND: u32 = 0;
 
 const TOUCHES: u32 = 0b1_1111;
 const THUMB: u32 = 1;
@@ -199,7 +199,7 @@ impl HysteresisState {
     }
 }
 
-/// `within last` and `within next`: for each bit, the number of frames until it expires.
+/// `bridging`: for each bit, the number of frames until it expires.
 #[derive(Default)]
 struct WindowCounters {
     last: [u8; 8],

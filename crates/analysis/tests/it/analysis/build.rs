@@ -113,6 +113,7 @@ pub fn task<'a>(rules: &'a mut Rules, name: &str, keys: &str, without: &str) -> 
         all_keys: false,
         without: labels(rules, without),
         joined: false,
+        failure: false,
         span: Span::default(),
     };
     rules.tasks.push(task);

@@ -128,7 +128,8 @@ fn any_tasks() -> impl Strategy<Value = Vec<Task>> {
             let ends = ends.unwrap_or_else(|| vec![label(0), label(7)]);
             let (first, last) = (Pattern::of(ends[0]), Pattern::of(ends[ends.len() - 1]));
             let (name, span) = (String::new(), Span::default());
-            Task { name, first, last, keys, all_keys, without, joined: joined && all_keys, span }
+            let joined = joined && all_keys;
+            Task { name, first, last, keys, all_keys, without, joined, failure: false, span }
         });
     prop::collection::vec(task, 1..6)
 }

@@ -293,12 +293,17 @@ fn task(random: &mut Random, known: &mut Vocabulary) -> String {
     let word = if random.chance(70) { " or " } else { " and " };
     let without = if random.chance(20) { format!(" without {}", label(random, known)) } else { String::new() };
     let joined = if random.chance(15) { ", joined" } else { "" };
+    let failure = outcome(random);
     let before = match known.tasks.len() {
         many if many > 0 && random.chance(50) => format!(" before {}", known.tasks[random.below(many)]),
         _ => String::new(),
     };
     known.tasks.push(name.clone());
-    format!("task {name} = {first} .. {last} with {}{without}{joined}{before}", keys.join(word))
+    format!("task {name} = {first} .. {last} with {}{without}{joined}{failure}{before}", keys.join(word))
+}
+
+fn outcome(random: &mut Random) -> &'static str {
+    if random.chance(20) { " is failure" } else { "" }
 }
 
 fn key(random: &mut Random, label: String) -> String {
@@ -313,9 +318,9 @@ fn composite(random: &mut Random, known: &mut Vocabulary) -> String {
     let name = new_name(known, "c");
     let (first, second) = (one(random, &known.tasks).to_string(), one(random, &known.tasks));
     match random.below(3) {
-        0 => format!("task {name} = {first}+"),
-        1 => format!("task {name} = {first}, {second}"),
-        _ => format!("task {name} = {first}+, {second}"),
+        0 => format!("task {name} = {first}+{}", outcome(random)),
+        1 => format!("task {name} = {first}, {second}{}", outcome(random)),
+        _ => format!("task {name} = {first}+, {second}{}", outcome(random)),
     }
 }
 
@@ -446,7 +451,7 @@ fn addition(random: &mut Random, known: &mut Vocabulary) -> Vec<String> {
 /// Changes a declaration's number, name or position, or removes it.
 fn changed(random: &mut Random, items: &mut Vec<String>) {
     let at = random.below(items.len());
-    match random.below(5) {
+    match random.below(6) {
         0 => drop(items.remove(at)),
         1 => {
             let other = random.below(items.len());
@@ -454,6 +459,11 @@ fn changed(random: &mut Random, items: &mut Vec<String>) {
         }
         2 => items.push(items[at].clone()),
         3 => items[at] = items[at].replacen("0 m", "5 m", 1 + random.below(2)),
+        4 => {
+            let failure = items.iter().position(|item| item.contains(" is failure"));
+            let at = failure.unwrap_or(at);
+            items[at] = items[at].replace(" is failure", "");
+        }
         _ => {
             let names = ["A", "B", "C", "D", "E", "s1", "s2", "true", "false", "or", "and"];
             let (one, other) = (names[random.below(names.len())], names[random.below(names.len())]);

@@ -21,6 +21,9 @@ pub fn acts(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
                 findings
                     .push(Finding { what: format!("the task `{name}` asks for something else"), place: place(other) });
             }
+            Some(other) if task.failure != other.failure => {
+                findings.push(Finding { what: outcome(name, other.failure), place: place(other) });
+            }
             Some(_) => {}
         }
     }
@@ -63,6 +66,9 @@ fn composites(base: &Rules, rules: &Rules, never: &dyn Fn(&Task) -> bool) -> Vec
                 findings
                     .push(Finding { what: format!("the task `{name}` is made of other tasks"), place: place(other) });
             }
+            Some(other) if composite.failure != other.failure => {
+                findings.push(Finding { what: outcome(name, other.failure), place: place(other) });
+            }
             Some(_) => {}
         }
     }
@@ -89,9 +95,12 @@ pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
         let name = &task.name;
         match other.tasks.iter().find(|other| other.name == *name) {
             None => lines.push(format!("the task `{name}` is gone")),
-            Some(theirs) if asks(task, &all) == asks(theirs, &with_new) => {}
+            Some(theirs) if asks(task, &all) == asks(theirs, &with_new) => {
+                lines.extend((task.failure != theirs.failure).then(|| outcome(name, theirs.failure)));
+            }
             Some(theirs) if asks(task, &all) == asks(theirs, &without_new) => {
                 lines.push(format!("the task `{name}` differs only in new primitives"));
+                lines.extend((task.failure != theirs.failure).then(|| outcome(name, theirs.failure)));
             }
             Some(_) => lines.push(format!("the task `{name}` asks for something else")),
         }
@@ -103,6 +112,7 @@ pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
             Some(theirs) if made(composite, one) != made(theirs, other) => {
                 lines.push(format!("the task `{name}` is made of other tasks"));
             }
+            Some(theirs) if composite.failure != theirs.failure => lines.push(outcome(name, theirs.failure)),
             Some(_) => {}
         }
     }
@@ -114,6 +124,11 @@ pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
         lines.extend(new.map(|name| format!("the task `{name}` is new")));
     }
     lines
+}
+
+/// Reports that a task has another outcome than in the first rule set.
+fn outcome(name: &str, failure: bool) -> String {
+    format!("the task `{name}` is a {} now", if failure { "failure" } else { "success" })
 }
 
 fn names(rules: &Rules) -> Vec<&str> {
