@@ -1,6 +1,7 @@
 //! Readers: files of every format in, tables and recordings out.
 
 mod arrays;
+mod cells;
 mod columnar;
 mod damaged;
 mod joined;

@@ -7,7 +7,6 @@ mod array_log;
 #[cfg(any(feature = "parquet", feature = "hdf5", feature = "arrays"))]
 #[cfg_attr(not(any(feature = "hdf5", feature = "arrays")), allow(dead_code, reason = "Parquet counts no arrays"))]
 mod budget;
-mod csv_dialect;
 pub mod delimited_text;
 #[cfg(feature = "arrays")]
 mod elements;
@@ -18,7 +17,6 @@ mod json;
 pub mod jsonl;
 #[cfg(feature = "parquet")]
 pub mod lerobot;
-mod lines;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 #[cfg(feature = "arrays")]
@@ -43,9 +41,10 @@ pub use recordings::{
 use crate::allowed_folders::AllowedFolders;
 use crate::atomic_write::{self, Files};
 use crate::issue::{Issue, IssueKind};
+use crate::read::csv::{add as add_csv, add_table as add_csv_table};
+use crate::read::file;
 use crate::read::progress::CountingReader;
 use crate::read::table::Source;
-use crate::read::{csv, file};
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
@@ -162,7 +161,7 @@ pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), 
     match ending(path).as_str() {
         #[cfg(feature = "parquet")]
         "parquet" => parquet::add(files, recording, path),
-        _ => csv::add(files, recording, path),
+        _ => add_csv(files, recording, path),
     }
 }
 
@@ -174,7 +173,7 @@ pub fn add_table(files: &mut Files, recording: &Recording, path: &Path) -> Resul
     match ending(path).as_str() {
         #[cfg(feature = "parquet")]
         "parquet" => parquet::add_table(files, recording, path),
-        _ => csv::add_table(files, recording, path),
+        _ => add_csv_table(files, recording, path),
     }
 }
 

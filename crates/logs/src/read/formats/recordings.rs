@@ -2,6 +2,7 @@
 
 use super::split;
 use crate::allowed_folders::AllowedFolders;
+use crate::read::csv::beside;
 use crate::read::file;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
@@ -101,7 +102,7 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, InputError> {
     if !log.is_file() {
         return Err(missing(&log));
     }
-    let around = ["scene.yaml", "events.csv"].into_iter().flat_map(|ending| super::csv::beside(&log, ending));
+    let around = ["scene.yaml", "events.csv"].into_iter().flat_map(|ending| beside(&log, ending));
     let mut files: Vec<PathBuf> = around.filter(|file| file.is_file()).collect();
     files.push(log);
     Ok(files)

@@ -1,0 +1,133 @@
+//! The heading of a delimited text: lines about the recording, titles of columns, and their units, before the first row of numbers.
+
+use super::dialect::Dialect;
+use crate::read::memory_table::titled;
+use crate::read::table::{date_time, number};
+use teachtree_base::units::compound;
+
+/// Maximum number of lines in which the first row of numbers is searched.
+const MAX_LINES: usize = 200;
+
+/// The heading of a text.
+pub(super) struct Heading {
+    pub dialect: Dialect,
+    /// Whether the first row names the columns.
+    pub is_titled: bool,
+    /// The titles in a comment above the first row.
+    commented: Option<Vec<String>>,
+    /// The units in a line below the titles.
+    units: Option<Vec<String>>,
+}
+
+impl Heading {
+    /// Reads the heading at the beginning of a text. Lines that are neither titles nor rows are made empty, so that rows keep their line numbers.
+    pub fn read(head: &mut Vec<u8>) -> Self {
+        let Preamble { lines, units } = Preamble::find(&String::from_utf8_lossy(head));
+        let unit_line = units.as_ref().map(|(line, _)| *line);
+        if lines > 0 || unit_line.is_some() {
+            *head = emptied(head, |line| line < lines || Some(line) == unit_line);
+        }
+        let text = String::from_utf8_lossy(head);
+        let comment = text.bytes().next().filter(|first| matches!(first, b'#' | b'%'));
+        let is_comment = |line: &&str| comment.is_some_and(|sign| line.as_bytes().first() == Some(&sign));
+        let above = text.lines().take_while(is_comment).last();
+        let line = text.lines().find(|line| !line.trim().is_empty() && !is_comment(line)).unwrap_or_default();
+        let dialect = Dialect::detect(line, comment);
+        let commented = above.map(|line| {
+            let cells = dialect.split(line.trim_start_matches(['#', '%']).trim());
+            let titles = cells.into_iter().map(|title| title.trim().to_string()).collect();
+            if dialect.blanks { with_units(titles) } else { titles }
+        });
+        Self { dialect, is_titled: !dialect.has_numbers(line), commented, units: units.map(|(_, units)| units) }
+    }
+
+    /// Returns the titles of the columns, given the cells of the first row.
+    pub fn titles(&self, first: Vec<String>) -> Vec<String> {
+        if !self.is_titled {
+            let commented = self.commented.clone().filter(|titles| titles.len() == first.len());
+            return commented.unwrap_or_else(|| (1..=first.len()).map(|column| column.to_string()).collect());
+        }
+        let titles = if self.dialect.blanks { with_units(first) } else { first };
+        match self.units.as_ref().filter(|units| units.len() == titles.len()) {
+            Some(units) => titles.iter().zip(units).map(|(title, unit)| titled(title, unit)).collect(),
+            None => titles,
+        }
+    }
+}
+
+/// The lines of a heading other than titles.
+#[derive(Default)]
+struct Preamble {
+    /// Number of lines about the recording, above the titles.
+    lines: usize,
+    /// The line below the titles with their units, and the units.
+    units: Option<(usize, Vec<String>)>,
+}
+
+impl Preamble {
+    /// Finds the lines above the first line of numbers. The first line is the titles if it has as many cells as the line of numbers.
+    fn find(head: &str) -> Self {
+        let lines: Vec<&str> = head.lines().take(MAX_LINES).collect();
+        let cells = |at: usize| lines.get(at).map(|line| cells(line)).unwrap_or_default();
+        let Some(data) = (0..lines.len()).find(|at| is_data(&cells(*at))) else { return Self::default() };
+        let width = cells(data).len();
+        let is_text = |line: &&str| !line.trim().is_empty() && !line.starts_with(['#', '%']);
+        let above: Vec<usize> = (0..data).filter(|at| lines.get(*at).is_some_and(is_text)).collect();
+        let [first, ..] = *above else { return Self::default() };
+        let units = above.last().filter(|_| above.len() > 1).and_then(|at| Some((*at, units(&cells(*at), width)?)));
+        let title_lines = above.len() - usize::from(units.is_some());
+        let titles = title_lines.checked_sub(1).and_then(|at| above.get(at)).copied().unwrap_or_default();
+        let is_preamble = titles > 0 && cells(first).len() != width && cells(titles).len() == width;
+        Self { lines: if is_preamble { titles } else { 0 }, units }
+    }
+}
+
+/// The cells of a line, split by a dialect of its own.
+fn cells(line: &str) -> Vec<&str> {
+    let dialect = Dialect::detect(line, None);
+    let cells = dialect.split(line).into_iter();
+    if dialect.blanks { cells.collect() } else { cells.map(|cell| cell.trim().trim_matches('"').trim()).collect() }
+}
+
+/// Whether a line is a row: it begins with a number or a date, and most of its cells are numbers or dates.
+fn is_data(cells: &[&str]) -> bool {
+    let is_value = |cell: &&&str| number(&cell.replace(',', ".")).is_some() || date_time(cell).is_some();
+    cells.len() > 1
+        && cells.first().filter(|cell| !cell.is_empty()).is_some_and(|cell| is_value(&cell))
+        && 2 * cells.iter().filter(is_value).count() > cells.len()
+}
+
+/// Returns the units in a line; none where a cell is neither a unit nor blank.
+fn units(cells: &[&str], width: usize) -> Option<Vec<String>> {
+    let plain = |cell: &str| cell.trim_matches(['[', ']', '(', ')']).to_string();
+    let is_unit = |cell: &str| !cell.is_empty() && compound(&plain(cell)).is_ok();
+    let is_blank = |cell: &str| cell.is_empty() || cell == "-";
+    let are_units = cells.len() == width
+        && cells.iter().any(|cell| is_unit(cell))
+        && cells.iter().all(|cell| is_unit(cell) || is_blank(cell));
+    are_units.then(|| cells.iter().map(|cell| if is_blank(cell) { String::new() } else { plain(cell) }).collect())
+}
+
+/// A text in which some lines are empty.
+fn emptied(text: &[u8], is_left_out: impl Fn(usize) -> bool) -> Vec<u8> {
+    let lines = text.split_inclusive(|byte| *byte == b'\n').enumerate();
+    let kept = |(at, line)| if is_left_out(at) { line_end(line) } else { line };
+    lines.flat_map(kept).copied().collect()
+}
+
+/// The end of a line: its line feed and the blanks before it.
+fn line_end(line: &[u8]) -> &[u8] {
+    line.strip_prefix(line.trim_ascii_end()).unwrap_or(b"\n")
+}
+
+/// Joins each unit with its title after both were split at blanks: `x`, `[mm]`.
+fn with_units(cells: Vec<String>) -> Vec<String> {
+    let mut titles: Vec<String> = vec![];
+    for cell in cells {
+        match titles.last_mut() {
+            Some(title) if cell.starts_with('[') && cell.ends_with(']') => *title = format!("{title} {cell}"),
+            _ => titles.push(cell),
+        }
+    }
+    titles
+}
