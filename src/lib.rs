@@ -37,6 +37,8 @@ mod cli;
 #[doc(hidden)]
 pub use cli::{main as command_line, run as command_line_of};
 #[doc(inline)]
+pub use teachtree_analysis::outcome::{Outcome, OutcomeKind, OutcomeReason, ReasonKind};
+#[doc(inline)]
 pub use teachtree_analysis::{Confidence, TrackId};
 #[doc(inline)]
 pub use teachtree_base::diagnostic::Severity;

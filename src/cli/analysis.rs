@@ -9,7 +9,7 @@ use teachtree_frames::bind::BindingFile;
 use teachtree_frames::hand_file_of;
 use teachtree_language::{self as language, Request};
 use teachtree_session::files::{RecordingFile, recordings};
-use teachtree_session::{Analysis, Error, Log};
+use teachtree_session::{Analysis, Error, ErrorInternals, Log};
 
 /// Options of commands that analyze recordings.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -26,6 +26,26 @@ pub struct EachArg {
     /// Treat each file in a folder as a recording; otherwise, with a binding, a folder with tables of text is one recording in parts
     #[arg(long)]
     each: bool,
+}
+
+/// The tasks that recordings should contain.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct ExpectArg {
+    /// The tasks that each recording should contain, in order, instead of `expect` of the binding: `peg_in_hole x 2, turn_screw`
+    #[arg(long, value_name = "TASKS")]
+    pub expect: Option<String>,
+}
+
+impl ExpectArg {
+    /// Expects these tasks of an analyzed recording.
+    ///
+    /// # Errors
+    /// A task that the rules do not have, or that is a failure.
+    pub fn of(&self, analysis: Analysis) -> Result<Analysis, InputError> {
+        let Some(tasks) = &self.expect else { return Ok(analysis) };
+        let in_option = |error: Error| InputError { place: "--expect".into(), ..error.into_input() };
+        analysis.expecting(tasks).map_err(in_option)
+    }
 }
 
 impl AnalysisArgs {

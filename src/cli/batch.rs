@@ -47,7 +47,8 @@ const SCHEMA: &str = "teachtree.manifest/1";
 
 /// What became of a recording.
 enum Outcome {
-    Written(BTreeMap<IssueKind, usize>),
+    /// Its issues, and whether it contains what `--expect` names.
+    Written(BTreeMap<IssueKind, usize>, bool),
     Unchanged,
 }
 
@@ -72,7 +73,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
         {
             return Ok(Outcome::Unchanged);
         }
-        let Output { text, kinds, .. } = one(args, &found.log, true)?;
+        let Output { text, kinds, is_as_expected, .. } = one(args, &found.log, true)?;
         out.parent().map_or(Ok(()), output::make_folder)?;
         atomic_write::write(out, |file| file.write_all(text.as_bytes()))?;
         if let Some(made_of) = made_of {
@@ -81,15 +82,17 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
             let log = found.log.display().to_string();
             list.add(ManifestEntry { schema: SCHEMA.into(), log, out: name, made_of, digest: digest.finish() })?;
         }
-        Ok::<_, Failure>(Outcome::Written(kinds))
+        Ok::<_, Failure>(Outcome::Written(kinds, is_as_expected))
     })?;
     list.finish()?;
     let (mut written, mut unchanged, mut issues, mut failures) = (0, 0, Issues::default(), Vec::new());
+    let mut is_as_expected = true;
     for ((found, _), result) in items.iter().zip(results) {
         match result {
             Ok(Outcome::Unchanged) => unchanged += 1,
-            Ok(Outcome::Written(kinds)) => {
+            Ok(Outcome::Written(kinds, it)) => {
                 written += 1;
+                is_as_expected &= it;
                 issues.add(&found.log, &kinds);
             }
             Err(failure) => failures.push(failure.of_log(&found.log)),
@@ -105,7 +108,8 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
             of(failures.len(), "failed")
         ));
     }
-    Failure::some(failures, written + unchanged)
+    Failure::some(failures, written + unchanged)?;
+    if is_as_expected { Ok(()) } else { Err(Failure::Negative) }
 }
 
 /// The file of each recording.
@@ -154,6 +158,7 @@ fn digests(args: &Args, files: &[PathBuf]) -> Result<Digest, InputError> {
     digest.field(VERSION);
     digest.field(&format!("{:?}", args.form.format));
     digest.field(if args.confidence { "confidence" } else { "" });
+    digest.field(args.expect.expect.as_deref().unwrap_or_default());
     (args.form.format.writer().width)().iter().for_each(|width| digest.field(&width.to_string()));
     for (_, text) in SHIPPED {
         digest.field(text);

@@ -45,6 +45,7 @@ mod lsp;
 mod many_logs;
 mod mimicgen;
 #[cfg(unix)]
+mod outcomes;
 mod pipes;
 mod plugs;
 mod primitives;

@@ -5,8 +5,9 @@
 //!  "log":{"name","path","frames","rows","rate_hz","start_s","duration_s","zero_stamp_s"},"rules":{"files":[],"digest","params":{}},
 //!  "tracks":[{"track","segments":[{"primitive",SPAN}],
 //!             "relabeled":[{"primitive",SPAN,"was":[],"by"}],
-//!             "tasks":[{"task",SPAN,"secondary":[],"segments":[{"primitive",SPAN,"was":[],"by"}]}],
+//!             "tasks":[{"task",SPAN,"attempt","secondary":[],"segments":[{"primitive",SPAN,"was":[],"by"}]}],
 //!             "composites":[{"task","tasks":[],"parts":[],"start_s","end_s","start_row","end_row"}]}],
+//!  "outcome":{"result","attempts","reasons":[{"kind","track","task","start_s","end_s","message"}]},
 //!  "issues":[{"kind","start_s","end_s","channel","message"}]}
 //! ```
 //!
@@ -17,9 +18,11 @@
 //! A task that the rules declare as a failure has `"failure": true`, also one that is made of tasks.
 //! A task cut by an end of the recording or a gap has `"complete": false` and `"open": ["start"|"end"]`, others have neither.
 //! With `analyze --confidence`, segments after relabeling have `"confidence","earliest_s","latest_s","margin"` too, and tasks `"confidence"`.
+//! `outcome` has `"expected","as_expected"` too where tasks are expected; `track`, `task` and the times of a reason are null where it is about the recording.
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
 
 use super::number::number;
+use super::outcome::{Outcome, OutcomeReason};
 use super::{Analysis, CompositeSpan, Confidence, Segment, Subject, TaskSpan, Track, TrackId};
 use serde_json::{Map, Value, json};
 use std::ops::Range;
@@ -87,6 +90,7 @@ fn document(analysis: &Analysis, meta: &Meta) -> Value {
         "version": VERSION,
         "log": log,
         "rules": rules(meta),
+        "outcome": outcome(&analysis.outcome()),
         "tracks": analysis.tracks.iter().map(track).collect::<Vec<_>>(),
         "issues": analysis.issues.iter().map(|issue| json!({
             "kind": issue.kind,
@@ -96,6 +100,27 @@ fn document(analysis: &Analysis, meta: &Meta) -> Value {
             "message": issue.message,
         })).collect::<Vec<_>>(),
     })
+}
+
+/// The outcome of a recording.
+pub fn outcome(outcome: &Outcome) -> Value {
+    let reason = |reason: &OutcomeReason| {
+        json!({
+            "kind": reason.kind,
+            "track": reason.track.map(|track| track.to_string()),
+            "task": reason.task,
+            "start_s": reason.span_s.map(|[start, _]| start),
+            "end_s": reason.span_s.map(|[_, end]| end),
+            "message": reason.message,
+        })
+    };
+    let mut value = Map::new();
+    value.insert("result".into(), json!(outcome.result));
+    value.insert("attempts".into(), json!(outcome.attempts));
+    value.extend(outcome.expected.as_ref().map(|expected| ("expected".into(), json!(expected))));
+    value.extend(outcome.is_as_expected.map(|is| ("as_expected".into(), json!(is))));
+    value.insert("reasons".into(), outcome.reasons.iter().map(reason).collect());
+    Value::Object(value)
 }
 
 /// A document as text: one line for whatever lists no objects, numbers by the one printer.
@@ -175,6 +200,7 @@ fn task(task: &TaskSpan) -> Value {
         value.insert("complete".into(), json!(false));
         value.insert("open".into(), json!(open(task)));
     }
+    value.insert("attempt".into(), json!(task.attempt));
     value.insert("secondary".into(), json!(task.secondary));
     value.extend(task.confidence.map(|share| ("confidence".into(), json!(share))));
     value.insert("segments".into(), task.segments.iter().map(relabeled).collect());
@@ -219,7 +245,12 @@ pub fn live_segment(sequence: u64, who: TrackId, segment: &Segment, is_final: bo
 
 /// A task of a live log, on one line.
 pub fn live_task(sequence: u64, who: TrackId, span: &TaskSpan, is_final: bool) -> String {
-    live("task", sequence, Some(who), is_final, task(span))
+    let mut value = task(span);
+    if let Value::Object(fields) = &mut value {
+        // The attempts before those that the history keeps are unknown.
+        fields.shift_remove("attempt");
+    }
+    live("task", sequence, Some(who), is_final, value)
 }
 
 /// A task that is made of tasks, of a live log, on one line. Its tasks are not numbered.

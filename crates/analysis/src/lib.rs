@@ -27,6 +27,7 @@ pub mod margin;
 mod measures;
 mod naming;
 pub mod number;
+pub mod outcome;
 mod relabel;
 pub mod score;
 mod spans;
@@ -46,6 +47,7 @@ use interval_labels::{IntervalLabels, Settling};
 use labeled_span::LabeledSpan;
 use measures::Measures;
 use naming::Naming;
+use outcome::{ExpectedTasks, Outcome, UnmeasuredTask};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use subject::HandledObjects;
@@ -85,12 +87,21 @@ pub struct Analysis {
     pub issues: Vec<Issue>,
     /// The primitives of the rules.
     pub primitives: Primitives,
+    /// The tasks that the recording should contain.
+    pub expected: ExpectedTasks,
+    /// The tasks that the recording cannot show.
+    pub unmeasured: Vec<UnmeasuredTask>,
 }
 
 impl Analysis {
     /// The track of a hand or of both.
     pub fn track(&self, who: TrackId) -> Option<&Track> {
         self.tracks.iter().find(|track| track.who == who)
+    }
+
+    /// Whether the recording is a success, with the reasons.
+    pub fn outcome(&self) -> Outcome {
+        Outcome::new(self)
     }
 
     /// Returns the owner of the only track. Labels without a track refer to it.
@@ -149,6 +160,8 @@ pub struct TaskSpan {
     pub task: String,
     /// Whether the rules declare the task as a failure. Another named task is a success; [`UNKNOWN`] is neither.
     pub failure: bool,
+    /// Which attempt at its object and target it belongs to, from 1.
+    pub attempt: usize,
     /// What it is about.
     pub subject: Subject,
     /// The frames `[start, end)`.
@@ -246,11 +259,23 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
     if leaves.iter().any(|leaves| !leaves.both.is_empty()) {
         tracks.push(both);
     }
+    outcome::number_attempts(&mut tracks);
     let rows = if frames.row_time.is_empty() { frames.len } else { frames.row_time.len() };
     let (start_s, end_s) = (show.start_s(), show.end_s());
     let stretches = leaves.iter().map(|leaves| show.span_s(&leaves.frames)).collect();
     let primitives = rules.by_name();
-    Analysis { frames: frames.len, rows, rate_hz, start_s, end_s, stretches, tracks, issues, primitives }
+    Analysis {
+        frames: frames.len,
+        rows,
+        rate_hz,
+        start_s,
+        end_s,
+        stretches,
+        tracks,
+        issues,
+        primitives,
+        ..Analysis::default()
+    }
 }
 
 impl Track {

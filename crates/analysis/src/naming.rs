@@ -86,6 +86,7 @@ impl Naming<'_> {
             rows: self.frames.rows(&frames),
             task: named.task.map_or_else(|| UNKNOWN.to_string(), name),
             failure: task.is_some_and(|task| task.failure),
+            attempt: 1,
             start_s: self.time_s(frames.start, stretch),
             end_s: self.time_s(frames.end, stretch),
             frames,

@@ -50,6 +50,8 @@ pub struct OpenedLog {
     pub params: Vec<(String, String)>,
     /// Forces that count as they are, although they stay constant.
     pub trust: Vec<String>,
+    /// The tasks that the binding expects, with the place where it does.
+    pub expect: Option<(String, String)>,
     /// Channels of the binding with nearly the names of known ones, and the error that each is when no rule reads it.
     pub suspicious_channels: Vec<(String, InputError)>,
 }
@@ -89,6 +91,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<OpenedLo
     let bound = bind(source, &file, scene).map_err(|error| in_binding(in_log(&log, said(error))))?;
     let csv::LoadedRecording { mut recording, mut issues, row_time } = bound;
     let clock = clock.filter(|_| file.binding.has_stamps_of_log());
+    let expect = file.binding.expect.clone().map(|text| (text, file.place(&["expect"])));
     let Binding { hand_file, params, trust, resample, time_offset, .. } = file.binding;
     if resample.is_none() {
         issues.extend(gap_filling::fill_gaps(&mut recording));
@@ -107,6 +110,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<OpenedLo
         hand_file,
         params,
         trust,
+        expect,
         suspicious_channels,
     })
 }
@@ -138,6 +142,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
         hand_file: None,
         params,
         trust,
+        expect: None,
         suspicious_channels,
     }
 }

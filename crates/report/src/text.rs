@@ -105,7 +105,15 @@ impl Page<'_> {
         facts.extend((!meta.digest.is_empty()).then(|| format!("digest {}", meta.digest)));
         facts.push(format!("teachtree {VERSION}"));
         lines.extend(wrap(&facts.join("; "), self.style.width, "", "  "));
+        lines.extend(self.outcome());
         lines
+    }
+
+    /// The outcome with its reasons.
+    fn outcome(&self) -> Vec<String> {
+        let sentence = self.analysis.outcome().sentence();
+        let sentence = if self.style.unicode { sentence } else { sentence.replace('–', "-") };
+        wrap(&format!("outcome {sentence}"), self.style.width, "", "  ")
     }
 
     fn lanes(&self, track: &Track) -> Vec<String> {

@@ -14,11 +14,12 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::OnceLock;
 use teachtree_analysis::json::Meta;
+use teachtree_analysis::outcome::{ExpectedTasks, Outcome};
 use teachtree_analysis::{
     self as analysis, Analysis as AnalysisResult, CompositeSpan, Confidence, Segment as Stretch, TaskSpan,
     Track as Lane, TrackId, explain,
 };
-use teachtree_base::error::ErrorKind;
+use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::meaning::Meaning;
 use teachtree_language::graph::lower;
 use teachtree_logs::issue::Issue;
@@ -36,7 +37,12 @@ pub struct Analysis {
 }
 
 impl Analysis {
+    /// Finds the segments and tasks of a log, which is expected to contain the tasks that its binding names.
     pub(crate) fn new(rules: &Rules, log: &Log) -> Result<Self, Error> {
+        Self::by(rules, log)?.as_binding_expects()
+    }
+
+    fn by(rules: &Rules, log: &Log) -> Result<Self, Error> {
         let meta = meta_of(rules, log);
         let of = |found, run| Self { found, meta, rules: rules.clone(), log: log.clone(), run };
         if let Some(flow) = log.flow()
@@ -46,6 +52,33 @@ impl Analysis {
         }
         let (run, found) = Run::analyzed(rules.set(), log.opened()?, log.binding().is_some())?;
         Ok(of(found, OnceLock::from(run)))
+    }
+
+    /// The same, expected to contain the tasks that the binding of the log names.
+    fn as_binding_expects(self) -> Result<Self, Error> {
+        let Some((text, place)) = self.log.expected() else { return Ok(self) };
+        self.expecting_at(&text, place, ErrorKind::Binding)
+    }
+
+    /// Expects these tasks of the recording, in order, instead of those that its binding names: `peg_in_hole x 2, turn_screw`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`]: a task that the rules do not have, or that is a failure, and what is no list of tasks.
+    pub fn expecting(self, tasks: &str) -> Result<Self, Error> {
+        self.expecting_at(tasks, "expected tasks".into(), ErrorKind::Argument)
+    }
+
+    fn expecting_at(mut self, tasks: &str, place: String, kind: ErrorKind) -> Result<Self, Error> {
+        let wrong = |message: String| Error::new(InputError::new(place.as_str(), message), kind);
+        let expected = ExpectedTasks::parse(tasks).map_err(wrong)?;
+        expected.check(self.rules.set()).map_err(wrong)?;
+        self.found.expected = expected;
+        Ok(self)
+    }
+
+    /// Whether the recording is a success, with the reasons.
+    pub fn outcome(&self) -> Outcome {
+        self.found.outcome()
     }
 
     /// The tracks that the log has: left, right, both.
@@ -331,6 +364,11 @@ impl<'a> Task<'a> {
         self.span.end_s
     }
 
+    /// Which attempt at its object and target it belongs to, from 1: one begins when the hand regains the object after a failed task.
+    pub fn attempt(self) -> usize {
+        self.span.attempt
+    }
+
     /// The object that it is about: that of its key segments, `None` where the log has no object, or does not say which.
     pub fn object(self) -> Option<&'a str> {
         self.span.subject.object.as_deref()
@@ -496,12 +534,13 @@ impl AnalysisInternals for Analysis {
         let log = &self.log;
         let (run, found) = self.run()?.again(rules.set(), log.opened()?, log.binding().is_some())?;
         let (meta, run) = (meta_of(rules, log), OnceLock::from(run));
-        Ok(Self { found, meta, rules: rules.clone(), log: log.clone(), run })
+        let analysis = Self { found, meta, rules: rules.clone(), log: log.clone(), run };
+        analysis.as_binding_expects()
     }
 
     fn without_rules(log: &Log) -> Result<Self, Error> {
         let rules = Rules::of_channels()?;
-        let mut analysis = Self::new(&rules, log)?;
+        let mut analysis = Self::by(&rules, log)?;
         let hands = log.hands();
         let both = (hands.len() > 1).then_some(TrackId::Both);
         analysis.found.tracks = hands.into_iter().map(TrackId::Hand).chain(both).map(Lane::new).collect();

@@ -306,6 +306,8 @@ pub trait LogInternals: Sized {
     fn opened(&self) -> Result<&OpenedLog, Error>;
     /// The hand file and the params that the binding of the log names.
     fn settings(&self) -> (Option<String>, Vec<(String, String)>);
+    /// The tasks that the binding of the log expects, with the place where it does.
+    fn expected(&self) -> Option<(String, String)>;
 }
 
 impl LogInternals for Log {
@@ -337,6 +339,10 @@ impl LogInternals for Log {
             // Only logs without a binding are read in windows.
             _ => (None, Vec::new()),
         }
+    }
+
+    fn expected(&self) -> Option<(String, String)> {
+        self.0.opened.get().and_then(|opened| opened.as_ref().ok()).and_then(|opened| opened.expect.clone())
     }
 }
 

@@ -3,11 +3,12 @@
 
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
+use teachtree_analysis::outcome::{self, Undetectable as Undetected, UnmeasuredTask};
 use teachtree_base::channels::Fallback;
 use teachtree_base::hands::{Finger, FingerPick, Side, TrackId};
 use teachtree_frames::frames::{ColumnKey, Frames};
 use teachtree_language::graph::{AbstractValue, Graph, Leaf, Target, reachable_leaves};
-use teachtree_language::rules::{ChannelId, Hand, Label, TreeScope};
+use teachtree_language::rules::{ChannelId, Hand, Label, Rules, TreeScope};
 use teachtree_logs::issue::{Issue, IssueKind};
 
 /// What rules can detect in a log ([`Rules::observability`](super::Rules::observability)).
@@ -54,7 +55,7 @@ pub fn tracks(graph: &Graph, frames: &Frames) -> Vec<TrackObservability> {
 }
 
 /// The primitives that cannot be detected, as issues of the log.
-pub fn issues(graph: &Graph, frames: &Frames) -> Vec<Issue> {
+pub fn issues(tracks: &[TrackObservability], frames: &Frames) -> Vec<Issue> {
     let at = |time: Option<&f64>| time.copied().unwrap_or_default();
     let (start_s, end_s) = (at(frames.time.first()), at(frames.time.last()));
     let issue = |track: &TrackObservability, lack: &Undetectable| Issue {
@@ -64,10 +65,20 @@ pub fn issues(graph: &Graph, frames: &Frames) -> Vec<Issue> {
         channel: track.track.to_string(),
         message: format!("{} cannot be detected: {}", lack.primitives.join(", "), lack.reason),
     };
-    tracks(graph, frames)
+    tracks
         .iter()
         .flat_map(|track| track.undetectable.iter().map(|lack| issue(track, lack)).collect::<Vec<_>>())
         .collect()
+}
+
+/// The tasks that no hand can show.
+pub fn unmeasured_tasks(rules: &Rules, tracks: &[TrackObservability]) -> Vec<UnmeasuredTask> {
+    let hands: Vec<TrackId> = tracks.iter().map(|track| track.track).filter(|track| track.side().is_some()).collect();
+    let mut undetectable: Vec<Undetected> = Vec::new();
+    for track in tracks {
+        undetectable.extend(track.undetectable.iter().map(|it| (track.track, &it.primitives[..], it.reason.as_str())));
+    }
+    outcome::unmeasured(rules, &hands, &undetectable)
 }
 
 /// What a tree can detect: with all silent channels taken as such together, and one by one to find the reasons.

@@ -99,7 +99,9 @@ impl Run {
         let mut found = analysis::analyze(rules, &self.frames, &self.leaves);
         if binding {
             // A foreign log may lack channels; which primitives that hides is part of its analysis.
-            found.issues.extend(observability::issues(graph, &self.frames));
+            let tracks = observability::tracks(graph, &self.frames);
+            found.issues.extend(observability::issues(&tracks, &self.frames));
+            found.unmeasured = observability::unmeasured_tasks(rules, &tracks);
         }
         found
     }

@@ -71,6 +71,7 @@ fn task(line: &Line, track: &Track, segments: &[Segment], row: &dyn Fn(f64) -> u
     TaskSpan {
         task: line.label.clone(),
         failure: same.is_some_and(|same| same.failure && same.task == line.label),
+        attempt: same.map_or(1, |same| same.attempt),
         subject: same.map(|same| same.subject.clone()).unwrap_or_default(),
         rows: row(line.start_s)..row(line.end_s),
         start_s: line.start_s,

@@ -76,5 +76,6 @@ pub fn labeled(
         tracks: vec![track],
         issues: Vec::new(),
         primitives: Primitives::default(),
+        ..Analysis::default()
     }
 }

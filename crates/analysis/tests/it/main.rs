@@ -10,6 +10,7 @@ mod kinds;
 #[path = "../../../engine/tests/it/numbers.rs"]
 #[allow(dead_code, reason = "the tests of `engine` use all of it")]
 mod numbers;
+mod outcome;
 mod pairs;
 mod robosuite;
 mod scenarios;

@@ -98,6 +98,9 @@ pub struct Binding {
     /// Forces that count as they are, although they stay constant.
     #[serde(default)]
     pub trust: Vec<String>,
+    /// The tasks that a recording should contain, in order: `peg_in_hole x 2, turn_screw`.
+    #[serde(default)]
+    pub expect: Option<String>,
     /// Signals by which parts of a demonstration end, with when they rise: `start of Grasp of cube`.
     #[serde(default)]
     pub signals: IndexMap<String, String>,

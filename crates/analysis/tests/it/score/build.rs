@@ -86,6 +86,7 @@ fn analysis(segments: Vec<Segment>, tasks: Vec<TaskSpan>) -> Analysis {
         tracks: vec![track],
         issues: Vec::new(),
         primitives: PRIMITIVES.clone(),
+        ..Analysis::default()
     }
 }
 

@@ -1,0 +1,269 @@
+//! The outcome of a recording: whether it is a success, a failure, or unknown, with the reasons.
+//!
+//! - A success has at least one task with a name that is no failure, and each failure was mended: the same object came to the same target in a later task.
+//! - A failure has one that was not mended, or lacks a task that is expected.
+//! - An outcome is unknown where no task has a name, or where the recording lacks what a missing task is detected by.
+//!
+//! A task that is made of tasks counts instead of its parts.
+
+mod attempts;
+mod expected;
+mod unmeasured;
+
+pub use attempts::number as number_attempts;
+pub use expected::ExpectedTasks;
+pub use unmeasured::{Undetectable, UnmeasuredTask, unmeasured};
+
+use super::{Analysis, Subject, TaskSpan, Track, TrackId, UNKNOWN};
+use attempts::repeats;
+use serde::Serialize;
+use std::fmt;
+
+/// Whether a recording is a success.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OutcomeKind {
+    /// Its tasks succeeded.
+    Success,
+    /// A task failed, or an expected one is missing.
+    Failure,
+    /// The recording does not show it.
+    Unknown,
+}
+
+impl OutcomeKind {
+    /// `success`, as in outputs.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Success => "success",
+            Self::Failure => "failure",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+impl fmt::Display for OutcomeKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a reason is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReasonKind {
+    /// A task succeeded.
+    Succeeded,
+    /// A task failed, and a later attempt succeeded.
+    Mended,
+    /// A task failed, and no later attempt succeeded.
+    Failed,
+    /// An expected task is missing.
+    Missing,
+    /// An expected task is missing, and the recording cannot show it.
+    NotMeasured,
+    /// No task has a name.
+    NoTask,
+    /// A failure that the recording cannot show.
+    UnseenFailure,
+}
+
+/// Why a recording has its outcome.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutcomeReason {
+    /// What it is about.
+    pub kind: ReasonKind,
+    /// The hand; `None` where it is about the whole recording.
+    pub track: Option<TrackId>,
+    /// The task that it is about.
+    pub task: Option<String>,
+    /// From when to when, s; `None` where it is about the whole recording.
+    pub span_s: Option<[f64; 2]>,
+    /// In words.
+    pub message: String,
+}
+
+/// The outcome of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// Whether it is a success.
+    pub result: OutcomeKind,
+    /// The most attempts at one object and target; 0 without a task.
+    pub attempts: usize,
+    /// The tasks that the recording should contain; `None` where nothing is expected.
+    pub expected: Option<String>,
+    /// Whether it contains them; `None` where nothing is expected.
+    pub is_as_expected: Option<bool>,
+    /// The reasons of the result, in order of time.
+    pub reasons: Vec<OutcomeReason>,
+}
+
+/// The most reasons of the sentence.
+const MOST: usize = 3;
+
+impl Outcome {
+    /// The outcome of an analyzed recording.
+    pub fn new(found: &Analysis) -> Self {
+        let results = results(found);
+        let names: Vec<&str> = names(found);
+        let missing = found.expected.missing(&names);
+        let is_as_expected = missing.is_empty();
+        let mut reasons: Vec<OutcomeReason> = results.iter().map(|result| result.reason(&results)).collect();
+        reasons.extend(missing.into_iter().map(|missing| {
+            let unmeasured = found.unmeasured.iter().find(|it| it.task == missing.name);
+            let (kind, message) = match unmeasured {
+                Some(it) => {
+                    (ReasonKind::NotMeasured, format!("{}, which the log cannot show ({})", missing.message, it.reason))
+                }
+                None => (ReasonKind::Missing, missing.message),
+            };
+            OutcomeReason { kind, track: None, task: Some(missing.name), span_s: None, message }
+        }));
+        let has = |kind: ReasonKind| reasons.iter().any(|reason| reason.kind == kind);
+        let result = if has(ReasonKind::Failed) || has(ReasonKind::Missing) {
+            OutcomeKind::Failure
+        } else if has(ReasonKind::NotMeasured) || !has(ReasonKind::Succeeded) {
+            OutcomeKind::Unknown
+        } else {
+            OutcomeKind::Success
+        };
+        reasons.retain(|reason| reason.kind.supports(result));
+        reasons.extend((result == OutcomeKind::Unknown && reasons.is_empty()).then(no_task));
+        reasons.extend(unseen_failures(found).filter(|_| result == OutcomeKind::Success));
+        let tasks = found.tracks.iter().flat_map(|track| &track.tasks);
+        Self {
+            result,
+            attempts: tasks.map(|task| task.attempt).max().unwrap_or(0),
+            expected: (!found.expected.is_empty()).then(|| found.expected.to_string()),
+            is_as_expected: (!found.expected.is_empty()).then_some(is_as_expected),
+            reasons,
+        }
+    }
+
+    /// One line: `success: right peg_in_hole peg (holder) 8.100 – 12.400 s, attempt 2`.
+    pub fn sentence(&self) -> String {
+        let shown: Vec<&str> = self.reasons.iter().take(MOST).map(|reason| reason.message.as_str()).collect();
+        let more = match self.reasons.len().saturating_sub(MOST) {
+            0 => String::new(),
+            more => format!("; {more} more"),
+        };
+        format!("{}: {}{more}", self.result, shown.join("; "))
+    }
+}
+
+impl ReasonKind {
+    /// Whether it is a reason of this result.
+    fn supports(self, result: OutcomeKind) -> bool {
+        match self {
+            Self::Succeeded | Self::Mended | Self::UnseenFailure => result == OutcomeKind::Success,
+            Self::Failed | Self::Missing => result == OutcomeKind::Failure,
+            Self::NotMeasured => result != OutcomeKind::Success,
+            Self::NoTask => result == OutcomeKind::Unknown,
+        }
+    }
+}
+
+fn no_task() -> OutcomeReason {
+    let message = "no task has a name".to_string();
+    OutcomeReason { kind: ReasonKind::NoTask, track: None, task: None, span_s: None, message }
+}
+
+/// The failures that the recording cannot show.
+fn unseen_failures(found: &Analysis) -> impl Iterator<Item = OutcomeReason> {
+    let failures = found.unmeasured.iter().filter(|it| it.failure);
+    failures.map(|UnmeasuredTask { task, reason, .. }| OutcomeReason {
+        kind: ReasonKind::UnseenFailure,
+        track: None,
+        task: Some(task.clone()),
+        span_s: None,
+        message: format!("the log cannot show {task} ({reason})"),
+    })
+}
+
+/// The names of the tasks that succeeded, those that are made of tasks too, in order of time.
+fn names(found: &Analysis) -> Vec<&str> {
+    let mut names: Vec<(f64, &str)> = Vec::new();
+    for track in &found.tracks {
+        names.extend(track.tasks.iter().filter(|task| task.is_success()).map(|it| (it.start_s, it.task.as_str())));
+        names.extend(track.composites.iter().filter(|it| !it.failure).map(|it| (it.start_s, it.task.as_str())));
+    }
+    names.sort_by(|one, other| one.0.total_cmp(&other.0));
+    names.into_iter().map(|(_, name)| name).collect()
+}
+
+/// A task, or a task that is made of tasks, as the outcome counts it.
+struct TaskResult<'a> {
+    who: TrackId,
+    task: &'a str,
+    subject: &'a Subject,
+    failure: bool,
+    attempt: usize,
+    /// The failure is a part of a task that is a success.
+    is_part_of_success: bool,
+    span_s: [f64; 2],
+}
+
+/// The results of all tracks, in order of time.
+fn results(found: &Analysis) -> Vec<TaskResult<'_>> {
+    let mut results: Vec<TaskResult> = found.tracks.iter().flat_map(of_track).collect();
+    results.sort_by(|one, other| one.span_s[0].total_cmp(&other.span_s[0]));
+    results
+}
+
+fn of_track(track: &Track) -> Vec<TaskResult<'_>> {
+    let whole_of = |at: usize| track.composites.iter().find(|composite| composite.tasks.contains(&at));
+    let task = |(at, task): (usize, &TaskSpan)| {
+        let is_part_of_success = task.failure && whole_of(at).is_some_and(|whole| !whole.failure);
+        let is_counted = task.task != UNKNOWN && (whole_of(at).is_none() || is_part_of_success);
+        is_counted.then_some(is_part_of_success)
+    };
+    let mut results = Vec::new();
+    for (at, span) in track.tasks.iter().enumerate() {
+        results.extend(task((at, span)).map(|is_part_of_success| TaskResult {
+            who: track.who,
+            task: &span.task,
+            subject: &span.subject,
+            failure: span.failure,
+            attempt: span.attempt,
+            is_part_of_success,
+            span_s: [span.start_s, span.end_s],
+        }));
+    }
+    for whole in &track.composites {
+        let last = whole.tasks.end.checked_sub(1).and_then(|at| track.tasks.get(at));
+        results.extend(last.map(|last| TaskResult {
+            who: track.who,
+            task: &whole.task,
+            subject: &last.subject,
+            failure: whole.failure,
+            attempt: last.attempt,
+            is_part_of_success: false,
+            span_s: [whole.start_s, whole.end_s],
+        }));
+    }
+    results
+}
+
+impl TaskResult<'_> {
+    fn reason(&self, all: &[Self]) -> OutcomeReason {
+        let is_mended = self.is_part_of_success
+            || all.iter().any(|later| {
+                !later.failure && later.span_s[0] >= self.span_s[1] && repeats(self.subject, later.subject, true)
+            });
+        let (kind, end) = match (self.failure, is_mended) {
+            (false, _) if self.attempt > 1 => (ReasonKind::Succeeded, format!(", attempt {}", self.attempt)),
+            (false, _) => (ReasonKind::Succeeded, String::new()),
+            (true, true) => (ReasonKind::Mended, " failed, and a later attempt succeeded".into()),
+            (true, false) => (ReasonKind::Failed, " failed, and no later attempt succeeded".into()),
+        };
+        let [start_s, end_s] = self.span_s;
+        let (who, task, suffix) = (self.who, self.task, self.subject.suffix());
+        OutcomeReason {
+            kind,
+            track: Some(who),
+            task: Some(task.to_string()),
+            span_s: Some(self.span_s),
+            message: format!("{who} {task}{suffix} {start_s:.3} – {end_s:.3} s{end}"),
+        }
+    }
+}

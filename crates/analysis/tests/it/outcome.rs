@@ -1,0 +1,166 @@
+//! Outcomes: tasks in, success or failure with reasons out.
+
+use teachtree_analysis::outcome::{ExpectedTasks, OutcomeKind, ReasonKind, UnmeasuredTask, number_attempts};
+use teachtree_analysis::{Analysis, CompositeSpan, Subject, TaskSpan, Track, TrackId};
+use teachtree_base::hands::Side;
+use teachtree_language as language;
+
+/// An analysis of one hand with these tasks of 1 s: name, object, target. A name with `!` is a failure.
+fn analysis(tasks: &[(&str, &str, &str)]) -> Analysis {
+    let body = |name: &str| (!name.is_empty()).then(|| name.to_string());
+    let span = |(at, (name, object, partner)): (usize, &(&str, &str, &str))| TaskSpan {
+        task: name.trim_end_matches('!').into(),
+        failure: name.ends_with('!'),
+        subject: Subject { object: body(object), partner: body(partner) },
+        start_s: at as f64,
+        end_s: at as f64 + 1.0,
+        ..TaskSpan::default()
+    };
+    let mut track = Track::new(TrackId::Hand(Side::Right));
+    track.tasks = tasks.iter().enumerate().map(span).collect();
+    let mut tracks = vec![track];
+    number_attempts(&mut tracks);
+    Analysis { tracks, ..Analysis::default() }
+}
+
+fn attempts(analysis: &Analysis) -> Vec<usize> {
+    analysis.tracks[0].tasks.iter().map(|task| task.attempt).collect()
+}
+
+fn kinds(analysis: &Analysis) -> Vec<ReasonKind> {
+    analysis.outcome().reasons.iter().map(|reason| reason.kind).collect()
+}
+
+#[test]
+fn a_failure_counts_unless_a_later_attempt_mends_it() {
+    use OutcomeKind::{Failure, Success, Unknown};
+    let (stuck, insert, place) = ("stuck!", "insert", "place");
+    for (tasks, wanted, numbers) in [
+        (vec![], Unknown, vec![]),
+        (vec![("unknown", "peg", "")], Unknown, vec![1]),
+        (vec![(place, "peg", "")], Success, vec![1]),
+        (vec![(stuck, "peg", "hole")], Failure, vec![1]),
+        (vec![(stuck, "peg", "hole"), (insert, "peg", "hole")], Success, vec![1, 2]),
+        (vec![(insert, "peg", "hole"), (stuck, "peg", "hole")], Failure, vec![1, 1]),
+        (vec![(stuck, "peg", "hole"), (stuck, "peg", "hole"), (insert, "peg", "hole")], Success, vec![1, 2, 3]),
+        // After a success, attempts are counted anew.
+        (vec![(stuck, "peg", "hole"), (insert, "peg", "hole"), (stuck, "peg", "hole")], Failure, vec![1, 2, 1]),
+        // Another object, another target, no target.
+        (vec![(stuck, "peg", "hole"), (insert, "nut", "hole")], Failure, vec![1, 1]),
+        (vec![(stuck, "peg", "hole"), (insert, "peg", "other")], Failure, vec![1, 1]),
+        (vec![(stuck, "peg", "hole"), (place, "peg", "")], Failure, vec![1, 1]),
+        // A jam on the rim has no target.
+        (vec![(stuck, "peg", ""), (insert, "peg", "hole")], Success, vec![1, 2]),
+        (vec![(stuck, "peg", "hole"), (stuck, "peg", ""), (insert, "peg", "hole")], Success, vec![1, 2, 3]),
+        // The log does not say which object it was.
+        (vec![("missed!", "", ""), (place, "peg", "")], Success, vec![1, 2]),
+        // A touch without a name belongs to the attempt in which it is.
+        (vec![(stuck, "peg", "hole"), ("unknown", "peg", ""), (insert, "peg", "hole")], Success, vec![1, 2, 2]),
+    ] {
+        let analysis = analysis(&tasks);
+        let outcome = analysis.outcome();
+        assert_eq!((outcome.result, attempts(&analysis)), (wanted, numbers), "{tasks:?}");
+        assert_eq!(outcome.attempts, attempts(&analysis).into_iter().max().unwrap_or(0), "{tasks:?}");
+        assert!(!outcome.reasons.is_empty(), "{tasks:?}");
+    }
+    let mended = analysis(&[(stuck, "peg", "hole"), (insert, "peg", "hole")]);
+    assert_eq!(kinds(&mended), [ReasonKind::Mended, ReasonKind::Succeeded]);
+    assert_eq!(
+        mended.outcome().sentence(),
+        "success: right stuck peg (hole) 0.000 – 1.000 s failed, and a later attempt succeeded; right insert peg (hole) 1.000 – 2.000 s, attempt 2"
+    );
+}
+
+#[test]
+fn a_later_task_of_the_other_hand_mends_a_failure() {
+    let mut analysis = analysis(&[("dropped!", "cube", ""), ("unknown", "", ""), ("unknown", "", "")]);
+    let place = TaskSpan {
+        task: "place".into(),
+        subject: Subject { object: Some("cube".into()), partner: None },
+        start_s: 0.5,
+        end_s: 2.0,
+        ..TaskSpan::default()
+    };
+    let mut left = Track::new(TrackId::Hand(Side::Left));
+    left.tasks.push(place.clone());
+    analysis.tracks.push(left);
+    // It began before the failure ended.
+    assert_eq!(analysis.outcome().result, OutcomeKind::Failure);
+    analysis.tracks[1].tasks[0] = TaskSpan { start_s: 1.5, ..place };
+    assert_eq!(analysis.outcome().result, OutcomeKind::Success);
+}
+
+#[test]
+fn a_task_of_tasks_counts_instead_of_its_parts() {
+    let tasks = [("stuck!", "peg", "hole"), ("stuck!", "peg", "hole"), ("place", "cube", "")];
+    let whole = |failure: bool| CompositeSpan { task: "tour".into(), failure, tasks: 0..2, ..CompositeSpan::default() };
+    let of = |failure: bool| {
+        let mut analysis = analysis(&tasks);
+        analysis.tracks[0].composites.push(whole(failure));
+        analysis
+    };
+    assert_eq!(of(false).outcome().result, OutcomeKind::Success);
+    let failed = of(true);
+    assert_eq!(failed.outcome().result, OutcomeKind::Failure);
+    let tasks: Vec<Option<String>> = failed.outcome().reasons.into_iter().map(|reason| reason.task).collect();
+    assert_eq!(tasks, [Some("tour".to_string())]);
+}
+
+fn expecting(tasks: &[(&str, &str, &str)], expected: &str) -> Analysis {
+    Analysis { expected: ExpectedTasks::parse(expected).unwrap(), ..analysis(tasks) }
+}
+
+#[test]
+fn expected_tasks_are_there_in_order() {
+    let tasks = [("insert", "a", ""), ("push", "b", ""), ("insert", "c", ""), ("turn", "d", "")];
+    for expected in ["insert", "insert x 2, turn", "insert, push, insert, turn", "insert x2", "insert × 2", " turn "] {
+        let outcome = expecting(&tasks, expected).outcome();
+        assert_eq!((outcome.result, outcome.is_as_expected), (OutcomeKind::Success, Some(true)), "{expected}");
+    }
+    for (expected, message) in [
+        ("insert x 3, turn", "expected insert x 3, found 2"),
+        ("slide", "expected slide, found none"),
+        ("turn, push", "expected turn in the order `turn, push`, found it in another order"),
+    ] {
+        let outcome = expecting(&tasks, expected).outcome();
+        assert_eq!((outcome.result, outcome.is_as_expected), (OutcomeKind::Failure, Some(false)), "{expected}");
+        assert_eq!(outcome.sentence(), format!("failure: {message}"));
+        assert_eq!(outcome.expected.as_deref(), Some(expected));
+    }
+    // A failure is not what was expected.
+    assert_eq!(expecting(&[("insert!", "a", "")], "insert").outcome().is_as_expected, Some(false));
+    assert_eq!(analysis(&tasks).outcome().is_as_expected, None);
+}
+
+#[test]
+fn a_missing_task_that_the_log_cannot_show_is_no_failure() {
+    let mut analysis = expecting(&[("push", "a", "")], "push, insert");
+    let unmeasured =
+        |task: &str, failure: bool| UnmeasuredTask { task: task.into(), failure, reason: "no depth".into() };
+    analysis.unmeasured = vec![unmeasured("insert", false), unmeasured("stuck", true)];
+    let outcome = analysis.outcome();
+    assert_eq!((outcome.result, outcome.is_as_expected), (OutcomeKind::Unknown, Some(false)));
+    assert_eq!(outcome.sentence(), "unknown: expected insert, found none, which the log cannot show (no depth)");
+    // A success says which failures it could not see.
+    analysis.expected = ExpectedTasks::default();
+    assert_eq!(kinds(&analysis), [ReasonKind::Succeeded, ReasonKind::UnseenFailure]);
+}
+
+#[test]
+fn what_is_no_expectation_is_refused() {
+    for text in ["", "insert x", "insert x 0", "insert 2", "insert x 2 turn", "insert,", "a-b", "insert x -1"] {
+        assert!(ExpectedTasks::parse(text).is_err(), "{text}");
+    }
+    assert!(ExpectedTasks::parse("insert x 101").is_err());
+    let text =
+        "use \"contact.rules\"\ntask stuck = Move .. Release with Press lasting 1 s is failure before pick_and_press\n";
+    let rules = language::load_text("stuck.rules", text).rules.unwrap();
+    let check = |text: &str| ExpectedTasks::parse(text).unwrap().check(&rules);
+    assert_eq!(check("peg_in_hole x 2, turn_screw"), Ok(()));
+    assert_eq!(check("peg_in_hol"), Err("the rules have no task `peg_in_hol`; did you mean `peg_in_hole`?".into()));
+    assert_eq!(check("stuck"), Err("`stuck` is a failure, expected tasks that succeed".into()));
+    assert!(check("wash_dishes").unwrap_err().starts_with("the rules have no task `wash_dishes`; their tasks are "));
+    // As it is printed it is read.
+    let printed = ExpectedTasks::parse("peg_in_hole  x2,turn_screw").unwrap().to_string();
+    assert_eq!(printed, "peg_in_hole x 2, turn_screw");
+}

@@ -1,0 +1,92 @@
+//! Outcomes of recordings, by rules with a failure.
+
+use crate::program::{all_said, demonstrate, said, teachtree_in};
+use serde_json::Value;
+use std::path::Path;
+
+/// A recording of the shipped operator that pushes, carries and slides, beside rules by which sliding is a failure.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    demonstrate("several_tasks", &[], folder.path().join("several.csv"));
+    let rules = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/outcomes/failures.rules");
+    std::fs::copy(rules, folder.path().join("failures.rules")).unwrap();
+    folder
+}
+
+/// The exit status, and what was printed.
+fn run(folder: &Path, args: &[&str]) -> (i32, String) {
+    let output = teachtree_in(folder, args);
+    (output.status.code().unwrap(), all_said(&output))
+}
+
+fn outcome(folder: &Path, args: &[&str]) -> Value {
+    let output = teachtree_in(folder, &[&["analyze", "several.csv", "--format", "json"], args].concat());
+    serde_json::from_str::<Value>(&said(&output)).unwrap()["outcome"].clone()
+}
+
+#[test]
+fn analyze_says_whether_a_recording_is_a_success() {
+    let folder = folder();
+    let success = outcome(folder.path(), &[]);
+    assert_eq!((&success["result"], &success["attempts"]), (&"success".into(), &1.into()));
+    let tasks: Vec<&Value> = success["reasons"].as_array().unwrap().iter().map(|reason| &reason["task"]).collect();
+    assert_eq!(tasks, ["push", "pick_and_place", "slide"]);
+    let failure = outcome(folder.path(), &["--rules", "failures.rules"]);
+    assert_eq!(failure["result"], "failure");
+    let reason = &failure["reasons"][0];
+    assert_eq!([&reason["kind"], &reason["track"], &reason["task"]], ["failed", "right", "dragged"]);
+    assert!(reason["start_s"].as_f64().unwrap() < reason["end_s"].as_f64().unwrap());
+    // A failure alone is no error.
+    let (status, text) = run(folder.path(), &["analyze", "several.csv", "--rules", "failures.rules"]);
+    assert_eq!(status, 0);
+    let line = text.lines().find(|line| line.starts_with("outcome ")).unwrap();
+    assert!(line.starts_with("outcome failure: right dragged "), "{line}");
+}
+
+#[test]
+fn expected_tasks_decide_the_exit_status() {
+    let folder = folder();
+    let analyze = |expect: &str| run(folder.path(), &["analyze", "several.csv", "--expect", expect]);
+    assert_eq!(analyze("push, pick_and_place, slide").0, 0);
+    let (status, text) = analyze("push x 2, slide");
+    assert_eq!(status, 1);
+    assert!(text.contains("outcome failure: expected push x 2, found 1\n"), "{text}");
+    let batch = ["analyze", "several.csv", "--out-dir", "out", "--format", "json", "--expect", "slide, push"];
+    assert_eq!(run(folder.path(), &batch).0, 1);
+    let written = std::fs::read_to_string(folder.path().join("out/several.json")).unwrap();
+    let written: Value = serde_json::from_str(&written).unwrap();
+    assert_eq!(written["outcome"]["as_expected"], false);
+    assert_eq!(written["outcome"]["expected"], "slide, push");
+    // Names that the rules do not have.
+    let (status, text) = analyze("puhs");
+    assert_eq!(status, 2);
+    assert!(text.contains("--expect") && text.contains("did you mean `push`?"), "{text}");
+    let (status, text) =
+        run(folder.path(), &["analyze", "several.csv", "--rules", "failures.rules", "--expect", "dragged"]);
+    assert_eq!(status, 2);
+    assert!(text.contains("`dragged` is a failure"), "{text}");
+}
+
+#[test]
+fn a_binding_names_expected_tasks() {
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    let log = demos.join("SawyerNutAssembly_demo_1.csv");
+    let binding = std::fs::read_to_string(demos.join("sawyer_nut_assembly.binding.yaml")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let analyze = |expect: &str, more: &[&str]| {
+        std::fs::write(folder.path().join("nuts.binding.yaml"), format!("expect: {expect}\n{binding}")).unwrap();
+        let args = ["analyze", log.to_str().unwrap(), "--binding", "nuts.binding.yaml", "--format", "json"];
+        run(folder.path(), &[&args, more].concat())
+    };
+    let (status, text) = analyze("peg_in_hole x 2", &[]);
+    assert_eq!(status, 0);
+    assert!(text.contains("\"result\": \"success\"") && text.contains("\"as_expected\": true"), "{text}");
+    // The binding alone does not change the exit status, the option does.
+    let (status, text) = analyze("peg_in_hole x 3", &[]);
+    assert_eq!(status, 0);
+    assert!(text.contains("expected peg_in_hole x 3, found 2"), "{text}");
+    assert_eq!(analyze("peg_in_hole x 2", &["--expect", "turn_screw"]).0, 1);
+    let (status, text) = analyze("peg_in_hol", &[]);
+    assert_eq!(status, 2);
+    assert!(text.contains("nuts.binding.yaml:1:9") && text.contains("did you mean `peg_in_hole`?"), "{text}");
+}
