@@ -1,12 +1,12 @@
 //! `teachtree audit`: the recordings of a set that should not be trained on, with the reasons.
 
-use super::analysis::{AnalysisArgs, EachArg};
+use super::analysis::{AnalysisArgs, EachArg, ExpectArg};
 use super::output_args::{FormatArg, OutArg};
 use super::parallel::{LogResults, ParallelArgs, named_failures};
 use super::{Failure, output};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use teachtree_analysis::audit::{Facts, FindingKind, compare, task_counts, unchecked};
+use teachtree_analysis::audit::{Facts, FindingKind, compare, failure_counts, task_counts, unchecked};
 use teachtree_analysis::json::{Meta, VERSION};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::TrackId;
@@ -18,7 +18,7 @@ use teachtree_session::{AnalysisInternals, LogInternals};
 /// Options of `audit`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree audit recordings/\n  teachtree audit my_set --binding arm.binding.yaml --page audit.html --keep keep.json\n  teachtree audit demos.hdf5 --binding sim.binding.yaml --mask masked.hdf5\n  teachtree audit recordings/ --allow unlike --fail-on idle,cut_off --format csv -o findings.csv\nExit status: 0 fine, 1 a recording has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are audited."
+    after_help = "Examples:\n  teachtree audit recordings/\n  teachtree audit my_set --binding arm.binding.yaml --page audit.html --keep keep.json\n  teachtree audit my_set --binding arm.binding.yaml --rules failures.rules --expect 'peg_in_hole x 2' --fail-on failure\n  teachtree audit demos.hdf5 --binding sim.binding.yaml --mask masked.hdf5\n  teachtree audit recordings/ --allow unlike --fail-on idle,cut_off --format csv -o findings.csv\nExit status: 0 fine, 1 a recording has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are audited."
 )]
 pub struct Args {
     /// Recordings, folders of them, LeRobot sets, HDF5 files; `set#0..9` for some episodes
@@ -26,6 +26,8 @@ pub struct Args {
     logs: Vec<PathBuf>,
     #[command(flatten)]
     analysis: AnalysisArgs,
+    #[command(flatten)]
+    expect: ExpectArg,
     #[command(flatten)]
     form: FormatArg<Format>,
     #[command(flatten)]
@@ -69,13 +71,15 @@ enum Format {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 #[value(rename_all = "snake_case")]
 enum KindArg {
+    /// A task failed, and no later attempt succeeded
+    Failure,
     /// Nothing is handled, or nothing moves for long
     Idle,
     /// It begins or ends in the middle of something
     CutOff,
     /// A hand let go of an object without having moved it
     FailedGrasp,
-    /// The recording lacks a task that most recordings have
+    /// The recording lacks a task that is expected, or that most recordings have
     LacksTask,
     /// Its steps are in another order than those of most
     OutOfOrder,
@@ -86,6 +90,7 @@ enum KindArg {
 impl KindArg {
     const fn kind(self) -> FindingKind {
         match self {
+            Self::Failure => FindingKind::Failure,
             Self::Idle => FindingKind::Idle,
             Self::CutOff => FindingKind::CutOff,
             Self::FailedGrasp => FindingKind::FailedGrasp,
@@ -112,7 +117,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let LogResults { done, failed } = args.many.each_log("auditing", &logs, |log| {
         // Both the rules and the rests need it in memory.
         let opened = args.analysis.read(log)?;
-        let analysis = args.analysis.analyze(&opened)?;
+        let analysis = args.expect.of(args.analysis.analyze(&opened)?)?;
         let carries = analysis.carries()?;
         let can_carry = |who: TrackId| carries.contains(&who);
         let facts = Facts::new(analysis.found(), &opened.opened()?.recording, args.rest, &can_carry);
@@ -124,13 +129,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(meta) = done.first().map(|(_, (_, meta))| meta.clone()) else { return Failure::some(failures, 0) };
     let (audited, mut all): (Vec<&PathBuf>, Vec<Facts>) =
         done.into_iter().map(|(log, (facts, _))| (log, facts)).unzip();
-    let (usual, unchecked, tasks) = (compare(&mut all), unchecked(&all), task_counts(&all));
+    let (usual, unchecked) = (compare(&mut all), unchecked(&all));
+    let (tasks, failures_by_task) = (task_counts(&all), failure_counts(&all));
     let recordings: Vec<(String, Facts)> = audited.iter().map(|log| log.display().to_string()).zip(all).collect();
     let allowed: Vec<FindingKind> = args.allow.iter().map(|kind| kind.kind()).collect();
     let audit = Audit {
         recordings: &recordings,
         failed: &failed,
         tasks: &tasks,
+        failures: &failures_by_task,
         usual: &usual,
         unchecked: &unchecked,
         allowed: &allowed,

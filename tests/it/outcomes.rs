@@ -90,3 +90,32 @@ fn a_binding_names_expected_tasks() {
     assert_eq!(status, 2);
     assert!(text.contains("nuts.binding.yaml:1:9") && text.contains("did you mean `peg_in_hole`?"), "{text}");
 }
+
+/// Three recordings in which the box is carried, and three in which a cube is pushed, which these rules call a failure.
+#[test]
+fn an_audit_of_as_many_failures_as_successes_says_which_are_good() {
+    let folder = tempfile::tempdir().unwrap();
+    let rules = "use \"contact.rules\"\n
+        task knocked_over = Move .. Release with Trace travelling 20 mm without Grasp, Translate  is failure  before push_and_trace\n";
+    std::fs::write(folder.path().join("knocked.rules"), rules).unwrap();
+    for scene in ["pick_and_place", "push_and_trace"] {
+        let (status, text) = run(folder.path(), &["teach", scene, scene, "--seeds", "1..3", "-o", "set"]);
+        assert_eq!(status, 0, "{text}");
+    }
+    let audit = |args: &[&str]| run(folder.path(), &[&["audit", "set", "--rules", "knocked.rules"], args].concat());
+    let (status, text) = audit(&[]);
+    assert_eq!(status, 0);
+    assert!(text.ends_with("3 of 6 recordings are good, 3 failed\n"), "{text}");
+    assert!(text.contains("\nfailures: knocked_over in 3 of 6\n"), "{text}");
+    assert!(text.contains("usual: 3 of 6 recordings have no failure; the others are not compared\n"), "{text}");
+    assert_eq!(audit(&["--fail-on", "failure"]).0, 1);
+    assert_eq!(audit(&["--fail-on", "idle"]).0, 0);
+    // What is expected is asked of each recording, also of the one that fails otherwise.
+    let output = teachtree_in(
+        folder.path(),
+        &["audit", "set", "--rules", "knocked.rules", "--expect", "pick_and_place x 2", "--format", "json"],
+    );
+    let found: Value = serde_json::from_str(&said(&output)).unwrap();
+    assert_eq!([&found["good"], &found["counts"]["failure"], &found["counts"]["lacks_task"]], [0, 3, 6]);
+    assert_eq!(found["failures"], serde_json::json!({ "knocked_over": 3 }));
+}

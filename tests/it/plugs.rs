@@ -215,7 +215,7 @@ fn an_audit_reports_any_number_of_jammed_insertions() {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("tasks: peg_in_hole in 7 of 10, pick_and_place in 3 of 10"), "{text}");
     assert!(text.contains("lacks peg_in_hole, which 7 of 10 recordings have; has pick_and_place instead"), "{text}");
-    assert!(text.contains("7 of 10 recordings are good, 3 without the usual task"), "{text}");
+    assert!(text.contains("7 of 10 recordings are good, 3 lacking a task"), "{text}");
     let status = |fail_on| {
         let args = ["audit", "set", "--each", "--binding", "b.yaml", "--fail-on", fail_on];
         teachtree_in(folder.path(), &args).status.code()

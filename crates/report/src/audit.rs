@@ -30,6 +30,8 @@ pub struct Audit<'a> {
     pub failed: &'a [(String, String)],
     /// The number of recordings that have each task.
     pub tasks: &'a BTreeMap<String, usize>,
+    /// The number of recordings with each failed task.
+    pub failures: &'a BTreeMap<String, usize>,
     /// What is usual in the set, in words.
     pub usual: &'a [String],
     /// Checks that were left out, with the reason, in words.
@@ -58,9 +60,9 @@ impl Audit<'_> {
     }
 
     /// Formats the number of recordings per task, most frequent first; `None` for a single recording.
-    fn by_task(&self) -> Option<String> {
+    fn by_task(&self, counts: &BTreeMap<String, usize>) -> Option<String> {
         let all = self.recordings.len();
-        let mut tasks: Vec<(&String, &usize)> = self.tasks.iter().collect();
+        let mut tasks: Vec<(&String, &usize)> = counts.iter().collect();
         tasks.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
         let words = |(task, count): &(&String, &usize)| format!("{task} in {count} of {all}");
         (all > 1 && !tasks.is_empty()).then(|| tasks.iter().map(words).collect::<Vec<_>>().join(", "))
@@ -114,8 +116,10 @@ pub fn text(audit: &Audit, width: usize) -> String {
             }
         }
     }
-    if let Some(tasks) = audit.by_task() {
-        let _ = writeln!(text, "tasks: {tasks}");
+    for (title, counts) in [("tasks", audit.tasks), ("failures", audit.failures)] {
+        if let Some(tasks) = audit.by_task(counts) {
+            let _ = writeln!(text, "{title}: {tasks}");
+        }
     }
     for sentence in audit.usual {
         let _ = writeln!(text, "usual: {sentence}");
@@ -153,8 +157,10 @@ pub fn page(audit: &Audit, meta: &Meta) -> String {
     let longest = audit.recordings.iter().map(|(_, facts)| facts.duration_s()).fold(0.0, f64::max);
     let mut body =
         format!("<h1>Audit of {} recordings</h1>\n<p>{}.</p>\n", audit.recordings.len(), escape(&audit.summary()));
-    if let Some(tasks) = audit.by_task() {
-        let _ = writeln!(body, "<p>Tasks: {}.</p>", escape(&tasks));
+    for (title, counts) in [("Tasks", audit.tasks), ("Failures", audit.failures)] {
+        if let Some(tasks) = audit.by_task(counts) {
+            let _ = writeln!(body, "<p>{title}: {}.</p>", escape(&tasks));
+        }
     }
     for (title, sentences) in [("Usual in this set", audit.usual), ("Not checked", audit.unchecked)] {
         let items: String = sentences.iter().map(|it| format!("<li>{}</li>", escape(it))).collect();

@@ -18,25 +18,20 @@ const LEAST_DEVIATION: f64 = 0.05;
 /// Steps that a message lists.
 const LISTED: usize = 6;
 
-/// Adds to each recording how it differs from the others, and sorts what is wrong with it. Returns what is usual in the set, in words.
+/// Adds to each recording how it differs from the others, and sorts what is wrong with it. Returns what is usual in the set, in words. Recordings with
+/// a failure are not compared: what they have in common is not what is usual.
 pub fn compare(recordings: &mut [Facts]) -> Vec<String> {
     let mut usual = edges(recordings);
-    let has_several =
-        |facts: &Facts| facts.tasks.iter().any(|step| Some(&step.name) != facts.tasks.first().map(|it| &it.name));
-    let by_task = recordings.iter().any(has_several);
-    let steps = |facts: &Facts| -> Vec<String> {
-        let steps = if by_task { &facts.tasks } else { &facts.primitives };
-        steps.iter().map(|step| step.name.clone()).collect()
-    };
-    let sequences: Vec<Vec<String>> = recordings.iter().map(steps).collect();
-    let mut findings = usual_tasks::lacking(recordings);
-    findings.extend(order(&sequences));
-    let (rare, sentence) = rare(&sequences, &findings);
-    usual.extend(sentence);
-    findings.extend(rare);
-    findings.extend(durations(recordings));
+    let (places, sound): (Vec<usize>, Vec<&Facts>) =
+        recordings.iter().enumerate().filter(|(_, facts)| facts.failures.is_empty()).unzip();
+    let (findings, sentences) = differences(&sound);
+    usual.extend((!sound.is_empty() && sound.len() < recordings.len()).then(|| {
+        format!("{} of {} recordings have no failure; the others are not compared", sound.len(), recordings.len())
+    }));
+    usual.extend(sentences);
     for (at, finding) in findings {
-        recordings.get_mut(at).into_iter().for_each(|facts| facts.findings.push(finding.clone()));
+        let facts = places.get(at).and_then(|place| recordings.get_mut(*place));
+        facts.into_iter().for_each(|facts| facts.findings.push(finding.clone()));
     }
     for facts in recordings {
         facts.findings.sort_by(|a, b| {
@@ -45,6 +40,24 @@ pub fn compare(recordings: &mut [Facts]) -> Vec<String> {
         });
     }
     usual
+}
+
+/// How recordings differ from the others, by their places, and what is usual.
+fn differences(recordings: &[&Facts]) -> (Vec<(usize, Finding)>, Option<String>) {
+    let has_several =
+        |facts: &&Facts| facts.tasks.iter().any(|step| Some(&step.name) != facts.tasks.first().map(|it| &it.name));
+    let by_task = recordings.iter().any(has_several);
+    let steps = |facts: &&Facts| -> Vec<String> {
+        let steps = if by_task { &facts.tasks } else { &facts.primitives };
+        steps.iter().map(|step| step.name.clone()).collect()
+    };
+    let sequences: Vec<Vec<String>> = recordings.iter().map(steps).collect();
+    let mut findings = usual_tasks::lacking(recordings);
+    findings.extend(order(&sequences));
+    let (rare, sentence) = rare(&sequences, &findings);
+    findings.extend(rare);
+    findings.extend(durations(recordings));
+    (findings, sentence)
 }
 
 /// The checks that were left out because recordings do not show what they are about, in words.
@@ -181,14 +194,14 @@ fn difference(sequence: &[String], usual: &[String]) -> String {
 }
 
 /// Recordings, and tasks in them, that take much longer or shorter than most.
-fn durations(recordings: &[Facts]) -> Vec<(usize, Finding)> {
+fn durations(recordings: &[&Facts]) -> Vec<(usize, Finding)> {
     let mut values: BTreeMap<&str, Vec<(usize, &Step)>> = BTreeMap::new();
     for (at, facts) in recordings.iter().enumerate() {
         for step in &facts.tasks {
             values.entry(&step.name).or_default().push((at, step));
         }
     }
-    let whole: Vec<f64> = recordings.iter().map(Facts::duration_s).collect();
+    let whole: Vec<f64> = recordings.iter().map(|facts| facts.duration_s()).collect();
     let mut findings: Vec<(usize, Finding)> = outliers(&whole)
         .into_iter()
         .map(|(at, words)| finding(at, FindingKind::Outlier, format!("lasts {words}")))

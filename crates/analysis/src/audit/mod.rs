@@ -5,10 +5,12 @@
 //! [`Facts::new`] examines one recording; [`compare`] compares each recording with the majority.
 
 mod compare;
+mod failures;
 mod motion;
 mod usual_tasks;
 
 pub use compare::{compare, unchecked};
+pub use failures::counts as failure_counts;
 pub use usual_tasks::counts as task_counts;
 
 use super::{Analysis, Segment, TaskSpan, Track, TrackId, UNKNOWN};
@@ -26,13 +28,15 @@ const ORDERED: f64 = 0.8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
+    /// A task failed, and no later attempt succeeded.
+    Failure,
     /// Nothing is handled, or nothing moves for long.
     Idle,
     /// It begins or ends in the middle of something, or a gap interrupts it.
     CutOff,
     /// A hand closed around an object and let go of it without having moved it.
     FailedGrasp,
-    /// The recording lacks a task that most recordings have.
+    /// The recording lacks a task that is expected, or that most recordings have.
     LacksTask,
     /// Its steps are in another order than those of most.
     OutOfOrder,
@@ -43,12 +47,13 @@ pub enum FindingKind {
 
 impl FindingKind {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Idle, Self::CutOff, Self::FailedGrasp, Self::LacksTask, Self::OutOfOrder, Self::Outlier];
+    pub const ALL: [Self; 7] =
+        [Self::Failure, Self::Idle, Self::CutOff, Self::FailedGrasp, Self::LacksTask, Self::OutOfOrder, Self::Outlier];
 
     /// `cut_off`, as in files and options.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Failure => "failure",
             Self::Idle => "idle",
             Self::CutOff => "cut_off",
             Self::FailedGrasp => "failed_grasp",
@@ -61,10 +66,11 @@ impl FindingKind {
     /// `cut off`, for people.
     pub const fn words(self) -> &'static str {
         match self {
+            Self::Failure => "failed",
             Self::Idle => "idle",
             Self::CutOff => "cut off",
             Self::FailedGrasp => "failed grasp",
-            Self::LacksTask => "without the usual task",
+            Self::LacksTask => "lacking a task",
             Self::OutOfOrder => "out of order",
             Self::Outlier => "unlike the others",
         }
@@ -125,6 +131,10 @@ pub struct Facts {
     edges: Vec<Edge>,
     /// Whether a grasp may have failed, and nothing in the recording can show that its object was carried.
     has_unjudged_grasps: bool,
+    /// The names of the tasks that failed without a later success.
+    failures: Vec<String>,
+    /// Whether tasks are expected of it: then the tasks that most recordings have do not matter.
+    has_expectation: bool,
 }
 
 impl Facts {
@@ -133,7 +143,9 @@ impl Facts {
         let motion = Motion::new(recording);
         let hands: Vec<&Track> = found.tracks.iter().filter(|track| track.who.side().is_some()).collect();
         let drawn = |it: &Segment| (it.start_s, it.end_s, it.primitive.clone(), it.does);
+        let outcome = found.outcome();
         let mut findings = idle(found, &hands, &motion, rest_s);
+        findings.extend(failures::findings(&outcome));
         let (mut edges, mut has_unjudged_grasps) = (Vec::new(), false);
         for track in &hands {
             findings.extend(gaps(found, track));
@@ -167,6 +179,8 @@ impl Facts {
             primitives: steps(&|track| track.relabeled.iter().filter(|it| is_key(it)).map(primitive).collect()),
             edges,
             has_unjudged_grasps,
+            failures: failures::tasks(&outcome),
+            has_expectation: outcome.expected.is_some(),
         }
     }
 

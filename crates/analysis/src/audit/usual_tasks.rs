@@ -31,11 +31,14 @@ fn of(facts: &Facts) -> BTreeMap<&str, usize> {
     times
 }
 
-/// Returns the recordings that lack a usual task or have fewer occurrences of it than most.
-pub(super) fn lacking(recordings: &[Facts]) -> Vec<(usize, Finding)> {
+/// Returns the recordings that lack a usual task or have fewer occurrences of it than most. Recordings of which tasks are expected are left out.
+pub(super) fn lacking(recordings: &[&Facts]) -> Vec<(usize, Finding)> {
     let usual = usual(recordings);
     let all = recordings.len();
-    let finding_of = |(at, facts): (usize, &Facts)| {
+    let finding_of = |(at, facts): (usize, &&Facts)| {
+        if facts.has_expectation {
+            return None;
+        }
         let has = of(facts);
         let times = |task: &str| has.get(task).copied().unwrap_or_default();
         let lacks: Vec<(&str, &UsualTask)> = usual
@@ -72,13 +75,13 @@ fn often(times: usize) -> String {
 
 /// Returns the tasks that more than half of the recordings have. The count of a task is the one that nearly all recordings share, or 1 if there is
 /// none.
-fn usual(recordings: &[Facts]) -> BTreeMap<&str, UsualTask> {
+fn usual<'a>(recordings: &[&'a Facts]) -> BTreeMap<&'a str, UsualTask> {
     let all = recordings.len();
     if all < FEWEST_HALVES {
         return BTreeMap::new();
     }
     let mut by_task: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (task, times) in recordings.iter().flat_map(of) {
+    for (task, times) in recordings.iter().flat_map(|facts| of(facts)) {
         by_task.entry(task).or_default().push(times);
     }
     let usual = |times: Vec<usize>| {

@@ -77,6 +77,8 @@ pub struct OutcomeReason {
     pub track: Option<TrackId>,
     /// The task that it is about.
     pub task: Option<String>,
+    /// The object and the target of the task.
+    pub subject: Subject,
     /// From when to when, s; `None` where it is about the whole recording.
     pub span_s: Option<[f64; 2]>,
     /// In words.
@@ -117,7 +119,7 @@ impl Outcome {
                 }
                 None => (ReasonKind::Missing, missing.message),
             };
-            OutcomeReason { kind, track: None, task: Some(missing.name), span_s: None, message }
+            OutcomeReason::of_recording(kind, Some(missing.name), message)
         }));
         let has = |kind: ReasonKind| reasons.iter().any(|reason| reason.kind == kind);
         let result = if has(ReasonKind::Failed) || has(ReasonKind::Missing) {
@@ -163,20 +165,22 @@ impl ReasonKind {
     }
 }
 
+impl OutcomeReason {
+    /// A reason that is about the whole recording.
+    fn of_recording(kind: ReasonKind, task: Option<String>, message: String) -> Self {
+        Self { kind, track: None, task, subject: Subject::default(), span_s: None, message }
+    }
+}
+
 fn no_task() -> OutcomeReason {
-    let message = "no task has a name".to_string();
-    OutcomeReason { kind: ReasonKind::NoTask, track: None, task: None, span_s: None, message }
+    OutcomeReason::of_recording(ReasonKind::NoTask, None, "no task has a name".into())
 }
 
 /// The failures that the recording cannot show.
 fn unseen_failures(found: &Analysis) -> impl Iterator<Item = OutcomeReason> {
-    let failures = found.unmeasured.iter().filter(|it| it.failure);
-    failures.map(|UnmeasuredTask { task, reason, .. }| OutcomeReason {
-        kind: ReasonKind::UnseenFailure,
-        track: None,
-        task: Some(task.clone()),
-        span_s: None,
-        message: format!("the log cannot show {task} ({reason})"),
+    found.unmeasured.iter().filter(|it| it.failure).map(|UnmeasuredTask { task, reason, .. }| {
+        let message = format!("the log cannot show {task} ({reason})");
+        OutcomeReason::of_recording(ReasonKind::UnseenFailure, Some(task.clone()), message)
     })
 }
 
@@ -262,6 +266,7 @@ impl TaskResult<'_> {
             kind,
             track: Some(who),
             task: Some(task.to_string()),
+            subject: self.subject.clone(),
             span_s: Some(self.span_s),
             message: format!("{who} {task}{suffix} {start_s:.3} – {end_s:.3} s{end}"),
         }

@@ -18,7 +18,8 @@ pub fn json(audit: &Audit, meta: &Meta) -> String {
     let params: Map<String, Value> = meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
     printed(&json!({ "schema": SCHEMA, "version": VERSION,
         "rules": { "files": meta.rules, "digest": meta.digest, "params": params },
-        "good": audit.good(), "allowed": allowed, "counts": counts, "tasks": audit.tasks, "usual": audit.usual, "unchecked": audit.unchecked,
+        "good": audit.good(), "allowed": allowed, "counts": counts, "tasks": audit.tasks,
+        "failures": audit.failures, "usual": audit.usual, "unchecked": audit.unchecked,
         "recordings": recordings,
         "failed": failed }))
 }

@@ -1,0 +1,42 @@
+//! Failures of recordings, and expected tasks that they lack, by their outcomes.
+
+use super::{Facts, Finding, FindingKind};
+use crate::outcome::{Outcome, OutcomeReason, ReasonKind};
+use std::collections::BTreeMap;
+
+/// The tasks that failed, and the expected tasks that are missing.
+pub(super) fn findings(outcome: &Outcome) -> Vec<Finding> {
+    let finding = |reason: &OutcomeReason| {
+        let kind = match reason.kind {
+            ReasonKind::Failed => FindingKind::Failure,
+            ReasonKind::Missing => FindingKind::LacksTask,
+            _ => return None,
+        };
+        let message = match (kind, reason.track, &reason.task) {
+            (FindingKind::Failure, Some(track), Some(task)) => {
+                format!("{track} {task}{}: no later attempt succeeded", reason.subject.suffix())
+            }
+            _ => reason.message.clone(),
+        };
+        Some(Finding { kind, track: reason.track, span_s: reason.span_s, message })
+    };
+    outcome.reasons.iter().filter_map(finding).collect()
+}
+
+/// The names of the tasks that failed.
+pub(super) fn tasks(outcome: &Outcome) -> Vec<String> {
+    let failed = outcome.reasons.iter().filter(|reason| reason.kind == ReasonKind::Failed);
+    failed.filter_map(|reason| reason.task.clone()).collect()
+}
+
+/// Returns the number of recordings with each failed task.
+pub fn counts(recordings: &[Facts]) -> BTreeMap<String, usize> {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for facts in recordings {
+        let mut failures: Vec<&String> = facts.failures.iter().collect();
+        failures.sort_unstable();
+        failures.dedup();
+        failures.into_iter().for_each(|task| *counts.entry(task.clone()).or_default() += 1);
+    }
+    counts
+}
