@@ -8,7 +8,13 @@ use crate::wait::released;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
-use teachtree::{Error, Labels, Question, Side, Style, TrackId};
+use teachtree::{Error, Labels, Outcome, OutcomeReason, Question, Side, Style, TrackId};
+
+/// An outcome: result, attempts, what is expected, whether it is there, the sentence, the reasons.
+type OutcomeParts = (&'static str, usize, Option<String>, Option<bool>, String, Vec<ReasonParts>);
+
+/// A reason: kind, track, task, start and end in s, message.
+type ReasonParts = (&'static str, Option<String>, Option<String>, Option<f64>, Option<f64>, String);
 
 /// What rules found in a log.
 #[pyclass(frozen, module = "teachtree._teachtree")]
@@ -131,6 +137,24 @@ impl Analysis {
             let score = found.score(&truth)?;
             Ok((score.to_string(), score.json(), score.svg(), score.warnings().to_vec()))
         })
+    }
+
+    /// The result, the attempts, what is expected and whether it is there, the sentence, and the reasons: kind, track, task, start, end, message.
+    #[getter]
+    fn outcome(&self) -> OutcomeParts {
+        let Outcome { result, attempts, expected, is_as_expected, reasons } = self.0.outcome();
+        let sentence = self.0.outcome().sentence();
+        let reason = |reason: OutcomeReason| {
+            let (start_s, end_s) = reason.span_s.map(|[start, end]| (start, end)).unzip();
+            let track = reason.track.map(|track| track.to_string());
+            (reason.kind.name(), track, reason.task, start_s, end_s, reason.message)
+        };
+        (result.name(), attempts, expected, is_as_expected, sentence, reasons.into_iter().map(reason).collect())
+    }
+
+    /// The same, expected to contain these tasks.
+    fn expecting(&self, py: Python<'_>, tasks: String) -> PyResult<Self> {
+        self.with(py, move |found| found.clone().expecting(&tasks)).map(|found| Self(Arc::new(found)))
     }
 
     /// The same with confidences.

@@ -109,6 +109,8 @@ pub fn tasks(analysis: &Analysis) -> Result<Table, ArrowError> {
         ("partner", optional(of().map(Task::partner)), true),
     ];
     columns.extend(spans(of().map(|task| (task.start_s(), task.end_s())), &rows, &frames));
+    columns.push(("attempt", counts(of().map(Task::attempt)), false));
+    columns.push(("failure", Arc::new(of().map(|task| Some(task.is_failure())).collect::<BooleanArray>()), false));
     columns.push(("secondary", lists(of().map(Task::also)), false));
     columns.push((
         "cut_at_start",

@@ -9,7 +9,7 @@
 recordings, :class:`Live` on a log while it is being made, ``teachtree.fleet`` on more than one machine holds. docs/python.md goes through all of it.
 """
 
-from ._analysis import Analysis, Explanation, Score
+from ._analysis import Analysis, Explanation, OutcomeReason, RecordingOutcome, Score
 from ._errors import ArgumentError, Diagnostic, Error, LogError, NotFound, RulesError
 from ._live import Calibration, Event, Live
 from ._log import Binding, Log, Scene, recordings
@@ -33,6 +33,8 @@ __all__ = [
     "LogError",
     "NotFound",
     "Outcome",
+    "OutcomeReason",
+    "RecordingOutcome",
     "Rules",
     "RulesError",
     "Scene",

@@ -7,6 +7,7 @@ import json
 import os
 import uuid
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from . import _teachtree
@@ -74,6 +75,48 @@ class Score:
         return self.svg
 
 
+@dataclass(frozen=True)
+class OutcomeReason:
+    """Why a recording has its outcome."""
+
+    kind: str
+    """``succeeded``, ``mended``, ``failed``, ``missing``, ``not_measured``, ``no_task`` or ``unseen_failure`` (docs/outcomes.md)."""
+    track: str | None
+    """The hand; ``None`` where it is about the recording."""
+    task: str | None
+    """The task; ``None`` where it is about none."""
+    start_s: float | None
+    """When the task starts, s."""
+    end_s: float | None
+    """When the task ends, s."""
+    message: str
+    """The reason in words."""
+
+    def __str__(self) -> str:
+        return self.message
+
+
+@dataclass(frozen=True)
+class RecordingOutcome:
+    """Whether a recording is a success (docs/outcomes.md). ``str()`` gives the line of ``teachtree analyze``."""
+
+    result: str
+    """``success``, ``failure`` or ``unknown``."""
+    attempts: int
+    """The most attempts at one object and target; 0 without a task."""
+    expected: str | None
+    """The tasks that the recording should contain; ``None`` where nothing is expected."""
+    as_expected: bool | None
+    """Whether it contains them; ``None`` where nothing is expected."""
+    text: str
+    """The result with its first reasons, in words."""
+    reasons: tuple[OutcomeReason, ...]
+    """The reasons of the result."""
+
+    def __str__(self) -> str:
+        return self.text
+
+
 class Analysis:
     """What rules found in a log: segments, tasks, issues, values per frame, reasons.
 
@@ -106,8 +149,24 @@ class Analysis:
 
     @property
     def tasks(self) -> Table:
-        """The tasks, by track and time: ``track``, ``task``, ``object``, ``partner``, times, rows, frames, ``secondary``, ``cut_at_start``, ``cut_at_end``."""
+        """The tasks, by track and time: ``track``, ``task``, ``object``, ``partner``, times, rows, frames, ``attempt``, ``failure``, ``secondary``, ``cut_at_start``, ``cut_at_end``."""
         return Table(self._inner.tasks())
+
+    @property
+    def outcome(self) -> RecordingOutcome:
+        """Whether the recording is a success, with the reasons (docs/outcomes.md).
+
+        >>> import teachtree
+        >>> analysis = teachtree.analyze("demos/robosuite/lift_demo_1.csv", binding="demos/robosuite/panda_lift.binding.yaml")
+        >>> analysis.outcome.result
+        'success'
+        """
+        *parts, reasons = self._inner.outcome
+        return RecordingOutcome(*parts, tuple(OutcomeReason(*reason) for reason in reasons))
+
+    def expecting(self, tasks: str) -> Analysis:
+        """The same, expected to contain these tasks in order, ``"peg_in_hole x 2, turn_screw"``, instead of those that the binding names."""
+        return Analysis(self._inner.expecting(tasks), self.log)
 
     @property
     def issues(self) -> Table:

@@ -83,6 +83,18 @@ class Analysis:
     def score(
         self, labels: _Path | None = None, track_name: str | None = None, map: str | None = None
     ) -> tuple[str, str, str, list[str]]: ...
+    @property
+    def outcome(
+        self,
+    ) -> tuple[
+        str,
+        int,
+        str | None,
+        bool | None,
+        str,
+        list[tuple[str, str | None, str | None, float | None, float | None, str]],
+    ]: ...
+    def expecting(self, tasks: str) -> Analysis: ...
     def with_confidence(self) -> Analysis: ...
     @property
     def rules(self) -> Rules: ...

@@ -33,6 +33,23 @@ def test_tables_have_what_the_json_has(analysis: teachtree.Analysis) -> None:
     assert analysis.frame_count == analysis.data["log"]["frames"]
 
 
+def test_an_outcome_has_what_the_json_has(analysis: teachtree.Analysis) -> None:
+    outcome = analysis.outcome
+    assert (outcome.result, outcome.attempts, outcome.expected, outcome.as_expected) == ("success", 1, None, None)
+    found = analysis.data["outcome"]
+    assert [reason.kind for reason in outcome.reasons] == [it["kind"] for it in found["reasons"]]
+    assert [reason.message for reason in outcome.reasons] == [it["message"] for it in found["reasons"]]
+    assert str(outcome).startswith("success: right peg_in_hole ")
+    assert analysis.tasks["attempt"] == [it["attempt"] for it in analysis.data["tracks"][0]["tasks"]] == [1, 1]
+    assert analysis.tasks["failure"] == [False, False]
+    three = analysis.expecting("peg_in_hole x 3").outcome
+    assert (three.result, three.expected, three.as_expected) == ("failure", "peg_in_hole x 3", False)
+    assert str(three.reasons[0]) == "expected peg_in_hole x 3, found 2"
+    assert analysis.expecting("peg_in_hole x 2").outcome.as_expected is True
+    with pytest.raises(teachtree.ArgumentError, match="did you mean `peg_in_hole`"):
+        analysis.expecting("peg_in_hol")
+
+
 def test_tables_go_into_every_library(analysis: teachtree.Analysis) -> None:
     table = analysis.segments
     expected = table.to_dict()

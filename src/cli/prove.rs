@@ -212,6 +212,12 @@ fn write_log_differences(one: &Analysis, other: &Analysis, printed: &mut String)
             let _ = writeln!(printed, "  {who} task {new} is new");
         }
     }
+    let outcomes = [one.outcome(), other.outcome()];
+    if let [ours, theirs] = &outcomes
+        && (ours.result, ours.attempts) != (theirs.result, theirs.attempts)
+    {
+        let _ = writeln!(printed, "  outcome {} becomes {}", ours.result, theirs.sentence());
+    }
     if printed.len() == before {
         printed.push_str("  no difference\n");
     } else {

@@ -2,7 +2,8 @@
 //!
 //! Columns (docs/formats.md): `log`, `track`, `kind` (`raw`, `task`, `composite`, `relabeled`), `name`, `object`, `partner`, `start_s`, `end_s`,
 //! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none; of a `composite` those of its tasks, blanks between), `was` (raw primitives, blanks
-//! between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `zero_stamp_s`, `digest`, `version`; where it was asked for also `confidence`,
+//! between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `attempt` (of a task, from 1), `failure` (1 of a task that
+//! the rules declare as one), `zero_stamp_s`, `digest`, `version`; where it was asked for also `confidence`,
 //! `earliest_s`, `latest_s`, `margin`.
 
 use super::json::{Meta, VERSION, cut_ends, open};
@@ -12,7 +13,7 @@ use std::ops::Range;
 use teachtree_base::error::InputError;
 
 /// The names of the columns.
-pub const COLUMNS: [&str; 18] = [
+pub const COLUMNS: [&str; 20] = [
     "log",
     "track",
     "kind",
@@ -28,6 +29,8 @@ pub const COLUMNS: [&str; 18] = [
     "by",
     "secondary",
     "open",
+    "attempt",
+    "failure",
     "zero_stamp_s",
     "digest",
     "version",
@@ -69,16 +72,17 @@ fn rows(track: &Track) -> Vec<Row> {
         let time_s = (segment.start_s, segment.end_s);
         let span = span(&segment.subject, time_s, &segment.rows);
         let task = task.map(|task| task.to_string()).unwrap_or_default();
-        let none = String::new();
-        let behind = [task, segment.was.join(" "), segment.by.join("; "), none.clone(), none];
+        let behind = [task, segment.was.join(" "), segment.by.join("; ")];
         (row(&who, kind, &segment.primitive, span, behind), sure)
     };
     let mut rows: Vec<Row> = track.segments.iter().map(|raw| segment("raw", None, raw)).collect();
     for (task, number_of_task) in track.tasks.iter().zip(1..) {
         let span = span(&task.subject, (task.start_s, task.end_s), &task.rows);
         let none = String::new();
-        let behind =
-            [number_of_task.to_string(), none.clone(), none.clone(), task.secondary.join(" "), open(task).join(" ")];
+        let [was, by] = [none.clone(), none.clone()];
+        let open = open(task).join(" ");
+        let (attempt, failure) = (task.attempt.to_string(), failure(task.failure));
+        let behind = [number_of_task.to_string(), was, by, task.secondary.join(" "), open, attempt, failure];
         let share = task.confidence.map(number).unwrap_or_default();
         rows.push((row(&who, "task", &task.task, span, behind), [share, none.clone(), none.clone(), none]));
     }
@@ -87,7 +91,8 @@ fn rows(track: &Track) -> Vec<Row> {
         let span = span(&Subject::default(), (composite.start_s, composite.end_s), &composite.rows);
         let none = String::new();
         let open = cut_ends(composite.open_start, composite.open_end).join(" ");
-        let behind = [tasks.join(" "), none.clone(), none.clone(), none, open];
+        let [was, by, secondary, attempt] = std::array::from_fn(|_| none.clone());
+        let behind = [tasks.join(" "), was, by, secondary, open, attempt, failure(composite.failure)];
         rows.push((row(&who, "composite", &composite.task, span, behind), Default::default()));
     }
     for relabeled in &track.relabeled {
@@ -97,8 +102,19 @@ fn rows(track: &Track) -> Vec<Row> {
     rows
 }
 
-/// The cells of a row: track, kind and name, the span, and those from `task` to `open`.
-fn row<const N: usize>(who: &str, kind: &str, name: &str, span: [String; 6], behind: [String; 5]) -> [String; N] {
+/// `1` of a failure.
+fn failure(is_failure: bool) -> String {
+    if is_failure { "1".into() } else { String::new() }
+}
+
+/// The cells of a row: track, kind and name, the span, and those from `task` to `failure`.
+fn row<const N: usize>(
+    who: &str,
+    kind: &str,
+    name: &str,
+    span: [String; 6],
+    behind: impl IntoIterator<Item = String>,
+) -> [String; N] {
     let mut cells = [who, kind, name].map(str::to_string).into_iter().chain(span).chain(behind);
     std::array::from_fn(|_| cells.next().unwrap_or_default())
 }

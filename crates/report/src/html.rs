@@ -59,10 +59,18 @@ fn header(analysis: &Analysis, meta: &Meta) -> String {
     }
     rules.push_str(&format!("; teachtree {VERSION}"));
     format!(
-        "<header>\n<h1>{}</h1>\n<p class=\"quiet\">{}</p>\n<p class=\"quiet\">{rules}</p>\n</header>\n",
+        "<header>\n<h1>{}</h1>\n<p class=\"quiet\">{}</p>\n<p class=\"quiet\">{rules}</p>\n{}</header>\n",
         escape(&meta.log),
-        facts.join("; ")
+        facts.join("; "),
+        outcome(analysis)
     )
+}
+
+/// The outcome with its reasons, colored by the result.
+fn outcome(analysis: &Analysis) -> String {
+    let outcome = analysis.outcome();
+    let class = outcome.result.name();
+    format!("<p class=\"outcome {class}\">Outcome {}</p>\n", escape(&outcome.sentence()))
 }
 
 fn tasks(analysis: &Analysis) -> String {

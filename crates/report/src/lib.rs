@@ -51,6 +51,9 @@ pub fn remarks(task: &TaskSpan) -> String {
     if task.failure {
         remarks.push("a failure".to_string());
     }
+    if task.attempt > 1 {
+        remarks.push(format!("attempt {}", task.attempt));
+    }
     match (task.open_start, task.open_end) {
         (true, true) => remarks.push("cut off at both ends".to_string()),
         (true, false) => remarks.push("cut off at the start".to_string()),

@@ -154,6 +154,19 @@ impl Outcome {
 }
 
 impl ReasonKind {
+    /// `not_measured`, as in outputs.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Succeeded => "succeeded",
+            Self::Mended => "mended",
+            Self::Failed => "failed",
+            Self::Missing => "missing",
+            Self::NotMeasured => "not_measured",
+            Self::NoTask => "no_task",
+            Self::UnseenFailure => "unseen_failure",
+        }
+    }
+
     /// Whether it is a reason of this result.
     fn supports(self, result: OutcomeKind) -> bool {
         match self {
