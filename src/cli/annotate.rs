@@ -4,7 +4,7 @@ mod hdf5;
 mod lerobot;
 mod task_spec;
 
-use super::analysis::AnalysisArgs;
+use super::analysis::{AnalysisArgs, ExpectArg};
 use super::parallel::ParallelArgs;
 use super::{Failure, output};
 use hdf5::Hdf5;
@@ -12,15 +12,16 @@ use lerobot::LeRobot;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use teachtree_analysis::json::VERSION;
+use teachtree_analysis::outcome::OutcomeKind;
 use teachtree_base::error::InputError;
 use teachtree_logs::read::{file, formats};
 use teachtree_session::Analysis;
-use teachtree_session::AnalysisInternals;
+use teachtree_session::{AnalysisInternals, Log};
 
 /// Options of `annotate`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding with_signals.binding.yaml --task-spec task.json\nThe set itself is never changed. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
+    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --rules failures.rules --failures write\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding with_signals.binding.yaml --task-spec task.json\nThe set itself is never changed. Recordings that are failures are left out unless --failures write. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
 )]
 pub struct Args {
     /// A LeRobot set of version 2.0 to 3.0, or an HDF5 file of many recordings
@@ -32,6 +33,11 @@ pub struct Args {
     #[command(flatten)]
     analysis: AnalysisArgs,
     #[command(flatten)]
+    expect: ExpectArg,
+    /// Recordings that are failures: leave them out, or write their labels and signals as of the others
+    #[arg(long, value_enum, value_name = "HOW", default_value = "skip")]
+    failures: FailuresArg,
+    #[command(flatten)]
     lerobot: LeRobot,
     #[command(flatten)]
     hdf5: Hdf5,
@@ -40,6 +46,15 @@ pub struct Args {
     replace: bool,
     #[command(flatten)]
     many: ParallelArgs,
+}
+
+/// What is done with recordings that are failures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum FailuresArg {
+    /// They get no labels or signals, and are in no list of recordings
+    Skip,
+    /// They get labels or signals as the others
+    Write,
 }
 
 /// A kind of data sets that labels are written into, with the options that only it has.
@@ -58,6 +73,30 @@ impl Args {
     /// The table of destinations.
     fn destinations(&self) -> [&dyn Destination; 2] {
         [&self.lerobot, &self.hdf5]
+    }
+
+    /// Analyzes a recording, which is expected to contain what `--expect` names.
+    fn analyzed(&self, log: &Log) -> Result<Analysis, Failure> {
+        Ok(self.expect.of(self.analysis.analyze(log)?)?)
+    }
+
+    /// Whether a recording is left out because it is a failure.
+    fn leaves_out(&self, analysis: &Analysis) -> bool {
+        self.failures == FailuresArg::Skip && analysis.outcome().result == OutcomeKind::Failure
+    }
+
+    /// The line about recordings that are left out.
+    fn left_out(names: &[String]) -> String {
+        match names {
+            [] => String::new(),
+            names => format!("left out as failures: {}; `--failures write` labels them too\n", names.join(", ")),
+        }
+    }
+
+    /// The error that no recording is left.
+    fn refuse_failures(&self, count: usize) -> InputError {
+        let message = format!("all {count} analyzed recordings are failures, found none to label");
+        InputError::new(self.data.display().to_string(), message).help("`--failures write` labels them")
     }
 }
 

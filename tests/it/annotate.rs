@@ -108,6 +108,32 @@ fn every_frame_has_the_words_of_its_segment_and_task() {
 }
 
 #[test]
+fn episodes_that_are_failures_are_left_out_unless_they_are_asked_for() {
+    let folder = with_set();
+    // The nut of episode 1 comes to no peg.
+    let output = annotate(folder.path(), "set", "good", &["--expect", "peg_in_hole"]);
+    assert!(output.status.success(), "{}", all_said(&output));
+    assert!(said(&output).contains("good: 2 of 3 episodes with labels"), "{}", said(&output));
+    assert!(
+        said(&output).ends_with("left out as failures: 1; `--failures write` labels them too\n"),
+        "{}",
+        said(&output)
+    );
+    let labels = words(&folder.path().join("good"), "subtask");
+    assert_eq!([0, 1, 2].map(|at| labels[&at].iter().any(Option::is_some)), [true, false, true]);
+    assert_eq!(info(&folder.path().join("good"))["teachtree"]["failed_episodes"], json!([1]));
+    let output = annotate(folder.path(), "set", "all", &["--expect", "peg_in_hole", "--failures", "write"]);
+    assert!(said(&output).contains("all: 3 of 3 episodes with labels"), "{}", all_said(&output));
+    assert!(!said(&output).contains("left out"));
+    assert!(words(&folder.path().join("all"), "subtask")[&1].iter().any(Option::is_some));
+    // Nothing is left.
+    let output = annotate(folder.path(), "set", "none", &["--expect", "peg_in_hole x 9"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complained(&output).contains("all 3 analyzed recordings are failures"), "{}", complained(&output));
+    assert!(!folder.path().join("none").exists());
+}
+
+#[test]
 fn everything_else_is_as_it_was() {
     let folder = with_set();
     let (set, labeled) = (folder.path().join("set"), folder.path().join("labeled"));

@@ -48,6 +48,18 @@ fn signals_of_the_binding_are_written_where_the_command_line_names_none() {
 
 /// The error has the line of the binding, in every command that reads it with rules, and nothing was analyzed or written before.
 #[test]
+fn recordings_that_are_failures_get_no_signals() {
+    let folder = with_signals("signals: {grasp: start of Grasp of cube}");
+    let failed = annotate(folder.path(), "new.hdf5", &["--expect", "pick_and_place x 9"]);
+    assert_eq!(failed.status.code(), Some(2));
+    assert!(all_said(&failed).contains("analyzed recordings are failures"), "{}", all_said(&failed));
+    assert!(!folder.path().join("new.hdf5").exists());
+    let all = annotate(folder.path(), "new.hdf5", &["--expect", "pick_and_place x 9", "--failures", "write"]);
+    assert!(all.status.success(), "{}", all_said(&all));
+    assert_eq!(said(&all), said(&annotate(folder.path(), "other.hdf5", &[])).replace("other.hdf5", "new.hdf5"));
+}
+
+#[test]
 fn faulty_signals_of_a_binding_are_refused_at_their_line() {
     let mut messages = vec![];
     for lines in [

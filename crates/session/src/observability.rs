@@ -4,7 +4,7 @@
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_analysis::outcome::{self, Undetectable as Undetected, UnmeasuredTask};
-use teachtree_base::channels::Fallback;
+use teachtree_base::channels::{ChannelSpec, Fallback};
 use teachtree_base::hands::{Finger, FingerPick, Side, TrackId};
 use teachtree_frames::frames::{ColumnKey, Frames};
 use teachtree_language::graph::{AbstractValue, Graph, Leaf, Target, reachable_leaves};
@@ -45,11 +45,32 @@ pub struct Undetectable {
 
 /// What the trees can detect in the track of each hand, and in that of both.
 pub fn tracks(graph: &Graph, frames: &Frames) -> Vec<TrackObservability> {
+    tracks_with(graph, frames, &silent(frames))
+}
+
+/// What the trees can detect in a log with these columns if nothing is silent but the channels that the log lacks: a channel that is measured and
+/// constant may be so because nothing happened.
+fn tracks_of_columns(graph: &Graph, frames: &Frames, columns: &[&str]) -> Vec<TrackObservability> {
+    let mut silent = silent(frames);
+    silent.retain(|(index, _), (_, value)| {
+        let channel = frames.channels.get(*index as usize);
+        *value == AbstractValue::Empty || channel.is_some_and(|channel| lacks_columns(channel, columns))
+    });
+    tracks_with(graph, frames, &silent)
+}
+
+/// Whether none of these columns is named as the quantity of a channel that is read from a log.
+fn lacks_columns(channel: &ChannelSpec, columns: &[&str]) -> bool {
+    let quantity = channel.name.rsplit('.').next().unwrap_or_default();
+    channel.absent != Fallback::Derived && !columns.iter().any(|column| column.split('.').any(|part| part == quantity))
+}
+
+fn tracks_with(graph: &Graph, frames: &Frames, silent: &SilentChannels) -> Vec<TrackObservability> {
     let sides: Vec<Side> = frames.layout.hands.iter().map(|hand| hand.side).collect();
     let mut tracks: Vec<TrackObservability> =
-        sides.iter().map(|side| track(graph, frames, TreeScope::EachHand, Some(*side))).collect();
+        sides.iter().map(|side| track(graph, frames, silent, TreeScope::EachHand, Some(*side))).collect();
     if sides.len() > 1 && graph.trees.iter().any(|tree| tree.scope == TreeScope::BothHands) {
-        tracks.push(track(graph, frames, TreeScope::BothHands, None));
+        tracks.push(track(graph, frames, silent, TreeScope::BothHands, None));
     }
     tracks
 }
@@ -71,19 +92,25 @@ pub fn issues(tracks: &[TrackObservability], frames: &Frames) -> Vec<Issue> {
         .collect()
 }
 
-/// The tasks that no hand can show.
-pub fn unmeasured_tasks(rules: &Rules, tracks: &[TrackObservability]) -> Vec<UnmeasuredTask> {
+/// The tasks that no hand can show in a log with these columns.
+pub fn unmeasured_tasks(rules: &Rules, graph: &Graph, frames: &Frames, columns: &[&str]) -> Vec<UnmeasuredTask> {
+    let tracks = tracks_of_columns(graph, frames, columns);
     let hands: Vec<TrackId> = tracks.iter().map(|track| track.track).filter(|track| track.side().is_some()).collect();
     let mut undetectable: Vec<Undetected> = Vec::new();
-    for track in tracks {
+    for track in &tracks {
         undetectable.extend(track.undetectable.iter().map(|it| (track.track, &it.primitives[..], it.reason.as_str())));
     }
     outcome::unmeasured(rules, &hands, &undetectable)
 }
 
 /// What a tree can detect: with all silent channels taken as such together, and one by one to find the reasons.
-fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -> TrackObservability {
-    let silent = silent(frames);
+fn track(
+    graph: &Graph,
+    frames: &Frames,
+    silent: &SilentChannels,
+    scope: TreeScope,
+    side: Option<Side>,
+) -> TrackObservability {
     let fingers = |whose: Option<Side>| -> Vec<Finger> {
         let hands = frames.layout.hands.iter().filter(|hand| whose.is_none_or(|side| hand.side == side));
         hands.flat_map(|hand| hand.fingers.iter().copied()).collect()
@@ -189,8 +216,11 @@ fn leaves(graph: &Graph, scope: TreeScope) -> BTreeSet<Label> {
     targets.filter_map(label).collect()
 }
 
+/// Channels of a hand or of none that are missing or constant in a log, with the reason in words.
+type SilentChannels = BTreeMap<(u32, Option<Side>), (String, AbstractValue)>;
+
 /// The channels that are missing or constant in a log, with the reason in words.
-fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, AbstractValue)> {
+fn silent(frames: &Frames) -> SilentChannels {
     let mut silent = BTreeMap::new();
     let sides = frames.layout.hands.iter().map(|hand| Some(hand.side)).chain([None]);
     for side in sides {

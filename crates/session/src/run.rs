@@ -77,7 +77,7 @@ impl Run {
     pub fn analyzed(rules: &Rules, opened: &OpenedLog, binding: bool) -> Result<(Self, Analysis), Error> {
         let graph = lower(rules);
         let run = Self::of_graph(rules, &graph, opened)?;
-        let found = run.found(rules, &graph, binding);
+        let found = run.found(rules, &graph, opened, binding);
         Ok((run, found))
     }
 
@@ -91,17 +91,18 @@ impl Run {
             true => Self::over(rules, &graph, Arc::clone(&self.frames))?,
             false => Self::of_graph(rules, &graph, opened)?,
         };
-        let found = run.found(rules, &graph, binding);
+        let found = run.found(rules, &graph, opened, binding);
         Ok((run, found))
     }
 
-    fn found(&self, rules: &Rules, graph: &Graph, binding: bool) -> Analysis {
+    fn found(&self, rules: &Rules, graph: &Graph, opened: &OpenedLog, binding: bool) -> Analysis {
         let mut found = analysis::analyze(rules, &self.frames, &self.leaves);
         if binding {
             // A foreign log may lack channels; which primitives that hides is part of its analysis.
             let tracks = observability::tracks(graph, &self.frames);
             found.issues.extend(observability::issues(&tracks, &self.frames));
-            found.unmeasured = observability::unmeasured_tasks(rules, &tracks);
+            let columns: Vec<&str> = opened.recording.columns.keys().map(String::as_str).collect();
+            found.unmeasured = observability::unmeasured_tasks(rules, graph, &self.frames, &columns);
         }
         found
     }

@@ -67,11 +67,18 @@ impl Destination for Hdf5 {
         check_names(args, &wanted, &logs)?;
         let spec = self.task_spec.as_deref().map(|path| TaskSpec::new(args, path, &wanted)).transpose()?;
         args.analysis.source.check(logs.len())?;
-        let analyze = |log: &Path| Ok(args.analysis.analyze(&args.analysis.source.open(log)?)?);
+        let analyze = |log: &Path| args.analyzed(&args.analysis.source.open(log)?);
         let LogResults { done, failed } = args.many.each_log("analyzing", &logs, analyze)?;
-        let failures = named_failures(failed);
+        let mut failures = named_failures(failed);
         let name = |log: &PathBuf| formats::recording_of(log).unwrap_or_default();
-        let analyses: Vec<(String, Analysis)> = done.into_iter().map(|(log, analysis)| (name(log), analysis)).collect();
+        let (left_out, analyses): (Vec<(String, Analysis)>, Vec<(String, Analysis)>) = done
+            .into_iter()
+            .map(|(log, analysis)| (name(log), analysis))
+            .partition(|(_, analysis)| args.leaves_out(analysis));
+        let left_out: Vec<String> = left_out.into_iter().map(|(name, _)| name).collect();
+        if analyses.is_empty() && !left_out.is_empty() {
+            failures.push(args.refuse_failures(left_out.len()).into());
+        }
         if analyses.is_empty() {
             return Failure::some(failures, 0);
         }
@@ -106,7 +113,7 @@ impl Destination for Hdf5 {
         annotate(&args.data, &args.out, &request)?;
         files.commit()?;
         if !args.many.quiet {
-            output::print(&table(args, &wanted, &rows, complete.len()))?;
+            output::print(&(table(args, &wanted, &rows, complete.len()) + &Args::left_out(&left_out)))?;
         }
         Failure::some(failures, analyses.len())
     }

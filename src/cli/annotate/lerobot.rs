@@ -92,18 +92,22 @@ impl Destination for LeRobot {
         let found = args.many.each("analyzing", &logs, |log| {
             let log = args.analysis.source.open(log)?;
             let bodies: BTreeSet<String> = log.opened()?.recording.scene.bodies.keys().cloned().collect();
-            Ok::<_, Failure>((args.analysis.analyze(&log)?, bodies))
+            Ok::<_, Failure>((args.analyzed(&log)?, bodies))
         })?;
         let (mut analyses, mut failures) = (BTreeMap::new(), Vec::new());
-        let mut bodies = BTreeSet::new();
+        let (mut bodies, mut left_out) = (BTreeSet::new(), Vec::new());
         for ((episode, log), found) in logs.iter().enumerate().zip(found) {
             match found {
+                Ok((analysis, _)) if args.leaves_out(&analysis) => left_out.push(episode),
                 Ok((analysis, more)) => {
                     bodies.extend(more);
                     analyses.insert(episode, analysis);
                 }
                 Err(failure) => failures.push(failure.of_log(log)),
             }
+        }
+        if analyses.is_empty() && !left_out.is_empty() {
+            failures.push(args.refuse_failures(left_out.len()).into());
         }
         if analyses.is_empty() {
             return Failure::some(failures, 0);
@@ -119,13 +123,19 @@ impl Destination for LeRobot {
             if !unlabeled.is_empty() {
                 provenance_json.insert("episodes_without_labels".into(), json!(unlabeled));
             }
+            if !left_out.is_empty() {
+                provenance_json.insert("failed_episodes".into(), json!(left_out));
+            }
         }
         let progress = (!args.many.quiet).then(|| Progress::new("writing"));
         let request = Request { forms: &forms, styles: &names, legacy, labels: &labels, provenance: &provenance_json };
         set.write(&args.out, &request, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
         drop(progress);
         if !args.many.quiet {
-            output::print(&summary(args, &labels, logs.len()))?;
+            output::print(
+                &(summary(args, &labels, logs.len())
+                    + &Args::left_out(&left_out.iter().map(usize::to_string).collect::<Vec<_>>())),
+            )?;
         }
         Failure::some(failures, analyses.len())
     }
