@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use teachtree_analysis::TrackId;
+use teachtree_analysis::outcome::OutcomeKind;
 use teachtree_analysis::score::{KnownNames, Tally};
 use teachtree_base::diagnostic::Source;
 use teachtree_base::error::{ErrorKind, InputError};
@@ -162,6 +163,8 @@ pub struct Summary {
     /// The kinds of issues, each once.
     issues: BTreeSet<String>,
     issue_count: usize,
+    /// Whether the recording is a success.
+    result: OutcomeKind,
 }
 
 impl Studio {
@@ -352,6 +355,7 @@ impl Studio {
                     fields.insert("tasks".into(), json!(found.tasks));
                     fields.insert("issues".into(), json!(found.issues));
                     fields.insert("issue_count".into(), json!(found.issue_count));
+                    fields.insert("outcome".into(), json!(found.result));
                 }
                 Some(Err(error)) => _ = fields.insert("error".into(), json!(error)),
                 None => {}
@@ -475,5 +479,6 @@ fn summary(analysis: &Analysis) -> Summary {
         tasks: tasks.collect(),
         issues: found.issues.iter().map(|issue| issue.kind.name().to_string()).collect(),
         issue_count: found.issues.len(),
+        result: found.outcome().result,
     }
 }

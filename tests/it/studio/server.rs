@@ -143,6 +143,7 @@ fn the_list_and_a_recording_are_what_analyze_finds() {
         let expected: Vec<&str> = expected.map(|task| task["task"].as_str().unwrap()).collect();
         assert_eq!(tasks.len(), expected.len());
         assert!(tasks.iter().zip(&expected).all(|(task, name)| task.starts_with(name)), "{tasks:?} {expected:?}");
+        assert_eq!(row["outcome"], found["outcome"]["result"]);
         assert_eq!(row["issue_count"], found["issues"].as_array().unwrap().len());
     }
     let recording = studio.get("api/recording/1");

@@ -7,7 +7,7 @@ const MOST = 400;
 
 const byId = (id) => document.getElementById(id);
 const place = byId("recordings");
-const filters = { text: byId("filter-text"), task: byId("filter-task"), issue: byId("filter-issue"), sort: byId("sort") };
+const filters = { text: byId("filter-text"), task: byId("filter-task"), outcome: byId("filter-outcome"), issue: byId("filter-issue"), sort: byId("sort") };
 
 let list = { recordings: [], waiting: 0 };
 let opened;
@@ -87,6 +87,7 @@ function matching() {
     const one = list.recordings[number], tasks = (one.tasks || []).map(([who, name]) => `${who} ${name}`);
     if (text && ![one.name, ...tasks].some((name) => name.toLowerCase().includes(text))) return false;
     if (task && !(one.tasks || []).some(([, name]) => name.split(" ")[0] === task)) return false;
+    if (filters.outcome.value && one.outcome !== filters.outcome.value) return false;
     if (issue === "!") return one.issue_count > 0 || one.error;
     if (issue === "-") return !one.issue_count && !one.error;
     return !issue || (one.issues || []).includes(issue);
@@ -117,6 +118,7 @@ function row(number) {
     facts.push(tasks.length ? tasks.join(", ") : "no task");
   }
   const numbers = [];
+  if (one.outcome) numbers.push(`<span class="outcome ${one.outcome}" title="whether the recording is a success">${one.outcome}</span>`);
   if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="how sure the least sure task is">sure ${percent(one.confidence)}</span>`);
   if (one.issue_count) numbers.push(`<span title="of the recording; they are listed when it is open">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}: ${escaped((one.issues || []).join(", "))}</span>`);
   if (one.labels) numbers.push(`<span title="labels that a person set">${one.labels} pinned</span>`);
