@@ -149,7 +149,10 @@ class Analysis:
 
     @property
     def tasks(self) -> Table:
-        """The tasks, by track and time: ``track``, ``task``, ``object``, ``partner``, times, rows, frames, ``attempt``, ``failure``, ``secondary``, ``cut_at_start``, ``cut_at_end``."""
+        """The tasks, by track and time.
+
+        Columns: ``track``, ``task``, ``object``, ``partner``, times, rows, frames, ``attempt``, ``failure``, ``secondary``, ``cut_at_start``, ``cut_at_end``.
+        """
         return Table(self._inner.tasks())
 
     @property
@@ -161,8 +164,8 @@ class Analysis:
         >>> analysis.outcome.result
         'success'
         """
-        *parts, reasons = self._inner.outcome
-        return RecordingOutcome(*parts, tuple(OutcomeReason(*reason) for reason in reasons))
+        result, attempts, expected, as_expected, text, reasons = self._inner.outcome
+        return RecordingOutcome(result, attempts, expected, as_expected, text, tuple(OutcomeReason(*reason) for reason in reasons))
 
     def expecting(self, tasks: str) -> Analysis:
         """The same, expected to contain these tasks in order, ``"peg_in_hole x 2, turn_screw"``, instead of those that the binding names."""

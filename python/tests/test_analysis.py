@@ -40,8 +40,8 @@ def test_an_outcome_has_what_the_json_has(analysis: teachtree.Analysis) -> None:
     assert [reason.kind for reason in outcome.reasons] == [it["kind"] for it in found["reasons"]]
     assert [reason.message for reason in outcome.reasons] == [it["message"] for it in found["reasons"]]
     assert str(outcome).startswith("success: right peg_in_hole ")
-    assert analysis.tasks["attempt"] == [it["attempt"] for it in analysis.data["tracks"][0]["tasks"]] == [1, 1]
-    assert analysis.tasks["failure"] == [False, False]
+    assert list(analysis.tasks["attempt"]) == [it["attempt"] for it in analysis.data["tracks"][0]["tasks"]] == [1, 1]
+    assert list(analysis.tasks["failure"]) == [False, False]
     three = analysis.expecting("peg_in_hole x 3").outcome
     assert (three.result, three.expected, three.as_expected) == ("failure", "peg_in_hole x 3", False)
     assert str(three.reasons[0]) == "expected peg_in_hole x 3, found 2"

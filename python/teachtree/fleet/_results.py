@@ -32,6 +32,7 @@ SCHEMAS = {
     ),
     "tasks": pyarrow.schema(
         [*_OF, ("track", _TEXT), ("task", _TEXT), ("object", _TEXT), ("partner", _TEXT), *_SPAN]
+        + [("attempt", pyarrow.int64()), ("failure", pyarrow.bool_())]
         + [("secondary", pyarrow.list_(_TEXT)), ("cut_at_start", pyarrow.bool_()), ("cut_at_end", pyarrow.bool_())]
     ),
     "issues": pyarrow.schema(
