@@ -96,7 +96,7 @@ fn a_binding_names_expected_tasks() {
 fn an_audit_of_as_many_failures_as_successes_says_which_are_good() {
     let folder = tempfile::tempdir().unwrap();
     let rules = "use \"contact.rules\"\n
-        task knocked_over = Move .. Release with Trace travelling 20 mm without Grasp, Translate  is failure  before push_and_trace\n";
+        task knocked_over = Move .. Release with Trace travelling 20 mm or Push travelling 20 mm without Grasp, Translate  is failure  before push_and_trace\n";
     std::fs::write(folder.path().join("knocked.rules"), rules).unwrap();
     for scene in ["pick_and_place", "push_and_trace"] {
         let (status, text) = run(folder.path(), &["teach", scene, scene, "--seeds", "1..3", "-o", "set"]);

@@ -39,7 +39,7 @@ pub struct Analysis {
 impl Analysis {
     /// Finds the segments and tasks of a log, which is expected to contain the tasks that its binding names.
     pub(crate) fn new(rules: &Rules, log: &Log) -> Result<Self, Error> {
-        Self::by(rules, log)?.as_binding_expects()
+        Self::by(rules, log)?.with_binding_expectation()
     }
 
     fn by(rules: &Rules, log: &Log) -> Result<Self, Error> {
@@ -55,7 +55,7 @@ impl Analysis {
     }
 
     /// The same, expected to contain the tasks that the binding of the log names.
-    fn as_binding_expects(self) -> Result<Self, Error> {
+    fn with_binding_expectation(self) -> Result<Self, Error> {
         let Some((text, place)) = self.log.expected() else { return Ok(self) };
         self.expecting_at(&text, place, ErrorKind::Binding)
     }
@@ -535,7 +535,7 @@ impl AnalysisInternals for Analysis {
         let (run, found) = self.run()?.again(rules.set(), log.opened()?, log.binding().is_some())?;
         let (meta, run) = (meta_of(rules, log), OnceLock::from(run));
         let analysis = Self { found, meta, rules: rules.clone(), log: log.clone(), run };
-        analysis.as_binding_expects()
+        analysis.with_binding_expectation()
     }
 
     fn without_rules(log: &Log) -> Result<Self, Error> {

@@ -71,10 +71,8 @@ impl Destination for Hdf5 {
         let LogResults { done, failed } = args.many.each_log("analyzing", &logs, analyze)?;
         let mut failures = named_failures(failed);
         let name = |log: &PathBuf| formats::recording_of(log).unwrap_or_default();
-        let (left_out, analyses): (Vec<(String, Analysis)>, Vec<(String, Analysis)>) = done
-            .into_iter()
-            .map(|(log, analysis)| (name(log), analysis))
-            .partition(|(_, analysis)| args.leaves_out(analysis));
+        let named = done.into_iter().map(|(log, analysis)| (name(log), analysis));
+        let (left_out, analyses): (Vec<_>, Vec<_>) = named.partition(|(_, analysis)| args.leaves_out(analysis));
         let left_out: Vec<String> = left_out.into_iter().map(|(name, _)| name).collect();
         if analyses.is_empty() && !left_out.is_empty() {
             failures.push(args.refuse_failures(left_out.len()).into());
