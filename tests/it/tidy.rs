@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// Libraries with the only places in their crates that may use them; in which crates they are is in the manifests.
 const ONE_PLACE: &[(&str, &[&str])] = &[
     ("serde_yaml", &["crates/base/src/yaml.rs"]),
-    ("parry3d", &["crates/world/src/", "crates/robot/src/kinematics/gap.rs", "crates/robot/src/model/mesh/pieces.rs"]),
+    ("parry3d", &["crates/world/src/", "crates/robot/src/grasp/clearance.rs", "crates/robot/src/model/mesh/pieces.rs"]),
     ("mesh_loader", &["crates/robot/src/model/mesh/formats.rs"]),
     (
         "roxmltree",

@@ -117,7 +117,13 @@ pub struct Part {
 impl Part {
     /// Returns the radius of a ball about the body's origin that contains this part, m.
     fn bounding_radius(&self) -> f64 {
-        Vector3::from(self.at.map(|length| length.0)).norm() + self.shape.bounding_radius()
+        let norm = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let own = match self.shape {
+            Shape::Box(edges) => norm(edges.map(|edge| edge.0 / 2.0)),
+            Shape::Cylinder([radius, height]) => norm([radius.0, height.0 / 2.0, 0.0]),
+            Shape::Ball(radius) => radius.0,
+        };
+        norm(self.at.map(|length| length.0)) + own
     }
 }
 
@@ -131,17 +137,6 @@ pub enum Shape {
     Cylinder(#[serde(deserialize_with = "above_zero")] [Length; 2]),
     /// A ball of this radius.
     Ball(#[serde(deserialize_with = "above_zero")] Length),
-}
-
-impl Shape {
-    /// Returns the radius of the smallest ball that contains this shape, m.
-    pub fn bounding_radius(self) -> f64 {
-        match self {
-            Self::Box(edges) => Vector3::from(edges.map(|edge| edge.0 / 2.0)).norm(),
-            Self::Cylinder([radius, height]) => radius.0.hypot(height.0 / 2.0),
-            Self::Ball(radius) => radius.0,
-        }
-    }
 }
 
 /// No edge, radius or height may be smaller or larger, m: a scene is something on a table, and `80 m` a slip for `80 mm`.

@@ -18,8 +18,8 @@ pub struct Polytope {
     pub radius: f64,
     /// The center of a box about the faces, and its half edges, m.
     pub bounding_box: (Isometry3<f64>, Vector3<f64>),
-    /// The unit normals of the triangles.
-    pub normals: Vec<Vector3<f64>>,
+    /// Of each triangle, the unit normal and its distance from the origin along it.
+    planes: Vec<(Vector3<f64>, f64)>,
     /// How far it reaches from the middle of that box, m.
     reach: f64,
 }
@@ -30,26 +30,47 @@ impl Polytope {
         let normal = |[a, b, c]: [usize; 3]| (points[b] - points[a]).cross(&(points[c] - points[a]));
         let triangles: Vec<_> =
             triangles.iter().copied().filter(|it| normal(*it).norm() > 2.0 * LEAST_AREA_M2).collect();
-        let normals: Vec<_> = triangles.iter().map(|triangle| normal(*triangle).normalize()).collect();
+        let planes: Vec<_> = triangles
+            .iter()
+            .map(|triangle| {
+                let normal = normal(*triangle).normalize();
+                (normal, normal.dot(&points[triangle[0]].coords))
+            })
+            .collect();
         let size = points.iter().map(|point| (point - points[0]).norm()).fold(0.0, f64::max);
-        let inside = |(normal, triangle): (&Vector3<f64>, &[usize; 3])| {
-            let face = &points[triangle[0]];
-            points.iter().all(|point| normal.dot(&(point - face)) <= ROUNDED * size)
+        let inside = |plane: &(Vector3<f64>, f64)| {
+            points.iter().all(|point| plane.0.dot(&point.coords) - plane.1 <= ROUNDED * size)
         };
-        if triangles.len() < 4 || !normals.iter().zip(&triangles).all(inside) {
+        if triangles.len() < 4 || !planes.iter().all(inside) {
             return None;
         }
-        let bounding_box = bounding_box(&points, &triangles, &normals);
+        let bounding_box = bounding_box(&points, &triangles, &planes);
         let middle = Point3::from(bounding_box.0.translation.vector);
         let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max) + radius;
-        let made = Self { points, triangles, radius, bounding_box, normals, reach };
+        let made = Self { points, triangles, radius, bounding_box, planes, reach };
         (made.mass_properties().0 > 0.0).then_some(made)
     }
 
-    /// Returns the corner that is farthest in a direction.
-    pub fn farthest(&self, toward: &Vector3<f64>) -> Point3<f64> {
-        let along = self.points.iter().map(|point| (toward.dot(&point.coords), *point));
-        along.fold((f64::NEG_INFINITY, self.points[0]), |best, next| if next.0 > best.0 { next } else { best }).1
+    /// The unit normals of its faces.
+    pub fn normals(&self) -> impl Iterator<Item = &Vector3<f64>> {
+        self.planes.iter().map(|(normal, _)| normal)
+    }
+
+    /// The point of the polyhedron, without its rounding, that is nearest to a point.
+    pub fn nearest(&self, to: &Point3<f64>) -> Point3<f64> {
+        let mut nearest = (f64::INFINITY, *to);
+        for (triangle, (normal, offset)) in self.triangles.iter().zip(&self.planes) {
+            // The nearest point is on a face that is seen from there.
+            let above = normal.dot(&to.coords) - offset;
+            if above > 0.0 && above * above < nearest.0 {
+                let point = nearest_of_triangle(to, triangle.map(|corner| self.points[corner]));
+                let distance = (point - to).norm_squared();
+                if distance < nearest.0 {
+                    nearest = (distance, point);
+                }
+            }
+        }
+        nearest.1
     }
 
     /// The center and the radius of a ball that holds it, rounding included.
@@ -81,7 +102,7 @@ impl Polytope {
 fn bounding_box(
     points: &[Point3<f64>],
     triangles: &[[usize; 3]],
-    normals: &[Vector3<f64>],
+    planes: &[(Vector3<f64>, f64)],
 ) -> (Isometry3<f64>, Vector3<f64>) {
     let mut smallest = (f64::INFINITY, Isometry3::identity(), Vector3::zeros());
     let mut take = |axes: Rotation3<f64>| {
@@ -97,11 +118,40 @@ fn bounding_box(
         }
     };
     take(Rotation3::identity());
-    for (triangle, normal) in triangles.iter().zip(normals) {
+    for (triangle, (normal, _)) in triangles.iter().zip(planes) {
         let edges = [[0, 1], [1, 2], [2, 0]].map(|[from, to]| points[triangle[to]] - points[triangle[from]]);
         let Some(edge) = edges.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm())) else { continue };
         let edge = (edge - normal * normal.dot(&edge)).normalize();
         take(Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[edge, normal.cross(&edge), *normal])));
     }
     (smallest.1, smallest.2)
+}
+
+/// The point of a triangle that is nearest to a point (C. Ericson, *Real-Time Collision Detection*, 5.1.5).
+fn nearest_of_triangle(to: &Point3<f64>, [a, b, c]: [Point3<f64>; 3]) -> Point3<f64> {
+    let (ab, ac) = (b - a, c - a);
+    let from = |corner: Point3<f64>| (ab.dot(&(to - corner)), ac.dot(&(to - corner)));
+    let ((d1, d2), (d3, d4), (d5, d6)) = (from(a), from(b), from(c));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let (bc_from, bc_to) = (d4 - d3, d5 - d6);
+    if va <= 0.0 && bc_from >= 0.0 && bc_to >= 0.0 {
+        return b + (c - b) * (bc_from / (bc_from + bc_to));
+    }
+    let whole = va + vb + vc;
+    a + ab * (vb / whole) + ac * (vc / whole)
 }

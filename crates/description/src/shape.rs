@@ -1,10 +1,24 @@
-//! The shapes of links: bars with round ends, boxes and convex pieces of meshes, and their masses.
+//! The shapes of links: bars with round ends, boxes and convex pieces of meshes, their masses, and the gaps between them.
+//!
+//! Shapes are convex: the nearest points of two are found by going to and fro between them, each time to the nearest point of the other one (W. Cheney and
+//! A. A. Goldstein, *Proximity Maps for Convex Sets*, 1959). How far they are in each other is the least way out along an axis that may separate them
+//! (S. Gottschalk, M. C. Lin and D. Manocha, *OBBTree*, 1996).
 
 use super::polytope::Polytope;
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use teachtree_base::quantity::Length;
 use teachtree_base::scene::{Body, Part, Shape};
+
+/// Gaps take at most so many steps to and fro, until a step is shorter than this, m.
+const STEPS: usize = 200;
+/// A step that is shorter ends the search for a gap, m.
+pub const SHORT_M: f64 = 1e-6;
+
+/// Steps between boxes that hardly overlap get ever shorter, and may end this far apart, m: their axes decide then.
+const UNSURE_M: f64 = 0.01;
+/// A plane between two shapes is looked for after these steps, counted from 0.
+const LOOKS: [usize; 2] = [0, 8];
 
 /// A shape of a link.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +57,103 @@ impl CollisionShape {
         }
     }
 
+    /// Returns the distance of a point, m; negative in round shapes by up to their radius, zero in boxes.
+    pub fn distance(&self, point: &Point3<f64>) -> f64 {
+        (self.nearest(point) - point).norm() - self.radius()
+    }
+
+    /// Returns the gap to another shape, m; negative by the way out for shapes that are in each other. Of pieces of meshes only the
+    /// normals of faces are tried, so that the way out may be a shorter one.
+    pub fn gap(&self, other: &Self) -> f64 {
+        self.gap_below(other, f64::INFINITY).unwrap_or(f64::INFINITY)
+    }
+
+    /// The gap to another shape as [`CollisionShape::gap`] gives it, m; `None` where it is no less than `below`, m. Where that is above zero, a plane between them may
+    /// show it early.
+    pub fn gap_below(&self, other: &Self, below: f64) -> Option<f64> {
+        let round = self.radius() + other.radius();
+        let mut at = self.start_point(other);
+        let mut there = other.nearest(&at);
+        // Between two bars, one step from there is the last.
+        let steps = if matches!((self, other), (Self::Capsule(..), Self::Capsule(..))) { 1 } else { STEPS };
+        for step in 0..steps {
+            let next = self.nearest(&there);
+            let moved = (next - at).norm();
+            (at, there) = (next, other.nearest(&next));
+            if moved < SHORT_M {
+                break;
+            }
+            // Points go on toward each other slowly where faces are askew.
+            if steps > 1
+                && below > 0.0
+                && below.is_finite()
+                && LOOKS.contains(&step)
+                && let Some(axis) = (there - at).try_normalize(SHORT_M)
+            {
+                let between = other.extent(&axis)[0] - self.extent(&axis)[1];
+                if between - round >= below {
+                    return None;
+                }
+            }
+        }
+        let apart = (at - there).norm();
+        let has_piece = [self, other].iter().any(|shape| matches!(shape, Self::Piece(..)));
+        let may_overlap = apart < SHORT_M || apart < UNSURE_M && !has_piece;
+        let penetration = Some(other).filter(|_| may_overlap).map_or(0.0, |other| self.penetration(other));
+        // Of pieces not every axis is tried, so that one on which they overlap proves nothing.
+        let apart = if penetration > 0.0 || apart < SHORT_M { -penetration.max(0.0) } else { apart };
+        Some(apart - round).filter(|gap| *gap < below)
+    }
+
+    /// The penetration depth of the cores of two shapes, m; below zero where they are not in each other.
+    fn penetration(&self, other: &Self) -> f64 {
+        let (ours, theirs) = (self.edges(), other.edges());
+        let across = ours.iter().flat_map(|edge| theirs.iter().map(move |other| edge.cross(other)));
+        let axes = self.normals().into_iter().chain(other.normals()).chain(across);
+        let ways = axes.filter_map(|axis| axis.try_normalize(1e-6)).map(|axis| {
+            let ([low, high], [from, to]) = (self.extent(&axis), other.extent(&axis));
+            (high - from).min(to - low)
+        });
+        ways.min_by(f64::total_cmp).unwrap_or(0.0)
+    }
+
+    /// The directions of a core's edges; none of a piece, of which the normals are enough.
+    fn edges(&self) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Capsule(from, to, _) => vec![to - from],
+            Self::Box(..) => self.normals(),
+            Self::Piece(..) => Vec::new(),
+        }
+    }
+
+    /// The normals of a core's faces, of two that are opposite one.
+    fn normals(&self) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Capsule(..) => Vec::new(),
+            Self::Box(at, _) => [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| at * axis).into(),
+            Self::Piece(at, polytope) => polytope.normals().map(|normal| at * normal).collect(),
+        }
+    }
+
+    /// From where to where a core reaches along an axis, m.
+    fn extent(&self, axis: &Vector3<f64>) -> [f64; 2] {
+        let along = |point: &Point3<f64>| axis.dot(&point.coords);
+        match self {
+            Self::Capsule(from, to, _) => {
+                let [from, to] = [from, to].map(along);
+                [from.min(to), from.max(to)]
+            }
+            Self::Box(at, half) => {
+                let reach = at.inverse_transform_vector(axis).abs().dot(half);
+                [-reach, reach].map(|reach| along(&at.translation.vector.into()) + reach)
+            }
+            Self::Piece(at, polytope) => {
+                let ends = polytope.points.iter().map(|point| along(&(at * point)));
+                ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], end| [low.min(end), high.max(end)])
+            }
+        }
+    }
+
     /// Returns the center and the radius of a ball that holds the shape.
     pub fn bounding_ball(&self) -> (Point3<f64>, f64) {
         match self {
@@ -52,6 +163,54 @@ impl CollisionShape {
                 let (center, radius) = polytope.bounding_ball();
                 (at * center, radius)
             }
+        }
+    }
+
+    /// A point of the shape from which it is near to another one. Of bars it is the nearest to the other's line, so that nearly parallel ones, between which
+    /// each step is a short one, are there at once (C. Ericson, *Real-Time Collision Detection*, 5.1.9).
+    fn start_point(&self, other: &Self) -> Point3<f64> {
+        if let (Self::Capsule(from, to, _), Self::Capsule(from_of_other, to_of_other, _)) = (self, other) {
+            let (ours, theirs, between) = (to - from, to_of_other - from_of_other, from - from_of_other);
+            let (a, b, e) = (ours.norm_squared(), ours.dot(&theirs), theirs.norm_squared());
+            let (c, f) = (ours.dot(&between), theirs.dot(&between));
+            let apart = a * e - b * b;
+            if apart > f64::EPSILON * a * e {
+                return from + ours * ((b * f - c * e) / apart).clamp(0.0, 1.0);
+            }
+        }
+        self.nearest(&other.nearest(&self.middle()))
+    }
+
+    fn middle(&self) -> Point3<f64> {
+        match self {
+            Self::Capsule(from, to, _) => nalgebra::center(from, to),
+            Self::Box(at, _) => at.translation.vector.into(),
+            Self::Piece(at, polytope) => at * Point3::from(polytope.bounding_box.0.translation.vector),
+        }
+    }
+
+    /// How thick the shape is about its core, m.
+    fn radius(&self) -> f64 {
+        match self {
+            Self::Capsule(_, _, radius) => *radius,
+            Self::Box(..) => 0.0,
+            Self::Piece(_, polytope) => polytope.radius,
+        }
+    }
+
+    /// The point of the shape's core that is nearest to a point.
+    fn nearest(&self, to: &Point3<f64>) -> Point3<f64> {
+        match self {
+            Self::Capsule(from, end, _) => {
+                let way: Vector3<f64> = end - from;
+                let share = (to - from).dot(&way) / way.norm_squared().max(f64::MIN_POSITIVE);
+                from + way * share.clamp(0.0, 1.0)
+            }
+            Self::Box(at, half) => {
+                let own = at.inverse_transform_point(to).coords;
+                at * Point3::from(own.zip_map(half, |value, half| value.clamp(-half, half)))
+            }
+            Self::Piece(at, polytope) => at * polytope.nearest(&at.inverse_transform_point(to)),
         }
     }
 

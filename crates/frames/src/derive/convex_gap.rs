@@ -10,6 +10,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
+use teachtree_base::geometry::pose;
 use teachtree_base::scene::{Body, Part, Shape};
 
 /// Shapes farther apart than this are not looked at closely, m.
@@ -69,7 +70,8 @@ pub fn gaps(
 
 impl ConvexPart {
     fn new(part: &Part, reference_from_body: &Isometry3<f64>) -> Self {
-        let reference_from_part = reference_from_body * part.pose();
+        let body_from_part = pose(part.at.map(|length| length.0), part.turned);
+        let reference_from_part = reference_from_body * body_from_part;
         let axes = reference_from_part.rotation.to_rotation_matrix().into_inner();
         Self { shape: part.shape, centre: reference_from_part.translation.vector, axes }
     }
@@ -89,7 +91,7 @@ impl ConvexPart {
     /// The gap by the directions that can be the one.
     fn rough_gap(&self, other: &Self) -> Gap {
         let between = self.between(other);
-        let apart = between.norm() - self.shape.bounding_radius() - other.shape.bounding_radius();
+        let apart = between.norm() - self.radius() - other.radius();
         let line = Unit::try_new(between, 1e-12).unwrap_or(Vector3::z_axis());
         if apart > NEAR {
             return Gap { width: apart, normal: line.into_inner() };
@@ -151,8 +153,8 @@ impl ConvexPart {
 
     /// The point of the shape that is nearest to a point outside; nothing inside.
     fn nearest_to(&self, point: &Vector3<f64>) -> Option<Vector3<f64>> {
-        let way = self.way_out(point);
-        (way.width > 0.0).then(|| point - way.normal * way.width)
+        let way = self.way_out(&self.axes.tr_mul(&(point - self.centre)));
+        (way.width > 0.0).then(|| point - self.axes * way.normal * way.width)
     }
 
     /// The gap when one of the two is a ball, which has a closed form.
@@ -162,14 +164,32 @@ impl ConvexPart {
             (_, Shape::Ball(radius)) => (other, radius, self, -1.0),
             _ => return None,
         };
-        let way = shape.way_out(&ball.centre);
-        Some(Gap { width: way.width - radius.0, normal: way.normal * side })
+        let way = shape.way_out(&shape.axes.tr_mul(&ball.between(shape)));
+        Some(Gap { width: way.width - radius.0, normal: shape.axes * way.normal * side })
     }
 
-    /// From the surface to a point: how far, and which way.
-    fn way_out(&self, point: &Vector3<f64>) -> Gap {
-        let own = self.axes.tr_mul(&(point - self.centre));
-        Gap { width: self.shape.distance(&own), normal: self.axes * self.shape.outward(&own) }
+    /// From the surface to a point, both in the axes of the shape: how far, and which way.
+    fn way_out(&self, p: &Vector3<f64>) -> Gap {
+        let along = |axis: usize, half: f64| (p[axis].abs() - half, Vector3::ith(axis, 1.0_f64.copysign(p[axis])));
+        let round = |way: Vector3<f64>, radius: f64| {
+            let normal = way.try_normalize(1e-12).unwrap_or(Vector3::x());
+            (way.norm() - radius, normal)
+        };
+        // Faces that stand at right angles to each other, as far as the point is beyond them.
+        let none = (f64::NEG_INFINITY, Vector3::zeros());
+        let faces = match self.shape {
+            Shape::Box([x, y, z]) => [along(0, x.0 / 2.0), along(1, y.0 / 2.0), along(2, z.0 / 2.0)],
+            Shape::Cylinder([radius, height]) => {
+                [round(Vector3::new(p.x, p.y, 0.0), radius.0), along(2, height.0 / 2.0), none]
+            }
+            Shape::Ball(radius) => [round(*p, radius.0), none, none],
+        };
+        let beyond: Vector3<f64> = faces.iter().map(|(over, normal)| normal * over.max(0.0)).sum();
+        if let Some(normal) = beyond.try_normalize(1e-12) {
+            return Gap { width: beyond.norm(), normal };
+        }
+        let nearest = faces.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map_or(Gap { width: 0.0, normal: Vector3::z() }, |(width, normal)| Gap { width, normal })
     }
 
     /// The directions in which faces and edges touch.
@@ -204,6 +224,14 @@ impl ConvexPart {
         match self.shape {
             Shape::Box([x, y, z]) => (d.x.abs() * x.0 + d.y.abs() * y.0 + d.z.abs() * z.0) / 2.0,
             Shape::Cylinder([radius, height]) => radius.0 * (d.x * d.x + d.y * d.y).sqrt() + d.z.abs() * height.0 / 2.0,
+            Shape::Ball(radius) => radius.0,
+        }
+    }
+
+    fn radius(&self) -> f64 {
+        match self.shape {
+            Shape::Box(edges) => edges.iter().map(|edge| edge.0 * edge.0).sum::<f64>().sqrt() / 2.0,
+            Shape::Cylinder([radius, height]) => radius.0.hypot(height.0 / 2.0),
             Shape::Ball(radius) => radius.0,
         }
     }

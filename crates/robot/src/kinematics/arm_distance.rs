@@ -1,6 +1,5 @@
 //! The gap between two limbs: pairs of shapes that cannot be nearer than the nearest so far are passed over, by balls about them.
 
-use super::gap::gap_below;
 use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_description::shape::CollisionShape;
 use teachtree_description::tree::KinematicTree;
@@ -37,6 +36,11 @@ impl PlacedShape {
         &self.shape
     }
 
+    /// Middle and radius of the ball about it, m.
+    pub(crate) const fn ball(&self) -> (Point3<f64>, f64) {
+        self.ball
+    }
+
     /// The same, shifted.
     pub(crate) fn shifted(&self, by: &Vector3<f64>) -> Self {
         Self { shape: self.shape.moved(&Isometry3::from(*by)), ball: (self.ball.0 + by, self.ball.1), link: self.link }
@@ -58,7 +62,7 @@ pub(crate) fn placed(tree: &KinematicTree, poses: &[Isometry3<f64>]) -> Vec<Plac
 /// Whether two limbs are nearer to each other than `below`, m.
 pub(crate) fn nearer(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -> bool {
     let near = |one: &PlacedShape, other: &PlacedShape| {
-        one.least(other) < below && gap_below(&one.shape, &other.shape, below).is_some()
+        one.least(other) < below && one.shape.gap_below(&other.shape, below).is_some()
     };
     ours.iter().any(|one| theirs.iter().any(|other| near(one, other)))
 }
@@ -72,7 +76,7 @@ pub(crate) fn arm_distance(ours: &[PlacedShape], theirs: &[PlacedShape], below: 
             if one.least(other) >= so_far {
                 continue;
             }
-            if let Some(gap) = gap_below(&one.shape, &other.shape, so_far) {
+            if let Some(gap) = one.shape.gap_below(&other.shape, so_far) {
                 nearest = Some(ArmDistance { gap, links: [one.link, other.link] });
             }
         }

@@ -5,6 +5,5 @@ pub mod arm_ik;
 mod closed_form;
 pub mod finger;
 mod finger_ik;
-pub mod gap;
 pub mod joint_positions;
 pub mod surroundings;

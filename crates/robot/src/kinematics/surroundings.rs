@@ -4,10 +4,9 @@
 //! between them: nearer ones meet at their joints.
 
 use super::arm_distance::PlacedShape;
-use super::gap::{TOUCHING_M, gap_below};
 use nalgebra::{Isometry3, Point3};
 use teachtree_base::scene::{Role, Scene};
-use teachtree_description::shape::{CollisionShape, solids};
+use teachtree_description::shape::{CollisionShape, SHORT_M, solids};
 use teachtree_description::tree::KinematicTree;
 
 /// Links with fewer joints between them are not held against each other.
@@ -141,6 +140,8 @@ impl PlacedShape {
 
     /// Whether the gap to a shape is no more than this, m.
     pub(crate) fn is_nearer(&self, other: &CollisionShape, than: f64) -> bool {
-        gap_below(self.shape(), other, than + TOUCHING_M).is_some()
+        let (middle, radius) = self.ball();
+        let below = than + SHORT_M;
+        other.distance(&middle) < radius + below && self.shape().gap_below(other, below).is_some()
     }
 }

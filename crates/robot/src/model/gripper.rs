@@ -11,7 +11,6 @@
 //! so that one number says how the gripper stands, whether it has one degree of freedom or two.
 
 use crate::kinematics::finger::FingerModel;
-use crate::kinematics::gap::distance;
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use nalgebra::{Point3, Unit, Vector3};
 use teachtree_base::hands::Finger;
@@ -114,7 +113,7 @@ impl Jaws {
         };
         let pair = [jaw(thumb, along.into_inner())?, jaw(other, -along.into_inner())?];
         let geared = thumb.dofs[0] == other.dofs[0];
-        let out = palm.iter().map(|solid| distance(solid, &middle)).fold(middle.coords.norm(), f64::min);
+        let out = palm.iter().map(|solid| solid.distance(&middle)).fold(middle.coords.norm(), f64::min);
         let made = Self { along, middle, out, pair, geared };
         if geared && pair[0].value != pair[1].value {
             return Err((other.finger, "opens while the thumb closes, and both are driven by one joint".into()));

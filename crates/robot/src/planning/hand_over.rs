@@ -16,7 +16,6 @@ use super::walk::{Crossing, ROOM_M, Walk};
 use crate::grasp::held_path::held;
 use crate::grasp::task_grasps::{self, BlockedGrasp, TaskGrasp, alternatives, meetings};
 use crate::kinematics::arm_distance::{PlacedShape, nearer};
-use crate::kinematics::gap::TOUCHING_M;
 use crate::model::robot::Robot;
 use nalgebra::Vector3;
 use std::cell::OnceCell;
@@ -24,6 +23,7 @@ use std::collections::BTreeMap;
 use teachtree_base::error::InputError;
 use teachtree_base::scene::Scene;
 use teachtree_command::{Commands, Task};
+use teachtree_description::shape::SHORT_M;
 
 /// Ways are looked at up to so far from the object, at so many places, m.
 const NEAR_M: f64 = 0.16;
@@ -71,7 +71,7 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<
             let [closed, _] = grip.shapes(hand);
             Some(closed)
         });
-        if !matches!(closed, [Some(ours), Some(theirs)] if !nearer(&ours, &theirs, TOUCHING_M)) {
+        if !matches!(closed, [Some(ours), Some(theirs)] if !nearer(&ours, &theirs, SHORT_M)) {
             let grasp = &mut commands.tasks[number].grasps[grasp];
             (grasp.mapped, grasp.infeasible) = (None, Some(why));
         }
@@ -127,12 +127,12 @@ impl<'a> Meeting<'a> {
     /// The tasks with grasps that leave room; `None` when those that are mapped do, or no others are better.
     fn chosen(&self) -> Result<Option<[Chosen; 2]>, InputError> {
         let mapped = [0, 1].map(|hand| self.choice(hand, None));
-        let mut apart = TOUCHING_M;
+        let mut apart = SHORT_M;
         if let [Some(one), Some(other)] = &mapped {
             let walks = [self.walks(0, &one.ways[0]).first(), self.walks(1, &other.ways[0]).first()];
             // An arm that cannot go its way is refused later, with its reason.
             let [Some(one), Some(other)] = walks else { return Ok(None) };
-            apart = one.gap(other, 0.0).max(TOUCHING_M);
+            apart = one.gap(other, 0.0).max(SHORT_M);
             if apart >= ROOM_M {
                 return Ok(None);
             }

@@ -4,7 +4,6 @@
 //! planes as long as a part is far from convex. The piece of a part is the convex hull of the mesh within it. Hulls of many corners are made of fewer, and
 //! rounded by as much as they miss of the others.
 
-use crate::kinematics::gap::distance_of_polytope;
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::math::Vector;
 use parry3d::transformation::try_convex_hull;
@@ -126,7 +125,7 @@ fn hull(points: &[Point3<f64>]) -> Option<Polytope> {
         let corners: Vec<Point3<f64>> = chosen.iter().map(|at| points[*at]).collect();
         let (corners, triangles) = hull_of(&corners)?;
         let Some(made) = Polytope::new(corners, &triangles, 0.0) else { break };
-        let missed: Vec<f64> = points.iter().map(|point| distance_of_polytope(&made, point)).collect();
+        let missed: Vec<f64> = points.iter().map(|point| (made.nearest(point) - point).norm()).collect();
         let radius = missed.iter().copied().fold(0.0, f64::max);
         if best.as_ref().is_none_or(|(least, _)| radius < *least) {
             best = Some((radius, made));

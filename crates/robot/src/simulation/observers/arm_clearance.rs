@@ -2,13 +2,12 @@
 
 use crate::control::executor::Executor;
 use crate::kinematics::arm_distance::{PlacedShape, arm_distance, placed};
-use crate::kinematics::gap::{TOUCHING_M, gap};
 use crate::kinematics::surroundings::{ArmLinks, own_meetings};
 use crate::simulation::hand_agent::HandAgent;
 use crate::simulation::observer::{Observer, Step};
 use crate::simulation::trace::Limb;
 use teachtree_base::scene::Scene;
-use teachtree_description::shape::{CollisionShape, solids};
+use teachtree_description::shape::{CollisionShape, SHORT_M, solids};
 use teachtree_world::STEP_S;
 
 /// Maximum penetration depth of a simulated link, m. A deeper one counts as a collision. A smaller one can result from collision shapes that are larger than
@@ -34,7 +33,7 @@ impl MinDistance {
 
     /// Whether they went through each other.
     pub fn passes_through(&self) -> bool {
-        self.gap <= TOUCHING_M
+        self.gap <= SHORT_M
     }
 }
 
@@ -109,7 +108,7 @@ impl ArmClearance {
             link: name(link.link()),
             with,
             time_s: step.time_s(),
-            depth_m: depth(gap(link.shape(), other)),
+            depth_m: depth(link.shape().gap(other)),
             lasts_s: LOOKED_AT as f64 * STEP_S,
         };
         let handled = hand.doing.map(|doing| doing.body);

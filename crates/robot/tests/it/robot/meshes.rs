@@ -3,7 +3,6 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::path::Path;
 use teachtree_base::error::InputError;
-use teachtree_robot::kinematics::gap::{distance, gap};
 use teachtree_robot::{self as robot, CollisionShape, Robot};
 
 type Corners = Vec<[f32; 3]>;
@@ -97,8 +96,8 @@ fn refused(mesh: &str, files: &[(&str, &[u8])]) -> String {
 }
 
 /// The gap between a shape and those of the first link.
-fn gap_of(robot: &Robot, other: &CollisionShape) -> f64 {
-    robot.tree.links[0].solids.iter().map(|solid| gap(solid, other)).fold(f64::INFINITY, f64::min)
+fn gap(robot: &Robot, other: &CollisionShape) -> f64 {
+    robot.tree.links[0].solids.iter().map(|solid| solid.gap(other)).fold(f64::INFINITY, f64::min)
 }
 
 fn ball(at: [f64; 3], radius: f64) -> CollisionShape {
@@ -117,7 +116,7 @@ fn a_cube_is_kept_clear_in_each_format() {
         // It stands 1 m up, with faces at 0.05 m; the last ball looks at a corner.
         let corner = 0.05 + 0.1 / 3.0_f64.sqrt();
         for (at, wanted) in [([0.2, 0.0, 1.0], 0.14), ([0.0, 0.0, 1.1], 0.04), ([corner, corner, 1.0 + corner], 0.09)] {
-            let found = gap_of(&robot, &ball(at, 0.01));
+            let found = gap(&robot, &ball(at, 0.01));
             assert!((found - wanted).abs() < 1e-4, "{name}: {found} is not {wanted}");
         }
         let bounds = robot.tree.links[0].look.as_ref().unwrap().bounds();
@@ -134,10 +133,8 @@ fn a_piece_is_as_far_from_boxes_and_pieces_as_a_box_is() {
         [([0.4, 0.1, 0.2], [0.3, 0.2, 0.1]), ([0.0, 0.0, 0.3], [0.0, 0.0, 0.0]), ([-0.3, 0.2, 0.1], [1.0, 0.5, 0.2])]
     {
         let at = Isometry3::new(shift.into(), turn.into());
-        let wanted = gap(&same, &same.moved(&at));
-        for found in
-            [(&piece, &same), (&same, &piece), (&piece, &piece)].map(|(one, other)| gap(one, &other.moved(&at)))
-        {
+        let wanted = same.gap(&same.moved(&at));
+        for found in [piece.gap(&same.moved(&at)), same.gap(&piece.moved(&at)), piece.gap(&piece.moved(&at))] {
             assert!((found - wanted).abs() < 2e-5, "{found} is not {wanted}");
         }
     }
@@ -154,14 +151,14 @@ fn an_l_shape_becomes_pieces_that_hold_it_and_leave_its_corner_free() {
     let robot = read("", mesh, &[("robots/l.stl", &binary_stl(&ell))]).unwrap();
     let solids = &robot.tree.links[0].solids;
     assert!((2..=8).contains(&solids.len()), "{}", solids.len());
-    let free = gap_of(&robot, &ball([0.09, 0.09, 1.02], 0.01));
+    let free = gap(&robot, &ball([0.09, 0.09, 1.02], 0.01));
     assert!(free > 0.03, "{free} of 0.04");
     // Points all over its faces are in a piece.
     for triangle in &ell.1 {
         let [a, b, c] = triangle.map(|at| Vector3::from(ell.0[at].map(f64::from)));
         for (i, j) in (0..=20).flat_map(|i| (0..=20 - i).map(move |j| (f64::from(i) / 20.0, f64::from(j) / 20.0))) {
             let point = Point3::from(a + (b - a) * i + (c - a) * j + Vector3::z());
-            let outside = solids.iter().map(|solid| distance(solid, &point)).fold(f64::INFINITY, f64::min);
+            let outside = solids.iter().map(|solid| solid.distance(&point)).fold(f64::INFINITY, f64::min);
             assert!(outside < 1e-6, "{point} is {outside} m outside");
         }
     }
