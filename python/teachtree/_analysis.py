@@ -80,7 +80,8 @@ class OutcomeReason:
     """Why a recording has its outcome."""
 
     kind: str
-    """``succeeded``, ``mended``, ``failed``, ``missing``, ``not_measured``, ``no_task`` or ``unseen_failure`` (docs/outcomes.md)."""
+    """``succeeded``, ``mended``, ``failed``, ``missing``, ``not_measured``, ``no_task``, ``no_criterion`` or ``unseen_failure``
+    (docs/outcomes.md)."""
     track: str | None
     """The hand; ``None`` where it is about the recording."""
     task: str | None
@@ -161,7 +162,9 @@ class Analysis:
 
         >>> import teachtree
         >>> analysis = teachtree.analyze("demos/robosuite/lift_demo_1.csv", binding="demos/robosuite/panda_lift.binding.yaml")
-        >>> analysis.outcome.result
+        >>> analysis.outcome.reasons[0].kind
+        'no_criterion'
+        >>> analysis.expecting("pick_and_place").outcome.result
         'success'
         """
         result, attempts, expected, as_expected, text, reasons = self._inner.outcome

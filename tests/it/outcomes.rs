@@ -27,7 +27,12 @@ fn outcome(folder: &Path, args: &[&str]) -> Value {
 #[test]
 fn analyze_says_whether_a_recording_is_a_success() {
     let folder = folder();
-    let success = outcome(folder.path(), &[]);
+    // The shipped rules cannot show a failure.
+    let unknown = outcome(folder.path(), &[]);
+    assert_eq!((&unknown["result"], &unknown["reasons"][0]["kind"]), (&"unknown".into(), &"no_criterion".into()));
+    let (_, text) = run(folder.path(), &["analyze", "several.csv"]);
+    assert!(!text.contains("outcome"), "{text}");
+    let success = outcome(folder.path(), &["--expect", "push, slide"]);
     assert_eq!((&success["result"], &success["attempts"]), (&"success".into(), &1.into()));
     let tasks: Vec<&Value> = success["reasons"].as_array().unwrap().iter().map(|reason| &reason["task"]).collect();
     assert_eq!(tasks, ["push", "pick_and_place", "slide"]);
@@ -36,7 +41,7 @@ fn analyze_says_whether_a_recording_is_a_success() {
     let reason = &failure["reasons"][0];
     assert_eq!([&reason["kind"], &reason["track"], &reason["task"]], ["failed", "right", "dragged"]);
     assert!(reason["start_s"].as_f64().unwrap() < reason["end_s"].as_f64().unwrap());
-    // A failure alone is no error.
+    // A failure alone does not change the exit status.
     let (status, text) = run(folder.path(), &["analyze", "several.csv", "--rules", "failures.rules"]);
     assert_eq!(status, 0);
     let line = text.lines().find(|line| line.starts_with("outcome ")).unwrap();
@@ -89,6 +94,27 @@ fn a_binding_names_expected_tasks() {
     let (status, text) = analyze("peg_in_hol", &[]);
     assert_eq!(status, 2);
     assert!(text.contains("nuts.binding.yaml:1:9") && text.contains("did you mean `peg_in_hole`?"), "{text}");
+}
+
+#[test]
+fn the_page_shows_what_the_program_prints() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("docs/outcomes.md")).unwrap();
+    let block = |language: &str| {
+        let begin = format!("\n```{language}\n");
+        page.split_once(begin.as_str()).unwrap().1.split_once("```").unwrap().0.to_string()
+    };
+    let command = block("sh");
+    let (arguments, expected) = command.trim().split_once(" --expect ").unwrap();
+    let mut args: Vec<&str> = arguments.split(' ').skip(1).collect();
+    args.extend(["--expect", expected.trim_matches('\'')]);
+    let (status, text) = run(root, &args);
+    assert_eq!(status, 1);
+    assert!(text.contains(&format!("\n{}", block("text"))), "{text}");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("my_failures.rules"), block("rules")).unwrap();
+    let (status, text) = run(folder.path(), &["check", "my_failures.rules"]);
+    assert_eq!(status, 0, "{text}");
 }
 
 /// Three recordings in which the box is carried, and three in which a cube is pushed, which these rules call a failure.

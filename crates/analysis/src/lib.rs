@@ -87,6 +87,8 @@ pub struct Analysis {
     pub issues: Vec<Issue>,
     /// The primitives of the rules.
     pub primitives: Primitives,
+    /// Whether the rules have tasks that are failures.
+    pub has_failures: bool,
     /// The tasks that the recording should contain.
     pub expected: ExpectedTasks,
     /// The tasks that the recording cannot show.
@@ -102,6 +104,11 @@ impl Analysis {
     /// Whether the recording is a success, with the reasons.
     pub fn outcome(&self) -> Outcome {
         Outcome::new(self)
+    }
+
+    /// Whether something can show that the recording is a failure: a task of the rules, or an expectation.
+    pub fn has_criterion(&self) -> bool {
+        self.has_failures || !self.expected.is_empty()
     }
 
     /// Returns the owner of the only track. Labels without a track refer to it.
@@ -264,6 +271,7 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
     let (start_s, end_s) = (show.start_s(), show.end_s());
     let stretches = leaves.iter().map(|leaves| show.span_s(&leaves.frames)).collect();
     let primitives = rules.by_name();
+    let has_failures = rules.tasks.iter().any(|task| task.failure) || rules.composites.iter().any(|task| task.failure);
     Analysis {
         frames: frames.len,
         rows,
@@ -274,6 +282,7 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
         tracks,
         issues,
         primitives,
+        has_failures,
         ..Analysis::default()
     }
 }

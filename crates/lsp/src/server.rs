@@ -420,7 +420,7 @@ impl<W: Write> Server<W> {
         Message::Response(response).write(&mut self.output)
     }
 
-    /// Answers what is no message: nobody knows which request it was.
+    /// Answers a malformed message, whose request is unknown.
     fn broken(&mut self, reason: &str) -> io::Result<()> {
         let error = json!({ "code": ErrorCode::ParseError as i32, "message": reason });
         let text = json!({ "jsonrpc": "2.0", "id": null, "error": error }).to_string();

@@ -1,5 +1,5 @@
-//! Messages from bytes. What is no message is said and skipped, so that a client's mistake does not end the server, and no length that is
-//! only claimed takes memory.
+//! Messages from bytes. A malformed message is answered and skipped, so that a client's mistake does not end the server. A claimed length takes
+//! no memory.
 
 use lsp_server::Message;
 use std::io::{self, BufRead, Read};
@@ -41,7 +41,7 @@ pub fn read(input: &mut impl BufRead) -> io::Result<Option<WireMessage>> {
     }
     let length = match length {
         Some(Ok(length)) => length,
-        Some(Err(_)) => return Ok(Some(WireMessage::Malformed("`Content-Length` is no number of bytes".into()))),
+        Some(Err(_)) => return Ok(Some(WireMessage::Malformed("`Content-Length` is not a number of bytes".into()))),
         None => return Ok(Some(WireMessage::Malformed("a message begins with `Content-Length`".into()))),
     };
     if length > MAX_MESSAGE {
@@ -54,6 +54,6 @@ pub fn read(input: &mut impl BufRead) -> io::Result<Option<WireMessage>> {
     }
     Ok(Some(match serde_json::from_slice(&body) {
         Ok(message) => WireMessage::Message(message),
-        Err(error) => WireMessage::Malformed(format!("this is no message: {error}")),
+        Err(error) => WireMessage::Malformed(format!("this is not a message: {error}")),
     }))
 }

@@ -62,7 +62,7 @@ fn header(analysis: &Analysis, meta: &Meta) -> String {
         "<header>\n<h1>{}</h1>\n<p class=\"quiet\">{}</p>\n<p class=\"quiet\">{rules}</p>\n{}</header>\n",
         escape(&meta.log),
         facts.join("; "),
-        outcome(analysis)
+        if analysis.has_criterion() { outcome(analysis) } else { String::new() }
     )
 }
 

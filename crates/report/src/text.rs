@@ -105,7 +105,9 @@ impl Page<'_> {
         facts.extend((!meta.digest.is_empty()).then(|| format!("digest {}", meta.digest)));
         facts.push(format!("teachtree {VERSION}"));
         lines.extend(wrap(&facts.join("; "), self.style.width, "", "  "));
-        lines.extend(self.outcome());
+        if self.analysis.has_criterion() {
+            lines.extend(self.outcome());
+        }
         lines
     }
 

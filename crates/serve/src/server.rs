@@ -63,7 +63,7 @@ impl Server {
     /// Listens for other machines, which reach this one by a host; `encrypt` encrypts their connections.
     ///
     /// # Errors
-    /// When the port is taken, the host is no address of this machine, or the system gives no random numbers for the token.
+    /// When the port is taken, the host is not an address of this machine, or the system gives no random numbers for the token.
     pub fn encrypted(host: &Host, port: u16, encrypt: Encryptor) -> Result<Self, InputError> {
         let (listener, port) = listen(host.listens_on(), port)?;
         Ok(Self { listener, encrypt: Some(encrypt), policy: AccessPolicy::new(vec![host.origin(port)])? })

@@ -17,7 +17,7 @@ impl Server {
     /// Listens for other machines, which reach this one by a host, and know it by a certificate.
     ///
     /// # Errors
-    /// When the port is taken, the host is no address of this machine, or the system gives no random numbers for the token.
+    /// When the port is taken, the host is not an address of this machine, or the system gives no random numbers for the token.
     pub fn for_others(host: &Host, port: u16, certificate: &Certificate) -> Result<Self, InputError> {
         let config = Arc::clone(certificate.config());
         let encrypt = move |tcp| DuplexStream::with_tls(tcp, Arc::clone(&config));

@@ -63,7 +63,7 @@ impl Analysis {
     /// Expects these tasks of the recording, in order, instead of those that its binding names: `peg_in_hole x 2, turn_screw`.
     ///
     /// # Errors
-    /// [`ErrorKind::Argument`]: a task that the rules do not have, or that is a failure, and what is no list of tasks.
+    /// [`ErrorKind::Argument`]: a text that is not a list of tasks, or a task that the rules lack or that is a failure.
     pub fn expecting(self, tasks: &str) -> Result<Self, Error> {
         self.expecting_at(tasks, "expected tasks".into(), ErrorKind::Argument)
     }

@@ -31,7 +31,7 @@ fn of(facts: &Facts) -> BTreeMap<&str, usize> {
     times
 }
 
-/// Returns the recordings that lack a usual task or have fewer occurrences of it than most. Recordings of which tasks are expected are left out.
+/// Returns the recordings that lack a usual task or have fewer occurrences of it than most. Recordings with an expectation are left out.
 pub(super) fn lacking(recordings: &[&Facts]) -> Vec<(usize, Finding)> {
     let usual = usual(recordings);
     let all = recordings.len();

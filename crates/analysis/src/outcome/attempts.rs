@@ -6,7 +6,7 @@
 use crate::{Subject, TaskSpan, Track, UNKNOWN};
 
 impl TaskSpan {
-    /// Whether it has a name and is no failure.
+    /// Returns whether the task has a name and is not a failure.
     pub fn is_success(&self) -> bool {
         !self.failure && self.task != UNKNOWN
     }

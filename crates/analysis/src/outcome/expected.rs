@@ -31,7 +31,7 @@ impl ExpectedTasks {
     /// Reads `peg_in_hole x 2, turn_screw`.
     ///
     /// # Errors
-    /// What is no name of a task with a number of times.
+    /// An empty name, a name with other characters than letters, digits and `_`, a number that is missing or 0, or more than 100 tasks.
     pub fn parse(text: &str) -> Result<Self, String> {
         let tasks = text.split(',').map(|part| ExpectedTask::parse(part.trim())).collect::<Result<Vec<_>, _>>()?;
         let count = tasks.iter().fold(0_usize, |count, task| count.saturating_add(task.times));

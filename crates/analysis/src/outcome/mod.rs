@@ -1,8 +1,9 @@
 //! The outcome of a recording: whether it is a success, a failure, or unknown, with the reasons.
 //!
-//! - A success has at least one task with a name that is no failure, and each failure was mended: the same object came to the same target in a later task.
-//! - A failure has one that was not mended, or lacks a task that is expected.
-//! - An outcome is unknown where no task has a name, or where the recording lacks what a missing task is detected by.
+//! - A success contains a named task that is not a failure, and each failure was mended: a later task brought the same object to the same target.
+//! - A failure contains a failed task that was not mended, or lacks an expected task.
+//! - The outcome is unknown if the recording has no named task, if the log lacks the quantities that detect a missing task, or if neither the rules nor an
+//!   expectation could show a failure.
 //!
 //! A task that is made of tasks counts instead of its parts.
 
@@ -64,6 +65,8 @@ pub enum ReasonKind {
     NotMeasured,
     /// No task has a name.
     NoTask,
+    /// The rules define no failure, and no task is expected.
+    NoCriterion,
     /// A failure that the recording cannot show.
     UnseenFailure,
 }
@@ -124,13 +127,16 @@ impl Outcome {
         let has = |kind: ReasonKind| reasons.iter().any(|reason| reason.kind == kind);
         let result = if has(ReasonKind::Failed) || has(ReasonKind::Missing) {
             OutcomeKind::Failure
-        } else if has(ReasonKind::NotMeasured) || !has(ReasonKind::Succeeded) {
+        } else if has(ReasonKind::NotMeasured) || !has(ReasonKind::Succeeded) || !found.has_criterion() {
             OutcomeKind::Unknown
         } else {
             OutcomeKind::Success
         };
+        let has_task = has(ReasonKind::Succeeded);
         reasons.retain(|reason| reason.kind.supports(result));
-        reasons.extend((result == OutcomeKind::Unknown && reasons.is_empty()).then(no_task));
+        if result == OutcomeKind::Unknown && reasons.is_empty() {
+            reasons.push(if has_task { no_criterion() } else { no_task() });
+        }
         reasons.extend(unseen_failures(found).filter(|_| result == OutcomeKind::Success));
         let tasks = found.tracks.iter().flat_map(|track| &track.tasks);
         Self {
@@ -163,6 +169,7 @@ impl ReasonKind {
             Self::Missing => "missing",
             Self::NotMeasured => "not_measured",
             Self::NoTask => "no_task",
+            Self::NoCriterion => "no_criterion",
             Self::UnseenFailure => "unseen_failure",
         }
     }
@@ -173,7 +180,7 @@ impl ReasonKind {
             Self::Succeeded | Self::Mended | Self::UnseenFailure => result == OutcomeKind::Success,
             Self::Failed | Self::Missing => result == OutcomeKind::Failure,
             Self::NotMeasured => result != OutcomeKind::Success,
-            Self::NoTask => result == OutcomeKind::Unknown,
+            Self::NoTask | Self::NoCriterion => result == OutcomeKind::Unknown,
         }
     }
 }
@@ -187,6 +194,11 @@ impl OutcomeReason {
 
 fn no_task() -> OutcomeReason {
     OutcomeReason::of_recording(ReasonKind::NoTask, None, "no task has a name".into())
+}
+
+fn no_criterion() -> OutcomeReason {
+    let message = "the rules define no failure, and no task is expected";
+    OutcomeReason::of_recording(ReasonKind::NoCriterion, None, message.into())
 }
 
 /// The failures that the recording cannot show.

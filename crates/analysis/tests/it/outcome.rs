@@ -20,7 +20,7 @@ fn analysis(tasks: &[(&str, &str, &str)]) -> Analysis {
     track.tasks = tasks.iter().enumerate().map(span).collect();
     let mut tracks = vec![track];
     number_attempts(&mut tracks);
-    Analysis { tracks, ..Analysis::default() }
+    Analysis { tracks, has_failures: true, ..Analysis::default() }
 }
 
 fn attempts(analysis: &Analysis) -> Vec<usize> {
@@ -69,6 +69,14 @@ fn a_failure_counts_unless_a_later_attempt_mends_it() {
         mended.outcome().sentence(),
         "success: right stuck peg (hole) 0.000 – 1.000 s failed, and a later attempt succeeded; right insert peg (hole) 1.000 – 2.000 s, attempt 2"
     );
+}
+
+#[test]
+fn nothing_is_a_success_that_could_not_be_a_failure() {
+    let mut analysis = Analysis { has_failures: false, ..analysis(&[("place", "cube", "")]) };
+    assert_eq!((analysis.outcome().result, kinds(&analysis)), (OutcomeKind::Unknown, vec![ReasonKind::NoCriterion]));
+    analysis.expected = ExpectedTasks::parse("place").unwrap();
+    assert_eq!(analysis.outcome().result, OutcomeKind::Success);
 }
 
 #[test]

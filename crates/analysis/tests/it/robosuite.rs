@@ -40,7 +40,7 @@ fn tasks(log: &str, binding: &str) -> Vec<(String, Vec<(String, f64)>)> {
 #[test]
 fn each_nut_is_a_peg_in_hole() {
     let tasks = tasks("SawyerNutAssembly_demo_1", "sawyer_nut_assembly");
-    // Both fingers on, off the table, 2 mm below the rim, fingers off, as the contact events tell; the touch at 9.85 s is no grasp.
+    // Both fingers on, off the table, 2 mm below the rim, fingers off, from the contact events; the touch at 9.85 s is not a grasp.
     let gold = [[13.05, 13.37, 17.87, 18.93], [29.10, 29.22, 36.45, 36.97]];
     assert_eq!(tasks.len(), gold.len());
     for ((name, segments), gold) in tasks.iter().zip(gold) {

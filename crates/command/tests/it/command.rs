@@ -100,7 +100,7 @@ fn a_brush_is_part_of_the_way() {
     let commands = commanded("push_together", 11);
     let task = commands.tasks.iter().find(|task| task.track == Side::Right).unwrap();
     let pushes = task.segments.iter().filter(|segment| segment.primitive == "Push").count();
-    assert_eq!((pushes, task.left_out.len()), (1, 0), "the brush is no push of its own");
+    assert_eq!((pushes, task.left_out.len()), (1, 0), "the brush is not a push");
     let touch = task.segments.iter().position(|segment| segment.touching).unwrap();
     let (way, touch) = (&task.segments[touch - 1], &task.segments[touch]);
     assert_eq!((way.primitive.as_str(), touch.primitive.as_str()), ("Approach", "Push"));
@@ -120,7 +120,7 @@ fn what_is_pushed_along_a_wall_leans_against_it() {
     }
 }
 
-/// This hand stays about for six seconds after it has let go: a finger that held as long as the others takes part all the same.
+/// This hand stays near the object for six seconds after its release. A finger that held as long as the others still takes part.
 #[test]
 fn a_hand_that_lingers_has_held_with_all_of_its_fingers() {
     let commands = commanded("independent", 21);
@@ -149,8 +149,8 @@ fn a_hole_of_another_object_is_gone_into_along_its_axis() {
     }
 }
 
-/// Both hands hold what they put together, and this person feels for the pole for two seconds, an Insert and a Fit by turns: the ring goes down over the axis of the
-/// pole all the same, wherever the other hand has that by then, and waits for no one.
+/// Both hands hold what they put together, and this operator searches for the pole for two seconds, with Insert and Fit in turn. The ring still goes down
+/// along the axis of the pole, wherever the other hand holds the pole, and without a wait.
 #[test]
 fn what_both_hands_hold_is_put_together_along_the_axis() {
     let commands = commanded("ring_and_pole", 2);

@@ -55,7 +55,7 @@ fn ask_fingers(quantity: &str, shape: Shape, dimension: Dimension) -> ChannelSpe
     }
 }
 
-/// A component of a channel of the right hand, or of nobody.
+/// A component of a channel of the right hand, or of the recording.
 fn column<'f>(frames: &'f Frames, name: &str, slot: u32, component: u32) -> &'f [f64] {
     let channel = frames.channel(name).unwrap();
     let side = frames.channels[channel as usize].per_hand.then_some(Side::Right);

@@ -22,7 +22,7 @@ impl AbstractValue {
         if value { Self::TRUE } else { Self::FALSE }
     }
 
-    /// Whether a condition holds, where that is known.
+    /// Returns the value of a condition, or `None` if it depends on the log.
     pub fn truth(self) -> Option<bool> {
         match self {
             Self::Constant(value) => Some(value > 0.5),

@@ -301,7 +301,7 @@ fn a_knock_does_not_set_the_scale_and_is_reported() {
     assert!((highest - 61.5).abs() < 0.01, "{highest}");
     assert_eq!(beyond(&drawing), 1);
     assert!(drawing.contains(">61.5</text>"), "{drawing}");
-    // What comes again and again, or is not much more than the rest, is no knock.
+    // A repeated or small peak is not a knock.
     let often: Vec<(Range<usize>, f64)> = (0..40).map(|at| (100 * at..100 * at + 2, 61.5)).collect();
     assert!(knocked(&often).0["scale"].is_null());
     assert!(knocked(&[(3000..3002, 1.5)]).0["scale"].is_null());

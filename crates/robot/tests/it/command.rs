@@ -79,7 +79,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     check(&far, &["grasp 1 has a contact of thumb", "-1000", "at most 10 m"]);
     let still = || Value::from(vec![0.0; 7]);
     check(&|task| task["grasps"][0]["mapped"]["opens"] = 0.5.into(), &["`opens` at 500 mm", "expected 0 to 100 mm"]);
-    // Nobody waits with an object in the hand.
+    // A hand does not wait while it holds an object.
     check(&|task| task["segments"][3]["precedence"] = "first".into(), &["segment 4 (Translate)", "`precedence`"]);
     check(&|task| task["grasps"][0]["mapped"]["object_from_palm"] = still(), &["`object_from_palm`", "length 0.000"]);
 }

@@ -22,7 +22,7 @@ pub fn add(log: &mut Recording, column: &str, row: usize, value: f64) {
     log.columns[column].values[row] += value;
 }
 
-/// Every so many rows of a recording.
+/// Every n-th row of a recording.
 pub fn slower(log: &mut Recording, every: usize) {
     log.time = log.time.iter().copied().step_by(every).collect();
     log.columns.values_mut().for_each(|column| column.values = column.values.iter().copied().step_by(every).collect());

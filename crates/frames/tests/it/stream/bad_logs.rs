@@ -15,7 +15,7 @@ fn fixture(name: &str) -> PathBuf {
     Path::new(crate::ROOT).join("tests/fixtures").join(name)
 }
 
-/// What a user would be told about a log in the folder of the project, and what is left of it.
+/// Returns the messages about a log in the folder of the project, and the rest of the log.
 fn report(request: &OpenRequest) -> String {
     let channels = [
         ask_fingers("force", Shape::Vec3, Dimension::FORCE),

@@ -51,11 +51,11 @@ fn what_may_be_is_no_jump() {
             log.columns["box.position.z"].values[1900..].iter_mut().for_each(|value| *value += 0.3);
         }),
         ("a blow", &blow),
-        ("a blow of which two samples are left", &|log| {
+        ("a blow that kept two samples", &|log| {
             blow(log);
             slower(log, 2);
         }),
-        ("a blow of which one sample is left", &|log| {
+        ("a blow that kept one sample", &|log| {
             blow(log);
             log.columns.values_mut().for_each(|column| column.values.rotate_left(2));
             slower(log, 10);
@@ -92,7 +92,7 @@ fn what_may_be_is_no_jump() {
     }
 }
 
-/// Rows are looked at many together where nothing happens; where a jump lies among them makes no difference.
+/// Quiet rows are checked in blocks. The place of a spike within a block makes no difference.
 #[test]
 fn a_jump_is_found_wherever_it_is() {
     let folder = tempfile::tempdir().unwrap();

@@ -51,8 +51,8 @@ fn force(recording: &Recording, row: usize) -> Vector3<f64> {
 fn weight_and_bias_are_learned_from_a_tool_that_turns() {
     let folder = tempfile::tempdir().unwrap();
     let opened = wrist(0.6, folder.path());
-    let told: Vec<String> = opened.issues.iter().map(|issue| issue.message.clone()).collect();
-    assert_eq!(told, ["a tool of 430 g and a bias of 4.328 N are learned and subtracted"]);
+    let messages: Vec<String> = opened.issues.iter().map(|issue| issue.message.clone()).collect();
+    assert_eq!(messages, ["a tool of 430 g and a bias of 4.328 N are learned and subtracted"]);
     for row in (0..1000).step_by(50) {
         let pushed = if (400..700).contains(&row) { Vector3::new(3.0, 0.0, -12.0) } else { Vector3::zeros() };
         let found = force(&opened.recording, row);
@@ -75,11 +75,11 @@ fn a_tool_that_works_for_long_is_weighed_while_it_turns() {
 }
 
 #[test]
-fn a_force_of_the_other_sign_is_weighed_and_told() {
+fn a_force_of_the_other_sign_is_weighed_and_reported() {
     let folder = tempfile::tempdir().unwrap();
     let opened = wrist_that_works(0.6, 0.0, -1.0, folder.path());
-    let told: Vec<String> = opened.issues.iter().map(|issue| issue.message.clone()).collect();
-    assert!(told.len() == 1 && told[0].contains("opposite sign: bind it with a minus"), "{told:?}");
+    let messages: Vec<String> = opened.issues.iter().map(|issue| issue.message.clone()).collect();
+    assert!(messages.len() == 1 && messages[0].contains("opposite sign: bind it with a minus"), "{messages:?}");
     assert!((force(&opened.recording, 500) - Vector3::new(-3.0, 0.0, 12.0)).norm() < 0.08);
 }
 

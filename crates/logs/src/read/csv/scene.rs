@@ -60,7 +60,7 @@ pub fn parse_scene(text: &str, name: &str) -> Result<Scene, InputError> {
 
 /// No body begins farther away, m.
 const FARTHEST_M: f64 = 1e3;
-/// The most bodies: all pairs of them are looked at.
+/// Maximum number of bodies, since all pairs of them are compared.
 const MAX_BODIES: usize = 256;
 /// The most parts of a body.
 const MAX_PARTS: usize = 256;

@@ -1,9 +1,9 @@
 //! Delimited text: comma, semicolon or tab separated values, and tables whose columns are set apart by blanks.
 //!
-//! The first line decides which. A first line of numbers only is no header: the columns are then called `1`, `2`, … A header may stand in
+//! The first line decides which. If the first line has only numbers, the columns are called `1`, `2`, … A header may stand in
 //! a comment line (`#` or `%`) above the numbers. Lines about the recording may stand before the header, and units below it. Rows are counted as
 //! lines of the file, from 1. A row that repeats the stamp before it is dropped, a last row that was cut short is dropped, both are reported;
-//! time that runs backwards and a cell that is no number end the reading with their place.
+//! time that runs backwards and a cell that is not a number are errors with a place.
 
 mod blanks;
 mod blocks;
@@ -34,7 +34,7 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 /// Reads the head of a delimited text.
 ///
 /// # Errors
-/// When the file cannot be read, is empty, or has a header that is no text.
+/// When the file cannot be read, is empty, or has a header that is not text.
 pub fn source(mut bytes: Box<dyn Read + Send>, file: impl Into<String>) -> Result<Source, InputError> {
     let file = file.into();
     let mut head = vec![];

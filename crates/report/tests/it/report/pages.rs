@@ -105,7 +105,7 @@ pub fn meta() -> Meta {
     }
 }
 
-/// The page of a recording of which nothing is known but its frames.
+/// The page of a recording that has only frames.
 pub fn html(analysis: &Analysis, frames: &Frames, leaves: &[Leaves], meta: &Meta) -> String {
     let rules = Rules { channels: frames.channels.clone(), ..chapter() };
     let analyzed = explain::AnalyzedRecording { rules: &rules, frames, leaves, analysis };

@@ -57,7 +57,7 @@ proptest! {
         prop_assert!(one.gap(&moved) < 0.0, "{} m, then {} m", gap, one.gap(&moved));
     }
 
-    /// A bound leaves out the gaps that are no less, and changes none of the others.
+    /// A bound omits the gaps that are not below it, and does not change the others.
     #[test]
     fn a_bound_changes_no_gap_below_it(
         at in prop::array::uniform3(-0.4..0.4_f64), turn in prop::array::uniform3(-2.0..2.0_f64),

@@ -9,7 +9,7 @@ use teachtree_robot::planning::time_scale::Pause;
 use teachtree_world as world;
 
 proptest! {
-    /// Every place of the disc comes as near as half the pitch, in steps that are no longer than asked for.
+    /// Every place of the disc comes as near as half the pitch, in steps of at most the requested length.
     #[test]
     fn a_spiral_covers_its_disc(pitch in 0.1e-3..1.0e-3, within in 1e-3..5e-3, far in 0.0..1.0_f64, angle in 0.0..std::f64::consts::TAU) {
         let within: f64 = within;

@@ -80,7 +80,7 @@ fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
     let deep: Vec<_> = done.collisions.iter().filter(|it| it.with == "left_wall" && it.depth_m > 2e-3).collect();
     assert!(deep.is_empty(), "{deep:?}");
 
-    // Where the hands go through each other all the same, that is said before the robot does it.
+    // A collision of the hands that is left is reported before the robot moves.
     let [crossing] = &crossings[..] else { panic!("{crossings:?}") };
     let depth_m = done.nearest.unwrap().depth_m();
     assert_eq!(crossing.tasks, [0, 1]);

@@ -21,7 +21,7 @@ pub fn tips(middle: Vector3<f64>, open: f64) -> HandInput {
     HandInput::Tips { tips: vec![tip(0.0, -open), tip(-0.014, open), tip(0.014, open)], palm: None }
 }
 
-/// Sends the fingertips along a way in so many seconds, a message every `every` steps.
+/// Sends the fingertips along a path in the given time (s), with a message every `every` steps.
 pub fn track(work: &mut TeleopWorld, every: usize, seconds: f64, from: (Vector3<f64>, f64), to: (Vector3<f64>, f64)) {
     let steps = (seconds * 1000.0) as usize;
     for step in 0..steps {

@@ -132,8 +132,8 @@ fn archives_and_files_that_are_no_arrays_are_refused() {
     insta::assert_snapshot!(logs.map(refused).join("\n"));
 }
 
-/// Reads everything in a damaged file, or in a folder of which one file is damaged, that can be read; at most so many bytes are allocated at a time:
-/// 4 times what docs/logs.md says that a file may become, 1100 bytes a byte and 16 MiB.
+/// Reads everything that can be read in a damaged file, or in a folder with one damaged file. The largest allocation that is accepted is
+/// 4 times the limit in docs/logs.md, 1100 bytes a byte and 16 MiB.
 pub fn damaged(path: &Path) {
     let size = formats::files_of(path)
         .map_or(0, |files| files.iter().map(|file| file.metadata().map_or(0, |it| it.len())).sum::<u64>());

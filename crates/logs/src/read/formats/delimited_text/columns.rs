@@ -13,7 +13,7 @@ pub(super) struct ColumnReader {
     dialect: Dialect,
     /// What to read of each column of the header.
     pub wants: Vec<ColumnRequest>,
-    /// Number of columns up to the last one of which something is wanted.
+    /// Number of columns up to the last requested one.
     wanted: usize,
     /// The rate of the rows, if no column has the time.
     pub rate_hz: Option<f64>,

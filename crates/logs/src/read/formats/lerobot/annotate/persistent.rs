@@ -1,4 +1,4 @@
-//! Labels as LeRobot 3.0 has them: rows of the column `language_persistent`, each of which holds from its time on.
+//! Labels as LeRobot 3.0 has them: rows of the column `language_persistent`, each holds from its time on.
 
 use super::super::super::parquet::language::{COLUMN, Episodes, Row};
 use super::{AnnotationTarget, Changes, FrameColumn, ROLE, Request, RequiredVersion, Storage, timeline};
