@@ -142,8 +142,9 @@ impl Analysis {
     /// The result, the attempts, what is expected and whether it is there, the sentence, and the reasons: kind, track, task, start, end, message.
     #[getter]
     fn outcome(&self) -> OutcomeParts {
-        let Outcome { result, attempts, expected, is_as_expected, reasons } = self.0.outcome();
-        let sentence = self.0.outcome().sentence();
+        let outcome = self.0.outcome();
+        let sentence = outcome.sentence();
+        let Outcome { result, attempts, expected, is_as_expected, reasons } = outcome;
         let reason = |reason: OutcomeReason| {
             let (start_s, end_s) = reason.span_s.map(|[start, end]| (start, end)).unzip();
             let track = reason.track.map(|track| track.to_string());

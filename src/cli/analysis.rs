@@ -1,15 +1,16 @@
 //! How commands analyze recordings: the rules, and how logs are read.
 
-use super::output;
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
+use super::{Failure, output};
 use std::path::{Path, PathBuf};
+use teachtree_analysis::outcome::ExpectedTasks;
 use teachtree_base::error::InputError;
 use teachtree_frames::bind::BindingFile;
 use teachtree_frames::hand_file_of;
 use teachtree_language::{self as language, Request};
 use teachtree_session::files::{RecordingFile, recordings};
-use teachtree_session::{Analysis, Error, ErrorInternals, Log};
+use teachtree_session::{Analysis, Error, ErrorInternals, Log, RulesInternals};
 
 /// Options of commands that analyze recordings.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -32,11 +33,29 @@ pub struct EachArg {
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct ExpectArg {
     /// The tasks that each recording should contain, in order, instead of `expect` of the binding: `peg_in_hole x 2, turn_screw`
-    #[arg(long, value_name = "TASKS")]
+    #[arg(long, value_name = "TASKS", value_parser = expected_tasks)]
     pub expect: Option<String>,
 }
 
+/// Checks the form of an expectation.
+fn expected_tasks(text: &str) -> Result<String, String> {
+    ExpectedTasks::parse(text).map(|_| text.to_string())
+}
+
 impl ExpectArg {
+    /// Analyzes a log, which is expected to contain these tasks. Their names are checked before the rules run.
+    ///
+    /// # Errors
+    /// A task that the rules do not have, or that is a failure; errors of the rules and of the log.
+    pub fn analyze(&self, args: &AnalysisArgs, log: &Log) -> Result<Analysis, Failure> {
+        let rules = args.rules.load(log)?;
+        if let Some(tasks) = &self.expect {
+            let checked = ExpectedTasks::parse(tasks).and_then(|expected| expected.check(rules.set()));
+            checked.map_err(|message| InputError::new("--expect", message))?;
+        }
+        Ok(self.of(rules.analyze(log)?)?)
+    }
+
     /// Expects these tasks of an analyzed recording.
     ///
     /// # Errors

@@ -148,15 +148,14 @@ pub struct Output<'a> {
 pub fn one<'a>(args: &'a Args, log: &Path, alone: bool) -> Result<Output<'a>, Failure> {
     let is_printed = args.out.file.is_none() && args.out_dir.is_none();
     let analysis = if log == Path::new("-") && args.form.format == Format::Text && is_printed {
-        live(args)?
+        args.expect.of(live(args)?)?
     } else {
         let log = args.analysis.source.open(log).map_err(|error| in_parts(args, log, error))?;
         if args.sinks.needs_log() {
             log.read()?;
         }
-        args.analysis.analyze(&log)?
+        args.expect.analyze(&args.analysis, &log)?
     };
-    let analysis = args.expect.of(analysis)?;
     let is_as_expected = args.expect.expect.is_none() || analysis.outcome().is_as_expected == Some(true);
     let analysis = if args.confidence { analysis.with_confidence()? } else { analysis };
     let text = (args.form.format.writer().text)(&analysis, Usage { alone, is_printed })?;

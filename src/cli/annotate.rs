@@ -77,7 +77,7 @@ impl Args {
 
     /// Analyzes a recording, which is expected to contain what `--expect` names.
     fn analyzed(&self, log: &Log) -> Result<Analysis, Failure> {
-        Ok(self.expect.of(self.analysis.analyze(log)?)?)
+        self.expect.analyze(&self.analysis, log)
     }
 
     /// Whether a recording is left out because it is a failure.

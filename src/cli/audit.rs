@@ -117,7 +117,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let LogResults { done, failed } = args.many.each_log("auditing", &logs, |log| {
         // Both the rules and the rests need it in memory.
         let opened = args.analysis.read(log)?;
-        let analysis = args.expect.of(args.analysis.analyze(&opened)?)?;
+        let analysis = args.expect.analyze(&args.analysis, &opened)?;
         let carries = analysis.carries()?;
         let can_carry = |who: TrackId| carries.contains(&who);
         let facts = Facts::new(analysis.found(), &opened.opened()?.recording, args.rest, &can_carry);

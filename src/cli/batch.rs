@@ -45,10 +45,14 @@ struct ManifestEntry {
 /// The schema of a line.
 const SCHEMA: &str = "teachtree.manifest/1";
 
-/// What became of a recording.
-enum Outcome {
-    /// Its issues, and whether it contains what `--expect` names.
-    Written(BTreeMap<IssueKind, usize>, bool),
+/// The result of a recording.
+enum BatchResult {
+    Written {
+        /// The kinds of its issues, each with their number.
+        kinds: BTreeMap<IssueKind, usize>,
+        /// Whether it contains the tasks of `--expect`.
+        is_as_expected: bool,
+    },
     Unchanged,
 }
 
@@ -71,7 +75,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
             && args.resume
             && list.has(&name, made_of, out)
         {
-            return Ok(Outcome::Unchanged);
+            return Ok(BatchResult::Unchanged);
         }
         let Output { text, kinds, is_as_expected, .. } = one(args, &found.log, true)?;
         out.parent().map_or(Ok(()), output::make_folder)?;
@@ -82,15 +86,15 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
             let log = found.log.display().to_string();
             list.add(ManifestEntry { schema: SCHEMA.into(), log, out: name, made_of, digest: digest.finish() })?;
         }
-        Ok::<_, Failure>(Outcome::Written(kinds, is_as_expected))
+        Ok::<_, Failure>(BatchResult::Written { kinds, is_as_expected })
     })?;
     list.finish()?;
     let (mut written, mut unchanged, mut issues, mut failures) = (0, 0, Issues::default(), Vec::new());
     let mut is_as_expected = true;
     for ((found, _), result) in items.iter().zip(results) {
         match result {
-            Ok(Outcome::Unchanged) => unchanged += 1,
-            Ok(Outcome::Written(kinds, it)) => {
+            Ok(BatchResult::Unchanged) => unchanged += 1,
+            Ok(BatchResult::Written { kinds, is_as_expected: it }) => {
                 written += 1;
                 is_as_expected &= it;
                 issues.add(&found.log, &kinds);

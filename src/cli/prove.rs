@@ -214,7 +214,7 @@ fn write_log_differences(one: &Analysis, other: &Analysis, printed: &mut String)
     }
     let outcomes = [one.outcome(), other.outcome()];
     if let [ours, theirs] = &outcomes
-        && (ours.result, ours.attempts) != (theirs.result, theirs.attempts)
+        && ours.result != theirs.result
     {
         let _ = writeln!(printed, "  outcome {} becomes {}", ours.result, theirs.sentence());
     }

@@ -76,6 +76,7 @@ fn two_hundred_bodies_change_nothing() {
 #[test]
 fn ten_kilohertz_are_read() {
     let (mut plain, scene) = push(1);
+    // A push counts that lasts 350 ms before the rows end.
     plain.rows = plain.rows[1100..2100].to_vec();
     let mut fast = plain.clone();
     let is_flag: Vec<bool> = fast.titles.iter().map(|title| title.ends_with(".contact")).collect();

@@ -59,6 +59,31 @@ fn recordings_that_are_failures_get_no_signals() {
     assert_eq!(said(&all), said(&annotate(folder.path(), "other.hdf5", &[])).replace("other.hdf5", "new.hdf5"));
 }
 
+/// The file has two recordings. By these rules the one whose approach takes longer is a failure.
+#[test]
+fn a_failure_among_successes_gets_no_signals_and_loses_old_ones() {
+    let folder = with_signals("signals: {grasp: start of Grasp of cube}");
+    let rules = "use \"contact.rules\"\ntask hesitated = Move .. Release with Approach lasting 4 s  is failure  before pick_and_place\n";
+    std::fs::write(folder.path().join("slow.rules"), rules).unwrap();
+    let names = |file: &str| {
+        let file = hdf5_pure::File::open(folder.path().join(file)).unwrap();
+        let has = |name: &str| file.dataset(&format!("data/{name}/datagen_info/subtask_term_signals/grasp")).is_ok();
+        let mask = file.dataset("mask/teachtree_ok").unwrap().read_string().unwrap();
+        (mask, [has("demo_1"), has("demo_3")])
+    };
+    let all = annotate(folder.path(), "all.hdf5", &[]);
+    assert!(all.status.success(), "{}", all_said(&all));
+    assert_eq!(names("all.hdf5"), (vec!["demo_1".to_string(), "demo_3".into()], [true, true]));
+    let some = annotate(folder.path(), "some.hdf5", &["--rules", "slow.rules"]);
+    assert!(all_said(&some).contains("left out as failures: demo_1; `--failures write`"), "{}", all_said(&some));
+    assert_eq!(names("some.hdf5"), (vec!["demo_3".to_string()], [false, true]));
+    let args =
+        ["annotate", "all.hdf5", "-o", "again.hdf5", "--binding", "b.yaml", "--rules", "slow.rules", "--replace"];
+    let again = teachtree_in(folder.path(), &args);
+    assert!(again.status.success(), "{}", all_said(&again));
+    assert_eq!(names("again.hdf5"), names("some.hdf5"));
+}
+
 #[test]
 fn faulty_signals_of_a_binding_are_refused_at_their_line() {
     let mut messages = vec![];

@@ -145,3 +145,35 @@ fn an_audit_of_as_many_failures_as_successes_says_which_are_good() {
     assert_eq!([&found["good"], &found["counts"]["failure"], &found["counts"]["lacks_task"]], [0, 3, 6]);
     assert_eq!(found["failures"], serde_json::json!({ "knocked_over": 3 }));
 }
+
+/// In three recordings a block is carried, which these rules call a failure, and then slid, which mends it; in two, a can is only slid.
+#[test]
+fn a_failure_that_most_recordings_mended_is_no_usual_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let rules = "use \"contact.rules\"\ntask carried = Move .. Release with Translate or Place  is failure  before pick_and_place\n";
+    std::fs::write(folder.path().join("carried.rules"), rules).unwrap();
+    for (scene, seeds) in [("several_tasks", "1..3"), ("slide", "1..2")] {
+        let (status, text) = run(folder.path(), &["teach", scene, scene, "--seeds", seeds, "-o", "set"]);
+        assert_eq!(status, 0, "{text}");
+    }
+    let (_, text) = run(folder.path(), &["audit", "set", "--rules", "carried.rules"]);
+    assert!(text.contains("carried in 3 of 5") && !text.contains("failures:"), "{text}");
+    assert!(text.contains("lacks push") && !text.contains("lacks carried"), "{text}");
+}
+
+/// This log has no contacts, which the rules need for a press.
+#[test]
+fn a_task_of_tasks_that_cannot_be_shown_is_unknown() {
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos");
+    let folder = tempfile::tempdir().unwrap();
+    let rules = "use \"contact.rules\"\ntask pressed_twice = pick_and_press, pick_and_press\n";
+    std::fs::write(folder.path().join("twice.rules"), rules).unwrap();
+    let log = demos.join("dfki_hand/recording_excerpt.tsv");
+    let binding = demos.join("bindings/dfki_hand.binding.yaml");
+    for expect in ["pick_and_press", "pressed_twice"] {
+        let args = ["analyze", log.to_str().unwrap(), "--binding", binding.to_str().unwrap(), "--rules", "twice.rules"];
+        let (status, text) = run(folder.path(), &[&args[..], &["--expect", expect]].concat());
+        assert_eq!(status, 1);
+        assert!(text.contains(&format!("outcome unknown: expected {expect}, found none, which the log")), "{text}");
+    }
+}

@@ -52,17 +52,19 @@ pub fn tracks(graph: &Graph, frames: &Frames) -> Vec<TrackObservability> {
 /// constant may be so because nothing happened.
 fn tracks_of_columns(graph: &Graph, frames: &Frames, columns: &[&str]) -> Vec<TrackObservability> {
     let mut silent = silent(frames);
-    silent.retain(|(index, _), (_, value)| {
+    silent.retain(|(index, side), (_, value)| {
         let channel = frames.channels.get(*index as usize);
-        *value == AbstractValue::Empty || channel.is_some_and(|channel| lacks_columns(channel, columns))
+        *value == AbstractValue::Empty || channel.is_some_and(|channel| lacks_columns(channel, *side, columns))
     });
     tracks_with(graph, frames, &silent)
 }
 
-/// Whether none of these columns is named as the quantity of a channel that is read from a log.
-fn lacks_columns(channel: &ChannelSpec, columns: &[&str]) -> bool {
+/// Whether none of these columns has the quantity of a channel that is read from a log, of the same hand.
+fn lacks_columns(channel: &ChannelSpec, side: Option<Side>, columns: &[&str]) -> bool {
     let quantity = channel.name.rsplit('.').next().unwrap_or_default();
-    channel.absent != Fallback::Derived && !columns.iter().any(|column| column.split('.').any(|part| part == quantity))
+    let has = |column: &str, name: &str| column.split('.').any(|part| part == name);
+    let measures = |column: &&str| has(column, quantity) && side.is_none_or(|side| has(column, side.name()));
+    channel.absent != Fallback::Derived && !columns.iter().any(measures)
 }
 
 fn tracks_with(graph: &Graph, frames: &Frames, silent: &SilentChannels) -> Vec<TrackObservability> {

@@ -44,14 +44,13 @@ pub fn compare(recordings: &mut [Facts]) -> Vec<String> {
 
 /// How recordings differ from the others, by their places, and what is usual.
 fn differences(recordings: &[&Facts]) -> (Vec<(usize, Finding)>, Option<String>) {
-    let has_several =
-        |facts: &&Facts| facts.tasks.iter().any(|step| Some(&step.name) != facts.tasks.first().map(|it| &it.name));
-    let by_task = recordings.iter().any(has_several);
-    let steps = |facts: &&Facts| -> Vec<String> {
-        let steps = if by_task { &facts.tasks } else { &facts.primitives };
-        steps.iter().map(|step| step.name.clone()).collect()
-    };
-    let sequences: Vec<Vec<String>> = recordings.iter().map(steps).collect();
+    let tasks = |facts: &&Facts| -> Vec<String> { facts.compared_tasks().map(|step| step.name.clone()).collect() };
+    let primitives =
+        |facts: &&Facts| -> Vec<String> { facts.primitives.iter().map(|step| step.name.clone()).collect() };
+    let mut sequences: Vec<Vec<String>> = recordings.iter().map(tasks).collect();
+    if !sequences.iter().any(|tasks| tasks.iter().any(|task| Some(task) != tasks.first())) {
+        sequences = recordings.iter().map(primitives).collect();
+    }
     let mut findings = usual_tasks::lacking(recordings);
     findings.extend(order(&sequences));
     let (rare, sentence) = rare(&sequences, &findings);
@@ -62,12 +61,21 @@ fn differences(recordings: &[&Facts]) -> (Vec<(usize, Finding)>, Option<String>)
 
 /// The checks that were left out because recordings do not show what they are about, in words.
 pub fn unchecked(recordings: &[Facts]) -> Vec<String> {
-    let count = recordings.iter().filter(|facts| facts.has_unjudged_grasps).count();
+    let count = |is: fn(&Facts) -> bool| recordings.iter().filter(|facts| is(facts)).count();
     let all = recordings.len();
-    let sentence = format!(
-        "failed grasps in {count} of {all} recordings: they have no poses of the objects, and the rules cannot detect in them that an object is carried"
-    );
-    if count > 0 { vec![sentence] } else { vec![] }
+    let mut sentences = Vec::new();
+    let grasps = count(|facts| facts.has_unjudged_grasps);
+    if grasps > 0 {
+        sentences.push(format!(
+            "failed grasps in {grasps} of {all} recordings: they have no poses of the objects, and the rules cannot detect in them that an object is carried"
+        ));
+    }
+    let unmeasured = count(|facts| facts.has_unmeasured);
+    if unmeasured > 0 {
+        sentences
+            .push(format!("expected tasks in {unmeasured} of {all} recordings: the logs lack what shows these tasks"));
+    }
+    sentences
 }
 
 /// Recordings that begin or end in the middle of something, unless more than half of all do so: then that is how they are made.
@@ -197,7 +205,7 @@ fn difference(sequence: &[String], usual: &[String]) -> String {
 fn durations(recordings: &[&Facts]) -> Vec<(usize, Finding)> {
     let mut values: BTreeMap<&str, Vec<(usize, &Step)>> = BTreeMap::new();
     for (at, facts) in recordings.iter().enumerate() {
-        for step in &facts.tasks {
+        for step in facts.compared_tasks() {
             values.entry(&step.name).or_default().push((at, step));
         }
     }

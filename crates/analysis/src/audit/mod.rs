@@ -13,6 +13,7 @@ pub use compare::{compare, unchecked};
 pub use failures::counts as failure_counts;
 pub use usual_tasks::counts as task_counts;
 
+use super::outcome::ReasonKind;
 use super::{Analysis, Segment, TaskSpan, Track, TrackId, UNKNOWN};
 use motion::Motion;
 use serde::Serialize;
@@ -97,6 +98,8 @@ struct Step {
     what: String,
     /// The name with its object.
     name: String,
+    /// It is a failed task. A later attempt may have mended it, but other recordings need not have it.
+    failure: bool,
     start_s: f64,
     duration_s: f64,
 }
@@ -135,6 +138,8 @@ pub struct Facts {
     failures: Vec<String>,
     /// Whether tasks are expected of it: then the tasks that most recordings have do not matter.
     has_expectation: bool,
+    /// Whether an expected task is missing that the recording cannot show.
+    has_unmeasured: bool,
 }
 
 impl Facts {
@@ -165,10 +170,12 @@ impl Facts {
         let step = |what: &str, suffix: String, start_s: f64, end_s: f64| Step {
             what: what.into(),
             name: format!("{what}{suffix}"),
+            failure: false,
             start_s,
             duration_s: end_s - start_s,
         };
-        let task = |it: &TaskSpan| step(&it.task, it.subject.suffix(), it.start_s, it.end_s);
+        let task =
+            |it: &TaskSpan| Step { failure: it.failure, ..step(&it.task, it.subject.suffix(), it.start_s, it.end_s) };
         let primitive = |it: &Segment| step(&it.primitive, it.subject.suffix(), it.start_s, it.end_s);
         Self {
             start_s: found.start_s,
@@ -181,12 +188,18 @@ impl Facts {
             has_unjudged_grasps,
             failures: failures::tasks(&outcome),
             has_expectation: outcome.expected.is_some(),
+            has_unmeasured: outcome.reasons.iter().any(|reason| reason.kind == ReasonKind::NotMeasured),
         }
     }
 
     /// How long it is, s.
     pub fn duration_s(&self) -> f64 {
         self.end_s - self.start_s
+    }
+
+    /// The tasks by which recordings are compared, in order: those that are not failures.
+    fn compared_tasks(&self) -> impl Iterator<Item = &Step> {
+        self.tasks.iter().filter(|step| !step.failure)
     }
 
     /// Its tasks with their objects, in order.

@@ -1,7 +1,7 @@
 //! Finds the tasks that most recordings of a set have, and the recordings that lack one of them. Tasks are compared by name, since recordings may
 //! handle different objects.
 
-use super::{FEWEST_HALVES, Facts, Finding, FindingKind, ORDERED, finding};
+use super::{FEWEST_HALVES, Facts, Finding, FindingKind, ORDERED, Step, finding};
 use crate::UNKNOWN;
 use std::collections::BTreeMap;
 
@@ -16,16 +16,16 @@ struct UsualTask {
 /// Returns the number of recordings that have each task.
 pub fn counts(recordings: &[Facts]) -> BTreeMap<String, usize> {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
-    for task in recordings.iter().flat_map(|facts| of(facts).into_keys()) {
+    for task in recordings.iter().flat_map(|facts| times(facts.tasks.iter()).into_keys()) {
         *counts.entry(task.into()).or_default() += 1;
     }
     counts
 }
 
-/// Returns the number of occurrences of each task in a recording.
-fn of(facts: &Facts) -> BTreeMap<&str, usize> {
+/// Returns the number of occurrences of each task.
+fn times<'a>(steps: impl Iterator<Item = &'a Step>) -> BTreeMap<&'a str, usize> {
     let mut times: BTreeMap<&str, usize> = BTreeMap::new();
-    for step in &facts.tasks {
+    for step in steps {
         *times.entry(&step.what).or_default() += 1;
     }
     times
@@ -39,7 +39,7 @@ pub(super) fn lacking(recordings: &[&Facts]) -> Vec<(usize, Finding)> {
         if facts.has_expectation {
             return None;
         }
-        let has = of(facts);
+        let has = times(facts.compared_tasks());
         let times = |task: &str| has.get(task).copied().unwrap_or_default();
         let lacks: Vec<(&str, &UsualTask)> = usual
             .iter()
@@ -81,7 +81,7 @@ fn usual<'a>(recordings: &[&'a Facts]) -> BTreeMap<&'a str, UsualTask> {
         return BTreeMap::new();
     }
     let mut by_task: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (task, times) in recordings.iter().flat_map(|facts| of(facts)) {
+    for (task, times) in recordings.iter().flat_map(|facts| times(facts.compared_tasks())) {
         by_task.entry(task).or_default().push(times);
     }
     let usual = |times: Vec<usize>| {

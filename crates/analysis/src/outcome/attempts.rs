@@ -33,9 +33,12 @@ pub fn number(tracks: &mut [Track]) {
 
 /// The attempt of a task behind these. The last one that it repeats, or that has its object and target, decides.
 fn attempt(task: &TaskSpan, before: &[TaskSpan]) -> usize {
-    let last = before
-        .iter()
-        .rev()
-        .find(|other| other.task != UNKNOWN && repeats(&other.subject, &task.subject, task.is_success()));
+    // A success without a target is elsewhere than a task with one.
+    let is_elsewhere =
+        |other: &TaskSpan| other.is_success() && other.subject.partner.is_none() && task.subject.partner.is_some();
+    let is_same = |other: &&TaskSpan| {
+        other.task != UNKNOWN && !is_elsewhere(other) && repeats(&other.subject, &task.subject, task.is_success())
+    };
+    let last = before.iter().rev().find(is_same);
     last.filter(|last| last.failure).map_or(1, |last| last.attempt + 1)
 }

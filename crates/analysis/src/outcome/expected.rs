@@ -90,7 +90,10 @@ impl ExpectedTasks {
         match all {
             0 => format!("expected {task}, found none"),
             all if all >= wanted => format!("expected {task} in the order `{self}`, found it in another order"),
-            all => format!("expected {task}, found {all}"),
+            all => {
+                let all_of_them = ExpectedTask { name: task.name.clone(), times: wanted };
+                format!("expected {all_of_them}, found {all}")
+            }
         }
     }
 }

@@ -15,7 +15,7 @@ pub use attempts::number as number_attempts;
 pub use expected::ExpectedTasks;
 pub use unmeasured::{Undetectable, UnmeasuredTask, unmeasured};
 
-use super::{Analysis, Subject, TaskSpan, Track, TrackId, UNKNOWN};
+use super::{Analysis, Subject, Track, TrackId, UNKNOWN};
 use attempts::repeats;
 use serde::Serialize;
 use std::fmt;
@@ -209,11 +209,13 @@ fn unseen_failures(found: &Analysis) -> impl Iterator<Item = OutcomeReason> {
     })
 }
 
-/// The names of the tasks that succeeded, those that are made of tasks too, in order of time.
+/// The names of the tasks that succeeded, those that are made of tasks too, in order of time. Parts of a failure do not count.
 fn names(found: &Analysis) -> Vec<&str> {
     let mut names: Vec<(f64, &str)> = Vec::new();
     for track in &found.tracks {
-        names.extend(track.tasks.iter().filter(|task| task.is_success()).map(|it| (it.start_s, it.task.as_str())));
+        let is_part_of_failure = |at: usize| track.composites.iter().any(|it| it.failure && it.tasks.contains(&at));
+        let tasks = track.tasks.iter().enumerate().filter(|(at, task)| task.is_success() && !is_part_of_failure(*at));
+        names.extend(tasks.map(|(_, task)| (task.start_s, task.task.as_str())));
         names.extend(track.composites.iter().filter(|it| !it.failure).map(|it| (it.start_s, it.task.as_str())));
     }
     names.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -241,22 +243,21 @@ fn results(found: &Analysis) -> Vec<TaskResult<'_>> {
 
 fn of_track(track: &Track) -> Vec<TaskResult<'_>> {
     let whole_of = |at: usize| track.composites.iter().find(|composite| composite.tasks.contains(&at));
-    let task = |(at, task): (usize, &TaskSpan)| {
-        let is_part_of_success = task.failure && whole_of(at).is_some_and(|whole| !whole.failure);
-        let is_counted = task.task != UNKNOWN && (whole_of(at).is_none() || is_part_of_success);
-        is_counted.then_some(is_part_of_success)
-    };
     let mut results = Vec::new();
-    for (at, span) in track.tasks.iter().enumerate() {
-        results.extend(task((at, span)).map(|is_part_of_success| TaskResult {
-            who: track.who,
-            task: &span.task,
-            subject: &span.subject,
-            failure: span.failure,
-            attempt: span.attempt,
-            is_part_of_success,
-            span_s: [span.start_s, span.end_s],
-        }));
+    for (at, span) in track.tasks.iter().enumerate().filter(|(_, span)| span.task != UNKNOWN) {
+        let whole = whole_of(at);
+        let is_part_of_success = span.failure && whole.is_some_and(|whole| !whole.failure);
+        if whole.is_none() || is_part_of_success {
+            results.push(TaskResult {
+                who: track.who,
+                task: &span.task,
+                subject: &span.subject,
+                failure: span.failure,
+                attempt: span.attempt,
+                is_part_of_success,
+                span_s: [span.start_s, span.end_s],
+            });
+        }
     }
     for whole in &track.composites {
         let last = whole.tasks.end.checked_sub(1).and_then(|at| track.tasks.get(at));
@@ -275,10 +276,10 @@ fn of_track(track: &Track) -> Vec<TaskResult<'_>> {
 
 impl TaskResult<'_> {
     fn reason(&self, all: &[Self]) -> OutcomeReason {
-        let is_mended = self.is_part_of_success
-            || all.iter().any(|later| {
-                !later.failure && later.span_s[0] >= self.span_s[1] && repeats(self.subject, later.subject, true)
-            });
+        let mends = |later: &Self| {
+            !later.failure && later.span_s[0] >= self.span_s[1] && repeats(self.subject, later.subject, true)
+        };
+        let is_mended = self.failure && (self.is_part_of_success || all.iter().any(mends));
         let (kind, end) = match (self.failure, is_mended) {
             (false, _) if self.attempt > 1 => (ReasonKind::Succeeded, format!(", attempt {}", self.attempt)),
             (false, _) => (ReasonKind::Succeeded, String::new()),

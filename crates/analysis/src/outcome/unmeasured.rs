@@ -2,7 +2,7 @@
 
 use crate::TrackId;
 use std::collections::BTreeSet;
-use teachtree_language::rules::{Pattern, Rules, Task};
+use teachtree_language::rules::{Composite, Pattern, Rules, Task};
 
 /// A task that the rules cannot detect in a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,7 +26,16 @@ pub fn unmeasured(rules: &Rules, hands: &[TrackId], undetectable: &[Undetectable
         let reason = hands.into_iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join("; ");
         (!reason.is_empty()).then(|| UnmeasuredTask { task: task.name.clone(), failure: task.failure, reason })
     };
-    rules.tasks.iter().filter_map(of_task).collect()
+    let mut unmeasured: Vec<UnmeasuredTask> = rules.tasks.iter().filter_map(of_task).collect();
+    // A task that is made of tasks needs all of them.
+    let of_composite = |whole: &Composite| {
+        let mut parts = whole.parts.iter().filter_map(|part| rules.tasks.get(part.task.index()));
+        let part = parts.find_map(|part| unmeasured.iter().find(|it| it.task == part.name))?;
+        Some(UnmeasuredTask { task: whole.name.clone(), failure: whole.failure, reason: part.reason.clone() })
+    };
+    let composites: Vec<UnmeasuredTask> = rules.composites.iter().filter_map(of_composite).collect();
+    unmeasured.extend(composites);
+    unmeasured
 }
 
 /// The keys that a hand's track lacks, where the task cannot be found without them.

@@ -49,6 +49,7 @@ fn a_failure_counts_unless_a_later_attempt_mends_it() {
         (vec![(stuck, "peg", "hole"), (insert, "nut", "hole")], Failure, vec![1, 1]),
         (vec![(stuck, "peg", "hole"), (insert, "peg", "other")], Failure, vec![1, 1]),
         (vec![(stuck, "peg", "hole"), (place, "peg", "")], Failure, vec![1, 1]),
+        (vec![(stuck, "peg", "hole"), (place, "peg", ""), (insert, "peg", "hole")], Success, vec![1, 1, 2]),
         // A jam on the rim has no target.
         (vec![(stuck, "peg", ""), (insert, "peg", "hole")], Success, vec![1, 2]),
         (vec![(stuck, "peg", "hole"), (stuck, "peg", ""), (insert, "peg", "hole")], Success, vec![1, 2, 3]),
@@ -128,6 +129,7 @@ fn expected_tasks_are_there_in_order() {
     for (expected, message) in [
         ("insert x 3, turn", "expected insert x 3, found 2"),
         ("slide", "expected slide, found none"),
+        ("turn, insert, turn", "expected turn x 2, found 1"),
         ("turn, push", "expected turn in the order `turn, push`, found it in another order"),
     ] {
         let outcome = expecting(&tasks, expected).outcome();

@@ -70,7 +70,7 @@ impl ColumnReader {
             if let Err(fault) = self.read_row(&mut records, &mut block) {
                 self.forget_row(&mut block);
                 let row = lines.start + records.line() as u64;
-                block.fault = Some(Fault::new(begin, self.dialect, fault, row, &self.places));
+                block.fault = Some(Fault::new(begin, fault, row, &self.places));
                 break;
             }
             block.end_row(records.line());

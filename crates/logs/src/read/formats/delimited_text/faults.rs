@@ -1,6 +1,5 @@
 //! Faults of rows: the first fault of a row with its place, and whether the row is the last one and cut short.
 
-use super::dialect::Dialect;
 use super::records::Records;
 use crate::read::table::{MAX_CELL, column_place, shown};
 use std::borrow::Cow;
@@ -52,7 +51,7 @@ pub(super) struct TruncatedRow {
 
 impl Fault {
     /// Returns the fault of a row; `records` is at its first cell. A fault of the form is reported before those of cells.
-    pub fn new(mut records: Records, dialect: Dialect, fault: RowFault, row: u64, places: &Places) -> Self {
+    pub fn new(mut records: Records, fault: RowFault, row: u64, places: &Places) -> Self {
         let cells: Vec<Cow<[u8]>> = records.cells().collect();
         let width = places.header.len();
         let last = cells.last();
@@ -77,8 +76,8 @@ impl Fault {
                 InputError::new(places.row(row), message)
             }
         };
-        let is_short =
-            cells.len() < width || cells.len() == width && last.is_none_or(|cell| dialect.number(cell).is_none());
+        let is_in_last = matches!(fault, RowFault::Unexpected { column, .. } if column + 1 == width);
+        let is_short = cells.len() < width || cells.len() == width && is_in_last;
         let is_cut = is_short && !records.spans_lines() && !records.advance();
         Self { error: Box::new(error), cut: is_cut.then_some(TruncatedRow { row, cells: cells.len() }) }
     }

@@ -135,7 +135,7 @@ fn unwritable(place: &str, copy: &Path, error: &Error) -> InputError {
 struct Paths {
     /// Data sets by path, with their values.
     new: BTreeMap<String, Vec<i64>>,
-    /// Those of them, and the mask, that are there and are replaced.
+    /// Data sets that are there and are replaced or dropped.
     old: BTreeSet<String>,
     /// Groups that are made, outer ones first.
     groups: Vec<String>,
@@ -170,6 +170,9 @@ impl Paths {
                 }
             }
         }
+        if request.replace {
+            paths.drop_signals_of_others(container, request);
+        }
         let all: Vec<String> = paths.new.keys().cloned().chain([request.mask.to_string()]).collect();
         for path in &all {
             let is_dataset = file.dataset(path).is_ok();
@@ -188,6 +191,24 @@ impl Paths {
         Ok(paths)
     }
 
+    /// Drops signals of the written names from recordings that get none now.
+    fn drop_signals_of_others(&mut self, container: &Container, request: &Request) {
+        let names = |of: fn(&Signals) -> &BTreeMap<String, Vec<i64>>| -> BTreeSet<&String> {
+            request.signals.values().flat_map(|signals| of(signals).keys()).collect()
+        };
+        let kinds = [(TERM, names(|signals| &signals.term)), (START, names(|signals| &signals.start))];
+        for recording in container.names.iter().filter(|name| !request.signals.contains_key(*name)) {
+            for layout in [Layout::Isaac, Layout::MimicGen] {
+                for (kind, signal) in kinds.iter().flat_map(|(kind, names)| names.iter().map(move |it| (*kind, *it))) {
+                    let path = format!("{}{recording}/{}/{kind}/{signal}", container.parent, layout.group());
+                    if container.file.dataset(&path).is_ok() {
+                        self.old.insert(path);
+                    }
+                }
+            }
+        }
+    }
+
     fn add_groups(&mut self, file: &File, path: &str) {
         for (at, _) in path.match_indices('/') {
             let group = path.get(..at).unwrap_or_default();
@@ -197,9 +218,9 @@ impl Paths {
         }
     }
 
-    /// Whether a path is one that is written.
+    /// Whether a path is one that is written or dropped.
     fn has(&self, path: &str) -> bool {
-        path == self.mask || self.new.contains_key(path)
+        path == self.mask || self.new.contains_key(path) || self.old.contains(path)
     }
 }
 
