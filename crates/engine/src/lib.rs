@@ -10,6 +10,6 @@ pub mod reference;
 pub mod runs;
 pub mod semantics;
 pub mod summary;
-pub mod temporal_operators;
+pub mod temporal_state;
 
 pub use compiled::evaluator;

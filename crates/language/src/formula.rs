@@ -2,14 +2,14 @@
 //! the leaf before. Different quantities are free, so what is found impossible is impossible on every log.
 
 mod canonical_text;
+mod frame;
 mod interval;
 mod reader;
-mod witness;
 
 pub use canonical_text::{canonical_text, label};
+pub use frame::{Frame, shown};
 pub use interval::Interval;
 pub use reader::Reader;
-pub use witness::{Frame, shown};
 
 use crate::rules::Comparison;
 use std::collections::{BTreeMap, BTreeSet};

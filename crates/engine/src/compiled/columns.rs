@@ -8,7 +8,7 @@ use super::kernels::{
 use super::plan::{BitId, Condition, Number, NumberId, Plan, Step, Vector};
 use crate::semantics::{mismatched, per_second};
 use crate::summary;
-use crate::temporal_operators::State;
+use crate::temporal_state::State;
 use pulp::{Arch, NullaryFnOnce};
 use teachtree_language::rules::{Arithmetic, Comparison};
 

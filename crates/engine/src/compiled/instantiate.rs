@@ -1,7 +1,7 @@
 //! Instantiation: the graph and the slots of a log in, the plan out. The only thing that can be wrong here is the log: its rate may not honour
 //! a duration.
 
-mod comparisons;
+mod cheaper_comparisons;
 mod functions;
 mod operators;
 mod stateful_nodes;

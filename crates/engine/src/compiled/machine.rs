@@ -6,7 +6,7 @@ use super::columns::Columns;
 use super::plan::{Plan, StatefulId, StatefulNode};
 use crate::runs::Run;
 use crate::semantics::mismatched;
-use crate::temporal_operators::State;
+use crate::temporal_state::State;
 use teachtree_language::graph::{Decision, Leaf, Target};
 use teachtree_language::rules::Label;
 

@@ -8,7 +8,7 @@
 //! `within next` looks ahead: its column comes out late. Every column knows its *delay* in frames, columns that meet are brought to
 //! the same delay, and the machine runs [`Plan::delay`] frames behind the input.
 
-use crate::temporal_operators::PastOperator;
+use crate::temporal_state::PastOperator;
 use teachtree_base::hands::Side;
 use teachtree_frames::frames::{ColumnKey, Layout};
 use teachtree_language::graph::{Decision, FloatBits};

@@ -5,7 +5,7 @@
 use super::ranks::Ranks;
 use crate::compiled::plan::{BitId, Condition, Plan, Step};
 use crate::semantics::mismatched;
-use crate::temporal_operators::State;
+use crate::temporal_state::State;
 use std::collections::VecDeque;
 
 /// Frames that a delay line has room for; one that holds more changes than this grows.

@@ -10,7 +10,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::short_number::ShortNumber;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
-use teachtree_logs::read::stamps::{Order, RowMerge, StampOrder, Writers, is_of_head, set_back};
+use teachtree_logs::read::stamp_order::{Order, RowMerge, StampOrder, Writers, is_of_head, set_back};
 use teachtree_logs::read::table::{MAX_COLUMNS, number, shown};
 
 /// How many messages wait for those of other topics.

@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use teachtree_base::error::InputError;
 use teachtree_logs::names::{split_known_unit, split_unit};
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
-use teachtree_logs::read::stamps::{RowMerge, is_of_head};
+use teachtree_logs::read::stamp_order::{RowMerge, is_of_head};
 use teachtree_logs::read::table::{MAX_COLUMNS, number};
 
 /// A line of a live log.

@@ -10,7 +10,7 @@ use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
-use teachtree_logs::read::stamps::{Order, StampOrder, set_back};
+use teachtree_logs::read::stamp_order::{Order, StampOrder, set_back};
 
 /// The steps of so many frames are compared with that of the calibration.
 const PACED_FRAMES: usize = 1000;

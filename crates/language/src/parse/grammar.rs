@@ -1,4 +1,4 @@
-//! The pest grammar.
+//! The parser that pest makes of `grammar/*.pest`. ARCHITECTURE.md, "Adding an operator", lists what else an operator needs.
 
 /// Tokens that a declaration (of a tree: a choice) may have.
 pub const MAX_TOKENS: usize = 4000;

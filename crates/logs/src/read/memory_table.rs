@@ -2,7 +2,7 @@
 
 use crate::issue::Issue;
 use crate::names;
-use crate::read::stamps::{RowMerge, Stamps, is_of_head};
+use crate::read::stamp_order::{RowMerge, Stamps, is_of_head};
 use crate::read::table::{
     ColumnRequest, MAX_COLUMNS, Rows, Table, check_size, column_place, date_time, number, see, shown,
 };

@@ -6,6 +6,6 @@ pub mod formats;
 pub mod labels;
 pub mod memory_table;
 pub mod progress;
-pub mod stamps;
+pub mod stamp_order;
 pub mod table;
 pub mod text;

@@ -9,8 +9,9 @@
 use super::candidate::FingerPlacement;
 use super::clearance_field::{ConvexPart, PalmFramePart, parts};
 use super::gradient::{ContactFinger, FollowerFinger, PointGradient, twist};
+use super::no_grasp::NoGrasp;
 use super::penalty::{MARGIN_M, measure_cost, price, price_slope};
-use super::problem::{Contact, Failure, GraspRequest, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE};
+use super::problem::{Contact, GraspRequest, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE};
 use super::spheres::{HandSpheres, SphereRow, placed};
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M};
 use crate::model::hand::HandModel;
@@ -60,11 +61,11 @@ impl<'a> Cost<'a> {
         hand: &'a HandModel,
         beads: &'a HandSpheres,
         request: &GraspRequest<'_>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, NoGrasp> {
         let mut contacts = Vec::new();
         for contact in &request.contacts {
             let index = hand.fingers.iter().position(|finger| finger.finger == contact.finger);
-            let index = index.ok_or(Failure::Lacks(contact.finger))?;
+            let index = index.ok_or(NoGrasp::Lacks(contact.finger))?;
             let tip = contact.point + contact.normal * hand.fingers[index].radius;
             contacts.push((index, *contact, tip));
         }

@@ -3,7 +3,8 @@
 use super::candidate::{GraspCandidate, Reach, clearest, geometric_mean};
 use super::clearance::Shapes;
 use super::cost::{Cost, SearchEffort};
-use super::problem::{Failure, GraspRequest};
+use super::no_grasp::NoGrasp;
+use super::problem::GraspRequest;
 use super::{search, seeds, spheres, two_finger};
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::{JointPositions, REACHED_M};
@@ -51,7 +52,7 @@ impl<'a> GraspPlanner<'a> {
     ///
     /// # Errors
     /// Which finger cannot reach and by how much, or what is in the way, at the best pose that was found.
-    pub fn map(&self, request: &GraspRequest<'_>) -> Result<GraspCandidate, Failure> {
+    pub fn map(&self, request: &GraspRequest<'_>) -> Result<GraspCandidate, NoGrasp> {
         self.map_where(request, &|_| Some(0)).map(|(_, found)| found)
     }
 
@@ -60,7 +61,7 @@ impl<'a> GraspPlanner<'a> {
     ///
     /// # Errors
     /// As [`Self::map`].
-    pub fn map_where(&self, request: &GraspRequest<'_>, reach: &Reach<'_>) -> Result<(usize, GraspCandidate), Failure> {
+    pub fn map_where(&self, request: &GraspRequest<'_>, reach: &Reach<'_>) -> Result<(usize, GraspCandidate), NoGrasp> {
         match &self.hand.jaws {
             Some(jaws) => two_finger::best(self.hand, jaws, request, reach),
             None => self.search(&mut Cost::new(self.hand, &self.beads, request)?, request, reach),
@@ -74,7 +75,7 @@ impl<'a> GraspPlanner<'a> {
     pub fn map_counted(
         &self,
         request: &GraspRequest<'_>,
-    ) -> Result<(Result<GraspCandidate, Failure>, SearchEffort), Failure> {
+    ) -> Result<(Result<GraspCandidate, NoGrasp>, SearchEffort), NoGrasp> {
         let mut cost = Cost::new(self.hand, &self.beads, request)?;
         let found = self.search(&mut cost, request, &|_| Some(0)).map(|(_, found)| found);
         Ok((found, cost.effort()))
@@ -89,7 +90,7 @@ impl<'a> GraspPlanner<'a> {
         &self,
         request: &GraspRequest<'_>,
         object_from_palm: &Isometry3<f64>,
-    ) -> Result<(f64, Vector6<f64>), Failure> {
+    ) -> Result<(f64, Vector6<f64>), NoGrasp> {
         Ok(Cost::new(self.hand, &self.beads, request)?.with_slope(object_from_palm, &Point3::origin()))
     }
 
@@ -98,7 +99,7 @@ impl<'a> GraspPlanner<'a> {
         cost: &mut Cost<'_>,
         request: &GraspRequest<'_>,
         reach: &Reach<'_>,
-    ) -> Result<(usize, GraspCandidate), Failure> {
+    ) -> Result<(usize, GraspCandidate), NoGrasp> {
         let shapes = Shapes::new(self.hand, request);
         let mut failure = None;
         for wide in [false, true] {
@@ -106,7 +107,7 @@ impl<'a> GraspPlanner<'a> {
             let reached = poses.into_iter().filter_map(|pose| {
                 let mut found = self.check(&pose, cost, &shapes);
                 for away in AWAY_M {
-                    if matches!(found, Err(Failure::InTheWay(..))) {
+                    if matches!(found, Err(NoGrasp::InTheWay(..))) {
                         cost.keep_away(away);
                         found = self.check(&search::polished(cost, &pose), cost, &shapes);
                     }
@@ -115,7 +116,7 @@ impl<'a> GraspPlanner<'a> {
                 let why = match found {
                     Ok(grasp) => match reach(&grasp.object_from_palm) {
                         Some(met) => return Some((met, grasp)),
-                        None => Failure::ArmOutOfReach,
+                        None => NoGrasp::ArmOutOfReach,
                     },
                     Err(why) => why,
                 };
@@ -126,14 +127,14 @@ impl<'a> GraspPlanner<'a> {
                 return Ok(found);
             }
         }
-        Err(failure.unwrap_or(Failure::ArmOutOfReach))
+        Err(failure.unwrap_or(NoGrasp::ArmOutOfReach))
     }
 
     /// The grasp at a given pose of the palm, when it is one.
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn at(&self, request: &GraspRequest<'_>, object_from_palm: &Isometry3<f64>) -> Result<GraspCandidate, Failure> {
+    pub fn at(&self, request: &GraspRequest<'_>, object_from_palm: &Isometry3<f64>) -> Result<GraspCandidate, NoGrasp> {
         self.check(object_from_palm, &Cost::new(self.hand, &self.beads, request)?, &Shapes::new(self.hand, request))
     }
 
@@ -145,7 +146,7 @@ impl<'a> GraspPlanner<'a> {
         &self,
         request: &GraspRequest<'_>,
         object_from_palm: &Isometry3<f64>,
-    ) -> Result<GraspCandidate, Failure> {
+    ) -> Result<GraspCandidate, NoGrasp> {
         let cost = Cost::new(self.hand, &self.beads, request)?;
         let pose = search::polished(&cost, object_from_palm);
         self.check(&pose, &cost, &Shapes::new(self.hand, request))
@@ -161,7 +162,7 @@ impl<'a> GraspPlanner<'a> {
         request: &GraspRequest<'_>,
         generations: usize,
         chance: &mut dyn FnMut() -> f64,
-    ) -> Result<GraspCandidate, Failure> {
+    ) -> Result<GraspCandidate, NoGrasp> {
         let cost = Cost::new(self.hand, &self.beads, request)?;
         let pose = search::everywhere(&cost, generations, chance);
         self.check(&pose, &cost, &Shapes::new(self.hand, request))
@@ -172,7 +173,7 @@ impl<'a> GraspPlanner<'a> {
     ///
     /// # Errors
     /// A finger that the hand does not have.
-    pub fn candidates(&self, request: &GraspRequest<'_>) -> Result<Vec<Isometry3<f64>>, Failure> {
+    pub fn candidates(&self, request: &GraspRequest<'_>) -> Result<Vec<Isometry3<f64>>, NoGrasp> {
         let cost = Cost::new(self.hand, &self.beads, request)?;
         let mut poses = search::best_poses(&cost, &seeds::starts(self.hand, &self.postures, request, false));
         let leant: Vec<Isometry3<f64>> =
@@ -193,7 +194,7 @@ impl<'a> GraspPlanner<'a> {
     ///
     /// # Errors
     /// A finger that the hand does not have, contacts that jaws cannot take.
-    pub(super) fn grasps(&self, request: &GraspRequest<'_>) -> Result<Vec<GraspCandidate>, Failure> {
+    pub(super) fn grasps(&self, request: &GraspRequest<'_>) -> Result<Vec<GraspCandidate>, NoGrasp> {
         if let Some(jaws) = &self.hand.jaws {
             return two_finger::all(self.hand, jaws, request);
         }
@@ -207,14 +208,14 @@ impl<'a> GraspPlanner<'a> {
         let spread = search::spread(&cost()?, &starts, SPREAD, SPREAD_M);
         let pushes = request.contacts.iter().all(|contact| contact.finger != Finger::Thumb);
         let steps = if pushes { &PUSHING[..] } else { &[IMPROVED] };
-        let improved = |poses: &&[Isometry3<f64>]| -> Result<Vec<GraspCandidate>, Failure> {
+        let improved = |poses: &&[Isometry3<f64>]| -> Result<Vec<GraspCandidate>, NoGrasp> {
             let cost = cost()?;
             let pairs = poses.iter().flat_map(|pose| steps.iter().map(move |steps| (pose, *steps)));
             let improved = pairs.map(|(pose, steps)| search::improved(&cost, pose, steps).1);
             Ok(improved.filter_map(|pose| self.check(&pose, &cost, &shapes).ok()).collect())
         };
         let parts: Vec<&[Isometry3<f64>]> = spread.chunks(AT_ONCE).collect();
-        let grasps: Result<Vec<Vec<GraspCandidate>>, Failure> = threads::each(&parts, improved).into_iter().collect();
+        let grasps: Result<Vec<Vec<GraspCandidate>>, NoGrasp> = threads::each(&parts, improved).into_iter().collect();
         Ok(grasps?.into_iter().flatten().collect())
     }
 
@@ -227,7 +228,7 @@ impl<'a> GraspPlanner<'a> {
         request: &GraspRequest<'_>,
         pose: &Isometry3<f64>,
         steps: usize,
-    ) -> Result<(f64, Isometry3<f64>), Failure> {
+    ) -> Result<(f64, Isometry3<f64>), NoGrasp> {
         let mut cost = Cost::new(self.hand, &self.beads, request)?;
         cost.keep_away(AWAY_M[1]);
         Ok(search::improved(&cost, pose, steps))
@@ -241,7 +242,7 @@ impl<'a> GraspPlanner<'a> {
         &self,
         request: &GraspRequest<'_>,
         pose: &Isometry3<f64>,
-    ) -> Result<Vec<(Finger, JointPositions)>, Failure> {
+    ) -> Result<Vec<(Finger, JointPositions)>, NoGrasp> {
         let cost = Cost::new(self.hand, &self.beads, request)?;
         let touching = cost.fingers(pose).into_iter().map(|held| (held.finger, held.angles));
         Ok(touching.chain(cost.idle(pose)).collect())
@@ -263,14 +264,14 @@ impl<'a> GraspPlanner<'a> {
         reached.then(|| geometric_mean(&fingers))
     }
 
-    fn check(&self, pose: &Isometry3<f64>, cost: &Cost<'_>, shapes: &Shapes) -> Result<GraspCandidate, Failure> {
+    fn check(&self, pose: &Isometry3<f64>, cost: &Cost<'_>, shapes: &Shapes) -> Result<GraspCandidate, NoGrasp> {
         let fingers = cost.fingers(pose);
         let farthest = fingers.iter().max_by(|a, b| a.miss.total_cmp(&b.miss));
         if let Some(held) = farthest.filter(|held| held.miss >= REACHED_M) {
-            return Err(Failure::OutOfReach(held.finger, cost.ik_residual(pose, held.finger)));
+            return Err(NoGrasp::OutOfReach(held.finger, cost.ik_residual(pose, held.finger)));
         }
         if let Some(held) = fingers.iter().find(|held| held.pad_angle > cost.largest_pad_angle + 1e-3) {
-            return Err(Failure::PadTurnedAway(held.finger, held.pad_angle));
+            return Err(NoGrasp::PadTurnedAway(held.finger, held.pad_angle));
         }
         let idle = cost.idle(pose);
         let all: Vec<(&FingerModel, JointPositions)> = self
@@ -285,7 +286,7 @@ impl<'a> GraspPlanner<'a> {
             .collect();
         let clearance = shapes.clearance(pose, &all);
         if let Some((overlap, who)) = clearance.worst_overlap() {
-            return Err(Failure::InTheWay(overlap, who));
+            return Err(NoGrasp::InTheWay(overlap, who));
         }
         Ok(GraspCandidate {
             object_from_palm: *pose,

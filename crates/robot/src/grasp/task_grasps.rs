@@ -8,8 +8,9 @@ use super::candidate::{GraspCandidate, Reach};
 use super::grasp_planner::GraspPlanner;
 use super::hand_obstacles::{bodies, meeting};
 use super::held_path::way;
+use super::no_grasp::NoGrasp;
 use super::obstacles::{SUNK_M, around, to_blame};
-use super::problem::{Contact, Failure, GraspRequest, Obstacle};
+use super::problem::{Contact, GraspRequest, Obstacle};
 use super::search::apart;
 use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::surroundings::Surroundings;
@@ -226,7 +227,7 @@ impl<'a> GraspContext<'a> {
     }
 
     /// The best way to take hold with `others` in the way, frame of the object.
-    fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<TaskGrasp, Failure> {
+    fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<TaskGrasp, NoGrasp> {
         let request = self.request(task, grasp, others);
         let (found, contacts) = self.found(&request, &self.way(task, grasp))?;
         Ok(self.held(&GraspRequest { contacts, ..request }, &found))
@@ -283,7 +284,7 @@ impl<'a> GraspContext<'a> {
         &self,
         request: &GraspRequest<'_>,
         way: &[Isometry3<f64>],
-    ) -> Result<(GraspCandidate, Vec<Contact>), Failure> {
+    ) -> Result<(GraspCandidate, Vec<Contact>), NoGrasp> {
         let reach = |pose: &Isometry3<f64>| self.met(way, pose);
         let (mut least, mut found, mut contacts) = self.reached(request, &reach)?;
         if least > 0 {
@@ -305,8 +306,8 @@ impl<'a> GraspContext<'a> {
         &self,
         request: &GraspRequest<'_>,
         reach: &Reach<'_>,
-    ) -> Result<(usize, GraspCandidate, Vec<Contact>), Failure> {
-        let mut best: Result<(usize, GraspCandidate, Vec<Contact>), Failure> = Err(Failure::ArmOutOfReach);
+    ) -> Result<(usize, GraspCandidate, Vec<Contact>), NoGrasp> {
+        let mut best: Result<(usize, GraspCandidate, Vec<Contact>), NoGrasp> = Err(NoGrasp::ArmOutOfReach);
         for (at, contacts) in self.contact_orders(&request.contacts).into_iter().enumerate() {
             let by = GraspRequest { contacts, ..request.clone() };
             match (self.planner.map_where(&by, reach), &best) {
@@ -323,7 +324,7 @@ impl<'a> GraspContext<'a> {
     }
 
     /// Why a grasp cannot be held, and what has to be away for it: looked for by leaving out what stands about it.
-    fn explained(&self, why: &Failure, task: &Task, grasp: usize, others: &[Body]) -> String {
+    fn explained(&self, why: &NoGrasp, task: &Task, grasp: usize, others: &[Body]) -> String {
         let around = around(task, grasp, self.scene, others);
         let way = self.way(task, grasp);
         let request = self.request(task, grasp, &[]);

@@ -12,7 +12,8 @@
 
 use super::candidate::{FingerPlacement, GraspCandidate, Reach, clearest};
 use super::clearance::Shapes;
-use super::problem::{Contact, Failure, GraspRequest};
+use super::no_grasp::NoGrasp;
+use super::problem::{Contact, GraspRequest};
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::JointPositions;
 use crate::model::gripper::{Jaw, Jaws};
@@ -32,14 +33,14 @@ pub(super) fn best(
     jaws: &Jaws,
     request: &GraspRequest<'_>,
     reach: &Reach<'_>,
-) -> Result<(usize, GraspCandidate), Failure> {
+) -> Result<(usize, GraspCandidate), NoGrasp> {
     let found = all(hand, jaws, request)?;
     let reached = found.into_iter().filter_map(|grasp| Some((reach(&grasp.object_from_palm)?, grasp)));
-    clearest(reached).ok_or(Failure::ArmOutOfReach)
+    clearest(reached).ok_or(NoGrasp::ArmOutOfReach)
 }
 
 /// All poses of the palm for a gripper that were looked at and leave room, best first.
-pub(super) fn all(hand: &HandModel, jaws: &Jaws, request: &GraspRequest<'_>) -> Result<Vec<GraspCandidate>, Failure> {
+pub(super) fn all(hand: &HandModel, jaws: &Jaws, request: &GraspRequest<'_>) -> Result<Vec<GraspCandidate>, NoGrasp> {
     let two_finger = TwoFingerGrasp::new(jaws, &request.contacts)?;
     let shapes = Shapes::new(hand, request);
     let (mut found, mut in_the_way): (Vec<GraspCandidate>, Option<(f64, String)>) = (Vec::new(), None);
@@ -54,7 +55,7 @@ pub(super) fn all(hand: &HandModel, jaws: &Jaws, request: &GraspRequest<'_>) -> 
     }
     found.sort_by(|a, b| (b.measure / ALIKE).round().total_cmp(&(a.measure / ALIKE).round()));
     match in_the_way {
-        Some((overlap, who)) if found.is_empty() => Err(Failure::InTheWay(overlap, who)),
+        Some((overlap, who)) if found.is_empty() => Err(NoGrasp::InTheWay(overlap, who)),
         _ => Ok(found),
     }
 }
@@ -74,28 +75,28 @@ struct TwoFingerGrasp<'a> {
 }
 
 impl<'a> TwoFingerGrasp<'a> {
-    fn new(jaws: &'a Jaws, contacts: &[Contact]) -> Result<Self, Failure> {
+    fn new(jaws: &'a Jaws, contacts: &[Contact]) -> Result<Self, NoGrasp> {
         if let Some(contact) = contacts.iter().find(|contact| jaws.jaw(contact.finger).is_none()) {
-            return Err(Failure::Lacks(contact.finger));
+            return Err(NoGrasp::Lacks(contact.finger));
         }
         let on = jaws.pair.map(|jaw| Some((jaw, contacts.iter().find(|contact| contact.finger == jaw.finger)?)));
-        let [Some((thumb, one)), Some((other, two))] = on else { return Err(Failure::OneSided) };
+        let [Some((thumb, one)), Some((other, two))] = on else { return Err(NoGrasp::OneSided) };
         let centres = [(thumb, one), (other, two)].map(|(jaw, contact)| contact.point + contact.normal * jaw.radius);
         let way = centres[1] - centres[0];
         let opening = way.norm() - thumb.radius - other.radius;
         let [least, most] = jaws.range();
-        let along = Unit::try_new(way, 1e-6).ok_or(Failure::TooNarrow(opening, least))?;
+        let along = Unit::try_new(way, 1e-6).ok_or(NoGrasp::TooNarrow(opening, least))?;
         let leans = [(one, along.into_inner()), (two, -along.into_inner())]
             .map(|(contact, inward)| inward.angle(&-contact.normal));
         // How far jaws open is no question where contacts do not oppose each other.
         if let Some((contact, lean)) = [one, two].into_iter().zip(leans).find(|(_, lean)| squarely(*lean) <= 0.0) {
-            return Err(Failure::SlipsOff(contact.finger, lean));
+            return Err(NoGrasp::SlipsOff(contact.finger, lean));
         }
         if opening > most {
-            return Err(Failure::TooWide(opening, most));
+            return Err(NoGrasp::TooWide(opening, most));
         }
         if opening < least {
-            return Err(Failure::TooNarrow(opening, least));
+            return Err(NoGrasp::TooNarrow(opening, least));
         }
         Ok(Self { jaws, along, thumb: centres[0], opening, share: jaws.share(opening), leans })
     }

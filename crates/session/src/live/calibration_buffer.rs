@@ -3,7 +3,7 @@
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names::split_unit;
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
-use teachtree_logs::read::stamps::{Order, StampOrder, set_back};
+use teachtree_logs::read::stamp_order::{Order, StampOrder, set_back};
 use teachtree_logs::read::table::number;
 
 /// The most bytes of lines, and of cells, that are kept to calibrate with.

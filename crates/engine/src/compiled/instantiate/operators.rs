@@ -4,7 +4,7 @@ use super::stateful_nodes::Targets;
 use super::{Instantiation, Item, only_bits, tally_misused};
 use crate::compiled::plan::{BitId, Condition, Number, NumberId, StatefulNode};
 use crate::semantics::{internal, times};
-use crate::temporal_operators::ReducedOperator;
+use crate::temporal_state::ReducedOperator;
 use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;

@@ -9,7 +9,7 @@ use super::rosmsg::WireFormat;
 use super::rosmsg::{Definition, Failure};
 use crate::issue::{Issue, IssueKind};
 use crate::read::memory_table::{Cells, InMemoryTable};
-use crate::read::stamps::{Order, SET_BACK, StampOrder, Writers};
+use crate::read::stamp_order::{Order, SET_BACK, StampOrder, Writers};
 use crate::read::table::{BagClock, Sheet, Source};
 use indexmap::IndexMap;
 use teachtree_base::error::InputError;

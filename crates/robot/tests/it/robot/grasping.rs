@@ -6,7 +6,7 @@ use serde_json::Value;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::Body;
 use teachtree_base::yaml;
-use teachtree_robot::grasp::{Contact, Failure, GraspCandidate, GraspPlanner, GraspRequest};
+use teachtree_robot::grasp::{Contact, GraspCandidate, GraspPlanner, GraspRequest, NoGrasp};
 use teachtree_robot::{HandModel, REACHED_M, Robot};
 
 fn body(shape: &str) -> Body {
@@ -136,7 +136,7 @@ fn a_finger_that_cannot_reach_is_named_with_what_is_missing() {
     // The middle finger 180 mm beside the index finger.
     let contacts = vec![at(Finger::Thumb, 0.0, -1.0), at(Finger::Index, 0.0, 1.0), at(Finger::Middle, 0.18, 1.0)];
     match mapper.map(&GraspRequest { contacts, object: &object, obstacles: Vec::new() }) {
-        Err(Failure::OutOfReach(_, miss)) => assert!((0.01..0.18).contains(&miss), "{miss}"),
+        Err(NoGrasp::OutOfReach(_, miss)) => assert!((0.01..0.18).contains(&miss), "{miss}"),
         other => panic!("{other:?}"),
     }
     let thumb = vec![at(Finger::Palm, 0.0, -1.0)];

@@ -5,7 +5,7 @@ use super::blocks::{RowBlocks, TextBlocks};
 use super::columns::{ColumnReader, RowBlock};
 use super::dialect::Dialect;
 use super::faults::{Fault, Places, TruncatedRow};
-use crate::read::stamps::{RowMerge, Stamps};
+use crate::read::stamp_order::{RowMerge, Stamps};
 use crate::read::table::{Blocks, ColumnRequest, Rows, Table, check_rows, check_size, see};
 use std::io::Read;
 use std::sync::Arc;

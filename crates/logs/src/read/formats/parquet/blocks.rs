@@ -1,7 +1,7 @@
 //! The rows of a file some at a time: every column that is wanted is decoded as far as the others.
 
 use super::{BATCH, Leaf, ParquetTable, damaged, flat::flat, guarded};
-use crate::read::stamps::Stamps;
+use crate::read::stamp_order::Stamps;
 use crate::read::table::{Blocks, ColumnRequest, Table};
 use ::parquet::column::reader::ColumnReader;
 use ::parquet::errors::ParquetError;

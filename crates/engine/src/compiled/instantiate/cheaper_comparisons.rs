@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use teachtree_language::graph::FloatBits;
 use teachtree_language::rules::Comparison;
 
-/// So many conditions are counted in binary digits, at most.
+/// The largest number of conditions that is counted in binary digits.
 const COUNTED: usize = 255;
 /// Between these, the square of a number has all its digits.
 const SQUARES: RangeInclusive<f64> = 1e-150..=1e150;
