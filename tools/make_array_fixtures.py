@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Makes the small files in tests/fixtures/formats/arrays, and the columns that a reader must find in them.
 
-    python3 -m venv venv && venv/bin/pip install h5py numpy mujoco robosuite==1.4.1 --no-deps
+    python3 -m venv venv && venv/bin/pip install h5py hdf5storage numpy mujoco robosuite==1.4.1 --no-deps
     venv/bin/python tools/make_array_fixtures.py [--robosuite WHEEL_FOLDER]
 
-The layouts are those that robomimic, MimicGen, Isaac Lab, ALOHA and EgoDex write. `robosuite_lift.hdf5` is every 20th row of a recording of
+The layouts are those that robomimic, MimicGen, Isaac Lab, ALOHA, EgoDex and MATLAB (`save -v7.3`) write. `robosuite_lift.hdf5` is every 20th row of a recording of
 robosuite (`robosuite/models/assets/demonstrations/lift/demo.hdf5`, MIT), its model without meshes; MuJoCo computes its poses. `expected.json`
 has, for each recording, the columns with their values as h5py or numpy reads them. `robosuite.json` has the sums of every data set of the
 recordings that come with robosuite; `demos/robosuite/lift.hdf5` has two of them whole.
@@ -121,6 +121,32 @@ def egodex(path):
         for at, joint in enumerate(["camera", "leftHand", "rightIndexFingerTip"]):
             file[f"transforms/{joint}"] = poses(4, [0, 0, 1], start=at, dtype=np.float32)
             file[f"confidences/{joint}"] = np.full(4, 0.5 + 0.1 * at, np.float32)
+
+
+def matlab(path):
+    """Variables as MATLAB's `save -v7.3` writes them: a user block, reversed dimensions. Returns the columns that they are in MATLAB."""
+    import hdf5storage
+
+    random = np.random.default_rng(2)
+    variables = {
+        "t": np.arange(5) / 50.0,
+        "eef_pos": random.normal(size=(5, 3)),
+        "object_pose": poses(5, [0, 1, 1]).transpose(0, 1, 2),
+        "closed": np.array([False, False, True, True, False]),
+        "count": np.arange(5, dtype=np.int16),
+        "obs": {"width": np.linspace(0.08, 0.02, 5).astype(np.float32)},
+    }
+    others = {"note": "by hand", "parts": np.array(["a", "bc"], dtype=object), "none": np.zeros((0, 3))}
+    path.unlink(missing_ok=True)
+    hdf5storage.writes(variables | others, filename=str(path), matlab_compatible=True, oned_as="row", structured_numpy_ndarray_as_struct=True)
+    flat = {f"obs/{name}" if name == "width" else name: value for name, value in (variables | variables["obs"]).items() if name != "obs"}
+    return {title: column for name, value in flat.items() for title, column in spread(name, value.astype(float)).items()}
+
+
+def user_block(path):
+    """A file with a user block of 1024 bytes, as h5py makes it."""
+    with h5py.File(path, "w", userblock_size=1024) as file:
+        file["data/demo_0/actions"] = np.arange(8.0).reshape(4, 2)
 
 
 def bare(model):
@@ -264,13 +290,14 @@ def main():
     wheel = parser.parse_args().robosuite
     FOLDER.mkdir(parents=True, exist_ok=True)
     found = {}
-    for make, recordings in [(robomimic, {"data/demo_0": 6, "data/demo_2": 5, "data/demo_10": 4}), (isaac, {"data/demo_0": 5}), (aloha, {"": 4}), (egodex, {"": 4})]:
+    for make, recordings in [(robomimic, {"data/demo_0": 6, "data/demo_2": 5, "data/demo_10": 4}), (isaac, {"data/demo_0": 5}), (aloha, {"": 4}), (egodex, {"": 4}), (user_block, {"data/demo_0": 4})]:
         path = FOLDER / f"{make.__name__}.hdf5"
         make(path)
         with h5py.File(path) as file:
             for recording, rows in recordings.items():
                 log = f"{path.name}#{recording.split('/')[-1]}" if recording else path.name
                 found[log] = expected(file[recording] if recording else file, rows)
+    found["matlab.mat"] = matlab(FOLDER / "matlab.mat")
     demo(ROOT / "demos/robosuite/lift.hdf5", wheel)
     links(FOLDER.parent / "links")
     bodies = robosuite_lift(FOLDER / "robosuite_lift.hdf5", wheel)

@@ -154,12 +154,31 @@ pub const UNITS: &[Unit] = &[
     Unit { symbol: "%", in_si: 1e-2, dimension: Dimension::NONE },
 ];
 
+const TORQUE: Dimension = Dimension::new(2, 1, -2, 0);
+/// One pound-force, N: 0.45359237 kg under standard gravity.
+const POUND_FORCE: f64 = 0.453_592_37 * 9.806_65;
+
 /// Units of logs and bindings only; their symbols may be names in rules.
 const OF_LOGS: &[Unit] = &[
     Unit { symbol: "us", in_si: 1e-6, dimension: Dimension::TIME },
     Unit { symbol: "µs", in_si: 1e-6, dimension: Dimension::TIME },
     Unit { symbol: "ns", in_si: 1e-9, dimension: Dimension::TIME },
     Unit { symbol: "µm", in_si: 1e-6, dimension: Dimension::LENGTH },
+    // The same with the Greek letter in place of the micro sign.
+    Unit { symbol: "μs", in_si: 1e-6, dimension: Dimension::TIME },
+    Unit { symbol: "μm", in_si: 1e-6, dimension: Dimension::LENGTH },
+    Unit { symbol: "min", in_si: 60.0, dimension: Dimension::TIME },
+    Unit { symbol: "in", in_si: 0.0254, dimension: Dimension::LENGTH },
+    Unit { symbol: "ft", in_si: 0.3048, dimension: Dimension::LENGTH },
+    Unit { symbol: "kN", in_si: 1e3, dimension: Dimension::FORCE },
+    Unit { symbol: "lbf", in_si: POUND_FORCE, dimension: Dimension::FORCE },
+    Unit { symbol: "kgf", in_si: 9.806_65, dimension: Dimension::FORCE },
+    Unit { symbol: "Nm", in_si: 1.0, dimension: TORQUE },
+    Unit { symbol: "N-m", in_si: 1.0, dimension: TORQUE },
+    Unit { symbol: "Nmm", in_si: 1e-3, dimension: TORQUE },
+    Unit { symbol: "N-mm", in_si: 1e-3, dimension: TORQUE },
+    Unit { symbol: "lbf-in", in_si: POUND_FORCE * 0.0254, dimension: TORQUE },
+    Unit { symbol: "lbf-ft", in_si: POUND_FORCE * 0.3048, dimension: TORQUE },
     Unit { symbol: "°", in_si: std::f64::consts::PI / 180.0, dimension: Dimension::ANGLE },
 ];
 

@@ -8,6 +8,8 @@ use teachtree_base::short_number::ShortNumber;
 use teachtree_frames::frames::{ColumnKey, Frames, Layout};
 use teachtree_language::rules::{LEAST_SAMPLES, MOST_TIMES};
 
+/// The rate at which slow logs are resampled, Hz: every duration of the shipped rules is longer than one sample.
+const USUAL_HZ: f64 = 50.0;
 /// The longest window, in samples: more than an hour at 1 kHz.
 const MAX_WINDOW: f64 = 4e6;
 
@@ -21,7 +23,10 @@ pub fn samples(duration_s: f64, rate_hz: f64) -> Result<u32, InputError> {
         let (duration, period) = (duration_s * 1e3, 1e3 / rate_hz);
         let message =
             format!("a duration of {duration:.3} ms is shorter than one sample ({period:.3} ms at {rate_hz:.1} Hz)");
-        let help = "resample the log to a higher rate in its binding, or override the param that sets the duration";
+        let (rate, bridge) = (duration_s.recip().ceil().max(USUAL_HZ), (2.0 * period).ceil());
+        let help = format!(
+            "give the log a binding with `resample: {rate:.0} Hz` and `bridge: {bridge:.0} ms`, or override the param that sets the duration"
+        );
         return Err(InputError::new("rules", message).help(help));
     }
     if samples > MAX_WINDOW {

@@ -112,6 +112,9 @@ impl Header {
     pub(super) fn find(&self, name: &str, unit: Option<&str>) -> Result<Option<usize>, String> {
         let whole = || (0..).zip(&self.titles).filter(|(_, title)| *title == name).map(|(at, _)| at).collect();
         let mut found: Vec<usize> = self.columns.get(name).cloned().unwrap_or_else(whole);
+        if found.is_empty() {
+            return Ok(self.numbered(name));
+        }
         let in_unit = |at: &usize| unit.is_some() && self.units.get(*at).and_then(Option::as_deref) == unit;
         if found.iter().filter(|at| in_unit(at)).count() == 1 {
             found.retain(in_unit);
@@ -121,9 +124,16 @@ impl Header {
         }
         let numbers: Vec<String> = found.iter().map(|at| self.number(*at).to_string()).collect();
         Err(format!(
-            "`{name}` is the name of columns {}, expected a name that one column has: rename the others in the log",
+            "`{name}` is the name of columns {}, expected a name that one column has: rename the others in the log, or bind the number",
             numbers.join(" and ")
         ))
+    }
+
+    /// Returns the column with this number, counted from 1, of a log that is one sheet.
+    fn numbered(&self, name: &str) -> Option<usize> {
+        let is_number = name.bytes().all(|byte| byte.is_ascii_digit()) && self.sheets.len() == 1;
+        let column = name.parse::<usize>().ok().filter(|_| is_number)?.checked_sub(1)?;
+        (column < self.titles.len()).then_some(column)
     }
 
     /// Returns the name of a column.

@@ -21,6 +21,9 @@ pub const BRIDGED_SECS: f64 = 0.020;
 pub(crate) const LARGEST: f64 = 1e6;
 /// A value of any other column beyond this: what is computed from it would overflow.
 const LARGEST_OF_ANY: f64 = 1e12;
+/// The share of impossible readings, and the number of different ones, from which on the unit is wrong.
+const OF_ANOTHER_UNIT: f64 = 0.05;
+const DISTINCT: usize = 10;
 /// A quaternion shorter than this has no direction.
 pub(crate) const NO_ROTATION: f64 = 1e-3;
 /// How far the length of a quaternion may be from one.
@@ -31,12 +34,15 @@ const TOLD: usize = 20;
 /// Makes unmeasured what cannot have been measured: numbers out of all bounds, quaternions without direction.
 ///
 /// # Errors
-/// When a flag is neither 0 nor 1.
+/// When a flag is neither 0 nor 1, or the readings of a channel are in another unit.
 pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, InputError> {
     for (name, (_, values)) in columns.iter_mut() {
         let meaning = names::meaning(name);
         let largest = if meaning.is_some() { LARGEST } else { LARGEST_OF_ANY };
         if values.iter().any(|value| value.abs() > largest) {
+            if meaning.is_some() {
+                refuse_unit(name, values)?;
+            }
             values.to_mut().iter_mut().filter(|value| value.abs() > largest).for_each(|value| *value = f64::NAN);
         }
         if meaning.is_some_and(|meaning| meaning.shape == Shape::Bool)
@@ -81,6 +87,24 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
         }
     }
     Ok(issues)
+}
+
+/// Refuses a channel of which many readings are impossible and differ from each other: a value that marks lost samples is always the same.
+fn refuse_unit(channel: &str, values: &[f64]) -> Result<(), InputError> {
+    let mut found: Vec<f64> = values.iter().copied().filter(|value| value.is_finite() && value.abs() > LARGEST).collect();
+    let share = found.len() as f64 / values.len().max(1) as f64;
+    found.sort_by(f64::total_cmp);
+    found.dedup();
+    let largest = found.iter().copied().fold(0.0, |most: f64, value| most.max(value.abs()));
+    if share < OF_ANOTHER_UNIT || found.len() < DISTINCT {
+        return Ok(());
+    }
+    let message = format!(
+        "{:.0} % of the readings are beyond {LARGEST:e} in SI units, up to {largest:.1e}: they are in another unit, or counts",
+        share * 100.0
+    );
+    let help = "name the unit of the column in a binding, such as `fx [mN]`; convert counts first";
+    Err(InputError::new(format!("channel {channel}"), message).help(help))
 }
 
 /// The largest value that a column can have, and whether it is a flag.

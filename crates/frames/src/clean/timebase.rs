@@ -16,6 +16,9 @@ pub const EVEN_WITHIN: f64 = 0.10;
 /// The share of steps that may be odd without being gaps.
 pub const ODD_SHARE: f64 = 0.01;
 
+/// A stamp that is nearer to one of 32 bits was rounded to it, as a share of the distance of two such stamps.
+const ROUNDED_WITHIN: f64 = 1e-2;
+
 /// This many gaps are looked at as a share of the steps; fewer are gaps, however short the log.
 pub(crate) const MANY_GAPS: usize = 10;
 /// The shortest and the longest step that is believed, s.
@@ -86,6 +89,9 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
             ms(step),
             ShortNumber(first_s)
         );
+        if let Some(error) = rounded(time) {
+            return Err(error);
+        }
         let mean_hz = (1.0 / step).round().max(1.0);
         return Err(InputError::new("the log", message).help(format!(
             "give a binding with `resample: {mean_hz} Hz`; it bridges steps up to 100 ms, `bridge` says another length"
@@ -102,6 +108,9 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
             EVEN_WITHIN * 100.0
         );
         if share > ODD_SHARE {
+            if let Some(error) = rounded(time) {
+                return Err(error);
+            }
             let steps = odd.iter().map(|(from, to)| to - from).sum::<f64>() + even_time;
             let mean_hz = ((odd.len() + even_steps) as f64 / steps).round().max(1.0);
             return Err(InputError::new(
@@ -122,6 +131,27 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
     // Stamps are rounded when they are written: 0.0333, 0.0667. A millihertz more or less is not measured.
     let rate_hz = if mean < 1.0 { (1000.0 / mean).round() / 1000.0 } else { 1.0 / mean };
     Ok(Timebase { rate_hz, rows, stretches })
+}
+
+/// The error about uneven stamps that were rounded to 32 bits: all of them are, and their distance is a large part of a step.
+fn rounded(time: &[f64]) -> Option<InputError> {
+    let (first, last) = (*time.first()?, *time.last()?);
+    let digit = |stamp: f64| f64::from((stamp as f32).abs().next_up()) - f64::from((stamp as f32).abs());
+    let is_rounded = |stamp: &f64| (stamp - f64::from(*stamp as f32)).abs() <= ROUNDED_WITHIN * digit(*stamp);
+    let step = (last - first) / time.len().saturating_sub(1).max(1) as f64;
+    if digit(last) < EVEN_WITHIN * step || !time.iter().all(is_rounded) {
+        return None;
+    }
+    let message = format!(
+        "the stamps are numbers of 32 bits, which at {} s are {} ms apart",
+        ShortNumber(last.round()),
+        ShortNumber(ms(digit(last)))
+    );
+    let help = format!(
+        "write them with 64 bits, or counted from the start; if the steps are even, a binding with `rate: {} Hz` replaces them",
+        step.recip().round()
+    );
+    Some(InputError::new("the log", message).help(help))
 }
 
 /// What a binding would have to say so that a gap is bridged.

@@ -11,11 +11,12 @@
 //! two rows label differently, is not labeled.
 
 mod eaf;
+mod gaps;
 
 use super::file;
 use super::formats::{delimited_text, stem};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::TrackId;
@@ -39,6 +40,8 @@ const RAW: &str = "raw";
 const COMPOSITE: &str = "composite";
 /// Columns in seconds.
 const SECONDS: [&str; 2] = ["start_s", "end_s"];
+/// Columns in milliseconds.
+const MILLISECONDS: [&str; 2] = ["start_ms", "end_ms"];
 /// Columns in rows of the log, the first row being 0 and the end not included.
 const ROWS: [&[&str]; 2] = [&["start_frame", "start_row"], &["end_frame", "end_row", "end_row_excl"]];
 
@@ -81,7 +84,7 @@ pub enum LabelKind {
 
 /// Whether the rows of a table say which log they are about, so that it may be one of several logs.
 pub fn names_logs(path: &Path) -> bool {
-    let header = file::open(path).map(|file| ::csv::Reader::from_reader(file).headers().cloned());
+    let header = file::open(path).map(|file| table_reader(file).and_then(|(mut reader, _)| reader.headers().cloned()));
     !is_eaf(path) && matches!(header, Ok(Ok(header)) if header.iter().any(|title| plain(title) == LOG))
 }
 
@@ -113,10 +116,27 @@ pub fn of_intervals(file: String, intervals: Vec<Interval>) -> Result<Labels, In
 /// # Errors
 /// The first thing that cannot be read, with file, row and column; a table about other logs.
 pub fn read(path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
-    if is_eaf(path) {
-        return of_intervals(path.display().to_string(), eaf::read(path)?);
+    if !is_eaf(path) {
+        return table(file::open(path)?, path, log, row_time);
     }
-    table(file::open(path)?, path, log, row_time)
+    let mut labels = of_intervals(path.display().to_string(), eaf::read(path)?)?;
+    gaps::close(&mut labels.intervals, row_time);
+    Ok(labels)
+}
+
+/// A reader of a table, and the delimiter of its cells: the most frequent one in the first line, as spreadsheets also save semicolons and tabs.
+fn table_reader<R: Read>(bytes: R) -> ::csv::Result<(::csv::Reader<BufReader<R>>, u8)> {
+    let mut bytes = BufReader::new(bytes);
+    let mut is_quoted = false;
+    let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
+    for byte in bytes.fill_buf()?.iter().take_while(|byte| !matches!(byte, b'\n' | b'\r')) {
+        is_quoted ^= *byte == b'"';
+        counts.iter_mut().filter(|(delimiter, _)| delimiter == byte && !is_quoted).for_each(|(_, count)| *count += 1);
+    }
+    let delimiter = counts.into_iter().rev().max_by_key(|(_, count)| *count).map_or(b',', |(delimiter, _)| delimiter);
+    let reader =
+        ::csv::ReaderBuilder::new().delimiter(delimiter).trim(::csv::Trim::All).flexible(true).from_reader(bytes);
+    Ok((reader, delimiter))
 }
 
 /// Reads the table of labels at `path`, like [`read`].
@@ -126,9 +146,9 @@ pub fn read(path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputEr
 pub fn table(bytes: impl Read, path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
     let file = path.display().to_string();
     let unreadable = |error: ::csv::Error| delimited_text::unreadable(&file, &error);
-    let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).flexible(true).from_reader(bytes);
+    let (mut reader, delimiter) = table_reader(bytes).map_err(unreadable)?;
     let header: Vec<String> = reader.headers().map_err(unreadable)?.iter().map(plain).collect();
-    let columns = Columns::find(&header).map_err(|message| {
+    let columns = Columns::find(&header, delimiter != b',').map_err(|message| {
         InputError::new(format!("{file} row 1"), message)
             .help("a label file has the columns `track,label,start_s,end_s` or `start_frame,end_frame,label`")
     })?;
@@ -164,7 +184,9 @@ pub fn table(bytes: impl Read, path: &Path, log: &Path, row_time: &[f64]) -> Res
         let message = format!("no row is about the log {}, the first is about `{}`", wanted.0, shown(other));
         return Err(InputError::new(file, message).help("delete the column `log` if all rows are about it"));
     }
-    of_intervals(file, intervals)
+    let mut labels = of_intervals(file, intervals)?;
+    gaps::close(&mut labels.intervals, row_time);
+    Ok(labels)
 }
 
 fn plain(title: &str) -> String {
@@ -179,11 +201,20 @@ struct Columns {
     name: usize,
     start: usize,
     end: usize,
-    in_rows: bool,
+    times: Times,
+}
+
+/// How a table has times.
+#[derive(Clone, Copy)]
+enum Times {
+    /// Rows of the log.
+    Rows,
+    /// Numbers of a unit with this many seconds, with a decimal comma if the cells are not separated by commas.
+    Numbers { to_seconds: f64, has_commas: bool },
 }
 
 impl Columns {
-    fn find(header: &[String]) -> Result<Self, String> {
+    fn find(header: &[String], has_commas: bool) -> Result<Self, String> {
         /// Columns that a message lists.
         const TOLD: usize = 8;
         let any = |names: &[&str]| header.iter().position(|title| names.contains(&title.as_str()));
@@ -195,16 +226,19 @@ impl Columns {
             format!("found the columns {}{more}, expected {}{meant}", found.join(", "), names.join(" or "))
         };
         let name = any(&NAME).ok_or_else(|| wanted(&NAME))?;
-        let [start_s, end_s] = SECONDS.map(|name| any(&[name]));
+        let both = |names: [&str; 2]| any(&[names[0]]).zip(any(&[names[1]]));
         let [start_row, end_row] = ROWS.map(any);
-        let (start, end, in_rows) = match (start_s.zip(end_s), start_row.zip(end_row)) {
-            (Some((start, end)), _) => (start, end, false),
-            (None, Some((start, end))) => (start, end, true),
-            (None, None) if start_row.is_some() => return Err(wanted(ROWS[1])),
-            (None, None) if start_s.is_some() => return Err(wanted(&["end_s"])),
-            (None, None) => return Err(wanted(&["start_s and end_s", "start_frame and end_frame"])),
+        let numbers = |to_seconds: f64| Times::Numbers { to_seconds, has_commas };
+        let ((start, end), times) = match (both(SECONDS), both(MILLISECONDS), start_row.zip(end_row)) {
+            (Some(columns), ..) => (columns, numbers(1.0)),
+            (_, Some(columns), _) => (columns, numbers(1e-3)),
+            (.., Some(columns)) => (columns, Times::Rows),
+            _ if start_row.is_some() => return Err(wanted(ROWS[1])),
+            _ if any(&[SECONDS[0]]).is_some() => return Err(wanted(&[SECONDS[1]])),
+            _ if any(&[MILLISECONDS[0]]).is_some() => return Err(wanted(&[MILLISECONDS[1]])),
+            _ => return Err(wanted(&["start_s and end_s", "start_ms and end_ms", "start_frame and end_frame"])),
         };
-        Ok(Self { log: any(&[LOG]), track: any(&["track"]), kind: any(&["kind"]), name, start, end, in_rows })
+        Ok(Self { log: any(&[LOG]), track: any(&["track"]), kind: any(&["kind"]), name, start, end, times })
     }
 
     /// The interval of a row; none for a row without a name or without length. The error is a column and what is wrong there.
@@ -255,9 +289,11 @@ impl Columns {
     }
 
     fn time(&self, cell: &str, column: usize, row_time: &[f64]) -> Result<f64, (usize, String)> {
-        if !self.in_rows {
-            let time = cell.parse::<f64>().ok().filter(|time| time.is_finite());
-            return time.ok_or_else(|| (column, format!("found `{}`, expected a time in seconds", shown(cell))));
+        if let Times::Numbers { to_seconds, has_commas } = self.times {
+            let number = if has_commas { cell.replace(',', ".") } else { cell.to_string() };
+            let time = number.parse::<f64>().ok().filter(|time| time.is_finite()).map(|time| time * to_seconds);
+            let unit = if to_seconds < 1.0 { "milliseconds" } else { "seconds" };
+            return time.ok_or_else(|| (column, format!("found `{}`, expected a time in {unit}", shown(cell))));
         }
         let row: usize = cell
             .parse()

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use teachtree_base::hands::{Side, TrackId};
-use teachtree_logs::read::labels::{LabelKind, Labels, read};
+use teachtree_logs::read::labels::{LabelKind, Labels, read, table};
 
 /// When the five rows of a log were, s; the third repeats the stamp of the second.
 const ROW_TIME: [f64; 5] = [0.0, 0.1, 0.1, 0.2, 0.4];
@@ -43,6 +43,34 @@ fn frames_are_rows_of_the_log_from_0_and_the_end_is_not_included() {
     // One past the last row is when the last row ends: one step after it began.
     let rows = intervals("start_row,end_row_excl,t_start,t_last,label\n3,5,0.2,0.4,7\n");
     assert_eq!(rows, [("7".to_string(), 0.2, 0.6000000000000001)]);
+}
+
+/// Frames that include the last one, the same counted from 1, seconds of the first and the last frame, and a gap of four frames, which is one.
+#[test]
+fn gaps_of_a_frame_are_boundaries() {
+    let boundaries = |text: &str| {
+        let row_time: Vec<f64> = (0..100).map(|row| f64::from(row) / 10.0).collect();
+        let labels = table(text.as_bytes(), Path::new("labels.csv"), Path::new("a.csv"), &row_time).unwrap();
+        labels.intervals.iter().map(|label| (label.start_s, label.end_s)).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        boundaries("label,start_frame,end_frame\nA,0,9\nB,10,19\nC,20,29\n"),
+        [(0.0, 1.0), (1.0, 2.0), (2.0, 2.9)]
+    );
+    assert_eq!(boundaries("label,start_frame,end_frame\nA,1,10\nB,11,20\n"), [(0.1, 1.1), (1.1, 2.0)]);
+    assert_eq!(boundaries("label,start_s,end_s\nA,0,0.9\nB,1,1.9\n"), [(0.0, 1.0), (1.0, 1.9)]);
+    assert_eq!(boundaries("label,start_s,end_s\nA,0,0.9\nB,1.3,1.9\n"), [(0.0, 0.9), (1.3, 1.9)]);
+    // Labels of two tracks do not meet.
+    let two = "track,label,start_s,end_s\nleft,A,0,0.9\nright,B,1,1.9\n";
+    assert_eq!(boundaries(two), [(0.0, 0.9), (1.0, 1.9)]);
+}
+
+#[test]
+fn spreadsheets_with_decimal_commas_and_milliseconds_are_read() {
+    let wanted = [("Move".to_string(), 0.0, 0.25), ("Grasp".to_string(), 0.25, 2.0)];
+    assert_eq!(intervals("label;start_s;end_s\nMove;0,00;0,25\nGrasp;0,25;2\n"), wanted);
+    assert_eq!(intervals("label\tstart_s\tend_s\nMove\t0.00\t0.25\nGrasp\t0.25\t2\n"), wanted);
+    assert_eq!(intervals("label,start_ms,end_ms\nMove,0,250\nGrasp,250,2000\n"), wanted);
 }
 
 #[test]

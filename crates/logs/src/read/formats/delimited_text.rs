@@ -1,7 +1,8 @@
 //! Delimited text: comma, semicolon or tab separated values, and tables whose columns are set apart by blanks.
 //!
 //! The first line decides which. If the first line has only numbers, the columns are called `1`, `2`, … A header may stand in
-//! a comment line (`#` or `%`) above the numbers. Lines about the recording may stand before the header, and units below it. Rows are counted as
+//! a comment line (`#` or `%`) above the numbers. Lines about the recording may stand before the header, and units below it.
+//! If several columns have one title, lines above the titles are parts of their names. Rows are counted as
 //! lines of the file, from 1. A row that repeats the stamp before it is dropped, a last row that was cut short is dropped, both are reported;
 //! time that runs backwards and a cell that is not a number are errors with a place.
 
@@ -10,6 +11,7 @@ mod blocks;
 mod columns;
 mod dialect;
 mod faults;
+mod groups;
 mod heading;
 mod records;
 mod rows;

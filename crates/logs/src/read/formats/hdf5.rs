@@ -2,12 +2,14 @@
 //!
 //! The layouts of robosuite, robomimic, MimicGen, Isaac Lab, LIBERO and ManiSkill have a group a recording; a file of ALOHA, ACT or EgoDex is one
 //! recording. A data set is called by its path below the recording (`obs/robot0_eef_pos[0]`); those with another number of rows than most are a
-//! sheet of their own (`rows_1102.user_info/0/zoom`). Shapes are checked before data are read, and no data set is read that promises more than
+//! sheet of their own (`rows_1102.user_info/0/zoom`). The dimensions of MATLAB's arrays are reversed (`matlab`). Shapes are checked before data are read, and no data set is read that promises more than
 //! [`Budget`] allows for the bytes of the file.
 
 pub mod annotate;
 mod links;
+mod matlab;
 mod mujoco;
+mod signature;
 
 use super::array_columns::width;
 use super::array_log::{self, Array, ComputedColumns, MissingRows, Recording, rate, rows};
@@ -19,15 +21,13 @@ use crate::read::table::{MAX_COLUMNS, Source};
 use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, ReadSeekSource, VlenStringReadOptions};
 use mujoco::Model;
 use serde_json::Value;
-use std::io::Read as _;
+pub(super) use signature::is_at_start_or_behind_block;
 use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::guard::guarded;
 
 /// How deep groups may be nested.
 const DEEPEST: usize = 12;
-/// The first bytes of a file.
-pub(super) const MAGIC: [u8; 8] = [0x89, b'H', b'D', b'F', b'\r', b'\n', 0x1a, b'\n'];
 
 /// Opens a recording of a file, which must be in `folders`: `demo_3`, or `3`.
 ///
@@ -42,15 +42,13 @@ pub(super) fn open(path: &Path, recording: Option<&str>, folders: &AllowedFolder
     })
 }
 
-/// Whether a file is HDF5 by its first bytes.
+/// Whether a file is HDF5 by its signature.
 ///
 /// # Errors
 /// When it cannot be read.
 pub(super) fn is_hdf5(path: &Path) -> Result<bool, InputError> {
     let failed = |error: std::io::Error| InputError::unreadable(path.display().to_string(), &error);
-    let mut magic = vec![];
-    file::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
-    Ok(magic == MAGIC)
+    is_at_start_or_behind_block(&mut file::open(path)?).map_err(failed)
 }
 
 /// The recordings of a file, by number; none for a file that is one.
@@ -183,7 +181,7 @@ fn walk(group: &Group, prefix: &str, depth: usize, found: &mut Vec<(String, Data
     if found.len() > MAX_COLUMNS {
         return Err(WalkError::Limit(format!("found more than {MAX_COLUMNS} data sets, the most that are read")));
     }
-    for (name, inner) in group.iter_groups()? {
+    for (name, inner) in group.iter_groups()?.filter(|(name, _)| !matlab::is_internal(name)) {
         walk(&inner, &format!("{prefix}{name}/"), depth + 1, found)?;
     }
     Ok(())
@@ -232,7 +230,13 @@ fn array(
 ) -> Result<Option<Array>, InputError> {
     let failed = |error: Error| damaged(place, &error);
     let shape = dataset.shape().map_err(failed)?;
-    let shape: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
+    let stored: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
+    let matlab = matlab::Kind::of(&dataset).map_err(failed)?;
+    let shape = match matlab {
+        matlab::Kind::Other => stored.clone(),
+        matlab::Kind::Numbers => matlab::shape(&stored),
+        matlab::Kind::Unread => return Ok(None),
+    };
     let Some((rows, dimensions)) = shape.split_first() else { return Ok(None) };
     let texts = match dataset.dtype().map_err(failed)? {
         DType::String | DType::VariableLengthString => true,
@@ -250,7 +254,9 @@ fn array(
     if !budget.take(rows.checked_mul(width), size, texts) || !budget.has(chunk) {
         return refused(Budget::REFUSED);
     }
-    let values = Box::new(Values { place: place.into(), name: name.clone(), dataset, most: budget.whole, file_size });
+    let stored = (matlab == matlab::Kind::Numbers).then_some(stored);
+    let values =
+        Box::new(Values { place: place.into(), name: name.clone(), dataset, stored, most: budget.whole, file_size });
     Array::new(name, *rows, dimensions, texts, values).map(Some)
 }
 
@@ -301,6 +307,8 @@ struct Values {
     place: String,
     name: String,
     dataset: Dataset,
+    /// The dimensions of an array of MATLAB as the file has them.
+    stored: Option<Vec<usize>>,
     /// How many bytes its texts may have.
     most: u64,
     file_size: u64,
@@ -315,8 +323,16 @@ impl Values {
 impl array_log::ArrayValues for Values {
     fn numbers(&self, first_row: bool) -> Result<Vec<f64>, InputError> {
         self.check()?;
-        let read = if first_row { self.dataset.read_f64_rows(0, 1) } else { self.dataset.read_f64() };
-        read.map_err(|error| located(&self.place, &self.name, error))
+        let failed = |error| located(&self.place, &self.name, error);
+        let Some(stored) = &self.stored else {
+            let read = if first_row { self.dataset.read_f64_rows(0, 1) } else { self.dataset.read_f64() };
+            return read.map_err(failed);
+        };
+        let mut values = matlab::reversed(&self.dataset.read_f64().map_err(failed)?, stored);
+        if first_row {
+            values.truncate(values.len() / matlab::shape(stored).first().copied().unwrap_or(1).max(1));
+        }
+        Ok(values)
     }
 
     fn texts(&self) -> Result<Vec<String>, InputError> {
@@ -331,7 +347,7 @@ impl array_log::ArrayValues for Values {
     }
 
     fn missing(&self) -> Option<MissingRows> {
-        missing(&self.dataset)
+        if self.stored.is_some() { None } else { missing(&self.dataset) }
     }
 }
 
@@ -353,7 +369,13 @@ impl ComputedColumns for Motion {
 
 /// What keeps a file from being read.
 fn damaged(place: &str, error: &Error) -> InputError {
-    InputError::new(place, format!("cannot be read as HDF5: {error}"))
+    match error {
+        Error::FileMarkedInUse(_) => {
+            InputError::new(place, "is marked as open: its writer still writes, or ended without closing it")
+                .help("where nothing writes it any more, `h5clear -s` of the HDF5 tools removes the mark")
+        }
+        _ => InputError::new(place, format!("cannot be read as HDF5: {error}")),
+    }
 }
 
 /// What keeps a data set from being read.

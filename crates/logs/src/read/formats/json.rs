@@ -81,7 +81,11 @@ pub fn fault(error: &serde_json::Error) -> String {
 /// The deepest nesting that is spread into names.
 const MAX_DEPTH: usize = 16;
 
-/// Puts a message into the last row; its stamp in nanoseconds, if it has a header with one.
+/// Where a message has its stamp: in a header as of ROS, or beside the values as in Foxglove's schemas; of a list, that of the first element.
+#[cfg(feature = "mcap")]
+const STAMPS: [&str; 4] = ["/header/stamp", "/timestamp", "/transforms/0/header/stamp", "/transforms/0/timestamp"];
+
+/// Puts a message into the last row; its stamp in nanoseconds, if it has one.
 ///
 /// # Errors
 /// When it is no JSON object.
@@ -92,13 +96,12 @@ pub fn message(text: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Fail
         return Err("found no JSON object".to_string().into());
     };
     put(&value, row)?;
-    let stamp = value.pointer("/header/stamp");
-    let part = |key: &str| stamp.and_then(|stamp| stamp.get(key)).and_then(Value::as_i64);
-    let (seconds, nanos) = (part("sec"), part("nanosec").or_else(|| part("nsec")));
-    Ok(seconds
-        .zip(nanos)
-        .and_then(|(seconds, nanos)| seconds.checked_mul(1_000_000_000)?.checked_add(nanos))
-        .filter(|stamp| *stamp != 0))
+    let stamp = |place: &&str| {
+        let part = |key: &str| value.pointer(place)?.get(key)?.as_i64();
+        let nanos = part("nanosec").or_else(|| part("nsec"))?;
+        part("sec")?.checked_mul(1_000_000_000)?.checked_add(nanos).filter(|stamp| *stamp != 0)
+    };
+    Ok(STAMPS.iter().find_map(stamp))
 }
 
 /// Puts the values of an object into the last row.

@@ -83,7 +83,7 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
     bytes.by_ref().take(16).read_to_end(&mut magic).map_err(failed)?;
     bytes.seek(SeekFrom::Start(0)).map_err(failed)?;
     #[cfg(feature = "hdf5")]
-    if magic.starts_with(&hdf5::MAGIC) {
+    if hdf5::is_at_start_or_behind_block(&mut bytes).map_err(failed)? {
         return hdf5::open(&path, recording, folders);
     }
     #[cfg(feature = "arrays")]
@@ -241,7 +241,7 @@ fn unknown(path: &Path) -> InputError {
         "parquet" if cfg!(not(feature = "parquet")) => {
             error.help("this build cannot read Parquet, its feature `parquet` is off")
         }
-        "hdf5" | "h5" if cfg!(not(feature = "hdf5")) => {
+        "hdf5" | "h5" | "mat" if cfg!(not(feature = "hdf5")) => {
             error.help("this build cannot read HDF5, its feature `hdf5` is off")
         }
         "npy" | "npz" | "zip" if cfg!(not(feature = "arrays")) => {

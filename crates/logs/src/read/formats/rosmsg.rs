@@ -375,7 +375,8 @@ impl Decoder<'_> {
         let seconds =
             if self.bytes.wire == WireFormat::Ros1 { self.bytes.unsigned(4)? as i64 } else { self.bytes.signed(4)? };
         let nanos = self.bytes.unsigned(4)? as i64;
-        if self.path.ends_with("header.stamp") {
+        // Messages of Foxglove have no header.
+        if self.path.ends_with("header.stamp") || self.path == "timestamp" {
             // A stamp that nobody set is none.
             self.stamp = self.stamp.or(Some(seconds * NANOS + nanos).filter(|stamp| *stamp != 0));
         }

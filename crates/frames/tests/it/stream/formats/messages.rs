@@ -320,6 +320,22 @@ channels:
     insta::assert_snapshot!(issues[0].message, @"1 row repeats the time stamp of the row before, first in row 3; the first of equal stamps is kept");
 }
 
+/// Foxglove's schemas have the instant beside the values, and messages reach the recorder late.
+#[test]
+fn stamps_beside_the_values_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let tips = (0..4).map(|at| {
+        let text = format!("{{\"timestamp\":{{\"sec\":9,\"nsec\":{}}},\"x\":{at}}}", at * 100_000_000);
+        (9.5 + f64::from(at % 2) * 0.3 + f64::from(at) * 0.01, text)
+    });
+    write(&path, None, &[json_topic("/tip", tips.collect())]);
+    let (recording, _) = bound(&path, "channels: {right.gripper.opening: /tip.x}\n").unwrap();
+    assert_eq!(values(&recording, "right.gripper.opening"), [0.0, 1.0, 2.0, 3.0]);
+    let steps: Vec<f64> = recording.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(steps.iter().all(|step| (step - 0.1).abs() < 1e-9), "{steps:?}");
+}
+
 /// If the messages were sorted by stamp, those of the two stretches would alternate.
 #[test]
 fn a_clock_that_was_set_back_refuses_its_topic() {

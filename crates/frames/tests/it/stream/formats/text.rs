@@ -18,6 +18,41 @@ fn the_first_line_tells_what_delimits() {
     assert_eq!(titles("# made by hand\nt,px,pz\n0,1,2\n"), ["t", "px", "pz"]);
 }
 
+/// Vicon Nexus, Motive of OptiTrack, and a spreadsheet.
+#[test]
+fn lines_above_titles_distinguish_columns_of_one_title() {
+    let titles = |text: &str| header(&folder(&[("log.csv", text)]).path().join("log.csv"));
+    let nexus =
+        "Trajectories\n100\n,,S:cube,,,S:tool,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z\n,,mm,mm,mm,mm,mm,mm\n1,0,1,2,3,4,5,6\n";
+    let wanted = ["S:cube.X [mm]", "S:cube.Y [mm]", "S:cube.Z [mm]", "S:tool.X [mm]", "S:tool.Y [mm]", "S:tool.Z [mm]"];
+    assert_eq!(titles(nexus), [&["Frame", "Sub Frame"], &wanted[..]].concat());
+    let motive = "Format Version,1.23,Take Name,a\n\n,Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body\n,Name,cube,cube,tool,tool\n\
+        ,ID,7A,7A,7B,7B\n,,Rotation,Position,Rotation,Position\nFrame,Time (Seconds),X,X,X,X\n0,0.0,1,2,3,4\n";
+    let wanted = ["cube.Rotation.X", "cube.Position.X", "tool.Rotation.X", "tool.Position.X"];
+    assert_eq!(titles(motive), [&["Frame", "Time (Seconds)"], &wanted[..]].concat());
+    assert_eq!(titles("tool,,cube,,t\nx,y,x,y,s\n1,2,3,4,5\n"), ["tool.x", "tool.y", "cube.x", "cube.y", "s"]);
+    // Nothing distinguishes these.
+    assert_eq!(titles("x,y,x,y\n1,2,3,4\n"), ["x", "y", "x", "y"]);
+}
+
+#[test]
+fn lines_above_titles_are_skipped_where_rows_begin_with_a_text() {
+    let text = "Rate: 100\nUnits: N, Counts: 1e6\nStatus (hex),Fx (N),Fy (N)\n0x8000,1,2\n0x8000,3,4\n0x8000,5,6\n";
+    let titles = |text: &str| header(&folder(&[("log.csv", text)]).path().join("log.csv"));
+    assert_eq!(titles(text), ["Status (hex)", "Fx (N)", "Fy (N)"]);
+}
+
+#[test]
+fn numbers_bind_columns_with_names_too() {
+    let (recording, _) = bound_text(
+        "log.csv",
+        "t,x,x,y\n0,1,2,3\n1,4,5,6\n",
+        "time: t\nchannels: {right.palm.position: \"<xyz=3 2 4> [mm]\"}\n",
+    )
+    .unwrap();
+    assert_eq!(values(&recording, "right.palm.position.x"), [0.002, 0.005]);
+}
+
 #[test]
 fn columns_without_names_are_bound_by_number() {
     let text = "0 1 2 3\t\n  0.5\t4   5 6 \n1 7 8 9\n";
@@ -413,12 +448,12 @@ fn a_name_that_occurs_twice_is_refused_with_both_columns() {
         refused("log.tsv", capture, "channels: {cube.position: a <XYZ>}\n"),
     ];
     insta::assert_snapshot!(said.join("\n"), @"
-    binding.yaml:2:12: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
-    binding.yaml:1:1: `t` is the name of columns 1 and 2, expected a name that one column has: rename the others in the log
-    binding.yaml:2:38: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
-    binding.yaml:2:12: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
-    binding.yaml:2:12: `z` is the name of columns 4 and 7, expected a name that one column has: rename the others in the log
-    binding.yaml:1:12: `a X` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
+    binding.yaml:2:12: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log, or bind the number
+    binding.yaml:1:1: `t` is the name of columns 1 and 2, expected a name that one column has: rename the others in the log, or bind the number
+    binding.yaml:2:38: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log, or bind the number
+    binding.yaml:2:12: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log, or bind the number
+    binding.yaml:2:12: `z` is the name of columns 4 and 7, expected a name that one column has: rename the others in the log, or bind the number
+    binding.yaml:1:12: `a X` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log, or bind the number
     ");
     // Columns that are not bound may share a name, and units distinguish columns with one name.
     let alone = log.replace("x,y,z\n", "x,y,w\n");

@@ -1,6 +1,7 @@
 //! The heading of a delimited text: lines about the recording, titles of columns, and their units, before the first row of numbers.
 
 use super::dialect::Dialect;
+use super::groups::GroupRows;
 use crate::read::memory_table::titled;
 use crate::read::table::{date_time, number};
 use teachtree_base::units::compound;
@@ -17,12 +18,14 @@ pub(super) struct Heading {
     commented: Option<Vec<String>>,
     /// The units in a line below the titles.
     units: Option<Vec<String>>,
+    /// The lines above the titles that name groups of columns.
+    groups: GroupRows,
 }
 
 impl Heading {
     /// Reads the heading at the beginning of a text. Lines that are neither titles nor rows are made empty, so that rows keep their line numbers.
     pub fn read(head: &mut Vec<u8>) -> Self {
-        let Preamble { lines, units } = Preamble::find(&String::from_utf8_lossy(head));
+        let Preamble { lines, units, groups } = Preamble::find(&String::from_utf8_lossy(head));
         let unit_line = units.as_ref().map(|(line, _)| *line);
         if lines > 0 || unit_line.is_some() {
             *head = emptied(head, |line| line < lines || Some(line) == unit_line);
@@ -38,7 +41,8 @@ impl Heading {
             let titles = cells.into_iter().map(|title| title.trim().to_string()).collect();
             if dialect.blanks { with_units(titles) } else { titles }
         });
-        Self { dialect, is_titled: !dialect.has_numbers(line), commented, units: units.map(|(_, units)| units) }
+        let units = units.map(|(_, units)| units);
+        Self { dialect, is_titled: !dialect.has_numbers(line), commented, units, groups }
     }
 
     /// Returns the titles of the columns, given the cells of the first row.
@@ -47,7 +51,7 @@ impl Heading {
             let commented = self.commented.clone().filter(|titles| titles.len() == first.len());
             return commented.unwrap_or_else(|| (1..=first.len()).map(|column| column.to_string()).collect());
         }
-        let titles = if self.dialect.blanks { with_units(first) } else { first };
+        let titles = if self.dialect.blanks { with_units(first) } else { self.groups.compose(first) };
         match self.units.as_ref().filter(|units| units.len() == titles.len()) {
             Some(units) => titles.iter().zip(units).map(|(title, unit)| titled(title, unit)).collect(),
             None => titles,
@@ -62,6 +66,7 @@ struct Preamble {
     lines: usize,
     /// The line below the titles with their units, and the units.
     units: Option<(usize, Vec<String>)>,
+    groups: GroupRows,
 }
 
 impl Preamble {
@@ -69,7 +74,13 @@ impl Preamble {
     fn find(head: &str) -> Self {
         let lines: Vec<&str> = head.lines().take(MAX_LINES).collect();
         let cells = |at: usize| lines.get(at).map(|line| cells(line)).unwrap_or_default();
-        let Some(data) = (0..lines.len()).find(|at| is_data(&cells(*at))) else { return Self::default() };
+        // A row may begin with a text, such as a status, if rows of as many cells follow it.
+        let follows = |at: usize, width: usize| (at + 1..at + 3).all(|next| is_row_of(&cells(next), width));
+        let is_data = |at: &usize| {
+            let row = cells(*at);
+            is_row_of(&row, row.len()) && (row.first().is_some_and(|cell| is_value(cell)) || follows(*at, row.len()))
+        };
+        let Some(data) = (0..lines.len()).find(is_data) else { return Self::default() };
         let width = cells(data).len();
         let is_text = |line: &&str| !line.trim().is_empty() && !line.starts_with(['#', '%']);
         let above: Vec<usize> = (0..data).filter(|at| lines.get(*at).is_some_and(is_text)).collect();
@@ -77,8 +88,12 @@ impl Preamble {
         let units = above.last().filter(|_| above.len() > 1).and_then(|at| Some((*at, units(&cells(*at), width)?)));
         let title_lines = above.len() - usize::from(units.is_some());
         let titles = title_lines.checked_sub(1).and_then(|at| above.get(at)).copied().unwrap_or_default();
-        let is_preamble = titles > 0 && cells(first).len() != width && cells(titles).len() == width;
-        Self { lines: if is_preamble { titles } else { 0 }, units }
+        let is_title_line = cells(titles).len() == width;
+        let groups = above.iter().rev().skip_while(|at| **at >= titles).filter(|_| is_title_line).map(|at| cells(*at));
+        let groups = GroupRows::new(groups, width);
+        let is_preamble =
+            titles > 0 && is_title_line && (cells(first).len() != width || groups.distinguish(cells(titles)));
+        Self { lines: if is_preamble { titles } else { 0 }, units, groups }
     }
 }
 
@@ -89,12 +104,14 @@ fn cells(line: &str) -> Vec<&str> {
     if dialect.blanks { cells.collect() } else { cells.map(|cell| cell.trim().trim_matches('"').trim()).collect() }
 }
 
-/// Whether a line is a row: it begins with a number or a date, and most of its cells are numbers or dates.
-fn is_data(cells: &[&str]) -> bool {
-    let is_value = |cell: &&&str| number(&cell.replace(',', ".")).is_some() || date_time(cell).is_some();
-    cells.len() > 1
-        && cells.first().filter(|cell| !cell.is_empty()).is_some_and(|cell| is_value(&cell))
-        && 2 * cells.iter().filter(is_value).count() > cells.len()
+/// Whether a cell is a number or a date.
+fn is_value(cell: &str) -> bool {
+    number(&cell.replace(',', ".")).is_some() || date_time(cell).is_some()
+}
+
+/// Whether a line has this number of cells, more than one, and most of them are numbers or dates.
+fn is_row_of(cells: &[&str], width: usize) -> bool {
+    cells.len() == width && width > 1 && 2 * cells.iter().filter(|cell| is_value(cell)).count() > width
 }
 
 /// Returns the units in a line; none where a cell is neither a unit nor blank.
