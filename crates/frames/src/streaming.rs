@@ -9,6 +9,7 @@
 
 use crate::clean::dropouts;
 use crate::clean::gap_filling;
+use crate::clean::lost_bodies::{self, LostBodyDetector};
 use crate::clean::preprocess::{CleanLog, Columns, Window, span, whole_vectors};
 use crate::clean::spikes::SpikeDetector;
 use crate::clean::stuck_sensors::RepeatDetector;
@@ -344,6 +345,8 @@ struct FastPath {
     rotations: Vec<[usize; 4]>,
     repeats: Vec<([usize; 3], RepeatDetector)>,
     spikes: Vec<(Vec<usize>, SpikeDetector)>,
+    /// The columns of each position.
+    positions: Vec<([usize; 3], LostBodyDetector)>,
     /// The columns of each object's position, whose noise must not count.
     noises: Vec<([usize; 3], [pose_noise::NoiseEstimator; 3])>,
     rate_hz: f64,
@@ -372,6 +375,11 @@ impl FastPath {
             let parts: Option<_> = LogChannel::parse(channel)?.columns().into_iter().map(place).collect();
             Some((parts?, SpikeDetector::of(channel)?))
         });
+        let positions = channels.iter().filter(|channel| lost_bodies::is_position(channel)).filter_map(|channel| {
+            let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{channel}.{letter}")));
+            Some(([x?, y?, z?], LostBodyDetector::default()))
+        });
+        let positions = positions.collect();
         let noises = flow.scene.bodies.iter().filter_map(|(name, body)| {
             let has_velocity = place(format!("{name}.velocity.x")).is_some();
             let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{name}.position.{letter}")));
@@ -379,7 +387,7 @@ impl FastPath {
             pose_noise::counts(body.role, has_velocity).then(|| (columns, Default::default()))
         });
         let noises = noises.collect();
-        Self { bounds, rotations, repeats: repeated.collect(), spikes: spikes.collect(), noises, rate_hz }
+        Self { bounds, rotations, repeats: repeated.collect(), spikes: spikes.collect(), positions, noises, rate_hz }
     }
 
     /// Looks at a block; whether it is plain.
@@ -395,6 +403,7 @@ impl FastPath {
             columns.iter().zip(estimates).for_each(|(at, estimate)| estimate.take(column(*at)));
         }
         bounded
+            && self.positions.iter_mut().all(|(parts, lost)| lost.look(parts.map(column)))
             && self.rotations.iter().all(|parts| dropouts::are_rotations(parts.map(column)))
             && self.repeats.iter_mut().all(|(parts, repeats)| repeats.look(&block.time, parts.map(column)))
             && self.spikes.iter_mut().all(|(parts, spikes)| {

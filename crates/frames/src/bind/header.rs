@@ -157,6 +157,14 @@ impl Header {
         if let Some((sheet, why)) = self.refused.iter().find(|(sheet, _)| of_sheet(sheet)) {
             return format!("`{sheet}` cannot be read: {why}");
         }
+        let of_sheets = self.sheets.iter().filter(|(sheet, _)| !sheet.is_empty());
+        let mut same =
+            of_sheets.map(|(sheet, _)| format!("{sheet}.{name}")).filter(|full| self.columns.contains_key(full));
+        if let Some(full) = same.next() {
+            return format!(
+                "the log has no column `{name}`; `{full}` has other rows than most columns: bind it, and `resample` the log"
+            );
+        }
         match nearest(name, self.columns.keys().map(String::as_str)) {
             Some(near) => format!("the log has no column `{name}`; did you mean `{near}`?"),
             None if self.sheets.len() > 1 => {

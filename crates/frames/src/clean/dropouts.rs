@@ -23,7 +23,7 @@ pub(crate) const LARGEST: f64 = 1e6;
 const LARGEST_OF_ANY: f64 = 1e12;
 /// The share of impossible readings, and the number of different ones, from which on the unit is wrong.
 const OF_ANOTHER_UNIT: f64 = 0.05;
-const DISTINCT: usize = 10;
+const DISTINCT: usize = 3;
 /// A quaternion shorter than this has no direction.
 pub(crate) const NO_ROTATION: f64 = 1e-3;
 /// How far the length of a quaternion may be from one.
@@ -91,7 +91,8 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
 
 /// Refuses a channel of which many readings are impossible and differ from each other: a value that marks lost samples is always the same.
 fn refuse_unit(channel: &str, values: &[f64]) -> Result<(), InputError> {
-    let mut found: Vec<f64> = values.iter().copied().filter(|value| value.is_finite() && value.abs() > LARGEST).collect();
+    let mut found: Vec<f64> =
+        values.iter().copied().filter(|value| value.is_finite() && value.abs() > LARGEST).collect();
     let share = found.len() as f64 / values.len().max(1) as f64;
     found.sort_by(f64::total_cmp);
     found.dedup();
@@ -245,7 +246,8 @@ fn unmeasured(rows: usize, parts: &[&[f64]]) -> Vec<Range<usize>> {
     intervals
 }
 
-fn interval(time: &[f64], channel: &str, rows: &Range<usize>) -> Issue {
+/// An issue without a message over some rows.
+pub fn interval(time: &[f64], channel: &str, rows: &Range<usize>) -> Issue {
     let at = |row: usize| time.get(row).or(time.last()).copied().unwrap_or_default();
     Issue {
         kind: IssueKind::NOT_A_NUMBER,

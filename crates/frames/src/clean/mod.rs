@@ -3,6 +3,7 @@
 pub mod contact_level;
 pub mod dropouts;
 pub mod gap_filling;
+pub mod lost_bodies;
 pub mod preprocess;
 pub mod spikes;
 pub mod stuck_sensors;

@@ -6,6 +6,7 @@
 
 use crate::clean::contact_level::LearnedLevel;
 use crate::clean::dropouts;
+use crate::clean::lost_bodies;
 use crate::clean::stuck_sensors;
 use crate::clean::timebase::{Timebase, timebase};
 use crate::clean::unknown_columns::{self, UnknownColumn};
@@ -148,6 +149,7 @@ impl<'a> CleanLog<'a> {
         }
         let mut issues = unknown_columns::ignored(recording, &unknown);
         issues.extend(dropouts::impossible(time, &mut columns)?);
+        issues.extend(lost_bodies::unmeasure(time, &mut columns));
         issues.extend(never_measured(time, &mut columns));
         whole_vectors(&columns)?;
         issues.extend(dropouts::bridge(time, &mut columns));

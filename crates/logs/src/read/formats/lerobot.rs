@@ -251,12 +251,17 @@ impl Dataset {
     }
 }
 
-/// The texts in lists, nested or under keys, in order.
+/// The texts in lists, nested or under keys, in order. Keys of numbers are the texts, in the order of the numbers.
 fn texts(value: &Value, found: &mut Vec<String>, depth: usize) {
     const DEEPEST: usize = 4;
     match value {
         Value::String(text) => found.push(text.clone()),
         Value::Array(items) if depth < DEEPEST => items.iter().for_each(|item| texts(item, found, depth + 1)),
+        Value::Object(items) if !items.is_empty() && items.values().all(Value::is_u64) => {
+            let mut places: Vec<(Option<u64>, &String)> = items.iter().map(|(name, at)| (at.as_u64(), name)).collect();
+            places.sort_unstable();
+            found.extend(places.into_iter().map(|(_, name)| name.clone()));
+        }
         Value::Object(items) if depth < DEEPEST => items.values().for_each(|item| texts(item, found, depth + 1)),
         _ => {}
     }

@@ -120,6 +120,30 @@ fn an_episode_is_found_in_a_file_with_many() {
     insta::assert_snapshot!([refused("set"), refused("set#2"), refused("set#3")].join("\n"));
 }
 
+/// Teleoperators of HIL-SERL number the names of their actions.
+#[test]
+fn names_with_their_places_are_those_of_a_list() {
+    let info = INFO.replace(r#"{"motors": ["pan", "lift"]}"#, r#"{"pan": 1, "lift": 0}"#).replace("3,", "1,");
+    let folder = folder(&[("set/meta/info.json", &info)]);
+    let set = folder.path().join("set");
+    table(
+        &set.join("meta/episodes/chunk-000/file-000.parquet"),
+        &[("episode_index", &[0.0]), ("data/chunk_index", &[0.0]), ("data/file_index", &[0.0])],
+    );
+    table(
+        &set.join("data/chunk-000/file-000.parquet"),
+        &[
+            ("episode_index", &[0.0, 0.0]),
+            ("timestamp", &[0.0, 0.1]),
+            ("observation.state[0]", &[1.0, 2.0]),
+            ("observation.state[1]", &[3.0, 4.0]),
+        ],
+    );
+    let binding = "channels: {right.gripper.opening: observation.state.pan}\n";
+    let (recording, _) = bound(&folder.path().join("set#0"), binding).unwrap();
+    assert_eq!(values(&recording, "right.gripper.opening"), [3.0, 4.0]);
+}
+
 #[test]
 fn data_sets_that_say_nonsense_are_refused() {
     let refused = |from: &str, to: &str| {
