@@ -3,7 +3,7 @@
 //! In: the leaves of the trees. Out: for each hand a lane of settled labels with the coordination of both hands laid over them
 //! (grammar/README.md, Meaning of a run, points 4 and 5), and what is left of the coordination after relabeling.
 
-use super::labeled_span::{self, LabeledSpan, add, append, at, pieces, within};
+use super::labeled_span::{LabeledSpan, add, append, at, pieces, within};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use teachtree_base::hands::Side;
@@ -37,6 +37,8 @@ pub(super) fn samples(duration_s: f64, rate_hz: f64) -> usize {
 #[derive(Clone, Debug)]
 pub(super) struct IntervalLabels<'a> {
     leaves: &'a Leaves,
+    /// The frames in which a hand has no labels.
+    unseen: &'a BTreeMap<Side, Vec<Range<usize>>>,
     settling: Settling,
     /// The settled labels of each hand as the trees gave them.
     pub raw: BTreeMap<Side, Vec<LabeledSpan>>,
@@ -51,12 +53,12 @@ pub(super) struct IntervalLabels<'a> {
 }
 
 impl<'a> IntervalLabels<'a> {
-    /// Covers and settles the leaves of a stretch.
-    pub fn new(leaves: &'a Leaves, settling: Settling) -> Self {
-        let both = leaves.both.clone();
+    /// Covers and settles the leaves of a stretch. Hands have no labels in `unseen` frames, and no coordination.
+    pub fn new(leaves: &'a Leaves, unseen: &'a BTreeMap<Side, Vec<Range<usize>>>, settling: Settling) -> Self {
+        let both = unseen.values().fold(leaves.both.clone(), |both, unseen| without_label(&both, unseen));
         let raw_both = pieces(&settle(&both, settling.both));
-        let raw: BTreeMap<_, _> = settled_hands(leaves, &both, settling.hand).collect();
-        Self { leaves, settling, hands: raw.clone(), raw, raw_both, both, separated_by: Vec::new() }
+        let raw: BTreeMap<_, _> = settled_hands(leaves, unseen, &both, settling.hand).collect();
+        Self { leaves, unseen, settling, hands: raw.clone(), raw, raw_both, both, separated_by: Vec::new() }
     }
 
     /// The frames of the stretch.
@@ -127,7 +129,7 @@ impl<'a> IntervalLabels<'a> {
         }
         self.both = kept;
         add(&mut self.separated_by, &[rule]);
-        self.hands = settled_hands(self.leaves, &self.both, self.settling.hand).collect();
+        self.hands = settled_hands(self.leaves, self.unseen, &self.both, self.settling.hand).collect();
         for (side, lane) in &mut self.hands {
             mark(lane, self.raw.get(side).map_or(&[], Vec::as_slice), &self.separated_by);
         }
@@ -135,8 +137,20 @@ impl<'a> IntervalLabels<'a> {
     }
 }
 
-fn settled_hands(leaves: &Leaves, both: &[Run], frames: usize) -> impl Iterator<Item = (Side, Vec<LabeledSpan>)> {
-    leaves.hands.iter().map(move |(side, own)| (*side, labeled_span::pieces(&settle(&cover(own, both), frames))))
+fn settled_hands(
+    leaves: &Leaves,
+    unseen: &BTreeMap<Side, Vec<Range<usize>>>,
+    both: &[Run],
+    frames: usize,
+) -> impl Iterator<Item = (Side, Vec<LabeledSpan>)> {
+    leaves.hands.iter().map(move |(side, own)| {
+        let covered = cover(own, both);
+        let Some(unseen) = unseen.get(side) else { return (*side, pieces(&settle(&covered, frames))) };
+        // What is before and after frames without labels settles by itself.
+        let seen = without_label(&covered, unseen);
+        let groups = seen.chunk_by(|one, next| one.label.is_none() == next.label.is_none());
+        (*side, groups.flat_map(|runs| pieces(&settle(runs, frames))).collect())
+    })
 }
 
 /// Names the rules that gave coordination back on every piece that is not what the trees gave.

@@ -136,7 +136,7 @@ pub const DERIVED: &[DerivedChannel] = &[
         "target",
         Shape::Object,
         Dimension::NONE,
-        "the object that this hand touches, else the one nearest to its fingertips; it changes only while the hand touches nothing",
+        "the object that this hand touches, else the one that it carries, else the one nearest to its fingertips; it changes only while the hand touches and carries nothing",
     ),
     hand("target.position", Shape::Vec3, Dimension::LENGTH, "origin of the target, reference frame"),
     hand("target.rotation", Shape::Rotation, Dimension::NONE, "rotation reference_from_target"),

@@ -63,6 +63,8 @@ pub struct Frames {
     pub time: Vec<f64>,
     /// Gap-free stretches of frames, in order; everything restarts at the beginning of each.
     pub stretches: Vec<Range<usize>>,
+    /// Frames in which a hand involves a body that was lost, by hand, in order: the hand has no labels there.
+    pub unseen: BTreeMap<Side, Vec<Range<usize>>>,
     /// Names of the objects that `target` may be.
     pub objects: Vec<String>,
     /// Names of all bodies of the scene, in its order.

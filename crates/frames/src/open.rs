@@ -165,6 +165,8 @@ impl OpenedLog {
         let mut frames = derive::frames_trusting(&self.recording, channels, &self.trust)
             .map_err(|error| in_log(&self.log, error))?;
         frames.row_time.clone_from(&self.row_time);
+        // A binding looks at sensors before it corrects them; what it has found is found again where nothing was corrected.
+        frames.issues.retain(|issue| !self.issues.contains(issue));
         frames.issues.splice(0..0, self.issues.iter().cloned());
         frames.issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         Ok(frames)

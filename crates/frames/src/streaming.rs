@@ -9,12 +9,12 @@
 
 use crate::clean::dropouts;
 use crate::clean::gap_filling;
-use crate::clean::lost_bodies::{self, LostBodyDetector};
 use crate::clean::preprocess::{CleanLog, Columns, Window, span, whole_vectors};
 use crate::clean::spikes::SpikeDetector;
 use crate::clean::stuck_sensors::RepeatDetector;
 use crate::clean::timebase::{Timebase, timebase};
 use crate::clean::unknown_columns::{self, UnknownColumn};
+use crate::clean::untracked_bodies::{self, UntrackedBodyDetector};
 use crate::derive::pose_noise;
 use crate::derive::{self, ANCHOR, Findings, tare};
 use crate::frames::{Frames, Layout};
@@ -164,13 +164,13 @@ impl StreamedLog {
         let ends = Recording { time: span(&time).to_vec(), scene: self.scene.clone(), ..Recording::default() };
         let mut issues = unknown_columns::ignored(&ends, &listed);
         let Timebase { rate_hz, rows: _, stretches } = timebase(&time, &vec![true; time.len()], &mut issues).ok()?;
-        let sensors = self.sensors(time.len(), rate_hz)?;
+        let sensors = self.sensors(&time, rate_hz, channels)?;
         Some(FirstPass { flow: self, channels: channels.to_vec(), time, rate_hz, stretches, issues, sensors })
     }
 
-    /// What is known of the force sensors of a log with so many rows.
-    fn sensors(&self, rows: usize, rate_hz: f64) -> Option<tare::Sensors> {
-        let pairs: Vec<[usize; 2]> = tare::samples(rows).collect();
+    /// What is known of the force sensors of a log with these stamps, for rules with these channels.
+    fn sensors(&self, time: &[f64], rate_hz: f64, channels: &[ChannelSpec]) -> Option<tare::Sensors> {
+        let pairs: Vec<[usize; 2]> = tare::samples(time.len()).collect();
         let mut blocks = self.blocks_of(|name| tare::asks(&self.scene, name))?;
         let (all, picked) = blocks.pick(pairs.as_flattened()).ok()?;
         let looked_at = 2 * pairs.len();
@@ -180,12 +180,14 @@ impl StreamedLog {
             .collect();
         let measured = CleanLog {
             scene: &self.scene,
-            time: vec![0.0; looked_at],
+            time: pairs.as_flattened().iter().filter_map(|row| time.get(*row).copied()).collect(),
             rate_hz,
             stretches: std::iter::once(0..looked_at).collect(),
+            unseen: BTreeMap::new(),
             issues: vec![],
             noise: BTreeMap::new(),
             levels: BTreeMap::new(),
+            fingertips: BTreeMap::new(),
             positions: BTreeMap::new(),
             span: [0.0; 2],
             window: None,
@@ -193,7 +195,7 @@ impl StreamedLog {
         };
         // The rows that were picked lie side by side.
         let pairs: Vec<[usize; 2]> = (0..looked_at).step_by(2).map(|row| [row, row + 1]).collect();
-        (all == rows).then(|| tare::sensors(&measured, &pairs))
+        (all == time.len()).then(|| tare::sensors(&measured, &pairs, tare::Fingertips::of(channels)))
     }
 
     /// The columns that are read, the time left out.
@@ -276,9 +278,11 @@ impl FirstPass {
                     time: self.time.get(seen.clone()).unwrap_or_default().to_vec(),
                     rate_hz: self.rate_hz,
                     stretches: std::iter::once(0..seen.len()).collect(),
+                    unseen: BTreeMap::new(),
                     issues: self.issues.clone(),
                     noise: BTreeMap::new(),
                     levels: BTreeMap::new(),
+                    fingertips: BTreeMap::new(),
                     positions: BTreeMap::new(),
                     span: span(&self.time),
                     window: Some(window),
@@ -346,7 +350,7 @@ struct FastPath {
     repeats: Vec<([usize; 3], RepeatDetector)>,
     spikes: Vec<(Vec<usize>, SpikeDetector)>,
     /// The columns of each position.
-    positions: Vec<([usize; 3], LostBodyDetector)>,
+    positions: Vec<([usize; 3], UntrackedBodyDetector)>,
     /// The columns of each object's position, whose noise must not count.
     noises: Vec<([usize; 3], [pose_noise::NoiseEstimator; 3])>,
     rate_hz: f64,
@@ -375,10 +379,11 @@ impl FastPath {
             let parts: Option<_> = LogChannel::parse(channel)?.columns().into_iter().map(place).collect();
             Some((parts?, SpikeDetector::of(channel)?))
         });
-        let positions = channels.iter().filter(|channel| lost_bodies::is_position(channel)).filter_map(|channel| {
-            let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{channel}.{letter}")));
-            Some(([x?, y?, z?], LostBodyDetector::default()))
-        });
+        let positions =
+            channels.iter().filter(|channel| untracked_bodies::is_position(channel)).filter_map(|channel| {
+                let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{channel}.{letter}")));
+                Some(([x?, y?, z?], UntrackedBodyDetector::default()))
+            });
         let positions = positions.collect();
         let noises = flow.scene.bodies.iter().filter_map(|(name, body)| {
             let has_velocity = place(format!("{name}.velocity.x")).is_some();

@@ -34,7 +34,9 @@ macro_rules! kinds {
 }
 
 kinds! {
+    AMBIGUOUS_CONTACT_LEVEL "ambiguous_contact_level" "The forces fall into three groups, and two of them may be those of contact.",
     BIASED "biased" "The bias of a force sensor was subtracted.",
+    CHANGED_ELEMENT "changed_element" "An element of an array is bound by its place, and another one takes that place.",
     CONSTANT_FLAG "constant_flag" "A contact lasts as long as the log, or a gripper never opens or closes.",
     DISCONNECTED "disconnected" "The connection to the source of a live log broke, or is there again.",
     DUPLICATE_STAMP "duplicate_stamp" "Rows repeat the stamp of the row before.",

@@ -17,6 +17,7 @@ use teachtree_base::scene::Scene;
 use teachtree_base::units::compound;
 use teachtree_frames::OpenRequest;
 use teachtree_frames::bind::{BindingFile, Pattern, PlaceholderValues};
+use teachtree_logs::read::element_names::ElementNames;
 use teachtree_logs::read::formats::jsonl::{Line, Lines, push, source};
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
 use teachtree_logs::read::table::Source;
@@ -89,6 +90,7 @@ fn read(
     let format = |error: InputError| Error::new(error, ErrorKind::Format);
     let mut lines = Lines::new(bytes, "standard input".into());
     let mut log = GrowingLog { rows: InMemoryTable::new("standard input"), scene: None };
+    let mut names = ElementNames::default();
     let mut reported = ReportedTimes::default();
     let (mut looked_rows, mut looked_s) = (0, f64::NEG_INFINITY);
     let to_seconds = time.unit.as_deref().and_then(|unit| compound(unit).ok()).map_or(1.0, |(factor, _)| factor);
@@ -106,6 +108,7 @@ fn read(
             }
         };
         push(&row, &mut log.rows).map_err(|message| format(lines.error(message)))?;
+        names.put(&mut log.rows, |_| true).map_err(format)?;
         let now = log.now(&time.name.fill(PlaceholderValues::default())) * to_seconds;
         if now - looked_s >= LOOK_SECS && log.rows.rows() >= looked_rows + looked_rows / LOOK_SHARE + 2 {
             (looked_rows, looked_s) = (log.rows.rows(), now);

@@ -118,6 +118,44 @@ fn a_log_that_only_moves_is_not_in_contact() {
     assert_eq!(traced(&analysis(folder.path(), &rubbing(3.0, 0.1), WRIST)), []);
 }
 
+/// A heavy tool that a person leads by the hand to three buttons, and turns on the way: each press lasts 0.4 s and reads 25 N.
+fn buttons() -> String {
+    let mut text = String::from("time,px,py,pz,qw,qx,qy,qz,fx,fy,fz\n");
+    for row in 0..1500 {
+        let time = f64::from(row) * 0.01;
+        // Up and down once in 5 s, down from 2.5 s to 2.9 s.
+        let (button, phase) = ((time / 5.0).floor(), time % 5.0);
+        let down = if phase < 2.5 { phase / 2.5 } else { (1.0 - (phase - 2.9).max(0.0) / 2.1).max(0.0) };
+        let height = 0.2 * (1.0 - down * down * (3.0 - 2.0 * down));
+        let (roll, half) = (0.7 * (TAU * time / 5.0).sin(), 0.5 * 0.7 * (TAU * time / 5.0).sin());
+        let presses = (2.5..2.9).contains(&phase);
+        // It weighs 25 N, upward in the reading, in the frame of the tool.
+        let [weight_y, weight_z] = [25.0 * roll.sin(), 25.0 * roll.cos()];
+        let pressed = if presses { 25.0 } else { 0.0 };
+        let read = [0.0, weight_y - pressed * roll.sin(), weight_z - pressed * roll.cos()];
+        let _ = write!(text, "{time},{},0,{height},{},{},0,0", 0.3 + 0.1 * button, half.cos(), half.sin());
+        let noisy = read.iter().enumerate().map(|(axis, force)| force + 0.3 * noise(row as usize, axis));
+        noisy.for_each(|force| text.push_str(&format!(",{force}")));
+        text.push('\n');
+    }
+    text
+}
+
+#[test]
+fn buttons_that_a_heavy_tool_presses_are_presses_and_turning_it_is_no_contact() {
+    let folder = tempfile::tempdir().unwrap();
+    let binding = WRIST.replace("  tool.position", "  tool.rotation: q<wxyz>\n  tool.position");
+    let analysis = analysis(folder.path(), &buttons(), &binding);
+    let segments = analysis["tracks"][0]["relabeled"].as_array().unwrap().iter();
+    let contacts: Vec<(&str, f64)> = segments
+        .map(|it| (it["primitive"].as_str().unwrap(), it["start_s"].as_f64().unwrap()))
+        .filter(|(name, _)| !["Move", "Approach", "Release"].contains(name))
+        .collect();
+    let right = |((name, start_s), wanted_s): (&(&str, f64), f64)| *name == "Press" && (start_s - wanted_s).abs() < 0.1;
+    assert!(contacts.len() == 3, "{contacts:?} {:#}", analysis["issues"]);
+    assert!(contacts.iter().zip([2.5, 7.5, 12.5]).all(right), "{contacts:?}");
+}
+
 const FINGERS: &str = "
 hand_file: hand_force.rules
 channels:
@@ -263,7 +301,13 @@ fn a_smooth_force_that_freezes_while_the_hand_moves_is_stuck() {
             // Smooth, as of a filtered sensor: it has no noise that turns round.
             let measured = if (from..to).contains(&row) { f64::from(from) * 0.01 } else { time };
             let force = 12.0 + 6.0 * (TAU * measured / 7.0).sin();
-            let _ = writeln!(text, "{time},{},0,0.3,1.5,0.7,{force}", 0.05 * time);
+            let _ = writeln!(
+                text,
+                "{time},{},0,0.3,{},{},{force}",
+                0.05 * time,
+                1.5 + 1e-4 * measured,
+                0.7 + 1e-4 * measured
+            );
         }
         text
     };

@@ -78,7 +78,7 @@ pub struct Requirement {
 pub(super) fn of(analyzed: &AnalyzedRecording, leaves: &Leaves, side: Side, frame: usize) -> Option<TaskReason> {
     let AnalyzedRecording { rules, frames, analysis, .. } = *analyzed;
     let rate_hz = frames.layout.rate_hz;
-    let mut stretch = IntervalLabels::new(leaves, Settling::new(rules, rate_hz));
+    let mut stretch = IntervalLabels::new(leaves, &frames.unseen, Settling::new(rules, rate_hz));
     let measures: BTreeMap<Side, Measures> =
         stretch.hands.keys().map(|side| (*side, Measures::new(frames, frames, *side))).collect();
     fixpoint::before_recognition(rules, &mut stretch, &measures);

@@ -5,8 +5,11 @@
 mod analysis;
 mod both_hands;
 mod campaign;
+mod clutter;
 mod composites;
+mod grippers;
 mod kinds;
+mod lost_bodies;
 #[path = "../../../engine/tests/it/numbers.rs"]
 #[allow(dead_code, reason = "the tests of `engine` use all of it")]
 mod numbers;

@@ -1,8 +1,9 @@
 //! The tasks of the shipped recordings, at the instants that are known from the contact events.
 
 use std::path::Path;
-use teachtree_analysis as analysis;
+use teachtree_analysis::{self as analysis, Analysis};
 use teachtree_base::hands::Side;
+use teachtree_base::recording::Recording;
 use teachtree_engine as engine;
 use teachtree_frames::OpenRequest;
 use teachtree_frames::open;
@@ -18,18 +19,25 @@ fn near(found: f64, wanted: f64, tolerance: f64) {
     assert!((found - wanted).abs() <= tolerance, "found {found} s, expected {wanted} s within {tolerance} s");
 }
 
-/// The tasks of the right hand with their segments, each with its start, s.
-fn tasks(log: &str, binding: &str) -> Vec<(String, Vec<(String, f64)>)> {
-    let opened = open(&request(log, binding)).unwrap();
+/// What is found in a recording that is changed before.
+fn analyzed(log: &str, binding: &str, change: impl Fn(&mut Recording)) -> Analysis {
+    let mut opened = open(&request(log, binding)).unwrap();
+    change(&mut opened.recording);
     let request = language::Request {
         hand_file: opened.hand_file.clone(),
         overrides: opened.params.clone(),
+        two_hands: log.starts_with("Baxter"),
         ..language::Request::default()
     };
     let rules = language::load(&request).rules.unwrap();
     let frames = opened.frames(&analysis::channels(&rules)).unwrap();
     let leaves = engine::evaluator::evaluate(&graph::lower(&rules), &frames).unwrap();
-    let found = analysis::analyze(&rules, &frames, &leaves);
+    analysis::analyze(&rules, &frames, &leaves)
+}
+
+/// The tasks of the right hand with their segments, each with its start, s.
+fn tasks(log: &str, binding: &str) -> Vec<(String, Vec<(String, f64)>)> {
+    let found = analyzed(log, binding, |_| ());
     let tasks = &found.track(analysis::TrackId::Hand(Side::Right)).unwrap().tasks;
     tasks
         .iter()
@@ -61,4 +69,19 @@ fn each_stack_is_a_pick_and_place() {
             tasks.iter().map(|(name, _)| name.as_str()).filter(|name| *name != analysis::UNKNOWN).collect();
         assert_eq!(named, ["pick_and_place"], "{log}");
     }
+}
+
+#[test]
+fn two_arms_fit_peg_and_plate_although_the_wrist_touches_the_plate() {
+    // The plate is pressed against the wrist that holds it: a link of the robot, which the log names like the table.
+    let found = analyzed("BaxterPegInHole_demo_1", "baxter_peg_in_hole", |recording| {
+        let flags = &mut recording.columns["contact.hole.env"].values;
+        for (flag, time) in flags.iter_mut().zip(&recording.time) {
+            *flag = f64::from(u8::from(*time >= 12.95));
+        }
+    });
+    let last = found.track(analysis::TrackId::Both).unwrap().relabeled.last().unwrap();
+    assert_eq!(last.primitive, "Fit");
+    near(last.start_s, 13.0, 0.1);
+    near(last.end_s, 14.08, 0.02);
 }

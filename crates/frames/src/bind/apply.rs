@@ -1,5 +1,6 @@
 //! Applying a binding: the columns of a foreign table in, a recording with canonical names out.
 
+use super::element_places::{self, BoundPlace, PlaceWatch};
 use super::fixture_localization;
 use super::header::{BoundColumn, Header, Term};
 use super::normals::normals_by_role;
@@ -129,6 +130,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(LoadedR
     let bound = BoundColumns::of(&Header::new(&source), file, scene)?;
     let mut table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
     shift(&mut table.time, &mut table.row_time, file);
+    table.issues.extend(PlaceWatch::default().look(&bound.places, &table.time, &table.texts));
     let issues = sources::reject(&bound.sources, &mut table);
     table.issues.extend(issues);
     let sheets = table.sheets;
@@ -146,6 +148,8 @@ pub struct BoundColumns {
     in_radians: Vec<String>,
     /// The columns that other columns are computed from.
     pub sources: Vec<ColumnSource>,
+    /// The places in arrays whose elements have names.
+    pub places: Vec<BoundPlace>,
 }
 
 impl BoundColumns {
@@ -205,13 +209,21 @@ impl BoundColumns {
                 _ => return Err(file.error(key, "its column is bound as numbers too".into())),
             }
         }
+        let mut places = element_places::of(&bound, header);
+        places.retain(|place| match wants.get_mut(place.name) {
+            Some(want @ ColumnRequest::Nothing) => {
+                *want = ColumnRequest::Text;
+                true
+            }
+            want => want.is_some_and(|want| *want == ColumnRequest::Text),
+        });
         let in_radians = bound
             .iter()
             .filter(|bound| bound.dimension == Dimension::ANGLE && bound.terms.iter().all(Term::is_of_radians))
             .filter_map(|bound| bound.name.strip_suffix(".yaw").map(str::to_string))
             .collect();
         let sources = sources::of(&bound, header, file);
-        Ok(Self { bound, labels, wants, in_radians, sources })
+        Ok(Self { bound, labels, wants, in_radians, sources, places })
     }
 
     /// The channels of rows.

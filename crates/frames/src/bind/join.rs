@@ -96,6 +96,17 @@ pub enum PushOutcome {
     SetBack(Issue),
 }
 
+impl Value {
+    /// The value as a text; empty where nothing was measured.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Number(number) if number.is_nan() => String::new(),
+            Self::Number(number) => number.to_string(),
+            Self::Text(text) => text.trim().to_string(),
+        }
+    }
+}
+
 impl TopicJoin {
     /// No topics yet.
     pub fn new(wait_s: f64) -> Self {

@@ -3,6 +3,7 @@
 mod apply;
 mod body_poses;
 mod check;
+mod element_places;
 mod fixture_localization;
 mod header;
 mod join;
@@ -14,6 +15,7 @@ mod resampler;
 mod robots;
 mod rotations;
 mod rows;
+mod sensor_vectors;
 mod sensors;
 mod shifter;
 mod sources;
@@ -21,6 +23,7 @@ mod stamp_merger;
 mod tare;
 pub mod template;
 mod tool;
+mod turning_weight;
 
 pub use apply::bind;
 pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};

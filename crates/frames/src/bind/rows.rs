@@ -4,6 +4,7 @@
 //! ([`Shifter`]) and brought to an even rate ([`Resampler`]) as [`bind`](super::bind) does with the whole log.
 
 use super::apply::{BoundColumns, add_normals};
+use super::element_places::PlaceWatch;
 use super::header::Header;
 use super::join::{PushOutcome, TopicJoin, Value};
 use super::resampler::{ResampledRow, Resampler};
@@ -12,6 +13,7 @@ use super::sources::SourceSpikeFilter;
 use super::tare::{FirstRows, TareOffsets};
 use super::{BindingFile, Columns, Pattern, PlaceholderValues, ToolMass, sensors};
 use crate::open::hand_file_of;
+use std::borrow::Cow;
 use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::recording::{Column, Recording};
@@ -20,6 +22,7 @@ use teachtree_base::units::Dimension;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
 use teachtree_logs::read::csv::{self, LoadedRecording, StampSource};
+use teachtree_logs::read::element_names::ElementNames;
 use teachtree_logs::read::memory_table::InMemoryTable;
 use teachtree_logs::read::table::{ColumnRequest, Source, Table, date_time};
 
@@ -43,6 +46,8 @@ pub struct RowBinder {
     refused: Vec<(String, String)>,
     /// Which columns are what, once all that the binding names have come.
     bound: Option<BoundColumns>,
+    /// The names at bound places of arrays.
+    place_watch: PlaceWatch,
     /// The spike filter for columns that are computed from others.
     spike_filter: Option<SourceSpikeFilter>,
     /// Where some sensor has an offset; there is a resampler then.
@@ -134,6 +139,7 @@ impl RowBinder {
             wait_s,
             refused: vec![],
             bound: None,
+            place_watch: PlaceWatch::default(),
             spike_filter: None,
             shifter,
             resampler,
@@ -249,6 +255,7 @@ impl RowBinder {
     /// # Errors
     /// A column that the binding names and no message had within the time that topics are awaited; a value that is no number.
     pub fn bind_message(&mut self, topic: &str, time_s: f64, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        let row = &*self.with_names(topic, row)?;
         let mut made = BoundRows::default();
         if self.join.learn(topic, row)? {
             self.release(&mut made)?;
@@ -264,6 +271,16 @@ impl RowBinder {
             }
         }
         Ok(made)
+    }
+
+    /// The message with the elements of arrays that are bound by their names.
+    fn with_names<'a>(&self, topic: &str, row: &'a InMemoryTable) -> Result<Cow<'a, InMemoryTable>, InputError> {
+        if !row.columns().keys().any(|title| title.contains('[')) {
+            return Ok(Cow::Borrowed(row));
+        }
+        let mut named = row.clone();
+        ElementNames::default().put(&mut named, |title| self.reads(&format!("{topic}.{title}")))?;
+        Ok(Cow::Owned(named))
     }
 
     /// The log has ended: all rows that are left.
@@ -412,11 +429,14 @@ impl RowBinder {
         made.issues.extend(self.join.settle());
         while let Some((stamp, topics)) = self.join.next(ends) {
             let Some(bound) = &self.bound else { return Ok(()) };
-            let mut numbers = Vec::with_capacity(bound.wants.len());
+            let (mut numbers, mut names) = (Vec::with_capacity(bound.wants.len()), vec![vec![]; bound.wants.len()]);
             for (mut values, (name, topic)) in topics.into_iter().zip(self.join.topics()) {
                 // Earlier messages lack the columns that have come since.
                 values.resize(topic.titles.len(), Value::Number(f64::NAN));
                 for (value, title) in values.into_iter().zip(&topic.titles) {
+                    if let Some(ColumnRequest::Text) = bound.wants.get(numbers.len()) {
+                        names.get_mut(numbers.len()).into_iter().for_each(|names| names.push(value.text()));
+                    }
                     numbers.push(match (bound.wants.get(numbers.len()), value) {
                         (Some(ColumnRequest::Number(_)), Value::Number(number)) => vec![number],
                         (Some(ColumnRequest::Number(_)), Value::Text(text)) => {
@@ -427,6 +447,7 @@ impl RowBinder {
                     });
                 }
             }
+            made.issues.extend(self.place_watch.look(&bound.places, &[stamp], &names));
             let texts = vec![vec![]; numbers.len()];
             let table = Table { time: vec![stamp], numbers, texts, ..Table::default() };
             let (rows, issues) = match &mut self.spike_filter {

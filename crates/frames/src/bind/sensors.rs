@@ -1,15 +1,16 @@
 //! What a binding says about sensors: stamps that are late, a tool that weighs, a rest that is not zero, axes of their own.
 
-use super::body_poses::{columns, is_of};
+use super::body_poses::is_of;
+use super::sensor_vectors::{change, rotation, vectors, weigh};
 use super::tare::TareOffsets;
-use super::tool::{self, Tool};
+use super::tool::{self, LearnedTool, Mounting, Tool, UnknownTool};
+use super::turning_weight;
 use super::{BindingFile, Sensor, ToolMass};
 use crate::clean::preprocess;
 use indexmap::IndexMap;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 use teachtree_base::error::InputError;
-use teachtree_base::geometry::unit;
-use teachtree_base::recording::{Column, Recording};
+use teachtree_base::recording::Recording;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::read::table::{placed, union};
 
@@ -68,7 +69,8 @@ pub fn shift(recording: &mut Recording, file: &BindingFile) -> Result<bool, Inpu
 /// # Errors
 /// When a channel is not bound, or has another form than the correction needs.
 pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
-    let (rotations, issues) = weigh_tools(recording, file)?;
+    let (rotations, mut issues) = weigh_tools(recording, file)?;
+    issues.extend(turning_weight::take_off(recording, file)?);
     TareOffsets::learn(recording, file)?.take_off(recording);
     turn(recording, &rotations, file)?;
     Ok(issues)
@@ -107,20 +109,19 @@ fn weigh_tools<'a>(
         let rotation = rotation(recording, channel, sensor, file)?;
         match sensor.tool {
             Some(ToolMass::Known(mass)) => {
-                let tool = Tool { mass: mass.0, bias: Vector3::zeros() };
-                weigh(recording, channel, tool, rotation.as_deref(), file)?;
+                weigh(recording, channel, &Tool::of_mass(mass.0), rotation.as_deref(), file)?;
             }
             Some(ToolMass::Learned(_)) => {
                 let turns = rotation.as_deref().ok_or_else(|| {
                     file.error(channel, "`tool: learned` needs `frame`, the rotation that the sensor turns with".into())
                 })?;
                 let gravity = recording.scene.gravity();
-                match tool::learned(&vectors(recording, channel, file)?, turns, gravity) {
-                    Some(tool) => {
-                        issues.push(learned_weight(recording, channel, &tool));
-                        weigh(recording, channel, tool, Some(turns), file)?;
+                match tool::learned(&vectors(recording, channel, file)?, turns, gravity, Mounting::Known) {
+                    Ok(found) => {
+                        issues.push(learned_weight(recording, channel, &found));
+                        weigh(recording, channel, &found.tool, Some(turns), file)?;
                     }
-                    None => issues.push(unknown_weight(recording, channel)),
+                    Err(why) => issues.push(unknown_weight(recording, channel, why)),
                 }
             }
             None => {}
@@ -138,88 +139,43 @@ fn turn(recording: &mut Recording, rotations: &Rotations, file: &BindingFile) ->
     Ok(())
 }
 
-fn unknown_weight(recording: &Recording, channel: &str) -> Issue {
-    let message =
-        "the log does not show what the tool weighs: it hardly turns, or it is hardly ever free; nothing is subtracted";
-    preprocess::over_all(&recording.time, IssueKind::UNKNOWN_WEIGHT, channel, message.to_string())
+fn unknown_weight(recording: &Recording, channel: &str, why: UnknownTool) -> Issue {
+    let why = match why {
+        UnknownTool::NoReadings => "the log has no readings to learn from".to_string(),
+        UnknownTool::HardlyTurns(scatter) => {
+            format!("it hardly turns: the direction of gravity in the frame of the sensor scatters by {scatter:.2} rad")
+        }
+        UnknownTool::HardlyFree(share) => {
+            format!("it is hardly ever free: one mass describes {:.0} % of its orientations", share * 100.0)
+        }
+        UnknownTool::EndsDiffer(off) => format!(
+            "what fits most of the log is {off:.1} N off at its beginning and at its end, where the tool should be free"
+        ),
+        UnknownTool::Uncertain(LearnedTool { mass_sd, .. }) if mass_sd.is_infinite() => {
+            "it turns in one part of the log only".to_string()
+        }
+        UnknownTool::Uncertain(LearnedTool { tool, mass_sd, .. }) => format!(
+            "the best fit is {:.0} ± {:.0} g, so the readings contain contact, or other forces than the weight, wherever it turns",
+            tool.mass().abs() * 1e3,
+            tool::DEVIATIONS * mass_sd * 1e3
+        ),
+    };
+    let message = format!(
+        "the log does not show what the tool weighs: {why}; nothing is subtracted; name the mass, such as `tool: 430 g`, or turn the free tool"
+    );
+    preprocess::over_all(&recording.time, IssueKind::UNKNOWN_WEIGHT, channel, message)
 }
 
 /// A lighter tool has no sign: what is fitted to a sensor that bears nothing, kg.
 const SIGNED_KG: f64 = 0.03;
 
 /// What was learned, for the user to see.
-fn learned_weight(recording: &Recording, channel: &str, tool: &Tool) -> Issue {
-    let (mass, bias) = (tool.mass.abs() * 1e3, tool.bias.norm());
-    let turn = if tool.mass < -SIGNED_KG {
+fn learned_weight(recording: &Recording, channel: &str, found: &LearnedTool) -> Issue {
+    let turn = if found.tool.mass() < -SIGNED_KG {
         ", read with the opposite sign: bind it with a minus, since it is to be the force on the object"
     } else {
         ""
     };
-    let message = format!("a tool of {mass:.0} g and a bias of {bias:.3} N are learned and subtracted{turn}");
+    let message = format!("{found} are learned and subtracted{turn}");
     preprocess::over_all(&recording.time, IssueKind::LEARNED_WEIGHT, channel, message)
-}
-
-/// reference_from_sensor in each row; none when the sensor measures in the reference frame.
-fn rotation(
-    recording: &Recording,
-    channel: &str,
-    sensor: &Sensor,
-    file: &BindingFile,
-) -> Result<Option<Vec<UnitQuaternion<f64>>>, InputError> {
-    let mounted = sensor.mounted.map(unit);
-    let Some(frame) = &sensor.frame else {
-        return Ok(mounted.map(|mounted| vec![mounted; recording.time.len()]));
-    };
-    let part = |component: &str| {
-        let name = format!("{frame}.{component}");
-        let column = recording.columns.get(&name).map(|column| column.values.as_slice());
-        column.ok_or_else(|| file.error(channel, format!("its frame is `{frame}`, and no channel `{name}` is bound")))
-    };
-    let parts = [part("w")?, part("x")?, part("y")?, part("z")?];
-    let at = |row: usize| {
-        let values = parts.map(|column| column.get(row).copied().unwrap_or(f64::NAN));
-        unit(values) * mounted.unwrap_or_default()
-    };
-    Ok(Some((0..recording.time.len()).map(at).collect()))
-}
-
-/// Takes off what a tool between the sensor and what is touched weighs, and the bias of the sensor.
-///
-/// The sensor bears the tool: while nothing is touched, a force on an object reads as the tool's weight turned upwards.
-fn weigh(
-    recording: &mut Recording,
-    channel: &str,
-    tool: Tool,
-    rotation: Option<&[UnitQuaternion<f64>]>,
-    file: &BindingFile,
-) -> Result<(), InputError> {
-    let weight_in_reference = recording.scene.gravity() * tool.mass;
-    change(recording, channel, file, |row, force| {
-        let reference_from_sensor = rotation.and_then(|rotation| rotation.get(row)).copied().unwrap_or_default();
-        force - tool.bias + reference_from_sensor.inverse() * weight_in_reference
-    })
-}
-
-/// The vectors of a channel, row by row.
-fn vectors(recording: &Recording, channel: &str, file: &BindingFile) -> Result<Vec<Vector3<f64>>, InputError> {
-    let [x, y, z] = columns(recording, &channel, ["x", "y", "z"])
-        .ok_or_else(|| file.error(channel, format!("`{channel}` is no vector, it has no frame and bears no tool")))?;
-    Ok(x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect())
-}
-
-/// Changes the vectors of a channel row by row.
-fn change(
-    recording: &mut Recording,
-    channel: &str,
-    file: &BindingFile,
-    changed: impl Fn(usize, Vector3<f64>) -> Vector3<f64>,
-) -> Result<(), InputError> {
-    let rows = vectors(recording, channel, file)?;
-    let rows: Vec<Vector3<f64>> = rows.into_iter().enumerate().map(|(row, force)| changed(row, force)).collect();
-    for (axis, component) in ["x", "y", "z"].into_iter().enumerate() {
-        if let Some(Column { values, .. }) = recording.columns.get_mut(&format!("{channel}.{component}")) {
-            *values = rows.iter().map(|row| row.get(axis).copied().unwrap_or(f64::NAN)).collect();
-        }
-    }
-    Ok(())
 }

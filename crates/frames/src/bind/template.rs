@@ -7,6 +7,7 @@ use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::{FingerPart, LogChannel};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_logs::names;
+use teachtree_logs::read::element_names::ElementPlace;
 
 /// Columns that belong together.
 #[derive(Clone, Debug, PartialEq)]
@@ -198,11 +199,24 @@ pub fn skeleton(log: &Inspection) -> String {
     text
 }
 
+/// The columns of a sheet without elements of arrays by their places where it has them by their names, and without these names.
+fn columns(sheet: &SheetReport) -> Vec<&ColumnReport> {
+    let titles: BTreeSet<&str> = sheet.columns.iter().map(|column| column.name.as_str()).collect();
+    let name = |place: ElementPlace| place.names().find(|name| !place.is_name() && titles.contains(name.as_str()));
+    let names: BTreeSet<String> = titles.iter().filter_map(|title| name(ElementPlace::of(title)?)).collect();
+    let is_named = |place: ElementPlace| {
+        let begin = format!("{}.", place.array);
+        name(place).is_some() && titles.iter().any(|title| title.starts_with(&begin))
+    };
+    let is_left_out = |title: &str| names.contains(title) || ElementPlace::of(title).is_some_and(is_named);
+    sheet.columns.iter().filter(|column| !is_left_out(&column.name)).collect()
+}
+
 /// The lines that the columns of a sheet may be meant for.
 fn suggestions(sheet: &SheetReport) -> Vec<Suggestion> {
+    let columns = columns(sheet);
     let full = |name: &str| if sheet.name.is_empty() { name.to_string() } else { format!("{}.{name}", sheet.name) };
-    let numbers: Vec<(String, String, bool)> = sheet
-        .columns
+    let numbers: Vec<(String, String, bool)> = columns
         .iter()
         .filter(|column| column.kind != ValueKind::Text)
         .map(|column| (full(&column.name), column.unit.clone(), column.kind == ValueKind::Flag))
@@ -217,10 +231,10 @@ fn suggestions(sheet: &SheetReport) -> Vec<Suggestion> {
         };
         let channel = channel(&pattern, width, flag);
         all.push(Suggestion { channel, columns: scalar(&pattern), about: kind.into() });
-        let report = sheet.columns.iter().find(|column| names::split_unit(&pattern).0 == full(&column.name));
+        let report = columns.iter().find(|column| names::split_unit(&pattern).0 == full(&column.name));
         all.extend(report.and_then(|report| closed(report, &pattern)));
     }
-    let texts = sheet.columns.iter().filter(|column| column.kind == ValueKind::Text && column.texts.len() > 1);
+    let texts = columns.iter().filter(|column| column.kind == ValueKind::Text && column.texts.len() > 1);
     all.extend(texts.map(|column| Suggestion {
         channel: "right.label".into(),
         columns: scalar(&full(&column.name)),

@@ -7,14 +7,15 @@
 //! A surface that bears a part of a tool's weight makes the reading of a biased sensor smaller, and the groups change places. A recording begins and ends
 //! without contact: where an end is in the group of contact and the rest is no small part of its force, the groups are looked for again from what the ends read.
 //!
-//! The split is not a threshold if the groups are not [clear](crate::groups::Split::is_clear).
+//! The split is not a threshold if the groups are not [clear](crate::groups::OtsuSplit::is_clear). Where there are several kinds of contact, the weakest
+//! one decides ([`contact_kinds`](super::contact_kinds)).
 
 use crate::groups::{self, OtsuSplit};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// The fewest samples of a group.
-const FEWEST: usize = 20;
+pub(super) const FEWEST: usize = 20;
 /// The share of a recording that is its beginning, and its end.
 const END: f64 = 0.02;
 /// A rest that is a larger share of the usual force of contact may be that of contact.
@@ -47,6 +48,19 @@ pub struct ContactLevel {
     pub ends: f64,
     /// How far from the rest the readings of contact usually are, N.
     pub usual: f64,
+    /// Another group of readings that may be the one of contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other: Option<OtherKind>,
+}
+
+/// A group of readings that is not the one that the level was learned from, but may be the one of the weakest contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OtherKind {
+    /// How far from the rest its readings usually are, N.
+    pub usual: f64,
+    /// The level if it is the one of the weakest contact, N.
+    pub begins: f64,
 }
 
 /// The contact level that the readings of a sensor show.
@@ -63,30 +77,37 @@ pub enum LearnedLevel {
     },
 }
 
-/// Returns the level that the readings of a sensor show; `far` are those that are known to be without contact, where the log says where the sensor is.
-pub fn learned(readings: &[Vector3<f64>], far: Option<&[Vector3<f64>]>) -> LearnedLevel {
-    let level = far.map_or_else(|| of_groups(readings), |far| of_far(readings, far));
-    level.map_or_else(|| mixed(readings), LearnedLevel::Level)
-}
-
 /// What is known of readings that show no level.
-fn mixed(readings: &[Vector3<f64>]) -> LearnedLevel {
-    let forces = distances(readings, &Vector3::zeros());
+pub(super) fn mixed(readings: &[Vector3<f64>]) -> LearnedLevel {
+    let forces = distances(readings.iter().copied(), &Vector3::zeros());
     LearnedLevel::Mixed { weakest: quantile(&forces, 1.0 - NEARLY_ALL), strongest: quantile(&forces, 1.0) }
 }
 
-/// The level between two groups of readings in the order of time.
-fn of_groups(readings: &[Vector3<f64>]) -> Option<ContactLevel> {
-    let found = of_groups_from(readings, Vector3::zeros())?;
+/// Readings in two groups: without contact, and of contact.
+pub(super) struct TwoGroups {
+    /// The level between them.
+    pub level: ContactLevel,
+    /// The readings without contact, in the order of time.
+    pub free: Vec<Vector3<f64>>,
+    /// The readings of contact.
+    pub contact: Vec<Vector3<f64>>,
+    /// Whether there are two groups, and not one that was cut.
+    pub is_clear: bool,
+}
+
+/// The clear groups of readings in the order of time.
+pub(super) fn two_groups(readings: &[Vector3<f64>]) -> Option<TwoGroups> {
+    let clear_groups = |rest| groups_from(readings, rest).filter(|groups| groups.is_clear);
+    let found = clear_groups(Vector3::zeros())?;
     let ends = ends(readings);
-    let begin_and_end_free = |level: &ContactLevel| {
-        let reads = |end: &&[Vector3<f64>]| quantile(&distances(end, &level.rest), 0.5);
-        ends.iter().all(|end| reads(end) < level.begins)
+    let begin_and_end_free = |groups: &TwoGroups| {
+        let reads = |end: &&[Vector3<f64>]| quantile(&distances(end.iter().copied(), &groups.level.rest), 0.5);
+        ends.iter().all(|end| reads(end) < groups.level.begins)
     };
-    if begin_and_end_free(&found) || found.rest.norm() < LARGE_REST * found.usual {
+    if begin_and_end_free(&found) || found.level.rest.norm() < LARGE_REST * found.level.usual {
         return Some(found);
     }
-    let other = median_vector(ends.iter().copied().flatten()).and_then(|rest| of_groups_from(readings, rest));
+    let other = median_vector(ends.iter().copied().flatten()).and_then(clear_groups);
     other.filter(begin_and_end_free).or(Some(found))
 }
 
@@ -96,36 +117,38 @@ fn ends(readings: &[Vector3<f64>]) -> [&[Vector3<f64>]; 2] {
     [&readings[..count], &readings[readings.len() - count..]]
 }
 
-/// The level between two groups of readings, looked for from a rest.
-fn of_groups_from(readings: &[Vector3<f64>], mut rest: Vector3<f64>) -> Option<ContactLevel> {
+/// Two groups of readings, looked for from a rest.
+pub(super) fn groups_from(readings: &[Vector3<f64>], mut rest: Vector3<f64>) -> Option<TwoGroups> {
     for _ in 1..ROUNDS {
-        let forces = distances(readings, &rest);
+        let forces = distances(readings.iter().copied(), &rest);
         let count = split(&forces)?.count;
         let border = *forces.get(count.checked_sub(1)?)?;
         rest = median_vector(readings.iter().filter(|force| (*force - rest).norm() <= border))?;
     }
-    let forces = distances(readings, &rest);
+    let forces = distances(readings.iter().copied(), &rest);
     let split = split(&forces)?;
     let (free, contact) = forces.split_at_checked(split.count)?;
-    if free.len() < FEWEST || contact.len() < FEWEST || !split.is_clear() {
+    if free.len() < FEWEST || contact.len() < FEWEST {
         return None;
     }
-    let (scatter, usual) = (quantile(free, MOST), quantile(contact, 0.5));
+    let (scatter, usual, border) = (quantile(free, MOST), quantile(contact, 0.5), quantile(free, 1.0));
     // Midway between the groups on the scale of ratios.
     let midway = (quantile(free, 0.5) * usual).sqrt();
     let begins = midway.max(SHARE * usual).max(scatter);
-    Some(ContactLevel { rest, scatter, begins, ends: (ENDS_AT * begins).max(scatter), usual })
+    let level = ContactLevel { rest, scatter, begins, ends: (ENDS_AT * begins).max(scatter), usual, other: None };
+    let (free, contact) = readings.iter().copied().partition(|force| (force - rest).norm() <= border);
+    Some(TwoGroups { level, free, contact, is_clear: split.is_clear() })
 }
 
 /// The level of a sensor of which it is known when it is without contact.
-fn of_far(readings: &[Vector3<f64>], far: &[Vector3<f64>]) -> Option<ContactLevel> {
+pub(super) fn of_far(readings: &[Vector3<f64>], far: &[Vector3<f64>]) -> Option<ContactLevel> {
     if far.len() < FEWEST {
         return None;
     }
     let rest = median_vector(far.iter())?;
-    let free = distances(far, &rest);
+    let free = distances(far.iter().copied(), &rest);
     let begins = ABOVE_FAR * quantile(&free, NEARLY_ALL);
-    let all = distances(readings, &rest);
+    let all = distances(readings.iter().copied(), &rest);
     let contact = all.get(all.partition_point(|force| *force < begins)..).unwrap_or_default();
     if contact.len() < FEWEST {
         return None;
@@ -133,29 +156,29 @@ fn of_far(readings: &[Vector3<f64>], far: &[Vector3<f64>]) -> Option<ContactLeve
     let usual = quantile(contact, 0.5);
     let begins = begins.max(SHARE * usual);
     let scatter = quantile(&free, MOST);
-    (begins < usual).then_some(ContactLevel { rest, scatter, begins, ends: ENDS_AT_FAR * begins, usual })
+    (begins < usual).then_some(ContactLevel { rest, scatter, begins, ends: ENDS_AT_FAR * begins, usual, other: None })
 }
 
 /// The two groups of forces in rising order; their roots scatter evenly.
-fn split(forces: &[f64]) -> Option<OtsuSplit> {
+pub(super) fn split(forces: &[f64]) -> Option<OtsuSplit> {
     groups::split(&forces.iter().map(|force| force.sqrt()).collect::<Vec<_>>())
 }
 
 /// How far forces are from a rest, in rising order.
-fn distances(forces: &[Vector3<f64>], rest: &Vector3<f64>) -> Vec<f64> {
-    let mut distances: Vec<f64> = forces.iter().map(|force| (force - rest).norm()).collect();
+pub fn distances(forces: impl IntoIterator<Item = Vector3<f64>>, rest: &Vector3<f64>) -> Vec<f64> {
+    let mut distances: Vec<f64> = forces.into_iter().map(|force| (force - rest).norm()).collect();
     distances.sort_by(f64::total_cmp);
     distances
 }
 
 /// A quantile of values in rising order; 0 of none.
-fn quantile(values: &[f64], share: f64) -> f64 {
+pub fn quantile(values: &[f64], share: f64) -> f64 {
     let last = values.len().saturating_sub(1);
     values.get((share * last as f64).round() as usize).copied().unwrap_or_default()
 }
 
 /// The median of each component.
-fn median_vector<'a>(forces: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> Option<Vector3<f64>> {
+pub fn median_vector<'a>(forces: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> Option<Vector3<f64>> {
     let median = |axis: usize| {
         let mut parts: Vec<f64> = forces.clone().filter_map(|force| force.get(axis).copied()).collect();
         parts.sort_by(f64::total_cmp);

@@ -233,7 +233,7 @@ fn values_of<'a>(columns: &'a Columns, names: &'a [String]) -> impl Iterator<Ite
 }
 
 /// The intervals of rows in which a component was not measured.
-fn unmeasured(rows: usize, parts: &[&[f64]]) -> Vec<Range<usize>> {
+pub fn unmeasured(rows: usize, parts: &[&[f64]]) -> Vec<Range<usize>> {
     let mut intervals: Vec<Range<usize>> = vec![];
     for row in 0..rows {
         if parts.iter().any(|part| part.get(row).is_none_or(|value| value.is_nan())) {

@@ -2,7 +2,7 @@
 
 use crate::clean::dropouts::{self, BRIDGED_SECS, fill, moves};
 use crate::clean::preprocess::channel_of;
-use crate::clean::timebase::{EVEN_WITHIN, MANY_GAPS, ODD_SHARE, believable_step};
+use crate::clean::timebase::{self, EVEN_WITHIN, MANY_GAPS, ODD_SHARE, believable_step};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use teachtree_base::recording::Recording;
@@ -33,7 +33,8 @@ fn lost(time: &[f64]) -> Vec<LostRows> {
     };
     let lost: Vec<LostRows> = time.windows(2).enumerate().filter_map(lost_rows).collect();
     let many = lost.len() >= MANY_GAPS && lost.len() as f64 > ODD_SHARE * (time.len() - 1) as f64;
-    if many { vec![] } else { lost }
+    // Rounded stamps leave no room for rows.
+    if many || lost.is_empty() || timebase::rounded(time).is_some() { vec![] } else { lost }
 }
 
 /// Puts missing rows back: poses and velocities on a straight line, forces, flags and texts held; what was not measured on both sides of a lost_rows is not

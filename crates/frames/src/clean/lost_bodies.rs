@@ -1,93 +1,184 @@
-//! Bodies that a tracker has lost, written as the position 0 0 0: it is exactly there from one sample to the next, and leaves so.
+//! Bodies that are lost for longer than drop-outs are bridged: the frames of the hands that involve the body are left out, those of other hands stay.
+//!
+//! A hand involves a body that is fixed to it, that it touches by a flag, or that is within [`NEAR`] of one of its fingers on the straight line between the
+//! places where it was lost and found again. Where all hands do, the rows become a gap. Elsewhere the pose is interpolated, and stays in the first and last
+//! place at the ends of a log.
 
-use crate::clean::dropouts::interval;
-use crate::clean::preprocess::{Columns, channel_of};
-use std::collections::BTreeSet;
+use crate::clean::dropouts::{fill, interval, moves, unmeasured};
+use crate::clean::preprocess::Columns;
+use nalgebra::Vector3;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::Range;
-use teachtree_base::channels::Shape;
-use teachtree_base::units::Dimension;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::log_channel::{BodyPart, FingerPart, LogChannel};
+use teachtree_base::scene::{Body, Scene};
 use teachtree_logs::issue::Issue;
-use teachtree_logs::names;
 
-/// A step to the origin or from it that is longer than this is none of a hand, m.
-const JUMP_M: f64 = 0.05;
+/// A body farther than this from a finger, from its bounding ball, has no part in what the hand does, m.
+const NEAR: f64 = 0.150;
 
-/// The channels of positions whose zeros mark lost bodies.
-pub fn is_position(channel: &str) -> bool {
-    names::meaning(&format!("{channel}.x"))
-        .is_some_and(|meaning| meaning.shape == Shape::Vec3 && meaning.dimension == Dimension::LENGTH)
-        && channel.ends_with(".position")
+/// Rows in which a body was lost that some hands involve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LostBody {
+    /// The rows.
+    pub rows: Range<usize>,
+    /// The hands.
+    pub sides: Vec<Side>,
 }
 
-/// Whether a position is exactly the origin.
-pub fn is_origin(position: [f64; 3]) -> bool {
-    position == [0.0; 3]
+/// Interpolates the poses of lost bodies that not all hands involve, and returns where; each interval is an issue.
+pub fn interpolate(time: &[f64], scene: &Scene, columns: &mut Columns, issues: &mut Vec<Issue>) -> Vec<LostBody> {
+    let hands: Vec<Side> = Side::BOTH.into_iter().filter(|side| is_measured(scene, columns, *side)).collect();
+    let mut lost = vec![];
+    for (name, body) in &scene.bodies {
+        let channels: Vec<LogChannel> = BodyPart::ALL.into_iter().map(|part| LogChannel::Body(name, part)).collect();
+        let channels: Vec<(LogChannel, Vec<Vec<f64>>)> =
+            channels.into_iter().filter_map(|channel| Some((channel, values(columns, &channel)?))).collect();
+        let all: Vec<&[f64]> = channels.iter().flat_map(|(_, parts)| parts).map(Vec::as_slice).collect();
+        if all.is_empty() {
+            continue;
+        }
+        let place = values(columns, &LogChannel::Body(name, BodyPart::Position));
+        for rows in unmeasured(time.len(), &all) {
+            let body = LostInterval { time, name, body, place: place.as_deref(), rows: rows.clone() };
+            let sides: Vec<Side> = hands.iter().copied().filter(|side| body.involves(columns, *side)).collect();
+            if sides.len() == hands.len() {
+                continue;
+            }
+            for (channel, _) in &channels {
+                put_between(time, columns, channel, &rows);
+            }
+            let left_out: Vec<String> =
+                sides.iter().map(|side| format!("the frames of the {side} hand are left out")).collect();
+            let treated = if left_out.is_empty() { "no hand is near it".to_string() } else { left_out.join(", ") };
+            let message = format!(
+                "{} samples were not measured; {treated}, and the pose is interpolated for the others",
+                rows.len()
+            );
+            issues.push(Issue { message, ..interval(time, name, &rows) });
+            lost.push(LostBody { rows, sides });
+        }
+    }
+    lost
 }
 
-/// Whether a position is so far from the origin that a step between the two is none.
-pub fn is_away(position: [f64; 3]) -> bool {
-    position.iter().map(|value| value * value).sum::<f64>() > JUMP_M * JUMP_M
+/// The frames in which a hand involves a lost body, by hand, in order and apart; `rows` are the rows of the frames.
+pub fn frames(lost: &[LostBody], rows: &[usize]) -> BTreeMap<Side, Vec<Range<usize>>> {
+    let frame = |row: usize| rows.partition_point(|it| *it < row);
+    let mut frames: BTreeMap<Side, Vec<Range<usize>>> = BTreeMap::new();
+    for LostBody { rows, sides } in lost {
+        for side in sides {
+            frames.entry(*side).or_default().push(frame(rows.start)..frame(rows.end));
+        }
+    }
+    for intervals in frames.values_mut() {
+        intervals.sort_by_key(|frames| frames.start);
+        intervals.dedup_by(|next, last| {
+            let meets = next.start <= last.end;
+            if meets {
+                last.end = last.end.max(next.end);
+            }
+            meets
+        });
+        intervals.retain(|frames| !frames.is_empty());
+    }
+    frames
 }
 
-/// Makes positions unmeasured where they are the origin between positions elsewhere, with the rotation of the body.
-pub fn unmeasure(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
-    let positions = columns.keys().map(|name| channel_of(name)).filter(|channel| is_position(channel));
-    let channels: BTreeSet<String> = positions.map(str::to_string).collect();
-    let mut issues = vec![];
-    for channel in &channels {
-        let lost = lost(columns, channel);
-        let (Some(first), Some(last)) = (lost.first(), lost.last()) else { continue };
-        let samples: usize = lost.iter().map(Range::len).sum();
-        let message = format!(
-            "{samples} samples are exactly 0 0 0, a step from where the body is before or after: it was lost, and they count as not measured"
-        );
-        issues.push(Issue { message, ..interval(time, channel, &(first.start..last.end)) });
-        let body = channel.strip_suffix("position").unwrap_or(channel);
-        let parts = ["position.x", "position.y", "position.z", "rotation.w", "rotation.x", "rotation.y", "rotation.z"];
-        for part in parts {
-            let Some((_, values)) = columns.get_mut(format!("{body}{part}").as_str()) else { continue };
-            let values = values.to_mut();
-            for rows in &lost {
-                values.get_mut(rows.clone()).unwrap_or_default().fill(f64::NAN);
+/// Whether the log measures a hand of the scene.
+fn is_measured(scene: &Scene, columns: &Columns, side: Side) -> bool {
+    let mut columns = columns.keys();
+    (scene.hands.is_empty() || scene.hands.contains_key(&side))
+        && columns.any(|column| column.split('.').next() == Some(side.name()))
+}
+
+/// The columns of a channel, where the log has all of them.
+fn values(columns: &Columns, channel: &LogChannel) -> Option<Vec<Vec<f64>>> {
+    channel.columns().iter().map(|name| columns.get(name.as_str()).map(|(_, values)| values.to_vec())).collect()
+}
+
+/// Fills rows of a channel from those before and after.
+fn put_between(time: &[f64], columns: &mut Columns, channel: &LogChannel, rows: &Range<usize>) {
+    let Some(mut parts) = values(columns, channel) else { return };
+    let is_known =
+        |row: usize, parts: &[Vec<f64>]| parts.iter().all(|part| part.get(row).is_some_and(|it| !it.is_nan()));
+    let (before, after) = (rows.start.checked_sub(1), Some(rows.end).filter(|row| *row < time.len()));
+    let (before, after) = (before.filter(|row| is_known(*row, &parts)), after.filter(|row| is_known(*row, &parts)));
+    match (before, after) {
+        (Some(_), Some(_)) => fill(time, &mut parts, rows, moves(channel.dimension(), channel.shape())),
+        (Some(known), None) | (None, Some(known)) => {
+            for part in &mut parts {
+                let value = part.get(known).copied().unwrap_or_default();
+                part.get_mut(rows.clone()).unwrap_or_default().fill(value);
             }
         }
+        (None, None) => return,
     }
-    issues
-}
-
-/// The rows in which a body was lost.
-fn lost(columns: &Columns, channel: &str) -> Vec<Range<usize>> {
-    let part = |letter: &str| columns.get(format!("{channel}.{letter}").as_str()).map(|(_, values)| values.as_ref());
-    let (Some(x), Some(y), Some(z)) = (part("x"), part("y"), part("z")) else { return vec![] };
-    let at = |row: usize| Some([*x.get(row)?, *y.get(row)?, *z.get(row)?]);
-    let mut runs: Vec<Range<usize>> = vec![];
-    for row in (0..x.len()).filter(|row| at(*row).is_some_and(is_origin)) {
-        match runs.last_mut() {
-            Some(last) if last.end == row => last.end = row + 1,
-            _ => runs.push(row..row + 1),
+    for (name, part) in channel.columns().iter().zip(parts) {
+        if let Some((_, column)) = columns.get_mut(name.as_str()) {
+            *column = Cow::Owned(part);
         }
     }
-    let is_away_or_none = |row: Option<usize>| row.and_then(at).is_none_or(is_away);
-    runs.retain(|run| {
-        let is_whole = run.len() == x.len();
-        !is_whole && is_away_or_none(run.start.checked_sub(1)) && is_away_or_none(Some(run.end))
-    });
-    runs
 }
 
-/// Looks for steps to the origin or from it, block by block.
-#[derive(Default)]
-pub struct LostBodyDetector {
-    before: Option<[f64; 3]>,
+/// A body in the rows in which it was lost.
+struct LostInterval<'a> {
+    time: &'a [f64],
+    name: &'a str,
+    body: &'a Body,
+    /// Its position, where the log has it.
+    place: Option<&'a [Vec<f64>]>,
+    rows: Range<usize>,
 }
 
-impl LostBodyDetector {
-    /// Looks at the next block; whether it has no such step.
-    pub fn look(&mut self, [x, y, z]: [&[f64]; 3]) -> bool {
-        x.iter().zip(y).zip(z).all(|((x, y), z)| {
-            let position = [*x, *y, *z];
-            let before = self.before.replace(position).unwrap_or(position);
-            !(is_origin(before) && is_away(position) || is_origin(position) && is_away(before))
-        })
+impl LostInterval<'_> {
+    /// Whether a hand involves the body; a hand whose fingers have no position may.
+    fn involves(&self, columns: &Columns, side: Side) -> bool {
+        if self.body.fixed_to == Some(side) {
+            return true;
+        }
+        let touches = Finger::ALL.into_iter().any(|finger| {
+            let flags = columns.get(LogChannel::Touch(side, finger, self.name).to_string().as_str());
+            flags.is_some_and(|(_, flags)| flags.get(self.rows.clone()).unwrap_or_default().contains(&1.0))
+        });
+        let fingers: Vec<Vec<Vec<f64>>> = Finger::ALL
+            .into_iter()
+            .filter_map(|finger| values(columns, &LogChannel::Finger(side, finger, FingerPart::Position)))
+            .collect();
+        let reach = self.body.bounding_radius() + NEAR;
+        let around = self.rows.start.saturating_sub(1)..(self.rows.end + 1).min(self.time.len());
+        let is_near = |finger: &Vec<Vec<f64>>| {
+            around.clone().any(|row| match (vector(finger, row), self.place_at(row)) {
+                (Some(finger), Some(body)) => (finger - body).norm() < reach,
+                // A finger that is lost too is not known to be elsewhere.
+                _ => true,
+            })
+        };
+        touches || fingers.is_empty() || fingers.iter().any(is_near)
     }
+
+    /// Where the body is at a row, on a straight line while it is lost.
+    fn place_at(&self, row: usize) -> Option<Vector3<f64>> {
+        let place = self.place?;
+        if let Some(known) = vector(place, row) {
+            return Some(known);
+        }
+        let before = self.rows.start.checked_sub(1).and_then(|row| Some((row, vector(place, row)?)));
+        let after = vector(place, self.rows.end).map(|it| (self.rows.end, it));
+        match (before, after) {
+            (Some((from, one)), Some((to, other))) => {
+                let at = |row: usize| self.time.get(row).copied().unwrap_or_default();
+                Some(one + (other - one) * ((at(row) - at(from)) / (at(to) - at(from))))
+            }
+            (known, other) => known.or(other).map(|(_, place)| place),
+        }
+    }
+}
+
+/// A vector at a row, where it was measured.
+fn vector(columns: &[Vec<f64>], row: usize) -> Option<Vector3<f64>> {
+    let [x, y, z] = columns else { return None };
+    let found = Vector3::new(*x.get(row)?, *y.get(row)?, *z.get(row)?);
+    (!found.iter().any(|part| part.is_nan())).then_some(found)
 }

@@ -4,18 +4,22 @@
 //! become gaps.
 //! Each of these is an issue (docs/logs.md).
 
-use crate::clean::contact_level::LearnedLevel;
+use crate::clean::contact_level::{LearnedLevel, vector_as_list};
 use crate::clean::dropouts;
+use crate::clean::fingertip_level::{FingertipLevel, RestLevel};
 use crate::clean::lost_bodies;
 use crate::clean::stuck_sensors;
 use crate::clean::timebase::{Timebase, timebase};
 use crate::clean::unknown_columns::{self, UnknownColumn};
+use crate::clean::untracked_bodies;
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::scene::Scene;
 use teachtree_base::units::Dimension;
@@ -35,12 +39,16 @@ pub struct CleanLog<'a> {
     pub rate_hz: f64,
     /// Gap-free stretches of frames.
     pub stretches: Vec<Range<usize>>,
+    /// The frames in which a hand involves a body that was lost, by hand.
+    pub unseen: BTreeMap<Side, Vec<Range<usize>>>,
     /// What was found and done.
     pub issues: Vec<Issue>,
     /// The noise of force sensors, by channel, where it is known.
     pub noise: BTreeMap<String, Noise>,
     /// From which force on sensors are in contact, by channel.
     pub levels: BTreeMap<String, LearnedLevel>,
+    /// What the readings of fingertips show of contact, by channel, where neither their distance from the objects nor `levels` do.
+    pub fingertips: BTreeMap<String, FingertipLevel>,
     /// The noise of the positions of bodies, by name, where it counts.
     pub positions: BTreeMap<String, PositionNoise>,
     /// When the whole log starts and ends, s.
@@ -84,6 +92,32 @@ pub struct Touches {
     pub pairs: Vec<TouchPair>,
     /// The least force of the balance of forces that is no noise, N; `None` where the balance does not come out.
     pub noise: Option<f64>,
+    /// The supports whose contacts with it are known as flags.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub supports: Vec<FlaggedSupport>,
+}
+
+/// What the whole log shows of a support whose contact with an object is known as a flag.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlaggedSupport {
+    /// The body, as its index in the scene.
+    pub other: usize,
+    /// The levels at which the object rests on it while no hand touches it.
+    pub levels: Vec<SupportLevel>,
+    /// Whether it moves.
+    pub moves: bool,
+}
+
+/// An object at rest on a support.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SupportLevel {
+    /// How far its origin is above that of the support, m.
+    pub height: f64,
+    /// The direction of up in the frame of the object.
+    #[serde(with = "vector_as_list")]
+    pub up: Vector3<f64>,
 }
 
 /// An object and a body that it may touch.
@@ -101,12 +135,14 @@ pub struct TouchPair {
 }
 
 /// What is so at a frame, for what depends on the frame before.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     /// Whether it holds.
     pub on: bool,
     /// Which body it is.
     pub which: Option<usize>,
+    /// How far the body was from the hand when it began, m.
+    pub way: f64,
 }
 
 /// The noise of a sensor, independent from sample to sample.
@@ -149,12 +185,13 @@ impl<'a> CleanLog<'a> {
         }
         let mut issues = unknown_columns::ignored(recording, &unknown);
         issues.extend(dropouts::impossible(time, &mut columns)?);
-        issues.extend(lost_bodies::unmeasure(time, &mut columns));
+        issues.extend(untracked_bodies::unmeasure(time, &mut columns));
         issues.extend(never_measured(time, &mut columns));
         whole_vectors(&columns)?;
         issues.extend(dropouts::bridge(time, &mut columns));
         issues.extend(stuck_sensors::frozen(time, &columns));
         issues.extend(stuck_sensors::silence(time, &mut columns, trust));
+        let lost = lost_bodies::interpolate(time, &recording.scene, &mut columns, &mut issues);
         let keep = dropouts::measured_rows(time, &columns, &mut issues);
         let Timebase { rate_hz, rows, stretches } = timebase(time, &keep, &mut issues)?;
         if rows.len() < time.len() {
@@ -162,10 +199,25 @@ impl<'a> CleanLog<'a> {
                 *values = Cow::Owned(rows.iter().filter_map(|row| values.get(*row).copied()).collect());
             }
         }
+        let unseen = lost_bodies::frames(&lost, &rows);
         let time: Vec<f64> = rows.iter().filter_map(|row| time.get(*row).copied()).collect();
         let (scene, noise, levels, span) = (&recording.scene, BTreeMap::new(), BTreeMap::new(), span(&time));
-        let positions = BTreeMap::new();
-        Ok(Self { scene, time, rate_hz, stretches, issues, noise, levels, positions, span, window: None, columns })
+        let (fingertips, positions, window) = (BTreeMap::new(), BTreeMap::new(), None);
+        Ok(Self {
+            scene,
+            time,
+            rate_hz,
+            stretches,
+            unseen,
+            issues,
+            noise,
+            levels,
+            fingertips,
+            positions,
+            span,
+            window,
+            columns,
+        })
     }
 
     /// The frames that count.
@@ -239,6 +291,19 @@ impl<'a> CleanLog<'a> {
         for (component, constant) in ["x", "y", "z"].into_iter().zip(constant) {
             if let Some((_, values)) = self.columns.get_mut(format!("{name}.{component}").as_str()) {
                 values.to_mut().iter_mut().for_each(|value| *value -= constant);
+            }
+        }
+    }
+
+    /// Subtracts what a sensor reads without contact from a channel of three columns.
+    pub fn subtract_rest(&mut self, name: &str, level: &RestLevel) {
+        for (axis, component) in ["x", "y", "z"].into_iter().enumerate() {
+            if let Some((_, values)) = self.columns.get_mut(format!("{name}.{component}").as_str()) {
+                values
+                    .to_mut()
+                    .iter_mut()
+                    .zip(&self.time)
+                    .for_each(|(value, time)| *value -= level.rest_at(*time)[axis]);
             }
         }
     }

@@ -6,7 +6,8 @@
 //! - all along, when the sensor repeats itself during most of the log and never reads zero: it has no rest;
 //! - in that interval, when the sensor is lively otherwise: its noise is far finer than what it repeats.
 //!
-//! A dead force reads zero, so that it is never one long contact. A fingertip that stands still while the others of its hand travel is only reported.
+//! A dead force reads zero, so that it is never one long contact. A component that repeats itself during most of the log and has no rest is only reported, and so
+//! is a fingertip that stands still while the others of its hand travel.
 
 use crate::clean::preprocess::Columns;
 use std::borrow::Cow;
@@ -92,6 +93,9 @@ pub fn silence(time: &[f64], columns: &mut Columns, trust: &[String]) -> Vec<Iss
             );
             issues.push(Issue { message, ..interval(time, channel, rows) });
         }
+        if intervals.is_empty() {
+            issues.extend(frozen_components(time, columns, channel));
+        }
         for component in ["x", "y", "z"] {
             if let (false, Some((_, values))) =
                 (intervals.is_empty(), columns.get_mut(format!("{channel}.{component}").as_str()))
@@ -104,6 +108,77 @@ pub fn silence(time: &[f64], columns: &mut Columns, trust: &[String]) -> Vec<Iss
         }
     }
     issues
+}
+
+/// Returns an issue for the components of a force that repeat themselves during most of the log and have no rest.
+fn frozen_components(time: &[f64], columns: &Columns, channel: &str) -> Option<Issue> {
+    let force = vector(columns, channel)?;
+    let frozen: Vec<&str> = ["x", "y", "z"]
+        .into_iter()
+        .zip(force)
+        .filter(|(_, values)| {
+            let mut repeats = ComponentRepeats::default();
+            repeats.look(time, values);
+            repeats.is_frozen(time.len())
+        })
+        .map(|(component, _)| component)
+        .collect();
+    let message = format!(
+        "one value of {} is repeated for {LAZY_SECS} s and longer in most of the log, which never reads zero; it is read as it is, but a sensor that measures has \
+         noise",
+        frozen.join(" and of ")
+    );
+    (!frozen.is_empty()).then(|| Issue { message, ..interval(time, channel, &(0..time.len())) })
+}
+
+/// The fewest rows of a log of which a component is said to repeat itself.
+const FEWEST: usize = 20;
+
+/// How a component of a force repeats itself.
+#[derive(Clone, Debug)]
+struct ComponentRepeats {
+    /// The value so far, when it began, s, and how many rows have had it.
+    value: f64,
+    since: f64,
+    rows: usize,
+    /// When the last row was, s.
+    last: f64,
+    /// How many rows have repeated a value for long.
+    lazy: usize,
+    /// The least and the largest value.
+    range: [f64; 2],
+}
+
+impl Default for ComponentRepeats {
+    fn default() -> Self {
+        let range = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { value: f64::NAN, since: f64::NAN, rows: 0, last: f64::NAN, lazy: 0, range }
+    }
+}
+
+impl ComponentRepeats {
+    fn look(&mut self, time: &[f64], values: &[f64]) {
+        for (time, value) in time.iter().zip(values) {
+            if value.to_bits() != self.value.to_bits() {
+                self.lazy += self.repeated();
+                (self.value, self.since, self.rows) = (*value, *time, 0);
+            }
+            self.rows += 1;
+            self.last = *time;
+            self.range = [self.range[0].min(*value), self.range[1].max(*value)];
+        }
+    }
+
+    /// How many rows have had the value so far, where it lasts for long.
+    fn repeated(&self) -> usize {
+        if self.last - self.since >= LAZY_SECS && !self.value.is_nan() { self.rows } else { 0 }
+    }
+
+    /// Whether a value is repeated in most of the rows, and none of them is zero or on the other side of it.
+    fn is_frozen(&self, rows: usize) -> bool {
+        let [least, largest] = self.range;
+        rows >= FEWEST && (self.lazy + self.repeated()) * 2 > rows && (least > 0.0 || largest < 0.0)
+    }
 }
 
 /// Detects a vector that may be of a dead sensor, as far as it alone shows while it comes in blocks: a sensor that is dead is
@@ -119,6 +194,7 @@ pub struct RepeatDetector {
     /// How many rows have repeated a value for long.
     lazy: usize,
     rests: bool,
+    components: [ComponentRepeats; 3],
 }
 
 impl RepeatDetector {
@@ -129,11 +205,24 @@ impl RepeatDetector {
         let is_force = meaning == Some((Dimension::FORCE, [None, None]));
         let is_tip = meaning == Some((Dimension::LENGTH, [None, None])) && !channel.contains(".palm.");
         let (value, since, last) = ([f64::NAN; 3], f64::NAN, f64::NAN);
-        (is_force || is_tip).then_some(Self { is_force, value, since, last, rows: 0, lazy: 0, rests: false })
+        let components = Default::default();
+        (is_force || is_tip).then_some(Self {
+            is_force,
+            value,
+            since,
+            last,
+            rows: 0,
+            lazy: 0,
+            rests: false,
+            components,
+        })
     }
 
     /// Looks at more rows; whether they surely are of a sensor that lives.
     pub fn look(&mut self, time: &[f64], [x, y, z]: Vector) -> bool {
+        if self.is_force {
+            self.components.iter_mut().zip([x, y, z]).for_each(|(component, values)| component.look(time, values));
+        }
         for (((time, x), y), z) in time.iter().zip(x).zip(y).zip(z) {
             let [was_x, was_y, was_z] = self.value;
             let same =
@@ -166,7 +255,8 @@ impl RepeatDetector {
     /// Whether all rows were surely of a sensor that lives.
     pub fn finish(&self, rows: usize) -> bool {
         let last = if self.last - self.since >= LAZY_SECS { self.rows } else { 0 };
-        !self.is_force || self.rests || (self.lazy + last) * 2 <= rows
+        let is_frozen = self.components.iter().any(|component| component.is_frozen(rows));
+        !self.is_force || !is_frozen && (self.rests || (self.lazy + last) * 2 <= rows)
     }
 }
 

@@ -134,7 +134,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
 }
 
 /// The error about uneven stamps that were rounded to 32 bits: all of them are, and their distance is a large part of a step.
-fn rounded(time: &[f64]) -> Option<InputError> {
+pub fn rounded(time: &[f64]) -> Option<InputError> {
     let (first, last) = (*time.first()?, *time.last()?);
     let digit = |stamp: f64| f64::from((stamp as f32).abs().next_up()) - f64::from((stamp as f32).abs());
     let is_rounded = |stamp: &f64| (stamp - f64::from(*stamp as f32)).abs() <= ROUNDED_WITHIN * digit(*stamp);

@@ -1,19 +1,21 @@
 //! What an object touches: one contact for each body that it may touch, from the best source there is.
 //!
 //! 1. The log's forces, `contact.<a>.<b>.force`, read in either orientation.
-//! 2. The log's flags, `contact.<a>.<b>`: such a contact bears the object's weight, along a normal from the shapes or from the roles.
+//! 2. The log's flags, `contact.<a>.<b>`: such a contact bears the object's weight, along a normal from the shapes or from the roles; a support bears it where
+//!    the [poses](super::role_support) show that it may.
 //! 3. For an object of which the log has no contact at all, shapes and poses ([`touch`](super::touch)).
 
 use super::hands::HandTrack;
 use super::motion::{Columns3, Motion, vector};
+use super::role_support::RoleSupport;
 use super::source::Source;
 use super::touch;
-use crate::clean::preprocess::{CleanLog, Touches};
+use crate::clean::preprocess::{CleanLog, FlaggedSupport, Touches};
 use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use teachtree_base::geometry::face_normal;
-use teachtree_base::scene::Role;
+use teachtree_base::scene::{Role, Scene};
 use teachtree_base::touch as touch_force;
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -138,7 +140,7 @@ pub fn contacts<'a>(
         }
         for (other, contact) in logged {
             let contact = match (&contact.force, &contact.flag) {
-                (None, Some(flag)) => flagged(measured, motions, (object, other), flag, &contact),
+                (None, Some(flag)) => flagged(measured, motions, tracks, (object, other), flag, &contact, learned),
                 _ => contact,
             };
             contacts.insert((object, other), contact);
@@ -151,21 +153,66 @@ pub fn contacts<'a>(
 fn flagged<'a>(
     measured: &CleanLog,
     motions: &[Motion],
+    tracks: &[HandTrack],
     (object, other): (usize, usize),
     flag: &[f64],
     logged: &Contact,
+    learned: &mut BTreeMap<usize, Touches>,
 ) -> Contact<'a> {
     let flags: Vec<bool> = flag.iter().map(|flag| *flag > 0.5).collect();
+    let carries = is_support_by_role(measured.scene, (object, other))
+        .then(|| carried_by_role(measured, motions, tracks, (object, other), &flags, learned))
+        .flatten();
     let normal = |(frame, touches): (usize, &bool)| {
         let known = || logged.normal(frame).try_normalize(1e-6);
         let from_shapes = || touch::gap_at(measured, motions, object, other, frame).map(|gap| gap.normal);
-        let from_roles = || normal_by_role(measured, motions, (object, other), frame);
+        let from_roles = || match carries.as_ref().and_then(|carries| carries.get(frame)) {
+            Some(false) => None,
+            _ => normal_by_role(measured, motions, (object, other), frame),
+        };
         touches.then(|| known().or_else(from_shapes).or_else(from_roles)).flatten().unwrap_or_else(Vector3::zeros)
     };
     let normals: Vec<Vector3<f64>> = flags.iter().enumerate().map(normal).collect();
     let bears = touch::nominal(measured, object);
     let forces: Vec<Vector3<f64>> = normals.iter().map(|normal| normal * bears).collect();
     Contact::derived(&forces, normals.into_iter(), &flags)
+}
+
+/// Whether the direction of a contact that is known as a flag comes from the role of a support: a shape is unknown.
+pub fn is_support_by_role(scene: &Scene, (object, other): (usize, usize)) -> bool {
+    let body = |body: usize| scene.bodies.get_index(body).map(|(_, body)| body);
+    body(object).zip(body(other)).is_some_and(|(object, other)| {
+        other.role == Role::Support && (object.parts.is_empty() || other.parts.is_empty())
+    })
+}
+
+/// The frames in which a support carries an object by a flag; what the log shows of it is put into `learned`, of a window it is known.
+fn carried_by_role(
+    measured: &CleanLog,
+    motions: &[Motion],
+    tracks: &[HandTrack],
+    (object, other): (usize, usize),
+    flags: &[bool],
+    learned: &mut BTreeMap<usize, Touches>,
+) -> Option<Vec<bool>> {
+    let support = RoleSupport::new(measured, motions, (object, other))?;
+    let shown = match &measured.window {
+        Some(window) => {
+            let supports = window.touches.get(&object).map_or(&[][..], |touches| &touches.supports);
+            match supports.iter().find(|support| support.other == other) {
+                Some(known) => known.clone(),
+                // Where an object comes to rest later is not known of a log that is being made.
+                None if measured.scene.bodies.get_index(object)?.1.fixed_to.is_none() => return None,
+                None => FlaggedSupport { other, levels: vec![], moves: false },
+            }
+        }
+        None => {
+            let shown = support.learn(tracks, flags);
+            learned.entry(object).or_default().supports.push(shown.clone());
+            shown
+        }
+    };
+    Some(support.carries(&shown, flags))
 }
 
 /// The normal of a contact as far as the roles show: upwards from a support, level from a wall, else out of the other body towards the object.

@@ -1,8 +1,10 @@
 //! A hand over the whole log: where its fingertips are, which of them touch, and which object is its target.
 //!
 //! The target is the object that the hand touches, else the one nearest to its fingertips; it changes only while the hand touches
-//! nothing, where touching is the channel `fingers.contact` that the rules see (docs/sources.md, A11).
+//! nothing, where touching is the channel `fingers.contact` that the rules see (docs/sources.md, A11). Where no channel shows a touch, the hand holds the
+//! object that [moves with it](super::carrying).
 
+use super::carrying::Carrying;
 use super::motion::{Displacement, Motion, vector};
 use super::raw_channels::Array;
 use crate::clean::preprocess::{CleanLog, State};
@@ -62,11 +64,25 @@ pub fn knows_distance(measured: &CleanLog, side: Side) -> bool {
     placed.next().is_some() && !objects.is_empty() && objects.iter().all(is_known)
 }
 
+/// Whether a channel shows that a hand touches something: the flag or the force of a finger, or the flag of a gripper.
+pub fn feels<'a>(side: Side, mut columns: impl Iterator<Item = &'a str>) -> bool {
+    columns.any(|column| {
+        let of_hand = column.strip_prefix(side.name()).and_then(|rest| rest.strip_prefix('.'));
+        of_hand.is_some_and(|of_hand| {
+            of_hand == "gripper.closed" || of_hand.contains(".contact") || of_hand.contains(".force")
+        })
+    })
+}
+
 /// Follows a hand through the log; `touches` is the channel `fingers.contact` of this hand.
 pub fn track(measured: &CleanLog, motions: &[Motion], side: Side, fingers: &[Finger], touches: &Array) -> HandTrack {
     let (mut touching, mut target) = (vec![false; measured.len()], vec![None; measured.len()]);
     let objects = super::objects(measured.scene);
     let hand = TargetFinder::new(measured, motions, side, fingers, touches, &objects);
+    let carrying = match feels(side, measured.columns.keys().copied()) {
+        true => None,
+        false => Carrying::new(measured, motions, side, fingers, &objects),
+    };
     let fixed = objects
         .iter()
         .copied()
@@ -74,17 +90,21 @@ pub fn track(measured: &CleanLog, motions: &[Motion], side: Side, fingers: &[Fin
     let mut sure = None;
     measured.follow(&format!("target of {side}"), |frame, was| {
         let touches = hand.touching(frame);
-        let body = match fixed {
-            Some(body) => Some(body),
-            None if touches && was.on => was.which,
-            None if touches => hand.touched(frame).or(was.which),
-            None => hand.nearest(frame, was.which, &mut sure),
+        let carried = carrying
+            .as_ref()
+            .and_then(|carrying| carrying.carried(frame, was, |bodies| hand.nearest_of(frame, bodies)));
+        let now = match (fixed, carried) {
+            (Some(body), _) => State { on: touches, which: Some(body), way: 0.0 },
+            (None, Some(carried)) => carried,
+            (None, None) if touches && was.on => was,
+            (None, None) if touches => State { on: true, which: hand.touched(frame).or(was.which), way: 0.0 },
+            (None, None) => State { on: false, which: hand.nearest(frame, was.which, &mut sure), way: 0.0 },
         };
         if let (Some(touching), Some(target)) = (touching.get_mut(frame), target.get_mut(frame)) {
             // What is fixed to a hand is touched all the time.
-            (*touching, *target) = (touches || fixed.is_some(), body);
+            (*touching, *target) = (touches || fixed.is_some(), now.which);
         }
-        State { on: touches, which: body }
+        now
     });
     let mut runs: Vec<(Range<usize>, Option<usize>)> = vec![];
     for (frame, body) in target.iter().enumerate() {
@@ -207,6 +227,12 @@ impl<'a> TargetFinder<'a> {
             CachedTarget { frame, target: found, while_within: (ahead - ROUNDED) / 2.0, reach }
         });
         found
+    }
+
+    /// The one of some objects whose surface is nearest to the fingertips.
+    fn nearest_of(&self, frame: usize, bodies: &[usize]) -> Option<usize> {
+        let distances = self.distances(frame, |finger| self.measures(finger));
+        self.least(distances.filter(|(body, _)| bodies.contains(body))).map(|(body, _)| body)
     }
 
     /// Whether a fingertip counts for what is near.

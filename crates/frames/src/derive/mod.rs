@@ -3,6 +3,7 @@
 //! Every derived channel is documented in `base::channels::DERIVED`; here is how each is computed. All work is linear in the number of frames.
 
 mod balance;
+mod carrying;
 mod contacts;
 mod contradictions;
 pub mod convex_gap;
@@ -13,6 +14,7 @@ mod plausibility;
 pub(super) mod pose_noise;
 mod quaternion_order;
 mod raw_channels;
+mod role_support;
 mod sockets;
 mod source;
 pub(super) mod tare;
@@ -55,12 +57,13 @@ pub fn frames_trusting(
 ) -> Result<Frames, InputError> {
     let mut measured = CleanLog::new(recording, trust, |column| asks(channels, column))?;
     let mut issues = measured.issues.clone();
-    issues.extend(tare::tare(&mut measured));
+    issues.extend(tare::tare(&mut measured, tare::Fingertips::of(channels)));
     let mut findings = Findings::default();
     let mut frames = derived_frames(&measured, channels, &mut findings)?;
     issues.extend(findings.issues(&measured, &frames.layout));
     frames.time.clone_from(&measured.time);
     frames.stretches.clone_from(&measured.stretches);
+    frames.unseen.clone_from(&measured.unseen);
     issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     frames.issues = issues;
     Ok(frames)
@@ -249,17 +252,25 @@ pub fn derived_frames(
 /// As [`frames`].
 pub fn trusted(recording: &Recording, trust: &[String]) -> Result<Recording, InputError> {
     let mut measured = CleanLog::new(recording, trust, |_| false)?;
-    tare::tare(&mut measured);
+    tare::tare(&mut measured, tare::Fingertips::of(&[]));
     Ok(measured.recording())
 }
 
-/// Whether no contact of an object has to be computed from shapes, which takes the whole log.
+/// Whether no contact of an object has to be computed from shapes or from flags and poses, which takes the whole log.
 pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> bool {
-    let logged = |a: &str, b: &str| has(&format!("contact.{a}.{b}")) || has(&format!("contact.{a}.{b}.force.x"));
+    let name = |body: usize| scene.bodies.get_index(body).map_or("", |(name, _)| name.as_str());
+    let logged = |a: usize, b: usize, part: &str| {
+        let [a, b] = [name(a), name(b)];
+        has(&format!("contact.{a}.{b}{part}")) || has(&format!("contact.{b}.{a}{part}"))
+    };
     objects(scene).into_iter().all(|object| {
-        let name = |body: usize| scene.bodies.get_index(body).map_or("", |(name, _)| name.as_str());
-        let mut others = (0..scene.bodies.len()).filter(|other| *other != object).map(name);
-        others.any(|other| logged(name(object), other) || logged(other, name(object)))
+        let others = || (0..scene.bodies.len()).filter(move |other| *other != object);
+        let is_logged = others().any(|other| logged(object, other, "") || logged(object, other, ".force.x"));
+        let is_directed = |other| logged(object, other, ".force.x") || logged(object, other, ".normal.x");
+        let by_role = |other| {
+            contacts::is_support_by_role(scene, (object, other)) && logged(object, other, "") && !is_directed(other)
+        };
+        is_logged && !others().any(by_role)
     })
 }
 
@@ -274,6 +285,12 @@ fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
 pub fn averaging_lag(channels: &[ChannelSpec], rate_hz: f64) -> usize {
     let averaged = |channel: &ChannelSpec| derived(&channel.name).is_some_and(|it| it.is_averaged);
     if channels.iter().any(averaged) { motion::ahead(rate_hz) } else { 0 }
+}
+
+/// Whether a target depends on the velocities of hands and objects: where no channel shows a touch and there are several objects.
+pub fn targets_move<'a>(scene: &Scene, columns: impl Iterator<Item = &'a str> + Clone) -> bool {
+    objects(scene).len() > 1
+        && sides(scene, columns.clone()).into_iter().any(|side| !hands::feels(side, columns.clone()))
 }
 
 /// Whether rules with these channels read this raw channel.

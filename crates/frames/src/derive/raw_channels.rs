@@ -1,7 +1,8 @@
 //! Raw channels: columns of the log as the rules name them, and what stands for one that the log lacks.
 
 use super::motion::{moving_average, vector};
-use crate::clean::contact_level::LearnedLevel;
+use crate::clean::contact_level::{ContactLevel, LearnedLevel};
+use crate::clean::fingertip_level::{ENDS_AT, FingertipLevel};
 use crate::clean::preprocess::{CleanLog, State};
 use std::fmt::Write as _;
 use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape};
@@ -47,6 +48,8 @@ pub fn read(
             if !any && norms.iter().all(Option::is_none) {
                 return Err(lacking(measured, spec, side, Some(&shown(channel, side))));
             }
+            let computed = forces.iter().zip(&found).filter(|(_, found)| found.is_none());
+            issues.extend(computed.filter_map(|(force, _)| unclear_fingertip(measured, force, [*on, *off])));
             norms
         }
         // Where one finger is says nothing of where another one is.
@@ -109,6 +112,8 @@ pub fn read(
 const POSITION: &str = "fingers.position";
 /// The channel of the force from which a finger is in contact, behind the finger's name.
 const LEVEL: &str = ".level";
+/// Readings without contact, a tenth of which exceed this multiple of the least force of the rules, may contain contacts.
+const BROAD: f64 = 2.0;
 /// A contact below this share of the least force that the rules take for one is not mentioned.
 const SMALL: f64 = 0.2;
 
@@ -117,7 +122,13 @@ const SMALL: f64 = 0.2;
 fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Issue>) -> f64 {
     let force = format!("{finger}.force");
     match measured.levels.get(&force) {
-        Some(LearnedLevel::Level(level)) if level.usual > otherwise => level.begins,
+        Some(LearnedLevel::Level(level)) if level.usual > otherwise => {
+            issues.extend(
+                doubt(finger, level, otherwise)
+                    .map(|message| measured.over_all(IssueKind::AMBIGUOUS_CONTACT_LEVEL, &force, message)),
+            );
+            level.begins
+        }
         Some(LearnedLevel::Mixed { weakest, strongest }) if *strongest > otherwise => {
             let mut message = format!(
                 "the readings do not fall into contact and no contact; contact is above {} N, as the rules have it",
@@ -146,6 +157,40 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
         }
         _ => otherwise,
     }
+}
+
+/// Returns an issue for a fingertip whose readings show no level without contact, and nearly all of which are above the force at which contact ends.
+fn unclear_fingertip(measured: &CleanLog, force: &str, [on, off]: [f64; 2]) -> Option<Issue> {
+    let Some(FingertipLevel::Unclear(weakest)) = measured.fingertips.get(force) else { return None };
+    let finger = force.trim_end_matches(".force");
+    let message = format!(
+        "the readings show no group without contact; contact is above {} N, as the rules have it, and ends below {} N, but 90 % of the readings are above \
+         {weakest:.3} N; subtract the bias of the sensor with `tare`, or bind `{finger}.level`",
+        ShortNumber(on),
+        ShortNumber(off)
+    );
+    (*weakest > off).then(|| measured.over_all(IssueKind::NO_CONTACT_LEVEL, force, message))
+}
+
+/// Why a level may not be the one of the weakest contact, if there is a reason; `least` is the least force of the rules.
+fn doubt(finger: &str, level: &ContactLevel, least: f64) -> Option<String> {
+    let ContactLevel { begins, scatter, usual, other, .. } = level;
+    if let Some(other) = other {
+        let (weaker, stronger) = (usual.min(other.usual), usual.max(other.usual));
+        let doubt = if other.usual < *usual { "contact too" } else { "not contact" };
+        return Some(format!(
+            "the readings fall into three groups: without contact, about {weaker:.1} N and about {stronger:.1} N; contact is above {begins:.1} N; where \
+             {weaker:.1} N are {doubt}, bind `{finger}.level: = {:.1} N`",
+            other.begins
+        ));
+    }
+    (*scatter > BROAD * least).then(|| {
+        let least = ShortNumber(least);
+        format!(
+            "contact is above {begins:.1} N, and a tenth of the readings below that are above {scatter:.1} N; where these are contact too, bind \
+             `{finger}.level: = {least} N`"
+        )
+    })
 }
 
 /// The names of the channel's slots in the log.
@@ -225,6 +270,12 @@ const CALMED_SECS: f64 = 0.010;
 const BEGINS_ABOVE: f64 = 4.0;
 const GOES_ON_ABOVE: f64 = 2.0;
 
+/// The level of a finger's force that the log has, N.
+fn bound_level(measured: &CleanLog, force: &str) -> Option<f64> {
+    let level = measured.scalar(&format!("{}{LEVEL}", force.strip_suffix(".force")?))?;
+    level.first().copied().filter(|level| *level > 0.0)
+}
+
 /// True while the norm is above `on` until it is below `off`; off at the start of each stretch. The force of a sensor with noise is averaged
 /// first, and must be more than what is left of the noise.
 fn norm_above(measured: &CleanLog, channel: &str, force: [&[f64]; 3], on: f64, off: f64) -> Vec<f64> {
@@ -239,6 +290,11 @@ fn norm_above(measured: &CleanLog, channel: &str, force: [&[f64]; 3], on: f64, o
             (on.max(level.begins), off.max(level.ends))
         }
         _ => (on, off),
+    };
+    let (on, off) = match (bound_level(measured, channel), measured.fingertips.get(channel)) {
+        (Some(level), _) => (level, ENDS_AT * level),
+        (None, Some(FingertipLevel::Level(level))) => (on.max(level.begins), off.max(level.ends)),
+        (None, _) => (on, off),
     };
     let calmed = force.map(|column| moving_average(measured, column, reach));
     let mut flags = vec![0.0; measured.len()];

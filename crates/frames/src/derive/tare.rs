@@ -1,20 +1,25 @@
 //! Tare: what a fingertip's force sensor reads while the fingertip is far from every object is its bias, and how much that scatters is its noise.
-//! Where no distance is known, or the readings are not steady, both come from the [level](crate::clean::contact_level) of contact, if the log has one.
+//! Where no distance is known, or the readings are not steady, both come from the readings alone: for rules that compare fingertip forces with thresholds of
+//! their own, from the [group without contact](crate::clean::fingertip_level), else from the [level](crate::clean::contact_level) of contact.
 
 use super::motion::{Motion, vector};
 use super::pose_noise;
-use crate::clean::contact_level::vector_as_list;
-use crate::clean::contact_level::{LearnedLevel, learned};
+use crate::clean::contact_kinds::learned;
+use crate::clean::contact_level::{LearnedLevel, vector_as_list};
+use crate::clean::fingertip_level::{self, FingertipLevel, Reading};
 use crate::clean::preprocess::{CleanLog, Noise, PositionNoise};
 use indexmap::IndexMap;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
+use teachtree_base::channels::{ChannelSpec, Fallback};
 use teachtree_base::geometry::surface_distance;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
 
+/// The channel of the force from which fingers are in contact.
+const LEVEL: &str = "fingers.level";
 /// A fingertip this far from every object feels nothing, m.
 const FAR: f64 = 0.030;
 /// How many of the samples are looked at, and how many of them must be far.
@@ -23,6 +28,8 @@ const FAR_ENOUGH: usize = 20;
 /// A bias counts when it is this many standard errors of its mean, and no sensor is off by more than this, N.
 const SIGNIFICANT: f64 = 6.0;
 const LARGEST: f64 = 0.5;
+/// The least bias of a fingertip that is reported, N: the force at which contact ends by default.
+const REPORTED: f64 = teachtree_base::touch::OFF_N;
 /// The least bias that is reported where no channel gives the position of the fingertip, N.
 const BIASED: f64 = 0.05;
 /// What scatters by more than this times its scatter from sample to sample, and by more than this, N², is no noise: the hand does touch
@@ -55,20 +62,46 @@ pub struct Sensors {
     rests: IndexMap<String, SensorBias>,
     /// From which force on they are in contact, that bias subtracted.
     levels: IndexMap<String, LearnedLevel>,
+    /// What the readings alone show of fingertips.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    fingertips: IndexMap<String, FingertipLevel>,
     /// The noise of positions, by object.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     positions: IndexMap<String, PositionNoise>,
 }
 
+/// How the sensors of fingertips are judged whose bias no distance shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Fingertips {
+    /// Whether readings without contact are a group. Rules that read `fingers.level` have fingers that bear a tool or an object, with a level of two groups.
+    pub are_free: bool,
+    /// Whether the bias may change in the log.
+    pub may_drift: bool,
+    /// The least force in contact where rules that read `fingers.level` do not learn it, N; `None` where they read no level.
+    pub least: Option<f64>,
+}
+
+impl Fingertips {
+    /// For rules with these channels, of a whole log.
+    pub fn of(channels: &[ChannelSpec]) -> Self {
+        let level = channels.iter().find(|channel| channel.name == LEVEL);
+        let least = level.and_then(|channel| match channel.absent {
+            Fallback::Constant(least) => Some(least),
+            _ => None,
+        });
+        Self { are_free: level.is_none(), may_drift: true, least }
+    }
+}
+
 /// Returns bias and contact level of the force sensors of the fingertips, from samples.
-pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]]) -> Sensors {
+pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]], fingertips: Fingertips) -> Sensors {
     let objects: Vec<(usize, Motion)> = objects(measured);
     let mut sensors = Sensors::default();
     for side in Side::BOTH {
         for finger in Finger::ALL.map(|finger| format!("{side}.{finger}")) {
             let channel = format!("{finger}.force");
             let Some(force) = measured.vec3(&channel) else { continue };
-            let rest = rest(measured, samples, &objects, &finger);
+            let mut rest = rest(measured, samples, &objects, &finger);
             let bias = rest.filter(SensorBias::is_biased).map_or(Vector3::zeros(), |rest| rest.bias);
             let readings = |frames: &[[usize; 2]]| -> Vec<Vector3<f64>> {
                 frames.iter().map(|[frame, _]| vector(&force, *frame) - bias).collect()
@@ -78,23 +111,50 @@ pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]]) -> Sensors {
             // A sensor at the wrist feels what the tool touches, wherever the palm is.
             let is_tip = !handled.is_empty() && !finger.ends_with(Finger::Palm.name());
             let tip = measured.vec3(&format!("{finger}.position")).filter(|_| is_tip);
-            let far = tip.map(|tip| readings(&far(measured, samples, &handled, &tip)));
-            sensors.levels.insert(channel.clone(), learned(&readings(samples), far.as_deref()));
+            let far = tip.map(|tip| far(measured, samples, &handled, &tip));
+            let level = learned(&readings(samples), far.as_deref().map(readings).as_deref(), fingertips.least);
+            let is_free = fingertips.are_free && !finger.ends_with(Finger::Palm.name());
+            let readings = fingertip_readings(measured, samples, &force, far.as_deref().unwrap_or_default());
+            let drifts = fingertips.may_drift && fingertip_level::drifts(&readings);
+            let is_unknown = rest.is_none() && (far.is_none() || matches!(level, LearnedLevel::Mixed { .. }));
+            if is_free && (drifts || is_unknown) {
+                let level = fingertip_level::learned(&readings, fingertips.may_drift);
+                rest = rest.filter(|_| matches!(level, FingertipLevel::Unclear(_)));
+                sensors.fingertips.insert(channel.clone(), level);
+            }
+            sensors.levels.insert(channel.clone(), level);
             sensors.rests.extend(rest.map(|rest| (channel, rest)));
         }
     }
     sensors
 }
 
+/// The readings of a fingertip; `far` are those far from every object.
+fn fingertip_readings(
+    measured: &CleanLog,
+    samples: &[[usize; 2]],
+    force: &[&[f64]; 3],
+    far: &[[usize; 2]],
+) -> Vec<Reading> {
+    let mut far = far.iter().peekable();
+    let reading = |[frame, next]: &[usize; 2]| Reading {
+        time_s: measured.time.get(*frame).copied().unwrap_or_default(),
+        force: vector(force, *frame),
+        next: vector(force, *next),
+        is_far: far.next_if(|[far, _]| far == frame).is_some(),
+    };
+    samples.iter().map(reading).collect()
+}
+
 /// Subtracts the bias of each fingertip's force sensor, and stores its noise and its contact level; returns an issue for each bias that was subtracted.
-pub fn tare(measured: &mut CleanLog) -> Vec<Issue> {
-    let found = of_whole(measured);
+pub fn tare(measured: &mut CleanLog, fingertips: Fingertips) -> Vec<Issue> {
+    let found = of_whole(measured, fingertips);
     correct(measured, &found)
 }
 
 /// What is known of the sensors of a whole log.
-pub fn of_whole(measured: &CleanLog) -> Sensors {
-    let sensors = sensors(measured, &samples(measured.len()).collect::<Vec<_>>());
+pub fn of_whole(measured: &CleanLog, fingertips: Fingertips) -> Sensors {
+    let sensors = sensors(measured, &samples(measured.len()).collect::<Vec<_>>(), fingertips);
     Sensors { positions: pose_noise::of_objects(measured).collect(), ..sensors }
 }
 
@@ -121,7 +181,28 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
             issues.push(measured.over_all(IssueKind::BIASED, channel, message));
         }
     }
-    for (channel, learned) in &found.levels {
+    for (channel, fingertip) in &found.fingertips {
+        measured.fingertips.insert(channel.clone(), fingertip.clone());
+        let FingertipLevel::Level(level) = fingertip else { continue };
+        measured.subtract_rest(channel, level);
+        let largest = level.rest.iter().map(|rest| rest.force.norm()).fold(0.0, f64::max);
+        if largest > REPORTED {
+            let drifts = match level.drift() {
+                0.0 => String::new(),
+                drift => format!(", and drifts by {drift:.3} N"),
+            };
+            let message = format!(
+                "reads {largest:.3} N without contact{drifts}; that is taken for its bias and subtracted; contact is above {:.3} N",
+                level.begins
+            );
+            issues.push(measured.over_all(IssueKind::BIASED, channel, message));
+        }
+    }
+    let levels = found
+        .levels
+        .iter()
+        .filter(|(channel, _)| !matches!(found.fingertips.get(*channel), Some(FingertipLevel::Level(_))));
+    for (channel, learned) in levels {
         measured.levels.insert(channel.clone(), *learned);
         let LearnedLevel::Level(level) = learned else { continue };
         if found.rests.contains_key(channel) || level.rest == Vector3::zeros() {

@@ -70,7 +70,7 @@ pub fn contacts<'a>(
             touched: *touched,
         });
         let noise = balance.as_ref().map(|balance| balance.noise);
-        learned.insert(object, Touches { pairs: pairs.collect(), noise });
+        learned.insert(object, Touches { pairs: pairs.collect(), noise, supports: vec![] });
     }
     let nominal = nominal(measured, object);
     let mut contacts = BTreeMap::new();
@@ -97,7 +97,7 @@ pub fn contacts<'a>(
                 // However small, it is a load: what counts as one is decided here.
                 *force = pair.normal(frame) * load.max(2.0 * touch_force::ON_N);
             }
-            State { on, which: None }
+            State { on, ..before }
         });
         let normals = (0..measured.len())
             .map(|frame| if touches.get(frame) == Some(&true) { pair.normal(frame) } else { Vector3::zeros() });
@@ -186,7 +186,7 @@ impl Pair {
             if let Some(flag) = touching.get_mut(frame) {
                 *flag = on;
             }
-            State { on, which: None }
+            State { on, ..before }
         });
         touching
     }

@@ -52,7 +52,9 @@ impl Calibration {
         is_whole: bool,
     ) -> Result<(Self, Vec<Issue>), InputError> {
         let mut measured = CleanLog::new(recording, &[], |column| derive::asks(channels, column))?;
-        let sensors = tare::of_whole(&measured);
+        // A drift is known of the recording only.
+        let fingertips = tare::Fingertips { may_drift: false, ..tare::Fingertips::of(channels) };
+        let sensors = tare::of_whole(&measured, fingertips);
         let mut issues = std::mem::take(&mut measured.issues);
         issues.extend(tare::correct(&mut measured, &sensors));
         let mut findings = Findings::default();
@@ -60,6 +62,8 @@ impl Calibration {
         let mut touches = std::mem::take(&mut findings.touches);
         if is_whole {
             touches.values_mut().for_each(|it| it.pairs.retain(|pair| pair.touched));
+        } else {
+            touches.values_mut().for_each(|it| it.supports.clear());
         }
         let columns = measured.columns.keys().map(|name| name.to_string()).collect();
         let bodies = recording.scene.bodies.keys().cloned().collect();

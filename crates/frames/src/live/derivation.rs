@@ -70,9 +70,14 @@ impl Derivation {
         columns: Vec<(String, Dimension)>,
     ) -> Self {
         let rate_hz = calibration.rate_hz;
-        // Contacts from shapes depend on velocities.
-        let from_shapes = !calibration.touches.is_empty();
-        let ahead = if from_shapes { derive::averaged(rate_hz) } else { derive::averaging_lag(&channels, rate_hz) };
+        // Contacts from shapes depend on velocities, and so do the targets of hands whose touch no channel shows.
+        let from_shapes = calibration.touches.values().any(|touches| !touches.pairs.is_empty());
+        let targets_move = derive::targets_move(&scene, columns.iter().map(|(name, _)| name.as_str()));
+        let ahead = if from_shapes || targets_move {
+            derive::averaged(rate_hz)
+        } else {
+            derive::averaging_lag(&channels, rate_hz)
+        };
         let behind = ahead.next_multiple_of(ANCHOR);
         let margin = if from_shapes { derive::balanced(rate_hz) } else { 0 };
         let values = vec![vec![]; columns.len()];
@@ -200,9 +205,11 @@ impl Derivation {
             time: time.to_vec(),
             rate_hz: self.calibration.rate_hz,
             stretches: std::iter::once(0..seen.len()).collect(),
+            unseen: BTreeMap::new(),
             issues: vec![],
             noise: BTreeMap::new(),
             levels: BTreeMap::new(),
+            fingertips: BTreeMap::new(),
             positions: BTreeMap::new(),
             span: [0.0; 2],
             window: Some(window),

@@ -2,20 +2,27 @@
 
 mod bad_logs;
 mod bindings;
+mod carrying;
 mod constants;
+mod contact_kinds;
 mod convex;
 mod derived;
+mod element_names;
+mod fingertips;
+mod flagged_supports;
 mod formats;
 mod implausible;
 mod jumps;
 mod learned;
 mod live_rows;
+mod lost_bodies;
 mod never_panics;
 mod robosuite;
 mod robots;
 mod round_trip;
 mod targets;
 mod touch;
+mod turning_weight;
 
 use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape, derived};
 use teachtree_base::hands::Side;

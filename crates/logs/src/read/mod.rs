@@ -1,6 +1,7 @@
 //! Read: a path in, raw columns with their stamps out. Nothing here knows what a column means to a rule.
 
 pub mod csv;
+pub mod element_names;
 pub mod file;
 pub mod formats;
 pub mod labels;

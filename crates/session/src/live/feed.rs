@@ -12,6 +12,7 @@ use teachtree_frames::OpenRequest;
 use teachtree_frames::bind::{BoundRows, LiveLine, RowBinder, StampMerger};
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names::{is_canonical, split_unit};
+use teachtree_logs::read::element_names::ElementNames;
 use teachtree_logs::read::formats::delimited_text;
 use teachtree_logs::read::formats::jsonl::{Line, Lines, push};
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
@@ -345,7 +346,14 @@ impl Feed {
             error.message
         });
         match read? {
-            Some(Line::Row(object)) => push(&object, &mut row).map(|()| Some(row)),
+            Some(Line::Row(object)) => {
+                push(&object, &mut row)?;
+                if let Some(binder) = &self.options.binder {
+                    let named = ElementNames::default().put(&mut row, |title| binder.reads(title));
+                    named.map_err(|error| error.message)?;
+                }
+                Ok(Some(row))
+            }
             Some(Line::Scene(scene)) if is_first => {
                 self.scene = Some(Scene::of(*scene));
                 Ok(None)

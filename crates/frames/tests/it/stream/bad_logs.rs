@@ -69,6 +69,24 @@ fn each_fault_of_a_log_is_reported() {
     }));
 }
 
+/// At 30000 s, stamps of 32 bits are 2 ms apart, as the rows are: some steps are twice as long, and none of the others has their true length.
+#[test]
+fn stamps_of_32_bits_are_refused_with_their_rate() {
+    let whole = std::fs::read_to_string(fixture("logs/whole.csv")).unwrap();
+    let mut lines = whole.lines();
+    let mut text = format!("{}\n", lines.next().unwrap());
+    let cells = lines.next().unwrap().split_once(',').unwrap().1;
+    for row in 0..1000 {
+        let stamp = (30_000.0 + f64::from(row) * 0.002) as f32;
+        writeln!(text, "{stamp},{cells}").unwrap();
+    }
+    let folder = crate::shared::files::folder(&[("log.csv", &text)]);
+    let log = folder.path().join("log.csv");
+    let said = report(&OpenRequest { log, scene: Some(fixture("logs/box.yaml")), ..OpenRequest::default() });
+    assert!(said.contains("the stamps are numbers of 32 bits, which at 30002 s are 1.953 ms apart"), "{said}");
+    assert!(said.contains("a binding with `rate: 500 Hz` replaces them"), "{said}");
+}
+
 #[test]
 fn each_fault_of_a_binding_is_reported() {
     let log = fixture("bindings/foreign.csv");

@@ -99,7 +99,7 @@ fn angles(folder: &std::path::Path, unit: &str, angle: impl Fn(f64) -> f64) -> V
     let (log, binding) = (folder.join("log.csv"), folder.join("binding.yaml"));
     let row = |row: u32| {
         let time = f64::from(row) / 100.0;
-        format!("{time},0,0,{},0,0,0,0,0,1\n", angle(time))
+        format!("{time},0,0,{},0,0,0,0,0,{}\n", angle(time), 1.0 + f64::from(row % 7) * 1e-3)
     };
     let rows: String = (0..400).map(row).collect();
     std::fs::write(&log, format!("t,roll,pitch,yaw,x,y,z,fx,fy,fz\n{rows}")).unwrap();

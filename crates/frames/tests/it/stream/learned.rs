@@ -29,7 +29,31 @@ fn wrist_that_works(angle: f64, longer: f64, sign: f64, folder: &Path) -> Opened
         let read = BIAS + turn.inverse() * (pushed - weight) * sign + Vector3::repeat(ripple);
         let _ = writeln!(text, "{stamp},{},{},{},{},{},{},{}", read.x, read.y, read.z, turn.w, turn.i, turn.j, turn.k);
     }
-    let binding = "hand_file: hand_wrist.rules
+    opened(&text, BINDING, folder)
+}
+
+/// A tool of `mass` kg that a person leads: it moves freely for 2 s and 1.5 s, and wipes in between with 20 N or so, turned as the surface is; the person
+/// pulls with 2 N or so. Each `number` is another recording of it.
+fn wiping(mass: f64, number: u32, folder: &Path) -> OpenedLog {
+    let mut text = String::from("time,fx,fy,fz,qw,qx,qy,qz\n");
+    let phase = f64::from(number);
+    for row in 0..1200 {
+        let time = f64::from(row) / 100.0;
+        let (one, other) = ((0.9 * time + phase).sin(), (0.7 * time + 2.0 * phase).cos());
+        let turn = UnitQuaternion::from_euler_angles(0.3 * one, 0.2 * other, 0.0);
+        let rubbed = if (2.0..10.5).contains(&time) {
+            Vector3::new(6.0 * other, 4.0 * one, -20.0 - 5.0 * (0.4 * time + 3.0 * phase).sin())
+        } else {
+            Vector3::zeros()
+        };
+        let pulled = Vector3::new((1.1 * time + phase).sin(), (0.8 * time).cos(), (0.5 * time + phase).cos()) * 2.0;
+        let read = BIAS + rubbed + pulled + turn.inverse() * Vector3::new(0.0, 0.0, 9.81 * mass);
+        let _ = writeln!(text, "{time},{},{},{},{},{},{},{}", read.x, read.y, read.z, turn.w, turn.i, turn.j, turn.k);
+    }
+    opened(&text, BINDING, folder)
+}
+
+const BINDING: &str = "hand_file: hand_wrist.rules
 channels:
   right.palm.force: f<xyz>
   right.palm.rotation: q<wxyz>
@@ -37,10 +61,18 @@ sensors:
   right.palm.force: {frame: right.palm.rotation, tool: learned}
 scene: {bodies: {table: {role: support}}}
 ";
+
+fn opened(text: &str, binding: &str, folder: &Path) -> OpenedLog {
     let [log, file] = [folder.join("wrist.csv"), folder.join("wrist.yaml")];
     std::fs::write(&log, text).unwrap();
     std::fs::write(&file, binding).unwrap();
     open(&OpenRequest { log, binding: Some(file), ..OpenRequest::default() }).unwrap()
+}
+
+/// The mass and its error in the message of a learned weight, g.
+fn learned_mass(message: &str) -> Option<(f64, f64)> {
+    let (mass, rest) = message.strip_prefix("a tool of ")?.split_once(" ± ")?;
+    Some((mass.parse().ok()?, rest.split_once(" g")?.0.parse().ok()?))
 }
 
 fn force(recording: &Recording, row: usize) -> Vector3<f64> {
@@ -52,7 +84,10 @@ fn weight_and_bias_are_learned_from_a_tool_that_turns() {
     let folder = tempfile::tempdir().unwrap();
     let opened = wrist(0.6, folder.path());
     let messages: Vec<String> = opened.issues.iter().map(|issue| issue.message.clone()).collect();
-    assert_eq!(messages, ["a tool of 430 g and a bias of 4.328 N are learned and subtracted"]);
+    let [message] = messages.as_slice() else { panic!("{messages:?}") };
+    assert_eq!(learned_mass(message).map(|(mass, _)| mass), Some(430.0), "{message}");
+    assert!(learned_mass(message).is_some_and(|(_, error)| (0.0..20.0).contains(&error)), "{message}");
+    assert!(message.contains("and a bias of 4.328 ± 0."), "{message}");
     for row in (0..1000).step_by(50) {
         let pushed = if (400..700).contains(&row) { Vector3::new(3.0, 0.0, -12.0) } else { Vector3::zeros() };
         let found = force(&opened.recording, row);
@@ -89,5 +124,38 @@ fn the_weight_of_a_tool_that_hardly_turns_is_not_made_up() {
     let opened = wrist(0.02, folder.path());
     let kinds: Vec<String> = opened.issues.iter().map(|issue| issue.kind.to_string()).collect();
     assert_eq!(kinds, ["unknown_weight"]);
+    assert!(opened.issues[0].message.contains("it hardly turns"), "{}", opened.issues[0].message);
     assert!((force(&opened.recording, 0) - BIAS).norm() > 4.0, "nothing is subtracted");
+}
+
+#[test]
+fn a_mass_that_the_readings_contradict_is_refused_with_its_uncertainty() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut uncertain = 0;
+    for number in 0..8 {
+        let opened = wiping(0.3, number, folder.path());
+        let [issue] = opened.issues.as_slice() else { panic!("{:?}", opened.issues) };
+        assert_eq!(issue.kind, "unknown_weight", "{}", issue.message);
+        assert!(issue.message.contains("nothing is subtracted"), "{}", issue.message);
+        uncertain += u32::from(issue.message.contains("the best fit is ") && issue.message.contains(" ± "));
+        assert!((force(&opened.recording, 0) - BIAS).norm() > 1.0, "nothing is subtracted");
+    }
+    assert!(uncertain >= 4, "{uncertain} of 8");
+}
+
+#[test]
+fn a_contact_that_lasts_is_not_the_bias_of_the_sensor() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = String::from("time,fx,fy,fz,qw,qx,qy,qz\n");
+    for row in 0..1500 {
+        let time = f64::from(row) / 100.0;
+        let turn = UnitQuaternion::from_euler_angles(0.5 * (1.3 * time).sin(), 0.4 * (0.9 * time).cos(), 0.0);
+        // It presses with the same force in its own frame, in whatever way it is turned.
+        let pressed = if (1.0..14.0).contains(&time) { Vector3::new(0.0, 0.0, -20.0) } else { Vector3::zeros() };
+        let read = BIAS + pressed + turn.inverse() * Vector3::new(0.0, 0.0, 9.81 * MASS);
+        let _ = writeln!(text, "{time},{},{},{},{},{},{},{}", read.x, read.y, read.z, turn.w, turn.i, turn.j, turn.k);
+    }
+    let opened = opened(&text, BINDING, folder.path());
+    let [issue] = opened.issues.as_slice() else { panic!("{:?}", opened.issues) };
+    assert!(issue.message.contains("N off at its beginning and at its end"), "{}", issue.message);
 }

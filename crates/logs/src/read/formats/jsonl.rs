@@ -4,6 +4,7 @@ use super::json::{self, UniqueKeys, fault};
 use super::rosmsg::Failure;
 use super::truncated;
 use crate::read::csv::check_scene;
+use crate::read::element_names::ElementNames;
 use crate::read::memory_table::InMemoryTable;
 use crate::read::table::Source;
 use serde_json::Value;
@@ -21,13 +22,16 @@ const MAX_LINE: u64 = 4 << 20;
 /// At the first line that is no JSON object.
 pub fn read(bytes: impl BufRead, file: String) -> Result<Source, InputError> {
     let mut lines = Lines::new(bytes, file.clone());
-    let mut rows = InMemoryTable::new(&file);
+    let (mut rows, mut names) = (InMemoryTable::new(&file), ElementNames::default());
     let mut scene = None;
     let mut cut = None;
     while let Some(line) = lines.line()? {
         match line {
             Line::Scene(found) => scene = Some(*found),
-            Line::Row(row) => push(&row, &mut rows).map_err(|message| lines.error(message))?,
+            Line::Row(row) => {
+                push(&row, &mut rows).map_err(|message| lines.error(message))?;
+                names.put(&mut rows, |_| true)?;
+            }
             Line::Truncated(message) if rows.rows() > 0 => cut = Some(message),
             Line::Truncated(_) => return Err(lines.error("found no JSON object: the log ends within its first row")),
         }

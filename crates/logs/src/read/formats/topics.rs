@@ -8,6 +8,7 @@
 use super::rosmsg::WireFormat;
 use super::rosmsg::{Definition, Failure};
 use crate::issue::{Issue, IssueKind};
+use crate::read::element_names::ElementNames;
 use crate::read::memory_table::{Cells, InMemoryTable};
 use crate::read::stamp_order::{Order, SET_BACK, StampOrder, Writers};
 use crate::read::table::{BagClock, Sheet, Source};
@@ -77,6 +78,7 @@ pub struct Topics {
 
 struct Topic {
     rows: InMemoryTable,
+    names: ElementNames,
     /// The stamp of each row, ns.
     stamps: Vec<i64>,
     /// How much later it was recorded, ns, of each row with a stamp in its header.
@@ -159,6 +161,7 @@ impl Topics {
         let file = &self.file;
         let topic = self.topics.entry(topic.to_string()).or_insert_with(|| Topic {
             rows: InMemoryTable::new(format!("{file} topic {topic}")),
+            names: ElementNames::default(),
             stamps: vec![],
             delays: vec![],
             writers: Writers::default(),
@@ -174,6 +177,7 @@ impl Topics {
         topic.rows.begin_row()?;
         match reading.decode(message, &mut topic.rows) {
             Ok(stamp) => {
+                topic.names.put(&mut topic.rows, |_| true)?;
                 topic.delays.extend(stamp.map(|stamp| recorded.saturating_sub(stamp)));
                 let stamp = stamp.unwrap_or(recorded);
                 topic.stamps.push(stamp);
@@ -210,7 +214,7 @@ impl Topics {
         let mut refused = vec![];
         let mut sheets = vec![];
         for (name, topic) in self.topics {
-            let Topic { mut rows, mut stamps, delays: of_topic, writers, refused: why } = topic;
+            let Topic { mut rows, mut stamps, delays: of_topic, writers, refused: why, names: _ } = topic;
             match why {
                 Some(why) => refused.push((name, why)),
                 None => {

@@ -30,7 +30,7 @@ fn lines_above_titles_distinguish_columns_of_one_title() {
         ,ID,7A,7A,7B,7B\n,,Rotation,Position,Rotation,Position\nFrame,Time (Seconds),X,X,X,X\n0,0.0,1,2,3,4\n";
     let wanted = ["cube.Rotation.X", "cube.Position.X", "tool.Rotation.X", "tool.Position.X"];
     assert_eq!(titles(motive), [&["Frame", "Time (Seconds)"], &wanted[..]].concat());
-    assert_eq!(titles("tool,,cube,,t\nx,y,x,y,s\n1,2,3,4,5\n"), ["tool.x", "tool.y", "cube.x", "cube.y", "s"]);
+    assert_eq!(titles("tool,,cube,,t\nx,y,x,y,s\n1,2,3,4,5\n"), ["tool.x", "tool.y", "cube.x", "cube.y", "t.s"]);
     // Nothing distinguishes these.
     assert_eq!(titles("x,y,x,y\n1,2,3,4\n"), ["x", "y", "x", "y"]);
 }

@@ -43,9 +43,13 @@ fn is_unique(names: &[String]) -> bool {
 }
 
 /// The group of each column: the last cell before it. A first cell above a title that occurs once is the name of the line itself, such as `Name`. `None` if the line
-/// tells no columns apart, or has identifiers.
+/// tells no columns apart, names each of them, or has identifiers.
 fn groups<'r>(row: &'r [String], titles: &[String]) -> Option<Vec<&'r str>> {
     let first = row.iter().position(|cell| !cell.is_empty())?;
+    let is_title_line = row.len() == titles.len() && row.iter().all(|cell| !cell.is_empty()) && is_unique(row);
+    if is_title_line {
+        return None;
+    }
     let count = |title: &String| titles.iter().filter(|other| *other == title).count();
     let is_label = titles.get(first).is_some_and(|title| count(title) < 2);
     if is_label && row.get(first).is_some_and(|label| label.eq_ignore_ascii_case("id")) {

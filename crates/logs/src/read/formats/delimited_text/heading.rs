@@ -104,14 +104,15 @@ fn cells(line: &str) -> Vec<&str> {
     if dialect.blanks { cells.collect() } else { cells.map(|cell| cell.trim().trim_matches('"').trim()).collect() }
 }
 
-/// Whether a cell is a number or a date.
+/// Whether a cell is a number or a date; an empty one is neither.
 fn is_value(cell: &str) -> bool {
-    number(&cell.replace(',', ".")).is_some() || date_time(cell).is_some()
+    !cell.is_empty() && (number(&cell.replace(',', ".")).is_some() || date_time(cell).is_some())
 }
 
-/// Whether a line has this number of cells, more than one, and most of them are numbers or dates.
+/// Whether a line has this number of cells, more than one, and most of those that are not empty are numbers or dates.
 fn is_row_of(cells: &[&str], width: usize) -> bool {
-    cells.len() == width && width > 1 && 2 * cells.iter().filter(|cell| is_value(cell)).count() > width
+    let filled: Vec<&&str> = cells.iter().filter(|cell| !cell.is_empty()).collect();
+    cells.len() == width && width > 1 && 2 * filled.iter().filter(|cell| is_value(cell)).count() > filled.len()
 }
 
 /// Returns the units in a line; none where a cell is neither a unit nor blank.
