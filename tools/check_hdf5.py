@@ -5,6 +5,7 @@
     venv/bin/python tools/check_hdf5.py FILE COPY
 
 - Every data set and attribute of the file is in the copy with the same type, shape and values, and nothing else is but signals and mask.
+- Fields of success agree: the attribute `success`, the lists `mask/teachtree_success` and `…_failure`, and `rewards` and `dones` where they are new.
 - Signals are flat int64 of 0 and then 1, as long as the recording; `mask/teachtree_ok` has those recordings whose signals all rise.
 - The ends of subtasks by MimicGen's documented rule are printed: the row behind the one at which the signal rises, as in `actions[start:end]`.
 """
@@ -15,6 +16,8 @@ import h5py
 import numpy as np
 
 GROUPS = ("subtask_term_signals", "subtask_start_signals")
+MASK = "mask/teachtree_"
+LISTS = {f"{MASK}{name}": name for name in ("ok", "success", "failure")}
 
 
 def objects(file):
@@ -28,13 +31,37 @@ def same_attributes(one, other, name):
     if name == "/":
         ours.pop("teachtree", None)
         theirs.pop("teachtree", None)
+    if is_recording(name) and "success" in theirs:
+        ours.pop("success", None)
+        theirs.pop("success")
     assert sorted(ours) == sorted(theirs), f"{name}: attributes differ"
     for key, value in ours.items():
         assert np.array_equal(np.asarray(value), np.asarray(theirs[key])), f"{name}: attribute {key} differs"
 
 
+def is_recording(name):
+    return name.startswith("data/") and name.count("/") == 1
+
+
 def is_new(name):
-    return name == "mask" or name.startswith("mask/teachtree_ok") or any(part in GROUPS for part in name.split("/"))
+    is_reward = name.count("/") == 2 and name.startswith("data/") and name.endswith(("/rewards", "/dones"))
+    return name == "mask" or name in LISTS or is_reward or any(part in GROUPS for part in name.split("/"))
+
+
+def check_success(ours, other, lists):
+    """Compares the fields of success of each recording; which recordings are successes."""
+    outcomes = {name: name in lists["success"] for name in lists["success"] + lists["failure"]}
+    for name, is_success in outcomes.items():
+        group = other["data"][name]
+        if "success" not in ours.get(f"data/{name}").attrs:
+            assert group.attrs["success"] == is_success, f"{name}: success"
+        if f"data/{name}/rewards" in ours or f"data/{name}/dones" in ours:
+            continue
+        rewards, dones = group["rewards"][()], group["dones"][()]
+        assert rewards.dtype == np.float64 and dones.dtype == np.int64 and rewards.shape == group["actions"].shape[:1]
+        assert np.array_equal(rewards, dones) and np.array_equal(rewards, np.sort(rewards)), f"{name}: rewards"
+        assert set(np.unique(rewards)) <= {0, 1} and rewards[-1] == is_success, f"{name}: rewards"
+    return [name for name, is_success in outcomes.items() if is_success]
 
 
 def main(path, copy):
@@ -42,7 +69,7 @@ def main(path, copy):
         ours, theirs = objects(one), objects(other)
         compared = 0
         for name, item in ours.items():
-            if is_new(name) and name != "mask":
+            if is_new(name) and name != "mask" and not name.endswith(("/rewards", "/dones")):
                 continue
             assert name in theirs, f"{name} is not in the copy"
             same_attributes(item, theirs[name], name)
@@ -56,7 +83,10 @@ def main(path, copy):
             # Groups that were made for signals, such as `obs` in the layout of Isaac Lab.
             below = [inner for inner in data_sets if inner.startswith(f"{name}/")]
             assert is_new(name) or below and all(map(is_new, below)), f"{name} is new"
-        complete = [name.decode() for name in other["mask/teachtree_ok"][()]]
+        lists = {kind: [name.decode() for name in other[path][()]] for path, kind in LISTS.items() if path in other}
+        complete = lists.get("ok", [])
+        if "success" in lists:
+            print("successes", check_success(ours, other, lists), "failures", lists["failure"])
         data = other["data"] if "data" in other else other
         for recording in data:
             group = data[recording]

@@ -6,6 +6,7 @@
 
 - pyarrow and `datasets` load every data file, and every column but those of labels is equal to that of the set, also in its type.
 - `subtask_index` (`--legacy`): pandas finds words for every frame as lerobot 0.4.4 does, with `--lerobot` lerobot itself.
+- `next.success`: once an episode has succeeded it stays so, and `datasets` gives truths; with `--lerobot` lerobot gives them too.
 - Stages of SARM (`--sarm`): frames and times of the lists fit, the end included, and the shares are those of the lists.
 - On all frames of an episode the rows of language are equal; stamps are those of frames, and no two rows of a style have one stamp.
 - The words at each boundary, and one frame before and after it, are those of the row that `active_at` of lerobot finds: the last one that is
@@ -21,7 +22,8 @@ import pyarrow.parquet as pq
 from datasets import Dataset
 
 COLUMN = "language_persistent"
-NEW = (COLUMN, "subtask_index", "annotation.teachtree.motion", "annotation.teachtree.subtask")
+SUCCESS = "next.success"
+NEW = (COLUMN, "subtask_index", "annotation.teachtree.motion", "annotation.teachtree.subtask", SUCCESS)
 
 
 def active_at(rows, time, style):
@@ -55,6 +57,17 @@ def check_episode(episode, frames):
                 found = active_at(rows, stamps[near], style)
                 assert found == [own[wanted]], f"episode {episode}, frame {near}: {found}, expected {own[wanted]}"
     return boundaries
+
+
+def check_success(episodes):
+    """Checks that no episode loses its success; how many have it."""
+    count = 0
+    for episode, frames in episodes.items():
+        flags = [frame[SUCCESS] for frame in frames]
+        assert all(isinstance(flag, bool) for flag in flags), f"episode {episode}: {flags[0]!r} is no truth"
+        assert flags == sorted(flags), f"episode {episode}: succeeds and does so no more"
+        count += flags[-1]
+    return count
 
 
 def check_legacy(copy, frames):
@@ -113,6 +126,12 @@ def check_lerobot(copy):
         assert all(isinstance(word, str) for word in words)
         print(f"  item['subtask']: {', '.join(sorted(set(words)))}")
     print(f"lerobot {lerobot.__version__}: {data.num_episodes} episodes, {len(data)} frames, {sorted(item)[:6]} …")
+    if SUCCESS in item:
+        flags = {}
+        for index in range(len(data)):
+            item = data.hf_dataset[index]
+            flags.setdefault(int(item["episode_index"]), []).append(bool(item[SUCCESS]))
+        print(f"  {SUCCESS}: true from frame {', '.join(str(of.index(True)) if any(of) else 'none' for of in flags.values())} on")
     if COLUMN not in data.features:
         return
     try:
@@ -139,10 +158,12 @@ def main():
     args = parser.parse_args()
     old, new = (json.loads((folder / "meta/info.json").read_text()) for folder in (args.set, args.copy))
     has_language = COLUMN in new["features"]
-    added = {name: new["features"].pop(name) for name in NEW if name in new["features"]}
-    assert all(of["shape"] == [1] and of["dtype"] in ("language", "int64") for of in added.values()), added
+    is_kept = old["features"].get(SUCCESS) == new["features"].get(SUCCESS)
+    mine = [name for name in NEW if name != SUCCESS or not is_kept]
+    added = {name: new["features"].pop(name) for name in mine if name in new["features"]}
+    assert all(of["shape"] == [1] and of["dtype"] in ("language", "int64", "bool") for of in added.values()), added
     assert new.pop("teachtree")["version"]
-    for name in NEW:
+    for name in mine:
         old["features"].pop(name, None)
     old.pop("teachtree", None)
     if any(name.startswith("annotation") for name in added):
@@ -153,8 +174,8 @@ def main():
     episodes = {}
     for file in files:
         one, other = (pq.read_table(folder / file) for folder in (args.set, args.copy))
-        kept = [name for name in one.column_names if name not in NEW]
-        assert [name for name in other.column_names if name not in NEW] == kept
+        kept = [name for name in one.column_names if name not in mine]
+        assert [name for name in other.column_names if name not in mine] == kept
         for name in kept:
             assert one.schema.field(name).equals(other.schema.field(name)), (one.schema, other.schema)
             assert one[name].to_pylist() == other[name].to_pylist(), f"{file}: {name} differs"
@@ -170,6 +191,8 @@ def main():
             assert [row[COLUMN] for row in data] == other[COLUMN].to_pylist()
     if has_language:
         boundaries = sum(check_episode(episode, own) for episode, own in episodes.items())
+    if SUCCESS in added:
+        print(f"{SUCCESS}: {check_success(episodes)} of {len(episodes)} episodes succeed")
     if "subtask_index" in added:
         print(f"subtask_index: words for {frames} frames, {changes} changes")
     if (args.copy / "meta/temporal_proportions_sparse.json").exists():

@@ -2,6 +2,7 @@
 
 mod hdf5;
 mod lerobot;
+mod outcomes;
 mod task_spec;
 
 use super::analysis::{AnalysisArgs, ExpectArg};
@@ -21,7 +22,7 @@ use teachtree_session::{AnalysisInternals, Log};
 /// Options of `annotate`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --rules my_failures.rules --failures write\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding with_signals.binding.yaml --task-spec task.json\nThe set itself is never changed. Recordings that are failures are left out unless --failures write. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
+    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --rules my_failures.rules --failures write\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding with_signals.binding.yaml --task-spec task.json\nThe set itself is never changed. Recordings that are failures are left out unless --failures write. Where outcomes are known, by --expect or rules with failures, success fields are written too. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
 )]
 pub struct Args {
     /// A LeRobot set of version 2.0 to 3.0, or an HDF5 file of many recordings
@@ -41,7 +42,7 @@ pub struct Args {
     lerobot: LeRobot,
     #[command(flatten)]
     hdf5: Hdf5,
-    /// Leave existing labels of the written styles, or signals of the written names, out of the copy
+    /// Leave existing labels of the written styles, signals of the written names, and success fields out of the copy
     #[arg(long)]
     replace: bool,
     #[command(flatten)]
@@ -153,10 +154,11 @@ fn folder_above(place: &Path) -> Result<PathBuf, InputError> {
     })
 }
 
-/// What the labels were made by: the rules of each analysis once, binding and version.
+/// What the labels were made by: the rules of each analysis once, binding, expected tasks and version.
 fn provenance<'a>(args: &Args, analyses: impl IntoIterator<Item = &'a Analysis>) -> Value {
-    let mut rules: Vec<Value> = Vec::new();
+    let (mut rules, mut expected): (Vec<Value>, _) = (Vec::new(), None);
     for analysis in analyses {
+        expected = expected.or_else(|| analysis.outcome().expected);
         let meta = analysis.meta();
         let params: serde_json::Map<String, Value> =
             meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
@@ -168,6 +170,9 @@ fn provenance<'a>(args: &Args, analyses: impl IntoIterator<Item = &'a Analysis>)
     let mut provenance_json = json!({ "version": VERSION, "rules": rules });
     if let (Some(binding), Some(provenance_json)) = (&args.analysis.source.binding, provenance_json.as_object_mut()) {
         provenance_json.insert("binding".into(), json!(binding.display().to_string()));
+    }
+    if let (Some(tasks), Some(provenance_json)) = (expected, provenance_json.as_object_mut()) {
+        provenance_json.insert("expect".into(), json!(tasks));
     }
     provenance_json
 }

@@ -247,12 +247,12 @@ fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[&PathBuf], meta: &Me
     use teachtree_logs::read::formats::hdf5::annotate::{AUDITED, Request, annotate};
     let names: Vec<String> = good(audit, audited).filter_map(|log| formats::recording_of(log)).collect();
     let provenance = json!({ "version": VERSION, "rules": { "files": meta.rules, "digest": meta.digest } }).to_string();
-    let signals = std::collections::BTreeMap::new();
+    let lists = std::collections::BTreeMap::from([(AUDITED, names)]);
     let request = Request {
         layout: None,
-        signals: &signals,
-        mask: AUDITED,
-        complete: &names,
+        signals: &Default::default(),
+        lists: &lists,
+        successes: &Default::default(),
         provenance: &provenance,
         replace: true,
     };

@@ -21,6 +21,7 @@ pub fn frames(file: &Path) -> Vec<Value> {
 fn value(field: &Field) -> Value {
     match field {
         Field::Null => Value::Null,
+        Field::Bool(flag) => json!(flag),
         Field::Int(number) => json!(number),
         Field::Long(number) => json!(number),
         Field::Float(number) => json!(number),
@@ -182,6 +183,7 @@ fn labels_that_are_there_are_kept_unless_they_are_to_be_replaced() {
         styles: &["plan"],
         legacy: "subtask",
         labels: &plans,
+        successes: &BTreeMap::new(),
         provenance: &json!({}),
     };
     AnnotationTarget::open(&path("set")).unwrap().write(&path("planned"), &request, &mut |_| {}).unwrap();
@@ -403,6 +405,7 @@ fn labels_begin_with_their_frame_where_stamps_have_64_bits() {
             styles: &["plan"],
             legacy: "subtask",
             labels: &labels,
+            successes: &BTreeMap::new(),
             provenance: &json!({}),
         };
         let copy = folder.path().join(name);

@@ -67,6 +67,7 @@ mod signals;
 mod stream;
 mod studio;
 mod subjects;
+mod success_fields;
 #[cfg(unix)]
 mod teach_camera;
 #[cfg(unix)]

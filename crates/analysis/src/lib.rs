@@ -1,7 +1,7 @@
 //! Leaves in, named tasks out: settled segments, untargeted relabeling, recognition, relabeling of the named tasks
 //! (grammar/README.md, Meaning of a run, points 4 to 6).
 //!
-//! Invariants: the segments of a hand leave no frame of a gap-free stretch out and never cross a gap; raw segments are kept as
+//! Invariants: the segments of a hand leave no frame of a gap-free stretch out but those in which a body was lost that it involves, and never cross a gap; raw segments are kept as
 //! the trees gave them; a segment that rules have changed says what it was and which rules changed it, and the time
 //! of a rewritten segment belongs to the surviving label. What comes out is plain data: writing it needs no rules.
 //!
@@ -104,6 +104,11 @@ impl Analysis {
     /// Whether the recording is a success, with the reasons.
     pub fn outcome(&self) -> Outcome {
         Outcome::new(self)
+    }
+
+    /// The row of the log, counted from 0, behind the last task that is a success. `None` unless the outcome of the recording is a success.
+    pub fn success_end(&self) -> Option<usize> {
+        outcome::success_end(self)
     }
 
     /// Whether something can show that the recording is a failure: a task of the rules, or an expectation.
@@ -235,7 +240,7 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
 
     let settling = Settling::new(rules, rate_hz);
     for leaves in leaves {
-        let mut stretch = IntervalLabels::new(leaves, settling);
+        let mut stretch = IntervalLabels::new(leaves, &frames.unseen, settling);
         let mut undone = fixpoint::before_recognition(rules, &mut stretch, &measures);
         let mut named: BTreeMap<Side, Vec<NamedSpan>> = BTreeMap::new();
         for (side, measures) in &measures {

@@ -106,6 +106,7 @@ pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Exp
         styles: &styles,
         legacy: Style::Subtask.name(),
         labels: &all,
+        successes: &BTreeMap::new(),
         provenance: &serde_json::Value::Null,
     };
     let bytes = AnnotationTarget::open_within(&folder, folders.clone())

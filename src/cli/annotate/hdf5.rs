@@ -1,10 +1,11 @@
-//! `annotate` of an HDF5 file: step signals by which MimicGen, Isaac Lab Mimic and AutoData divide demonstrations, and what each of them lacks.
+//! `annotate` of an HDF5 file: step signals by which MimicGen, Isaac Lab Mimic and AutoData divide demonstrations, what each of them lacks, and success
+//! fields.
 
 use super::super::parallel::{LogResults, named_failures};
 use super::super::rules::name_and_value;
 use super::super::{Failure, output};
 use super::task_spec::{Demonstration, TaskSpec};
-use super::{Args, Destination, provenance};
+use super::{Args, Destination, outcomes, provenance};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ use teachtree_analysis::steps::{SignalError, values};
 use teachtree_base::error::InputError;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
-use teachtree_logs::read::formats::hdf5::annotate::{Layout, MASK, Request, Signals, annotate};
+use teachtree_logs::read::formats::hdf5::annotate::{Layout, MASK, Request, Signals, annotate, success};
 use teachtree_session::Analysis;
 use teachtree_session::signals::{Signal, of_binding};
 use teachtree_session::{AnalysisInternals, LogInternals};
@@ -71,8 +72,12 @@ impl Destination for Hdf5 {
         let LogResults { done, failed } = args.many.each_log("analyzing", &logs, analyze)?;
         let mut failures = named_failures(failed);
         let name = |log: &PathBuf| formats::recording_of(log).unwrap_or_default();
-        let named = done.into_iter().map(|(log, analysis)| (name(log), analysis));
-        let (left_out, analyses): (Vec<_>, Vec<_>) = named.partition(|(_, analysis)| args.leaves_out(analysis));
+        let named: Vec<(String, Analysis)> = done.into_iter().map(|(log, analysis)| (name(log), analysis)).collect();
+        let success = |(name, analysis): &(String, Analysis)| Some((name.clone(), outcomes::success_rows(analysis)?));
+        let successes: BTreeMap<String, Vec<bool>> = named.iter().filter_map(success).collect();
+        let count = named.len();
+        let (left_out, analyses): (Vec<_>, Vec<_>) =
+            named.into_iter().partition(|(_, analysis)| args.leaves_out(analysis));
         let left_out: Vec<String> = left_out.into_iter().map(|(name, _)| name).collect();
         if analyses.is_empty() && !left_out.is_empty() {
             failures.push(args.refuse_failures(left_out.len()).into());
@@ -81,8 +86,12 @@ impl Destination for Hdf5 {
             return Failure::some(failures, 0);
         }
         let rows: Vec<Row> = analyses.iter().map(|(name, analysis)| row(name, analysis, &wanted)).collect();
-        let complete: Vec<String> =
-            rows.iter().filter(|row| row.rows.iter().all(Result::is_ok)).map(|row| row.name.clone()).collect();
+        let lists = lists(&wanted, &rows, &successes);
+        if lists.is_empty() {
+            let message = "found nothing to write: there are no signals, and all outcomes are unknown";
+            return Err(InputError::new(place, message).help("`teachtree analyze` prints the reasons").into());
+        }
+        let success_lines = success_lines(args, &successes, count)?;
         let provenance_json = provenance(args, analyses.iter().map(|(_, analysis)| analysis)).to_string();
         let signals: BTreeMap<String, Signals> =
             rows.iter().map(|row| (row.name.clone(), row.signals.clone())).collect();
@@ -93,8 +102,8 @@ impl Destination for Hdf5 {
         let request = Request {
             layout,
             signals: &signals,
-            mask: MASK,
-            complete: &complete,
+            lists: &lists,
+            successes: &successes,
             provenance: &provenance_json,
             replace: args.replace,
         };
@@ -111,7 +120,8 @@ impl Destination for Hdf5 {
         annotate(&args.data, &args.out, &request)?;
         files.commit()?;
         if !args.many.quiet {
-            output::print(&(table(args, &wanted, &rows, complete.len()) + &Args::left_out(&left_out)))?;
+            let complete = lists.get(MASK).map_or_else(String::new, |names| table(args, &wanted, &rows, names.len()));
+            output::print(&(complete + &success_lines + &Args::left_out(&left_out)))?;
         }
         Failure::some(failures, analyses.len())
     }
@@ -145,9 +155,9 @@ fn wanted(own: &Hdf5, args: &Args) -> Result<Vec<Signal>, InputError> {
         wanted.extend(of_binding(binding)?.into_iter().filter(|signal| !is_named(signal.starts)));
         wanted.sort_by_key(|signal| signal.starts);
     }
-    if wanted.is_empty() {
+    if wanted.is_empty() && args.expect.expect.is_none() {
         return Err(InputError::new(args.data.display().to_string(), "an HDF5 file gets signals, found none to write")
-            .help("name them in the binding, `signals: {grasp: start of Grasp of cube}`, or by --signal grasp='start of Grasp of cube'"));
+            .help("name them in the binding, `signals: {grasp: start of Grasp of cube}`, or by --signal grasp='start of Grasp of cube'; --expect writes success fields without signals"));
     }
     Ok(wanted)
 }
@@ -159,6 +169,54 @@ fn check_names(args: &Args, wanted: &[Signal], logs: &[PathBuf]) -> Result<(), F
     let rules = args.analysis.rules.load(&log)?;
     wanted.iter().try_for_each(|signal| signal.check(&rules, &bodies))?;
     Ok(())
+}
+
+/// The lists of recordings: those that have all signals, where there are signals; successes and failures, where there are some.
+fn lists(
+    wanted: &[Signal],
+    rows: &[Row],
+    successes: &BTreeMap<String, Vec<bool>>,
+) -> BTreeMap<&'static str, Vec<String>> {
+    let mut lists = BTreeMap::new();
+    if !wanted.is_empty() {
+        let complete = rows.iter().filter(|row| row.rows.iter().all(Result::is_ok));
+        lists.insert(MASK, complete.map(|row| row.name.clone()).collect());
+    }
+    if !successes.is_empty() {
+        let of = |wanted: bool| {
+            let has_outcome = successes.iter().filter(move |(_, rows)| rows.contains(&true) == wanted);
+            has_outcome.map(|(name, _)| name.clone()).collect()
+        };
+        lists.extend([(success::SUCCESSES, of(true)), (success::FAILURES, of(false))]);
+    }
+    lists
+}
+
+/// The lines about success fields of some of these recordings.
+fn success_lines(
+    args: &Args,
+    successes: &BTreeMap<String, Vec<bool>>,
+    recordings: usize,
+) -> Result<String, InputError> {
+    if successes.is_empty() {
+        return Ok(String::new());
+    }
+    let mut text = String::new();
+    for (field, names) in success::contradictions(&args.data, successes)? {
+        let what = match (field, args.replace) {
+            (success::ATTRIBUTE, true) => "it is replaced",
+            (success::ATTRIBUTE, false) => "it is kept, `--replace` replaces it",
+            _ => "it is kept",
+        };
+        text += &outcomes::contradictions(field, &names, successes, what);
+    }
+    let unknown = match recordings - successes.len() {
+        0 => String::new(),
+        unknown => format!(", {unknown} unknown"),
+    };
+    let (one, other) = (success::SUCCESSES, success::FAILURES);
+    let _ = writeln!(text, "outcomes: {}{unknown}, listed in `{one}` and `{other}`", outcomes::counts(successes));
+    Ok(text)
 }
 
 fn row(name: &str, analysis: &Analysis, wanted: &[Signal]) -> Row {

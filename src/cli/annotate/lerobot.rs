@@ -2,7 +2,7 @@
 
 use super::super::progress::Progress;
 use super::super::{Failure, output};
-use super::{Args, Destination, provenance};
+use super::{Args, Destination, outcomes, provenance};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::spelling::nearest;
 use teachtree_logs::read::formats;
-use teachtree_logs::read::formats::lerobot::annotate::{AnnotationTarget, Label, LabelFormat, Request};
+use teachtree_logs::read::formats::lerobot::annotate::{AnnotationTarget, Label, LabelFormat, Request, success};
 use teachtree_report::words::{Phrasing, Style};
 use teachtree_session::Analysis;
 use teachtree_session::{AnalysisInternals, LogInternals, RulesInternals};
@@ -74,7 +74,7 @@ impl Destination for LeRobot {
             self.style.is_empty() || self.style.iter().any(named)
         };
         let styles: Vec<Style> = Style::ALL.into_iter().filter(wanted).collect();
-        let forms = forms(self)?;
+        let mut forms = forms(self)?;
         let legacy = legacy(&self.style, &forms)?;
         // `subtask_index` has one style; labels of the other one are written only where another form takes them.
         let styles: Vec<Style> = match forms.as_slice() {
@@ -96,7 +96,10 @@ impl Destination for LeRobot {
         })?;
         let (mut analyses, mut failures) = (BTreeMap::new(), Vec::new());
         let (mut bodies, mut left_out) = (BTreeSet::new(), Vec::new());
+        let mut successes: BTreeMap<usize, Vec<bool>> = BTreeMap::new();
         for ((episode, log), found) in logs.iter().enumerate().zip(found) {
+            let rows = found.as_ref().ok().and_then(|(analysis, _)| outcomes::success_rows(analysis));
+            successes.extend(rows.map(|rows| (episode, rows)));
             match found {
                 Ok((analysis, _)) if args.leaves_out(&analysis) => left_out.push(episode),
                 Ok((analysis, more)) => {
@@ -113,6 +116,8 @@ impl Destination for LeRobot {
             return Failure::some(failures, 0);
         }
         check_names(&phrasing, &analyses, bodies)?;
+        let (is_success_written, success_lines) = success_column(args, &set, &successes, logs.len())?;
+        forms.extend(is_success_written.then_some(LabelFormat::Success));
         let labels: BTreeMap<usize, Vec<Label>> =
             analyses.iter().map(|(episode, analysis)| (*episode, labels(analysis, &styles, &phrasing))).collect();
         let unlabeled: Vec<usize> = (0..logs.len()).filter(|episode| !analyses.contains_key(episode)).collect();
@@ -128,14 +133,20 @@ impl Destination for LeRobot {
             }
         }
         let progress = (!args.many.quiet).then(|| Progress::new("writing"));
-        let request = Request { forms: &forms, styles: &names, legacy, labels: &labels, provenance: &provenance_json };
+        let request = Request {
+            forms: &forms,
+            styles: &names,
+            legacy,
+            labels: &labels,
+            successes: &successes,
+            provenance: &provenance_json,
+        };
         set.write(&args.out, &request, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
         drop(progress);
         if !args.many.quiet {
-            output::print(
-                &(summary(args, &labels, logs.len())
-                    + &Args::left_out(&left_out.iter().map(usize::to_string).collect::<Vec<_>>())),
-            )?;
+            let left_out: Vec<String> = left_out.iter().map(usize::to_string).collect();
+            let text = summary(args, &labels, logs.len()) + &success_lines + &Args::left_out(&left_out);
+            output::print(&text)?;
         }
         Failure::some(failures, analyses.len())
     }
@@ -170,6 +181,39 @@ fn legacy(styles: &[StyleArg], forms: &[LabelFormat]) -> Result<&'static str, In
             Err(InputError::new("--style", "`subtask_index` has one style, found two").help("name the one of --legacy"))
         }
     }
+}
+
+/// Whether `next.success` is written, and the lines about it. The column needs a value for each frame, so it is written only where the outcome of each episode
+/// is known; a column of the set is kept unless it is to be replaced.
+fn success_column(
+    args: &Args,
+    set: &AnnotationTarget,
+    successes: &BTreeMap<usize, Vec<bool>>,
+    episodes: usize,
+) -> Result<(bool, String), InputError> {
+    let name = success::COLUMN;
+    if successes.is_empty() {
+        return Ok((false, String::new()));
+    }
+    let contradictions = set.success_contradictions(successes)?;
+    let is_there = contradictions.is_some();
+    let unknown: Vec<usize> = (0..episodes).filter(|episode| !successes.contains_key(episode)).collect();
+    let is_wanted = args.replace || !is_there;
+    let is_written = is_wanted && unknown.is_empty();
+    let what = match (is_written, is_wanted) {
+        (true, _) => "it is replaced",
+        (false, true) => "it is kept",
+        (false, false) => "it is kept, `--replace` replaces it",
+    };
+    let mut lines = outcomes::contradictions(name, &contradictions.unwrap_or_default(), successes, what);
+    if is_written {
+        let _ = writeln!(lines, "`{name}`: {}", outcomes::counts(successes));
+    } else if is_wanted {
+        let what = if is_there { "replaced" } else { "written" };
+        let unknown = outcomes::named(&unknown, usize::to_string);
+        let _ = writeln!(lines, "`{name}` is not {what}, since outcomes are unknown: {unknown}");
+    }
+    Ok((is_written, lines))
 }
 
 /// Refuses a template for a name that nothing has.

@@ -222,6 +222,12 @@ fn names(found: &Analysis) -> Vec<&str> {
     names.into_iter().map(|(_, name)| name).collect()
 }
 
+/// The row behind the last task that is a success; `None` unless the outcome is a success.
+pub(super) fn success_end(found: &Analysis) -> Option<usize> {
+    let ends = results(found).into_iter().filter(|result| !result.failure).map(|result| result.end_row);
+    ends.max().filter(|_| Outcome::new(found).result == OutcomeKind::Success)
+}
+
 /// A task, or a task that is made of tasks, as the outcome counts it.
 struct TaskResult<'a> {
     who: TrackId,
@@ -232,6 +238,8 @@ struct TaskResult<'a> {
     /// The failure is a part of a task that is a success.
     is_part_of_success: bool,
     span_s: [f64; 2],
+    /// The row behind it.
+    end_row: usize,
 }
 
 /// The results of all tracks, in order of time.
@@ -256,6 +264,7 @@ fn of_track(track: &Track) -> Vec<TaskResult<'_>> {
                 attempt: span.attempt,
                 is_part_of_success,
                 span_s: [span.start_s, span.end_s],
+                end_row: span.rows.end,
             });
         }
     }
@@ -269,6 +278,7 @@ fn of_track(track: &Track) -> Vec<TaskResult<'_>> {
             attempt: last.attempt,
             is_part_of_success: false,
             span_s: [whole.start_s, whole.end_s],
+            end_row: whole.rows.end,
         }));
     }
     results

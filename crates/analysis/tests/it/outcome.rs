@@ -14,6 +14,7 @@ fn analysis(tasks: &[(&str, &str, &str)]) -> Analysis {
         subject: Subject { object: body(object), partner: body(partner) },
         start_s: at as f64,
         end_s: at as f64 + 1.0,
+        rows: 10 * at..10 * at + 10,
         ..TaskSpan::default()
     };
     let mut track = Track::new(TrackId::Hand(Side::Right));
@@ -154,6 +155,31 @@ fn a_missing_task_that_the_log_cannot_show_is_no_failure() {
     // A success says which failures it could not see.
     analysis.expected = ExpectedTasks::default();
     assert_eq!(kinds(&analysis), [ReasonKind::Succeeded, ReasonKind::UnseenFailure]);
+}
+
+#[test]
+fn a_recording_has_succeeded_behind_its_last_success() {
+    let (stuck, insert, touch) = (("stuck!", "peg", "hole"), ("insert", "peg", "hole"), ("unknown", "peg", ""));
+    for (tasks, wanted) in [
+        (vec![insert], Some(10)),
+        (vec![stuck, insert], Some(20)),
+        (vec![insert, insert, touch], Some(20)),
+        (vec![insert, stuck], None),
+        (vec![touch], None),
+    ] {
+        assert_eq!(analysis(&tasks).success_end(), wanted, "{tasks:?}");
+    }
+    // A success that nothing could have shown to be a failure is unknown.
+    assert_eq!(Analysis { has_failures: false, ..analysis(&[insert]) }.success_end(), None);
+    // A task that is made of tasks counts as a whole.
+    let whole = |failure: bool| {
+        let mut all = analysis(&[insert, insert, insert]);
+        let whole =
+            CompositeSpan { failure, tasks: 1..3, rows: 10..30, start_s: 1.0, end_s: 3.0, ..CompositeSpan::default() };
+        all.tracks[0].composites.push(whole);
+        all
+    };
+    assert_eq!((whole(false).success_end(), whole(true).success_end()), (Some(30), None));
 }
 
 #[test]

@@ -1,13 +1,17 @@
-//! A copy of an HDF5 file with step signals for its recordings, in the layouts of MimicGen and of Isaac Lab Mimic, and with a list of those recordings
-//! that have all of them.
+//! A copy of an HDF5 file with step signals for its recordings, in the layouts of MimicGen and of Isaac Lab Mimic, with lists of recordings, and with the
+//! fields that say whether a recording succeeded.
 //!
 //! The file is packed anew under another name, edited there, compared with the original, and then renamed: at any time the copy is there whole or not at
 //! all. The file itself is only read.
 
+pub mod success;
+
 use super::{Container, DEEPEST, check_chunks, damaged, links, located};
 use crate::allowed_folders::AllowedFolders;
 use crate::atomic_write::Folder;
-use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, RepackOptions, VlenStringReadOptions, repack};
+use ::hdf5_pure::{
+    AttrValue, DType, Dataset, DatasetBuilder, Error, File, Group, RepackOptions, VlenStringReadOptions, repack,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use teachtree_base::error::InputError;
@@ -61,19 +65,44 @@ pub struct Request<'a> {
     pub layout: Option<Layout>,
     /// The signals of each recording, by its name.
     pub signals: &'a BTreeMap<String, Signals>,
-    /// The data set of the list: [`MASK`] or [`AUDITED`].
-    pub mask: &'static str,
-    /// The recordings that are listed: those that have all signals.
-    pub complete: &'a [String],
+    /// Lists of recordings by their data sets: [`MASK`] with those that have all signals, or [`AUDITED`].
+    pub lists: &'a BTreeMap<&'static str, Vec<String>>,
+    /// Whether each recording has succeeded behind each of its rows; of those whose outcome is known.
+    pub successes: &'a BTreeMap<String, Vec<bool>>,
     /// What the signals or the list were made by, JSON.
     pub provenance: &'a str,
-    /// Whether signals of these names and a list that are there are replaced.
+    /// Whether signals of these names, lists and attributes that are there are replaced.
     pub replace: bool,
 }
 
-/// The attribute that says what was made by what: a list of an audit does not replace what is said of the signals.
-fn provenance(mask: &str) -> &'static str {
-    if mask == AUDITED { "teachtree_audit" } else { "teachtree" }
+impl Request<'_> {
+    /// The attribute that says what was made by what: a list of an audit does not replace what is said of the signals.
+    fn provenance_name(&self) -> &'static str {
+        if self.lists.contains_key(AUDITED) { "teachtree_audit" } else { "teachtree" }
+    }
+}
+
+/// The values of a new data set.
+#[derive(Clone, Debug, PartialEq)]
+enum NewValues {
+    Integers(Vec<i64>),
+    Numbers(Vec<f64>),
+}
+
+impl NewValues {
+    fn write(&self, data: &mut DatasetBuilder) {
+        match self {
+            Self::Integers(values) => data.with_i64_data(values),
+            Self::Numbers(values) => data.with_f64_data(values),
+        };
+    }
+
+    fn are_in(&self, dataset: &Dataset) -> Result<bool, Error> {
+        Ok(match self {
+            Self::Integers(values) => dataset.read_i64()? == *values,
+            Self::Numbers(values) => dataset.read_f64()? == *values,
+        })
+    }
 }
 
 /// Writes a copy of a file with signals.
@@ -94,7 +123,7 @@ pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), Input
         }
         let packed = repack(path, &target, &RepackOptions::new());
         packed.map_err(|error| unwritable(&place, copy, &error))?;
-        edit(&target, &paths, request).map_err(|error| unwritable(&place, copy, &error))?;
+        edit(&target, &paths).map_err(|error| unwritable(&place, copy, &error))?;
         drop(container);
         compare(path, &target, &paths)
     })?;
@@ -134,31 +163,33 @@ fn unwritable(place: &str, copy: &Path, error: &Error) -> InputError {
 /// What is written where.
 struct Paths {
     /// Data sets by path, with their values.
-    new: BTreeMap<String, Vec<i64>>,
+    new: BTreeMap<String, NewValues>,
+    /// Lists of recordings by path, in order.
+    lists: BTreeMap<&'static str, Vec<String>>,
+    /// An attribute of a group, by the path of the group with a slash behind it; `""` is the root.
+    attributes: BTreeMap<String, (&'static str, AttrValue)>,
     /// Data sets that are there and are replaced or dropped.
     old: BTreeSet<String>,
     /// Groups that are made, outer ones first.
     groups: Vec<String>,
-    /// The data set of the list.
-    mask: &'static str,
-    /// The attribute that says what the signals or the list were made by.
-    provenance: &'static str,
 }
 
 impl Paths {
     fn new(container: &Container, request: &Request) -> Result<Self, InputError> {
         let Container { place, file, parent, names, .. } = container;
+        let made_by = AttrValue::String(request.provenance.into());
         let mut paths = Self {
             new: BTreeMap::new(),
+            lists: request.lists.clone(),
+            attributes: BTreeMap::from([(String::new(), (request.provenance_name(), made_by))]),
             old: BTreeSet::new(),
             groups: vec![],
-            mask: request.mask,
-            provenance: provenance(request.mask),
         };
+        paths.lists.values_mut().for_each(|names| names.sort_unstable());
+        if let Some(name) = request.signals.keys().chain(request.successes.keys()).find(|name| !names.contains(name)) {
+            return Err(InputError::new(place, format!("there is no recording `{name}`")));
+        }
         for (name, signals) in request.signals {
-            if !names.contains(name) {
-                return Err(InputError::new(place, format!("there is no recording `{name}`")));
-            }
             let recording = format!("{parent}{name}");
             let has = |layout: Layout| file.group(&format!("{recording}/{}", layout.group())).is_ok();
             let found = [Layout::Isaac, Layout::MimicGen].into_iter().find(|layout| has(*layout));
@@ -166,18 +197,20 @@ impl Paths {
             for (kind, signals) in [(TERM, &signals.term), (START, &signals.start)] {
                 for (signal, values) in signals {
                     let path = format!("{recording}/{}/{kind}/{signal}", layout.group());
-                    paths.new.insert(path, values.clone());
+                    paths.new.insert(path, NewValues::Integers(values.clone()));
                 }
             }
         }
         if request.replace {
             paths.drop_signals_of_others(container, request);
         }
-        let all: Vec<String> = paths.new.keys().cloned().chain([request.mask.to_string()]).collect();
+        paths.add_success(container, request)?;
+        let lists = paths.lists.keys().map(ToString::to_string);
+        let all: Vec<String> = paths.new.keys().cloned().chain(lists).collect();
         for path in &all {
             let is_dataset = file.dataset(path).is_ok();
             if is_dataset && !request.replace {
-                let kind = if path == request.mask { "list" } else { "signal" };
+                let kind = if paths.lists.contains_key(path.as_str()) { "list" } else { "signal" };
                 let message = format!("has the {kind} `{path}` already");
                 return Err(InputError::new(place, message).help("--replace leaves it out of the copy"));
             }
@@ -220,11 +253,11 @@ impl Paths {
 
     /// Whether a path is one that is written or dropped.
     fn has(&self, path: &str) -> bool {
-        path == self.mask || self.new.contains_key(path) || self.old.contains(path)
+        self.lists.contains_key(path) || self.new.contains_key(path) || self.old.contains(path)
     }
 }
 
-fn edit(target: &Path, paths: &Paths, request: &Request) -> Result<(), Error> {
+fn edit(target: &Path, paths: &Paths) -> Result<(), Error> {
     let file = File::open_rw(target)?;
     let root = file.root();
     for path in &paths.old {
@@ -237,22 +270,24 @@ fn edit(target: &Path, paths: &Paths, request: &Request) -> Result<(), Error> {
         root.create_group(group)?;
     }
     for (path, values) in &paths.new {
+        root.create_dataset(path, |data| values.write(data))?;
+    }
+    for (path, names) in &paths.lists {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut failed = None;
         root.create_dataset(path, |data| {
-            data.with_i64_data(values);
+            // A list without names has no length of names.
+            let written = if names.is_empty() { data.with_strings_sized(&names, 1) } else { data.with_strings(&names) };
+            failed = written.err();
         })?;
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
     }
-    let mut names: Vec<&str> = request.complete.iter().map(String::as_str).collect();
-    names.sort_unstable();
-    let mut failed = None;
-    root.create_dataset(request.mask, |data| {
-        // A list without names has no length of names.
-        let written = if names.is_empty() { data.with_strings_sized(&names, 1) } else { data.with_strings(&names) };
-        failed = written.err();
-    })?;
-    if let Some(error) = failed {
-        return Err(error.into());
+    for (path, (name, value)) in &paths.attributes {
+        let group = if path.is_empty() { file.root() } else { file.group(path)? };
+        group.set_attr(name, value.clone())?;
     }
-    root.set_attr(paths.provenance, AttrValue::String(request.provenance.into()))?;
     drop(root);
     file.commit()?;
     file.close()
@@ -279,8 +314,8 @@ fn compare(path: &Path, copy: &Path, paths: &Paths) -> Result<(), InputError> {
     }
     same_attributes(&one.root(), &other.root(), "", paths, &wrong, &failed)?;
     for (name, values) in &paths.new {
-        let written = theirs.get(name).map(Dataset::read_i64).transpose().map_err(failed)?;
-        if written.as_ref() != Some(values) {
+        let written = theirs.get(name).map(|dataset| values.are_in(dataset)).transpose().map_err(failed)?;
+        if written != Some(true) {
             return Err(wrong(name));
         }
     }
@@ -327,10 +362,12 @@ fn same_attributes(
     failed: &dyn Fn(Error) -> InputError,
 ) -> Result<(), InputError> {
     let (ours, mut theirs) = (attributes(one.attrs().map_err(failed)?), attributes(other.attrs().map_err(failed)?));
-    let name = paths.provenance;
-    if prefix.is_empty() && ours.get(name) != theirs.get(name) {
-        theirs.remove(name);
-        ours.get(name).iter().for_each(|old| drop(theirs.insert(name.into(), (*old).clone())));
+    if let Some((name, value)) = paths.attributes.get(prefix) {
+        let written = theirs.remove(*name);
+        if written != Some(format!("{value:?}")) {
+            return Err(wrong(&format!("{prefix} attribute {name}")));
+        }
+        ours.get(*name).iter().for_each(|old| drop(theirs.insert((*name).into(), (*old).clone())));
     }
     if ours != theirs {
         return Err(wrong(&format!("{prefix} attributes")));

@@ -1,5 +1,5 @@
 //! A copy of a LeRobot set with labels in words, in the forms that programs read: `language_persistent`, `subtask_index`, columns of SARM and of GR00T,
-//! a file to be corrected by hand.
+//! a file to be corrected by hand; and with `next.success`.
 //!
 //! The copy is made beside its place under another name, compared with the set, and then renamed: at any time it is there whole or not at all.
 
@@ -9,6 +9,7 @@ mod legacy;
 mod persistent;
 pub mod prelabels;
 mod sarm;
+pub mod success;
 mod timeline;
 
 pub use timeline::Label;
@@ -48,6 +49,8 @@ pub enum LabelFormat {
     Gr00t,
     /// `meta/lerobot_annotations.json`.
     Prelabels,
+    /// The column `next.success`.
+    Success,
 }
 
 impl LabelFormat {
@@ -59,6 +62,7 @@ impl LabelFormat {
             Self::Sarm => &sarm::Sarm,
             Self::Gr00t => &gr00t::Gr00t,
             Self::Prelabels => &prelabels::Prelabels,
+            Self::Success => &success::Success,
         }
     }
 }
@@ -94,6 +98,8 @@ pub struct Request<'a> {
     pub legacy: &'static str,
     /// The labels of each episode; those of episodes that are left out are not known.
     pub labels: &'a BTreeMap<usize, Vec<Label>>,
+    /// Whether each episode has succeeded behind each of its frames; for [`LabelFormat::Success`] of all episodes.
+    pub successes: &'a BTreeMap<usize, Vec<bool>>,
     /// What the labels were made by.
     pub provenance: &'a Value,
 }
@@ -135,6 +141,8 @@ enum FrameColumn {
     Language(Episodes),
     /// An index for each row of each episode, and that of rows of other episodes.
     Index(String, BTreeMap<usize, Vec<i64>>, i64),
+    /// A truth for each row of each episode; other rows have the last one of their episode, or none is true.
+    Flags(String, BTreeMap<usize, Vec<bool>>),
 }
 
 /// A column of lists of episodes, by episode.
@@ -394,6 +402,12 @@ fn frame_columns<'a>(
             let of =
                 |(episode, row): &(usize, usize)| all.get(episode).and_then(|rows| rows.get(*row)).unwrap_or(other);
             Column { name: name.clone(), values: Values::Integers(places.iter().map(of).copied().collect()) }
+        }
+        FrameColumn::Flags(name, all) => {
+            let of = |(episode, row): &(usize, usize)| {
+                all.get(episode).and_then(|rows| rows.get(*row).or(rows.last())).is_some_and(|flag| *flag)
+            };
+            Column { name: name.clone(), values: Values::Flags(places.iter().map(of).collect()) }
         }
     };
     Ok(new.iter().map(column).collect())

@@ -28,6 +28,8 @@ pub struct Column<'a> {
 pub enum Values<'a> {
     /// Rows of language.
     Language(Vec<&'a [Row]>),
+    /// Truths.
+    Flags(Vec<bool>),
     /// Whole numbers.
     Integers(Vec<i64>),
     /// Texts.
@@ -50,6 +52,7 @@ impl Column<'_> {
     pub fn rows(&self) -> usize {
         match &self.values {
             Values::Language(values) => values.len(),
+            Values::Flags(values) => values.len(),
             Values::Integers(values) => values.len(),
             Values::Texts(values) => values.len(),
             Values::TextLists(values) => values.len(),
@@ -74,6 +77,7 @@ impl Column<'_> {
         let text = Some(LogicalType::String);
         match &self.values {
             Values::Language(_) => language::schema(),
+            Values::Flags(_) => primitive(&self.name, Physical::BOOLEAN, None),
             Values::Integers(_) => primitive(&self.name, Physical::INT64, None),
             Values::Texts(_) => primitive(&self.name, Physical::BYTE_ARRAY, text),
             Values::TextLists(_) => list(Physical::BYTE_ARRAY, text),
@@ -87,6 +91,7 @@ impl Column<'_> {
         let list = |of| DataType::List(Arc::new(Field::new("element", of, true)));
         let of = match &self.values {
             Values::Language(_) => language::arrow_type(),
+            Values::Flags(_) => DataType::Boolean,
             Values::Integers(_) => DataType::Int64,
             Values::Texts(_) => DataType::Utf8,
             Values::TextLists(_) => list(DataType::Utf8),
@@ -108,6 +113,7 @@ impl Column<'_> {
                     "timestamp": plain("float32"), "camera": plain("string"), "tool_calls": calls,
                 }))
             }
+            Values::Flags(_) => plain("bool"),
             Values::Integers(_) => plain("int64"),
             Values::Texts(_) => plain("string"),
             Values::TextLists(_) => list(plain("string")),
@@ -125,6 +131,7 @@ impl Column<'_> {
         let short = || ParquetError::General(format!("the column `{}` ends too early", self.name));
         match &self.values {
             Values::Language(values) => language::write(values.get(rows).ok_or_else(short)?, group),
+            Values::Flags(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, flags),
             Values::Integers(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, wholes),
             Values::Texts(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, texts),
             Values::TextLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, texts),
@@ -152,6 +159,9 @@ impl Column<'_> {
             Values::Language(values) => {
                 values.get(row).is_some_and(|rows| language::rows(stored).as_deref() == Some(*rows))
             }
+            Values::Flags(values) => {
+                matches!((values.get(row), stored), (Some(one), Stored::Bool(other)) if one == other)
+            }
             Values::Integers(values) => values.get(row).is_some_and(|value| is_whole(value, stored)),
             Values::Texts(values) => values.get(row).is_some_and(|value| is_text(value, stored)),
             Values::TextLists(values) => same(values.get(row), stored, is_text),
@@ -170,6 +180,18 @@ pub(super) fn next<'a, W: Write + Send>(
 
 /// Writes values with their levels into a column.
 type WriterFn<T> = fn(&mut ColumnWriter<'_>, &[T], &[i16], Option<&[i16]>) -> Result<usize, ParquetError>;
+
+fn flags(
+    column: &mut ColumnWriter<'_>,
+    values: &[bool],
+    defined: &[i16],
+    repeated: Option<&[i16]>,
+) -> Result<usize, ParquetError> {
+    match column {
+        ColumnWriter::BoolColumnWriter(writer) => writer.write_batch(values, Some(defined), repeated),
+        _ => Err(other_type()),
+    }
+}
 
 fn wholes(
     column: &mut ColumnWriter<'_>,
