@@ -78,7 +78,7 @@ fn stamps_of_32_bits_are_refused_with_their_rate() {
     let cells = lines.next().unwrap().split_once(',').unwrap().1;
     for row in 0..1000 {
         let stamp = (30_000.0 + f64::from(row) * 0.002) as f32;
-        writeln!(text, "{stamp},{cells}").unwrap();
+        writeln!(text, "{:.6},{cells}", f64::from(stamp)).unwrap();
     }
     let folder = crate::shared::files::folder(&[("log.csv", &text)]);
     let log = folder.path().join("log.csv");
