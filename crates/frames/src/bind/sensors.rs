@@ -151,12 +151,12 @@ fn unknown_weight(recording: &Recording, channel: &str, why: UnknownTool) -> Iss
         UnknownTool::EndsDiffer(off) => format!(
             "what fits most of the log is {off:.1} N off at its beginning and at its end, where the tool should be free"
         ),
-        UnknownTool::Uncertain(LearnedTool { mass_sd, .. }) if mass_sd.is_infinite() => {
+        UnknownTool::Uncertain { mass_sd, .. } if mass_sd.is_infinite() => {
             "it turns in one part of the log only".to_string()
         }
-        UnknownTool::Uncertain(LearnedTool { tool, mass_sd, .. }) => format!(
+        UnknownTool::Uncertain { mass, mass_sd } => format!(
             "the best fit is {:.0} ± {:.0} g, so the readings contain contact, or other forces than the weight, wherever it turns",
-            tool.mass().abs() * 1e3,
+            mass.abs() * 1e3,
             tool::DEVIATIONS * mass_sd * 1e3
         ),
     };

@@ -105,8 +105,8 @@ pub enum UnknownTool {
     HardlyFree(f64),
     /// Readings at the beginning and the end differ from the fit by this at least, N.
     EndsDiffer(f64),
-    /// The best mass is uncertain.
-    Uncertain(LearnedTool),
+    /// The best mass, kg, has this standard deviation, kg.
+    Uncertain { mass: f64, mass_sd: f64 },
 }
 
 impl LearnedTool {
@@ -164,7 +164,8 @@ pub fn learned(
     if off > within.max(DRIFT) {
         return Err(UnknownTool::EndsDiffer(off));
     }
-    if found.is_known() { Ok(found) } else { Err(UnknownTool::Uncertain(found)) }
+    let LearnedTool { tool, mass_sd, .. } = found;
+    if found.is_known() { Ok(found) } else { Err(UnknownTool::Uncertain { mass: tool.mass(), mass_sd }) }
 }
 
 /// How far the directions of gravity scatter about their mean, m/s².

@@ -54,6 +54,9 @@ fn explains(found: &LearnedTool) -> bool {
     found.explained >= LEAST && found.explained >= EXPLAINS * found.residual
 }
 
+/// reference_from_tool of each row, and the mountings that the sensor may have.
+type Orientations = (Vec<UnitQuaternion<f64>>, &'static [Mounting]);
+
 /// How the tool at a wrist is turned in each row, and how its sensor may be mounted, where the binding leaves its weight open.
 fn orientation(
     recording: &Recording,
@@ -61,7 +64,7 @@ fn orientation(
     channel: &str,
     sensor: &Sensor,
     file: &BindingFile,
-) -> Result<Option<(Vec<UnitQuaternion<f64>>, &'static [Mounting])>, InputError> {
+) -> Result<Option<Orientations>, InputError> {
     if sensor.tool.is_some() || sensor.frame.is_none() && sensor.mounted.is_some() {
         return Ok(None);
     }

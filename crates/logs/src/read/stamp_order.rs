@@ -8,8 +8,6 @@ use teachtree_base::short_number::ShortNumber;
 /// Number of increasing stamps in a row, all of them too late, that indicates a clock that was set back.
 pub const SET_BACK: usize = 10;
 
-/// The highest rate that a message proposes, Hz.
-const MOST_HZ: f64 = 1e4;
 /// This many rows of one stamp, on average, mean that stamps have too few digits.
 const ROUNDED: usize = 10;
 
@@ -144,11 +142,10 @@ impl Stamps {
         }
         let rows = count + self.kept;
         if rows >= ROUNDED * self.kept {
-            let rate = (rows as f64 / (end_s - start_s)).round().min(MOST_HZ);
             let message = format!("about {} rows share each time stamp", rows / self.kept);
-            return Err(InputError::new(place, message).help(format!(
-                "stamps need more digits than the step between rows is long; if the steps are even, a binding with `rate: {rate} Hz` replaces them"
-            )));
+            return Err(InputError::new(place, message).help(
+                "stamps need more digits than the step between rows is long; if the steps are even, a binding with their `rate` replaces them",
+            ));
         }
         let rows = if count == 1 { "row repeats" } else { "rows repeat" };
         let message = format!(

@@ -58,7 +58,7 @@ fn groups<'r>(row: &'r [String], titles: &[String]) -> Option<Vec<&'r str>> {
     let mut group = "";
     let groups: Vec<&str> = (0..titles.len())
         .map(|at| {
-            if let Some(cell) = row.get(at).filter(|cell| !cell.is_empty() && !(is_label && at == first)) {
+            if let Some(cell) = row.get(at).filter(|cell| !(cell.is_empty() || is_label && at == first)) {
                 group = cell;
             }
             group
