@@ -13,8 +13,8 @@ use teachtree_report as report;
 /// A question: the labels at which time, of which track, and which primitive was expected.
 ///
 /// ```
-/// use teachtree::{Question, Side, Who};
-/// let question = Question::between(7.0, 10.0).track(Who::Hand(Side::Right)).why_not("Press");
+/// use teachtree::{Question, Side, TrackId};
+/// let question = Question::between(7.0, 10.0).track(TrackId::Hand(Side::Right)).why_not("Press");
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Question {

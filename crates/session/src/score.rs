@@ -22,8 +22,8 @@ use teachtree_report as report;
 /// Where the true labels of a recording are. The default is the log itself: its columns `right.label`, `left.label`, `both.label`.
 ///
 /// ```
-/// use teachtree::{Labels, Side, Who};
-/// let labels = Labels::file("S2_T1_segments.csv").track(Who::Hand(Side::Right)).map("S1=Move|Approach,S2=Grasp,S9=mask");
+/// use teachtree::{Labels, Side, TrackId};
+/// let labels = Labels::file("S2_T1_segments.csv").track(TrackId::Hand(Side::Right)).map("S1=Move|Approach,S2=Grasp,S9=mask");
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Labels {
