@@ -1,4 +1,4 @@
-//! `teachtree inspect`: what a log holds, what could be recognised from it, and a binding to fill in.
+//! `teachtree inspect`: what a log holds, what can be recognized from it, and a binding to fill in.
 
 use super::analysis::AnalysisArgs;
 use super::output_args::FormatArg;

@@ -19,7 +19,7 @@ use teachtree_robot::Robot;
 use teachtree_robot::planning::goal::goals;
 use teachtree_robot::planning::posture::Posture;
 use teachtree_robot::planning::trajectory::{JointTrajectory, Slowdown, trajectory};
-use teachtree_robot::simulation::{Outcome, Performance, simulate};
+use teachtree_robot::simulation::{Performance, TaskOutcome, simulate};
 use teachtree_robot_report::{format_clearance, format_outcomes, json, page};
 use teachtree_session::Analysis;
 
@@ -84,10 +84,10 @@ enum FailOn {
 
 impl FailOn {
     /// Whether any of these tasks has the fault.
-    fn is_found(self, outcomes: &[Outcome], recognized: Option<&[Option<bool>]>) -> bool {
+    fn is_found(self, outcomes: &[TaskOutcome], recognized: Option<&[Option<bool>]>) -> bool {
         match self {
             Self::NotDone => outcomes.iter().any(|outcome| !outcome.done),
-            Self::Collisions => outcomes.iter().any(Outcome::collides),
+            Self::Collisions => outcomes.iter().any(TaskOutcome::collides),
             Self::NotRecognized => recognized.is_some_and(|all| all.contains(&Some(false))),
             Self::Forces => outcomes.iter().any(|outcome| !outcome.forces.kept()),
         }

@@ -66,3 +66,39 @@ fn questions_that_nothing_answers_are_bad_input() {
         assert!(printed.contains(wanted), "{args:?}: {printed}");
     }
 }
+
+/// Nine bodies touch the cube: eight of them fail both conditions, the last one fails only one.
+#[test]
+fn the_slot_with_the_fewest_failing_conditions_is_the_evidence() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let walls: Vec<String> = (1..=9).map(|at| format!("wall{at}")).collect();
+    let mut header = "time,right.thumb.position.x,right.thumb.position.y,right.thumb.position.z,right.thumb.contact,cube.position.x,cube.position.y,cube.position.z".to_string();
+    let mut forces = String::new();
+    for wall in &walls {
+        for axis in ["x", "y", "z"] {
+            header += &format!(",contact.cube.{wall}.force.{axis}");
+            forces += if wall == "wall9" && axis == "z" { ",2" } else { ",0.2" };
+        }
+    }
+    let rows: Vec<String> = (0..40).map(|at| format!("{},0,0,0,1,0,0,0{forces}", f64::from(at) * 0.02)).collect();
+    std::fs::write(file("log.csv"), format!("{header}\n{}\n", rows.join("\n"))).unwrap();
+    let bodies: String =
+        walls.iter().map(|wall| format!("  {wall}: {{role: support, position: [0 m, 0 m, 0 m]}}\n")).collect();
+    let scene =
+        format!("bodies:\n  cube: {{role: object, mass: 50 g}}\n{bodies}hands:\n  right: {{fingers: [thumb]}}\n");
+    std::fs::write(file("scene.yaml"), scene).unwrap();
+    let rules = "use \"stream.rules\"
+primitive Pressed does press, Free does free
+tree single for each hand {
+  any(contacts.force.x > 1 N and contacts.force.z > 1 N) => Pressed
+  else => Free
+}
+";
+    std::fs::write(file("walls.rules"), rules).unwrap();
+    let [log, scene, rules] = ["log.csv", "scene.yaml", "walls.rules"].map(file);
+    let output = teachtree(&["explain", &log, "--scene", &scene, "--rules", &rules, "--at", "0.4s"]);
+    assert!(output.status.success(), "{}", complained(&output));
+    let text = program::said(&output);
+    assert!(text.contains(" wall9: ") && !text.contains(" wall1: "), "{text}");
+}

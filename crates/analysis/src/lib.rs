@@ -19,7 +19,6 @@ pub mod eaf;
 pub mod expect;
 pub mod explain;
 pub mod fit;
-mod fixpoint;
 mod interval_labels;
 pub mod json;
 mod labeled_span;
@@ -29,6 +28,7 @@ mod naming;
 pub mod number;
 pub mod outcome;
 mod relabel;
+mod relabeling_rounds;
 pub mod score;
 mod spans;
 pub mod steps;
@@ -37,8 +37,8 @@ mod tasks;
 
 pub use composites::CompositeSpan;
 pub use confidence::Confidence;
-pub use fixpoint::MAX_ROUNDS;
 pub use measures::{channels, reads_later};
+pub use relabeling_rounds::MAX_ROUNDS;
 pub use subject::Subject;
 
 pub use teachtree_base::hands::TrackId;
@@ -241,13 +241,13 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
     let settling = Settling::new(rules, rate_hz);
     for leaves in leaves {
         let mut stretch = IntervalLabels::new(leaves, &frames.unseen, settling);
-        let mut undone = fixpoint::before_recognition(rules, &mut stretch, &measures);
+        let mut undone = relabeling_rounds::relabel_stretch(rules, &mut stretch, &measures);
         let mut named: BTreeMap<Side, Vec<NamedSpan>> = BTreeMap::new();
         for (side, measures) in &measures {
             let lane = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
-            named.insert(*side, tasks::recognise(rules, lane, measures));
+            named.insert(*side, tasks::recognize(rules, lane, measures));
         }
-        undone.extend(fixpoint::of_tasks(rules, &mut named, &measures));
+        undone.extend(relabeling_rounds::relabel_tasks(rules, &mut named, &measures));
         issues.extend(show.undone(&undone, &stretch.frames()));
 
         for (side, track) in &mut hands {

@@ -20,14 +20,14 @@ const MAX_SLOTS: usize = 256;
 /// A normal deviation is so many times the median of what scatters normally, and a second difference scatters by the root of 6 as much.
 const DEVIATIONS: f64 = 1.4826;
 
-type Outcome<T> = Result<T, InputError>;
+type Result<T> = std::result::Result<T, InputError>;
 
 /// The margin of the boundary before a frame of the log in the track of a hand, or of both. `None` where no measured quantity with noise decides, as with
 /// flags.
 ///
 /// # Errors
 /// When the rate cannot honor a duration of the rules.
-pub fn margin<'a>(inspector: &mut Inspector<'a>, side: Option<Side>, frame: usize) -> Outcome<Option<f64>> {
+pub fn margin<'a>(inspector: &mut Inspector<'a>, side: Option<Side>, frame: usize) -> Result<Option<f64>> {
     let stretch = inspector.leaves().frames.clone();
     if inspector.tree(side).is_none() || !stretch.contains(&frame) || frame == stretch.start {
         return Ok(None);
@@ -72,7 +72,7 @@ struct Crossing<'p, 'a> {
 
 impl<'a> Crossing<'_, 'a> {
     /// The least margin of the comparisons that made a condition turn on this frame; `None` when it did not turn, or flags turned it.
-    fn of(&mut self, expr: &'a Expr, this: Option<Side>) -> Outcome<Option<f64>> {
+    fn of(&mut self, expr: &'a Expr, this: Option<Side>) -> Result<Option<f64>> {
         if self.depth > MAX_DEPTH || expr.ty.shape != Shape::Bool || self.turns(expr, this)?.is_empty() {
             return Ok(None);
         }
@@ -119,11 +119,11 @@ impl<'a> Crossing<'_, 'a> {
         }
     }
 
-    fn deeper(&mut self, expr: &'a Expr, this: Option<Side>) -> Outcome<Option<f64>> {
+    fn deeper(&mut self, expr: &'a Expr, this: Option<Side>) -> Result<Option<f64>> {
         Crossing { inspector: self.inspector, frame: self.frame, depth: self.depth + 1 }.of(expr, this)
     }
 
-    fn least(&mut self, parts: impl Iterator<Item = &'a Expr>, this: Option<Side>) -> Outcome<Option<f64>> {
+    fn least(&mut self, parts: impl Iterator<Item = &'a Expr>, this: Option<Side>) -> Result<Option<f64>> {
         let mut least = None;
         for part in parts {
             smaller(&mut least, self.deeper(part, this)?);
@@ -137,7 +137,7 @@ impl<'a> Crossing<'_, 'a> {
     }
 
     /// The slots of a condition that turned on this frame, and how each is now.
-    fn turns(&mut self, expr: &'a Expr, this: Option<Side>) -> Outcome<Vec<(usize, bool)>> {
+    fn turns(&mut self, expr: &'a Expr, this: Option<Side>) -> Result<Vec<(usize, bool)>> {
         let at = self.at();
         let truth = self.inspector.truth(expr, this)?;
         let slots = if truth.is_array() { MAX_SLOTS } else { 1 };
@@ -151,7 +151,7 @@ impl<'a> Crossing<'_, 'a> {
         inner: &'a Expr,
         operator: &TemporalOperator<Constant>,
         this: Option<Side>,
-    ) -> Outcome<Option<usize>> {
+    ) -> Result<Option<usize>> {
         let rate_hz = self.inspector.frames().layout.rate_hz;
         let duration = operator.constants().last().map(|duration| samples(duration.value, rate_hz));
         let window = duration.transpose()?.unwrap_or(1) as usize;

@@ -1,8 +1,8 @@
 //! Frames and ids in, times and names out: the last step of an analysis, after which it needs no rules.
 
-use super::fixpoint::MAX_ROUNDS;
 use super::labeled_span::{LabeledSpan, within};
 use super::measures::{self, Measures};
+use super::relabeling_rounds::MAX_ROUNDS;
 use super::subject::HandledObjects;
 use super::tasks::NamedSpan;
 use super::{Segment, TaskSpan, TrackId, UNKNOWN};

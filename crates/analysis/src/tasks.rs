@@ -23,7 +23,7 @@ pub(super) struct NamedSpan {
 }
 
 /// Names the tasks of a lane, in order of time.
-pub(super) fn recognise(rules: &Rules, lane: &[LabeledSpan], measures: &Measures) -> Vec<NamedSpan> {
+pub(super) fn recognize(rules: &Rules, lane: &[LabeledSpan], measures: &Measures) -> Vec<NamedSpan> {
     let lane = Lane { rules, pieces: lane, measures };
     let mut claims: Vec<(bool, TaskId, Span)> = Vec::new();
     for (id, task) in (0..).map(TaskId).zip(&rules.tasks) {

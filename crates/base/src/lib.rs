@@ -4,6 +4,7 @@
 //! This crate depends on no rules, no log files, no physics and no robots.
 
 pub mod channels;
+pub mod contact_threshold;
 pub mod diagnostic;
 pub mod digest;
 pub mod easing;
@@ -21,6 +22,5 @@ pub mod scene;
 pub mod short_number;
 pub mod socket;
 pub mod spelling;
-pub mod touch;
 pub mod units;
 pub mod yaml;

@@ -1,10 +1,10 @@
 //! When a fingertip touches: by the recording's flags, else by its force.
 
 use super::columns::vectors;
+use teachtree_base::contact_threshold;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::{FingerPart, LogChannel};
 use teachtree_base::recording::{Column, Recording};
-use teachtree_base::touch;
 
 /// The hysteresis of the force by which a fingertip touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct TouchForces {
 impl Default for TouchForces {
     /// For rules without the params `touch_on` and `touch_off`.
     fn default() -> Self {
-        Self { on_n: touch::ON_N, off_n: touch::OFF_N }
+        Self { on_n: contact_threshold::ON_N, off_n: contact_threshold::OFF_N }
     }
 }
 

@@ -33,7 +33,7 @@ pub fn evaluate(rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputErro
 /// A leaf on a frame; `None` for `separate`.
 type LeafOnFrame = Option<Label>;
 
-type Outcome<T> = Result<T, InputError>;
+type Result<T, E = InputError> = std::result::Result<T, E>;
 
 /// A declaration of a hand: whether it is a latch, its position, whose.
 type DeclarationKey = (bool, u32, Option<Side>);
@@ -71,7 +71,7 @@ impl<'a> Reference<'a> {
         }
     }
 
-    fn run(mut self) -> Outcome<Leaves> {
+    fn run(mut self) -> Result<Leaves> {
         let hands: Vec<Side> = self.frames.layout.hands.iter().map(|hand| hand.side).collect();
         let mut trees: Vec<(&Tree, Option<Side>)> = Vec::new();
         if let Some(tree) = self.rules.tree(TreeScope::EachHand) {
@@ -115,7 +115,7 @@ impl<'a> Reference<'a> {
         self.leaves.get(&tree).and_then(|leaves| leaves.get(at)).copied()
     }
 
-    fn decide(&self, branch: &Branch, tree: Option<Side>, frame: usize) -> Outcome<LeafOnFrame> {
+    fn decide(&self, branch: &Branch, tree: Option<Side>, frame: usize) -> Result<LeafOnFrame> {
         let last = branch.choices.len().saturating_sub(1);
         for (at, choice) in branch.choices.iter().enumerate() {
             // A branch is exhaustive: when nothing before was taken, its last choice is.
@@ -135,7 +135,7 @@ impl<'a> Reference<'a> {
         Ok(None)
     }
 
-    fn truth(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<bool> {
+    fn truth(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Result<bool> {
         Ok(self.value(expr, this, frame)? == Value::Bool(true))
     }
 
@@ -192,7 +192,7 @@ impl<'a> Reference<'a> {
         }
     }
 
-    fn value(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+    fn value(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Result<Value> {
         if let Some(constant) = self.constant(expr) {
             return Ok(Value::Number(constant));
         }
@@ -242,7 +242,7 @@ impl<'a> Reference<'a> {
             ExprKind::And(all) => self.fold(all, this, frame, true, |a, b| a && b)?,
             ExprKind::Or(any) => self.fold(any, this, frame, false, |a, b| a || b)?,
             ExprKind::Call(function, args) => {
-                let args = args.iter().map(arg).collect::<Outcome<Vec<Value>>>()?;
+                let args = args.iter().map(arg).collect::<Result<Vec<Value>>>()?;
                 call(*function, &args, expr)
             }
             ExprKind::Hysteresis { .. } | ExprKind::Temporal(..) | ExprKind::Rate(..) | ExprKind::Summary(..) => {
@@ -266,7 +266,7 @@ impl<'a> Reference<'a> {
         frame: usize,
         start: bool,
         f: impl Fn(bool, bool) -> bool,
-    ) -> Outcome<Value> {
+    ) -> Result<Value> {
         exprs.iter().try_fold(Value::Bool(start), |all, expr| {
             let one = self.value(expr, this, frame)?;
             Ok(pairs(&all, &one, &|a, b| Value::Bool(f(truth(a), truth(b)))))
@@ -300,7 +300,7 @@ impl<'a> Reference<'a> {
         }
     }
 
-    fn signal(&self, id: SignalId, side: Option<Side>, frame: usize) -> Outcome<Value> {
+    fn signal(&self, id: SignalId, side: Option<Side>, frame: usize) -> Result<Value> {
         if let Some(value) = self.signals.borrow().get(&(id, side, frame)) {
             return Ok(value.clone());
         }
@@ -310,7 +310,7 @@ impl<'a> Reference<'a> {
     }
 
     /// Cleared when `clear` holds, else set when `set` holds, else as it was; off before the beginning.
-    fn latch(&self, id: LatchId, side: Option<Side>, frame: usize) -> Outcome<bool> {
+    fn latch(&self, id: LatchId, side: Option<Side>, frame: usize) -> Result<bool> {
         if side.is_some_and(|side| self.frames.layout.hand(side).is_none()) {
             return Ok(false);
         }
@@ -329,7 +329,7 @@ impl<'a> Reference<'a> {
         Ok(bit)
     }
 
-    fn remembered(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+    fn remembered(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Result<Value> {
         let key = (std::ptr::from_ref(expr), this, frame);
         if let Some(value) = self.remembered.borrow().get(&key) {
             return Ok(value.clone());
@@ -340,7 +340,7 @@ impl<'a> Reference<'a> {
     }
 
     /// Operators with memory.
-    fn remember(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+    fn remember(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Result<Value> {
         let rate = self.frames.layout.rate_hz;
         match &expr.kind {
             ExprKind::Hysteresis { value, on, off, rising } => {
@@ -386,7 +386,7 @@ impl<'a> Reference<'a> {
         condition: &Expr,
         this: Option<Side>,
         frame: usize,
-    ) -> Outcome<Value> {
+    ) -> Result<Value> {
         let frames = |duration: &Constant| Ok(samples(duration.value, self.frames.layout.rate_hz)? as usize);
         let beginning = self.beginning(&[condition], this, frame);
         let now = self.value(condition, this, frame)?;
@@ -457,7 +457,7 @@ impl<'a> Reference<'a> {
         condition: &Expr,
         this: Option<Side>,
         now: &Value,
-    ) -> Outcome<Value> {
+    ) -> Result<Value> {
         let mut held = each(now, &|_| Value::Number(0.0));
         for (at, so_far) in frames.zip(0_u32..) {
             let then = self.value(condition, this, at)?;
@@ -478,7 +478,7 @@ impl<'a> Reference<'a> {
         now: &Value,
         start: bool,
         f: impl Fn(bool, bool) -> bool,
-    ) -> Outcome<Value> {
+    ) -> Result<Value> {
         let mut result = each(now, &|_| Value::Bool(start));
         for at in frames {
             let then = self.value(condition, this, at)?;

@@ -3,7 +3,7 @@
 use crate::bind::{Pattern, PlaceholderValues};
 use crate::clean::stuck_sensors::LAZY_SECS;
 use crate::clean::timebase::GAP_STEPS;
-use crate::groups;
+use crate::otsu;
 use serde::Serialize;
 use teachtree_base::error::InputError;
 use teachtree_base::units::{Dimension, compound};
@@ -249,7 +249,7 @@ fn column(title: &str, values: &[f64], texts: Vec<String>, time: &[f64]) -> Colu
 fn two_groups(mut values: Vec<f64>) -> Option<[f64; 2]> {
     const LEAST: usize = 20;
     values.sort_by(f64::total_cmp);
-    let split = groups::split(&values)?;
+    let split = otsu::split(&values)?;
     let smaller = split.count.min(values.len() - split.count);
     (split.is_clear() && smaller * LEAST >= values.len()).then_some(split.means)
 }

@@ -5,10 +5,10 @@ pub mod bind;
 mod clean;
 mod derive;
 pub mod frames;
-mod groups;
 pub mod inspect;
 pub mod live;
 mod open;
+mod otsu;
 pub mod spilled_columns;
 pub mod streaming;
 

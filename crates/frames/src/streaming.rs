@@ -16,7 +16,7 @@ use crate::clean::timebase::{Timebase, timebase};
 use crate::clean::unknown_columns::{self, UnknownColumn};
 use crate::clean::untracked_bodies::{self, UntrackedBodyDetector};
 use crate::derive::pose_noise;
-use crate::derive::{self, ANCHOR, Findings, tare};
+use crate::derive::{self, ANCHOR, Findings, fingertip_bias};
 use crate::frames::{Frames, Layout};
 use crate::open::OpenRequest;
 use std::borrow::Cow;
@@ -63,7 +63,7 @@ pub struct FirstPass {
     pub stretches: Vec<Range<usize>>,
     issues: Vec<Issue>,
     /// What is known of the force sensors.
-    sensors: tare::Sensors,
+    sensors: fingertip_bias::Sensors,
 }
 
 /// Frames of one stretch.
@@ -169,9 +169,9 @@ impl StreamedLog {
     }
 
     /// What is known of the force sensors of a log with these stamps, for rules with these channels.
-    fn sensors(&self, time: &[f64], rate_hz: f64, channels: &[ChannelSpec]) -> Option<tare::Sensors> {
-        let pairs: Vec<[usize; 2]> = tare::samples(time.len()).collect();
-        let mut blocks = self.blocks_of(|name| tare::asks(&self.scene, name))?;
+    fn sensors(&self, time: &[f64], rate_hz: f64, channels: &[ChannelSpec]) -> Option<fingertip_bias::Sensors> {
+        let pairs: Vec<[usize; 2]> = fingertip_bias::samples(time.len()).collect();
+        let mut blocks = self.blocks_of(|name| fingertip_bias::asks(&self.scene, name))?;
         let (all, picked) = blocks.pick(pairs.as_flattened()).ok()?;
         let looked_at = 2 * pairs.len();
         let named = self.read_columns().zip(self.of_read(&picked));
@@ -195,7 +195,8 @@ impl StreamedLog {
         };
         // The rows that were picked lie side by side.
         let pairs: Vec<[usize; 2]> = (0..looked_at).step_by(2).map(|row| [row, row + 1]).collect();
-        (all == time.len()).then(|| tare::sensors(&measured, &pairs, tare::Fingertips::of(channels)))
+        (all == time.len())
+            .then(|| fingertip_bias::sensors(&measured, &pairs, fingertip_bias::Fingertips::of(channels)))
     }
 
     /// The columns that are read, the time left out.
@@ -288,7 +289,7 @@ impl FirstPass {
                     window: Some(window),
                     columns: held.columns(&self.flow, seen.len()),
                 };
-                let corrected = tare::correct(&mut measured, &self.sensors);
+                let corrected = fingertip_bias::correct(&mut measured, &self.sensors);
                 let frames = derive::derived_frames(&measured, &self.channels, &mut findings)?;
                 each(Chunk { frames: &frames, core: within, ends: core.end == stretch.end })?;
                 if is_last {

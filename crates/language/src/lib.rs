@@ -77,7 +77,7 @@ pub struct LoadedRules {
 
 /// All that is known of rule files, whatever is wrong with them: what an editor works with.
 #[derive(Clone, Debug)]
-pub struct Survey {
+pub struct CheckedSource {
     /// The texts that were read.
     pub sources: Sources,
     /// Which name stands where.
@@ -96,10 +96,10 @@ pub fn load(request: &Request) -> LoadedRules {
 }
 
 /// Looks at rule files with all that they use.
-pub fn survey(request: &Request) -> Survey {
+pub fn survey(request: &Request) -> CheckedSource {
     let (LoadedRules { rules, sources, diagnostics, .. }, files, partial) = finish(loader(request), request);
     let index = Index::new(&files, &sources);
-    Survey { sources, index, sound: rules.is_some(), rules: rules.unwrap_or(partial), diagnostics }
+    CheckedSource { sources, index, sound: rules.is_some(), rules: rules.unwrap_or(partial), diagnostics }
 }
 
 fn loader(request: &Request) -> Loader {

@@ -1,6 +1,6 @@
 //! The Foxglove WebSocket protocol: texts are JSON with an `op`, messages of topics are binary.
 
-use crate::read::formats::mcap::message::Type;
+use crate::read::formats::mcap::ros2_message::Ros2Type;
 use crate::read::formats::topics::MessageDecoder;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -121,7 +121,7 @@ impl ServedTopic {
     fn channel(&self, id: usize) -> Value {
         let (encoding, name, form, schema) = match self {
             Self::Events(_) => ("json", "teachtree.live/1", "jsonschema", LIVE_SCHEMA),
-            Self::Text(_) => ("cdr", Type::Text.name(), "ros2msg", Type::Text.definition()),
+            Self::Text(_) => ("cdr", Ros2Type::Text.name(), "ros2msg", Ros2Type::Text.definition()),
         };
         json!({ "id": id, "topic": self.name(), "encoding": encoding, "schemaName": name, "schemaEncoding": form, "schema": schema })
     }

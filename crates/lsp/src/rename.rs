@@ -12,7 +12,7 @@ use teachtree_base::diagnostic::{Severity, Span};
 use teachtree_base::hands::Side;
 use teachtree_base::units;
 use teachtree_language::index::{Kind, Symbol};
-use teachtree_language::{Survey, is_name, is_primitive, ops};
+use teachtree_language::{CheckedSource, is_name, is_primitive, ops};
 
 /// The name at a place, when it may be changed.
 pub fn prepare(workspace: &Workspace, spot: &Spot) -> Answer<PrepareRenamePlaceholder> {
@@ -84,7 +84,7 @@ fn well_formed(symbol: &Symbol, name: &str) -> Answer<()> {
 }
 
 /// Whether all names of the files are known: what cannot be read names nothing.
-fn readable(survey: &Survey) -> Answer<()> {
+fn readable(survey: &CheckedSource) -> Answer<()> {
     let unread = survey.diagnostics.iter().find(|finding| finding.code.starts_with("E1"));
     unread.map_or(Ok(()), |finding| {
         let place = finding.place().map_or(String::new(), |span| format!(", {}", survey.sources.place(span)));
@@ -93,7 +93,7 @@ fn readable(survey: &Survey) -> Answer<()> {
 }
 
 /// Whether a name is free where a thing is to have it.
-fn free(survey: &Survey, symbol: &Symbol, name: &str) -> Answer<()> {
+fn free(survey: &CheckedSource, symbol: &Symbol, name: &str) -> Answer<()> {
     let taken = |what: String| Err(RequestError::failed(format!("`{name}` is {what} already")));
     if symbol.kind.space() == Kind::Param {
         if units::unit(name).is_some() {
@@ -157,7 +157,7 @@ fn check_compiles(
         }
         texts.insert(path.clone(), text);
     }
-    let errors = |survey: &Survey| {
+    let errors = |survey: &CheckedSource| {
         let errors = survey.diagnostics.iter().filter(|finding| finding.severity == Severity::Error);
         errors.map(|finding| finding.message.clone()).collect::<Vec<_>>()
     };

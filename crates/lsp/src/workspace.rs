@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use teachtree_base::diagnostic::Span;
-use teachtree_language::{self as language, Request, Survey};
+use teachtree_language::{self as language, CheckedSource, Request};
 
 /// Files of a folder that a search looks at.
 const MAX_FILES: usize = 500;
@@ -31,7 +31,7 @@ pub struct RuleSet {
     /// The file that was asked for.
     pub root: PathBuf,
     /// What is known.
-    pub survey: Survey,
+    pub survey: CheckedSource,
     /// Where each source lies; a file that comes with the program in the cache, or nowhere.
     pub paths: Vec<Option<PathBuf>>,
     /// The lines of each source.

@@ -11,9 +11,9 @@ pub mod dynamics;
 pub mod grasp;
 pub mod kinematics;
 pub mod model;
+mod parallel;
 pub mod planning;
 pub mod simulation;
-mod threads;
 
 pub use grasp::{GraspCandidate, GraspPlanner};
 pub use kinematics::finger::{FingerModel, FingerPose};

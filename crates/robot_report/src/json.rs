@@ -5,7 +5,7 @@ use teachtree_analysis::number::number;
 use teachtree_command::Commands;
 use teachtree_robot::JointKind;
 use teachtree_robot::control::behavior::SearchResult;
-use teachtree_robot::simulation::Outcome;
+use teachtree_robot::simulation::TaskOutcome;
 use teachtree_robot::simulation::arm_clearance::{Collision, MinDistance};
 use teachtree_robot::simulation::cause::{Cause, FailureCause};
 use teachtree_robot::simulation::force_tolerance::{MeanForce, SegmentForces};
@@ -13,7 +13,7 @@ use teachtree_robot::simulation::force_tolerance::{MeanForce, SegmentForces};
 /// Writes the document; `duration_s` is that of the robot's recording, and `recognized` says for each outcome whether rules find its task there.
 pub fn json(
     commands: &Commands,
-    outcomes: &[Outcome],
+    outcomes: &[TaskOutcome],
     recognized: Option<&[Option<bool>]>,
     nearest: Option<&MinDistance>,
     collisions: &[Collision],
@@ -45,7 +45,7 @@ fn exact(value: f64) -> Value {
     serde_json::from_str(&number(value)).unwrap_or(Value::Null)
 }
 
-fn outcome(outcome: &Outcome, recognized: Option<bool>) -> Value {
+fn outcome(outcome: &TaskOutcome, recognized: Option<bool>) -> Value {
     let hole = outcome.searched.map(|searched| match searched {
         SearchResult::Found(off) => json!({ "found": true, "off_m": exact(off) }),
         SearchResult::NotWithin(within) => json!({ "found": false, "within_m": exact(within) }),

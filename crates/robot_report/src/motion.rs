@@ -10,7 +10,7 @@ use teachtree_command::Commands;
 use teachtree_report::page::decimation::{Decimation, DecimationMode, curve, rounded, toggles};
 use teachtree_report::page::replay::{one_sign, part};
 use teachtree_report::palette::{self, TASKS};
-use teachtree_robot::simulation::Outcome;
+use teachtree_robot::simulation::TaskOutcome;
 use teachtree_robot::simulation::trace::{FingerForce, Limb, Trace, TraceSample};
 use teachtree_robot::simulation::warnings::Warning;
 use teachtree_robot::{CollisionShape, Link, Mesh};
@@ -35,7 +35,7 @@ struct SampledMotion<'t> {
 }
 
 /// What the scripts show of a robot.
-pub(crate) fn data(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: &[Warning]) -> Value {
+pub(crate) fn data(commands: &Commands, trace: &Trace, outcomes: &[TaskOutcome], warnings: &[Warning]) -> Value {
     let frames = SampledMotion::new(trace);
     let start = frames.moments.first().and_then(|all| all.first()).map_or(0.0, |first| first.time_s);
     let end = frames.moments.last().and_then(|all| all.first()).map_or(0.0, |last| last.time_s);
@@ -95,7 +95,7 @@ impl<'t> SampledMotion<'t> {
     }
 
     /// What a hand did, its tasks, and what came of them.
-    fn track(&self, limb: usize, outcomes: &[Outcome], colors: &mut Map<String, Value>) -> Value {
+    fn track(&self, limb: usize, outcomes: &[TaskOutcome], colors: &mut Map<String, Value>) -> Value {
         let own: Vec<&TraceSample> = self.trace.moments.iter().filter(|moment| moment.limb == limb).collect();
         let span = |run: &[&TraceSample]| {
             let [from, to] = [run.first(), run.last()].map(|moment| moment.map_or(0.0, |moment| moment.time_s));

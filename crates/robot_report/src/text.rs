@@ -5,7 +5,7 @@ use teachtree_base::short_number::ShortNumber;
 use teachtree_robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
 use teachtree_robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce};
 use teachtree_robot::simulation::warnings::warnings;
-use teachtree_robot::simulation::{Outcome, Performance};
+use teachtree_robot::simulation::{Performance, TaskOutcome};
 
 /// Objects that lean by more than the first are reported to lean, by more than the second to have fallen over, rad; objects faster than the third, m/s, still move.
 const LEANING_RAD: f64 = 0.05;
@@ -18,7 +18,7 @@ pub fn format_performance(performed: &Performance) -> String {
 }
 
 /// What came of the tasks.
-pub fn format_outcomes(outcomes: &[Outcome]) -> String {
+pub fn format_outcomes(outcomes: &[TaskOutcome]) -> String {
     let mut text = String::new();
     let both = outcomes.iter().any(|outcome| outcome.side != outcomes[0].side);
     for outcome in outcomes {
@@ -70,7 +70,7 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
 }
 
 /// How an object is that is not where the operator left it.
-fn format_object_state(outcome: &Outcome) -> String {
+fn format_object_state(outcome: &TaskOutcome) -> String {
     if outcome.done {
         return String::new();
     }

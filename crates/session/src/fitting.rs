@@ -48,7 +48,7 @@ impl Recording {
         Ok(Self { log: log.clone(), truth, channels: channels(rules.set()), run, meta })
     }
 
-    /// What changed rules are objective on it; nothing when they cannot run.
+    /// The objective of changed rules on this recording; `None` if they cannot run.
     fn objective(&self, set: &CompiledRules, stage: Stage) -> Option<Objective> {
         let CompiledRules { rules, graph, is_base, channels } = set;
         // A default of a channel may read a param: then what is derived is derived again.
@@ -102,7 +102,7 @@ impl Runner {
         self.recordings.iter().map(|recording| recording.meta.log.clone()).collect()
     }
 
-    /// What points are objective on each recording; nothing for those whose rules are wrong or cannot run.
+    /// The objective of each point on each recording; `None` for a point whose rules are wrong or cannot run.
     pub fn objectives(&self, space: &Space, points: &[ParamVector]) -> Vec<Option<Rc<[Objective]>>> {
         let key = |point: &ParamVector| -> PointBits { point.iter().map(|value| value.to_bits()).collect() };
         let mut new: Vec<&ParamVector> = Vec::new();

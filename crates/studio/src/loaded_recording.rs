@@ -13,7 +13,7 @@ use teachtree_analysis::TrackId;
 use teachtree_analysis::score::Tally;
 use teachtree_base::diagnostic::Sources;
 use teachtree_base::error::ErrorKind;
-use teachtree_language::{self as language, Request, Survey};
+use teachtree_language::{self as language, CheckedSource, Request};
 use teachtree_logs::allowed_folders::LogFolders;
 use teachtree_session::{Analysis, Error, Log};
 use teachtree_session::{AnalysisInternals, ErrorInternals, LogInternals, RulesInternals};
@@ -54,7 +54,7 @@ pub struct RuleOutcome {
 /// Rules that do not run.
 struct RuleFailure {
     error: Error,
-    survey: Survey,
+    survey: CheckedSource,
 }
 
 impl RuleOutcome {

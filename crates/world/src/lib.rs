@@ -10,12 +10,12 @@ mod demonstration;
 mod operator;
 mod recorder;
 mod rolling_contact;
+mod screw_thread;
 mod shapes;
 pub mod shipped;
 mod simulation;
 mod sockets;
 mod teleop;
-mod thread;
 mod touch;
 mod truth;
 

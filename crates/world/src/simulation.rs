@@ -5,8 +5,8 @@
 //! [`World::step`] as the operators do; nothing else moves the world.
 
 use super::bodies::{Bodies, BodyContact, BodyWrench};
+use super::screw_thread::{ScrewThread, threads};
 use super::sockets::places;
-use super::thread::{Thread, threads};
 use super::touch::{Bristle, Overlap, Touch, TouchLaw};
 use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::error::InputError;
@@ -210,7 +210,7 @@ pub struct World {
     /// The contact law of each fingertip, by hand and finger.
     laws: Vec<Vec<TouchLaw>>,
     tips: Vec<Vec<Tip>>,
-    threads: Vec<Thread>,
+    threads: Vec<ScrewThread>,
     steps: u64,
     /// The touches of this part of the step, until bodies have answered.
     touching: Vec<TipContact>,

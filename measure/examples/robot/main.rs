@@ -36,7 +36,7 @@ use teachtree_command as command;
 use teachtree_command::TouchForces;
 use teachtree_frames as stream;
 use teachtree_robot::simulation::arm_clearance::{Collision, MinDistance};
-use teachtree_robot::simulation::{Outcome, Performance, simulate_seeing};
+use teachtree_robot::simulation::{Performance, TaskOutcome, simulate_seeing};
 use teachtree_robot::{self as robot, Robot};
 use teachtree_world as world;
 use transforms::slowed;
@@ -88,7 +88,7 @@ const NOISE: [(Dimension, f64); 2] = [(Dimension::LENGTH, 0.001), (Dimension::FO
 
 /// The result of one demonstration.
 struct DemonstrationResult {
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<TaskOutcome>,
     /// The commanded tasks, and those that the rules find in the robot's recording.
     tasks: [Vec<String>; 2],
     /// How far two arms were from each other at least.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use teachtree_analysis::TrackId;
 use teachtree_logs::foxglove::ServedTopic;
-use teachtree_logs::read::formats::mcap::message;
+use teachtree_logs::read::formats::mcap::ros2_message;
 use teachtree_session::LiveEvent;
 
 /// How many messages are kept for those that come late, and how many bytes of them.
@@ -130,7 +130,7 @@ impl Hub {
         let mut text = |who: String, what: &str, text: &str| {
             let name = format!("/teachtree/{who}/{what}");
             if let Some(channel) = self.topics.iter().position(|topic| topic.name() == name) {
-                messages.push(ServedMessage { channel, sequence, time_ns, bytes: message::text(text) });
+                messages.push(ServedMessage { channel, sequence, time_ns, bytes: ros2_message::text(text) });
             }
         };
         if let Some((who, primitive, _)) = event.label() {

@@ -15,8 +15,6 @@ use teachtree_language::rules::{Comparison, Constant, Expr, ExprKind, Function, 
 
 /// Signals and latches that are opened one within the other; what lies deeper is said by name.
 const MAX_DEPTH: usize = 6;
-/// Slots of an array that are looked into.
-const MAX_SLOTS: usize = 6;
 
 /// A condition on a frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -36,7 +34,7 @@ pub struct Reason {
     pub because: Vec<Reason>,
 }
 
-type Outcome<T> = Result<T, InputError>;
+type Result<T> = std::result::Result<T, InputError>;
 
 /// Finds reasons on one stretch.
 pub(super) struct Reasons<'p, 'a> {
@@ -69,17 +67,17 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// Why a condition holds or does not.
-    pub fn reason(&mut self, expr: &'a Expr, spot: EvalPoint) -> Outcome<Reason> {
+    pub fn reason(&mut self, expr: &'a Expr, spot: EvalPoint) -> Result<Reason> {
         let holds = self.holds(expr, spot)?;
         let (fact, because) = self.decided(expr, spot, holds)?;
         Ok(Reason { condition: self.text(expr), slot: None, holds, fact, because })
     }
 
-    fn holds(&mut self, expr: &'a Expr, spot: EvalPoint) -> Outcome<bool> {
+    fn holds(&mut self, expr: &'a Expr, spot: EvalPoint) -> Result<bool> {
         Ok(self.number(expr, spot)? > 0.5)
     }
 
-    fn number(&mut self, expr: &'a Expr, spot: EvalPoint) -> Outcome<f64> {
+    fn number(&mut self, expr: &'a Expr, spot: EvalPoint) -> Result<f64> {
         let column = self.inspector.at(expr, spot.this, spot.frame)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         Ok(column.number(slot, 0))
@@ -93,7 +91,7 @@ impl<'a> Reasons<'_, 'a> {
         self.inspector.frames().time.get(frame).copied().unwrap_or_default()
     }
 
-    fn decided(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
+    fn decided(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Result<(Option<Fact>, Vec<Reason>)> {
         let rules = self.inspector.rules();
         let whose = |hand: Hand| hand.side(spot.this);
         let deeper = EvalPoint { depth: spot.depth + 1, ..spot };
@@ -166,19 +164,19 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// A part without the `not` around it, which says the same the other way round.
-    fn bare(&mut self, expr: &'a Expr, spot: EvalPoint) -> Outcome<Reason> {
+    fn bare(&mut self, expr: &'a Expr, spot: EvalPoint) -> Result<Reason> {
         match &expr.kind {
             ExprKind::Not(inner) => self.bare(inner, spot),
             _ => self.reason(expr, spot),
         }
     }
 
-    fn bare_parts(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Outcome<Vec<Reason>> {
+    fn bare_parts(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Result<Vec<Reason>> {
         Ok(self.decided(expr, spot, holds)?.1)
     }
 
     /// The parts of `and` (`every`) or `or` that decide.
-    fn parts(&mut self, parts: &'a [Expr], spot: EvalPoint, holds: bool, every: bool) -> Outcome<Vec<Reason>> {
+    fn parts(&mut self, parts: &'a [Expr], spot: EvalPoint, holds: bool, every: bool) -> Result<Vec<Reason>> {
         let mut because = Vec::new();
         for part in parts {
             // All parts of a true `and` and of a false `or`; of the others those that are enough.
@@ -196,7 +194,7 @@ impl<'a> Reasons<'_, 'a> {
         spot: EvalPoint,
         holds: bool,
         all: bool,
-    ) -> Outcome<(Option<Fact>, Vec<Reason>)> {
+    ) -> Result<(Option<Fact>, Vec<Reason>)> {
         let column = self.inspector.at(array, spot.this, spot.frame)?;
         let held: Vec<usize> = (0..column.slots()).filter(|slot| column.holds(*slot, 0)).collect();
         let named =
@@ -206,13 +204,13 @@ impl<'a> Reasons<'_, 'a> {
             return Ok((Some(fact), Vec::new()));
         }
         let mut because = Vec::new();
-        for slot in (0..column.slots()).filter(|slot| held.contains(slot) != all || holds == all).take(MAX_SLOTS) {
+        for slot in (0..column.slots()).filter(|slot| held.contains(slot) != all || holds == all) {
             let mut reason = self.bare(array, EvalPoint { slot, depth: spot.depth + 1, ..spot })?;
             reason.slot = Some(self.slot_name(array, slot, spot));
             because.push(reason);
         }
         if !holds && !all {
-            // None of them holds: the one that lacks least says most.
+            // None holds: the slot with the fewest failing conditions is the evidence.
             because.sort_by_key(Reason::failing);
             because.truncate(1);
         } else if holds != all {
@@ -241,7 +239,7 @@ impl<'a> Reasons<'_, 'a> {
         slots.nth(if expr.ty.axis.is_some() { spot.slot } else { 0 })
     }
 
-    fn compared(&mut self, comparison: Comparison, a: &'a Expr, b: &'a Expr, spot: EvalPoint) -> Outcome<Fact> {
+    fn compared(&mut self, comparison: Comparison, a: &'a Expr, b: &'a Expr, spot: EvalPoint) -> Result<Fact> {
         let (value, threshold) = (self.number(a, spot)?, self.number(b, spot)?);
         if a.ty.shape == Shape::Object {
             let objects = &self.inspector.frames().objects;
@@ -273,7 +271,7 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// What an operator over time found: how much of its window was held, when its condition held, or how often it began.
-    fn over_time(&mut self, op: &TemporalOperator<Constant>, inner: &'a Expr, spot: EvalPoint) -> Outcome<Fact> {
+    fn over_time(&mut self, op: &TemporalOperator<Constant>, inner: &'a Expr, spot: EvalPoint) -> Result<Fact> {
         let rate_hz = self.inspector.frames().layout.rate_hz;
         let begin = self.inspector.began(inner, spot.this, spot.frame) - self.start();
         let truth = self.inspector.truth(inner, spot.this)?;
@@ -336,7 +334,7 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     /// The frame since which a condition has been as it is; `None` when it has been so from the beginning of the stretch.
-    fn since(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Outcome<Option<usize>> {
+    fn since(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Result<Option<usize>> {
         let column = self.inspector.truth(expr, spot.this)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         let start = self.start();

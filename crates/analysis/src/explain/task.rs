@@ -4,7 +4,7 @@ use super::AnalyzedRecording;
 use super::fact::{quantities, time};
 use crate::interval_labels::{IntervalLabels, Settling};
 use crate::measures::Measures;
-use crate::{Subject, TrackId, UNKNOWN, fixpoint, tasks};
+use crate::{Subject, TrackId, UNKNOWN, relabeling_rounds, tasks};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
@@ -81,9 +81,9 @@ pub(super) fn of(analyzed: &AnalyzedRecording, leaves: &Leaves, side: Side, fram
     let mut stretch = IntervalLabels::new(leaves, &frames.unseen, Settling::new(rules, rate_hz));
     let measures: BTreeMap<Side, Measures> =
         stretch.hands.keys().map(|side| (*side, Measures::new(frames, frames, *side))).collect();
-    fixpoint::before_recognition(rules, &mut stretch, &measures);
+    relabeling_rounds::relabel_stretch(rules, &mut stretch, &measures);
     let (lane, measures) = stretch.hands.get(&side).zip(measures.get(&side))?;
-    let named = tasks::recognise(rules, lane, measures);
+    let named = tasks::recognize(rules, lane, measures);
     let named = named.into_iter().find(|named| {
         let (first, last) = (named.pieces.first(), named.pieces.last());
         first.zip(last).is_some_and(|(first, last)| (first.frames.start..last.frames.end).contains(&frame))

@@ -36,7 +36,7 @@ pub struct Obstacle {
     pub reason: Reason,
 }
 
-type Outcome<T> = Result<T, InputError>;
+type Result<T> = std::result::Result<T, InputError>;
 
 /// The nearest path of a tree to one of `labels` on the frames of `at`; `None` when no leaf gives them.
 pub(super) fn why_not(
@@ -44,7 +44,7 @@ pub(super) fn why_not(
     side: Option<Side>,
     at: Range<usize>,
     labels: &[Label],
-) -> Outcome<Option<NearestPath>> {
+) -> Result<Option<NearestPath>> {
     let Some(tree) = inspector.tree(side) else { return Ok(None) };
     let gives = |choice: &Choice| match choice.then {
         Consequent::Primitive(label) => labels.iter().any(|pattern| pattern.covers(label)),
@@ -95,7 +95,7 @@ fn lacks<'a>(
     wanted: bool,
     side: Option<Side>,
     at: &Range<usize>,
-) -> Outcome<Vec<usize>> {
+) -> Result<Vec<usize>> {
     match &expr.kind {
         ExprKind::Not(inner) => lacks(inspector, inner, !wanted, side, at),
         ExprKind::And(parts) | ExprKind::Or(parts) => {

@@ -1,7 +1,7 @@
-//! Learning params from labeled recordings: a space of params and what points of it are objective in, better values out, and whether recordings that
-//! were held out bear them out. docs/fitting.md says what is searched and how it is judged.
+//! Params that are learned from labeled recordings: the search in a space of params for better values, and cross-validation on recordings that are held
+//! out. docs/fitting.md describes both.
 //!
-//! Invariants: nothing is read, run or printed here; the same objectives give the same result; a point that cannot run is never chosen.
+//! Invariants: nothing is read, run or printed here; the same objectives give the same result; a point whose rules cannot run is never chosen.
 
 mod cross_validation;
 mod json;
@@ -31,7 +31,7 @@ pub struct FitParam {
 /// A value for each param, in its unit.
 pub type ParamVector = Vec<f64>;
 
-/// What points are objective: for each point the objective of each recording, or nothing when its rules cannot run.
+/// Evaluates points: returns for each point the objective of each recording, or `None` if its rules cannot run.
 pub type Objectives<'a> = dyn FnMut(&[ParamVector]) -> Vec<Option<Rc<[Objective]>>> + 'a;
 
 /// What can be changed.

@@ -1,26 +1,26 @@
-//! What a result is objective beside the truth, as one number from 0 to 1 that a search can climb.
+//! The agreement of a result with the true labels, as one number from 0 to 1 that a search can maximize.
 
 use crate::score::Tally;
 use serde::Serialize;
 
-/// A boundary that is off by this or more is objective nothing, s.
+/// A boundary with an error of this or more contributes 0, s.
 pub const TOLERANCE_S: f64 = 0.2;
 
-/// The objective of a result, and of what it is made; all from 0 to 1, and 1 where the result is the truth.
+/// The objective and its parts. Each is from 0 to 1, and 1 where the result equals the true labels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Objective {
-    /// Half the accuracy, a quarter of F1 and of the boundaries.
+    /// The sum of half the accuracy, a quarter of F1 and a quarter of `boundaries`.
     pub objective: f64,
     /// The share of the frames with the right name.
     pub accuracy: f64,
     /// F1 of the segments at 50 % overlap.
     pub f1: f64,
-    /// The mean of `1 - off / TOLERANCE_S` over the boundaries of the truth; 0 for one that is further off, or missing.
+    /// The mean of `1 - error / TOLERANCE_S` over the true boundaries; 0 for a larger error or a missing boundary.
     pub boundaries: f64,
 }
 
 impl Objective {
-    /// The objective of the counts of a recording; what it says nothing about counts as its accuracy.
+    /// The objective of a recording. Without boundaries or segments to compare, the accuracy takes the place of that part.
     pub fn new(tally: &Tally) -> Self {
         let accuracy = tally.accuracy().unwrap_or_default();
         let f1 = tally.f1()[2].unwrap_or(accuracy);

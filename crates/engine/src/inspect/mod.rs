@@ -19,7 +19,7 @@ use teachtree_frames::frames::Frames;
 use teachtree_language::graph::{ValueId, lower_values};
 use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Hand, Label, Rules, Tree, TreeScope};
 
-type Outcome<T> = Result<T, InputError>;
+type Result<T> = std::result::Result<T, InputError>;
 
 /// An expression in a tree or declaration of a hand, or of none.
 type ExprInstance<'e> = (&'e Expr, Option<Side>);
@@ -67,7 +67,7 @@ impl<'a> Inspector<'a> {
     ///
     /// # Errors
     /// When the rate of the log cannot honor a duration in it.
-    pub fn column(&mut self, expr: &Expr, this: Option<Side>) -> Outcome<Column> {
+    pub fn column(&mut self, expr: &Expr, this: Option<Side>) -> Result<Column> {
         let all = 0..self.leaves.frames.len();
         match self.find((expr, this))? {
             Some((run, output)) => Ok(self.replay(run)?.column(output, all)),
@@ -79,7 +79,7 @@ impl<'a> Inspector<'a> {
     ///
     /// # Errors
     /// As [`Inspector::column`].
-    pub fn at(&mut self, expr: &'a Expr, side: Option<Side>, frame: usize) -> Outcome<Column> {
+    pub fn at(&mut self, expr: &'a Expr, side: Option<Side>, frame: usize) -> Result<Column> {
         let (run, output) = self.place((expr, side))?;
         let at = frame.saturating_sub(self.leaves.frames.start);
         Ok(self.replay(run)?.column(output, at..at + 1))
@@ -89,7 +89,7 @@ impl<'a> Inspector<'a> {
     ///
     /// # Errors
     /// As [`Inspector::column`].
-    pub fn truth(&mut self, condition: &'a Expr, side: Option<Side>) -> Outcome<ConditionColumn> {
+    pub fn truth(&mut self, condition: &'a Expr, side: Option<Side>) -> Result<ConditionColumn> {
         let (run, output) = self.place((condition, side))?;
         Ok(self.replay(run)?.truth(output))
     }
@@ -98,7 +98,7 @@ impl<'a> Inspector<'a> {
     ///
     /// # Errors
     /// As [`Inspector::column`].
-    pub fn holds(&mut self, condition: &'a Expr, side: Option<Side>, frame: usize) -> Outcome<bool> {
+    pub fn holds(&mut self, condition: &'a Expr, side: Option<Side>, frame: usize) -> Result<bool> {
         let at = frame.saturating_sub(self.leaves.frames.start);
         Ok(self.truth(condition, side)?.holds(0, at))
     }
@@ -125,7 +125,7 @@ impl<'a> Inspector<'a> {
     ///
     /// # Errors
     /// As [`Inspector::column`].
-    pub fn path(&mut self, side: Option<Side>, frame: usize) -> Outcome<Vec<usize>> {
+    pub fn path(&mut self, side: Option<Side>, frame: usize) -> Result<Vec<usize>> {
         let mut path = Vec::new();
         let mut branch: Option<&'a Branch> = self.tree(side).map(|tree| &tree.root);
         while let Some(open) = branch {
@@ -165,12 +165,12 @@ impl<'a> Inspector<'a> {
         (start + 1..=frame).rev().find(changed).unwrap_or(start)
     }
 
-    fn replay(&mut self, run: usize) -> Outcome<&mut Replay<'a>> {
+    fn replay(&mut self, run: usize) -> Result<&mut Replay<'a>> {
         self.replays.get_mut(run).ok_or_else(|| internal("an expression was evaluated in no run"))
     }
 
     /// Where an expression was evaluated, if it is a part of the rules; the tree of its hand is, when anything is asked.
-    fn find(&mut self, asked: ExprInstance<'_>) -> Outcome<Option<(usize, usize)>> {
+    fn find(&mut self, asked: ExprInstance<'_>) -> Result<Option<(usize, usize)>> {
         if let Some(place) = self.known.get(&address(asked)) {
             return Ok(Some(*place));
         }
@@ -186,7 +186,7 @@ impl<'a> Inspector<'a> {
     }
 
     /// Where an expression of the rules was evaluated.
-    fn place(&mut self, asked: ExprInstance<'a>) -> Outcome<(usize, usize)> {
+    fn place(&mut self, asked: ExprInstance<'a>) -> Result<(usize, usize)> {
         if let Some(place) = self.find(asked)? {
             return Ok(place);
         }
@@ -197,7 +197,7 @@ impl<'a> Inspector<'a> {
 
     /// Evaluates expressions of the rules, and what explanations of them ask for: their conditions and what those compare, also in the signals and latches
     /// that they read.
-    fn keep(&mut self, asked: &[ExprInstance<'a>]) -> Outcome<()> {
+    fn keep(&mut self, asked: &[ExprInstance<'a>]) -> Result<()> {
         let mut parts: BTreeMap<(usize, Option<Side>), ExprInstance<'a>> = BTreeMap::new();
         let mut add = |part: ExprInstance<'a>| {
             parts.entry(address(part)).or_insert(part);
@@ -223,7 +223,7 @@ impl<'a> Inspector<'a> {
         Ok(())
     }
 
-    fn evaluate(&self, asked: &[ExprInstance<'_>]) -> Outcome<Replay<'a>> {
+    fn evaluate(&self, asked: &[ExprInstance<'_>]) -> Result<Replay<'a>> {
         let whose = |side: Option<Side>| if side.is_some() { Hand::This } else { Hand::Nobody };
         let exprs: Vec<(&Expr, Hand)> = asked.iter().map(|(expr, side)| (*expr, whose(*side))).collect();
         let (graph, values) = lower_values(self.rules, &exprs);

@@ -4,7 +4,7 @@
 //! to the last; the last `n` in two parts, with frames counted from the beginning of the memory and cut into pieces of `n`: the part that lies in an earlier
 //! piece from its last sample to its first, the other one from its first to its last, and then both together.
 
-use super::{Outcome, Reference, Value, arithmetic, each, numbers, pairs, scalar, truth};
+use super::{Reference, Result, Value, arithmetic, each, numbers, pairs, scalar, truth};
 use crate::semantics::samples;
 use teachtree_base::hands::Side;
 use teachtree_language::ops::{Samples, Summary};
@@ -18,7 +18,7 @@ impl Reference<'_> {
         of: &Samples<Constant, Box<Expr>>,
         this: Option<Side>,
         frame: usize,
-    ) -> Outcome<Value> {
+    ) -> Result<Value> {
         match of {
             Samples::Last(duration) => {
                 let n = samples(duration.value, self.frames.layout.rate_hz)? as usize;
@@ -51,7 +51,7 @@ impl Reference<'_> {
         condition: &Expr,
         this: Option<Side>,
         frame: usize,
-    ) -> Outcome<Value> {
+    ) -> Result<Value> {
         let beginning = self.beginning(&[value, condition], this, frame);
         let mut slots = Vec::new();
         let now = pairs(&self.sample(value, this, frame)?, &self.value(condition, this, frame)?, &|now, _| now.clone());
@@ -83,14 +83,14 @@ impl Reference<'_> {
     }
 
     /// A number on a frame; of a condition 1 where it holds, 0 elsewhere.
-    fn sample(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+    fn sample(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Result<Value> {
         Ok(each(&self.value(expr, this, frame)?, &|value| match value {
             Value::Bool(holds) => Value::Number(if *holds { 1.0 } else { 0.0 }),
             other => other.clone(),
         }))
     }
 
-    fn together(&self, summary: Summary, samples: impl Iterator<Item = Outcome<Value>>) -> Outcome<Option<Value>> {
+    fn together(&self, summary: Summary, samples: impl Iterator<Item = Result<Value>>) -> Result<Option<Value>> {
         let mut all: Option<Value> = None;
         for sample in samples {
             let sample = sample?;

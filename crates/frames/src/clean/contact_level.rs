@@ -7,10 +7,10 @@
 //! A surface that bears a part of a tool's weight makes the reading of a biased sensor smaller, and the groups change places. A recording begins and ends
 //! without contact: where an end is in the group of contact and the rest is no small part of its force, the groups are looked for again from what the ends read.
 //!
-//! The split is not a threshold if the groups are not [clear](crate::groups::OtsuSplit::is_clear). Where there are several kinds of contact, the weakest
+//! The split is not a threshold if the groups are not [clear](crate::otsu::OtsuSplit::is_clear). Where there are several kinds of contact, the weakest
 //! one decides ([`contact_kinds`](super::contact_kinds)).
 
-use crate::groups::{self, OtsuSplit};
+use crate::otsu::{self, OtsuSplit};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -161,7 +161,7 @@ pub(super) fn of_far(readings: &[Vector3<f64>], far: &[Vector3<f64>]) -> Option<
 
 /// The two groups of forces in rising order; their roots scatter evenly.
 pub(super) fn split(forces: &[f64]) -> Option<OtsuSplit> {
-    groups::split(&forces.iter().map(|force| force.sqrt()).collect::<Vec<_>>())
+    otsu::split(&forces.iter().map(|force| force.sqrt()).collect::<Vec<_>>())
 }
 
 /// How far forces are from a rest, in rising order.

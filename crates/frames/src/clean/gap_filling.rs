@@ -37,8 +37,8 @@ fn lost(time: &[f64]) -> Vec<LostRows> {
     if many || lost.is_empty() || timebase::rounded(time).is_some() { vec![] } else { lost }
 }
 
-/// Puts missing rows back: poses and velocities on a straight line, forces, flags and texts held; what was not measured on both sides of a lost_rows is not
-/// measured within. What was found.
+/// Inserts missing rows: poses and velocities are interpolated linearly; forces, flags and texts keep their last value. A channel that was not measured on
+/// both sides of the lost rows is not measured in them. Returns the issue.
 pub fn fill_gaps(recording: &mut Recording) -> Option<Issue> {
     let lost = lost(&recording.time);
     let (first, last) = (lost.first()?, lost.last()?);

@@ -14,9 +14,9 @@ use crate::clean::preprocess::{CleanLog, FlaggedSupport, Touches};
 use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use teachtree_base::contact_threshold;
 use teachtree_base::geometry::face_normal;
 use teachtree_base::scene::{Role, Scene};
-use teachtree_base::touch as touch_force;
 use teachtree_logs::issue::{Issue, IssueKind};
 
 /// A force on a contact that is less than this has no direction worth the name, N.
@@ -103,8 +103,8 @@ impl<'a> Contact<'a> {
     pub fn touching(&self, frame: usize, was: bool) -> bool {
         match self.flag.as_ref().and_then(|flag| flag.get(frame)) {
             Some(flag) => *flag > 0.5,
-            None if was => self.force(frame).norm() >= touch_force::OFF_N,
-            None => self.force(frame).norm() > touch_force::ON_N,
+            None if was => self.force(frame).norm() >= contact_threshold::OFF_N,
+            None => self.force(frame).norm() > contact_threshold::ON_N,
         }
     }
 }

@@ -7,6 +7,7 @@ mod carrying;
 mod contacts;
 mod contradictions;
 pub mod convex_gap;
+pub(super) mod fingertip_bias;
 mod hands;
 mod motion;
 mod partner;
@@ -17,7 +18,6 @@ mod raw_channels;
 mod role_support;
 mod sockets;
 mod source;
-pub(super) mod tare;
 mod targets;
 mod touch;
 
@@ -30,11 +30,11 @@ use raw_channels::Slots;
 use std::collections::{BTreeMap, BTreeSet};
 use targets::Derivation;
 use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape, derived};
+use teachtree_base::contact_threshold;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Role, Scene};
-use teachtree_base::touch as touch_force;
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -57,7 +57,7 @@ pub fn frames_trusting(
 ) -> Result<Frames, InputError> {
     let mut measured = CleanLog::new(recording, trust, |column| asks(channels, column))?;
     let mut issues = measured.issues.clone();
-    issues.extend(tare::tare(&mut measured, tare::Fingertips::of(channels)));
+    issues.extend(fingertip_bias::tare(&mut measured, fingertip_bias::Fingertips::of(channels)));
     let mut findings = Findings::default();
     let mut frames = derived_frames(&measured, channels, &mut findings)?;
     issues.extend(findings.issues(&measured, &frames.layout));
@@ -252,7 +252,7 @@ pub fn derived_frames(
 /// As [`frames`].
 pub fn trusted(recording: &Recording, trust: &[String]) -> Result<Recording, InputError> {
     let mut measured = CleanLog::new(recording, trust, |_| false)?;
-    tare::tare(&mut measured, tare::Fingertips::of(&[]));
+    fingertip_bias::tare(&mut measured, fingertip_bias::Fingertips::of(&[]));
     Ok(measured.recording())
 }
 
@@ -335,8 +335,8 @@ fn touch_channel() -> ChannelSpec {
         dimension: Dimension::NONE,
         absent: Fallback::NormAbove {
             channel: "fingers.force".into(),
-            on: touch_force::ON_N,
-            off: touch_force::OFF_N,
+            on: contact_threshold::ON_N,
+            off: contact_threshold::OFF_N,
             needed: false,
         },
     }

@@ -11,10 +11,10 @@ use crate::clean::preprocess::CleanLog;
 use crate::frames::HandLayout;
 use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
+use teachtree_base::contact_threshold;
 use teachtree_base::geometry::{Solid, face_normal, surface_distance};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Body, Role};
-use teachtree_base::touch as touch_force;
 use teachtree_logs::issue::{Issue, IssueKind};
 
 /// An impossible state is reported from this total duration on, s.
@@ -180,7 +180,7 @@ pub fn wrong_signs(derivation: &Derivation, objects: &[usize], findings: &mut Fi
             }
             for frame in frames.start.max(core.start)..frames.end.min(core.end) {
                 let alone = || tracks.iter().filter(|it| it.target.get(frame) == Some(target)).count() == 1;
-                let in_air = || of_object.iter().all(|it| it.force(frame).norm() < touch_force::ON_N);
+                let in_air = || of_object.iter().all(|it| it.force(frame).norm() < contact_threshold::ON_N);
                 // An object in a socket with clearance touches nothing, although the hand pushes it in.
                 if touched(frame, object) && alone() && in_air() && !derivation.is_at_socket(object, frame) {
                     found.add(measured, frame, upward(frame));
@@ -202,7 +202,7 @@ pub fn wrong_signs(derivation: &Derivation, objects: &[usize], findings: &mut Fi
         let found = findings.contacts.entry((*object, *other)).or_default();
         for frame in core.clone().filter(|frame| !touched(*frame, *object)) {
             let force = contact.force(frame);
-            if force.norm() > touch_force::ON_N {
+            if force.norm() > contact_threshold::ON_N {
                 found.add(measured, frame, force.dot(&up));
             }
         }
@@ -266,7 +266,8 @@ pub fn pushes(measured: &CleanLog, motions: &[Motion], fingers: &[Finger], track
         let found = findings.pushes.entry((side, *finger)).or_default();
         for frame in frames.iter().copied().filter(|frame| track.touching.get(*frame) == Some(&true)) {
             let force = vector(&force, frame);
-            let Some(target) = track.target.get(frame).copied().flatten().filter(|_| force.norm() > touch_force::ON_N)
+            let Some(target) =
+                track.target.get(frame).copied().flatten().filter(|_| force.norm() > contact_threshold::ON_N)
             else {
                 continue;
             };
@@ -336,7 +337,7 @@ pub fn sign_issues(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
         issues.push(carries.issue(IssueKind::IMPLAUSIBLE_FORCE, format!("{side}.fingers.force"), message));
     }
     for ((object, other), found) in &findings.contacts {
-        if let Some(mean) = found.mean(measured).filter(|mean| *mean < -touch_force::ON_N) {
+        if let Some(mean) = found.mean(measured).filter(|mean| *mean < -contact_threshold::ON_N) {
             let (a, b) = (name(*object), name(*other));
             let message = format!(
                 "`{b}` pulls `{a}` down with {} N while no hand touches it: turn the sign, or the order of the names: \

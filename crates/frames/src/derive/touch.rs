@@ -12,7 +12,7 @@ use crate::clean::preprocess::{CleanLog, State, TouchPair, Touches};
 use crate::derive::convex_gap::{Gap, gaps};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
-use teachtree_base::touch as touch_force;
+use teachtree_base::contact_threshold;
 
 /// Bodies touch when the gap is less than this, m …
 const TOUCH_GAP: f64 = 0.3e-3;
@@ -92,10 +92,15 @@ pub fn contacts<'a>(
                 _ => 0.0,
             };
             let noise = balance.as_ref().map_or(0.0, |balance| balance.noise);
-            let on = load > if before.on { touch_force::OFF_N.max(noise / 2.0) } else { touch_force::ON_N.max(noise) };
+            let on = load
+                > if before.on {
+                    contact_threshold::OFF_N.max(noise / 2.0)
+                } else {
+                    contact_threshold::ON_N.max(noise)
+                };
             if let (true, Some(force)) = (on, forces.get_mut(frame)) {
                 // However small, it is a load: what counts as one is decided here.
-                *force = pair.normal(frame) * load.max(2.0 * touch_force::ON_N);
+                *force = pair.normal(frame) * load.max(2.0 * contact_threshold::ON_N);
             }
             State { on, ..before }
         });
@@ -146,7 +151,7 @@ fn placed(
 pub fn nominal(measured: &CleanLog, object: usize) -> f64 {
     let gravity = measured.scene.gravity.iter().map(|part| part.0 * part.0).sum::<f64>().sqrt();
     let mass = measured.scene.bodies.get_index(object).and_then(|(_, body)| body.mass);
-    mass.map_or(NOMINAL, |mass| mass.0 * gravity).max(2.0 * touch_force::ON_N)
+    mass.map_or(NOMINAL, |mass| mass.0 * gravity).max(2.0 * contact_threshold::ON_N)
 }
 
 /// The gap of two bodies at a frame: of the parts that touch, the one that carries, else of the nearest ones.

@@ -1,7 +1,7 @@
 //! What an analysis learns of a whole log before it looks at a frame: its rate, and bias, noise and contact level of its force sensors.
 
 use crate::clean::preprocess::{CleanLog, Touches};
-use crate::derive::{self, Findings, tare};
+use crate::derive::{self, Findings, fingertip_bias};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -31,7 +31,7 @@ pub struct Calibration {
     /// Frames per second.
     pub rate_hz: f64,
     /// Bias, noise and contact level of the force sensors.
-    pub sensors: tare::Sensors,
+    pub sensors: fingertip_bias::Sensors,
     /// The columns that were measured.
     pub columns: Vec<String>,
     /// The bodies of the scene, in order: `touches` names them by position.
@@ -53,10 +53,10 @@ impl Calibration {
     ) -> Result<(Self, Vec<Issue>), InputError> {
         let mut measured = CleanLog::new(recording, &[], |column| derive::asks(channels, column))?;
         // A drift is known of the recording only.
-        let fingertips = tare::Fingertips { may_drift: false, ..tare::Fingertips::of(channels) };
-        let sensors = tare::of_whole(&measured, fingertips);
+        let fingertips = fingertip_bias::Fingertips { may_drift: false, ..fingertip_bias::Fingertips::of(channels) };
+        let sensors = fingertip_bias::of_whole(&measured, fingertips);
         let mut issues = std::mem::take(&mut measured.issues);
-        issues.extend(tare::correct(&mut measured, &sensors));
+        issues.extend(fingertip_bias::correct(&mut measured, &sensors));
         let mut findings = Findings::default();
         derive::derived_frames(&measured, channels, &mut findings)?;
         let mut touches = std::mem::take(&mut findings.touches);

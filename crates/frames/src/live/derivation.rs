@@ -3,7 +3,7 @@
 
 use super::Calibration;
 use crate::clean::preprocess::{CleanLog, State, Window};
-use crate::derive::{self, ANCHOR, Findings, tare};
+use crate::derive::{self, ANCHOR, Findings, fingertip_bias};
 use crate::frames::Frames;
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -215,7 +215,7 @@ impl Derivation {
             window: Some(window),
             columns: columns.collect(),
         };
-        tare::correct(&mut measured, &self.calibration.sensors);
+        fingertip_bias::correct(&mut measured, &self.calibration.sensors);
         let frames = derive::derived_frames(&measured, &self.channels, &mut Findings::unasked())?;
         each(LiveChunk {
             frames: &frames,

@@ -18,7 +18,7 @@ pub struct OccurringLabels<'a> {
     rules: &'a Rules,
     /// Those that the tree over both hands gives.
     coordination: BTreeSet<Label>,
-    /// In the track of a hand when tasks are recognised.
+    /// In the track of a hand when tasks are recognized.
     pub hands: BTreeSet<Label>,
 }
 

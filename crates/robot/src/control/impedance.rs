@@ -65,7 +65,7 @@ pub struct TipTarget {
     pub velocity: Vector3<f64>,
     /// The force that it is to exert, N, reference frame.
     pub force: Vector3<f64>,
-    /// JointPositions that a redundant finger prefers.
+    /// Joint positions that a redundant finger prefers.
     pub posture: JointPositions,
 }
 

@@ -5,8 +5,8 @@
 
 use super::candidate::{GraspCandidate, Reach};
 use super::grasp_planner::GraspPlanner;
+use super::grasp_request::{GraspRequest, Obstacle};
 use super::hand_obstacles::body;
-use super::problem::{GraspRequest, Obstacle};
 use crate::kinematics::joint_positions::JointPositions;
 use crate::model::hand::HandModel;
 use nalgebra::Isometry3;

@@ -21,7 +21,7 @@ pub struct GraspCandidate {
     pub measure: f64,
     /// The fingers that touch, in the order of the contacts.
     pub fingers: Vec<FingerPlacement>,
-    /// JointPositions of the fingers that do not touch.
+    /// Joint positions of the fingers that do not touch.
     pub idle: Vec<(Finger, JointPositions)>,
     /// How far the jaws of a gripper are open, m.
     pub opening: Option<f64>,

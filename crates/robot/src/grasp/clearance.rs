@@ -1,6 +1,6 @@
 //! Gaps between hand, object and obstacles on their exact shapes: the last check of a grasp, and one of two places here that name parry.
 
-use super::problem::{CLEAR_M, GraspRequest};
+use super::grasp_request::{CLEAR_M, GraspRequest};
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use crate::model::hand::HandModel;

@@ -1,6 +1,6 @@
 //! What a hand must not go into: convex parts of the object and of the obstacles, with the distance to each and the way out of it.
 
-use super::problem::GraspRequest;
+use super::grasp_request::GraspRequest;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use teachtree_base::scene::{Body, Shape};
 

@@ -9,9 +9,9 @@
 use super::candidate::FingerPlacement;
 use super::clearance_field::{ConvexPart, PalmFramePart, parts};
 use super::gradient::{ContactFinger, FollowerFinger, PointGradient, twist};
+use super::grasp_request::{Contact, GraspRequest, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE};
 use super::no_grasp::NoGrasp;
 use super::penalty::{MARGIN_M, measure_cost, price, price_slope};
-use super::problem::{Contact, GraspRequest, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE};
 use super::spheres::{HandSpheres, SphereRow, placed};
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M};
 use crate::model::hand::HandModel;

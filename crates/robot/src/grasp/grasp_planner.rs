@@ -1,15 +1,15 @@
-//! The mapper of a hand: from contacts to a grasp.
+//! The planner of grasps: from demonstrated contacts to a grasp of a robot's hand.
 
 use super::candidate::{GraspCandidate, Reach, clearest, geometric_mean};
 use super::clearance::Shapes;
 use super::cost::{Cost, SearchEffort};
+use super::grasp_request::GraspRequest;
 use super::no_grasp::NoGrasp;
-use super::problem::GraspRequest;
 use super::{search, seeds, spheres, two_finger};
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::{JointPositions, REACHED_M};
 use crate::model::hand::HandModel;
-use crate::threads;
+use crate::parallel;
 use nalgebra::{Isometry3, Point3, Vector6};
 use teachtree_base::hands::Finger;
 
@@ -38,7 +38,7 @@ pub struct GraspPlanner<'a> {
 }
 
 impl<'a> GraspPlanner<'a> {
-    /// The mapper of a hand.
+    /// A planner for a hand.
     pub fn new(hand: &'a HandModel) -> Self {
         Self { hand, beads: spheres::HandSpheres::new(hand), postures: seeds::postures(hand) }
     }
@@ -215,7 +215,7 @@ impl<'a> GraspPlanner<'a> {
             Ok(improved.filter_map(|pose| self.check(&pose, &cost, &shapes).ok()).collect())
         };
         let parts: Vec<&[Isometry3<f64>]> = spread.chunks(AT_ONCE).collect();
-        let grasps: Result<Vec<Vec<GraspCandidate>>, NoGrasp> = threads::each(&parts, improved).into_iter().collect();
+        let grasps: Result<Vec<Vec<GraspCandidate>>, NoGrasp> = parallel::each(&parts, improved).into_iter().collect();
         Ok(grasps?.into_iter().flatten().collect())
     }
 

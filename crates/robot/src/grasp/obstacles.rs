@@ -1,7 +1,7 @@
 //! What stands about an object when it is taken and when it is let go, and which of it keeps a hand from holding it.
 
+use super::grasp_request::Obstacle;
 use super::held_path::{held, way};
-use super::problem::Obstacle;
 use nalgebra::Isometry3;
 use teachtree_base::scene::{Body, Role, Scene};
 use teachtree_command::Task;

@@ -4,7 +4,7 @@
 //! middle of the contacts in m, and a turn about it in units of 0.1 m / rad, so that both move fingertips alike.
 
 use super::cost::Cost;
-use super::problem::GraspRequest;
+use super::grasp_request::GraspRequest;
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 use teachtree_base::hands::Finger;
 

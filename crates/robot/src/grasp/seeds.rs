@@ -1,6 +1,6 @@
 //! Where to begin: the palm facing the object, the fingers on one side of it and the thumb on the other, rolled about that line.
 
-use super::problem::GraspRequest;
+use super::grasp_request::GraspRequest;
 use crate::kinematics::joint_positions::MAX_DOFS;
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};

@@ -6,11 +6,11 @@
 use super::bimanual_grasp::{HandProblem, grasp_pair};
 use super::candidate::{GraspCandidate, Reach};
 use super::grasp_planner::GraspPlanner;
+use super::grasp_request::{Contact, GraspRequest, Obstacle};
 use super::hand_obstacles::{bodies, meeting};
 use super::held_path::way;
 use super::no_grasp::NoGrasp;
 use super::obstacles::{SUNK_M, around, to_blame};
-use super::problem::{Contact, GraspRequest, Obstacle};
 use super::search::apart;
 use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::surroundings::Surroundings;

@@ -12,8 +12,8 @@
 
 use super::candidate::{FingerPlacement, GraspCandidate, Reach, clearest};
 use super::clearance::Shapes;
+use super::grasp_request::{Contact, GraspRequest};
 use super::no_grasp::NoGrasp;
-use super::problem::{Contact, GraspRequest};
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::JointPositions;
 use crate::model::gripper::{Jaw, Jaws};

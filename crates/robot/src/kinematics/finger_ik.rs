@@ -13,7 +13,7 @@ const ITERATIONS: usize = 60;
 const DAMPED_M: f64 = 2e-3;
 
 impl FingerModel {
-    /// JointPositions that bring the centre of the tip to a point, the best by [`Self::measure`] where there are several; for a point out of
+    /// Joint positions that bring the centre of the tip to a point, the best by [`Self::measure`] where there are several; for a point out of
     /// reach, angles that bring it near.
     pub fn ik(&self, point: Point3<f64>) -> IkSolution {
         match &self.closed {
@@ -50,7 +50,7 @@ impl FingerModel {
         best.map_or(nothing, |(reached, _)| reached)
     }
 
-    /// JointPositions to start from: the middle of the ranges, and a third to either side.
+    /// Joint positions to start from: the middle of the ranges, and a third to either side.
     fn starts(&self) -> Vec<JointPositions> {
         [0.5, 0.2, 0.8]
             .iter()

@@ -5,7 +5,7 @@ pub const MAX_DOFS: usize = 8;
 /// A point is reached when it is missed by less than this, m.
 pub const REACHED_M: f64 = 1e-6;
 
-/// JointPositions of one finger, in the order of its degrees of freedom from the palm out.
+/// Joint positions of one finger, in the order of its degrees of freedom from the palm out.
 pub type JointPositions = [f64; MAX_DOFS];
 
 /// What an inverse found.

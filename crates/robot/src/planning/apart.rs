@@ -22,7 +22,7 @@ use super::walk::{Crossing, HandledObject, Near, Occupied, Walk, place_of, too_n
 use crate::grasp::task_grasps::{TaskGrasp, alternatives};
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::robot::Robot;
-use crate::threads;
+use crate::parallel;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 use teachtree_base::error::InputError;
@@ -235,7 +235,7 @@ impl<'a> Pair<'a> {
         let mut best: Option<Change> = None;
         let couples: Vec<Couple> = of_many_kinds(self.with_arms(grasps, &steps, &choices), GONE_ALIKE);
         for couples in couples[..couples.len().min(GONE)].chunks(GONE_AT_ONCE) {
-            let changes = threads::each(couples, |couple| {
+            let changes = parallel::each(couples, |couple| {
                 let tasks = [0, 1].map(|hand| choices[hand][couple.choices[hand]].task.clone());
                 self.gone(grasps, tasks, couple)
             });
@@ -309,7 +309,7 @@ impl<'a> Pair<'a> {
             Some((measure, stands.collect::<Vec<Occupied>>()))
         };
         let all: Vec<Task> = upright.into_iter().chain(turned).collect();
-        let made = threads::each(&all, choice);
+        let made = parallel::each(&all, choice);
         let made = all.into_iter().zip(made).filter_map(|(task, made)| Some((task, made?)));
         Ok(made.map(|(task, (measure, stands))| Choice { task, measure, stands }).collect())
     }
@@ -324,7 +324,7 @@ impl<'a> Pair<'a> {
         let present = hands.max(steps.iter().map(limbs).sum()).max(SLIGHT_M);
         let fixed = Surroundings::sunk(self.scene, SUNK_M);
         let through = [0, 1].map(|hand| {
-            let counts = threads::each(&choices[hand], |it| {
+            let counts = parallel::each(&choices[hand], |it| {
                 let meets = it.stands.iter().filter(|stand| fixed.meet_any(&stand.limb)).count();
                 self.goes_through(hand, &it.task, grasps[hand].1).saturating_add(meets)
             });
@@ -332,7 +332,7 @@ impl<'a> Pair<'a> {
             counts.into_iter().map(|count| count.saturating_sub(allowed) as f64 * THROUGH_M).collect::<Vec<f64>>()
         });
         let ones: Vec<usize> = (0..choices[0].len()).collect();
-        let couples = threads::each(&ones, |&one| {
+        let couples = parallel::each(&ones, |&one| {
             let mut couples: Vec<Couple> = Vec::new();
             let mut most = present;
             for (other, right) in choices[1].iter().enumerate() {
@@ -361,7 +361,7 @@ impl<'a> Pair<'a> {
             let new = couples.iter().flat_map(|couple| [0, 1].map(|hand| (hand, couple.choices[hand])));
             let new: BTreeSet<(usize, usize)> = new.filter(|choice| !limbs.contains_key(choice)).collect();
             let new: Vec<(usize, usize)> = new.into_iter().take(WALKED.saturating_sub(limbs.len())).collect();
-            let gone = threads::each(&new, |&(hand, choice)| {
+            let gone = parallel::each(&new, |&(hand, choice)| {
                 let tasks = self.with(&[(grasps[hand].0, &choices[hand][choice].task)]);
                 let times: Vec<f64> = steps.iter().map(|steps| self.walks[hand].own_s(steps[hand])).collect();
                 let begun = self.begun(hand, &tasks).into_iter();

@@ -1,4 +1,4 @@
-//! A grip: a mapped grasp as a plan uses it, with its fingertips on their contacts and opened.
+//! A grasp as a plan uses it: with the fingertips on their contacts, and opened.
 
 use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::joint_positions::JointPositions;
@@ -111,7 +111,7 @@ impl ResolvedGrasp {
     }
 }
 
-/// JointPositions of a finger of which nothing is known: a little bent.
+/// Joint positions of a finger without a contact: slightly bent.
 pub(crate) fn resting(ranges: &[[f64; 2]]) -> JointPositions {
     let mut angles = JointPositions::default();
     for (index, ([low, high], angle)) in ranges.iter().zip(&mut angles).enumerate() {

@@ -8,6 +8,6 @@ pub mod run;
 pub mod trace;
 pub mod warnings;
 
-pub use observers::judge::{Outcome, Verdict};
+pub use observers::judge::{TaskOutcome, Verdict};
 pub use observers::{arm_clearance, force_tolerance, judge, recorder};
 pub use run::{Performance, simulate, simulate_seeing};

@@ -8,7 +8,7 @@ use super::hand_agent::HandAgent;
 use super::observer::Step;
 use super::observers::Observers;
 use super::observers::arm_clearance::{Collision, MinDistance};
-use super::observers::judge::{Findings, Outcome};
+use super::observers::judge::{Findings, TaskOutcome};
 use super::trace::{Limb, Trace};
 use crate::control::behavior::Progress;
 use crate::model::robot::Robot;
@@ -34,7 +34,7 @@ pub struct Performance {
     /// As the operator's recording.
     pub recording: Recording,
     /// Of each task.
-    pub outcomes: Vec<Outcome>,
+    pub outcomes: Vec<TaskOutcome>,
     /// Where its two arms came nearest to each other; `None` for one.
     pub nearest: Option<MinDistance>,
     /// What an arm went through, each pair once, in the order of time.
@@ -92,7 +92,7 @@ struct Simulation<'t> {
     hands: Vec<HandAgent<'t>>,
     step: usize,
     observers: Observers,
-    outcomes: Vec<Option<Outcome>>,
+    outcomes: Vec<Option<TaskOutcome>>,
 }
 
 impl<'t> Simulation<'t> {

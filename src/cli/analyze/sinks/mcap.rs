@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::Segment;
 use teachtree_base::error::InputError;
 use teachtree_base::recording::Recording;
-use teachtree_logs::read::formats::mcap::copy::{OriginalRecords, Survey, file_of};
-use teachtree_logs::read::formats::mcap::message::{self, Pose, Type};
+use teachtree_logs::read::formats::mcap::copy::{McapContents, OriginalRecords, file_of};
+use teachtree_logs::read::formats::mcap::ros2_message::{self, Pose, Ros2Type};
 use teachtree_logs::read::formats::mcap::write::Writer;
 use teachtree_logs::read::table::BagClock;
 use teachtree_session::{Analysis, FrameValues, Log};
@@ -43,7 +43,7 @@ pub(super) const SINK: Sink = Sink {
 /// The file among whose messages the analysis is written.
 struct OriginalBag {
     file: PathBuf,
-    survey: Survey,
+    survey: McapContents,
     clock: BagClock,
 }
 
@@ -54,7 +54,7 @@ impl OriginalBag {
     /// When the log is no file whose messages can be copied, or its stamps are not those of its messages.
     fn of(path: &Path, log: &Log) -> Result<Self, Failure> {
         let file = file_of(path)?;
-        let survey = Survey::of(&file)?;
+        let survey = McapContents::of(&file)?;
         let Some(clock) = log.opened()?.clock else {
             let message = "its stamps come from a column or a rate of the binding, expected those of its messages";
             let error = InputError::new(path.display().to_string(), message);
@@ -68,7 +68,7 @@ impl OriginalBag {
 struct McapContent {
     into: Option<OriginalBag>,
     /// Topic and type of each channel.
-    channels: Vec<(String, Type)>,
+    channels: Vec<(String, Ros2Type)>,
     /// Time, channel and message of what changes now and then, in order of time.
     events: Vec<(f64, u16, Vec<u8>)>,
     /// The frames' times, s, and values of each signal, with its channel.
@@ -140,7 +140,8 @@ impl McapContent {
             match values {
                 FrameValues::Numbers(values) if name == "time" => lanes.time = values.to_vec(),
                 FrameValues::Numbers(values) if name != "row" => {
-                    let channel = lanes.channel(format!("/teachtree/signal/{}", name.replace('.', "/")), Type::Number);
+                    let channel =
+                        lanes.channel(format!("/teachtree/signal/{}", name.replace('.', "/")), Ros2Type::Number);
                     lanes.signals.push((channel, values.to_vec()));
                 }
                 _ => {}
@@ -152,7 +153,7 @@ impl McapContent {
         }
         lanes.rows.clone_from(&analysis.log().opened()?.recording.time);
         if !lanes.bodies.is_empty() {
-            lanes.channel(lanes.poses_topic().into(), Type::Poses);
+            lanes.channel(lanes.poses_topic().into(), Ros2Type::Poses);
         }
         let meta = analysis.meta();
         let zero = meta.zero_stamp_s;
@@ -179,19 +180,19 @@ impl McapContent {
         Ok(lanes)
     }
 
-    fn channel(&mut self, topic: String, ty: Type) -> u16 {
+    fn channel(&mut self, topic: String, ty: Ros2Type) -> u16 {
         self.channels.push((topic, ty));
         u16::try_from(self.channels.len() - 1).unwrap_or(u16::MAX)
     }
 
     /// A lane of texts: each where it begins, and nothing where one ends and no other begins.
     fn lane(&mut self, topic: String, spans: &[(f64, f64, String)]) {
-        let channel = self.channel(topic, Type::Text);
+        let channel = self.channel(topic, Ros2Type::Text);
         for (at, (start, end, text)) in spans.iter().enumerate() {
-            self.events.push((*start, channel, message::text(text)));
+            self.events.push((*start, channel, ros2_message::text(text)));
             let goes_on = spans.get(at + 1).is_some_and(|(next, ..)| *next <= *end);
             if !goes_on {
-                self.events.push((*end, channel, message::text("")));
+                self.events.push((*end, channel, ros2_message::text("")));
             }
         }
     }
@@ -222,7 +223,7 @@ impl McapContent {
 
     /// Writes the file.
     fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
-        let poses = (0..).zip(&self.channels).find(|(_, (_, ty))| *ty == Type::Poses).map(|(id, _)| id);
+        let poses = (0..).zip(&self.channels).find(|(_, (_, ty))| *ty == Ros2Type::Poses).map(|(id, _)| id);
         let original = match &self.into {
             Some(OriginalBag { file, survey, .. }) => {
                 let original = OriginalRecords::open(file, survey.clone());
@@ -246,7 +247,7 @@ impl McapContent {
             } else if frame <= row {
                 for (channel, values) in &self.signals {
                     let value = values.get(frames).copied().unwrap_or(f64::NAN);
-                    writer.message(*channel, self.nanoseconds(frame), &message::number(value))?;
+                    writer.message(*channel, self.nanoseconds(frame), &ros2_message::number(value))?;
                 }
                 frames += 1;
             } else {
@@ -255,7 +256,7 @@ impl McapContent {
                     poses.filter(|_| row - posed >= POSES_EVERY_S * 0.999 || rows + 1 == self.rows.len())
                 {
                     let (stamp, time) = self.stamps(row);
-                    writer.message(channel, time, &message::poses(stamp, &self.poses(rows)))?;
+                    writer.message(channel, time, &ros2_message::poses(stamp, &self.poses(rows)))?;
                     posed = row;
                 }
                 rows += 1;
@@ -270,13 +271,13 @@ impl McapContent {
 
     /// A layout for Foxglove that shows the lanes, the signals and the poses.
     fn layout(&self) -> String {
-        let of = |wanted: Type| self.channels.iter().filter(move |(_, ty)| *ty == wanted).map(|(topic, _)| topic);
+        let of = |wanted: Ros2Type| self.channels.iter().filter(move |(_, ty)| *ty == wanted).map(|(topic, _)| topic);
         let path = |topic: &String| {
             json!({ "value": format!("{topic}.data"), "label": topic.trim_start_matches("/teachtree/"), "enabled": true,
                 "timestampMethod": "receiveTime" })
         };
-        let lanes: Vec<Value> = of(Type::Text).filter(|topic| !topic.ends_with("/raw")).map(path).collect();
-        let signals: Vec<Value> = of(Type::Number).map(path).collect();
+        let lanes: Vec<Value> = of(Ros2Type::Text).filter(|topic| !topic.ends_with("/raw")).map(path).collect();
+        let signals: Vec<Value> = of(Ros2Type::Number).map(path).collect();
         let mut panels = serde_json::Map::new();
         panels.insert("StateTransitions!teachtree".into(), json!({ "paths": lanes, "isSynced": true }));
         let scene = json!({ "followTf": self.world(), "scene": { "transforms": { "showLabel": true, "axisScale": 0.2 } },

@@ -67,7 +67,7 @@ fn hold_labels(rules: Rules, leaves: &Leaves) -> [usize; 2] {
         assert!(!relabeled(&analysis).any(|segment| segment.by.contains(&rule.text)), "{rule:?}");
         assert!(!analysis.issues.iter().any(|issue| issue.message.contains(&format!("`{}`", rule.text))), "{rule:?}");
     }
-    // When tasks are recognised the rules of tasks have not been applied yet.
+    // When tasks are recognized the rules of tasks have not been applied yet.
     let missing = printed(&findings, codes::MISSING_LABEL);
     let mut before = rules.clone();
     before.relabels.retain(|rule| rule.task.is_none());

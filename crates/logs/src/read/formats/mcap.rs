@@ -4,7 +4,7 @@
 //! ends in the middle of a record.
 
 pub mod copy;
-pub mod message;
+pub mod ros2_message;
 pub mod write;
 
 use super::topics::{MessageDecoder, Topics};

@@ -18,7 +18,7 @@ pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 
 /// What came of a task.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
+pub struct TaskOutcome {
     /// Its name.
     pub task: String,
     /// The hand that did it.
@@ -75,7 +75,7 @@ impl Verdict {
     }
 }
 
-impl Outcome {
+impl TaskOutcome {
     /// Returns the verdict on the task.
     pub fn verdict(&self) -> Verdict {
         match (self.done, self.collides()) {
@@ -128,7 +128,7 @@ impl Judge {
         wanted: &Isometry3<f64>,
         scene: &Scene,
         seen: &Observation,
-    ) -> Outcome {
+    ) -> TaskOutcome {
         let tally = &self.tasks[number];
         let end = seen.bodies[body].pose;
         let now = |name: &str| scene.bodies.get_index_of(name).map(|body| seen.bodies[body].pose);
@@ -139,7 +139,7 @@ impl Judge {
         };
         let up = wanted.rotation.inverse() * Vector3::z();
         let done = off <= WITHIN_M && turned <= WITHIN_RAD && found.fell_s.is_none();
-        Outcome {
+        TaskOutcome {
             task: task.task.clone(),
             side: found.side,
             object: task.object.clone(),

@@ -14,14 +14,14 @@ use teachtree_base::yaml;
 
 /// What a file has, found by reading it once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Survey {
+pub struct McapContents {
     profile: String,
     pub(super) schemas: BTreeSet<u16>,
     /// The topic of each channel.
     pub(super) channels: BTreeMap<u16, String>,
 }
 
-impl Survey {
+impl McapContents {
     /// Reads a file to its end, or to where it is cut off.
     ///
     /// # Errors
@@ -134,7 +134,7 @@ pub(super) type Record = (u8, Vec<u8>);
 
 /// The records of a file, in their order, as far as a time.
 pub struct OriginalRecords {
-    survey: Survey,
+    survey: McapContents,
     bytes: Box<dyn Read + Send>,
     /// The next record, and its time, ns: that of the first message of a chunk, 0 for what has none.
     next: Option<(u64, Record)>,
@@ -146,11 +146,11 @@ impl OriginalRecords {
     ///
     /// # Errors
     /// When it cannot be opened.
-    pub fn open(file: &Path, survey: Survey) -> std::result::Result<Self, InputError> {
+    pub fn open(file: &Path, survey: McapContents) -> std::result::Result<Self, InputError> {
         Ok(Self { survey, bytes: opened(file)?, next: None, ended: false })
     }
 
-    pub(super) const fn survey(&self) -> &Survey {
+    pub(super) const fn survey(&self) -> &McapContents {
         &self.survey
     }
 

@@ -1,7 +1,7 @@
 //! Writes MCAP: messages of ROS 2 in CDR, in compressed chunks with an index and a summary, so that viewers may jump; alone, or among all messages of another file.
 
 use super::copy::OriginalRecords;
-use super::message::Type;
+use super::ros2_message::Ros2Type;
 use super::{Fault, Fields as Read, MAGIC};
 use std::collections::BTreeMap;
 use std::io::{Error, Result, Write};
@@ -143,13 +143,17 @@ impl<'a> Writer<'a> {
     ///
     /// # Errors
     /// When it cannot be written, or the original has no numbers left for so many channels.
-    pub fn new(out: &'a mut dyn Write, channels: &[(String, Type)], original: Option<OriginalRecords>) -> Result<Self> {
+    pub fn new(
+        out: &'a mut dyn Write,
+        channels: &[(String, Ros2Type)],
+        original: Option<OriginalRecords>,
+    ) -> Result<Self> {
         let library = concat!("teachtree ", env!("CARGO_PKG_VERSION"));
         let taken = |id: &u16| original.as_ref().is_some_and(|file| file.survey().channels.contains_key(id));
         let ids: Vec<u16> = (0..=u16::MAX).filter(|id| !taken(id)).take(channels.len()).collect();
         let taken = |id: &u16| original.as_ref().is_some_and(|file| file.survey().schemas.contains(id));
-        let schemas: Vec<u16> = (1..=u16::MAX).filter(|id| !taken(id)).take(Type::ALL.len()).collect();
-        if ids.len() < channels.len() || schemas.len() < Type::ALL.len() {
+        let schemas: Vec<u16> = (1..=u16::MAX).filter(|id| !taken(id)).take(Ros2Type::ALL.len()).collect();
+        if ids.len() < channels.len() || schemas.len() < Ros2Type::ALL.len() {
             return Err(Error::other("the file that is copied has no number left for another channel"));
         }
         let profile = original.as_ref().map_or("ros2", |file| file.survey().profile());
@@ -159,7 +163,7 @@ impl<'a> Writer<'a> {
             Self { out, offset: 0, ids, sequence: BTreeMap::new(), chunk: Chunk::default(), summary, original };
         writer.put(&MAGIC)?;
         writer.put(&header)?;
-        let of: BTreeMap<Type, u16> = Type::ALL.into_iter().zip(schemas).collect();
+        let of: BTreeMap<Ros2Type, u16> = Ros2Type::ALL.into_iter().zip(schemas).collect();
         for (ty, id) in &of {
             if channels.iter().any(|(_, used)| used == ty) {
                 let fields = Fields::default().u16(*id).text(ty.name()).text("ros2msg").text(ty.definition());

@@ -29,7 +29,7 @@ const FAR_ENOUGH: usize = 20;
 const SIGNIFICANT: f64 = 6.0;
 const LARGEST: f64 = 0.5;
 /// The least bias of a fingertip that is reported, N: the force at which contact ends by default.
-const REPORTED: f64 = teachtree_base::touch::OFF_N;
+const REPORTED: f64 = teachtree_base::contact_threshold::OFF_N;
 /// The least bias that is reported where no channel gives the position of the fingertip, N.
 const BIASED: f64 = 0.05;
 /// What scatters by more than this times its scatter from sample to sample, and by more than this, N², is no noise: the hand does touch

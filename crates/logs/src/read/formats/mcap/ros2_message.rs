@@ -2,7 +2,7 @@
 
 /// The type of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Type {
+pub enum Ros2Type {
     /// `std_msgs/msg/String`.
     Text,
     /// `std_msgs/msg/Float64`.
@@ -11,7 +11,7 @@ pub enum Type {
     Poses,
 }
 
-impl Type {
+impl Ros2Type {
     pub(super) const ALL: [Self; 3] = [Self::Text, Self::Number, Self::Poses];
 
     /// Its name.

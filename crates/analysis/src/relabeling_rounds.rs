@@ -17,7 +17,7 @@ pub const MAX_ROUNDS: usize = 100;
 
 /// Repeats rounds until one changes nothing. A round says which rules changed something; those of the last one are
 /// returned, so that nothing is returned when the end was reached.
-fn to_fixpoint(mut round: impl FnMut() -> Vec<usize>) -> Vec<usize> {
+fn repeat_to_fixpoint(mut round: impl FnMut() -> Vec<usize>) -> Vec<usize> {
     let mut changing = Vec::new();
     for _ in 0..MAX_ROUNDS {
         changing = round();
@@ -29,12 +29,12 @@ fn to_fixpoint(mut round: impl FnMut() -> Vec<usize>) -> Vec<usize> {
 }
 
 /// Applies the rules that are for no task. Returns the rules that could not be finished.
-pub(super) fn before_recognition(
+pub(super) fn relabel_stretch(
     rules: &Rules,
     stretch: &mut IntervalLabels,
     measures: &BTreeMap<Side, Measures>,
 ) -> Vec<usize> {
-    to_fixpoint(|| {
+    repeat_to_fixpoint(|| {
         let mut changing = Vec::new();
         for (at, rule) in of_task(rules, None) {
             if let RelabelKind::Separate { what, without } = &rule.kind {
@@ -66,12 +66,12 @@ pub(super) fn before_recognition(
 
 /// Applies the rules of the named tasks, each within the spans of its task. A rule over both hands looks at tasks of the
 /// same name that share time. Returns the rules that could not be finished.
-pub(super) fn of_tasks(
+pub(super) fn relabel_tasks(
     rules: &Rules,
     named: &mut BTreeMap<Side, Vec<NamedSpan>>,
     measures: &BTreeMap<Side, Measures>,
 ) -> Vec<usize> {
-    to_fixpoint(|| {
+    repeat_to_fixpoint(|| {
         let mut changing = Vec::new();
         for (at, rule) in rules.relabels.iter().enumerate().filter(|(_, rule)| rule.task.is_some()) {
             let changed = if let (RelabelKind::BetweenInHands { .. }, Some(of_hands)) = (&rule.kind, both(measures)) {

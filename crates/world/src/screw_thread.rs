@@ -27,7 +27,7 @@ const FRICTION: f64 = 0.003;
 
 /// One screw in one thread.
 #[derive(Clone)]
-pub(super) struct Thread {
+pub(super) struct ScrewThread {
     place: SocketSite,
     object: usize,
     pitch: f64,
@@ -56,11 +56,11 @@ pub(super) struct ThreadWrench {
 }
 
 /// The threads of a scene's sockets.
-pub(super) fn threads(places: &[SocketSite]) -> Vec<Thread> {
+pub(super) fn threads(places: &[SocketSite]) -> Vec<ScrewThread> {
     let threaded = places.iter().filter_map(|place| place.socket.pitch.map(|pitch| (place, pitch.0)));
     threaded
         .flat_map(|(place, pitch)| {
-            let thread = move |(object, _): &(usize, Point3<f64>)| Thread {
+            let thread = move |(object, _): &(usize, Point3<f64>)| ScrewThread {
                 place: place.clone(),
                 object: *object,
                 pitch,
@@ -71,7 +71,7 @@ pub(super) fn threads(places: &[SocketSite]) -> Vec<Thread> {
         .collect()
 }
 
-impl Thread {
+impl ScrewThread {
     /// Index of the screw, and of the body with the thread.
     pub(super) fn bodies(&self) -> (usize, usize) {
         (self.object, self.place.body)
