@@ -1,6 +1,6 @@
 //! Patterns that a template of a binding groups columns in.
 
-use teachtree_frames::bind::template::otsu;
+use teachtree_frames::bind::template::groups;
 
 #[test]
 fn a_unit_at_the_end_of_a_name_is_read() {
