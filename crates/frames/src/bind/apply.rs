@@ -5,7 +5,7 @@ use super::fixture_localization;
 use super::header::{BoundColumn, Header, Term};
 use super::normals::normals_by_role;
 use super::offsets;
-use super::pattern::{Columns, PlaceholderValues};
+use super::pattern::Columns;
 use super::resample::resample;
 use super::robots;
 use super::rotations;
@@ -41,9 +41,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
     let (mut read, merged) = if binding.channels.is_empty() {
         let clock = match binding.rate {
             Some(rate) => StampSource::Rate(rate),
-            None => {
-                StampSource::Column(binding.time.name.fill(PlaceholderValues::default()), binding.time.unit.clone())
-            }
+            None => binding.stamp_column(),
         };
         let mut read = csv::columns(source, &clock)?;
         shift(&mut read.recording.time, &mut read.row_time, file);
@@ -181,11 +179,7 @@ impl BoundColumns {
         for (key, columns) in &file.binding.channels {
             let wrong = |message: String| file.error(key, message);
             if names::is_label(key) {
-                let (patterns, _) = columns.component(0);
-                let name =
-                    patterns.first().map(|pattern| pattern.name.fill(PlaceholderValues::default())).unwrap_or_default();
-                let column = header.find(&name, None).map_err(wrong)?;
-                labels.insert(key.clone(), column.ok_or_else(|| wrong(header.lacks(&name)))?);
+                labels.insert(key.clone(), header.text_column(columns).map_err(wrong)?);
             } else if !matches!(columns, Columns::OffsetPoint(_) | Columns::Link(_) | Columns::PointDistance(_)) {
                 bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
             }
@@ -264,7 +258,7 @@ impl BoundColumn {
         let mut values: Vec<f64> = vec![0.0; rows];
         for term in &self.terms {
             let Some(column) = term.column else {
-                values.iter_mut().for_each(|value| *value += self.weight * term.factor);
+                values.iter_mut().for_each(|value| *value += self.weight * term.offset);
                 continue;
             };
             for (value, number) in values.iter_mut().zip(numbers.get(column).into_iter().flatten()) {

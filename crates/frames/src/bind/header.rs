@@ -1,5 +1,6 @@
 //! Resolves the names of a binding in the header of a foreign table: the columns of each channel, with the factors that convert them to SI.
 
+use super::linear::LinearForm;
 use super::pattern::{Columns, Pattern, PlaceholderValues, Representation};
 use super::{BindingFile, Template, Threshold};
 use crate::inspect;
@@ -28,21 +29,37 @@ pub(super) struct BoundColumn {
     pub weight: f64,
 }
 
-/// A column of the table times a factor for the SI unit and the sign. Without a column, the factor is the value.
+/// A column of the table times a factor for the SI unit, the scale and the sign, plus an offset. Without a column, the offset is the value.
+#[derive(Clone, Copy, PartialEq)]
 pub(super) struct Term {
     pub column: Option<usize>,
     pub factor: f64,
+    /// SI.
+    pub offset: f64,
+    /// The size of the unit, SI.
+    unit: f64,
     pub threshold: Option<Threshold>,
 }
 
 impl Term {
+    /// The same value in every row, SI.
+    const fn constant(value: f64) -> Self {
+        Self { column: None, factor: 0.0, offset: value, unit: 1.0, threshold: None }
+    }
+
     /// Whether an angle is assumed to be in radians.
     pub fn is_of_radians(&self) -> bool {
-        self.column.is_none() || self.factor.abs() > 2.0 * (PI / 180.0)
+        self.column.is_none() || self.unit > 2.0 * (PI / 180.0)
+    }
+
+    /// What a number of the column measures, SI, before a threshold makes a flag of it.
+    pub fn measured(&self, number: f64) -> f64 {
+        // A sum with 0 would lose the sign of zeros.
+        if self.offset == 0.0 { number * self.factor } else { number * self.factor + self.offset }
     }
 
     pub fn value(&self, number: f64) -> f64 {
-        let value = number * self.factor;
+        let value = self.measured(number);
         self.threshold.map_or(value, |threshold| threshold.flag(value))
     }
 }
@@ -165,6 +182,16 @@ impl Header {
                 "the log has no column `{name}`; `{full}` has other rows than most columns: bind it, and `resample` the log"
             );
         }
+        if let Some(title) = self.titles.iter().find(|title| is_with_unit(title, name)) {
+            return format!(
+                "the log has no column `{name}`; `{title}` has a unit that is not known: bind it with a scale, `{title} * SCALE [UNIT]`"
+            );
+        }
+        if name.contains('*') || name.contains(" + ") {
+            return format!(
+                "the log has no column `{name}`; scale and offset are numbers with blanks around `*` and `+`, and the unit is behind them: `x * 0.1 + 3 [mm]`"
+            );
+        }
         match nearest(name, self.columns.keys().map(String::as_str)) {
             Some(near) => format!("the log has no column `{name}`; did you mean `{near}`?"),
             None if self.sheets.len() > 1 => {
@@ -182,23 +209,27 @@ impl Header {
         filling: PlaceholderValues,
         dimension: Dimension,
     ) -> Result<Option<Term>, String> {
-        let name = pattern.name.fill(filling);
+        let mut name = pattern.name.fill(filling);
         if let Some((value, found)) = pattern.constant {
             return match found == dimension {
-                true => Ok(Some(Term { column: None, factor: value, threshold: None })),
+                true => Ok(Some(Term::constant(value))),
                 false => Err(format!("`{}` is {found}, expected {dimension}", name.trim())),
             };
+        }
+        let mut linear = pattern.linear;
+        if linear.is_some() && self.find(&pattern.title.fill(filling), pattern.unit.as_deref())?.is_some() {
+            (name, linear) = (pattern.title.fill(filling), None);
         }
         let Some(column) = self.find(&name, pattern.unit.as_deref())? else { return Ok(None) };
         let dimension = pattern.threshold.map_or(dimension, |threshold| threshold.dimension);
         let of_header = self.units.get(column).and_then(Option::as_deref);
+        let of_header = of_header.filter(|header| pattern.unit.is_none() || !is_converted(linear, header, dimension));
         let to_si = match (pattern.unit.as_deref(), of_header) {
             (Some(said), Some(header)) if said != header => {
                 return Err(format!("`{name}` is in `{header}` as the header says, not in `{said}`"));
             }
             (Some(unit), _) | (None, Some(unit)) => {
-                let (to_si, found) = compound(unit)
-                    .map_err(|part| format!("`{part}` is not a known unit, expected one of {dimension}"))?;
+                let (to_si, found) = compound(unit).map_err(|part| unknown_unit(&part, &name, dimension))?;
                 if found != dimension {
                     return Err(format!("`{unit}` is {found}, expected {dimension}"));
                 }
@@ -212,7 +243,16 @@ impl Header {
             }
             (None, None) => 1.0,
         };
-        Ok(Some(Term { column: Some(column), factor: to_si * pattern.sign, threshold: pattern.threshold }))
+        let (scale, offset) = linear.map_or((1.0, 0.0), |form| (form.scale, form.offset));
+        let (factor, offset) = (to_si * pattern.sign * scale, to_si * offset);
+        Ok(Some(Term { column: Some(column), factor, offset, unit: to_si, threshold: pattern.threshold }))
+    }
+
+    /// Returns the column of a label.
+    pub(super) fn text_column(&self, columns: &Columns) -> Result<usize, String> {
+        let pattern = columns.component(0).0.first();
+        let name = pattern.map(|pattern| pattern.title.fill(PlaceholderValues::default())).unwrap_or_default();
+        self.find(&name, None)?.ok_or_else(|| self.lacks(&name))
     }
 
     /// Returns the column of a joint.
@@ -287,6 +327,28 @@ impl Header {
             ));
         }
         Ok(bound)
+    }
+}
+
+/// Whether a title is this name and a text in brackets behind it.
+fn is_with_unit(title: &str, name: &str) -> bool {
+    let Some(unit) = title.strip_prefix(name).map(str::trim).filter(|_| !name.is_empty()) else { return false };
+    let is_index = |unit: &str| unit.bytes().all(|byte| byte.is_ascii_digit());
+    let inner = |open: char, close: char| unit.strip_prefix(open)?.strip_suffix(close);
+    inner('(', ')').or_else(|| inner('[', ']').filter(|unit| !is_index(unit))).is_some()
+}
+
+/// Whether a scale makes this quantity of a column that the header says to be of another one, such as newtons of `[s]`.
+fn is_converted(linear: Option<LinearForm>, header: &str, dimension: Dimension) -> bool {
+    linear.is_some_and(|form| form.scale != 1.0) && compound(header).is_ok_and(|(_, found)| found != dimension)
+}
+
+/// The message about a unit that is not known, with the form that converts it.
+fn unknown_unit(unit: &str, name: &str, dimension: Dimension) -> String {
+    let message = format!("`{unit}` is not a known unit, expected one of {dimension}");
+    match dimension.si_unit() {
+        known if known.is_empty() => message,
+        known => format!("{message}; a scale converts others: `{name} * 0.001 [{known}]`"),
     }
 }
 

@@ -7,6 +7,7 @@ mod element_places;
 mod fixture_localization;
 mod header;
 mod join;
+mod linear;
 mod normals;
 mod offsets;
 mod pattern;
@@ -26,6 +27,7 @@ mod tool;
 mod turning_weight;
 
 pub use apply::bind;
+pub use linear::LinearForm;
 pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};
 pub use stamp_merger::{LiveLine, StampMerger};
 
@@ -42,7 +44,7 @@ use teachtree_base::scene::Scene;
 use teachtree_base::short_number::ShortNumber;
 use teachtree_base::yaml;
 use teachtree_description::tree::KinematicTree;
-use teachtree_logs::read::csv::check_scene;
+use teachtree_logs::read::csv::{StampSource, check_scene};
 use teachtree_logs::read::text;
 
 /// The most rule parameters that a binding may override.
@@ -220,6 +222,15 @@ pub struct BindingFile {
 }
 
 impl Binding {
+    /// The column that has the stamps of a log with canonical names.
+    fn stamp_column(&self) -> StampSource {
+        StampSource::Column {
+            name: self.time.name.fill(PlaceholderValues::default()),
+            unit: self.time.unit.clone(),
+            scale: self.time.linear.as_ref().map_or(1.0, |form| form.scale),
+        }
+    }
+
     /// Whether its stamps are those that the log has by itself, not those of another column.
     pub fn has_stamps_of_log(&self) -> bool {
         self.rate.is_none() && self.time == time_column()
@@ -263,6 +274,15 @@ impl BindingFile {
             let message = "is for rows without stamps, and `time` names a column of stamps: expected one of the two";
             return Err(file.error("rate", message.into()));
         }
+        match &file.binding.time.linear {
+            Some(form) if form.offset != 0.0 => {
+                return Err(file.error("time", "has an offset, expected it as `time_offset: 5 s`".into()));
+            }
+            Some(form) if form.scale < 0.0 => {
+                return Err(file.error("time", "has a negative scale: time would run backwards".into()));
+            }
+            _ => {}
+        }
         if file.binding.bridge.0 < 0.0 {
             return Err(file.error("bridge", "found a negative time".into()));
         }
@@ -302,7 +322,7 @@ impl BindingFile {
 }
 
 fn time_column() -> Pattern {
-    Pattern { name: Template::text("time"), unit: None, sign: 1.0, optional: false, threshold: None, constant: None }
+    Pattern::of(Template::text("time"))
 }
 
 const fn bridge() -> Time {

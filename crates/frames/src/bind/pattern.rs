@@ -1,5 +1,6 @@
 //! Column patterns of a binding: `-F_R_f1_<object>_<xyz> [mN]` stands for a column for each object and each component.
 
+use super::linear::LinearForm;
 use serde::{Deserialize, Deserializer, de};
 use std::fmt;
 use teachtree_base::channels::Shape;
@@ -100,6 +101,10 @@ pub struct Pattern {
     pub unit: Option<String>,
     /// -1 when the pattern begins with `-`.
     pub sign: f64,
+    /// `* 0.1 + 3` behind the name.
+    pub linear: Option<LinearForm>,
+    /// The name with scale and offset, which may also be the name of a column, such as `Marker - 2`.
+    pub title: Template,
     /// Whether logs may lack it: `?` at the end.
     pub optional: bool,
     /// Makes a flag of the number.
@@ -331,8 +336,7 @@ impl Pattern {
     /// What was found that is no pattern.
     pub fn parse(text: &str) -> Result<Self, String> {
         if let Some(value) = text.trim_start().strip_prefix('=') {
-            let (name, constant) = (Template::text(text), Some(number_with_unit(value)?));
-            return Ok(Self { name, unit: None, sign: 1.0, optional: false, threshold: None, constant });
+            return Ok(Self { constant: Some(number_with_unit(value)?), ..Self::of(Template::text(text)) });
         }
         let (text, threshold) = match (text.split_once(" > "), text.split_once(" < ")) {
             (Some((text, limit)), _) => (text, Some(Threshold::parse(true, limit)?)),
@@ -342,8 +346,21 @@ impl Pattern {
         let (text, optional) = text.trim_end().strip_suffix('?').map_or((text, false), |text| (text, true));
         let (name, unit) = teachtree_logs::names::split_unit(text);
         let (name, sign) = name.strip_prefix('-').map_or((name, 1.0), |name| (name, -1.0));
-        let (name, unit) = (Template::parse(name.trim())?, unit.map(str::to_string));
-        Ok(Self { name, unit, sign, optional, threshold, constant: None })
+        let title = Template::parse(name.trim())?;
+        let (name, linear) = LinearForm::split(name)?;
+        let (name, unit) = (Template::parse(name)?, unit.map(str::to_string));
+        Ok(Self { name, unit, sign, linear, title, optional, threshold, constant: None })
+    }
+
+    /// The column of this name as it stands.
+    pub(super) fn of(name: Template) -> Self {
+        let (unit, linear, title) = (None, None, name.clone());
+        Self { name, unit, sign: 1.0, linear, title, optional: false, threshold: None, constant: None }
+    }
+
+    /// Whether it may stand for the column of this name. `<object>` and `<other>` stand for one of `objects`.
+    pub fn fits(&self, name: &str, objects: &[&str]) -> bool {
+        self.name.fits(name, objects) || self.title.fits(name, objects)
     }
 }
 
@@ -447,7 +464,7 @@ impl schemars::JsonSchema for Pattern {
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({
-            "description": "A column by its title, such as `force_x [mN]`, `-az`, `grip > 0.5`, `touch?` or `palm = 0 mm`; by its number in a table without header.",
+            "description": "A column by its title, such as `force_x [mN]`, `-az`, `adc * 0.1 - 3 [N]`, `grip > 0.5`, `touch?` or `palm = 0 mm`; by its number in a table without header.",
             "anyOf": [{ "type": "string" }, { "type": "integer", "minimum": 0 }]
         })
     }

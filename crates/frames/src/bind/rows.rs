@@ -21,7 +21,7 @@ use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
-use teachtree_logs::read::csv::{self, LoadedRecording, StampSource};
+use teachtree_logs::read::csv::{self, LoadedRecording};
 use teachtree_logs::read::element_names::ElementNames;
 use teachtree_logs::read::memory_table::InMemoryTable;
 use teachtree_logs::read::table::{ColumnRequest, Source, Table, date_time};
@@ -198,7 +198,7 @@ impl RowBinder {
         let objects = self.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
         let objects: Vec<&str> = objects.map(|(name, _)| name.as_str()).collect();
         let name = names::split_known_unit(title).0;
-        self.patterns().any(|pattern| [name, title].iter().any(|name| pattern.name.fits(name, &objects)))
+        self.patterns().any(|pattern| [name, title].iter().any(|name| pattern.fits(name, &objects)))
     }
 
     fn patterns(&self) -> impl Iterator<Item = &Pattern> {
@@ -327,8 +327,7 @@ impl RowBinder {
     /// A row whose columns have the names of channels.
     fn bind_canonical(&mut self, row: &InMemoryTable) -> Result<BoundRows, InputError> {
         let binding = &self.file.binding;
-        let clock =
-            StampSource::Column(binding.time.name.fill(PlaceholderValues::default()), binding.time.unit.clone());
+        let clock = binding.stamp_column();
         let LoadedRecording { mut recording, issues, .. } =
             csv::columns(Source::one(&row.place, row.header(), Box::new(row.clone())), &clock)?;
         recording.time.iter_mut().for_each(|stamp| *stamp += binding.time_offset.0);

@@ -25,8 +25,8 @@ pub struct ColumnSource {
     title: String,
     kind: Quantity,
     representation: Representation,
-    /// For each component, its column (`None` for a constant) and the factor that converts it to SI.
-    parts: Vec<(Option<usize>, f64)>,
+    /// The term of each component.
+    parts: Vec<Term>,
 }
 
 /// Returns the columns that other columns are computed from.
@@ -39,12 +39,12 @@ pub(super) fn of(bound: &[BoundColumn], header: &Header, file: &BindingFile) -> 
         for (term, of_first) in first.terms.iter().enumerate() {
             let is_computed = is_combined || of_first.threshold.is_some();
             let Some(kind) = kind(first, of_first).filter(|_| is_computed) else { continue };
-            let terms = group.iter().filter_map(|part| part.terms.get(term));
-            let parts: Vec<(Option<usize>, f64)> = terms.map(|term| (term.column, term.factor)).collect();
-            let Some(column) = parts.iter().find_map(|(column, _)| *column) else { continue };
+            let parts: Vec<Term> = group.iter().filter_map(|part| part.terms.get(term)).copied().collect();
+            let Some(column) = parts.iter().find_map(|part| part.column) else { continue };
             // The number behind a flag may be bound to another channel too.
             let is_same = |source: &ColumnSource| {
-                source.kind == kind && source.parts.iter().map(|part| part.0).eq(parts.iter().map(|part| part.0))
+                source.kind == kind
+                    && source.parts.iter().map(|part| part.column).eq(parts.iter().map(|part| part.column))
             };
             if sources.iter().any(is_same) {
                 continue;
@@ -89,9 +89,11 @@ fn kind(of: &BoundColumn, term: &Term) -> Option<Quantity> {
 impl ColumnSource {
     /// Returns the sample of a row: a quaternion, or a vector padded with zeros.
     fn sample(&self, numbers: &[Vec<f64>], row: usize) -> [f64; WIDTH] {
-        let value = |(column, factor): &(Option<usize>, f64)| match column {
-            Some(column) => numbers.get(*column).and_then(|values| values.get(row)).map_or(f64::NAN, |it| it * factor),
-            None => *factor,
+        let value = |part: &Term| match part.column {
+            Some(column) => {
+                numbers.get(column).and_then(|values| values.get(row)).map_or(f64::NAN, |number| part.measured(*number))
+            }
+            None => part.offset,
         };
         if matches!(self.representation, Representation::Angles | Representation::Matrix) {
             return rotations::quaternion(&self.parts.iter().map(value).collect::<Vec<_>>());
@@ -102,7 +104,7 @@ impl ColumnSource {
     }
 
     fn unmeasure(&self, numbers: &mut [Vec<f64>], row: usize) {
-        for column in self.parts.iter().filter_map(|(column, _)| *column) {
+        for column in self.parts.iter().filter_map(|part| part.column) {
             if let Some(value) = numbers.get_mut(column).and_then(|values| values.get_mut(row)) {
                 *value = f64::NAN;
             }

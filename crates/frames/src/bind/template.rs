@@ -182,6 +182,7 @@ pub fn skeleton(log: &Inspection) -> String {
     }
     text.push_str("\n# Canonical name to column; keep what the rules need and remove the rest. Forces of fingers act on the object: turn the\n");
     text.push_str("# sign with `-` where the log says otherwise. A flag can be made by a threshold: `right.gripper.closed: opening [mm] < 30 mm`.\n");
+    text.push_str("# Counts, volts and other units are converted by a scale and an offset: `right.gripper.opening: adc * 0.02 - 3 [mm]`.\n");
     text.push_str("channels:\n  # right.thumb.position, right.thumb.force, right.thumb.contact, right.palm.rotation, right.gripper.opening,\n");
     text.push_str("  # <object>.position, <object>.rotation, contact.<object>.table.force, right.label\n");
     for Suggestion { channel, columns, about } in &suggestions {

@@ -104,7 +104,7 @@ fn refuse_unit(channel: &str, values: &[f64]) -> Result<(), InputError> {
         "{:.0} % of the readings are beyond {LARGEST:e} in SI units, up to {largest:.1e}: they are in another unit, or counts",
         share * 100.0
     );
-    let help = "name the unit of the column in a binding, such as `fx [mN]`; convert counts first";
+    let help = "name the unit of the column in a binding, such as `fx [mN]`; counts need a scale, `fx * 1e-6 [N]`";
     Err(InputError::new(format!("channel {channel}"), message).help(help))
 }
 

@@ -199,6 +199,11 @@ impl ColumnRequest {
         }
     }
 
+    /// The same with stamps multiplied by a factor.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        if let Self::Time(to_seconds) = self { Self::Time(to_seconds * factor) } else { self }
+    }
+
     /// Whether it makes a column of a table.
     pub(crate) fn is_column(self) -> bool {
         matches!(self, Self::Number(_) | Self::Optional(_) | Self::Sniff | Self::Text)

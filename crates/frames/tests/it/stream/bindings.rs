@@ -109,3 +109,95 @@ fn what_a_resampled_log_does_not_bridge_stays_a_gap() {
     assert_eq!(opened("resample: 25 Hz\nbridge: 60 ms"), (39, false));
     assert_eq!(opened("resample: 25 Hz\nbridge: 90 ms"), (40, false));
 }
+
+mod linear {
+    use crate::shared::files::{bound_text, values};
+    use teachtree_frames::bind::BindingFile;
+
+    /// The columns of a log with rows that are 10 ms apart, which are bound like this.
+    fn bound(titles: &str, rows: &[&str], channels: &str) -> Result<teachtree_base::recording::Recording, String> {
+        let rows: String = (0..).zip(rows).map(|(row, cells)| format!("{row},{cells}\n")).collect();
+        let binding = format!("time: t * 0.01 [s]\nchannels:\n{channels}\n");
+        bound_text("log.csv", &format!("t,{titles}\n{rows}"), &binding).map(|(recording, _)| recording)
+    }
+
+    /// The message about a binding that cannot be read.
+    fn fault(text: &str) -> String {
+        BindingFile::parse(text.into(), "binding.yaml".into()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn scale_and_offset_apply_to_every_number() {
+        let channels = "
+  right.thumb.position: ['a * 0.5 [mm]', '-b * 2 - 1 [mm]', 'c + 3 [mm]']
+  right.palm.position: {mean: ['p<xyz> * 10 [mm]', 'p<xyz> * 10 + 4 [mm]']}
+  right.gripper.opening: 'adc * -0.1 + 70 [mm]'
+  right.gripper.closed: 'adc * -0.1 + 70 [mm] < 60 mm'
+  right.thumb.contact: free * -1 + 1";
+        let rows = ["10,20,30,1,2,3,50,1", "12,22,32,1,2,3,200,0", "14,24,34,1,2,3,,0"];
+        let log = bound("a,b,c,px,py,pz,adc,free", &rows, channels).unwrap();
+        let near = |name: &str, wanted: [f64; 2]| {
+            let found = values(&log, name);
+            assert!(
+                found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 1e-12),
+                "{name}: {found:?}"
+            );
+        };
+        assert_eq!(log.time, [0.0, 0.01, 0.02]);
+        near("right.thumb.position.x", [0.005, 0.006]);
+        near("right.thumb.position.y", [-0.041, -0.045]);
+        near("right.thumb.position.z", [0.033, 0.035]);
+        near("right.palm.position.y", [0.022, 0.022]);
+        near("right.gripper.opening", [0.065, 0.05]);
+        near("right.gripper.closed", [0.0, 1.0]);
+        near("right.thumb.contact", [0.0, 1.0]);
+        assert!(values(&log, "right.gripper.opening")[2].is_nan() && values(&log, "right.gripper.closed")[2].is_nan());
+    }
+
+    #[test]
+    fn a_column_may_be_called_like_the_form() {
+        let channels = "  right.gripper.opening: Marker - 2 [mm]";
+        assert_eq!(
+            values(&bound("Marker,Marker - 2", &["10,20", "10,20"], channels).unwrap(), "right.gripper.opening")[0],
+            0.02
+        );
+        assert_eq!(values(&bound("Marker", &["10", "10"], channels).unwrap(), "right.gripper.opening")[0], 0.008);
+    }
+
+    #[test]
+    fn a_unit_that_is_not_known_is_named_with_the_scale_that_converts_it() {
+        let rows = ["10", "20"];
+        let error = |channel: &str| bound("grip (counts)", &rows, channel).unwrap_err();
+        let opening = |columns: &str| format!("  right.gripper.opening: '{columns}'");
+        assert_eq!(
+            error(&opening("grip")),
+            "binding.yaml:3:3: the log has no column `grip`; `grip (counts)` has a unit that is not known: bind it with a scale, `grip (counts) * SCALE [UNIT]`"
+        );
+        let log = bound("grip (counts)", &rows, &opening("grip (counts) * 2 [mm]")).unwrap();
+        assert_eq!(values(&log, "right.gripper.opening")[1], 0.04);
+        assert!(error(&opening("grip (counts) [furlong]")).ends_with(
+            "`furlong` is not a known unit, expected one of a length (m); a scale converts others: `grip (counts) * 0.001 [m]`"
+        ));
+        assert!(error(&opening("grip*2 [mm]")).contains("numbers with blanks around `*` and `+`"));
+        assert!(fault("channels: {right.gripper.opening: grip * 0}").contains("the same in every row"));
+    }
+
+    #[test]
+    fn a_header_with_another_unit_of_the_same_quantity_is_not_overruled() {
+        let opening = |titles: &str| bound(titles, &["10", "20"], "  right.gripper.opening: 'x * 2 [mm]'");
+        assert!(opening("x (m)").unwrap_err().contains("`x` is in `m` as the header says, not in `mm`"));
+        // A length of an angle: the scale converts it.
+        assert_eq!(values(&opening("x (deg)").unwrap(), "right.gripper.opening")[1], 0.04);
+    }
+
+    #[test]
+    fn a_log_with_canonical_names_has_a_scale_of_time() {
+        let log = |time: &str| {
+            let text = "ticks,right.gripper.opening [mm]\n0,1\n1,2\n2,3\n";
+            bound_text("log.csv", text, &format!("time: {time}\n")).map(|(recording, _)| recording.time)
+        };
+        assert_eq!(log("ticks * 20 [ms]").unwrap(), [0.0, 0.02, 0.04]);
+        assert!(fault("time: ticks * 20 + 3 [ms]").contains("expected it as `time_offset: 5 s`"));
+        assert!(fault("time: ticks * -20 [ms]").contains("time would run backwards"));
+    }
+}

@@ -23,8 +23,15 @@ pub struct LoadedRecording {
 
 /// Where the stamps of a table are.
 pub enum StampSource {
-    /// In the column of this name; in this unit, where the header says none.
-    Column(String, Option<String>),
+    /// In a column.
+    Column {
+        /// The name of the column.
+        name: String,
+        /// The unit, where the header says none.
+        unit: Option<String>,
+        /// The factor that converts the numbers of the column to this unit.
+        scale: f64,
+    },
     /// Nowhere: the rows come at this rate.
     Rate(Frequency),
 }
@@ -32,7 +39,7 @@ pub enum StampSource {
 impl StampSource {
     /// As a canonical log has it.
     pub fn canonical() -> Self {
-        Self::Column("time".into(), None)
+        Self::Column { name: "time".into(), unit: None, scale: 1.0 }
     }
 }
 
@@ -53,7 +60,9 @@ pub fn wanted(source: &Source, clock: &StampSource) -> Result<Vec<(String, Dimen
             return Err(InputError::new(place(&(wants.len() + 1).to_string()), "the column has no name"));
         }
         let (want, dimension) = match clock {
-            StampSource::Column(time, said) if time == name => want("time", unit.or(said.as_deref())),
+            StampSource::Column { name: time, unit: said, scale } if time == name => {
+                want("time", unit.or(said.as_deref())).map(|(want, dimension)| (want.scaled(*scale), dimension))
+            }
             StampSource::Rate(_) if name == "time" => Ok((ColumnRequest::Nothing, Dimension::TIME)),
             _ => want(name, unit),
         }
@@ -65,7 +74,7 @@ pub fn wanted(source: &Source, clock: &StampSource) -> Result<Vec<(String, Dimen
         seen.insert(name, dimension);
         wants.push(want);
     }
-    if let StampSource::Column(time, _) = clock
+    if let StampSource::Column { name: time, .. } = clock
         && !seen.contains_key(time.as_str())
     {
         let near = nearest("time", seen.keys().copied())
@@ -87,7 +96,7 @@ pub fn columns(source: Source, clock: &StampSource) -> Result<LoadedRecording, I
     let wanted = wanted(&source, clock)?;
     let wants: Vec<ColumnRequest> = wanted.iter().map(|(.., want)| *want).collect();
     let rate_hz = match clock {
-        StampSource::Column(..) => None,
+        StampSource::Column { .. } => None,
         StampSource::Rate(rate) => Some(rate.0),
     };
     let table = source.read(&wants, rate_hz)?;
