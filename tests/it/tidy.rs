@@ -12,7 +12,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     (
         "roxmltree",
         &[
-            "crates/description/src/urdf.rs",
+            "crates/description/src/urdf",
             "crates/robot/src/model/mesh/collada.rs",
             "crates/logs/src/read/formats/hdf5/mujoco.rs",
             "crates/logs/src/read/labels/eaf.rs",

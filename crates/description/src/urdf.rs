@@ -1,35 +1,51 @@
-//! URDF: the text of a robot description in, a tree of links and joints out; the only file of this crate that names the XML library.
+//! URDF: the text of a robot description in, a tree of links and joints out; the only module of this crate that names the XML library.
 //!
 //! Read are joints (revolute, continuous, prismatic, fixed; `mimic`), their limits, also soft ones, masses and inertias, and collision shapes that are boxes,
 //! cylinders (as bars with round ends) and balls. Of meshes the names are given. Where a joint says nothing of its motor, a small one is taken.
+//!
+//! [`kinematics`] reads links and joints alone. What is odd in a file that other programs load is noted there: it matters only if a link that is needed hangs on it.
+
+mod text;
 
 use super::limits::{MAX_LINKS, MAX_MESHES, MAX_SOLIDS, SPEEDS_UP_S};
 use super::mesh::{MeshName, MeshUse};
 use super::shape::{CollisionShape, inertia_of};
 use super::tree::{Dof, Joint, JointKind, KinematicTree, Link};
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
-use roxmltree::{Document, Node, ParsingOptions};
-use std::borrow::Cow;
+use roxmltree::{Document, Node};
+use std::cell::RefCell;
 use std::f64::consts::PI;
 use teachtree_base::error::InputError;
 use teachtree_base::short_number::ShortNumber;
 
-/// The largest URDF text that is read, in bytes, and how many nodes it may have.
+/// The largest URDF text that is read, in bytes.
 const MAX_BYTES: usize = 4 << 20;
-const MAX_NODES: u32 = 200_000;
-/// So many undeclared prefixes are let through.
-const MAX_PREFIXES: usize = 8;
 /// What a joint has that says nothing of it: torque, N m, speed, rad/s, armature, kg m^2.
 const USUAL_TORQUE: f64 = 1.0;
 const USUAL_SPEED: f64 = 6.0;
 const USUAL_ARMATURE: f64 = 2e-4;
+/// How a file of macros becomes a URDF.
+const EXPAND: &str = "expand the macros of the file: `xacro robot.urdf.xacro > robot.urdf`";
 
-/// Reads a URDF text without its meshes; `file` is its name in errors.
+/// A part of a file that is not read as it stands.
+#[derive(Clone, Debug)]
+pub struct Oddity {
+    /// The joint; empty for a link that hangs on none.
+    pub joint: String,
+    /// The link, or the one that hangs on the joint.
+    pub link: String,
+    /// What was found, at its line.
+    pub error: InputError,
+    /// What counts instead; `None` where the pose of the link is not known.
+    pub instead: Option<&'static str>,
+}
+
+/// Reads the links and joints of a URDF text, without masses and shapes; `file` is its name in errors. Limits and motors of joints may be wrong.
 ///
 /// # Errors
-/// What is wrong with it, at its line.
-pub fn read(text: &str, file: &str) -> Result<KinematicTree, InputError> {
-    Ok(with_meshes(text, file)?.0)
+/// The text is no URDF, at its line.
+pub fn kinematics(text: &str, file: &str) -> Result<(KinematicTree, Vec<Oddity>), InputError> {
+    read(text, file, Scope::Kinematics).map(|(tree, _, oddities)| (tree, oddities))
 }
 
 /// Reads a URDF text, and the names of the meshes that its links have.
@@ -37,38 +53,34 @@ pub fn read(text: &str, file: &str) -> Result<KinematicTree, InputError> {
 /// # Errors
 /// What is wrong with it, at its line.
 pub fn with_meshes(text: &str, file: &str) -> Result<(KinematicTree, Vec<MeshName>), InputError> {
+    read(text, file, Scope::Whole).map(|(tree, meshes, _)| (tree, meshes))
+}
+
+/// What is read of a file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Scope {
+    /// All of it.
+    Whole,
+    /// Links and joints; what is odd is noted.
+    Kinematics,
+}
+
+fn read(text: &str, file: &str, scope: Scope) -> Result<(KinematicTree, Vec<MeshName>, Vec<Oddity>), InputError> {
     if text.len() > MAX_BYTES {
         return Err(InputError::new(file, format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len())));
     }
-    let declared = with_prefixes(text);
-    let document = Document::parse_with_options(&declared, options()).map_err(|error| {
+    let text = text::parsable(text);
+    let document = text::document(&text).map_err(|error| {
         let at = error.pos();
         InputError::new(format!("{file}:{}:{}", at.row, at.col), format!("is no XML: {error}"))
     })?;
-    let reader = Reader { document: &document, file };
+    let reader = Reader { document: &document, file, scope, oddities: RefCell::default() };
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
         return Err(reader.error(root, format!("found `{}`, expected `robot`", root.tag_name().name())));
     }
-    reader.tree(root)
-}
-
-const fn options<'a>() -> ParsingOptions<'a> {
-    ParsingOptions { nodes_limit: MAX_NODES, allow_dtd: false, entity_resolver: None }
-}
-
-/// The text with declarations of the prefixes that it uses without them: files have elements for simulators, such as `drake:`, which are passed over.
-fn with_prefixes(text: &str) -> Cow<'_, str> {
-    let mut declared = Cow::Borrowed(text);
-    for _ in 0..MAX_PREFIXES {
-        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse_with_options(&declared, options())
-        else {
-            break;
-        };
-        let Some(at) = declared.find("<robot").map(|at| at + "<robot".len()) else { break };
-        declared.to_mut().insert_str(at, &format!(" xmlns:{prefix}=\"{prefix}\""));
-    }
-    declared
+    let (tree, meshes) = reader.tree(root)?;
+    Ok((tree, meshes, reader.oddities.into_inner()))
 }
 
 /// The inertia of a body that is as near to this one as many files are wrong: where one moment is more than the other two together, as in files of
@@ -86,12 +98,31 @@ fn balanced(own: Matrix3<f64>) -> Option<Matrix3<f64>> {
 struct Reader<'a> {
     document: &'a Document<'a>,
     file: &'a str,
+    scope: Scope,
+    oddities: RefCell<Vec<Oddity>>,
 }
+
+/// A joint with the links that it connects, parent first.
+type JointOfLinks<'a> = (Node<'a, 'a>, &'a str, &'a str);
+
+/// No end stops a joint.
+const UNLIMITED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 fn children<'a>(node: Node<'a, 'a>, name: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
     // Elements of simulators may have the same names under a prefix of their own.
     let wanted = (node.tag_name().namespace(), name);
     node.children().filter(move |child| (child.tag_name().namespace(), child.tag_name().name()) == wanted)
+}
+
+/// A link and those that hang on it, parents first.
+fn below<'a>(top: &'a str, joints: &[JointOfLinks<'a>]) -> Vec<&'a str> {
+    let mut order = vec![top];
+    let mut at = 0;
+    while let Some(&name) = order.get(at) {
+        order.extend(joints.iter().filter(|(_, parent, _)| *parent == name).map(|(_, _, child)| *child));
+        at += 1;
+    }
+    order
 }
 
 impl<'a> Reader<'a> {
@@ -104,6 +135,31 @@ impl<'a> Reader<'a> {
         InputError::new(self.place(node), message)
     }
 
+    /// The error about a value that is not what was expected.
+    fn unexpected(&self, node: Node<'_, '_>, key: &str, text: &str, expected: &str) -> InputError {
+        let error = self.error(node, format!("`{key}` is `{text}`, expected {expected}"));
+        if text.contains("${") { error.help(EXPAND) } else { error }
+    }
+
+    /// Notes an error where only links and joints are read, with what counts instead.
+    ///
+    /// # Errors
+    /// This error, where all is read.
+    fn note(
+        &self,
+        joint: &str,
+        link: &str,
+        error: InputError,
+        instead: Option<&'static str>,
+    ) -> Result<(), InputError> {
+        if self.scope == Scope::Whole {
+            return Err(error);
+        }
+        let oddity = Oddity { joint: joint.into(), link: link.into(), error, instead };
+        self.oddities.borrow_mut().push(oddity);
+        Ok(())
+    }
+
     fn name(&self, node: Node<'a, 'a>, key: &str) -> Result<&'a str, InputError> {
         node.attribute(key).ok_or_else(|| self.error(node, format!("`{}` has no `{key}`", node.tag_name().name())))
     }
@@ -114,7 +170,15 @@ impl<'a> Reader<'a> {
             .parse::<f64>()
             .ok()
             .filter(|value| value.is_finite() && value.abs() < 1e6)
-            .ok_or_else(|| self.error(node, format!("`{key}` is `{text}`, expected a number")))
+            .ok_or_else(|| self.unexpected(node, key, text, "a number"))
+    }
+
+    /// A number of a motor, which no pose depends on.
+    fn of_motor(&self, node: Option<Node<'a, 'a>>, key: &str) -> Result<f64, InputError> {
+        match node.filter(|_| self.scope == Scope::Whole) {
+            Some(node) => self.number(node, key, 0.0),
+            None => Ok(0.0),
+        }
     }
 
     fn three(&self, node: Node<'a, 'a>, key: &str, or: [f64; 3]) -> Result<[f64; 3], InputError> {
@@ -124,7 +188,7 @@ impl<'a> Reader<'a> {
             .ok()
             .and_then(|parts| <[f64; 3]>::try_from(parts).ok())
             .filter(|parts| parts.iter().all(|part| part.is_finite() && part.abs() < 1e3))
-            .ok_or_else(|| self.error(node, format!("`{key}` is `{text}`, expected three numbers")))
+            .ok_or_else(|| self.unexpected(node, key, text, "three numbers"))
     }
 
     /// The `origin` of a node.
@@ -137,65 +201,90 @@ impl<'a> Reader<'a> {
     }
 
     fn tree(&self, root: Node<'a, 'a>) -> Result<(KinematicTree, Vec<MeshName>), InputError> {
+        let links = self.links(root)?;
+        let joints = self.joints(root, &links)?;
+        let tops =
+            || links.iter().map(|(_, name)| *name).filter(|name| !joints.iter().any(|(_, _, child)| child == name));
+        // The first one of those on which the most links hang; only one is the root of a whole robot.
+        let top = match self.scope {
+            Scope::Whole => tops().next(),
+            Scope::Kinematics => tops().rev().max_by_key(|top| below(top, &joints).len()),
+        };
+        let Some(top) = top else {
+            return Err(self.error(root, "no link is the root: the tree does not close".into()));
+        };
+        let order = below(top, &joints);
+        let mut tree = KinematicTree { links: Vec::new(), dofs: self.dofs(&joints)? };
+        let mut meshes = Vec::new();
+        for (at, name) in order.iter().copied().enumerate() {
+            let node = links.iter().find(|(_, known)| *known == name).map_or(root, |(node, _)| *node);
+            let mut link = Link::massless(name, vec![]);
+            if self.scope == Scope::Whole {
+                link = self.link(node, name)?;
+                self.meshes(node, at, &mut meshes)?;
+            }
+            if let Some((node, parent, child)) = joints.iter().find(|(_, _, child)| *child == name) {
+                link.parent = tree.link(parent).unwrap_or(0);
+                match self.placed(*node, &joints, &tree.dofs) {
+                    Ok((parent_from_joint, joint)) => (link.parent_from_joint, link.joint) = (parent_from_joint, joint),
+                    Err(error) => self.note(node.attribute("name").unwrap_or_default(), child, error, None)?,
+                }
+            }
+            tree.links.push(link);
+        }
+        for (node, name) in links.iter().filter(|(_, name)| !order.contains(name)) {
+            let message = format!("the link `{name}` does not hang on `{top}`: the tree does not close");
+            self.note("", name, self.error(*node, message), None)?;
+        }
+        Ok((tree, meshes))
+    }
+
+    fn links(&self, root: Node<'a, 'a>) -> Result<Vec<(Node<'a, 'a>, &'a str)>, InputError> {
         let mut links: Vec<(Node<'a, 'a>, &'a str)> = Vec::new();
         for node in children(root, "link") {
             let name = self.name(node, "name")?;
             if links.iter().any(|(_, known)| *known == name) {
-                return Err(self.error(node, format!("the link `{name}` is there twice")));
+                let error = self.error(node, format!("the link `{name}` is there twice"));
+                self.note("", name, error, Some("the first one counts"))?;
+                continue;
             }
             links.push((node, name));
         }
         if links.is_empty() || links.len() > MAX_LINKS {
-            return Err(self.error(root, format!("has {} links, expected 1 to {MAX_LINKS}", links.len())));
+            let error = self.error(root, format!("has {} links, expected 1 to {MAX_LINKS}", links.len()));
+            let is_macro = |node: Node| node.tag_name().namespace().is_some_and(|name| name.contains("xacro"));
+            return Err(if root.children().any(is_macro) { error.help(EXPAND) } else { error });
         }
-        let mut joints = Vec::new();
+        Ok(links)
+    }
+
+    fn joints(
+        &self,
+        root: Node<'a, 'a>,
+        links: &[(Node<'a, 'a>, &'a str)],
+    ) -> Result<Vec<JointOfLinks<'a>>, InputError> {
+        let mut joints: Vec<JointOfLinks<'a>> = Vec::new();
         for node in children(root, "joint") {
             let end = |end: &'static str| match children(node, end).next() {
                 Some(end) => self.name(end, "link"),
                 None => Err(self.error(node, format!("the joint has no `{end}`"))),
             };
             let (parent, child) = (end("parent")?, end("child")?);
-            for link in [parent, child] {
-                if !links.iter().any(|(_, known)| *known == link) {
-                    return Err(self.error(node, format!("the joint names `{link}`, which is no link")));
-                }
-            }
             let name = self.name(node, "name")?;
-            if joints.iter().any(|(other, ..): &(Node, _, _)| other.attribute("name") == Some(name)) {
-                return Err(self.error(node, format!("the joint `{name}` is there twice")));
-            }
-            if joints.iter().any(|(_, _, other)| *other == child) {
-                return Err(self.error(node, format!("the link `{child}` hangs at two joints")));
-            }
-            joints.push((node, parent, child));
+            let lacks = [parent, child].into_iter().find(|link| !links.iter().any(|(_, known)| known == link));
+            let message = if let Some(link) = lacks {
+                format!("the joint names `{link}`, which is no link")
+            } else if joints.iter().any(|(other, ..)| other.attribute("name") == Some(name)) {
+                format!("the joint `{name}` is there twice")
+            } else if joints.iter().any(|(_, _, other)| *other == child) {
+                format!("the link `{child}` hangs at two joints")
+            } else {
+                joints.push((node, parent, child));
+                continue;
+            };
+            self.note(name, child, self.error(node, message), None)?;
         }
-        let top = links.iter().find(|(_, name)| !joints.iter().any(|(_, _, child)| child == name));
-        let Some((_, top)) = top else {
-            return Err(self.error(root, "no link is the root: the tree does not close".into()));
-        };
-        let mut tree = KinematicTree { links: Vec::new(), dofs: self.dofs(&joints)? };
-        let mut meshes = Vec::new();
-        let mut order = vec![*top];
-        let mut at = 0;
-        while let Some(&name) = order.get(at) {
-            order.extend(joints.iter().filter(|(_, parent, _)| *parent == name).map(|(_, _, child)| *child));
-            let node = links.iter().find(|(_, known)| *known == name).map_or(root, |(node, _)| *node);
-            let mut link = self.link(node, name)?;
-            if let Some((joint, parent, _)) = joints.iter().find(|(_, _, child)| *child == name) {
-                link.parent = tree.link(parent).unwrap_or(0);
-                link.joint = self.joint(*joint, &tree.dofs)?;
-                link.parent_from_joint = self.origin(*joint)? * self.offset(*joint, link.joint.as_ref())?;
-            }
-            self.meshes(node, at, &mut meshes)?;
-            tree.links.push(link);
-            at += 1;
-        }
-        if let Some((node, name)) = links.iter().find(|(_, name)| !order.contains(name)) {
-            return Err(
-                self.error(*node, format!("the link `{name}` does not hang on `{top}`: the tree does not close"))
-            );
-        }
-        Ok((tree, meshes))
+        Ok(joints)
     }
 
     /// The meshes of a link.
@@ -220,60 +309,84 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn dofs(&self, joints: &[(Node<'a, 'a>, &str, &str)]) -> Result<Vec<Dof>, InputError> {
+    fn dofs(&self, joints: &[JointOfLinks<'a>]) -> Result<Vec<Dof>, InputError> {
         let mut dofs = Vec::new();
-        for (node, ..) in joints {
-            let kind = self.name(*node, "type")?;
-            let known = ["revolute", "continuous", "prismatic", "fixed"];
-            if !known.contains(&kind) {
-                return Err(self.error(*node, format!("the joint is `{kind}`, expected one of {}", known.join(", "))));
+        for (node, _, child) in joints {
+            match self.dof(*node, child) {
+                Ok(dof) => dofs.extend(dof),
+                Err(error) => self.note(node.attribute("name").unwrap_or_default(), child, error, None)?,
             }
-            if kind == "fixed" || children(*node, "mimic").next().is_some() {
-                continue;
-            }
-            let name = self.name(*node, "name")?;
-            let limit = children(*node, "limit").next();
-            let of = |key: &str, or: f64| limit.map_or(Ok(or), |limit| self.number(limit, key, or));
-            let [low, high] = if kind == "continuous" { [-PI, PI] } else { [of("lower", 0.0)?, of("upper", 0.0)?] };
-            let soft = children(*node, "safety_controller").next();
-            let soft = |key: &str, or: f64| soft.map_or(Ok(or), |soft| self.number(soft, key, or));
-            let range = [low.max(soft("soft_lower_limit", low)?), high.min(soft("soft_upper_limit", high)?)];
-            if range[0] >= range[1] {
-                let message = format!(
-                    "`{name}` goes from {} to {}, expected the smaller end first",
-                    ShortNumber(range[0]),
-                    ShortNumber(range[1])
-                );
-                return Err(self.error(*node, message));
-            }
-            let some = |value: f64, or: f64| if value > 0.0 { value } else { or };
-            let dynamics = children(*node, "dynamics").next();
-            let moving = |key: &str| dynamics.map_or(Ok(0.0), |dynamics| self.number(dynamics, key, 0.0));
-            let speed = some(of("velocity", 0.0)?, USUAL_SPEED);
-            let torque = some(of("effort", 0.0)?, USUAL_TORQUE);
-            let (damping, friction) = (moving("damping")?.max(0.0), moving("friction")?.max(0.0));
-            // A joint that its motor could not bring to its speed has numbers of a simulator, not its own.
-            let moves = damping * speed + friction < torque;
-            let [damping, friction] = if moves { [damping, friction] } else { [0.0; 2] };
-            let acceleration = speed / SPEEDS_UP_S;
-            let armature = USUAL_ARMATURE;
-            let jerk = f64::INFINITY;
-            dofs.push(Dof { name: name.into(), range, torque, speed, acceleration, jerk, armature, damping, friction });
         }
         Ok(dofs)
     }
 
-    fn joint(&self, node: Node<'a, 'a>, dofs: &[Dof]) -> Result<Option<Joint>, InputError> {
+    /// The degree of freedom of a joint; `None` for one that does not move by itself.
+    fn dof(&self, node: Node<'a, 'a>, child: &str) -> Result<Option<Dof>, InputError> {
+        let (kind, name) = (self.name(node, "type")?, self.name(node, "name")?);
+        let known = ["revolute", "continuous", "prismatic", "fixed"];
+        if !known.contains(&kind) {
+            let message = format!("the joint is `{kind}`, expected one of {}", known.join(", "));
+            self.note(name, child, self.error(node, message), Some("it counts as fixed"))?;
+            return Ok(None);
+        }
+        if kind == "fixed" || children(node, "mimic").next().is_some() {
+            return Ok(None);
+        }
+        let limit = children(node, "limit").next();
+        let dynamics = children(node, "dynamics").next();
+        let range = self.range(node, child, kind)?;
+        let some = |value: f64, or: f64| if value > 0.0 { value } else { or };
+        let speed = some(self.of_motor(limit, "velocity")?, USUAL_SPEED);
+        let torque = some(self.of_motor(limit, "effort")?, USUAL_TORQUE);
+        let damping = self.of_motor(dynamics, "damping")?.max(0.0);
+        let friction = self.of_motor(dynamics, "friction")?.max(0.0);
+        // A joint that its motor could not bring to its speed has numbers of a simulator, not its own.
+        let moves = damping * speed + friction < torque;
+        let [damping, friction] = if moves { [damping, friction] } else { [0.0; 2] };
+        let (acceleration, jerk) = (speed / SPEEDS_UP_S, f64::INFINITY);
+        let armature = USUAL_ARMATURE;
+        Ok(Some(Dof { name: name.into(), range, torque, speed, acceleration, jerk, armature, damping, friction }))
+    }
+
+    /// The smallest and the largest position of a joint. Of a joint that is locked they are equal.
+    fn range(&self, node: Node<'a, 'a>, child: &str, kind: &str) -> Result<[f64; 2], InputError> {
+        let limit = children(node, "limit").next();
+        let of = |key: &str, or: f64| limit.map_or(Ok(or), |limit| self.number(limit, key, or));
+        let soft = children(node, "safety_controller").next();
+        let soft = |key: &str, or: f64| soft.map_or(Ok(or), |soft| self.number(soft, key, or));
+        let limits = || -> Result<[f64; 2], InputError> {
+            let [low, high] = if kind == "continuous" { [-PI, PI] } else { [of("lower", 0.0)?, of("upper", 0.0)?] };
+            Ok([low.max(soft("soft_lower_limit", low)?), high.min(soft("soft_upper_limit", high)?)])
+        };
+        let name = node.attribute("name").unwrap_or_default();
+        let (error, range) = match limits() {
+            Ok([low, high]) if low < high => return Ok([low, high]),
+            Ok([low, high]) => {
+                let [from, to] = [low, high].map(ShortNumber);
+                let message = format!("`{name}` goes from {from} to {to}, expected the smaller end first");
+                (self.error(node, message), if low == high { [low, high] } else { UNLIMITED })
+            }
+            Err(error) => (error, UNLIMITED),
+        };
+        self.note(name, child, error, Some("its limits are not used"))?;
+        Ok(range)
+    }
+
+    /// Where a joint stands in the frame of its parent, and its motion.
+    fn placed(
+        &self,
+        node: Node<'a, 'a>,
+        joints: &[JointOfLinks<'a>],
+        dofs: &[Dof],
+    ) -> Result<(Isometry3<f64>, Option<Joint>), InputError> {
+        let origin = self.origin(node)?;
         let kind = match self.name(node, "type")? {
-            "fixed" => return Ok(None),
+            "revolute" | "continuous" => JointKind::Revolute,
             "prismatic" => JointKind::Prismatic,
-            _ => JointKind::Revolute,
+            _ => return Ok((origin, None)),
         };
         let name = self.name(node, "name")?;
-        let (mut driver, mut ratio) = (name, 1.0);
-        if let Some(mimic) = children(node, "mimic").next() {
-            (driver, ratio) = (self.name(mimic, "joint")?, self.number(mimic, "multiplier", 1.0)?);
-        }
+        let (driver, ratio, offset) = self.driver(node, joints)?;
         let dof = dofs
             .iter()
             .position(|dof| dof.name == driver)
@@ -284,16 +397,27 @@ impl<'a> Reader<'a> {
         };
         let axis = Unit::try_new(Vector3::from(axis), 1e-6)
             .ok_or_else(|| self.error(node, format!("`{name}` has an axis without direction")))?;
-        Ok(Some(Joint { name: name.into(), kind, axis, dof, ratio }))
+        let joint = Joint { name: name.into(), kind, axis, dof, ratio };
+        // The motion by the offset is about the joint's own axis: it is part of the joint's place.
+        let moved = Joint { ratio: 1.0, ..joint.clone() }.motion(offset);
+        Ok((origin * moved, Some(joint)))
     }
 
-    /// The motion of a joint by the offset of its `mimic`: about its own axis it is part of the joint's place.
-    fn offset(&self, node: Node<'a, 'a>, joint: Option<&Joint>) -> Result<Isometry3<f64>, InputError> {
-        let (Some(joint), Some(mimic)) = (joint, children(node, "mimic").next()) else {
-            return Ok(Isometry3::identity());
-        };
-        let offset = self.number(mimic, "offset", 0.0)?;
-        Ok(Joint { ratio: 1.0, ..joint.clone() }.motion(offset))
+    /// The joint that drives a joint, the ratio and the offset of their positions. A joint may mimic one that mimics another.
+    fn driver(&self, node: Node<'a, 'a>, joints: &[JointOfLinks<'a>]) -> Result<(&'a str, f64, f64), InputError> {
+        let (mut at, mut ratio, mut offset) = (node, 1.0, 0.0);
+        for _ in 0..=joints.len() {
+            let name = self.name(at, "name")?;
+            let Some(mimic) = children(at, "mimic").next() else { return Ok((name, ratio, offset)) };
+            offset += ratio * self.number(mimic, "offset", 0.0)?;
+            ratio *= self.number(mimic, "multiplier", 1.0)?;
+            let driver = self.name(mimic, "joint")?;
+            let Some((next, ..)) = joints.iter().find(|(other, ..)| other.attribute("name") == Some(driver)) else {
+                return Ok((driver, ratio, offset));
+            };
+            at = *next;
+        }
+        Err(self.error(node, format!("`{}` mimics itself", self.name(node, "name")?)))
     }
 
     fn link(&self, node: Node<'a, 'a>, name: &str) -> Result<Link, InputError> {

@@ -62,6 +62,7 @@ kinds! {
     UNKNOWN_WEIGHT "unknown_weight" "The log does not show what a tool weighs.",
     LEARNED_WEIGHT "learned_weight" "What a tool weighs and the bias of its sensor are learned from the log and subtracted.",
     UNEVEN_STEP "uneven_step" "The steps of the stamps differ.",
+    UNREAD_PART "unread_part" "A part of a robot description is not read as it stands.",
     UNREADABLE_ROW "unreadable_row" "A line of a live log is no row.",
     UNKNOWN_CHANNEL "unknown_channel" "A column has a name that no rule knows.",
 }

@@ -49,6 +49,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
     } else {
         foreign(source, file, &scene)?
     };
+    read.issues.extend(robots::unread_parts(file, &read.recording.time));
     read.recording.scene = scene;
     // Before anything is computed from their neighbours.
     read.issues.extend(spikes::reject(&mut read.recording));

@@ -32,7 +32,7 @@ pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};
 pub use stamp_merger::{LiveLine, StampMerger};
 
 pub use pattern::{Columns, LinkPoint, OffsetPoint, Pattern, PlaceholderValues, PointDistance, Template, Threshold};
-use robots::Robot;
+use robots::{BoundRobot, Robot};
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Deserializer, de};
@@ -218,7 +218,7 @@ pub struct BindingFile {
     name: String,
     text: String,
     /// The links and joints of its robots.
-    trees: IndexMap<String, KinematicTree>,
+    trees: IndexMap<String, BoundRobot>,
 }
 
 impl Binding {
@@ -298,7 +298,7 @@ impl BindingFile {
 
     /// Its robots with their links and joints.
     pub fn robots(&self) -> impl Iterator<Item = (&String, &KinematicTree)> {
-        self.trees.iter()
+        self.trees.iter().map(|(name, robot)| (name, &robot.tree))
     }
 
     /// The place `file:line:column` of the value at a path of keys.

@@ -17,7 +17,7 @@ use teachtree_base::short_number::ShortNumber;
 use teachtree_base::spelling::nearest;
 use teachtree_base::units::Dimension;
 use teachtree_description::tree::{JointKind, KinematicTree};
-use teachtree_description::urdf;
+use teachtree_description::urdf::{self, Oddity};
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::read::text;
 
@@ -53,41 +53,100 @@ pub fn joint_column(robot: &str, joint: &str) -> String {
     format!("robots.{robot}.{joint}")
 }
 
+/// A robot of a binding, as its URDF describes it.
+#[derive(Clone, Debug)]
+pub struct BoundRobot {
+    /// Links and joints.
+    pub tree: KinematicTree,
+    /// What is not read as it stands in the file.
+    oddities: Vec<Oddity>,
+}
+
+impl BoundRobot {
+    /// Whether a link hangs on another one, or is the same.
+    fn hangs_on(&self, link: usize, name: &str) -> bool {
+        let parent = |at: &usize| self.tree.links.get(*at).map(|link| link.parent).filter(|parent| parent != at);
+        std::iter::successors(Some(link), parent).any(|at| self.tree.links.get(at).is_some_and(|it| it.name == name))
+    }
+
+    /// What keeps the pose of a link from being known.
+    fn unknown_above(&self, link: usize) -> Option<&InputError> {
+        let unknown = self.oddities.iter().filter(|oddity| oddity.instead.is_none());
+        unknown.filter(|oddity| self.hangs_on(link, &oddity.link)).map(|oddity| &oddity.error).next()
+    }
+
+    /// What keeps a joint or a link of this name from being read.
+    fn unread(&self, name: &str) -> Option<&InputError> {
+        let mut unread = self.oddities.iter().filter(|oddity| oddity.instead.is_none());
+        unread.find(|oddity| oddity.joint == name || oddity.link == name).map(|oddity| &oddity.error)
+    }
+}
+
 /// Reads the URDF files that a binding names, and checks its joints and links against them.
 ///
 /// # Errors
-/// A file that cannot be read; a joint or a link that it lacks.
-pub fn read(file: &BindingFile, name: &str) -> Result<IndexMap<String, KinematicTree>, InputError> {
-    let mut trees = IndexMap::new();
+/// A file that cannot be read; a joint or a link that it lacks; a part of it that a bound link hangs on and that cannot be read.
+pub fn read(file: &BindingFile, name: &str) -> Result<IndexMap<String, BoundRobot>, InputError> {
+    let mut trees: IndexMap<String, BoundRobot> = IndexMap::new();
     for (robot, declared) in &file.binding.robots {
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
         let path = folder.join(&declared.urdf);
         let text = text::read(&path, MAX_BYTES)
             .map_err(|error| InputError::new(file.place(&["robots", robot, "urdf"]), error.to_string()))?;
-        let tree = urdf::read(&text, &path.display().to_string())?;
+        let (tree, oddities) = urdf::kinematics(&text, &path.display().to_string())?;
+        let robot_of_file = BoundRobot { tree, oddities };
+        let tree = &robot_of_file.tree;
         for joint in declared.joints.keys() {
             if tree.dof(joint).is_none() {
+                if let Some(error) = robot_of_file.unread(joint) {
+                    return Err(error.clone());
+                }
                 let known = tree.dofs.iter().map(|dof| dof.name.as_str());
                 let place = file.place(&["robots", robot, "joints", joint]);
                 return Err(InputError::new(place, lacks("joint that moves by itself", joint, &declared.urdf, known)));
             }
         }
-        trees.insert(robot.clone(), tree);
+        trees.insert(robot.clone(), robot_of_file);
     }
     for (key, columns) in &file.binding.channels {
         let Columns::Link(point) = columns else { continue };
-        let Some(tree) = trees.get(&point.robot) else {
+        let Some(robot) = trees.get(&point.robot) else {
             let known = nearest(&point.robot, trees.keys().map(String::as_str));
             let near = known.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
             return Err(file.error(key, format!("`robots` has no `{}`{near}", point.robot)));
         };
-        if tree.link(&point.link).is_none() {
-            let known = tree.links.iter().map(|link| link.name.as_str());
+        let link = robot.tree.link(&point.link);
+        if let Some(error) = link.map_or_else(|| robot.unread(&point.link), |link| robot.unknown_above(link)) {
+            return Err(error.clone());
+        }
+        if link.is_none() {
+            let known = robot.tree.links.iter().map(|link| link.name.as_str());
             let urdf = file.binding.robots.get(&point.robot).map_or("", |robot| robot.urdf.as_str());
             return Err(file.error(key, lacks("link", &point.link, urdf, known)));
         }
     }
     Ok(trees)
+}
+
+/// The most parts of a file that a message names.
+const NAMED: usize = 3;
+
+/// An issue for each robot whose file has parts that are not read as they stand.
+pub fn unread_parts(file: &BindingFile, time: &[f64]) -> Vec<Issue> {
+    let issue = |(name, robot): (&String, &BoundRobot)| {
+        let told = robot.oddities.iter().take(NAMED).map(|oddity| {
+            let instead = oddity.instead.unwrap_or("nothing that is bound hangs on it");
+            format!("{}: {}; {instead}", oddity.error.place, oddity.error.message)
+        });
+        let mut told: Vec<String> = told.collect();
+        match robot.oddities.len().saturating_sub(NAMED) {
+            0 => {}
+            more => told.push(format!("{more} more such parts")),
+        }
+        let message = told.join("; ");
+        (!told.is_empty()).then(|| over_all(time, IssueKind::UNREAD_PART, &format!("robots.{name}"), message))
+    };
+    file.trees.iter().filter_map(issue).collect()
 }
 
 fn lacks<'a>(what: &str, name: &str, urdf: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
@@ -133,7 +192,9 @@ pub fn place(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>
             })
             .collect();
         let reference_from_root = pose(declared.position.map(|length| length.0), declared.rotation);
-        let mut q = vec![0.0; tree.dofs.len()];
+        // A joint that is locked stays where its limits are.
+        let rest = |[low, high]: [f64; 2]| if low == high { low } else { 0.0 };
+        let mut q: Vec<f64> = tree.dofs.iter().map(|dof| rest(dof.range)).collect();
         let mut poses: Vec<Vec<Isometry3<f64>>> = vec![vec![]; links.len()];
         for row in 0..recording.time.len() {
             for (dof, values) in &joints {
@@ -233,7 +294,7 @@ fn put(
 
 /// An issue for a joint that is often beyond its limits: in another unit, or counted from another zero.
 fn beyond(recording: &Recording, tree: &KinematicTree, robot: &str, dof: usize, values: &[f64]) -> Option<Issue> {
-    let joint = tree.dofs.get(dof)?;
+    let joint = tree.dofs.get(dof).filter(|joint| joint.range[0] < joint.range[1])?;
     let turns = dimension(tree, &joint.name) == Dimension::ANGLE;
     let (beyond, unit) = (BEYOND[usize::from(!turns)], if turns { "rad" } else { "m" });
     let range = joint.range[0] - beyond..=joint.range[1] + beyond;

@@ -11,7 +11,7 @@ use super::resampler::{ResampledRow, Resampler};
 use super::shifter::Shifter;
 use super::sources::SourceSpikeFilter;
 use super::tare::{FirstRows, TareOffsets};
-use super::{BindingFile, Columns, Pattern, PlaceholderValues, ToolMass, sensors};
+use super::{BindingFile, Columns, Pattern, PlaceholderValues, ToolMass, robots, sensors};
 use crate::open::hand_file_of;
 use std::borrow::Cow;
 use std::path::Path;
@@ -57,6 +57,8 @@ pub struct RowBinder {
     /// What channels read at rest; until it is known rows wait.
     rest: Option<TareOffsets>,
     waiting: FirstRows,
+    /// Whether parts of robots that are not read were reported.
+    has_reported_robots: bool,
 }
 
 /// What came of a row or message.
@@ -146,6 +148,7 @@ impl RowBinder {
             beginning,
             rest,
             waiting,
+            has_reported_robots: false,
         })
     }
 
@@ -549,6 +552,9 @@ impl RowBinder {
     /// Corrects what a row of its own shows, and gives it the form of a table.
     fn corrected_row(&mut self, mut recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
         let Some(rest) = &self.rest else { return Ok(()) };
+        if !std::mem::replace(&mut self.has_reported_robots, true) {
+            made.issues.extend(robots::unread_parts(&self.file, &recording.time));
+        }
         recording.scene = std::mem::take(&mut self.scene);
         let corrected = sensors::correct_by(rest, &mut recording, &self.file);
         add_normals(&mut recording, &self.file);

@@ -141,3 +141,100 @@ fn degrees_that_are_read_as_radians_are_reported() {
         assert!(issues.iter().all(|it| it.message.contains("in another unit (`[deg]`")), "{issues:?}");
     }
 }
+
+/// The arm with more in its file, of a log of a moment, and what is reported of the file.
+fn with(more: &str, binding: &str) -> Result<(OpenedLog, Vec<String>), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, file] = ["log.csv", "b.yaml"].map(|name| folder.path().join(name));
+    let urdf = match more.strip_prefix("HEAD ") {
+        Some(head) => format!("{head}\n{ARM}"),
+        None => ARM.replace("</robot>", &format!("{more}</robot>")),
+    };
+    std::fs::write(folder.path().join("arm.urdf"), urdf).unwrap();
+    std::fs::write(&log, LOG).unwrap();
+    std::fs::write(&file, binding).unwrap();
+    let opened = open(&OpenRequest { log, binding: Some(file), ..OpenRequest::default() });
+    let opened = opened.map_err(|error| error.to_string())?;
+    let of_file = opened.issues.iter().filter(|issue| issue.kind == "unread_part");
+    let reports = of_file.map(|issue| issue.message.clone()).collect();
+    Ok((opened, reports))
+}
+
+/// Files that other programs load.
+#[test]
+fn what_no_bound_link_needs_does_not_keep_a_robot_from_being_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let wanted = opened(folder.path(), BINDING).unwrap().recording.columns;
+    let joint = |kind: &str, more: &str| {
+        format!(
+            "<link name=\"more\"/><joint name=\"j\" type=\"{kind}\"><parent link=\"hand\"/><child link=\"more\"/>{more}</joint>"
+        )
+    };
+    let inertia = "<link name=\"more\"><inertial><mass value=\"1\"/><inertia ixx=\"-1\" iyy=\"1\" izz=\"1\"/></inertial></link>\
+        <joint name=\"j\" type=\"fixed\"><parent link=\"hand\"/><child link=\"more\"/></joint>";
+    for (more, report) in [
+        (joint("revolute", "<limit lower=\"0\" upper=\"0\"/>"), "`j` goes from 0 to 0, expected the smaller end first; its limits are not used"),
+        (joint("revolute", ""), "its limits are not used"),
+        (joint("prismatic", "<limit lower=\"-1e+16\" upper=\"1e+16\"/>"), "`lower` is `-1e+16`, expected a number; its limits are not used"),
+        (joint("revolute", "<limit lower=\"\" upper=\"\"/>"), "`lower` is ``"),
+        (joint("planar", ""), "the joint is `planar`"),
+        (joint("revolute", "<mimic joint=\"none\"/>"), "`j` mimics `none`, which does not move by itself; nothing that is bound hangs on it"),
+        (joint("revolute", "<axis xyz=\"0 0 0\"/><limit lower=\"0\" upper=\"1\"/>"), "an axis without direction"),
+        (
+            "<link name=\"world\"/><joint name=\"free\" type=\"floating\"><parent link=\"world\"/><child link=\"base\"/></joint>".into(),
+            "the joint is `floating`, expected one of revolute, continuous, prismatic, fixed; it counts as fixed",
+        ),
+        ("<link name=\"leftover\"/>".into(), "the link `leftover` does not hang on `base`"),
+        (inertia.into(), ""),
+        ("<!-- old -- not used -->".into(), ""),
+        ("HEAD <!DOCTYPE robot>".into(), ""),
+    ] {
+        let (opened, reports) = with(&more, BINDING).unwrap_or_else(|error| panic!("{more}: {error}"));
+        let same = |name: &String, values: &[f64]| {
+            wanted[name].values.iter().zip(values).all(|(one, other)| (one - other).abs() < 1e-12 || one.is_nan() && other.is_nan())
+        };
+        assert!(opened.recording.columns.iter().all(|(name, column)| same(name, &column.values)), "{more}");
+        assert_eq!(reports.len(), usize::from(!report.is_empty()), "{more}: {reports:?}");
+        assert!(reports.iter().all(|found| found.contains(report) && found.contains("arm.urdf:")), "{more}: {reports:?}");
+    }
+}
+
+#[test]
+fn what_a_bound_link_needs_must_be_readable() {
+    let bound = BINDING.replace("right.palm.position: {link: arm.hand}", "right.palm.position: {link: arm.more}");
+    let joint = |more: &str| {
+        format!(
+            "<link name=\"more\"/><joint name=\"j\" type=\"revolute\"><parent link=\"hand\"/><child link=\"more\"/>{more}</joint>"
+        )
+    };
+    let error = |more: &str| with(more, &bound).map(|_| ()).unwrap_err();
+    assert!(error(&joint("<mimic joint=\"none\"/>")).contains("`j` mimics `none`"));
+    assert!(
+        error(&joint("<origin xyz=\"0 0 ${z}\"/><limit lower=\"0\" upper=\"1\"/>")).contains("xacro robot.urdf.xacro")
+    );
+    assert!(error("<link name=\"more\"/>").contains("the link `more` does not hang on `base`"));
+    let itself = joint("<mimic joint=\"j\"/>");
+    assert!(error(&itself).contains("`j` mimics itself"));
+}
+
+#[test]
+fn a_joint_may_mimic_one_that_mimics_another_and_a_locked_one_stays() {
+    let bound = BINDING.replace("right.palm.position: {link: arm.hand}", "right.palm.position: {link: arm.c}");
+    // Along x, on the base: half of the finger's way and 0.1 m, twice that and 0.01 m, and 0.5 m that are locked.
+    let joint = |name: &str, on: &str, more: &str| {
+        format!(
+            "<link name=\"{name}\"/><joint name=\"j{name}\" type=\"prismatic\"><parent link=\"{on}\"/><child link=\"{name}\"/>{more}</joint>"
+        )
+    };
+    let more = joint("a", "base", "<mimic joint=\"finger\" multiplier=\"0.5\" offset=\"0.1\"/>")
+        + &joint("b", "a", "<mimic joint=\"ja\" multiplier=\"2\" offset=\"0.01\"/>")
+        + &joint("c", "b", "<limit lower=\"0.5\" upper=\"0.5\"/>");
+    let (opened, _) = with(&more, &bound).unwrap();
+    let found = &opened.recording.columns["right.palm.position.x"].values;
+    for (found, width) in found.iter().zip([0.06, 0.04, 0.02, 0.01]) {
+        let finger = width / 2.0;
+        let first = 0.5 * finger + 0.1;
+        // The root is at 1 m, turned by half a turn.
+        assert!((found - (1.0 - (first + 2.0 * first + 0.01 + 0.5))).abs() < 1e-12, "{found}");
+    }
+}
