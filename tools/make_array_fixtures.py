@@ -149,6 +149,29 @@ def user_block(path):
         file["data/demo_0/actions"] = np.arange(8.0).reshape(4, 2)
 
 
+def floats(path):
+    """Floating point numbers of other layouts than IEEE 754 of 32 and 64 bits. Returns the columns as HDF5 converts them."""
+    layouts = {"half": h5py.h5t.IEEE_F16LE, "half_big": h5py.h5t.IEEE_F16BE, "bias": h5py.h5t.IEEE_F32LE.copy(),
+               "bias_big": h5py.h5t.IEEE_F64BE.copy(), "brain": h5py.h5t.IEEE_F16LE.copy()}
+    layouts["bias"].set_ebias(130)
+    layouts["bias_big"].set_ebias(1000)
+    layouts["brain"].set_fields(15, 7, 8, 0, 7)
+    layouts["brain"].set_ebias(127)
+    values = np.array([[0.0, -0.0, 1.5, -2.25], [6.1e-5, 1e-7, 0.1, 1000.0], [3e-8, 65504.0, -3.0, 3.0]])
+    columns = {}
+    with h5py.File(path, "w") as file:
+        for name, layout in layouts.items():
+            dataset = h5py.h5d.create(file.id, name.encode(), layout, h5py.h5s.create_simple(values.shape))
+            dataset.write(h5py.h5s.ALL, h5py.h5s.ALL, values)
+            read = np.zeros(values.shape)
+            dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, read, mtype=h5py.h5t.NATIVE_DOUBLE)
+            columns.update(spread(name, read))
+        file["long"] = np.ones(3, np.longdouble)
+        file["stamp"] = np.array([b"a", b"b", b"c"], dtype="V4")
+        file.create_dataset("ragged", (3,), dtype=h5py.vlen_dtype(np.float64))
+    return columns
+
+
 def bare(model):
     """A model without what is only seen."""
     root = xml.fromstring(model)
@@ -297,6 +320,7 @@ def main():
             for recording, rows in recordings.items():
                 log = f"{path.name}#{recording.split('/')[-1]}" if recording else path.name
                 found[log] = expected(file[recording] if recording else file, rows)
+    found["floats.hdf5"] = floats(FOLDER / "floats.hdf5")
     found["matlab.mat"] = matlab(FOLDER / "matlab.mat")
     demo(ROOT / "demos/robosuite/lift.hdf5", wheel)
     links(FOLDER.parent / "links")

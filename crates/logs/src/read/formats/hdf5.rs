@@ -6,6 +6,7 @@
 //! [`Budget`] allows for the bytes of the file.
 
 pub mod annotate;
+mod floats;
 mod links;
 mod matlab;
 mod mujoco;
@@ -19,6 +20,7 @@ use crate::allowed_folders::AllowedFolders;
 use crate::read::file;
 use crate::read::table::{MAX_COLUMNS, Source};
 use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, ReadSeekSource, VlenStringReadOptions};
+use floats::{FloatForm, NumberReader};
 use mujoco::Model;
 use serde_json::Value;
 pub(super) use signature::is_at_start_or_behind_block;
@@ -251,12 +253,24 @@ fn array(
     if has_other_filter(&dataset) {
         return refused("is compressed by a filter that is not read here, expected gzip, lzf, shuffle or scale-offset");
     }
+    let float = match NumberReader::of(&dataset.datatype().map_err(failed)?) {
+        NumberReader::Library => None,
+        NumberReader::Own(form) => Some(form),
+        NumberReader::Refused(reason) => return refused(&reason),
+    };
     if !budget.take(rows.checked_mul(width), size, texts) || !budget.has(chunk) {
         return refused(Budget::REFUSED);
     }
     let stored = (matlab == matlab::Kind::Numbers).then_some(stored);
-    let values =
-        Box::new(Values { place: place.into(), name: name.clone(), dataset, stored, most: budget.whole, file_size });
+    let values = Box::new(Values {
+        place: place.into(),
+        name: name.clone(),
+        dataset,
+        float,
+        stored,
+        most: budget.whole,
+        file_size,
+    });
     Array::new(name, *rows, dimensions, texts, values).map(Some)
 }
 
@@ -307,6 +321,8 @@ struct Values {
     place: String,
     name: String,
     dataset: Dataset,
+    /// How it has its numbers, where the library does not read them.
+    float: Option<FloatForm>,
     /// The dimensions of an array of MATLAB as the file has them.
     stored: Option<Vec<usize>>,
     /// How many bytes its texts may have.
@@ -318,6 +334,14 @@ impl Values {
     fn check(&self) -> Result<(), InputError> {
         check_chunks(&self.dataset, self.file_size).map_err(|error| located(&self.place, &self.name, error))
     }
+
+    /// All numbers, as the file orders them.
+    fn all(&self) -> Result<Vec<f64>, Error> {
+        match &self.float {
+            Some(form) => self.dataset.read_raw().map(|bytes| form.decode(&bytes)),
+            None => self.dataset.read_f64(),
+        }
+    }
 }
 
 impl array_log::ArrayValues for Values {
@@ -325,10 +349,14 @@ impl array_log::ArrayValues for Values {
         self.check()?;
         let failed = |error| located(&self.place, &self.name, error);
         let Some(stored) = &self.stored else {
-            let read = if first_row { self.dataset.read_f64_rows(0, 1) } else { self.dataset.read_f64() };
-            return read.map_err(failed);
+            return match (first_row, &self.float) {
+                (true, None) => self.dataset.read_f64_rows(0, 1),
+                (true, Some(form)) => self.dataset.read_raw_rows(0, 1).map(|bytes| form.decode(&bytes)),
+                (false, _) => self.all(),
+            }
+            .map_err(failed);
         };
-        let mut values = matlab::reversed(&self.dataset.read_f64().map_err(failed)?, stored);
+        let mut values = matlab::reversed(&self.all().map_err(failed)?, stored);
         if first_row {
             values.truncate(values.len() / matlab::shape(stored).first().copied().unwrap_or(1).max(1));
         }

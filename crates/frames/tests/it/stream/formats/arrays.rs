@@ -44,6 +44,19 @@ fn every_column_is_as_h5py_reads_it() {
     assert!(compared > 350, "only {compared} columns were compared");
 }
 
+/// A data set that cannot be read does not keep the others from being read (`floats.hdf5` has some).
+#[test]
+fn a_type_that_is_not_read_is_named_where_it_is_bound() {
+    let refused = |column: &str| {
+        bound(&file("floats.hdf5"), &format!("rate: 50 Hz\nchannels: {{right.gripper.opening: {column}}}\n")).unwrap_err()
+    };
+    assert!(refused("long").contains("`long` cannot be read: has floating point numbers of 128 bits, which are not read"));
+    assert!(refused("stamp").contains("`stamp` cannot be read: has values of a type that is not read"));
+    assert!(refused("ragged").contains("`ragged` cannot be read: has rows of different lengths"));
+    let binding = "rate: 50 Hz\nchannels: {right.gripper.opening: 'half[3] [mm]'}\n";
+    assert_eq!(values(&bound(&file("floats.hdf5"), binding).unwrap().0, "right.gripper.opening")[1], 1.0);
+}
+
 /// The recordings that come with robosuite 1.4.1, 5 MB, where the folder `robosuite_hdf5` of `TEACHTREE_DATA` has them as `lift.hdf5`,
 /// `wipe.hdf5` and `handover.hdf5`.
 #[test]
