@@ -166,6 +166,13 @@ def floats(path):
             read = np.zeros(values.shape)
             dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, read, mtype=h5py.h5t.NATIVE_DOUBLE)
             columns.update(spread(name, read))
+        # A check sum before another filter.
+        chunked = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        chunked.set_chunk((2,))
+        chunked.set_fletcher32()
+        chunked.set_shuffle()
+        summed = h5py.h5d.create(file.id, b"summed", h5py.h5t.IEEE_F64LE, h5py.h5s.create_simple((3,)), chunked)
+        summed.write(h5py.h5s.ALL, h5py.h5s.ALL, np.arange(3.0))
         file["long"] = np.ones(3, np.longdouble)
         file["stamp"] = np.array([b"a", b"b", b"c"], dtype="V4")
         file.create_dataset("ragged", (3,), dtype=h5py.vlen_dtype(np.float64))

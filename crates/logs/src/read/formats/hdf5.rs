@@ -19,7 +19,7 @@ use super::recordings::{MAX_RECORDINGS, choose, number_of};
 use crate::allowed_folders::AllowedFolders;
 use crate::read::file;
 use crate::read::table::{MAX_COLUMNS, Source};
-use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, ReadSeekSource, VlenStringReadOptions};
+use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, FormatError, Group, ReadSeekSource, VlenStringReadOptions};
 use floats::{FloatForm, NumberReader};
 use mujoco::Model;
 use serde_json::Value;
@@ -160,6 +160,12 @@ fn has_other_filter(dataset: &Dataset) -> bool {
     dataset.filters().iter().any(|filter| ![1, 2, 3, 6, 32_000].contains(filter))
 }
 
+/// Whether a data set has its check sum (filter 3) before another filter; the library expects it behind all others.
+fn has_early_check_sum(dataset: &Dataset) -> bool {
+    let filters = dataset.filters();
+    filters.iter().position(|filter| *filter == 3).is_some_and(|at| at + 1 < filters.len())
+}
+
 /// Why a walk over groups ended.
 enum WalkError {
     Hdf5(Box<Error>),
@@ -252,6 +258,11 @@ fn array(
     let refused = |reason: &str| Ok(Some(Array::refused(name.clone(), *rows, dimensions, reason)));
     if has_other_filter(&dataset) {
         return refused("is compressed by a filter that is not read here, expected gzip, lzf, shuffle or scale-offset");
+    }
+    if has_early_check_sum(&dataset) {
+        return refused(
+            "has a check sum (Fletcher32) before its other filters, expected it behind them: write it without check sum",
+        );
     }
     let float = match NumberReader::of(&dataset.datatype().map_err(failed)?) {
         NumberReader::Library => None,
@@ -402,6 +413,10 @@ fn damaged(place: &str, error: &Error) -> InputError {
             InputError::new(place, "is marked as open: its writer still writes, or ended without closing it")
                 .help("where nothing writes it any more, `h5clear -s` of the HDF5 tools removes the mark")
         }
+        Error::Format(FormatError::ChecksumMismatch { .. }) => InputError::new(
+            place,
+            "is damaged: a check sum of its structure is wrong, as where its recorder ended without closing it",
+        ),
         _ => InputError::new(place, format!("cannot be read as HDF5: {error}")),
     }
 }

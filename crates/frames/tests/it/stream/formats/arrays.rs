@@ -48,13 +48,31 @@ fn every_column_is_as_h5py_reads_it() {
 #[test]
 fn a_type_that_is_not_read_is_named_where_it_is_bound() {
     let refused = |column: &str| {
-        bound(&file("floats.hdf5"), &format!("rate: 50 Hz\nchannels: {{right.gripper.opening: {column}}}\n")).unwrap_err()
+        bound(&file("floats.hdf5"), &format!("rate: 50 Hz\nchannels: {{right.gripper.opening: {column}}}\n"))
+            .unwrap_err()
     };
-    assert!(refused("long").contains("`long` cannot be read: has floating point numbers of 128 bits, which are not read"));
+    assert!(
+        refused("long").contains("`long` cannot be read: has floating point numbers of 128 bits, which are not read")
+    );
     assert!(refused("stamp").contains("`stamp` cannot be read: has values of a type that is not read"));
+    assert!(
+        refused("summed").contains("`summed` cannot be read: has a check sum (Fletcher32) before its other filters")
+    );
     assert!(refused("ragged").contains("`ragged` cannot be read: has rows of different lengths"));
     let binding = "rate: 50 Hz\nchannels: {right.gripper.opening: 'half[3] [mm]'}\n";
     assert_eq!(values(&bound(&file("floats.hdf5"), binding).unwrap().0, "right.gripper.opening")[1], 1.0);
+}
+
+#[test]
+fn a_wrong_check_sum_is_told_as_damage() {
+    let mut bytes = std::fs::read(fixture("links").join("none_dense.hdf5")).unwrap();
+    let at = bytes.windows(4).position(|mark| mark == b"OHDR").unwrap();
+    bytes[at + 12] ^= 1;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.hdf5");
+    std::fs::write(&path, bytes).unwrap();
+    let error = formats::open(&path).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("is damaged: a check sum of its structure is wrong"), "{error}");
 }
 
 /// The recordings that come with robosuite 1.4.1, 5 MB, where the folder `robosuite_hdf5` of `TEACHTREE_DATA` has them as `lift.hdf5`,
