@@ -38,6 +38,7 @@ kinds! {
     BIASED "biased" "The bias of a force sensor was subtracted.",
     CHANGED_ELEMENT "changed_element" "An element of an array is bound by its place, and another one takes that place.",
     CONSTANT_FLAG "constant_flag" "A contact lasts as long as the log, or a gripper never opens or closes.",
+    DIFFERENT_FRAMES "different_frames" "Poses stand in different frames.",
     DISCONNECTED "disconnected" "The connection to the source of a live log broke, or is there again.",
     DUPLICATE_STAMP "duplicate_stamp" "Rows repeat the stamp of the row before.",
     GAP "gap" "Rows are missing.",

@@ -2,6 +2,7 @@
 
 use super::element_places::{self, BoundPlace, PlaceWatch};
 use super::fixture_localization;
+use super::frame_composition::FrameComposition;
 use super::header::{BoundColumn, Header, Term};
 use super::normals::normals_by_role;
 use super::offsets;
@@ -126,7 +127,9 @@ fn shift(time: &mut [f64], row_time: &mut [f64], file: &BindingFile) {
 
 /// The bound columns, and from how many sheets they are.
 fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(LoadedRecording, usize), InputError> {
-    let bound = BoundColumns::of(&Header::new(&source), file, scene)?;
+    let header = Header::new(&source);
+    let mut bound = BoundColumns::of(&header, file, scene)?;
+    bound.frames = FrameComposition::of(&source, &header, file, &bound.bound, &mut bound.wants)?;
     let mut table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
     shift(&mut table.time, &mut table.row_time, file);
     table.issues.extend(PlaceWatch::default().look(&bound.places, &table.time, &table.texts));
@@ -149,6 +152,8 @@ pub struct BoundColumns {
     pub sources: Vec<ColumnSource>,
     /// The places in arrays whose elements have names.
     pub places: Vec<BoundPlace>,
+    /// The poses that stand in another frame than the one in which poses count. Rows of a live log are not composed.
+    frames: FrameComposition,
 }
 
 impl BoundColumns {
@@ -218,7 +223,7 @@ impl BoundColumns {
             .filter_map(|bound| bound.name.strip_suffix(".yaw").map(str::to_string))
             .collect();
         let sources = sources::of(&bound, header, file);
-        Ok(Self { bound, labels, wants, in_radians, sources, places })
+        Ok(Self { bound, labels, wants, in_radians, sources, places, frames: FrameComposition::default() })
     }
 
     /// The channels of rows.
@@ -236,6 +241,7 @@ impl BoundColumns {
         }
         issues.extend(self.in_radians.iter().filter_map(|channel| rotations::beyond_a_turn(&recording, channel)));
         rotations::to_quaternions(&mut recording);
+        issues.extend(self.frames.compose(&mut recording, &numbers, file.binding.bridge.0));
         issues.extend(robots::place(&mut recording, file)?);
         for (key, columns) in &file.binding.channels {
             if let Columns::OffsetPoint(offset) = columns {

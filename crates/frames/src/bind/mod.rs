@@ -5,6 +5,8 @@ mod body_poses;
 mod check;
 mod element_places;
 mod fixture_localization;
+mod frame_composition;
+mod frame_tree;
 mod header;
 mod join;
 mod linear;
@@ -21,6 +23,7 @@ mod sensors;
 mod shifter;
 mod sources;
 mod stamp_merger;
+mod start_trimmer;
 mod tare;
 pub mod template;
 mod tool;
@@ -82,6 +85,9 @@ pub struct Binding {
     /// The longest step, and the longest drop-out of a pose, that resampling bridges.
     #[serde(default = "bridge")]
     pub bridge: Time,
+    /// The frame of the log's transforms in which poses count; the one that they have in common when left out.
+    #[serde(default)]
+    pub frame: Option<String>,
     /// The columns of each channel; the columns have canonical names when left out.
     #[serde(default)]
     pub channels: IndexMap<String, Columns>,

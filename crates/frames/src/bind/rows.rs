@@ -10,6 +10,7 @@ use super::join::{PushOutcome, TopicJoin, Value};
 use super::resampler::{ResampledRow, Resampler};
 use super::shifter::Shifter;
 use super::sources::SourceSpikeFilter;
+use super::start_trimmer::StartTrimmer;
 use super::tare::{FirstRows, TareOffsets};
 use super::{BindingFile, Columns, Pattern, PlaceholderValues, ToolMass, robots, sensors};
 use crate::open::hand_file_of;
@@ -84,15 +85,6 @@ impl TopicFilter {
     }
 }
 
-/// Cuts off the beginning at which some sensor is silent still: sensors do not start as one.
-#[derive(Default)]
-struct StartTrimmer {
-    is_over: bool,
-    rows: Vec<ResampledRow>,
-    /// The first row in which each column was measured.
-    begins: Vec<Option<usize>>,
-}
-
 impl RowBinder {
     /// Reads a binding; `scene` replaces its own. Topics are awaited for `wait_s`.
     ///
@@ -114,6 +106,9 @@ impl RowBinder {
         if let Some(tare) = binding.tare.as_ref().filter(|tare| tare.to.0 > MAX_TARE_S) {
             let message = format!("`to`: found {} s, rows of a live log wait for {MAX_TARE_S} s at most", tare.to.0);
             return Err(file.error("tare", message));
+        }
+        if binding.frame.is_some() {
+            return whole("frame", "send poses that stand in one frame");
         }
         if !binding.places.is_empty() {
             return whole("places", "give the bodies their positions in the scene");
@@ -569,31 +564,5 @@ impl RowBinder {
         }
         made.rows.push(row);
         Ok(())
-    }
-}
-
-impl StartTrimmer {
-    /// Takes a row; returns those that are complete, or will not be within the bridge, s.
-    fn take(&mut self, row: ResampledRow, bridge: f64) -> Vec<ResampledRow> {
-        if self.is_over {
-            return vec![row];
-        }
-        let (time, values) = &row;
-        let is_late = time - self.rows.first().map_or(*time, |(start, _)| *start) > bridge;
-        self.begins.resize(values.len().max(self.begins.len()), None);
-        // What begins later than the bridge is not waited for.
-        for (begins, _) in self.begins.iter_mut().zip(values).filter(|(_, value)| !is_late && !value.is_nan()) {
-            begins.get_or_insert(self.rows.len());
-        }
-        self.rows.push(row);
-        if is_late || self.begins.iter().all(Option::is_some) { self.finish() } else { vec![] }
-    }
-
-    /// What is left.
-    fn finish(&mut self) -> Vec<ResampledRow> {
-        self.is_over = true;
-        let from = self.begins.iter().flatten().max().copied().unwrap_or_default();
-        let mut rows = std::mem::take(&mut self.rows);
-        rows.split_off(from.min(rows.len()))
     }
 }

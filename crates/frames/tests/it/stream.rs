@@ -11,6 +11,7 @@ mod element_names;
 mod fingertips;
 mod flagged_supports;
 mod formats;
+mod frames;
 mod implausible;
 mod jumps;
 mod learned;

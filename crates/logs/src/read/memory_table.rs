@@ -367,6 +367,20 @@ impl Rows for InMemoryTable {
         }
         Ok(table)
     }
+
+    fn distinct_texts(&self, column: usize, most: usize) -> Vec<String> {
+        let Some((_, Cells::Texts(texts))) = self.columns.get_index(column) else { return vec![] };
+        let mut found: Vec<String> = vec![];
+        for text in texts.iter().filter(|text| !text.is_empty()) {
+            if !found.contains(text) {
+                found.push(text.clone());
+            }
+            if found.len() >= most {
+                break;
+            }
+        }
+        found
+    }
 }
 
 /// Where a column is, for messages: the file, the title, and the number that a row has there.

@@ -136,6 +136,11 @@ pub trait Rows {
         Ok(None)
     }
 
+    /// The first different texts of a column, at most `most`; of rows that are not in memory none are known.
+    fn distinct_texts(&self, _column: usize, _most: usize) -> Vec<String> {
+        vec![]
+    }
+
     /// Whether [`blocks`](Self::blocks) gives any.
     fn comes_in_blocks(&self) -> bool {
         false
@@ -223,7 +228,7 @@ pub struct Table {
     pub texts: Vec<Vec<String>>,
     /// What was dropped.
     pub issues: Vec<Issue>,
-    /// How many sheets it was laid together from.
+    /// How many sheets with stamps of their own it was laid together from.
     pub sheets: usize,
 }
 
@@ -331,8 +336,8 @@ fn merged(parts: Vec<(usize, Table)>, width: usize, file: &str) -> Result<Table,
     let columns = parts.iter().flat_map(|(_, table)| &table.numbers).filter(|column| !column.is_empty()).count();
     check_size(file, time.len(), columns)
         .map_err(|error| InputError { message: format!("laid on one time base: {}", error.message), ..error })?;
-    let mut whole =
-        Table { numbers: vec![vec![]; width], texts: vec![vec![]; width], sheets: parts.len(), ..Table::default() };
+    let sheets = stamps.len();
+    let mut whole = Table { numbers: vec![vec![]; width], texts: vec![vec![]; width], sheets, ..Table::default() };
     for (start, table) in parts {
         let held_all_along = is_held(&table);
         let Table { time: own, numbers, texts, issues, .. } = table;
