@@ -169,6 +169,26 @@ fn a_tool_point_as_palm_is_promised_no_carry_and_the_lack_is_reported() {
     }
 }
 
+/// The scene has shapes, the log no pose of the box: it moves with the gripper, and the table does not bear it for ever.
+#[test]
+fn a_carry_is_found_without_a_pose_of_the_object() {
+    let folder = folder();
+    let without_pose: String = binding("thumb")
+        .lines()
+        .filter(|line| !line.contains("box.position"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    std::fs::write(folder.path().join("b.yaml"), without_pose).unwrap();
+    let args = ["analyze", "arm.csv", "--binding", "b.yaml", "--format", "json"];
+    let analysis: Value = serde_json::from_str(&said(&teachtree_in(folder.path(), &args))).unwrap();
+    let track = &analysis["tracks"][0];
+    let primitives: Vec<&str> =
+        track["relabeled"].as_array().unwrap().iter().map(|it| it["primitive"].as_str().unwrap()).collect();
+    assert_eq!(primitives, ["Approach", "Grasp", "Translate", "Release", "Move"]);
+    assert_eq!(track["tasks"][0]["task"], "pick_and_place", "{track}");
+    assert!(!analysis["issues"].to_string().contains("implausible"), "{}", analysis["issues"]);
+}
+
 /// Without poses of the object and without a position of the hand nothing shows whether a grasp failed.
 #[test]
 fn an_audit_leaves_out_failed_grasps_where_no_carry_can_be_detected() {

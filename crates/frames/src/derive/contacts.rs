@@ -10,6 +10,7 @@ use super::motion::{Columns3, Motion, vector};
 use super::role_support::RoleSupport;
 use super::source::Source;
 use super::touch;
+use super::unplaced;
 use crate::clean::preprocess::{CleanLog, FlaggedSupport, Touches};
 use nalgebra::Vector3;
 use std::borrow::Cow;
@@ -134,7 +135,7 @@ pub fn contacts<'a>(
         let others = (0..measured.scene.bodies.len()).filter(|other| *other != object);
         let logged: Vec<(usize, Contact)> =
             others.filter_map(|other| Some((other, Contact::logged(measured, name(object)?, name(other)?)?))).collect();
-        if logged.is_empty() {
+        if logged.is_empty() && !is_unplaced(measured, object) {
             let derived = touch::contacts(measured, motions, tracks, object, learned);
             contacts.extend(derived.into_iter().map(|(other, contact)| ((object, other), contact)));
         }
@@ -147,6 +148,11 @@ pub fn contacts<'a>(
         }
     }
     contacts
+}
+
+/// Whether nothing says where an object is.
+fn is_unplaced(measured: &CleanLog, object: usize) -> bool {
+    unplaced::is_unplaced(measured.scene, |column| measured.scalar(column).is_some(), object)
 }
 
 /// A contact of which the log has no force: it bears the nominal one along its normal.
@@ -253,10 +259,13 @@ pub fn never_carried(measured: &CleanLog, objects: &[usize], contacts: &Contacts
             it.fixed_to.is_some() || measured.channels().iter().any(|channel| turns(channel))
         })
     };
-    let messages = objects.iter().filter(|object| !carried(**object) && !fixed(**object)).filter_map(|object| body(*object)).map(|(name, it)| {
+    let named = |object: &usize| Some((body(*object)?, is_unplaced(measured, *object)));
+    let messages = objects.iter().filter(|object| !carried(**object) && !fixed(**object)).filter_map(named).map(|((name, it), is_unplaced)| {
         let support = measured.scene.bodies.iter().find(|(_, body)| body.role == Role::Support);
         let support_name = support.map_or("table", |(name, _)| name.as_str());
-        let lacking = if it.parts.is_empty() || support.is_none_or(|(_, support)| support.parts.is_empty()) {
+        let lacking = if is_unplaced {
+            format!("`{name}.position` in the log, with the shape of `{name}`")
+        } else if it.parts.is_empty() || support.is_none_or(|(_, support)| support.parts.is_empty()) {
             format!("shapes (`parts`) of `{name}` and of what carries it")
         } else {
             format!("its true place: by its shape `{name}` never comes near anything")

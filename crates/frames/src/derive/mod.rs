@@ -20,6 +20,7 @@ mod sockets;
 mod source;
 mod targets;
 mod touch;
+mod unplaced;
 
 use crate::clean::preprocess::{CleanLog, Touches};
 use crate::frames::{ColumnKey, Frames, HandLayout, Layout};
@@ -149,7 +150,8 @@ pub fn derived_frames(
     findings: &mut Findings,
 ) -> Result<Frames, InputError> {
     let objects = objects(measured.scene);
-    let motions: Vec<Motion> =
+    let held;
+    let mut motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
     let asked = !findings.unasked;
     if asked {
@@ -172,7 +174,7 @@ pub fn derived_frames(
     // Targets need the very `fingers.contact` that the rules see, and have a default of their own when no rule reads it.
     let default_touch = touch_channel();
     let touch = channels.iter().find(|channel| channel.name == default_touch.name).unwrap_or(&default_touch);
-    let mut tracks = vec![];
+    let (mut tracks, mut felt) = (vec![], vec![]);
     // What was read of it, to be read once.
     let mut touched: BTreeMap<Side, raw_channels::Array> = BTreeMap::new();
     for hand in &hands {
@@ -185,13 +187,20 @@ pub fn derived_frames(
             Err(_) => closed(measured, hand.side, &hand.fingers),
         };
         let is_read = !matches!(touch.absent, Fallback::NormAbove { needed: false, .. });
-        let track = hands::track(measured, &motions, hand.side, &hand.fingers, &touches);
+        tracks.push(hands::track(measured, &motions, hand.side, &hand.fingers, &touches));
+        felt.push((touches, is_read, read));
+    }
+    held = unplaced::held_paths(measured, &objects, &tracks);
+    let moving = motions.into_iter().enumerate();
+    motions = moving
+        .map(|(body, motion)| if let Some(path) = held.get(&body) { motion.along(path) } else { motion })
+        .collect();
+    for ((hand, track), (touches, is_read, read)) in hands.iter().zip(&tracks).zip(felt) {
         if asked {
             findings.look_at_flags(measured, hand, if is_read { &touches } else { &[] });
             plausibility::far_touches(measured, &motions, hand, &touches, &mut findings.findings);
-            plausibility::pushes(measured, &motions, &hand.fingers, &track, &mut findings.findings);
+            plausibility::pushes(measured, &motions, &hand.fingers, track, &mut findings.findings);
         }
-        tracks.push(track);
         if read {
             touched.insert(hand.side, touches);
         }
@@ -264,6 +273,9 @@ pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> 
         has(&format!("contact.{a}.{b}{part}")) || has(&format!("contact.{b}.{a}{part}"))
     };
     objects(scene).into_iter().all(|object| {
+        if unplaced::is_unplaced(scene, &has, object) {
+            return false;
+        }
         let others = || (0..scene.bodies.len()).filter(move |other| *other != object);
         let is_logged = others().any(|other| logged(object, other, "") || logged(object, other, ".force.x"));
         let is_directed = |other| logged(object, other, ".force.x") || logged(object, other, ".normal.x");
@@ -277,8 +289,13 @@ pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> 
 /// Returns an issue for an object whose position the log lacks.
 fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
     let channel = format!("{}.position", body_name(measured, body)?);
-    let message = "the log lacks it; the object is taken to stay where the scene puts it".to_string();
-    measured.vec3(&channel).is_none().then(|| measured.over_all(IssueKind::MISSING_CHANNEL, &channel, message))
+    let message = match unplaced::is_unplaced(measured.scene, |column| measured.scalar(column).is_some(), body) {
+        true => {
+            "the log lacks it, and the scene has no place for it; the object moves with the gripper that holds it, and rests on nothing"
+        }
+        false => "the log lacks it; the object is taken to stay where the scene puts it",
+    };
+    measured.vec3(&channel).is_none().then(|| measured.over_all(IssueKind::MISSING_CHANNEL, &channel, message.into()))
 }
 
 /// How many frames after a frame have a part in one of these channels, at most: none, unless one of them is an average.

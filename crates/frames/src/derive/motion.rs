@@ -52,6 +52,14 @@ pub struct Motion<'a> {
     angular_velocity: Option<[Vec<f64>; 3]>,
 }
 
+/// The motion of an object that is known by its holds only.
+pub struct HeldPath {
+    /// Reference frame, m.
+    pub position: [Vec<f64>; 3],
+    /// Reference frame, m/s; zero while nothing holds the object.
+    pub velocity: [Vec<f64>; 3],
+}
+
 /// How a body has moved between two frames.
 pub struct Displacement {
     /// How far its origin is from where it was, m.
@@ -77,6 +85,14 @@ impl<'a> Motion<'a> {
         let angular_velocity =
             logged("angular_velocity").or_else(|| rotation.map(|rotation| turn_rates(measured, rotation)));
         Self { velocity, angular_velocity, ..poses }
+    }
+
+    /// The same body, moving along a path.
+    pub fn along(self, path: &'a HeldPath) -> Self {
+        let position = Some(path.position.each_ref().map(Vec::as_slice));
+        let moved = Self { position, velocity: Some(path.velocity.clone()), ..self };
+        let frames = path.position.first().map_or(0, Vec::len);
+        Self { poses: (0..frames).map(|frame| moved.pose_at(frame)).collect(), ..moved }
     }
 
     /// The poses alone: nothing is known of velocities.

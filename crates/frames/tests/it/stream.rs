@@ -24,6 +24,7 @@ mod round_trip;
 mod targets;
 mod touch;
 mod turning_weight;
+mod unplaced;
 
 use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape, derived};
 use teachtree_base::hands::Side;

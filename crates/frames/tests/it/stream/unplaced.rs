@@ -1,0 +1,89 @@
+//! An object of which neither the log nor the scene says where it is.
+
+use super::{ask, column};
+use crate::shared::recordings::recording;
+use teachtree_base::recording::Recording;
+use teachtree_frames::frames;
+
+const SCENE: &str = "
+bodies:
+  cube: {role: object, mass: 300 g, parts: [{box: [40 mm, 40 mm, 40 mm]}]}
+  table: {role: support, position: [0 m, 0 m, -10 mm], parts: [{box: [2 m, 2 m, 20 mm]}]}
+hands:
+  right: {fingers: [thumb]}
+";
+
+/// Where the tool is along x, m: it holds from 1 s to 3 s, and from 5 s to 6 s elsewhere.
+fn place(t: f64) -> f64 {
+    match t {
+        t if t < 1.0 => 0.3,
+        t if t < 3.0 => 0.3 + 0.1 * (t - 1.0),
+        t if t < 5.0 => 0.5 + 0.05 * (t - 3.0),
+        t => 0.6 + 0.1 * (t - 5.0),
+    }
+}
+
+fn log(scene: &str) -> Recording {
+    let closed = |t: f64| f64::from(u8::from((1.0..3.0).contains(&t) || (5.0..6.0).contains(&t)));
+    recording(
+        scene,
+        100.0,
+        700,
+        &[
+            ("right.thumb.position.x", &place),
+            ("right.thumb.position.y", &|_| 0.1),
+            ("right.thumb.position.z", &|_| 0.02),
+            ("right.gripper.closed", &closed),
+        ],
+    )
+}
+
+#[test]
+fn it_moves_with_the_gripper_that_holds_it() {
+    let frames = frames(&log(SCENE), &[ask("target.position"), ask("target.velocity")]).unwrap();
+    let (x, y) = (column(&frames, "target.position", 0, 0), column(&frames, "target.position", 0, 1));
+    for (frame, wanted) in
+        [(0, 0.3), (150, 0.35), (299, place(2.99)), (350, place(2.99)), (450, 0.6), (550, 0.65), (699, place(5.99))]
+    {
+        assert!(
+            (x[frame] - wanted).abs() < 1e-9 && (y[frame] - 0.1).abs() < 1e-9,
+            "{frame}: {} {}",
+            x[frame],
+            y[frame]
+        );
+    }
+    let velocity = column(&frames, "target.velocity", 0, 0);
+    assert!((velocity[200] - 0.1).abs() < 1e-9, "{}", velocity[200]);
+    // Nothing moves it between the holds, although its place differs after them.
+    assert!(velocity[..100].iter().chain(&velocity[300..500]).chain(&velocity[600..]).all(|value| *value == 0.0));
+}
+
+#[test]
+fn it_rests_on_nothing() {
+    let of = |scene: &str| {
+        let frames = frames(&log(scene), &[ask("target.position"), ask("contacts.force")]).unwrap();
+        let told = |kind: &str, text: &str| {
+            frames.issues.iter().any(|issue| issue.kind == kind && issue.message.contains(text))
+        };
+        let moves = told("missing_channel", "moves with the gripper that holds it, and rests on nothing");
+        (
+            frames.layout.hands[0].contacts.clone(),
+            moves,
+            told("no_support", "expected") && told("no_support", "`cube.position` in the log"),
+        )
+    };
+    assert_eq!(of(SCENE), (vec![], true, true));
+    // On the table, where the scene has it.
+    let placed = SCENE.replace("role: object,", "role: object, position: [0.3 m, 0.1 m, 20 mm],");
+    assert_eq!(of(&placed), (vec!["table".to_string()], false, false));
+}
+
+#[test]
+fn a_touch_is_not_far_from_it() {
+    let implausible = |scene: &str| {
+        let channels = [ask("target.position")];
+        frames(&log(scene), &channels).unwrap().issues.iter().any(|issue| issue.kind == "implausible_position")
+    };
+    assert!(!implausible(SCENE));
+    assert!(implausible(&SCENE.replace("role: object,", "role: object, position: [0 m, 0 m, 1 m],")));
+}
