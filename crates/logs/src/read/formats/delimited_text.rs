@@ -15,6 +15,7 @@ mod groups;
 mod heading;
 mod records;
 mod rows;
+pub mod sections;
 
 pub use faults::unreadable;
 
@@ -37,8 +38,12 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 ///
 /// # Errors
 /// When the file cannot be read, is empty, or has a header that is not text.
-pub fn source(mut bytes: Box<dyn Read + Send>, file: impl Into<String>) -> Result<Source, InputError> {
-    let file = file.into();
+pub fn source(bytes: Box<dyn Read + Send>, file: impl Into<String>) -> Result<Source, InputError> {
+    source_from(bytes, file.into(), 0)
+}
+
+/// Reads the head of a part of a file that begins after this number of lines.
+fn source_from(mut bytes: Box<dyn Read + Send>, file: String, lines: u64) -> Result<Source, InputError> {
     let mut head = vec![];
     bytes.by_ref().take(HEAD).read_to_end(&mut head).map_err(|error| InputError::unreadable(&file, &error))?;
     if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
@@ -52,10 +57,10 @@ pub fn source(mut bytes: Box<dyn Read + Send>, file: impl Into<String>) -> Resul
     let mut text: Box<dyn Read + Send> =
         if heading.dialect.blanks { Box::new(BlanksAsTabs::new(bytes)) } else { Box::new(bytes) };
     let mut first = FirstRecord::read(heading.dialect, &mut text, &file)?;
-    let header_place = format!("{file} row {}", first.row);
+    let header_place = format!("{file} row {}", first.row as u64 + lines);
     let header = heading.titles(first.titles(&header_place)?);
     // Without titles, the first record is a row.
-    let line = if heading.is_titled { first.skip() } else { 1 };
+    let line = lines + if heading.is_titled { first.skip() } else { 1 };
     let text = Box::new(Cursor::new(first.text).chain(text));
     let rows = DelimitedRows { file: file.clone(), dialect: heading.dialect, text, line };
     Ok(Source { header_place, ..Source::one(file, header, Box::new(rows)) })

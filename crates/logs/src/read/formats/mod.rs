@@ -96,6 +96,14 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
         let message = "the archive holds no arrays of NumPy (`.npy`) and no Zarr store";
         return Err(InputError::new(name, message).help("unpack it and name the log in it"));
     }
+    let is_table = text_ending(&path) || ending(&path).is_empty() && is_text(&magic);
+    if is_table {
+        let sections = delimited_text::sections::find(&mut bytes, &name)?;
+        bytes.seek(SeekFrom::Start(0)).map_err(failed)?;
+        if !sections.is_empty() {
+            return delimited_text::sections::open(bytes, name, &sections, recording);
+        }
+    }
     if let Some(recording) = recording {
         let message = format!("found a file, expected a data set: only data sets have an episode `{recording}`");
         return Err(InputError::new(name, message));
@@ -118,9 +126,7 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
         [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
             jsonl::read(BufReader::new(counted(bytes)), name)
         }
-        magic if text_ending(&path) || ending(&path).is_empty() && is_text(magic) => {
-            delimited_text::source(Box::new(BufReader::new(counted(bytes))), name)
-        }
+        _ if is_table => delimited_text::source(Box::new(BufReader::new(counted(bytes))), name),
         _ => Err(unknown(&path)),
     }
 }

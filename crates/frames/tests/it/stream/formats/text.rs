@@ -35,6 +35,50 @@ fn lines_above_titles_distinguish_columns_of_one_title() {
     assert_eq!(titles("x,y,x,y\n1,2,3,4\n"), ["x", "y", "x", "y"]);
 }
 
+/// Two sections as Vicon Nexus exports them; the second one as a spreadsheet saves it.
+const SECTIONS: &str = "Devices\n1000\n\nFrame,Sub Frame,Fx\n,,N\n1,0,5\n1,1,6\n2,0,7\n\nTrajectories,,,\n100,,,\n,,S:cube,,,S:tool,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z\n\
+    ,,mm,mm,mm,mm,mm,mm\n1,0,1,2,3,4,5,6\n2,0,1,2,3,4,5,6\n3,0,1,2,3,4,5,7\n";
+
+#[test]
+fn one_section_of_a_file_is_chosen_by_its_name() {
+    let folder = folder(&[("log.csv", SECTIONS), ("lost.csv", &SECTIONS.replace("4,5,7", "4,five,7"))]);
+    let path = |name: &str| folder.path().join(name);
+    let wanted = ["S:cube.X [mm]", "S:cube.Y [mm]", "S:cube.Z [mm]", "S:tool.X [mm]", "S:tool.Y [mm]", "S:tool.Z [mm]"];
+    assert_eq!(header(&path("log.csv#Trajectories")), [&["Frame", "Sub Frame"], &wanted[..]].concat());
+    assert_eq!(header(&path("log.csv#devices")), ["Frame", "Sub Frame", "Fx [N]"]);
+    let binding = "rate: 100 Hz\nchannels: {right.palm.position: '<xyz=6 7 8>'}\n";
+    let (log, _) = bound(&path("log.csv#Trajectories"), binding).unwrap();
+    assert_eq!(values(&log, "right.palm.position.z"), [0.006, 0.006, 0.007]);
+    assert_eq!(
+        values(
+            &bound(
+                &path("log.csv#Devices"),
+                "rate: 1 kHz\nchannels: {right.palm.force: ['3 [N]', '= 0 N', '= 0 N']}\n"
+            )
+            .unwrap()
+            .0,
+            "right.palm.force.x"
+        ),
+        [5.0, 6.0, 7.0]
+    );
+    assert_eq!(
+        bound(&path("log.csv"), binding).unwrap_err(),
+        "log.csv: the file has the sections `Devices`, `Trajectories`\n  help: name one of them: `log.csv#Trajectories`"
+    );
+    assert!(bound(&path("log.csv#Joints"), binding).unwrap_err().contains("`Trajectories`; none is `Joints`"));
+    // Rows are lines of the file.
+    let error = bound(&path("lost.csv#Trajectories"), binding).unwrap_err();
+    assert!(error.contains("lost.csv#Trajectories row 17 column S:tool.Y: found `five`"), "{error}");
+    // A file of one section needs no name.
+    let one = bound_text(
+        "log.csv",
+        SECTIONS.split_once("\n\nTraj").map(|(_, rest)| format!("Traj{rest}")).unwrap().as_str(),
+        binding,
+    )
+    .unwrap();
+    assert_eq!(values(&one.0, "right.palm.position.z"), [0.006, 0.006, 0.007]);
+}
+
 #[test]
 fn lines_above_titles_are_skipped_where_rows_begin_with_a_text() {
     let text = "Rate: 100\nUnits: N, Counts: 1e6\nStatus (hex),Fx (N),Fy (N)\n0x8000,1,2\n0x8000,3,4\n0x8000,5,6\n";
