@@ -38,16 +38,25 @@ impl AdvertisedChannel {
                 "cdr" => "ros2msg",
                 _ => "",
             });
-        MessageDecoder::of(
-            &self.encoding,
-            self.schema.as_deref().map(|schema| (self.schema_name.as_str(), form, schema)),
-        )
+        let schema = self.schema.as_deref().map(|schema| definition(form, schema));
+        MessageDecoder::of(&self.encoding, schema.as_deref().map(|schema| (self.schema_name.as_str(), form, schema)))
     }
 
     /// The type of its messages, else their encoding.
     pub fn kind(&self) -> &str {
         if self.schema_name.is_empty() { &self.encoding } else { &self.schema_name }
     }
+}
+
+/// The bytes of a definition: those of protobuf are sent in base 64.
+fn definition(form: &str, schema: &str) -> Vec<u8> {
+    #[cfg(feature = "protobuf")]
+    if form == "protobuf" {
+        use base64::Engine as _;
+        return base64::engine::general_purpose::STANDARD.decode(schema).unwrap_or_default();
+    }
+    let _ = form;
+    schema.as_bytes().to_vec()
 }
 
 /// A text message of a server.

@@ -1,7 +1,14 @@
 //! Logs of all formats: reading, writing, the names of their columns, and the issues found in them.
 
 #![cfg_attr(
-    not(all(feature = "parquet", feature = "mcap", feature = "hdf5", feature = "arrays")),
+    not(all(
+        feature = "parquet",
+        feature = "mcap",
+        feature = "db3",
+        feature = "protobuf",
+        feature = "hdf5",
+        feature = "arrays"
+    )),
     allow(dead_code, unused_imports, reason = "formats share code, and some are left out")
 )]
 

@@ -19,8 +19,8 @@ const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
 const OUTPUT_ENDINGS: [&str; 2] = [".eaf", ".csv"];
 
 /// How logs in folders end.
-const LOG_ENDINGS: [&str; 13] =
-    ["csv", "tsv", "parquet", "jsonl", "ndjson", "mcap", "bag", "hdf5", "h5", "hdf", "npz", "npy", "zarr.zip"];
+const LOG_ENDINGS: [&str; 14] =
+    ["csv", "tsv", "parquet", "jsonl", "ndjson", "mcap", "bag", "db3", "hdf5", "h5", "hdf", "npz", "npy", "zarr.zip"];
 /// How deep folders may be nested, and how many recordings they may hold.
 const DEEPEST: usize = 32;
 const MAX_LOGS: usize = 1 << 20;

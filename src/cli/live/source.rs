@@ -108,8 +108,13 @@ impl Kind {
             let expected = "expected `-`, `ws://HOST:PORT`, `udp://ADDRESS:PORT`, `zenoh:KEY` or a file";
             return Err(InputError::new(source, expected));
         }
-        if Path::new(source).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
+        let ends_in = |wanted: &str| Path::new(source).extension().is_some_and(|it| it.eq_ignore_ascii_case(wanted));
+        if ends_in("mcap") {
             return Ok(Self::Bag);
+        }
+        if ends_in("db3") {
+            let message = "is a bag in SQLite, which `live` does not follow, expected MCAP";
+            return Err(InputError::new(source, message).help("convert it with `ros2 bag convert`, or use `analyze`"));
         }
         Ok(Self::Lines)
     }

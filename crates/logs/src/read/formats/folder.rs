@@ -82,7 +82,7 @@ fn is_array(file: &Path) -> bool {
 
 #[cfg(feature = "mcap")]
 fn bag(path: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
-    super::mcap::folder(path, folders)
+    super::rosbag2::folder(path, folders)
 }
 
 #[cfg(not(feature = "mcap"))]

@@ -1,4 +1,4 @@
-//! MCAP: messages of ROS 2 (CDR with `ros2msg` definitions), of ROS 1, and JSON; a sheet a topic.
+//! MCAP: messages of ROS 2 (CDR with `ros2msg` definitions), of ROS 1, in JSON and protobuf; a sheet a topic.
 //!
 //! Chunks may be plain, zstd or lz4; messages or the whole file may be zstd too. A topic in another encoding cannot be read, the others can. What is read so far counts when a file
 //! ends in the middle of a record.
@@ -8,16 +8,10 @@ pub mod ros2_message;
 pub mod write;
 
 use super::topics::{MessageDecoder, Topics};
-use super::truncated;
-use crate::allowed_folders::AllowedFolders;
 use crate::read::table::Source;
-use crate::read::text;
-use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
-use std::path::{Component, Path};
 use teachtree_base::error::InputError;
-use teachtree_base::yaml;
 
 /// The longest record that is read, in bytes.
 const MAX_RECORD: u64 = 256 << 20;
@@ -29,52 +23,7 @@ const MAX_RECORD: u64 = 256 << 20;
 pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
     let mut topics = Topics::new(&file);
     let cut = read(bytes, &file, &mut topics)?;
-    finish(topics, cut)
-}
-
-/// What a recorder of ROS 2 writes beside its files.
-#[derive(Deserialize)]
-struct Metadata {
-    rosbag2_bagfile_information: Information,
-}
-
-#[derive(Deserialize)]
-struct Information {
-    relative_file_paths: Vec<String>,
-    storage_identifier: String,
-}
-
-/// Reads a folder with `metadata.yaml`, whose files are one log and must be in `folders`.
-///
-/// # Errors
-/// As for a file.
-pub fn folder(folder: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
-    let path = folder.join("metadata.yaml");
-    let name = path.display().to_string();
-    let text = text::whole(&folders.open(&path)?, &path, yaml::MAX_BYTES as u64)?;
-    let Metadata { rosbag2_bagfile_information: information } = yaml::read(&text, &name)?;
-    if information.storage_identifier != "mcap" {
-        let found = information.storage_identifier;
-        return Err(InputError::new(name, format!("found a bag stored as `{found}`, expected `mcap`"))
-            .help("convert the bag with `ros2 bag convert` to MCAP"));
-    }
-    let mut topics = Topics::new(folder.display().to_string());
-    let mut cut = None;
-    for part in information.relative_file_paths {
-        if !Path::new(&part).components().all(|part| matches!(part, Component::Normal(_))) {
-            return Err(InputError::new(name, format!("`{part}` leads out of the folder")));
-        }
-        let path = folder.join(part);
-        let place = path.display().to_string();
-        cut = read(folders.open(&path)?, &place, &mut topics)?.or(cut);
-    }
-    finish(topics, cut)
-}
-
-fn finish(topics: Topics, cut: Option<String>) -> Result<Source, InputError> {
-    let mut source = topics.finish()?;
-    source.issues.extend(cut.map(|message| truncated(0.0, message)));
-    Ok(source)
+    super::finish(topics, cut)
 }
 
 /// How a file begins and ends.
@@ -95,7 +44,7 @@ const DATA_END: u8 = 15;
 type MessageSink<'a> = &'a mut dyn FnMut(&str, &MessageDecoder, i64, &[u8]) -> Result<(), InputError>;
 
 /// Reads the messages of a file, which may be compressed as a whole; the message when it ends too early.
-fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
+pub(super) fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
     let push = &mut |topic: &str, reading: &MessageDecoder, recorded: i64, message: &[u8]| {
         topics.push(topic, reading, recorded, message)
     };
@@ -225,6 +174,19 @@ fn unpacked(decoder: impl Read) -> Result<Vec<u8>, Fault> {
     Ok(plain)
 }
 
+/// A message that was compressed by itself.
+///
+/// # Errors
+/// It is damaged.
+#[cfg(feature = "db3")]
+pub(super) fn unpacked_message(packed: &[u8]) -> Result<Vec<u8>, String> {
+    let failed = |error: std::io::Error| format!("a message cannot be decompressed: {error}");
+    let mut plain = vec![];
+    let decoder = ::zstd::stream::read::Decoder::new(packed).map_err(failed)?;
+    decoder.take(MAX_RECORD).read_to_end(&mut plain).map_err(failed)?;
+    Ok(plain)
+}
+
 fn undone(error: std::io::Error) -> Fault {
     Fault::Damaged(format!("a chunk cannot be decompressed: {error}"))
 }
@@ -233,7 +195,7 @@ fn undone(error: std::io::Error) -> Fault {
 #[derive(Default)]
 struct ChannelRegistry {
     /// Name, encoding and definition of each type.
-    schemas: BTreeMap<u16, (String, String, String)>,
+    schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
     /// Topic of each channel, and how its messages are read.
     channels: BTreeMap<u16, (String, MessageDecoder)>,
 }
@@ -258,7 +220,7 @@ impl ChannelRegistry {
 
     fn schema(&mut self, fields: &mut Fields) -> Result<(), Fault> {
         let id = fields.u16()?;
-        self.schemas.insert(id, (fields.text()?, fields.text()?, fields.text()?));
+        self.schemas.insert(id, (fields.text()?, fields.text()?, fields.sized()?.to_vec()));
         Ok(())
     }
 
@@ -267,7 +229,7 @@ impl ChannelRegistry {
         let known = self.channels.contains_key(&id);
         if !known {
             let schema = self.schemas.get(&schema);
-            let schema = schema.map(|(name, form, text)| (name.as_str(), form.as_str(), text.as_str()));
+            let schema = schema.map(|(name, form, text)| (name.as_str(), form.as_str(), text.as_slice()));
             let reading = MessageDecoder::of(&encoding, schema);
             self.channels.insert(id, (topic, reading));
         }

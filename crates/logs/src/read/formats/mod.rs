@@ -7,6 +7,8 @@ mod array_log;
 #[cfg(any(feature = "parquet", feature = "hdf5", feature = "arrays"))]
 #[cfg_attr(not(any(feature = "hdf5", feature = "arrays")), allow(dead_code, reason = "Parquet counts no arrays"))]
 mod budget;
+#[cfg(feature = "db3")]
+mod db3;
 pub mod delimited_text;
 #[cfg(feature = "arrays")]
 mod elements;
@@ -23,9 +25,15 @@ pub mod mcap;
 mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet;
+#[cfg(feature = "protobuf")]
+mod protobuf;
 mod qualisys;
 mod recordings;
+#[cfg(feature = "db3")]
+mod ros_types;
 mod rosbag;
+#[cfg(feature = "mcap")]
+mod rosbag2;
 pub mod rosmsg;
 pub mod topics;
 #[cfg(feature = "arrays")]
@@ -122,6 +130,8 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
         magic if magic.starts_with(&npy::MAGIC) => npy::open(&path, folders),
         #[cfg(feature = "arrays")]
         magic if magic.starts_with(&zip_archive::MAGIC) => npy::open_archive(&path, folders),
+        #[cfg(feature = "db3")]
+        magic if magic.starts_with(db3::MAGIC) => db3::source(&path),
         [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(counted(bytes)), name),
         [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
             jsonl::read(BufReader::new(counted(bytes)), name)
@@ -243,7 +253,9 @@ fn unknown(path: &Path) -> InputError {
     };
     let error = InputError::new(name, message);
     match ending.as_str() {
-        "db3" => error.help("convert the bag with `ros2 bag convert` to MCAP"),
+        "db3" if cfg!(not(feature = "db3")) => {
+            error.help("this build cannot read bags of SQLite, its feature `db3` is off")
+        }
         "parquet" if cfg!(not(feature = "parquet")) => {
             error.help("this build cannot read Parquet, its feature `parquet` is off")
         }
@@ -262,6 +274,14 @@ fn unknown(path: &Path) -> InputError {
             TEXT_ENDINGS.join(", ")
         )),
     }
+}
+
+/// The topics of a bag as a log; `cut` says what of the bag is missing.
+#[cfg(feature = "mcap")]
+fn finish(topics: topics::Topics, cut: Option<String>) -> Result<Source, InputError> {
+    let mut source = topics.finish()?;
+    source.issues.extend(cut.map(|message| truncated(0.0, message)));
+    Ok(source)
 }
 
 /// The message about a log that ends too early.

@@ -26,21 +26,25 @@ pub enum MessageDecoder {
     /// As JSON objects.
     #[cfg(feature = "mcap")]
     Json,
+    /// By descriptors of protobuf.
+    #[cfg(feature = "protobuf")]
+    Protobuf(Box<super::protobuf::MessageType>),
     /// Not at all, and why.
     Refused(String),
 }
 
 impl MessageDecoder {
-    /// How messages in this encoding are read, with the name, the form and the text of their type's definition.
+    /// How messages in this encoding are read, with the name, the form and the bytes of their type's definition.
     #[cfg(feature = "mcap")]
-    pub fn of(encoding: &str, schema: Option<(&str, &str, &str)>) -> Self {
+    pub fn of(encoding: &str, schema: Option<(&str, &str, &[u8])>) -> Self {
         let wire = match encoding {
             "json" => return Self::Json,
             "cdr" => WireFormat::Cdr,
             "ros1" => WireFormat::Ros1,
+            "protobuf" => return Self::of_protobuf(schema),
             other => {
                 return Self::Refused(format!(
-                    "its messages are encoded as `{other}`, expected `cdr`, `ros1` or `json`"
+                    "its messages are encoded as `{other}`, expected `cdr`, `ros1`, `json` or `protobuf`"
                 ));
             }
         };
@@ -50,10 +54,26 @@ impl MessageDecoder {
         if !matches!(form, "ros2msg" | "ros1msg") {
             return Self::Refused(format!("its type {name} is defined as `{form}`, expected `ros2msg`"));
         }
-        match Definition::parse(name, definition, wire) {
+        match Definition::parse(name, &String::from_utf8_lossy(definition), wire) {
             Ok(definition) => Self::Defined(definition),
             Err(why) => Self::Refused(format!("its type {name}: {why}")),
         }
+    }
+
+    #[cfg(feature = "protobuf")]
+    fn of_protobuf(schema: Option<(&str, &str, &[u8])>) -> Self {
+        let Some((name, "protobuf", descriptors)) = schema else {
+            return Self::Refused("it has no descriptors of protobuf".into());
+        };
+        match super::protobuf::MessageType::new(name, descriptors) {
+            Ok(kind) => Self::Protobuf(Box::new(kind)),
+            Err(why) => Self::Refused(format!("its type {name}: {why}")),
+        }
+    }
+
+    #[cfg(all(feature = "mcap", not(feature = "protobuf")))]
+    fn of_protobuf(_: Option<(&str, &str, &[u8])>) -> Self {
+        Self::Refused("this build cannot read messages in protobuf, its feature `protobuf` is off".into())
     }
 
     /// Puts the fields of a message into the last row; its stamp in nanoseconds, if it has a header with one.
@@ -65,6 +85,8 @@ impl MessageDecoder {
             Self::Defined(definition) => definition.decode(message, row),
             #[cfg(feature = "mcap")]
             Self::Json => super::json::message(message, row),
+            #[cfg(feature = "protobuf")]
+            Self::Protobuf(kind) => kind.decode(message, row),
             Self::Refused(why) => Err(why.clone().into()),
         }
     }

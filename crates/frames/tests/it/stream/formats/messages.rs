@@ -377,7 +377,7 @@ fn a_clock_that_was_set_back_refuses_its_topic() {
 #[test]
 fn a_wrong_encoding_is_refused_with_its_channel() {
     let refused = bound(&fixture("rosbag2/wrong_rmw_test_0.mcap"), "").unwrap_err();
-    insta::assert_snapshot!(refused, @"wrong_rmw_test_0.mcap topic /test_topic: its messages are encoded as `wrong_format`, expected `cdr`, `ros1` or `json`");
+    insta::assert_snapshot!(refused, @"wrong_rmw_test_0.mcap topic /test_topic: its messages are encoded as `wrong_format`, expected `cdr`, `ros1`, `json` or `protobuf`");
 }
 
 #[test]

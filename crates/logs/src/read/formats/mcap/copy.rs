@@ -1,16 +1,18 @@
 //! A file whose records are copied: what is known of it beforehand, and its records by time.
 
+use super::super::rosbag2::Metadata;
 use super::super::{folder, rosbag};
 use super::write::{ATTACHMENT, HEADER};
-use super::{
-    CHANNEL, CHUNK, DATA_END, FOOTER, Fault, Fields, MAGIC, MESSAGE, Metadata, SCHEMA, ZSTD, decompressed, record,
-};
+use super::{CHANNEL, CHUNK, DATA_END, FOOTER, Fault, Fields, MAGIC, MESSAGE, SCHEMA, ZSTD, decompressed, record};
 use crate::read::{file, text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, Error, Read, Result};
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_base::yaml;
+
+/// How a bag in SQLite begins.
+const SQLITE: &[u8] = b"SQLite format 3\0";
 
 /// What a file has, found by reading it once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -91,6 +93,8 @@ pub fn file_of(log: &Path) -> std::result::Result<PathBuf, InputError> {
         let text = text::read(&path, yaml::MAX_BYTES as u64)?;
         let metadata: Metadata = yaml::read(&text, &path.display().to_string())?;
         return match metadata.rosbag2_bagfile_information.relative_file_paths.as_slice() {
+            [file] if log.join(file).is_file() => mcap_file(&log.join(file)),
+            // What is missing is reported where it is opened.
             [file] => Ok(log.join(file)),
             files => {
                 let message = format!("is a bag of {} files, expected one whose messages can be copied", files.len());
@@ -98,6 +102,12 @@ pub fn file_of(log: &Path) -> std::result::Result<PathBuf, InputError> {
             }
         };
     }
+    mcap_file(log)
+}
+
+/// A file whose records can be copied, by its first bytes.
+fn mcap_file(log: &Path) -> std::result::Result<PathBuf, InputError> {
+    let place = log.display().to_string();
     let expected = "expected an MCAP file, whose messages can be copied";
     let mut magic = vec![];
     if log.is_file() {
@@ -109,6 +119,10 @@ pub fn file_of(log: &Path) -> std::result::Result<PathBuf, InputError> {
     if magic.starts_with(rosbag::MAGIC) {
         let error = InputError::new(place, format!("is a bag of ROS 1, {expected}"));
         return Err(error.help("convert it first: `mcap convert log.bag log.mcap`"));
+    }
+    if magic.starts_with(SQLITE) {
+        let error = InputError::new(place, format!("is a bag of ROS 2 in SQLite, {expected}"));
+        return Err(error.help("convert it first with `ros2 bag convert`"));
     }
     Err(InputError::new(place, format!("is another kind of log, {expected}")))
 }

@@ -1,0 +1,60 @@
+//! Bags of ROS 2 as their recorder leaves them: a folder with `metadata.yaml` and files of one storage, `mcap` or `sqlite3`.
+
+use super::mcap;
+use super::topics::Topics;
+use crate::allowed_folders::AllowedFolders;
+use crate::read::table::Source;
+use crate::read::text;
+use serde::Deserialize;
+use std::path::{Component, Path};
+use teachtree_base::error::InputError;
+use teachtree_base::yaml;
+
+/// What a recorder writes beside its files.
+#[derive(Deserialize)]
+pub(super) struct Metadata {
+    pub(super) rosbag2_bagfile_information: Information,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Information {
+    pub(super) relative_file_paths: Vec<String>,
+    storage_identifier: String,
+}
+
+/// Reads a folder with `metadata.yaml`, whose files are one log and must be in `folders`.
+///
+/// # Errors
+/// A file is missing or damaged, or no topic can be read.
+pub(super) fn folder(folder: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
+    let path = folder.join("metadata.yaml");
+    let name = path.display().to_string();
+    let text = text::whole(&folders.open(&path)?, &path, yaml::MAX_BYTES as u64)?;
+    let Metadata { rosbag2_bagfile_information: information } = yaml::read(&text, &name)?;
+    let storage = information.storage_identifier.as_str();
+    if storage == "sqlite3" && cfg!(not(feature = "db3")) {
+        let message = "found a bag stored as `sqlite3`, and this build cannot read it: its feature `db3` is off";
+        return Err(InputError::new(name, message));
+    }
+    if !matches!(storage, "mcap" | "sqlite3") {
+        return Err(InputError::new(name, format!("found a bag stored as `{storage}`, expected `mcap` or `sqlite3`"))
+            .help("convert the bag with `ros2 bag convert` to MCAP"));
+    }
+    let mut topics = Topics::new(folder.display().to_string());
+    let mut cut = None;
+    for part in information.relative_file_paths {
+        if !Path::new(&part).components().all(|part| matches!(part, Component::Normal(_))) {
+            return Err(InputError::new(name, format!("`{part}` leads out of the folder")));
+        }
+        let path = folder.join(part);
+        let place = path.display().to_string();
+        let bytes = folders.open(&path)?;
+        cut = match storage {
+            #[cfg(feature = "db3")]
+            "sqlite3" => super::db3::read(&path, &mut topics)?,
+            _ => mcap::read(bytes, &place, &mut topics)?,
+        }
+        .or(cut);
+    }
+    super::finish(topics, cut)
+}
