@@ -182,6 +182,34 @@ def by_zarr_2(expected):
     expected["codecs_2.zarr.zip"] = texts(columns)
 
 
+def shards():
+    """Arrays in shards: their index at either end, with other codecs, and parts that were never written. Returns the columns."""
+    from zarr.codecs import BloscCodec, BytesCodec, TransposeCodec
+
+    data = values((50, 3))
+    path = FOLDER / "shards_3.zarr"
+    shutil.rmtree(path, ignore_errors=True)
+    root = zarr.open_group(str(path), mode="w", zarr_format=3)
+    columns = {}
+
+    def add(name, written=slice(None), location="end", chunks=(8, 2), shape=(16, 4), **options):
+        config = {"shape": shape, "index_location": location}
+        array = root.create_array(name, shape=data.shape, dtype=data.dtype, chunks=chunks, shards=config, **options)
+        array[written] = data[written]
+        columns.update(spread(name, array[:]))
+
+    add("usual")
+    add("at_start", location="start")
+    add("plain", compressors=None)
+    add("blosc", compressors=BloscCodec(cname="lz4", shuffle="shuffle"), chunks=(8, 4))
+    add("transposed", filters=[TransposeCodec(order=(1, 0))])
+    add("big_endian", serializer=BytesCodec(endian="big"), compressors=None)
+    add("whole", chunks=(64, 4), shape=(64, 4))
+    add("gaps", slice(20, 30), fill_value=-2)
+    archive(path, FOLDER / "shards_3.zarr.zip")
+    return columns
+
+
 def by_zarr_3(expected):
     from zarr.codecs import BloscCodec, BytesCodec, Crc32cCodec, GzipCodec, TransposeCodec, ZstdCodec
 
@@ -216,9 +244,10 @@ def by_zarr_3(expected):
     archive(path, FOLDER / "codecs_3.zarr.zip")
     columns = {"time [s]": np.arange(320) / 10}
     for name, array in read.items():
-        if name not in ("blosc_blosclz", "sharded"):
+        if name != "blosc_blosclz":
             columns |= spread(name, array.astype("f8"))
     expected["codecs_3.zarr.zip"] = texts(columns)
+    expected["shards_3.zarr.zip"] = texts(shards())
     # A group a demonstration.
     for version in (2, 3):
         path = FOLDER / f"demos_{version}_by_3.zarr"

@@ -7,6 +7,7 @@ mod blosc;
 mod chunks;
 mod codecs;
 mod metadata;
+mod shards;
 mod store;
 
 use super::array_columns::width;

@@ -64,8 +64,26 @@ fn arrays_that_cannot_be_read_are_named_with_the_reason() {
         [refused("arrays.npz"), refused("codecs_2.zarr.zip"), refused("codecs_3.zarr.zip"), refused("umi.zarr.zip#0")]
             .join("\n")
     );
-    let message = bound(&file("codecs_3.zarr.zip"), "channels: {right.gripper.opening: 'sharded[0]'}\n").unwrap_err();
-    assert!(message.contains("sharding_indexed"), "{message}");
+    let message =
+        bound(&file("codecs_3.zarr.zip"), "channels: {right.gripper.opening: 'blosc_blosclz[0]'}\n").unwrap_err();
+    assert!(message.contains("blosclz"), "{message}");
+}
+
+/// Whatever an index of shards says, reading ends with values or an error.
+#[test]
+fn damaged_shards_are_refused_or_read() {
+    let whole = std::fs::read(file("shards_3.zarr.zip")).unwrap();
+    let folder = folder(&[]);
+    let path = folder.path().join("a.zarr.zip");
+    let mut refused = 0;
+    for at in (0..whole.len()).step_by(97) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x41;
+        std::fs::write(&path, &bytes).unwrap();
+        let binding = "rate: 10 Hz\nchannels: {right.palm.position: 'usual[<xyz=0 1 2>]', cube.position: 'at_start[<xyz=0 1 2>]'}\n";
+        refused += usize::from(bound(&path, binding).is_err());
+    }
+    assert!(refused > 5, "{refused}");
 }
 
 /// A writer omits chunks in which every value is the fill value; in a copy that lost files, the missing chunks had other values.

@@ -4,7 +4,9 @@ use super::super::array_log::MissingRows;
 use super::super::elements::Element;
 use super::codecs::DimensionOrder;
 use super::metadata::Layout;
+use super::shards::Shards;
 use super::store::Store;
+use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;
 use teachtree_base::error::InputError;
@@ -19,12 +21,14 @@ pub(super) struct ChunkedArray {
     path: String,
     shape: Vec<usize>,
     layout: Layout,
+    /// The shard that was read last, with its file: its chunks are mostly read one after the other.
+    shard: RefCell<Option<(String, Rc<Vec<u8>>)>>,
 }
 
 impl ChunkedArray {
     /// The array of a path.
     pub fn new(store: Rc<Store>, place: &str, path: &str, shape: Vec<usize>, layout: Layout) -> Self {
-        Self { store, place: place.into(), path: path.into(), shape, layout }
+        Self { store, place: place.into(), path: path.into(), shape, layout, shard: RefCell::default() }
     }
 
     /// Its path in the store.
@@ -63,10 +67,36 @@ impl ChunkedArray {
             .collect()
     }
 
-    /// The file of a chunk.
-    fn key(&self, chunk: &[usize]) -> String {
+    /// The shape of what a file has: of a chunk, or of a shard.
+    fn file_shape(&self) -> &[usize] {
+        self.layout.shards.as_ref().map_or(&self.layout.chunk, |shards| &shards.shape)
+    }
+
+    /// The number of the file of a chunk, in each dimension.
+    fn file_of(&self, chunk: &[usize]) -> Vec<usize> {
+        match &self.layout.shards {
+            Some(shards) => {
+                chunk.iter().zip(shards.chunks(&self.layout.chunk)).map(|(at, count)| at / count.max(1)).collect()
+            }
+            None => chunk.to_vec(),
+        }
+    }
+
+    /// The numbers of the files that some rows are in, in each dimension.
+    fn files(&self, rows: &Range<usize>) -> Vec<Range<usize>> {
+        let sizes = self.shape.iter().zip(self.file_shape()).enumerate();
+        sizes
+            .map(|(at, (size, file))| {
+                let (start, end) = if at == 0 { (rows.start, rows.end.min(*size)) } else { (0, *size) };
+                start / file..end.div_ceil(*file)
+            })
+            .collect()
+    }
+
+    /// The file of a number.
+    fn key(&self, file: &[usize]) -> String {
         let Layout { prefix, separator, .. } = &self.layout;
-        let numbers: Vec<String> = chunk.iter().map(ToString::to_string).collect();
+        let numbers: Vec<String> = file.iter().map(ToString::to_string).collect();
         let numbers = numbers.join(&separator.to_string());
         let name = if prefix.is_empty() { numbers } else { format!("{prefix}{separator}{numbers}") };
         if self.path.is_empty() { name } else { format!("{}/{name}", self.path) }
@@ -82,7 +112,7 @@ impl ChunkedArray {
             return Ok(vec![]);
         }
         crate::read::table::check_size(&self.place, count, per_row)?;
-        Ok(places(&self.grid(&rows)).map(|chunk| self.key(&chunk)).collect())
+        Ok(places(&self.files(&rows)).map(|file| self.key(&file)).collect())
     }
 
     /// The values of some rows, row by row, of which `value` makes each of its bytes.
@@ -137,10 +167,10 @@ impl ChunkedArray {
 
     /// Returns the missing chunks of a range of rows.
     pub fn missing(&self, rows: &Range<usize>) -> Option<MissingRows> {
-        let chunks: Vec<Vec<usize>> = places(&self.grid(rows)).collect();
-        let missing: Vec<&Vec<usize>> = chunks.iter().filter(|chunk| !self.store.has(&self.key(chunk))).collect();
+        let chunks: Vec<Vec<usize>> = places(&self.files(rows)).collect();
+        let missing: Vec<&Vec<usize>> = chunks.iter().filter(|file| !self.store.has(&self.key(file))).collect();
         let (first, last) = (missing.first()?, missing.last()?);
-        let size = self.layout.chunk.first().copied().unwrap_or(1);
+        let size = self.file_shape().first().copied().unwrap_or(1);
         let row = |chunk: usize| (chunk * size).clamp(rows.start, rows.end) - rows.start;
         let [first_row, last_row] = [first, last].map(|chunk| chunk.first().copied().unwrap_or(0));
         let (key, fill) = (self.key(first), self.layout.fill);
@@ -153,14 +183,55 @@ impl ChunkedArray {
         Some(MissingRows { rows: row(first_row)..row(last_row + 1), message })
     }
 
+    /// The packed bytes of a chunk in a shard with this file, at most `most` of them, if it is there.
+    fn of_shard(
+        &self,
+        shards: &Shards,
+        key: &str,
+        chunk: &[usize],
+        most: usize,
+    ) -> Result<Option<Vec<u8>>, InputError> {
+        let wrong = |message: String| InputError::new(format!("{} chunk {key}", self.place), message);
+        let Some(shard) = self.shard(shards, key, most)? else { return Ok(None) };
+        let counts = shards.chunks(&self.layout.chunk);
+        let within: Vec<usize> = chunk.iter().zip(&counts).map(|(at, count)| at % (*count).max(1)).collect();
+        let Some(range) = shards.find(&shard, &self.layout.chunk, &within).map_err(wrong)? else { return Ok(None) };
+        if range.len() > most {
+            return Err(wrong(format!("has a chunk of {} bytes, expected at most {most}", range.len())));
+        }
+        Ok(shard.get(range).map(<[u8]>::to_vec))
+    }
+
+    /// The bytes of a shard, if it is there; a chunk of it has at most `most`.
+    fn shard(&self, shards: &Shards, key: &str, most: usize) -> Result<Option<Rc<Vec<u8>>>, InputError> {
+        if let Some((known, shard)) = &*self.shard.borrow()
+            && known == key
+        {
+            return Ok(Some(Rc::clone(shard)));
+        }
+        let wrong = |message: String| InputError::new(format!("{} chunk {key}", self.place), message);
+        let chunks = shards.chunks(&self.layout.chunk).into_iter().fold(1, usize::saturating_mul);
+        let whole = chunks.saturating_mul(most).saturating_add(shards.index_bytes(&self.layout.chunk));
+        let Some(mut bytes) = self.store.get(key, around(whole) as u64)? else { return Ok(None) };
+        for codec in shards.codecs.iter().rev() {
+            bytes = codec.undo(&bytes, whole).map_err(wrong)?;
+        }
+        let shard = Rc::new(bytes);
+        *self.shard.borrow_mut() = Some((key.to_string(), Rc::clone(&shard)));
+        Ok(Some(shard))
+    }
+
     /// The bytes of a chunk, if it is there.
     fn chunk(&self, chunk: &[usize]) -> Result<Option<Vec<u8>>, InputError> {
-        let key = self.key(chunk);
+        let key = self.key(&self.file_of(chunk));
         let wrong = |message: String| InputError::new(format!("{} chunk {key}", self.place), message);
         let wanted = self.chunk_bytes().ok_or_else(|| wrong("is too large".into()))?;
-        // What does not pack well is a little longer than it was.
-        let around = wanted.saturating_add(wanted / 8).saturating_add(AROUND);
-        let Some(mut bytes) = self.store.get(&key, around as u64)? else { return Ok(None) };
+        let around = around(wanted);
+        let found = match &self.layout.shards {
+            Some(shards) => self.of_shard(shards, &key, chunk, around)?,
+            None => self.store.get(&key, around as u64)?,
+        };
+        let Some(mut bytes) = found else { return Ok(None) };
         for (after, codec) in self.layout.codecs.iter().enumerate().rev() {
             bytes = codec.undo(&bytes, if after == 0 { wanted } else { around }).map_err(wrong)?;
         }
@@ -169,6 +240,11 @@ impl ChunkedArray {
         }
         Ok(Some(bytes))
     }
+}
+
+/// The most bytes that values of this many bytes have on the way: what does not pack well is a little longer than it was.
+fn around(wanted: usize) -> usize {
+    wanted.saturating_add(wanted / 8).saturating_add(AROUND)
 }
 
 /// How many elements apart those next to each other in each dimension are.

@@ -45,7 +45,6 @@ impl Codec {
             },
             "lz4" => Self::Lz4,
             "crc32c" => Self::Crc32c,
-            "sharding_indexed" => return Err("is in shards (`sharding_indexed`), which are not read here".into()),
             other => return Err(format!("went through the codec `{other}`, which is not read here, {EXPECTED}")),
         })
     }
@@ -103,7 +102,7 @@ pub(super) fn zstd(bytes: &[u8], most: usize) -> Result<Vec<u8>, String> {
 }
 
 /// The check sum of Castagnoli (RFC 3720, section B.4).
-fn crc32c(bytes: &[u8]) -> u32 {
+pub(super) fn crc32c(bytes: &[u8]) -> u32 {
     let step = |sum: u32, byte: &u8| {
         let sum = sum ^ u32::from(*byte);
         (0..8).fold(sum, |sum, _| if sum & 1 == 1 { sum >> 1 ^ 0x82f6_3b78 } else { sum >> 1 })

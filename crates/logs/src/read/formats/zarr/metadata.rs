@@ -3,6 +3,7 @@
 use super::super::elements::Element;
 use super::chunks::ChunkedArray;
 use super::codecs::{Codec, DimensionOrder};
+use super::shards::Shards;
 use super::store::Store;
 use serde_json::{Map, Value};
 use std::rc::Rc;
@@ -100,6 +101,8 @@ pub(super) struct Layout {
     pub order: DimensionOrder,
     /// What the bytes of a chunk went through, in the order of writing.
     pub codecs: Vec<Codec>,
+    /// The files that chunks are in, where these have several chunks.
+    pub shards: Option<Shards>,
     /// What the file of a chunk is called before its numbers, and what stands between them.
     pub prefix: &'static str,
     pub separator: char,
@@ -131,36 +134,97 @@ fn version_2(described: &Value) -> Result<Layout, String> {
             DimensionOrder::RowMajor
         },
         codecs: codec.into_iter().collect(),
+        shards: None,
         prefix: "",
         separator,
     })
 }
 
-fn version_3(described: &Value) -> Result<Layout, String> {
-    let configuration = |of: &Value, key: &str| of.get("configuration").and_then(|of| of.get(key)).cloned();
-    let named = |of: &Value| match of {
+/// A value of the configuration of a codec or a grid.
+fn configuration(of: &Value, key: &str) -> Option<Value> {
+    of.get("configuration").and_then(|of| of.get(key)).cloned()
+}
+
+/// The name of a codec or a grid.
+fn named(of: &Value) -> String {
+    match of {
         Value::String(name) => name.clone(),
         other => text(other, "name").unwrap_or("?").to_string(),
-    };
+    }
+}
+
+/// What the values of a chunk go through, in the order of writing.
+struct CodecChain {
+    order: DimensionOrder,
+    codecs: Vec<Codec>,
+    big_endian: bool,
+    /// The codec that puts chunks into shards.
+    sharding: Option<Value>,
+}
+
+impl CodecChain {
+    fn read(list: Option<&Value>) -> Result<Self, String> {
+        let mut chain = Self { order: DimensionOrder::RowMajor, codecs: vec![], big_endian: false, sharding: None };
+        for codec in list.and_then(Value::as_array).ok_or("has no `codecs`")? {
+            match named(codec).as_str() {
+                "bytes" => chain.big_endian = configuration(codec, "endian").is_some_and(|endian| endian == "big"),
+                "transpose" => {
+                    let of = configuration(codec, "order");
+                    let order = sizes(of.as_ref()).ok_or("is transposed, without an `order`")?;
+                    chain.order = DimensionOrder::Transposed(order);
+                }
+                "sharding_indexed" => chain.sharding = Some(codec.clone()),
+                name => {
+                    let packer = configuration(codec, "cname");
+                    let packer = packer.as_ref().and_then(Value::as_str);
+                    chain.codecs.push(Codec::read(name.strip_prefix("numcodecs.").unwrap_or(name), packer)?);
+                }
+            }
+        }
+        Ok(chain)
+    }
+
+    /// The shape of the chunks in shards of this shape, the codecs of chunks, and the shards.
+    fn of_shards(self, sharding: &Value, shape: Vec<usize>) -> Result<(Vec<usize>, Self, Shards), String> {
+        let inner = Self::read(configuration(sharding, "codecs").as_ref())?;
+        let index = Self::read(configuration(sharding, "index_codecs").as_ref())?;
+        if self.order != DimensionOrder::RowMajor || inner.sharding.is_some() {
+            return Err("is in shards that are transposed or in shards themselves, which are not read here".into());
+        }
+        let has_sum = match index.codecs.as_slice() {
+            [] => false,
+            [Codec::Crc32c] => true,
+            _ => return Err("is in shards with a packed index, which is not read here".into()),
+        };
+        if index.big_endian {
+            return Err("is in shards with a big-endian index, which is not read here".into());
+        }
+        let chunk =
+            sizes(configuration(sharding, "chunk_shape").as_ref()).ok_or("is in shards without `chunk_shape`")?;
+        let fits = chunk.len() == shape.len()
+            && shape.iter().zip(&chunk).all(|(shard, chunk)| *chunk > 0 && *shard > 0 && shard % chunk == 0);
+        if !fits {
+            return Err(format!("has shards of the shape {shape:?}, expected multiples of its chunks, {chunk:?}"));
+        }
+        let index_at_start = configuration(sharding, "index_location").is_some_and(|location| location == "start");
+        Ok((chunk, inner, Shards { shape, index_at_start, has_sum, codecs: self.codecs }))
+    }
+}
+
+fn version_3(described: &Value) -> Result<Layout, String> {
     let grid = described.get("chunk_grid").unwrap_or(&Value::Null);
     if named(grid) != "regular" {
         return Err(format!("has a chunk grid `{}`, expected `regular`", named(grid)));
     }
-    let (mut order, mut codecs, mut big_endian) = (DimensionOrder::RowMajor, vec![], false);
-    for codec in described.get("codecs").and_then(Value::as_array).ok_or("has no `codecs`")? {
-        match named(codec).as_str() {
-            "bytes" => big_endian = configuration(codec, "endian").is_some_and(|endian| endian == "big"),
-            "transpose" => {
-                let of = configuration(codec, "order");
-                order = DimensionOrder::Transposed(sizes(of.as_ref()).ok_or("is transposed, without an `order`")?);
-            }
-            name => {
-                let packer = configuration(codec, "cname");
-                let packer = packer.as_ref().and_then(Value::as_str);
-                codecs.push(Codec::read(name.strip_prefix("numcodecs.").unwrap_or(name), packer)?);
-            }
+    let shape = sizes(configuration(grid, "chunk_shape").as_ref()).ok_or("has no `chunk_shape`")?;
+    let chain = CodecChain::read(described.get("codecs"))?;
+    let (chunk, chain, shards) = match chain.sharding.clone() {
+        Some(sharding) => {
+            let (chunk, inner, shards) = chain.of_shards(&sharding, shape)?;
+            (chunk, inner, Some(shards))
         }
-    }
+        None => (shape, chain, None),
+    };
     let encoding = described.get("chunk_key_encoding").unwrap_or(&Value::Null);
     let prefix = if named(encoding) == "v2" { "" } else { "c" };
     let usual = if prefix.is_empty() { '.' } else { '/' };
@@ -168,11 +232,12 @@ fn version_3(described: &Value) -> Result<Layout, String> {
     let separator = separator.as_ref().and_then(Value::as_str).and_then(|text| text.chars().next()).unwrap_or(usual);
     let kind = described.get("data_type").map(named).unwrap_or_default();
     Ok(Layout {
-        chunk: sizes(configuration(grid, "chunk_shape").as_ref()).ok_or("has no `chunk_shape`")?,
-        element: Element::of_zarr_3(&kind, big_endian)?,
+        chunk,
+        element: Element::of_zarr_3(&kind, chain.big_endian)?,
         fill: fill(described),
-        order,
-        codecs,
+        order: chain.order,
+        codecs: chain.codecs,
+        shards,
         prefix,
         separator,
     })
