@@ -15,6 +15,7 @@ use super::sources::{self, ColumnSource};
 use super::{BindingFile, Normals};
 use crate::clean::spikes;
 use crate::clean::stuck_sensors;
+use crate::clean::untracked_bodies;
 use indexmap::IndexMap;
 use teachtree_base::error::InputError;
 use teachtree_base::recording::{Column, Recording};
@@ -54,6 +55,9 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
     read.recording.scene = scene;
     // Before anything is computed from their neighbours.
     read.issues.extend(spikes::reject(&mut read.recording));
+    if binding.resample.is_some() {
+        read.issues.extend(untracked_bodies::unmeasure_recording(&mut read.recording));
+    }
     let shifted = sensors::shift(&mut read.recording, file)?;
     match binding.resample {
         Some(rate) => {

@@ -2,9 +2,11 @@
 
 use crate::clean::dropouts::interval;
 use crate::clean::preprocess::{Columns, channel_of};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use teachtree_base::channels::Shape;
+use teachtree_base::recording::{Column, Recording};
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
@@ -37,7 +39,7 @@ pub fn unmeasure(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
     for channel in &channels {
         let lost = lost(columns, channel);
         let (Some(first), Some(last)) = (lost.first(), lost.last()) else { continue };
-        let samples: usize = lost.iter().map(Range::len).sum();
+        let samples = zeros(columns, channel, &lost);
         let message = format!(
             "{samples} samples are exactly 0 0 0, a step from where the body is before or after: it was lost, and they count as not measured"
         );
@@ -55,22 +57,59 @@ pub fn unmeasure(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
     issues
 }
 
+/// The number of samples at the origin in some rows: rows of other sensors have none.
+fn zeros(columns: &Columns, channel: &str, rows: &[Range<usize>]) -> usize {
+    let is_zero = |row: usize| {
+        ["x", "y", "z"].iter().all(|letter| {
+            let column = columns.get(format!("{channel}.{letter}").as_str());
+            column.and_then(|(_, values)| values.get(row)).is_some_and(|value| *value == 0.0)
+        })
+    };
+    rows.iter().flat_map(Clone::clone).filter(|row| is_zero(*row)).count()
+}
+
+/// The same of a recording, before its positions are interpolated.
+pub fn unmeasure_recording(recording: &mut Recording) -> Vec<Issue> {
+    let column = |(name, column): (&'_ String, &'_ Column)| (name.clone(), column.dimension, column.values.clone());
+    let positions =
+        recording.columns.iter().filter(|(name, _)| is_position(channel_of(name)) || name.contains(".rotation."));
+    let taken: Vec<(String, Dimension, Vec<f64>)> = positions.map(column).collect();
+    let mut columns: Columns = taken
+        .iter()
+        .map(|(name, dimension, values)| (name.as_str(), (*dimension, Cow::Borrowed(values.as_slice()))))
+        .collect();
+    let issues = unmeasure(&recording.time, &mut columns);
+    for (name, (_, values)) in columns {
+        if let (Cow::Owned(values), Some(column)) = (values, recording.columns.get_mut(name)) {
+            column.values = values;
+        }
+    }
+    issues
+}
+
 /// The rows in which a body was lost.
 fn lost(columns: &Columns, channel: &str) -> Vec<Range<usize>> {
     let part = |letter: &str| columns.get(format!("{channel}.{letter}").as_str()).map(|(_, values)| values.as_ref());
     let (Some(x), Some(y), Some(z)) = (part("x"), part("y"), part("z")) else { return vec![] };
     let at = |row: usize| Some([*x.get(row)?, *y.get(row)?, *z.get(row)?]);
+    let is_measured = |row: &usize| at(*row).is_some_and(|position| position.iter().all(|part| !part.is_nan()));
+    // Rows of other sensors have no sample of this one.
+    let rows: Vec<usize> = (0..x.len()).filter(is_measured).collect();
     let mut runs: Vec<Range<usize>> = vec![];
-    for row in (0..x.len()).filter(|row| at(*row).is_some_and(is_origin)) {
+    for (place, row) in rows.iter().enumerate().filter(|(_, row)| at(**row).is_some_and(is_origin)) {
         match runs.last_mut() {
-            Some(last) if last.end == row => last.end = row + 1,
-            _ => runs.push(row..row + 1),
+            Some(last) if place.checked_sub(1).is_some_and(|before| rows.get(before) == Some(&(last.end - 1))) => {
+                last.end = row + 1;
+            }
+            _ => runs.push(*row..row + 1),
         }
     }
-    let is_away_or_none = |row: Option<usize>| row.and_then(at).is_none_or(is_away);
+    let is_away_or_none = |row: Option<&usize>| row.and_then(|row| at(*row)).is_none_or(is_away);
     runs.retain(|run| {
-        let is_whole = run.len() == x.len();
-        !is_whole && is_away_or_none(run.start.checked_sub(1)) && is_away_or_none(Some(run.end))
+        let [first, last] = [run.start, run.end - 1].map(|row| rows.partition_point(|it| *it < row));
+        let is_whole = last + 1 - first == rows.len();
+        let before = first.checked_sub(1).and_then(|before| rows.get(before));
+        !is_whole && is_away_or_none(before) && is_away_or_none(rows.get(last + 1))
     });
     runs
 }

@@ -74,7 +74,7 @@ fn steps_of_the_bridge_itself_are_bridged() {
     let mut text = String::from("time,x\n");
     // 10 Hz with some jitter: the steps are 0.09 to 0.11 s, the bridge is 0.1 s.
     for row in 0..50 {
-        text.push_str(&format!("{},{row}\n", f64::from(row) * 0.1 + if row % 3 == 1 { 0.01 } else { 0.0 }));
+        text.push_str(&format!("{},{}\n", f64::from(row) * 0.1 + if row % 3 == 1 { 0.01 } else { 0.0 }, row + 1));
     }
     let [log, file] = ["log.csv", "b.yaml"].map(|name| folder.path().join(name));
     std::fs::write(&log, text).unwrap();

@@ -72,3 +72,29 @@ fn a_body_that_no_hand_involves_costs_no_frame() {
     assert_eq!((frames.stretches.as_slice(), frames.unseen.is_empty()), (std::slice::from_ref(&whole), true));
     assert!(frames.issues.iter().any(|issue| issue.message.contains("no hand is near it")), "{:?}", frames.issues);
 }
+
+/// A tracker writes a lost body as 0 0 0. The rows of another sensor are between its own.
+#[test]
+fn zeros_of_a_lost_body_are_not_interpolated() {
+    use crate::shared::files::{bound, folder, values};
+    let rows = |offset: f64, value: &dyn Fn(u32) -> f64| -> String {
+        let row = |row: u32| format!("{},{},0,0\n", offset + f64::from(row) * 0.02, value(row));
+        std::iter::once("time,x,y,z\n".to_string()).chain((0..100).map(row)).collect()
+    };
+    let body = rows(0.0, &|row| if (40..50).contains(&row) { 0.0 } else { 0.5 + f64::from(row) * 1e-3 });
+    let hand = rows(0.007, &|row| 0.3 + f64::from(row) * 1e-3);
+    let folder = folder(&[("log/body.csv", &body), ("log/hand.csv", &hand)]);
+    for (bridge, is_bridged) in [("100 ms", false), ("300 ms", true)] {
+        let binding = format!(
+            "resample: 50 Hz\nbridge: {bridge}\nchannels: {{cube.position: body.<xyz>, right.palm.position: hand.<xyz>}}\n"
+        );
+        let (log, issues) = bound(&folder.path().join("log"), &binding).unwrap();
+        assert!(issues.iter().any(|issue| issue.message.starts_with("10 samples are exactly 0 0 0")), "{issues:?}");
+        let x = values(&log, "cube.position.x");
+        for (time, value) in log.time.iter().zip(x) {
+            let is_lost = (0.781..0.999).contains(time) && !is_bridged;
+            assert_eq!(value.is_nan(), is_lost, "{time}: {value}");
+            assert!(is_lost || (value - (0.5 + time * 0.05)).abs() < 1e-6, "{time}: {value}");
+        }
+    }
+}

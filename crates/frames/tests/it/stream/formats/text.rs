@@ -148,7 +148,7 @@ fn rows_without_stamps_have_a_rate() {
 #[test]
 fn a_folder_of_tables_is_laid_on_one_time_base() {
     let folder = folder(&[
-        ("run/pose.dat", "0 0 0 0\n0.02 2 0 0\n0.04 4 0 0\n"),
+        ("run/pose.dat", "0 0 0 1\n0.02 2 0 1\n0.04 4 0 1\n"),
         ("run/force.dat", "0.01 5 0 0\n0.03 6 0 0\n0.05 7 0 0\n"),
         ("run/notes.txt", ""),
     ]);
