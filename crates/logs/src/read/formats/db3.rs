@@ -141,8 +141,8 @@ impl<'a> Bag<'a> {
             left = left
                 .checked_sub(data.len() as u64)
                 .ok_or_else(|| Fault::Damaged("its messages have more bytes than the file".into()))?;
-            let Some((topic, decoder)) = decoders.get(&row.get(1)?) else { return Ok(()) };
-            let recorded = row.get(2)?;
+            let (topic, recorded): (i64, i64) = (row.get(1)?, row.get(2)?);
+            let Some((topic, decoder)) = decoders.get(&topic) else { return Ok(()) };
             if data.starts_with(&ZSTD) {
                 let plain = super::mcap::unpacked_message(data).map_err(Fault::Damaged)?;
                 return topics.push(topic, decoder, recorded, &plain).map_err(Fault::Log);
