@@ -113,11 +113,11 @@ impl Kind {
             Self::Bindings => named(BINDINGS),
             Self::Schemas => named(SCHEMAS),
             Self::Scenes => {
-                teachtree_world::shipped::texts().map(|(name, scene, _)| (format!("{name}.yaml"), scene)).collect()
+                teachtree_world::shipped::scenes().map(|(name, scene)| (format!("{name}.yaml"), scene)).collect()
             }
             Self::Operators => {
-                let texts = teachtree_world::shipped::texts();
-                texts.map(|(name, _, operator)| (format!("{name}.operator.yaml"), operator)).collect()
+                let texts = teachtree_world::shipped::operators();
+                texts.map(|(name, operator)| (format!("{name}.operator.yaml"), operator)).collect()
             }
             Self::Robots => teachtree_robot::texts().map(|(name, text)| (format!("{name}.yaml"), text)).collect(),
         }

@@ -183,7 +183,7 @@ fn hand_tasks(recording: &Recording) -> impl Iterator<Item = (&str, Vec<&str>, O
         // The same task once more begins with a way to the object.
         let goes_on = |one: &(&str, &str), next: &(&str, &str)| one.0 == next.0 && !world::sets_out(one.1, next.1);
         let runs: Vec<(&str, &str)> = rows.chunk_by(goes_on).filter_map(|run| run.last().copied()).collect();
-        let (last, at_work) = runs.last().map(|(task, label)| (*task, !world::lets_go(label)))?;
+        let (last, at_work) = runs.last().map(|(task, label)| (*task, !world::ends_task(label)))?;
         let begun = Some(last).filter(|task| at_work && !task.is_empty());
         let ended = &runs[..runs.len() - usize::from(begun.is_some())];
         Some((hand, ended.iter().map(|(task, _)| *task).filter(|task| !task.is_empty()).collect(), begun))

@@ -2,9 +2,10 @@
 //!
 //! INVARIANT (same seed, same bytes): everything is drawn from the seed in a fixed order. Labels and events come from the world without noise.
 
-use super::operator::{Operator, PartnerHand, Performer, cuts};
+use super::operator::{Operator, PartnerHand, Performer, cuts, obstacles};
 use super::recorder::Recorder;
 use super::simulation::{Fingertips, HandTarget, World};
+use super::truth::TruthOptions;
 use nalgebra::Vector3;
 use teachtree_base::error::InputError;
 use teachtree_base::recording::{Event, Recording};
@@ -33,7 +34,7 @@ pub fn teach_with_progress(
     seed: u64,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Recording, InputError> {
-    let mut world = World::new(scene, Fingertips::default())?;
+    let mut world = World::new(scene, Fingertips::default().scaled(operator.force_scale))?;
     let mut performers = Vec::new();
     for (&side, script) in &operator.hands {
         performers.push(Performer::new(scene, operator, side, script, &world, seed)?);
@@ -82,6 +83,9 @@ pub fn teach_with_progress(
                 if let Some((step, body)) = begun.unmet {
                     happened("contact_not_met", vec![format!("steps.{step}"), body]);
                 }
+                if let Some(failure) = begun.failure {
+                    happened("failure_started", vec![failure.name().to_string()]);
+                }
                 if let Some(perturbation) = begun.perturbation {
                     happened("perturbation_started", vec![perturbation.name().to_string()]);
                 }
@@ -108,5 +112,7 @@ pub fn teach_with_progress(
         world.step(&targets(&performers));
     }
     progress(1.0);
-    Ok(recorder.finish(scene, events, cuts(operator, seed)))
+    let obstacles = operator.failures.as_ref().map(|_| obstacles(scene, operator));
+    let options = TruthOptions { force_scale: operator.force_scale, obstacles };
+    Ok(recorder.finish(scene, events, cuts(operator, seed), &options))
 }

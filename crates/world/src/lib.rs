@@ -23,8 +23,9 @@ pub use bodies::BodyContact;
 pub use demonstration::{teach, teach_with_progress};
 pub use operator::schema as operator_schema;
 pub use operator::{
-    Bring, Carry, Close, Cooperation, ForceNoise, Goal, Grip, Insert, MeasurementSpec, Occasions, Open, Operator,
-    Perturbation, Press, Reach, Script, Slip, Step, StopContact, Tremor, Turn, Variation, WallPress, Withdraw,
+    Bring, Carry, Close, Collide, Cooperation, Failure, FailurePlan, ForceNoise, Goal, Grip, Insert, Jam,
+    MeasurementSpec, Occasions, Open, Operator, Perturbation, Press, Reach, Script, Slip, Step, StopContact, Tremor,
+    Turn, Variation, WallPress, Withdraw,
 };
 pub use recorder::recorded;
 pub use shipped::{operator, scene};
@@ -34,4 +35,4 @@ pub use simulation::{
 };
 pub use teleop::{FARTHEST_M, HandInput, MOST_FORCE_N, MOST_STEPS, RawRecording, TeleopWorld, WATCHDOG_STEPS};
 pub use touch::TouchLaw;
-pub use truth::{lets_go, sets_out};
+pub use truth::{ends_task, sets_out};

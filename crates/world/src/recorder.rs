@@ -2,10 +2,11 @@
 
 use super::operator::{ForceNoise, MeasurementSpec, Perturbation, Rng};
 use super::simulation::Observation;
-use super::truth::{WorldState, contact_events, truth};
+use super::truth::{TruthOptions, WorldState, contact_events, truth};
 use indexmap::IndexMap;
 use nalgebra::{Isometry3, Vector3};
 use std::ops::Range;
+use teachtree_base::hands::Finger;
 use teachtree_base::log_channel::{BodyPart, ContactPart, FingerPart, LogChannel, columns};
 use teachtree_base::recording::{Column, Event, Recording};
 use teachtree_base::scene::{Role, Scene};
@@ -13,18 +14,26 @@ use teachtree_base::units::Dimension;
 
 /// Streams of chance of the force sensors: one each, after those of the hands.
 const SENSOR_STREAM: u64 = 16;
+/// Streams of chance of the force sensors at the wrists.
+const WRIST_STREAM: u64 = 48;
 
-/// The channels of a recording of the virtual environment: fingertips and palms, objects, contacts; `flags` for the contacts of fingertips.
-pub fn recorded<'s>(scene: &'s Scene, seen: &Observation, flags: bool) -> Vec<LogChannel<'s>> {
+/// The channels of a recording of the virtual environment: fingertips and palms, objects, contacts, and additional measurements.
+pub fn recorded<'s>(scene: &'s Scene, seen: &Observation, measured: &MeasurementSpec) -> Vec<LogChannel<'s>> {
     let mut channels = Vec::new();
     for (side, hand) in &scene.hands {
         for finger in &hand.fingers {
             channels.extend(FingerPart::TIP.map(|part| LogChannel::Finger(*side, *finger, part)));
-            if flags {
+            if measured.contact_flags {
                 channels.push(LogChannel::Finger(*side, *finger, FingerPart::Contact));
             }
         }
         channels.extend(LogChannel::palm(*side));
+        if measured.wrist_forces {
+            channels.push(LogChannel::Finger(*side, Finger::Palm, FingerPart::Force));
+        }
+        if measured.gripper_openings && hand.fingers.contains(&Finger::Thumb) && hand.fingers.len() > 1 {
+            channels.push(LogChannel::GripperOpening(*side));
+        }
     }
     let bodies: Vec<_> = scene.bodies.iter().collect();
     for (name, _) in bodies.iter().filter(|(_, body)| body.role == Role::Object) {
@@ -46,6 +55,10 @@ pub(super) struct Recorder {
     columns: Vec<Vec<f64>>,
     names: Vec<(String, Dimension)>,
     noise: Vec<Vec<Sensor>>,
+    /// The force sensors at the wrists, if they are recorded.
+    wrists: Vec<Sensor>,
+    /// Radius of the fingertips of each hand, m, if the openings of the hands are recorded.
+    grippers: Vec<f64>,
     measured: MeasurementSpec,
     pub(super) moments: Vec<WorldState>,
 }
@@ -82,7 +95,7 @@ impl Recorder {
         seed: u64,
     ) -> Self {
         let bodies: Vec<_> = scene.bodies.iter().collect();
-        let names = columns(&recorded(scene, seen, measured.contact_flags));
+        let names = columns(&recorded(scene, seen, measured));
         let mut stream = SENSOR_STREAM;
         let noise = scene.hands.values().map(|hand| {
             let sensors = hand.fingers.iter().map(|_| {
@@ -91,7 +104,11 @@ impl Recorder {
             });
             sensors.collect()
         });
+        let wrists = (WRIST_STREAM..).zip(scene.hands.values()).filter(|_| measured.wrist_forces);
+        let grippers = scene.hands.values().filter(|_| measured.gripper_openings);
         Self {
+            wrists: wrists.map(|(stream, _)| Sensor::new(force_noise, seed, stream)).collect(),
+            grippers: grippers.map(|hand| hand.tip_radius.0).collect(),
             objects: (0..bodies.len()).filter(|&body| bodies[body].1.role == Role::Object).collect(),
             time: Vec::new(),
             noise: noise.collect(),
@@ -134,7 +151,8 @@ impl Recorder {
     pub(super) fn record(&mut self, seen: &Observation) {
         self.time.push(self.time.len() as f64 / 1000.0);
         let mut row = Row(Vec::with_capacity(self.columns.len()));
-        for (hand, sensors) in seen.hands.iter().zip(&mut self.noise) {
+        let moment = WorldState::new(seen);
+        for (index, (hand, sensors)) in seen.hands.iter().zip(&mut self.noise).enumerate() {
             for (tip, sensor) in hand.tips.iter().zip(sensors) {
                 row.vector(tip.position.coords);
                 let force = self.objects.iter().map(|&object| tip.force_on(object)).sum();
@@ -145,6 +163,13 @@ impl Recorder {
                 }
             }
             row.pose(&hand.palm);
+            if let Some(sensor) = self.wrists.get_mut(index) {
+                let touches = hand.tips.iter().flat_map(|tip| &tip.touches);
+                row.vector(sensor.measure(touches.map(|touch| touch.force).sum()));
+            }
+            if let Some(radius) = self.grippers.get(index) {
+                row.0.extend(moment.opening(index, *radius).map(|opening| opening.max(0.0)));
+            }
         }
         for &object in &self.objects {
             let body = &seen.bodies[object];
@@ -161,11 +186,17 @@ impl Recorder {
             // Adding zero makes a negative zero positive.
             column.push(unit.map_or(value, |unit| (value * unit).round() / unit + 0.0));
         }
-        self.moments.push(WorldState::new(seen));
+        self.moments.push(moment);
     }
 
-    /// The recording: what was gathered, with the truth of it.
-    pub(super) fn finish(mut self, scene: &Scene, mut events: Vec<Event>, cuts: [Option<f64>; 2]) -> Recording {
+    /// The recording with its ground truth.
+    pub(super) fn finish(
+        mut self,
+        scene: &Scene,
+        mut events: Vec<Event>,
+        cuts: [Option<f64>; 2],
+        options: &TruthOptions,
+    ) -> Recording {
         events.extend(contact_events(scene, &self.moments));
         let kept = self.kept(cuts);
         let start_s = self.time.get(kept.start).copied().unwrap_or(0.0);
@@ -183,7 +214,7 @@ impl Recorder {
             }
         }
         let mut labels = IndexMap::new();
-        let truth = truth(scene, &self.moments, &kept);
+        let truth = truth(scene, &self.moments, &kept, options);
         for (side, of_hand) in scene.hands.keys().zip(truth.hands) {
             labels.insert(format!("{side}.label"), of_hand.labels);
             labels.insert(format!("{side}.task"), of_hand.tasks);

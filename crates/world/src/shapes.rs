@@ -45,6 +45,11 @@ pub(super) struct SurfacePoint {
     pub(super) normal: Option<Vector3<f64>>,
 }
 
+/// The lowest and the highest corner of the bounding box of a body, m, body frame; `None` for a body without a shape.
+pub(super) fn corners(body: &Body) -> Option<[Point3<f64>; 2]> {
+    Solid::new("", body).ok().map(|solid| [solid.room.low, solid.room.high])
+}
+
 impl Solid {
     /// The solid of a body of the scene; `name` is its name in errors.
     ///

@@ -49,6 +49,17 @@ pub struct Fingertips {
     pub coupling: Coupling,
 }
 
+impl Fingertips {
+    /// Fingertips with `by` times the stiffness, mass and force limits: `by` times the forces cause the same motion.
+    #[must_use]
+    pub fn scaled(&self, by: f64) -> Self {
+        let Coupling { stiffness, damping, mass, ceiling } = self.coupling;
+        let coupling =
+            Coupling { stiffness: stiffness * by, damping: damping * by, mass: mass * by, ceiling: ceiling * by };
+        Self { touch: self.touch.scaled(by), coupling }
+    }
+}
+
 /// Where the device wants a hand to be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandTarget {

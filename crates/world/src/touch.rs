@@ -113,6 +113,19 @@ impl TouchLaw {
         Self { tangential_stiffness, tangential_damping: self.damping, patch_radius: radius, ..*self }
     }
 
+    /// The law of a fingertip with `by` times the stiffness, damping and force limit.
+    #[must_use]
+    pub fn scaled(&self, by: f64) -> Self {
+        Self {
+            stiffness: self.stiffness * by,
+            damping: self.damping * by,
+            tangential_stiffness: self.tangential_stiffness * by,
+            tangential_damping: self.tangential_damping * by,
+            ceiling: self.ceiling * by,
+            ..*self
+        }
+    }
+
     /// The damping of a tip that sticks which is the same in all directions, N s/m.
     fn common_damping(&self) -> f64 {
         self.damping.min(self.tangential_damping)

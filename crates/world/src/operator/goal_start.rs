@@ -1,11 +1,13 @@
 //! From a goal to a motion: what is drawn for this operator, where the way leads, and what cannot be performed.
 
+use super::collide::{CollideMotion, vector_to};
 use super::cooperation::FollowMotion;
-use super::goals::{Bring, Carry, Close, Cooperation, Goal, Open, Press, Reach, Slip, Step, Turn};
+use super::goals::{Bring, Carry, Close, Collide, Cooperation, Goal, Jam, Open, Press, Reach, Slip, Step, Turn};
 use super::grips::{HandGrip, body, refused};
-use super::guarded_motion::{CloseMotion, GuardedMove, WallPressMotion};
+use super::guarded_motion::{CLOSED_BELOW_M, CloseMotion, GuardedMove, WallPressMotion};
 use super::hand::{Motion, Performer};
 use super::insertion::{FIRM, InsertionMotion};
+use super::jam::{JamMotion, SQUEEZE};
 use super::motion::{Transport, TurnMotion, duration};
 use super::perturbations::Perturbation;
 use super::press::PressMotion;
@@ -76,6 +78,20 @@ impl<'a> Performer<'a> {
             Goal::Open(open) => positive("speed", open.speed.0, 1.0, "m/s")?,
             Goal::Hold(time) => positive("hold", time.0, 60.0, "s")?,
             Goal::Slip(slip) => positive("distance", slip.distance.0, 10.0, "m")?,
+            Goal::Jam(jam) => {
+                positive("beside", jam.beside.0, 1.0, "m")?;
+                positive("force", jam.force.0, 20.0, "N")?;
+                positive("time", jam.time.0, 60.0, "s")?;
+                positive("speed", jam.speed.0, 1.0, "m/s")?;
+                self.place(&jam.socket)?;
+            }
+            Goal::Collide(collide) => {
+                positive("overshoot", collide.overshoot.0, 0.1, "m")?;
+                positive("back", collide.back.0, 1.0, "m")?;
+                positive("pause", collide.pause.0, 60.0, "s")?;
+                positive("speed", collide.speed.0, 5.0, "m/s")?;
+                body(self.scene, &collide.with)?;
+            }
             Goal::Wait(phase) => self.phase_of_other(phase)?,
             Goal::Cooperation(together) => {
                 if !(0.0..=1.5).contains(&together.share) {
@@ -137,6 +153,8 @@ impl<'a> Performer<'a> {
             Goal::Open(open) => self.begin_open(open),
             Goal::Hold(time) => Motion::Still(time.0 * self.chance.factor(self.variation().pace / 2.0)),
             Goal::Slip(slip) => self.begin_slip(slip, world),
+            Goal::Jam(jam) => self.begin_jam(jam, world)?,
+            Goal::Collide(collide) => self.begin_collide(collide, world)?,
             Goal::Wait(phase) => {
                 self.hold_firmly();
                 Motion::Waiting(phase.clone())
@@ -180,7 +198,7 @@ impl<'a> Performer<'a> {
         let share = |&finger: &Finger| if opposed && finger != Finger::Thumb { force / others } else { force };
         // The hand squeezes what it is to carry harder than just enough.
         let force = if opposed { (force * self.strength).max(CARRIED * self.grip.weight / 2.0) } else { force };
-        self.grip.squeeze = opposed.then_some(force);
+        self.grip.squeeze = (opposed && !close.unchecked).then_some(force);
         // Only a hand that closes around something still moves on; one that lays its fingers on stops first.
         let further = if opposed { variation.overrun.0 * (0.75 + 0.5 * self.chance.share()) } else { 0.0 };
         Motion::Close(CloseMotion {
@@ -190,6 +208,7 @@ impl<'a> Performer<'a> {
             speed: close.speed.0 * self.pace,
             overrun: self.came * further,
             overrun_time: variation.overrun_time.0,
+            below: if close.unchecked { self.grip.half_width() } else { CLOSED_BELOW_M },
         })
     }
 
@@ -312,6 +331,40 @@ impl<'a> Performer<'a> {
         let height = self.object(world).z - self.palm.translation.vector.z;
         let squeeze = self.grip.squeeze.take().unwrap_or_default();
         Motion::Slip(SlipMotion { distance: slip.distance.0, squeeze, height, catching: None, empty: 0.0 })
+    }
+
+    fn begin_jam(&mut self, jam: &Jam, world: &World) -> Result<Motion, InputError> {
+        let place = self.place(&jam.socket)?;
+        self.hold_firmly();
+        if let Some(squeeze) = &mut self.grip.squeeze {
+            *squeeze = squeeze.max(SQUEEZE * jam.force.0);
+        }
+        let axis = place.plug(self.grip.object, &world.observation().bodies).map_or_else(Vector3::z, |plug| plug.axis);
+        let beside = self.across(axis).try_normalize(1e-6).unwrap_or_default() * jam.beside.0;
+        let speed = jam.speed.0 * self.pace_now();
+        let (force, time) = (jam.force.0, jam.time.0);
+        Ok(Motion::Jam(JamMotion { place, beside, speed, force, time, felt_s: 0.0, pressed_s: 0.0 }))
+    }
+
+    fn begin_collide(&mut self, collide: &Collide, world: &World) -> Result<Motion, InputError> {
+        let obstacle = body(self.scene, &collide.with)?;
+        let (along, gap) = if self.grip.squeeze.is_some() {
+            let toward = vector_to(world, obstacle, self.object(world).into());
+            (Vector3::new(toward.x, toward.y, 0.0), world.gap(self.grip.object, obstacle))
+        } else {
+            let toward = self.tips.iter().map(|tip| vector_to(world, obstacle, self.palm * tip));
+            let nearest = toward.min_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
+            (nearest, nearest.norm() - self.hand.tip_radius.0)
+        };
+        let (distance, back) = (gap.max(0.0) + collide.overshoot.0, collide.back.0);
+        let speed = collide.speed.0 * self.pace_now();
+        Ok(Motion::Collide(CollideMotion {
+            from: self.palm.translation.vector,
+            along: along.try_normalize(1e-6).unwrap_or_default(),
+            distance,
+            back,
+            durations: [duration(distance, speed), collide.pause.0, duration(back, speed)],
+        }))
     }
 
     /// Who puts something together, or holds it for the other hand, holds it firmly.

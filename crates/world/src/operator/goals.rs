@@ -1,7 +1,7 @@
 //! Goals: what a hand can be made to do, one step after the other. A goal says what is to become of the object; how the hand gets
 //! there, what it feels under way and how operators differ in it is the performer's business.
 
-use super::Perturbation;
+use super::{Failure, Perturbation};
 use serde::Deserialize;
 use teachtree_base::quantity::{Angle, AngularSpeed, Force, Length, Quantity, Speed, Time};
 
@@ -17,10 +17,19 @@ pub struct Step {
     pub goal: Goal,
     /// The perturbation that begins with it; nothing that a script says.
     pub perturbation: Option<Perturbation>,
+    /// The failure that begins with it; scripts do not contain it.
+    pub failure: Option<Failure>,
     /// Whether a perturbation added it.
     pub added: bool,
     /// Its number in the script as it is written, from 0.
     pub written: usize,
+}
+
+impl Step {
+    /// A step that a perturbation or a failure adds.
+    pub(super) const fn added(goal: Goal) -> Self {
+        Self { phase: None, goal, perturbation: None, failure: None, added: true, written: 0 }
+    }
 }
 
 /// What a hand can be made to do.
@@ -48,6 +57,10 @@ pub enum Goal {
     Hold(Time),
     /// Loosen the grip until the object slips, and catch it, or not.
     Slip(Slip),
+    /// Press the held object on the rim beside a socket.
+    Jam(Jam),
+    /// Move into a body of the environment.
+    Collide(Collide),
     /// Stay until the other hand begins the phase of this name.
     Wait(String),
     /// Move along with the other hand.
@@ -80,6 +93,9 @@ pub struct Close {
     /// Speed of the fingertips against the palm.
     #[serde(default = "closing")]
     pub speed: Speed,
+    /// Whether the hand ignores that it may hold nothing: fingers without an object meet each other, and the hand does not keep a squeeze.
+    #[serde(default)]
+    pub unchecked: bool,
 }
 
 /// Moves the hand along a straight line.
@@ -216,6 +232,44 @@ pub struct Slip {
     pub distance: Length,
 }
 
+/// Presses the object of the grip on the rim beside a socket, as an operator who misses the hole.
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Jam {
+    /// The socket.
+    pub socket: String,
+    /// Distance of the plug point from the axis of the socket; its direction is drawn.
+    pub beside: Length,
+    /// Force of the fingers on the object along the axis.
+    pub force: Force,
+    /// Duration of the press.
+    pub time: Time,
+    /// Speed along the axis until the rim is met.
+    #[serde(default = "inserting")]
+    pub speed: Speed,
+}
+
+/// Moves the held object horizontally into a body of the environment; an empty hand moves its nearest fingertip into the body. The hand notices the
+/// contact late, stops and retreats.
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Collide {
+    /// The body.
+    pub with: String,
+    /// Distance that the hand moves after the contact.
+    #[serde(default = "overshooting")]
+    pub overshoot: Length,
+    /// Time until the retreat.
+    #[serde(default = "noticing")]
+    pub pause: Time,
+    /// Length of the retreat.
+    #[serde(default = "opened")]
+    pub back: Length,
+    /// Largest speed.
+    #[serde(default = "bringing")]
+    pub speed: Speed,
+}
+
 /// Moves along with the other hand, which leads, and takes over a part of what is to be carried or pushed: until the other hand begins a phase, or
 /// for a time.
 #[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
@@ -254,6 +308,8 @@ pub(super) struct StepText {
     open: Option<Open>,
     hold: Option<Time>,
     slip: Option<Slip>,
+    jam: Option<Jam>,
+    collide: Option<Collide>,
     wait: Option<String>,
     together: Option<Cooperation>,
     repeat: Option<Repeat>,
@@ -298,7 +354,7 @@ impl TryFrom<Vec<StepText>> for Steps {
 impl StepText {
     /// Appends what this step is.
     fn write_out(self, steps: &mut Vec<Step>) -> Result<(), String> {
-        const WANTED: &str = "expected one of reach, close, carry, bring, insert, withdraw, turn, press, open, hold, slip, wait, together, repeat";
+        const WANTED: &str = "expected one of reach, close, carry, bring, insert, withdraw, turn, press, open, hold, slip, jam, collide, wait, together, repeat";
         let goals = [
             self.reach.map(Goal::Reach),
             self.close.map(Goal::Close),
@@ -311,13 +367,16 @@ impl StepText {
             self.open.map(Goal::Open),
             self.hold.map(Goal::Hold),
             self.slip.map(Goal::Slip),
+            self.jam.map(Goal::Jam),
+            self.collide.map(Goal::Collide),
             self.wait.map(Goal::Wait),
             self.together.map(Goal::Cooperation),
         ];
         let mut goals = goals.into_iter().flatten();
         match (goals.next(), goals.next(), self.repeat) {
             (Some(goal), None, None) => {
-                steps.push(Step { phase: self.phase, goal, perturbation: None, added: false, written: 0 })
+                let phase = self.phase;
+                steps.push(Step { phase, goal, perturbation: None, failure: None, added: false, written: 0 });
             }
             (None, _, Some(Repeat { times, steps: Steps(repeated) })) => {
                 if times.saturating_mul(repeated.len()) > MAX_STEPS {
@@ -358,4 +417,12 @@ const fn bringing() -> Speed {
 
 const fn inserting() -> Speed {
     Quantity(0.030)
+}
+
+const fn overshooting() -> Length {
+    Quantity(0.008)
+}
+
+const fn noticing() -> Time {
+    Quantity(0.150)
 }

@@ -32,7 +32,7 @@ type Contact = (Point3<f64>, Vector3<f64>);
 pub(super) struct HandGrip {
     /// Index of the object in the scene.
     pub(super) object: usize,
-    /// Weight of the object, N, as a hand knows it that has lifted it before.
+    /// Weight of the object, N, as a hand of scale 1 knows it that has lifted it before.
     pub(super) weight: f64,
     pub(super) palm_in_object: Isometry3<f64>,
     /// How large the hand is over the person's.
@@ -86,7 +86,7 @@ impl HandGrip {
         let contacts = contacts.into_iter().map(|contact| contact.map(in_palm)).collect();
         let gravity = Vector3::from(scene.gravity.map(|part| part.0)).norm();
         let mass = scene.bodies.get_index(object).and_then(|(_, body)| body.mass).map_or(0.0, |mass| mass.0);
-        let weight = (mass * gravity).max(LEAST_WEIGHT_N);
+        let weight = (mass * gravity / operator.force_scale).max(LEAST_WEIGHT_N);
         let start = scene.bodies.get_index(object).and_then(|(_, body)| isometry([0.0; 3], body.rotation).ok());
         let round = start.filter(|_| grip.round).map(|start| start.rotation);
         Ok(Self { object, weight, palm_in_object, scale, round, contacts, squeeze: None })
@@ -112,6 +112,14 @@ impl HandGrip {
     /// How many fingers are used.
     pub(super) fn used(&self) -> usize {
         self.contacts.iter().flatten().count()
+    }
+
+    /// Half of the distance between opposing contact points, m. Fingers without an object meet this far below its surface.
+    pub(super) fn half_width(&self) -> f64 {
+        let contacts = || self.contacts.iter().flatten();
+        let width =
+            |(point, normal): &Contact| contacts().map(|(other, _)| (point - other).dot(normal)).fold(0.0, f64::max);
+        contacts().map(width).fold(f64::INFINITY, f64::min) / 2.0
     }
 
     /// Whether the thumb works against other fingers.

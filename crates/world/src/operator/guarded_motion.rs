@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::easing::minimum_jerk;
 
 /// Fingers that find nothing stop this far below the surface, m.
-const CLOSED_BELOW_M: f64 = 0.020;
+pub(super) const CLOSED_BELOW_M: f64 = 0.020;
 /// A finger needs this long to come up to speed, s.
 const GATHERING_S: f64 = 0.1;
 /// The hand is as slow as this when it expects a contact, m/s, and faster by this for every metre that is left, 1/s.
@@ -36,6 +36,8 @@ pub(super) struct CloseMotion {
     /// How far the palm still moves on meanwhile, m, and how long that takes, s.
     pub(super) overrun: Vector3<f64>,
     pub(super) overrun_time: f64,
+    /// Fingers that find nothing stop this far below the surface, m.
+    pub(super) below: f64,
 }
 
 impl CloseMotion {
@@ -55,7 +57,7 @@ impl CloseMotion {
             let below = tip_radius - (tips[finger] - point).dot(normal);
             let pressed =
                 felt.and_then(|felt| felt.tips.get(finger)).map_or(0.0, |force| -force.dot(&(*palm * normal)));
-            if pressed >= self.share[finger] || below >= CLOSED_BELOW_M {
+            if pressed >= self.share[finger] || below >= self.below {
                 self.stopped[finger] = true;
                 continue;
             }

@@ -1,10 +1,13 @@
 //! One hand that follows its script: goals become motions, and what is felt and seen shapes them under way.
 
+use super::collide::CollideMotion;
 use super::cooperation::{FollowMotion, PartnerHand};
+use super::failures::{Failure, with_failure};
 use super::goals::{Goal, Step};
 use super::grips::{HandGrip, tucked};
 use super::guarded_motion::{CloseMotion, GuardedMove, LANDING};
 use super::insertion::InsertionMotion;
+use super::jam::JamMotion;
 use super::motion::{LagFilter, Transport, TurnMotion};
 use super::perturbations::{Perturbation, with_perturbations};
 use super::press::PressMotion;
@@ -87,6 +90,8 @@ pub(crate) struct StepStart {
     pub(crate) phase: Option<String>,
     /// A perturbation.
     pub(crate) perturbation: Option<Perturbation>,
+    /// A failure on purpose.
+    pub(crate) failure: Option<Failure>,
     /// The object was lost, and the hand goes back for it.
     pub(crate) lost: bool,
     /// The step before took too long, and was left undone: which one of the script, counted from zero.
@@ -105,6 +110,8 @@ pub(super) enum Motion {
     Insertion(InsertionMotion),
     Press(PressMotion),
     Slip(SlipMotion),
+    Jam(JamMotion),
+    Collide(CollideMotion),
     /// Stays until the other hand begins this phase.
     Waiting(String),
     Cooperation(FollowMotion),
@@ -142,20 +149,21 @@ impl<'a> Performer<'a> {
         let variation = &operator.variation;
         let mut chance = Rng::new(seed, side.index() as u64);
         let reaction = steps(variation.reaction.0.clamp(0.0, SLOWEST_S));
+        let perturbed = with_perturbations(operator, script, side, seed);
         let mut performer = Self {
             side,
             index,
             hand,
             scene,
             operator,
-            steps: with_perturbations(operator, script, side, seed),
+            steps: with_failure(scene, operator, side, seed, perturbed)?,
             doing: None,
             next: 0,
             pace: chance.factor(variation.pace),
             strength: Rng::new(seed, STRENGTH_STREAM + side.index() as u64).between(variation.strength),
             shaking: HandTremor::new(&variation.tremor, &mut chance),
             chance,
-            senses: SensorHistory::new(reaction.max(steps(REFLEX_S))),
+            senses: SensorHistory::new(reaction.max(steps(REFLEX_S)), operator.force_scale),
             reaction,
             time: 0.0,
             motion: Motion::Still(0.0),
@@ -224,6 +232,7 @@ impl<'a> Performer<'a> {
             };
             self.next += 1;
             (begun.phase, begun.perturbation) = (step.phase.clone(), step.perturbation);
+            begun.failure = step.failure;
             (self.since, self.doing) = (0.0, Some(step.written).filter(|_| !step.added));
             self.motion = self.begin(&step, world)?;
         }
@@ -323,13 +332,22 @@ impl<'a> Performer<'a> {
                 self.palm = turning.at(self.since);
                 self.since >= turning.duration
             }
+            Motion::Jam(jamming) => {
+                let over;
+                (wanted, over) = felt.map_or((wanted, false), |felt| jamming.step(&self.grip, world, felt, &self.palm));
+                over
+            }
+            Motion::Collide(colliding) => {
+                self.palm.translation.vector = colliding.at(self.since);
+                colliding.is_over(self.since)
+            }
             Motion::Slip(slipping) => {
                 reflex.is_some_and(|reflex| slipping.step(&mut self.grip, world, reflex, &self.palm, &mut self.tips))
             }
         };
         // A guided motion fades into what follows instead of stopping first.
         let velocity = self.glide.towards(wanted, STEP_S);
-        if !matches!(self.motion, Motion::Transport(_) | Motion::Turn(_)) {
+        if !matches!(self.motion, Motion::Transport(_) | Motion::Turn(_) | Motion::Collide(_)) {
             self.palm.translation.vector += velocity * STEP_S;
         }
         over
@@ -341,12 +359,7 @@ impl<'a> Performer<'a> {
             return;
         }
         let (Some(felt), Some(wanted)) = (self.senses.steps_ago(self.reaction), self.grip.squeeze) else { return };
-        let pressed = felt
-            .tips
-            .iter()
-            .zip(&self.grip.contacts)
-            .filter_map(|(force, contact)| Some(-force.dot(&(self.palm * contact.as_ref()?.1))));
-        let squeeze = pressed.sum::<f64>() / 2.0;
+        let squeeze = felt.squeeze(&self.grip, &self.palm);
         let inwards = (TIGHTENING * (wanted - squeeze)).clamp(-TIGHTEST, TIGHTEST) * STEP_S;
         for (finger, contact) in self.grip.contacts.iter().enumerate() {
             let Some((_, normal)) = contact else { continue };

@@ -8,13 +8,13 @@ use crate::{STEP_S, World};
 use nalgebra::{ComplexField, Point3, Vector3};
 
 /// How fast the eye brings the plug over the axis, 1/s, and at most, m/s.
-const BY_EYE: f64 = 3.0;
-const BY_EYE_AT_MOST: f64 = 0.030;
+pub(super) const BY_EYE: f64 = 3.0;
+pub(super) const BY_EYE_AT_MOST: f64 = 0.030;
 /// How fast the hand gives way to a force from the side, m/s per N, and is drawn to the axis, 1/s, while the plug is in.
 const YIELDING: f64 = 0.020;
 const CENTRING: f64 = 1.0;
 /// Nearer to the rim than this, m, the hand goes down only as well as it has aimed.
-const CAREFUL_M: f64 = 0.003;
+pub(super) const CAREFUL_M: f64 = 0.003;
 /// Less deep than this, m, it eases off at this force, N: a peg that is pressed on the rim tilts. The longer it is tried, the harder, N/s.
 const SHALLOW_M: f64 = 0.004;
 const LIGHT: f64 = 0.2;

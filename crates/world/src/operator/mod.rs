@@ -3,13 +3,16 @@
 //!
 //! Everything is relative to *grips*: points of an object's surface where fingertips go. Directions are those of the reference frame.
 
+mod collide;
 mod cooperation;
+mod failures;
 mod goal_start;
 mod goals;
 mod grips;
 mod guarded_motion;
 mod hand;
 mod insertion;
+mod jam;
 mod motion;
 mod perturbations;
 mod press;
@@ -19,9 +22,11 @@ mod slip;
 mod variation;
 
 pub(super) use cooperation::PartnerHand;
+pub(super) use failures::obstacles;
+pub use failures::{Failure, FailurePlan};
 pub use goals::{
-    Bring, Carry, Close, Cooperation, Goal, Insert, Open, Press, Reach, Slip, Step, StopContact, Turn, WallPress,
-    Withdraw,
+    Bring, Carry, Close, Collide, Cooperation, Goal, Insert, Jam, Open, Press, Reach, Slip, Step, StopContact, Turn,
+    WallPress, Withdraw,
 };
 pub(super) use hand::Performer;
 pub(super) use perturbations::cuts;
@@ -31,10 +36,15 @@ pub use variation::{ForceNoise, Tremor, Variation};
 
 use indexmap::IndexMap;
 use serde::Deserialize;
+use std::ops::RangeInclusive;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::quantity::Length;
+use teachtree_base::short_number::ShortNumber;
 use teachtree_base::yaml;
+
+/// Limits of `force_scale`.
+const FORCE_SCALES: RangeInclusive<f64> = 0.1..=20.0;
 
 /// An operator script.
 #[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
@@ -49,6 +59,12 @@ pub struct Operator {
     /// What this script offers to the perturbations of its variation.
     #[serde(default)]
     pub occasions: Occasions,
+    /// Failures on purpose. With this key, the ground truth of the recordings contains primitives and tasks of failures.
+    #[serde(default)]
+    pub failures: Option<FailurePlan>,
+    /// Strength and stiffness of the hands, over those of the haptic device. All forces of the script are multiplied by it.
+    #[serde(default = "as_large")]
+    pub force_scale: f64,
     /// What is recorded, and how exactly.
     #[serde(default)]
     pub measured: MeasurementSpec,
@@ -69,6 +85,10 @@ pub struct MeasurementSpec {
     pub decimals: Option<u8>,
     /// Whether each fingertip's contact with an object is recorded as a flag, as a virtual environment knows it.
     pub contact_flags: bool,
+    /// Whether the force at each wrist is recorded, as `palm.force`: the sum of the fingertips' forces on all bodies.
+    pub wrist_forces: bool,
+    /// Whether the distance between the thumb's pad and that of the nearest other finger is recorded, as `gripper.opening`.
+    pub gripper_openings: bool,
 }
 
 /// Points of an object where fingertips go.
@@ -111,8 +131,20 @@ impl Operator {
     /// What the text lacks, at `file:line:column`.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
         let operator: Self = yaml::read(text, file)?;
-        operator.check_grips().map_err(|error| yaml::located(error, text, file))?;
+        operator
+            .check_grips()
+            .and_then(|()| operator.check_failures())
+            .map_err(|error| yaml::located(error, text, file))?;
         Ok(operator)
+    }
+
+    /// Rejects a failure that no step of the scripts allows, and numbers out of range.
+    fn check_failures(&self) -> Result<(), InputError> {
+        if !FORCE_SCALES.contains(&self.force_scale) {
+            let message = format!("found {}, expected 0.1 to 20", ShortNumber(self.force_scale));
+            return Err(InputError::new("force_scale", message));
+        }
+        self.failures.as_ref().map_or(Ok(()), |plan| plan.check(self))
     }
 
     /// Refuses the name of a grip that it does not have.

@@ -144,10 +144,10 @@ pub(super) fn with_perturbations(operator: &Operator, script: &Script, side: Sid
 }
 
 /// A script with the perturbations that one seed draws.
-struct PerturbedScript<'a> {
-    operator: &'a Operator,
-    chance: Rng,
-    steps: Vec<Step>,
+pub(super) struct PerturbedScript<'a> {
+    pub(super) operator: &'a Operator,
+    pub(super) chance: Rng,
+    pub(super) steps: Vec<Step>,
 }
 
 impl PerturbedScript<'_> {
@@ -223,7 +223,7 @@ impl PerturbedScript<'_> {
     fn touch(&mut self, perturbation: Perturbation, grip: Option<String>) {
         let (Some(grip), Some((at, _))) = (grip, self.approach(self.first_grasp())) else { return };
         let above = Reach { grip, opened: Quantity(0.012), offset: [Length::default(); 3], speed: Quantity(0.25) };
-        let lay_on = Close { force: Quantity(0.15), speed: Quantity(0.04) };
+        let lay_on = Close { force: Quantity(0.15), speed: Quantity(0.04), unchecked: false };
         let stay = 0.1 + 0.4 * self.chance.share();
         let off = Open { by: Quantity(0.025), speed: Quantity(0.12) };
         let up =
@@ -252,7 +252,7 @@ impl PerturbedScript<'_> {
     }
 
     /// The approach to a grasp, or to a touch of a script that grasps nothing: the last reach before the fingers close in this step.
-    fn approach(&self, close: Option<usize>) -> Option<(usize, Reach)> {
+    pub(super) fn approach(&self, close: Option<usize>) -> Option<(usize, Reach)> {
         let reaches = self.steps.iter().enumerate().take(close?).rev();
         reaches.filter(|(_, step)| !step.added).find_map(|(at, step)| match &step.goal {
             Goal::Reach(reach) => Some((at, reach.clone())),
@@ -261,24 +261,24 @@ impl PerturbedScript<'_> {
     }
 
     /// The script's last reach before a step: from there it begins anew.
-    fn reach_before(&self, at: usize) -> Option<Goal> {
+    pub(super) fn reach_before(&self, at: usize) -> Option<Goal> {
         let before = self.steps.iter().take(at).rev().filter(|step| !step.added);
         before.map(|step| &step.goal).find(|goal| matches!(goal, Goal::Reach(_))).cloned()
     }
 
     /// The first closing that the script itself asks for.
-    fn first_grasp(&self) -> Option<usize> {
+    pub(super) fn first_grasp(&self) -> Option<usize> {
         self.first(|goal| matches!(goal, Goal::Close(_)))
     }
 
-    fn first(&self, wanted: impl Fn(&Goal) -> bool) -> Option<usize> {
+    pub(super) fn first(&self, wanted: impl Fn(&Goal) -> bool) -> Option<usize> {
         self.steps.iter().position(|step| !step.added && wanted(&step.goal))
     }
 
     /// Puts steps before the step `at`; the first of them is known as the perturbation.
     fn insert(&mut self, at: usize, perturbation: Perturbation, goals: Vec<Goal>) {
         let mut first = Some(perturbation);
-        let added = |goal| Step { phase: None, goal, perturbation: first.take(), added: true, written: 0 };
+        let added = |goal| Step { perturbation: first.take(), ..Step::added(goal) };
         let steps = goals.into_iter().map(added);
         let at = at.min(self.steps.len());
         self.steps.splice(at..at, steps);

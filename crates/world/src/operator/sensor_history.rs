@@ -1,8 +1,9 @@
 //! What an operator feels and sees, a reaction time late.
 
+use super::grips::HandGrip;
 use crate::Observation;
 use crate::bodies::BodyContact;
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 use std::collections::VecDeque;
 
 /// A contact is noticed from this force on, N.
@@ -12,6 +13,8 @@ const NOTICED_N: f64 = 0.03;
 pub(super) struct SensorHistory {
     samples: VecDeque<SensorSample>,
     longest: usize,
+    /// Felt forces are divided by it, because the forces of a script are those of hands of scale 1.
+    force_scale: f64,
 }
 
 /// What was felt and seen at one instant.
@@ -23,9 +26,9 @@ pub(super) struct SensorSample {
 }
 
 impl SensorHistory {
-    /// Senses that remember `longest` steps.
-    pub(super) fn new(longest: usize) -> Self {
-        Self { samples: VecDeque::with_capacity(longest + 1), longest }
+    /// Senses that remember `longest` steps, of hands of this `force_scale`.
+    pub(super) fn new(longest: usize, force_scale: f64) -> Self {
+        Self { samples: VecDeque::with_capacity(longest + 1), longest, force_scale }
     }
 
     /// Takes in what hand number `hand` feels of `object` now, and what is seen.
@@ -36,7 +39,8 @@ impl SensorHistory {
             SensorSample::default()
         };
         sample.tips.clear();
-        sample.tips.extend(seen.hands.get(hand).iter().flat_map(|hand| &hand.tips).map(|tip| tip.force_on(object)));
+        let tips = seen.hands.get(hand).into_iter().flat_map(|hand| &hand.tips);
+        sample.tips.extend(tips.map(|tip| tip.force_on(object) / self.force_scale));
         sample.contacts.clone_from(&seen.contacts);
         self.samples.push_back(sample);
     }
@@ -55,6 +59,13 @@ impl SensorSample {
             ((contact.body, contact.other) == (body, other) || (contact.body, contact.other) == (other, body))
                 && contact.force.norm() > NOTICED_N
         })
+    }
+
+    /// The normal force on each side of a grip, N.
+    pub(super) fn squeeze(&self, grip: &HandGrip, palm: &Isometry3<f64>) -> f64 {
+        let contacts = self.tips.iter().zip(&grip.contacts);
+        let pressed = contacts.filter_map(|(force, contact)| Some(-force.dot(&(palm * contact.as_ref()?.1))));
+        pressed.sum::<f64>() / 2.0
     }
 
     /// The sum of the fingertips' forces, N.

@@ -10,6 +10,7 @@ use super::demonstration::SETTLING;
 use super::operator::{ForceNoise, MeasurementSpec};
 use super::recorder::Recorder;
 use super::simulation::{Fingertips, HandState, HandTarget, Observation, STEP_S, World};
+use super::truth::TruthOptions;
 use hand::TeleopHand;
 use nalgebra::Isometry3;
 use nalgebra::Vector3;
@@ -185,7 +186,7 @@ impl TeleopWorld {
 
     /// Begins a recording, without what was recorded before.
     pub fn start(&mut self) {
-        let measured = MeasurementSpec { decimals: Some(DECIMALS), contact_flags: true };
+        let measured = MeasurementSpec { decimals: Some(DECIMALS), contact_flags: true, ..MeasurementSpec::default() };
         let seen = self.state.world.observation();
         self.recorder = Some(Recorder::new(&self.scene, seen, &measured, &ForceNoise::default(), 0));
         self.forget();
@@ -258,7 +259,7 @@ impl RawRecording {
 
     /// The recording, as [`teach`](super::teach) makes it.
     pub fn recording(self) -> Recording {
-        self.recorder.finish(&self.scene, Vec::new(), [None, None])
+        self.recorder.finish(&self.scene, Vec::new(), [None, None], &TruthOptions::default())
     }
 }
 

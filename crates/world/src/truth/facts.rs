@@ -30,7 +30,7 @@ const RESTS_WITHIN_M: f64 = 0.0005;
 const SEARCH_BESIDE_M: f64 = 0.020;
 const SEARCH_BELOW_M: f64 = 0.005;
 const SEARCH_ABOVE_M: f64 = 0.030;
-/// The fingers press an object down from this force on, N.
+/// The fingers press an object down from this force on, N, multiplied by the scale of the forces.
 const PRESSES_N: f64 = 0.8;
 /// A contact that is interrupted for less than a period of tremor, ms, goes on; one shorter than `BLIP` is none.
 const BRIDGE: usize = 130;
@@ -84,10 +84,10 @@ pub(super) struct Facts {
 }
 
 /// The facts of a hand.
-pub(super) fn facts(scene: &Scene, hand: usize, moments: &[WorldState]) -> Vec<Facts> {
+pub(super) fn facts(scene: &Scene, hand: usize, moments: &[WorldState], force_scale: f64) -> Vec<Facts> {
     let targets = targets(scene, hand, moments);
     let places = places(scene);
-    let view = FactInputs { scene, hand, moments, places: &places };
+    let view = FactInputs { scene, hand, moments, places: &places, presses: PRESSES_N * force_scale };
     let mut facts: Vec<Facts> =
         targets.iter().enumerate().map(|(index, &target)| view.facts(index, target).unwrap_or_default()).collect();
     let (mut near, mut of) = (false, usize::MAX);
@@ -225,6 +225,8 @@ struct FactInputs<'a> {
     hand: usize,
     moments: &'a [WorldState],
     places: &'a [SocketSite],
+    /// The fingers press an object down from this force on, N.
+    presses: f64,
 }
 
 impl FactInputs<'_> {
@@ -255,7 +257,7 @@ impl FactInputs<'_> {
             held: thumb && forces.len() > 1 && squeeze >= weight / 2.0 / FINGERTIP_FRICTION,
             moving: velocity.norm() > MOVES,
             sliding: (velocity - up * velocity.dot(&up)).norm() > MOVES,
-            pressed: self.pressed_down(index, target, &up) > PRESSES_N,
+            pressed: self.pressed_down(index, target, &up) > self.presses,
             speed: velocity.norm(),
             ..Facts::default()
         };

@@ -6,6 +6,7 @@
 mod coordination;
 mod events;
 mod facts;
+mod failures;
 mod labels;
 mod series;
 mod tasks;
@@ -19,14 +20,14 @@ use std::ops::Range;
 use teachtree_base::hands::Side;
 use teachtree_base::scene::Scene;
 
-/// Whether a hand lets go in a primitive of the truth.
-pub fn lets_go(label: &str) -> bool {
-    label == "Release"
+/// Whether a task of the truth can end with this primitive.
+pub fn ends_task(label: &str) -> bool {
+    matches!(label, "Release" | "Drop" | "Miss")
 }
 
 /// Whether a hand sets out anew between two primitives of the truth.
 pub fn sets_out(before: &str, after: &str) -> bool {
-    lets_go(before) && after == "Move"
+    ends_task(before) && matches!(after, "Move" | "Approach")
 }
 
 /// What the hands did at every moment.
@@ -47,9 +48,25 @@ pub(super) struct HandTruth {
     pub(super) begun: Vec<(usize, &'static str)>,
 }
 
-/// What the hands did in the part of the recording that is kept; nothing outside of it makes a task.
-pub(super) fn truth(scene: &Scene, moments: &[WorldState], kept: &Range<usize>) -> Truth {
-    let facts: Vec<Vec<Facts>> = (0..scene.hands.len()).map(|hand| facts::facts(scene, hand, moments)).collect();
+/// What the truth depends on besides the world.
+pub(super) struct TruthOptions {
+    /// Strength of the hands, as [`Operator::force_scale`](super::Operator::force_scale).
+    pub(super) force_scale: f64,
+    /// The bodies with which contacts are collisions; `None` for a truth without failures.
+    pub(super) obstacles: Option<Vec<usize>>,
+}
+
+impl Default for TruthOptions {
+    fn default() -> Self {
+        Self { force_scale: 1.0, obstacles: None }
+    }
+}
+
+/// What the hands did in the part of the recording that is kept; nothing outside of it makes a task. Failures replace the primitives of the hands where
+/// they occur.
+pub(super) fn truth(scene: &Scene, moments: &[WorldState], kept: &Range<usize>, options: &TruthOptions) -> Truth {
+    let facts_of = |hand| facts::facts(scene, hand, moments, options.force_scale);
+    let facts: Vec<Vec<Facts>> = (0..scene.hands.len()).map(facts_of).collect();
     let mut labels: Vec<Vec<&'static str>> = facts.iter().map(|facts| labels::labels(facts)).collect();
     let sides: Vec<Side> = scene.hands.keys().copied().collect();
     let both = match (facts.as_slice(), labels.as_slice(), sides.as_slice()) {
@@ -65,6 +82,11 @@ pub(super) fn truth(scene: &Scene, moments: &[WorldState], kept: &Range<usize>) 
     for own in &mut labels {
         let coordinated = both.iter().flatten().zip(own).filter(|(both, _)| !both.is_empty());
         coordinated.for_each(|(both, own)| *own = both);
+    }
+    if let Some(obstacles) = &options.obstacles {
+        for (hand, own) in labels.iter_mut().enumerate() {
+            failures::relabel(own, &failures::failures(scene, hand, moments, &facts[hand], obstacles));
+        }
     }
     let hands = facts.iter().zip(&labels).map(|(facts, labels)| of_hand(&facts[kept.clone()], &labels[kept.clone()]));
     let text = |labels: Vec<&'static str>| labels[kept.clone()].iter().map(|name| (*name).to_string()).collect();

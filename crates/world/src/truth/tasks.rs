@@ -16,12 +16,13 @@ pub(super) fn tasks(labels: &[&str], facts: &[Facts]) -> Vec<(Range<usize>, &'st
     joined(spans(labels), labels, facts).into_iter().map(named).collect()
 }
 
-/// Stretches that end with a Release, and the rest.
+/// Stretches that end with a Release, or with a Miss or a Drop after which nothing is released, and the rest.
 fn spans(labels: &[&str]) -> Vec<Range<usize>> {
     let mut spans = Vec::new();
     let mut start = 0;
     for run in runs(labels) {
-        if labels[run.start] == "Release" || run.end == labels.len() {
+        let fails = matches!(labels[run.start], "Miss" | "Drop") && labels.get(run.end) != Some(&"Release");
+        if fails || labels[run.start] == "Release" || run.end == labels.len() {
             spans.push(start..run.end);
             start = run.end;
         }
@@ -65,6 +66,10 @@ fn task(span: Range<usize>, labels: &[&str], facts: &[Facts]) -> &'static str {
     };
     let grasped = has("Grasp") || has("Translate");
     let keys = [
+        ("dropped", has("Drop")),
+        ("missed_grasp", has("Miss")),
+        ("failed_insertion", has("Jam") && !has("Insert")),
+        ("collided", has("Collision") || has("Bump")),
         ("turn_screw", has("Turn")),
         ("peg_in_hole", has("Insert")),
         ("peg_pullout_from_hole", has("Pullout")),

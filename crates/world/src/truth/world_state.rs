@@ -1,7 +1,7 @@
 //! The state of the world in one millisecond, as far as the truth asks for it.
 
 use crate::simulation::{BodyState, Observation};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::geometry::surface_distance;
 use teachtree_base::hands::Finger;
 use teachtree_base::scene::Body;
@@ -9,6 +9,7 @@ use teachtree_base::scene::Body;
 /// The state of the world in one millisecond.
 pub(crate) struct WorldState {
     pub(super) hands: Vec<Vec<Tip>>,
+    pub(super) palms: Vec<Isometry3<f64>>,
     pub(super) bodies: Vec<BodyState>,
     pub(super) contacts: Vec<Contact>,
 }
@@ -28,6 +29,8 @@ pub(super) struct Contact {
     /// From the other to the body, unit.
     pub(super) normal: Vector3<f64>,
     pub(super) touching: bool,
+    /// Force of the other on the body, N.
+    pub(super) force: Vector3<f64>,
 }
 
 impl WorldState {
@@ -46,8 +49,10 @@ impl WorldState {
             other: contact.other,
             normal: contact.normal,
             touching: contact.force.norm() > 0.0,
+            force: contact.force,
         });
-        Self { hands: hands.collect(), bodies: seen.bodies.clone(), contacts: contacts.collect() }
+        let palms = seen.hands.iter().map(|hand| hand.palm).collect();
+        Self { hands: hands.collect(), palms, bodies: seen.bodies.clone(), contacts: contacts.collect() }
     }
 
     /// Whether a fingertip of this hand presses on one of these bodies.
@@ -68,6 +73,36 @@ impl WorldState {
         let tips = self.hands[hand].iter();
         tips.map(|tip| surface_distance(shape, &pose.inverse_transform_point(&tip.position)))
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The distance between the pads of the thumb and of the nearest other finger, m; `None` without a thumb or another finger. It is negative where
+    /// the balls of the fingertips overlap.
+    pub(crate) fn opening(&self, hand: usize, tip_radius: f64) -> Option<f64> {
+        let tips = &self.hands[hand];
+        let thumb = tips.iter().find(|tip| tip.finger == Finger::Thumb)?;
+        let others = tips.iter().filter(|tip| tip.finger != Finger::Thumb);
+        let nearest = others.map(|tip| (tip.position - thumb.position).norm()).min_by(f64::total_cmp)?;
+        Some(nearest - 2.0 * tip_radius)
+    }
+
+    /// Whether a fingertip of this hand presses on a body.
+    pub(super) fn is_touched(&self, hand: usize, body: usize) -> bool {
+        self.hands[hand].iter().any(|tip| tip.force_on(body).is_some())
+    }
+
+    /// Whether a body touches another one.
+    pub(super) fn is_in_contact(&self, body: usize) -> bool {
+        self.contacts_of(body).next().is_some()
+    }
+
+    /// Force of the body `of` on the body `on`, N.
+    pub(super) fn force_between(&self, on: usize, of: usize) -> Vector3<f64> {
+        let forces = self.contacts.iter().filter_map(|contact| match (contact.body, contact.other) {
+            pair if pair == (on, of) => Some(contact.force),
+            pair if pair == (of, on) => Some(-contact.force),
+            _ => None,
+        });
+        forces.sum()
     }
 
     /// The contacts of a body: the other body, and the normal from that to this one.

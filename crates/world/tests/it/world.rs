@@ -3,6 +3,7 @@
 mod bodies;
 mod by_hand;
 mod demonstration;
+mod failures;
 mod insertion;
 mod person;
 mod scaling;

@@ -6,7 +6,7 @@ use teachtree_base::log_channel::columns;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
-use teachtree_world::{Observation, STEP_S, recorded};
+use teachtree_world::{MeasurementSpec, Observation, STEP_S, recorded};
 
 /// One step in so many is recorded: 250 a second.
 pub const RECORDED: usize = 4;
@@ -24,7 +24,7 @@ pub(crate) struct Recorder {
 impl Recorder {
     pub(crate) fn new(scene: &Scene, seen: &Observation) -> Self {
         let bodies: Vec<_> = scene.bodies.iter().collect();
-        let names = columns(&recorded(scene, seen, false));
+        let names = columns(&recorded(scene, seen, &MeasurementSpec::default()));
         let objects = (0..bodies.len()).filter(|&body| bodies[body].1.role == Role::Object).collect();
         Self { columns: vec![Vec::new(); names.len()], names, objects, rows: 0 }
     }
