@@ -28,8 +28,8 @@ class Detectable:
 class Rules:
     """Checked rules: files, a text, or the shipped ones.
 
-    Without files and text they are those that the command line takes: ``contact.rules``, for a log of two hands ``bimanual.rules``, with the hand
-    file and the params that the binding of the log names. ``params`` are values with units; they win over those of a binding.
+    Without files and text they are those of the command line: ``contact.rules``, for a log of two hands ``bimanual.rules``, and ``failures.rules``, with
+    the hand file and the params that the binding of the log names. ``params`` are values with units; they win over those of a binding.
 
     Raises :class:`~teachtree.RulesError`, which lists every mistake.
 

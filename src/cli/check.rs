@@ -16,7 +16,8 @@ use teachtree_engine::compiled::instantiate::instantiate;
 use teachtree_engine::compiled::plan::Cost;
 use teachtree_frames::averaging_lag;
 use teachtree_frames::frames::{HandLayout, Layout};
-use teachtree_language::graph::lower;
+use teachtree_language::graph::{RequiredChannels, lower, required_channels};
+use teachtree_language::rules::TreeScope;
 use teachtree_language::{self as language, LoadedRules, Request, Rules, codes};
 
 /// Options of `check`.
@@ -26,7 +27,7 @@ use teachtree_language::{self as language, LoadedRules, Request, Rules, codes};
 )]
 pub struct Args {
     /// Rule files, read together; folders, whose rule files are checked one by one; scenes, operator scripts, bindings and robot files (YAML); the
-    /// shipped `contact.rules` when left out
+    /// shipped `contact.rules` and `failures.rules` when left out
     files: Vec<PathBuf>,
     /// The hand file that implements the abstract signals
     #[arg(long, value_name = "FILE")]
@@ -169,6 +170,7 @@ fn report(loaded: &LoadedRules) -> Result<(), Failure> {
     }
     if let Some(rules) = &loaded.rules {
         out.push_str(&cost(rules)?);
+        out.push_str(&channels_of_failures(rules));
     }
     output::print(&out)?;
     if errors > 0 || loaded.rules.is_none() { Err(Failure::Negative) } else { Ok(()) }
@@ -304,4 +306,26 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
         "  labels of a live log are final after look-ahead, settling and {averaging} ms of averages about a frame"
     );
     Ok(out)
+}
+
+/// The channels that detect each primitive by which a failure is recognized.
+fn channels_of_failures(rules: &Rules) -> String {
+    let graph = lower(rules);
+    let mut out = String::new();
+    for task in rules.tasks.iter().filter(|task| task.failure) {
+        let labels = task.keys.iter().flat_map(|key| key.label.labels());
+        let scopes = [TreeScope::EachHand, TreeScope::BothHands];
+        for (label, scope) in labels.flat_map(|label| scopes.map(|scope| (label, scope))) {
+            let Some(RequiredChannels { all, any }) = required_channels(&graph, scope, label) else { continue };
+            let one_of = match any.as_slice() {
+                [] => None,
+                [alone] => Some(alone.clone()),
+                [others @ .., last] => Some(format!("{} or {last}", others.join(", "))),
+            };
+            let channels: Vec<String> = all.into_iter().chain(one_of).collect();
+            let of_both = if scope == TreeScope::BothHands { " of both hands" } else { "" };
+            let _ = writeln!(out, "  {}, {}{of_both}: {}", task.name, rules.label_name(label), channels.join("; "));
+        }
+    }
+    if out.is_empty() { out } else { format!("failures are detected by these channels:\n{out}") }
 }

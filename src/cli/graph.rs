@@ -25,7 +25,7 @@ use teachtree_session::{AnalysisInternals, RulesInternals};
     after_help = "Examples:\n  teachtree graph\n  teachtree graph tap.rules --format svg -o tap.svg\n  teachtree graph --log demonstration.csv --at 8.5s --format svg -o at.svg\n  teachtree graph tap.rules --transitions --format mermaid\n  teachtree graph --transitions --log demonstration.csv"
 )]
 pub struct Args {
-    /// Rule files; when left out the shipped `contact.rules`, for a log of two hands `bimanual.rules`
+    /// Rule files; when left out the shipped `contact.rules`, for a log of two hands `bimanual.rules`, and `failures.rules`
     files: Vec<PathBuf>,
     /// Which leaf can follow which, instead of the trees
     #[arg(long)]

@@ -22,7 +22,7 @@ pub struct SetArg {
 /// Options that name rules.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct RuleArgs {
-    /// Rule files; when left out the shipped `contact.rules`, for logs of two hands `bimanual.rules`
+    /// Rule files; when left out the shipped `contact.rules`, for logs of two hands `bimanual.rules`, and `failures.rules`
     #[arg(long = "rules", value_name = "FILE")]
     pub rules: Vec<PathBuf>,
     #[command(flatten)]

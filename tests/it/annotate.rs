@@ -142,7 +142,7 @@ fn everything_else_is_as_it_was() {
     std::fs::write(set.join("videos/front/chunk-000/file-000.mp4"), vec![7; 200_000]).unwrap();
     std::fs::write(set.join("empty"), "").unwrap();
     let before = all_files(&set);
-    assert!(annotate(folder.path(), "set", "labeled", &["-q"]).status.success());
+    assert!(annotate(folder.path(), "set", "labeled", &["-q", "--rules", "contact.rules"]).status.success());
     assert_eq!(all_files(&set), before);
     let after = all_files(&labeled);
     assert_eq!(before.keys().collect::<Vec<_>>(), after.keys().collect::<Vec<_>>());

@@ -99,7 +99,7 @@ const LIFT: [&str; 4] =
     ["--log", "demos/robosuite/SawyerLift_demo_1.csv", "--binding", "demos/robosuite/sawyer_lift.binding.yaml"];
 
 fn on_lift(args: &[&str]) -> Output {
-    teachtree(&[&["graph"], &LIFT[..], args].concat())
+    teachtree(&[&["graph", "contact.rules"], &LIFT[..], args].concat())
 }
 
 #[test]
@@ -107,7 +107,10 @@ fn the_branch_that_was_taken_is_marked() {
     let text = said(&on_lift(&["--at", "10.92s"]));
     insta::assert_snapshot!(text);
     // It is what `explain` says.
-    let explained = teachtree(&[&["explain", LIFT[1]], &LIFT[2..], &["--at", "10.92s", "--format", "json"]].concat());
+    let explained = teachtree(
+        &[&["explain", LIFT[1]], &LIFT[2..], &["--rules", "contact.rules", "--at", "10.92s", "--format", "json"]]
+            .concat(),
+    );
     let document: serde_json::Value = serde_json::from_str(&said(&explained)).unwrap();
     let steps = document["explanations"][0]["path"].as_array().unwrap();
     let folded = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");

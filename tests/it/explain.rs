@@ -17,7 +17,7 @@ fn said(args: &[&str]) -> String {
 
 #[test]
 fn a_frame_is_explained_from_the_root_to_the_task() {
-    insta::assert_snapshot!(said(&["--at", "10.92s"]));
+    insta::assert_snapshot!(said(&["--at", "10.92s", "--rules", "contact.rules"]));
 }
 
 #[test]

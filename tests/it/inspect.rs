@@ -73,7 +73,7 @@ fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
     std::fs::write(&skeleton, filled).unwrap();
     let output = teachtree(&["inspect", log.to_str().unwrap(), "--binding", skeleton.to_str().unwrap()]);
     assert!(said(&output).contains("nothing can be detected"), "{}", said(&output));
-    assert!(said(&output).contains("the rules need `fingers.contact` of the right hand"), "{}", said(&output));
+    assert!(said(&output).contains("the rules need `fingers.force` of the right hand"), "{}", said(&output));
 }
 
 /// The palm touches and never grasps: no rule of a hand with fingers can find what it carries.

@@ -63,6 +63,7 @@ mod sets;
 #[path = "../../crates/frames/tests/it/shared/mod.rs"]
 #[allow(dead_code, reason = "the tests of `frames` use all of it")]
 mod shared;
+mod shipped_failures;
 mod signals;
 mod stream;
 mod studio;

@@ -199,7 +199,8 @@ fn an_untared_sensor_is_tared_before_its_sign_is_turned() {
 
 /// Returns the recordings that lack a usual task, and the number of good recordings.
 fn lacking(folder: &Path) -> (Vec<String>, i64) {
-    let document = parsed(&run(folder, &["audit", "set", "--each", "--binding", "b.yaml", "--format", "json"]));
+    let args = ["audit", "set", "--each", "--binding", "b.yaml", "--rules", "contact.rules", "--format", "json"];
+    let document = parsed(&run(folder, &args));
     let lacks = |it: &&Value| it["findings"].as_array().unwrap().iter().any(|it| it["kind"] == "lacks_task");
     let lacking = document["recordings"].as_array().unwrap().iter().filter(lacks);
     (lacking.map(|it| it["log"].as_str().unwrap().to_string()).collect(), document["good"].as_i64().unwrap())
@@ -210,17 +211,21 @@ fn an_audit_reports_any_number_of_jammed_insertions() {
     let three = [Inserted, Jammed, Inserted, Inserted, Jammed, Inserted, Inserted, Jammed, Inserted, Inserted];
     let folder = set(&three);
     assert_eq!(lacking(folder.path()), (["set/01.csv", "set/04.csv", "set/07.csv"].map(String::from).to_vec(), 7));
-    let text = run(folder.path(), &["audit", "set", "--each", "--binding", "b.yaml"]);
+    let text = run(folder.path(), &["audit", "set", "--each", "--binding", "b.yaml", "--rules", "contact.rules"]);
     // Lines wrap at the width of the terminal.
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("tasks: peg_in_hole in 7 of 10, pick_and_place in 3 of 10"), "{text}");
     assert!(text.contains("lacks peg_in_hole, which 7 of 10 recordings have; has pick_and_place instead"), "{text}");
     assert!(text.contains("7 of 10 recordings are good, 3 lacking a task"), "{text}");
     let status = |fail_on| {
-        let args = ["audit", "set", "--each", "--binding", "b.yaml", "--fail-on", fail_on];
+        let rules = ["--rules", "contact.rules", "--fail-on", fail_on];
+        let args = [&["audit", "set", "--each", "--binding", "b.yaml"][..], &rules].concat();
         teachtree_in(folder.path(), &args).status.code()
     };
     assert_eq!((status("lacks_task"), status("unlike")), (Some(1), Some(0)));
+    // By the default rules, they are failures.
+    let found = parsed(&run(folder.path(), &["audit", "set", "--each", "--binding", "b.yaml", "--format", "json"]));
+    assert_eq!(found["failures"], serde_json::json!({ "failed_insertion": 3 }));
     // Small sets are reported too. If two tasks are equally frequent, neither is the usual one.
     assert_eq!(lacking(set(&[Inserted, Jammed, Inserted]).path()), (vec!["set/01.csv".into()], 2));
     assert_eq!(lacking(set(&[Inserted, Jammed, Inserted, Jammed]).path()), (vec![], 4));

@@ -13,6 +13,8 @@ use std::process::{Command, Output};
 const COLUMN: &str = "next.success";
 /// The nut of episode 1 comes to no peg.
 const EXPECT: [&str; 2] = ["--expect", "peg_in_hole"];
+/// Rules that show no failure.
+const CONTACT: [&str; 2] = ["--rules", "contact.rules"];
 
 /// The column of each episode of a set.
 fn flags(set: &Path) -> BTreeMap<u64, Vec<bool>> {
@@ -76,7 +78,7 @@ fn next_success_is_true_from_the_end_of_the_last_task_that_succeeds() {
 fn unknown_outcomes_give_no_column() {
     let folder = with_set();
     // Nothing shows a failure.
-    assert!(!said(&annotate(folder.path(), "set", "plain", &[])).contains(COLUMN));
+    assert!(!said(&annotate(folder.path(), "set", "plain", &CONTACT)).contains(COLUMN));
     assert_eq!(info(&folder.path().join("plain"))["features"].get(COLUMN), None);
     // The file of episode 2 cannot be read.
     let file = folder.path().join("set/data/chunk-000/file-001.parquet");
@@ -179,7 +181,7 @@ fn an_expectation_is_enough_for_success_fields_and_unknown_outcomes_give_none() 
     assert_eq!(unseen.status.code(), Some(2), "{}", all_said(&unseen));
     assert!(complained(&unseen).contains("all outcomes are unknown"), "{}", complained(&unseen));
     assert!(!folder.path().join("unseen.hdf5").exists());
-    let plain = annotate_file(folder.path(), "plain.hdf5", &SLOW[2..]);
+    let plain = annotate_file(folder.path(), "plain.hdf5", &[&SLOW[2..], &CONTACT].concat());
     assert!(plain.status.success() && !said(&plain).contains("outcomes"), "{}", all_said(&plain));
     let file = File::open(folder.path().join("plain.hdf5")).unwrap();
     assert_eq!(attributes(&file), [None, None]);

@@ -47,7 +47,7 @@ fn the_page_shows_what_the_program_says_before_and_after_a_new_primitive() {
     assert_eq!(said(folder.path(), &["check", "tap.rules"]), *checked);
 
     let (was, is) = (
-        said(folder.path(), &["analyze", "tap.csv"]),
+        said(folder.path(), &["analyze", "tap.csv", "--rules", "contact.rules"]),
         said(folder.path(), &["analyze", "tap.csv", "--rules", "tap.rules"]),
     );
     assert_eq!(story(&was), story(before));

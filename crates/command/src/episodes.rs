@@ -2,7 +2,7 @@
 //!
 //! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again, or that carried and
 //! let go in the air before another try, was a mistake and is left out (the paper, section 2.1); so are a Move and an Approach that were followed by another
-//! Move. Events that have a primitive of their own were intended: a second grasp with a different name, and a fall.
+//! Move. Events that have a primitive of their own were intended: a second grasp with a different name, and a fall in a task that is no failure.
 
 use super::RATE_HZ;
 use super::schema::Omission;
@@ -61,6 +61,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
             _ => tries.push(vec![segment]),
         }
     }
+    let is_meant = |segments: &[&Segment]| !span.failure && lets_fall(segments, series);
     let mut left_out = Vec::new();
     let mut kept: Vec<Vec<&Segment>> = Vec::new();
     // A brush is not joined to the push after it.
@@ -91,7 +92,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         let regrasped = grasped[number].zip(next).is_some_and(|(grasp, regrasp)| grasp != regrasp);
         let only_grasped =
             !regrasped && (alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series));
-        let dropped = touches.last() == Some(&Meaning::Carry) && number + 1 < count && !lets_fall(&segments, series);
+        let dropped = touches.last() == Some(&Meaning::Carry) && number + 1 < count && !is_meant(&segments);
         let stood = before_brushes.take().or(touched[number]);
         // With the other hand at work it may move for another reason.
         let stands = stood
@@ -141,7 +142,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
                 None => pieces.push(piece),
             }
         }
-        episodes.push(Episode { pieces, lets_fall: lets_fall(&segments, series) });
+        episodes.push(Episode { pieces, lets_fall: is_meant(&segments) });
     }
     episodes.retain(|episode| !episode.pieces.is_empty());
     (episodes, left_out)

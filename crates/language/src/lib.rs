@@ -38,6 +38,8 @@ use teachtree_base::diagnostic::{Diagnostic, Severity, Sources};
 const DEFAULT_RULES: &str = "contact.rules";
 /// The same for a log of two hands.
 const DEFAULT_RULES_OF_TWO_HANDS: &str = "bimanual.rules";
+/// The failures that are detected beside them.
+const DEFAULT_FAILURES: &str = "failures.rules";
 /// The hand file that implements the abstract signals when none is named.
 pub const DEFAULT_HAND: &str = "hand_force.rules";
 /// Reports that are listed; the rest is counted.
@@ -46,7 +48,8 @@ const MAX_REPORTS: usize = 200;
 /// What to load.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
-    /// Rule files: paths, or names of shipped files. Without files and texts the shipped `contact.rules` is loaded, whatever lies in the working directory.
+    /// Rule files: paths, or names of shipped files. Without files and texts the shipped `contact.rules` and `failures.rules` are loaded,
+    /// whatever lies in the working directory.
     pub files: Vec<PathBuf>,
     /// Whether the shipped `bimanual.rules` is loaded instead of `contact.rules`.
     pub two_hands: bool,
@@ -107,6 +110,7 @@ fn loader(request: &Request) -> Loader {
     loader.buffers.clone_from(&request.buffers);
     if request.files.is_empty() && request.texts.is_empty() {
         loader.load_shipped(if request.two_hands { DEFAULT_RULES_OF_TWO_HANDS } else { DEFAULT_RULES });
+        loader.load_shipped(DEFAULT_FAILURES);
     }
     for file in &request.files {
         loader.load_named(file);

@@ -202,6 +202,7 @@ fn lacking(fingers: &[Finger]) -> Option<&'static str> {
         _ if !has(FingerPick::Tips) => Some("has a palm and no fingertips"),
         _ if !has(FingerPick::One(Finger::Thumb)) => Some("has no thumb"),
         _ if !has(FingerPick::Opposing) => Some("has no finger opposite the thumb"),
+        _ if !has(FingerPick::One(Finger::Palm)) => Some("has no palm"),
         _ => None,
     }
 }

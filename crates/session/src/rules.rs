@@ -27,8 +27,8 @@ struct Inner {
 }
 
 impl Rules {
-    /// The rules that the command line takes for a log when none are named: the shipped `contact.rules`, for logs of two hands
-    /// `bimanual.rules`, with the hand file and the params that the binding of the log names.
+    /// The rules that the command line uses for a log when none are named: the shipped `contact.rules`, for logs of two hands
+    /// `bimanual.rules`, and `failures.rules`, with the hand file and the params that the binding of the log names.
     ///
     /// # Errors
     /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), when a param or the hand file of the binding does not fit the rules.
@@ -194,7 +194,7 @@ impl RulesOptions {
         Ok(rules)
     }
 
-    /// Loads the rules without a log; `contact.rules` where none are named.
+    /// Loads the rules without a log; `contact.rules` and `failures.rules` where none are named.
     ///
     /// # Errors
     /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), with the diagnostics.

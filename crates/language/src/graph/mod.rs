@@ -12,6 +12,7 @@ mod decision;
 mod lower;
 mod reachable_leaves;
 mod render;
+mod required_channels;
 pub mod transitions;
 
 pub use crate::ops::AbstractValue;
@@ -19,6 +20,7 @@ pub use decision::{Decision, Leaf, Target, Test};
 pub use lower::{lower, lower_values};
 pub use reachable_leaves::reachable_leaves;
 pub use render::text;
+pub use required_channels::{RequiredChannels, required_channels};
 
 use crate::ops::{Summary, TemporalOperator};
 use crate::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, LatchId, TreeScope, Type};

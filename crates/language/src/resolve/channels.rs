@@ -72,8 +72,6 @@ impl Resolver {
                     .at(*span, "first declared here");
                 if !same {
                     self.report(finding.help("give both the same type"));
-                } else if known.default.is_some() && channel.default.is_some() {
-                    self.report(finding.help("one of them has the default; the other one may leave `optional` out"));
                 }
                 continue;
             }
@@ -103,11 +101,26 @@ impl Resolver {
             .filter(|channel| channel.default.is_none())
             .map(|channel| channel.name.text())
             .collect();
+        let mut first: BTreeMap<String, (Fallback, Span)> = BTreeMap::new();
         for channel in &declared.channels {
             let name = channel.name.text();
             let Some(default) = &channel.default else { continue };
-            let absent = self.default_of(channel, default);
-            let Some(absent) = absent.filter(|_| !needed.contains(&name)) else { continue };
+            let Some(absent) = self.default_of(channel, default) else { continue };
+            if let Some((known, span)) = first.get(&name) {
+                if *known != absent {
+                    self.report(
+                        Diagnostic::error(codes::DECLARED_TWICE, format!("`{name}` has another default already"))
+                            .at(default.span, "another default here")
+                            .at(*span, "first default here")
+                            .help("give both the same default, or leave one declaration out"),
+                    );
+                }
+                continue;
+            }
+            first.insert(name.clone(), (absent.clone(), default.span));
+            if needed.contains(&name) {
+                continue;
+            }
             if let Some(known) = self.names.channels.get_mut(&name) {
                 known.absent = absent;
             }

@@ -13,6 +13,7 @@ shipped![
     "single_hand.rules",
     "contact.rules",
     "bimanual.rules",
+    "failures.rules",
     "hand_force.rules",
     "hand_flags.rules",
     "contact_times.rules",

@@ -1,7 +1,7 @@
 //! What is new of an analysis that grows, and from which frame on nothing that comes can change what was before.
 //!
-//! A hand *rests* from where the first primitive of tasks (`Move`) follows the last one (`Release`): there every span of a task ends, and no relabeling
-//! rule reaches across, as long as no rule before recognition rewrites the first primitive. Where every hand rests, everything before is final.
+//! A hand *rests* from where the first primitive of tasks (`Move`) follows the last one (`Release`) or a kind of it: there every span of a task ends, and no
+//! relabeling rule reaches across, as long as no rule before recognition rewrites the first primitive. Where every hand rests, everything before is final.
 
 use super::event::Inner;
 use super::history::History;
@@ -229,9 +229,9 @@ impl ReportedFrames {
     }
 }
 
-/// The frames in which a hand rests: where the tree returned the first primitive after the last one, and no rule before recognition changed the last one.
+/// The frames in which a hand rests: where the tree returned the first primitive after the last one or a kind of it, and no rule before recognition changed
+/// that.
 fn intervals(hand: &Track, ends: &TaskEnds) -> Vec<Range<usize>> {
-    let [first, last] = &ends.names;
     let segments = &hand.segments;
     let is_kept = |frame: usize| {
         let piece = hand.relabeled.iter().find(|segment| segment.frames.contains(&frame));
@@ -239,9 +239,9 @@ fn intervals(hand: &Track, ends: &TaskEnds) -> Vec<Range<usize>> {
     };
     let rests = |at: usize| match at.checked_sub(1).and_then(|before| segments.get(before)) {
         None => true,
-        Some(before) => before.primitive == *last && is_kept(before.frames.end - 1),
+        Some(before) => ends.last_names.contains(&before.primitive) && is_kept(before.frames.end - 1),
     };
-    let own = segments.iter().enumerate().filter(|(at, segment)| segment.primitive == *first && rests(*at));
+    let own = segments.iter().enumerate().filter(|(at, segment)| segment.primitive == ends.first_name && rests(*at));
     own.map(|(_, segment)| segment.frames.clone()).collect()
 }
 
@@ -253,8 +253,10 @@ fn in_order(mut news: Vec<(usize, Inner)>) -> Vec<Inner> {
 /// What every task begins and ends with.
 struct TaskEnds {
     first: Label,
-    /// The names of the first and the last primitive.
-    names: [String; 2],
+    /// The name of the first primitive.
+    first_name: String,
+    /// The names of the last primitive and of its kinds.
+    last_names: Vec<String>,
     /// The relabeling rules within tasks, as their authors wrote them.
     of_tasks: Vec<String>,
 }
@@ -279,7 +281,8 @@ impl TaskEnds {
         let rewritten = before.iter().any(|rule| rewrites(&rule.kind));
         (same && !is_key && !rewritten && first != last).then(|| Self {
             first,
-            names: [first, last].map(|label| rules.label_name(label)),
+            first_name: rules.label_name(first),
+            last_names: task.last.labels().map(|label| rules.label_name(label)).collect(),
             of_tasks: of_tasks.into_iter().map(|rule| rule.text.clone()).collect(),
         })
     }

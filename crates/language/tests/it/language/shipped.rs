@@ -3,6 +3,7 @@
 use super::report;
 use std::path::PathBuf;
 use teachtree_base::channels::Fallback;
+use teachtree_base::diagnostic::Severity;
 use teachtree_base::hands::Side;
 use teachtree_language::rules::{Branch, Consequent, RelabelKind, TreeScope};
 use teachtree_language::{self as language, LoadedRules, Request, Rules, SHIPPED, codes};
@@ -59,19 +60,41 @@ fn shipped_files_load_without_a_word() {
 }
 
 #[test]
-fn nothing_named_is_the_contact_rules_with_forces() {
+fn nothing_named_is_the_contact_rules_with_forces_and_failures() {
     let rules = rules(language::load(&Request::default()));
     let files: Vec<&str> = rules.sources.files.iter().map(|source| source.name.as_str()).collect();
     assert_eq!(
         files,
-        ["rules/contact.rules", "rules/single_hand.rules", "rules/stream.rules", "rules/hand_force.rules"]
+        [
+            "rules/contact.rules",
+            "rules/single_hand.rules",
+            "rules/stream.rules",
+            "rules/failures.rules",
+            "rules/hand_force.rules"
+        ]
     );
-    assert_eq!(rules.primitives.len(), 14);
+    assert_eq!(rules.primitives.len(), 20);
+    assert_eq!(rules.tasks.iter().filter(|task| task.failure).count(), 4);
     let force = rules.channels.iter().find(|channel| channel.name == "fingers.force").unwrap();
     assert_eq!(force.absent, Fallback::Refused, "a hand that trusts forces needs them");
     let contact = rules.channels.iter().find(|channel| channel.name == "fingers.contact").unwrap();
     assert!(matches!(&contact.absent, Fallback::NormAbove { channel, on, off, needed: true }
         if channel == "fingers.force" && (*on, *off) == (0.05, 0.02)));
+}
+
+/// The default rules share names and channels with no hand file, but for channels that are declared alike.
+#[test]
+fn the_default_rules_go_with_every_hand_file() {
+    for (name, _) in SHIPPED.iter().filter(|(name, _)| name.starts_with("hand_")) {
+        for two_hands in [false, true] {
+            // This file brings the rules of two hands.
+            let two_hands = two_hands || *name == "hand_gripper_pair.rules";
+            let loaded =
+                language::load(&Request { two_hands, hand_file: Some((*name).to_string()), ..Request::default() });
+            let errors = loaded.diagnostics.iter().filter(|finding| finding.severity == Severity::Error).count();
+            assert!(errors == 0 && loaded.rules.is_some(), "{name}: {}", report(&loaded));
+        }
+    }
 }
 
 #[test]
@@ -201,7 +224,7 @@ fn copies_of_shipped_files_are_the_shipped_files() {
     let beside = load(copied.to_str().unwrap(), None, &[]);
     assert_eq!(beside.sources.files.len(), 4);
     assert_eq!(rules(beside).param("touch_on").unwrap().value, 0.07);
-    let shipped = rules(language::load(&Request::default()));
+    let shipped = rules(load("contact.rules", None, &[]));
     assert_eq!(shipped.param("touch_on").unwrap().value, 0.05);
     let both = language::load(&Request {
         files: vec![in_repository("contact.rules").into(), folder.path().join("contact.rules")],
