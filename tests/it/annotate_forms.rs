@@ -167,7 +167,8 @@ fn each_form_is_refused_where_it_is_and_replaced_on_demand() {
         assert!(complained(&refused).contains("--replace"), "{form}: {}", complained(&refused));
         assert!(!folder.path().join("twice").exists());
     }
-    let again = annotate(folder.path(), "once", "twice", &["--legacy", "--sarm", "--prelabels", "--replace"]);
+    let replace = ["--legacy", "--sarm", "--prelabels", "--replace", "--rules", "contact.rules"];
+    let again = annotate(folder.path(), "once", "twice", &replace);
     assert!(again.status.success(), "{}", all_said(&again));
     assert_eq!(all_files(&folder.path().join("once")), all_files(&folder.path().join("twice")));
     let v21 = with_v21();
