@@ -163,7 +163,7 @@ class Analysis:
         >>> import teachtree
         >>> analysis = teachtree.analyze("demos/robosuite/lift_demo_1.csv", binding="demos/robosuite/panda_lift.binding.yaml")
         >>> analysis.outcome.reasons[0].kind
-        'no_criterion'
+        'succeeded'
         >>> analysis.expecting("pick_and_place").outcome.result
         'success'
         """

@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::refuse_inputs(&args.out, &inputs)?;
     let log = args.analysis.source.open(&args.log)?;
     let opened = log.opened()?;
-    let analysis = args.analysis.analyze(&log)?;
+    let analysis = args.analysis.rules.options().without_failures().for_log(&log)?.analyze(&log)?;
     let mut commands =
         command::commands(&opened.trusted()?, analysis.found(), touch_forces(analysis.rules()), &log.name())?;
     if commands.tasks.is_empty() {

@@ -57,9 +57,8 @@ fn recordings_that_are_failures_get_no_signals() {
     let all = annotate(folder.path(), "new.hdf5", &["--expect", "pick_and_place x 9", "--failures", "write"]);
     assert!(all.status.success(), "{}", all_said(&all));
     let plain = said(&annotate(folder.path(), "other.hdf5", &[])).replace("other.hdf5", "new.hdf5");
-    let outcomes =
-        "outcomes: 0 successes, 2 failures, listed in `mask/teachtree_success` and `mask/teachtree_failure`\n";
-    assert_eq!(said(&all), plain + outcomes);
+    assert!(plain.contains("outcomes: 2 successes, 0 failures"), "{plain}");
+    assert_eq!(said(&all), plain.replace("2 successes, 0 failures", "0 successes, 2 failures"));
 }
 
 /// The file has two recordings. By these rules the one whose approach takes longer is a failure.
@@ -517,7 +516,7 @@ fn a_list_of_complete_recordings_is_replaced_only_when_asked() {
     assert!(annotate(folder.path(), "a.hdf5", &["--signal", "grasp=start of Grasp of cube"]).status.success());
     let refused = again("b.hdf5", "a.hdf5", &[]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(complained(&refused).contains("has the list `mask/teachtree_ok` already"), "{}", complained(&refused));
+    assert!(complained(&refused).contains("has the list `mask/teachtree_failure` already"), "{}", complained(&refused));
     assert!(!folder.path().join("b.hdf5").exists());
     let replaced = again("b.hdf5", "a.hdf5", &["--replace"]);
     assert!(replaced.status.success(), "{}", all_said(&replaced));

@@ -124,7 +124,7 @@ fn a_file_is_written_for_each_recording_and_not_again() {
     assert!(first.status.success() && said(&first).is_empty(), "{}", all_said(&first));
     assert!(complained(&first).contains("3 written to out/deep"), "{}", complained(&first));
     assert!(
-        complained(&first).contains("undetectable      1 in 1 recording, the first is set#1"),
+        complained(&first).contains("undetectable      2 in 1 recording, the first is set#1"),
         "{}",
         complained(&first)
     );

@@ -30,11 +30,14 @@ fn tasks<'a>(found: &'a Value, track: &str) -> Vec<(&'a str, u64, bool)> {
     track["tasks"].as_array().unwrap().iter().map(task).collect()
 }
 
+/// Scene, operator, seed, the failure, and the tasks with their attempts and whether they are failures.
+type Case = (&'static str, &'static str, &'static str, &'static str, &'static [(&'static str, u64, bool)]);
+
 /// Each operator fails in one way; some try again. A slip that is caught and a jam before the insertion do not spoil the attempt.
 #[test]
 fn operators_that_fail_show_their_failure() {
     let folder = tempfile::tempdir().unwrap();
-    let cases: [(&str, &str, &str, &str, &[(&str, u64, bool)]); 8] = [
+    let cases: [Case; 8] = [
         ("peg_in_hole", "peg_in_hole_jam", "1", "Jam", &[("failed_insertion", 1, true)]),
         ("pick_and_place", "pick_and_place_slip", "2", "Slip", &[("pick_and_place", 1, false)]),
         ("pick_and_place", "pick_and_place_drop", "1", "Drop", &[("dropped", 1, true), ("pick_and_place", 2, false)]),

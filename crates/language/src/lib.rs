@@ -53,6 +53,8 @@ pub struct Request {
     pub files: Vec<PathBuf>,
     /// Whether the shipped `bimanual.rules` is loaded instead of `contact.rules`.
     pub two_hands: bool,
+    /// Whether the default rules are loaded without `failures.rules`: a robot program contains what was intended.
+    pub without_failures: bool,
     /// Texts with their names, which are read after the files; what they use is looked up among the shipped files.
     pub texts: Vec<(String, String)>,
     /// The hand file that implements abstract signals; none for the shipped `hand_force.rules`. Loaded only when an abstract signal has no implementation.
@@ -110,7 +112,9 @@ fn loader(request: &Request) -> Loader {
     loader.buffers.clone_from(&request.buffers);
     if request.files.is_empty() && request.texts.is_empty() {
         loader.load_shipped(if request.two_hands { DEFAULT_RULES_OF_TWO_HANDS } else { DEFAULT_RULES });
-        loader.load_shipped(DEFAULT_FAILURES);
+        if !request.without_failures {
+            loader.load_shipped(DEFAULT_FAILURES);
+        }
     }
     for file in &request.files {
         loader.load_named(file);

@@ -150,9 +150,17 @@ pub struct RulesOptions {
     hand_file: Option<String>,
     params: Vec<(String, String)>,
     buffers: BTreeMap<PathBuf, String>,
+    without_failures: bool,
 }
 
 impl RulesOptions {
+    /// Leaves `failures.rules` out of the default rules, as `teachtree retarget` does: a robot program contains what was intended, and no slip of the hand.
+    #[must_use]
+    pub fn without_failures(mut self) -> Self {
+        self.without_failures = true;
+        self
+    }
+
     /// Adds a rule file: a path, or the name of a shipped file such as `bimanual.rules`.
     #[must_use]
     pub fn file(mut self, path: impl Into<PathBuf>) -> Self {
@@ -225,10 +233,10 @@ impl RulesOptions {
     }
 
     fn request(self, params: Vec<(String, String)>) -> Request {
-        let Self { files, texts, hand_file, params: own, buffers } = self;
+        let Self { files, texts, hand_file, params: own, buffers, without_failures } = self;
         // A later value of a param wins over an earlier one.
         let overrides = params.into_iter().chain(own).collect();
-        Request { files, texts, hand_file, overrides, buffers, two_hands: false, needs_tree: true }
+        Request { files, texts, hand_file, overrides, buffers, two_hands: false, without_failures, needs_tree: true }
     }
 }
 

@@ -139,6 +139,9 @@ impl SensorSet {
     }
 }
 
+/// The pads of the thumb and of the opposing fingers, m.
+type JawPads = (Vector3<f64>, Vector3<f64>);
+
 /// The tool point, between the pads of the thumb and of the opposing fingers, the distance of these pads, and whether the gripper is closed.
 fn tool_columns(recording: &Recording, side: Side, closed_m: f64) -> Vec<Column> {
     let tip = |finger: &str, row: usize| {
@@ -148,11 +151,10 @@ fn tool_columns(recording: &Recording, side: Side, closed_m: f64) -> Vec<Column>
     let jaws = |row: usize| Some((tip("thumb", row)?, (tip("index", row)? + tip("middle", row)?) / 2.0));
     let jaws: Option<Vec<_>> = (0..recording.time.len()).step_by(EVERY).map(jaws).collect();
     let (Some(jaws), Some(hand)) = (jaws, recording.scene.hands.get(&side)) else { return Vec::new() };
-    let column = |name: &str, value: &dyn Fn(&(Vector3<f64>, Vector3<f64>)) -> f64| {
+    let column = |name: &str, value: &dyn Fn(&JawPads) -> f64| {
         Column::new(format!("{side}.{name}"), "", jaws.iter().map(value).collect::<Vec<f64>>())
     };
-    let opening =
-        |(thumb, others): &(Vector3<f64>, Vector3<f64>)| ((thumb - others).norm() - 2.0 * hand.tip_radius.0).max(0.0);
+    let opening = |(thumb, others): &JawPads| ((thumb - others).norm() - 2.0 * hand.tip_radius.0).max(0.0);
     vec![
         column("thumb.position.x", &|(thumb, others)| (thumb.x + others.x) / 2.0),
         column("thumb.position.y", &|(thumb, others)| (thumb.y + others.y) / 2.0),

@@ -162,7 +162,7 @@ fn perform(
 ) -> Result<RobotResult, String> {
     let in_words = |error: &dyn std::fmt::Display| error.to_string();
     let log = Log::open(file).map_err(|error| in_words(&error))?;
-    let rules = rules.clone().for_log(&log).map_err(|error| in_words(&error))?;
+    let rules = rules.clone().without_failures().for_log(&log).map_err(|error| in_words(&error))?;
     let analysis = rules.analyze(&log).map_err(|error| in_words(&error))?;
     let opened = log.opened().map_err(|error| in_words(&error))?;
     let trusted = opened.trusted().map_err(|error: InputError| in_words(&error))?;

@@ -275,7 +275,7 @@ fn a_boundary_is_explained_as_explain_does() {
         "carried: not supported and not walled => Translate is taken now",
         "rules/single_hand.rules:",
         "above 50 mN",
-        "Latches: leaving not set so far",
+        "leaving not set so far",
     ] {
         assert!(why.contains(piece), "{piece}\n{why}");
     }

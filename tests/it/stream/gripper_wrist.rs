@@ -123,7 +123,9 @@ fn what_is_dropped_or_only_lifted_is_put_down_nowhere() {
     ] {
         for weight in [0.0, 1.0] {
             let (tasks, segments) = found(&at_the_wrist(recording, objects, weight), closed);
-            assert_eq!(tasks, ["pick_and_place"], "{recording}: {segments:?}");
+            // This gripper closes at the cube at 8.2 s, opens again at 8.4 s, and takes it at 10.9 s.
+            let missed = if recording == "SawyerLift_demo_1.csv" { &["missed_grasp"][..] } else { &[] };
+            assert_eq!(tasks, [missed, &["pick_and_place"]].concat(), "{recording}: {segments:?}");
             assert!(segments.iter().all(|it| it.0 != "Place" && it.0 != "Follow"), "{recording}: {segments:?}");
         }
     }

@@ -150,8 +150,7 @@ pub fn derived_frames(
     findings: &mut Findings,
 ) -> Result<Frames, InputError> {
     let objects = objects(measured.scene);
-    let held;
-    let mut motions: Vec<Motion> =
+    let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
     let asked = !findings.unasked;
     if asked {
@@ -190,9 +189,9 @@ pub fn derived_frames(
         tracks.push(hands::track(measured, &motions, hand.side, &hand.fingers, &touches));
         felt.push((touches, is_read, read));
     }
-    held = unplaced::held_paths(measured, &objects, &tracks);
+    let held = unplaced::held_paths(measured, &objects, &tracks);
     let moving = motions.into_iter().enumerate();
-    motions = moving
+    let motions: Vec<Motion> = moving
         .map(|(body, motion)| if let Some(path) = held.get(&body) { motion.along(path) } else { motion })
         .collect();
     for ((hand, track), (touches, is_read, read)) in hands.iter().zip(&tracks).zip(felt) {

@@ -255,7 +255,7 @@ struct TaskEnds {
     first: Label,
     /// The name of the first primitive.
     first_name: String,
-    /// The names of the last primitive and of its kinds.
+    /// The names of the last primitive, and of its kinds with which every task ends.
     last_names: Vec<String>,
     /// The relabeling rules within tasks, as their authors wrote them.
     of_tasks: Vec<String>,
@@ -267,7 +267,9 @@ impl TaskEnds {
         let task = rules.tasks.first()?;
         // A hand that rests in a kind of the first primitive rests later.
         let (first, last) = (task.first.label, task.last.label);
-        let same = rules.tasks.iter().all(|it| it.first == task.first && it.last == task.last);
+        let same = rules.tasks.iter().all(|it| it.first.label == first && it.last.label == last);
+        // A task with the key `Drop`, which is a kind of Release, does not end with a Drop.
+        let ends_all = |label: &Label| rules.tasks.iter().all(|it| it.last.covers(*label));
         let is_key = rules.tasks.iter().flat_map(|task| &task.keys).any(|key| key.label.covers(first));
         let has = |labels: &Labels| labels.iter().any(|label| label.covers(first));
         let rewrites = |kind: &RelabelKind| match kind {
@@ -282,7 +284,7 @@ impl TaskEnds {
         (same && !is_key && !rewritten && first != last).then(|| Self {
             first,
             first_name: rules.label_name(first),
-            last_names: task.last.labels().map(|label| rules.label_name(label)).collect(),
+            last_names: task.last.labels().filter(ends_all).map(|label| rules.label_name(label)).collect(),
             of_tasks: of_tasks.into_iter().map(|rule| rule.text.clone()).collect(),
         })
     }

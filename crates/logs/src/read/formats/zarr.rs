@@ -136,7 +136,7 @@ impl Container {
     fn episode_ends(&self) -> Result<Option<ChunkedArray>, InputError> {
         let Some(path) = self.arrays.iter().find(|path| EPISODE_ENDS.contains(&path.as_str())) else { return Ok(None) };
         match self.array(path)? {
-            ArrayMetadata::Array(array) => Ok(Some(array)),
+            ArrayMetadata::Array(array) => Ok(Some(*array)),
             ArrayMetadata::Refused { reason, .. } => {
                 Err(InputError::new(format!("{} array {path}", self.place), reason))
             }
@@ -254,7 +254,7 @@ impl Container {
                     let fits = budget.take(count.checked_mul(width), element.size, element.is_text())
                         && budget.has(array.chunk_bytes());
                     arrays.push(if fits {
-                        let values = Box::new(Values { array, rows });
+                        let values = Box::new(Values { array: *array, rows });
                         Array::new(name, count, &dimensions, element.is_text(), values)?
                     } else {
                         Array::refused(name, count, &dimensions, Budget::REFUSED)

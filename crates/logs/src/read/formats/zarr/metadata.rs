@@ -13,7 +13,7 @@ use teachtree_base::json;
 /// An array as it describes itself.
 pub(super) enum ArrayMetadata {
     /// One that can be read.
-    Array(ChunkedArray),
+    Array(Box<ChunkedArray>),
     /// One that cannot be read.
     Refused { rows: usize, dimensions: Vec<usize>, reason: String },
 }
@@ -87,7 +87,7 @@ pub(super) fn read(store: &Rc<Store>, place: &str, path: &str) -> Result<ArrayMe
     {
         return Ok(refused(format!("has the order {order:?} of {} dimensions", shape.len())));
     }
-    Ok(ArrayMetadata::Array(ChunkedArray::new(Rc::clone(store), place, path, shape, layout)))
+    Ok(ArrayMetadata::Array(Box::new(ChunkedArray::new(Rc::clone(store), place, path, shape, layout))))
 }
 
 /// How the values of an array are stored.
