@@ -93,8 +93,12 @@ fn planted_faults_are_found_and_good_recordings_are_not() {
             "nothing" | "pauses" => has("idle"),
             "fails" => has("failed_grasp"),
             "another" => has("lacks_task"),
-            // Some simulated operator may lose the box and take it up again, which mends the failure.
-            _ if recording["tasks"].as_array().unwrap().len() > 1 && !kinds.is_empty() => has("unlike"),
+            // A simulated operator that loses the box and takes it up again mends the failure; another second task is unusual.
+            _ if recording["tasks"].as_array().unwrap().len() > 1
+                && !recording["tasks"].to_string().contains("dropped") =>
+            {
+                has("unlike")
+            }
             _ => {
                 assert!(kinds.is_empty(), "{log}: {recording}");
                 clean.push(log.into());

@@ -1,7 +1,7 @@
 //! `retarget`: the commands of the chapter's experiment and of other demonstrations, and the page of a simulation.
 
 use crate::browser::Browser;
-use crate::program::{complained, demonstrate, teachtree, teachtree_in};
+use crate::program::{complained, demonstrate, said, teachtree, teachtree_in};
 use crate::report::page::{no_complaints, picture};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::Path;
@@ -307,6 +307,33 @@ fn a_finger_touches_by_the_params_of_the_rules() {
     assert_eq!(shipped, pressing(&["--set", "touch_on=0.05N", "--set", "touch_off=0.02N"]));
     let later = pressing(&["--set", "touch_on=0.5N", "--set", "touch_off=0.4N"]);
     assert!(0 < later && later < shipped, "{later} samples with a force, {shipped} with the shipped params");
+}
+
+/// A robot program contains the intended motion: `retarget` loads the default rules without failures, whose names a binding may use.
+#[test]
+fn a_binding_may_name_failures() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (binding, out) = (path("b.yaml"), path("commands.json"));
+    let demos = concat!(env!("CARGO_MANIFEST_DIR"), "/demos/robosuite");
+    let [log, shipped, scene] =
+        ["lift_demo_1.csv", "panda_lift.binding.yaml", "panda_lift.scene.yaml"].map(|name| format!("{demos}/{name}"));
+    let text = std::fs::read_to_string(&shipped).unwrap();
+    std::fs::write(&binding, text + "\nparams: {miss_near: 40 mm}\nsignals: {fell: start of Drop of cube}\n").unwrap();
+    let inputs = [&log, "--binding", &binding, "--scene", &scene].map(ToString::to_string);
+    let run = |command: &str, more: &[&str]| {
+        let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
+        teachtree(&[&[command], &inputs[..], more].concat())
+    };
+    let analyzed = run("analyze", &[]);
+    assert!(said(&analyzed).contains("miss_near = 40 mm"), "{}{}", said(&analyzed), complained(&analyzed));
+    let to = ["--robot", "parallel_jaw", "-o", &out];
+    let retargeted = run("retarget", &to);
+    assert!(retargeted.status.success(), "{}", complained(&retargeted));
+    // On the command line, a param without effect is an error.
+    let refused = run("retarget", &[&to[..], &["--set", "miss_near=40mm"]].concat());
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(complained(&refused).contains("there is no param `miss_near` to override"), "{}", complained(&refused));
 }
 
 /// The joint trajectory of commands, checked by differences of its own.

@@ -2,7 +2,7 @@
 //!
 //! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again, or that carried and
 //! let go in the air before another try, was a mistake and is left out (the paper, section 2.1); so are a Move and an Approach that were followed by another
-//! Move. Events that have a primitive of their own were intended: a second grasp with a different name, and a fall in a task that is no failure.
+//! Move. Events with a primitive of their own were intended: a second grasp with a different name, and a fall in a task that succeeds.
 
 use super::RATE_HZ;
 use super::schema::Omission;

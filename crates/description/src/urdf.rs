@@ -43,7 +43,7 @@ pub struct Oddity {
 /// Reads the links and joints of a URDF text, without masses and shapes; `file` is its name in errors. Limits and motors of joints may be wrong.
 ///
 /// # Errors
-/// The text is no URDF, at its line.
+/// The text is not a URDF; the error names the line.
 pub fn kinematics(text: &str, file: &str) -> Result<(KinematicTree, Vec<Oddity>), InputError> {
     read(text, file, Scope::Kinematics).map(|(tree, _, oddities)| (tree, oddities))
 }
@@ -211,7 +211,7 @@ impl<'a> Reader<'a> {
             Scope::Kinematics => tops().rev().max_by_key(|top| below(top, &joints).len()),
         };
         let Some(top) = top else {
-            return Err(self.error(root, "no link is the root: the tree does not close".into()));
+            return Err(self.error(root, "every link is the child of a joint: the tree has no root".into()));
         };
         let order = below(top, &joints);
         let mut tree = KinematicTree { links: Vec::new(), dofs: self.dofs(&joints)? };
@@ -273,7 +273,7 @@ impl<'a> Reader<'a> {
             let name = self.name(node, "name")?;
             let lacks = [parent, child].into_iter().find(|link| !links.iter().any(|(_, known)| known == link));
             let message = if let Some(link) = lacks {
-                format!("the joint names `{link}`, which is no link")
+                format!("the joint names the unknown link `{link}`")
             } else if joints.iter().any(|(other, ..)| other.attribute("name") == Some(name)) {
                 format!("the joint `{name}` is there twice")
             } else if joints.iter().any(|(_, _, other)| *other == child) {

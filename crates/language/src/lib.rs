@@ -125,6 +125,13 @@ fn loader(request: &Request) -> Loader {
     loader
 }
 
+/// Whether the shipped `failures.rules` declares a param of this name.
+pub fn is_param_of_failures(name: &str) -> bool {
+    let file = shipped(DEFAULT_FAILURES).map(|(_, text)| parse::parse(text, 0).0);
+    let mut items = file.iter().flat_map(|file| &file.items);
+    items.any(|item| matches!(&item.kind, syntax::ItemKind::Param(param) if param.name.text == name))
+}
+
 /// Loads a text; what it uses is looked up among the shipped files.
 pub fn load_text(name: &str, text: &str) -> LoadedRules {
     let mut loader = Loader::default();

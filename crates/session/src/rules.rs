@@ -154,7 +154,8 @@ pub struct RulesOptions {
 }
 
 impl RulesOptions {
-    /// Leaves `failures.rules` out of the default rules, as `teachtree retarget` does: a robot program contains what was intended, and no slip of the hand.
+    /// Leaves `failures.rules` out of the default rules, as `teachtree retarget` does: a robot program contains the intended motion, without slips. The
+    /// binding may set its params and name its primitives in signals; they have no effect.
     #[must_use]
     pub fn without_failures(mut self) -> Self {
         self.without_failures = true;
@@ -197,8 +198,11 @@ impl RulesOptions {
     /// # Errors
     /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), with the diagnostics.
     pub fn for_log(self, log: &Log) -> Result<Rules, Error> {
+        let without_failures = self.without_failures;
         let rules = Rules::load(&self.request_for(log))?;
-        signals::check_binding(log, &rules)?;
+        if !without_failures {
+            signals::check_binding(log, &rules)?;
+        }
         Ok(rules)
     }
 
@@ -276,7 +280,10 @@ impl RulesOptionsInternals for RulesOptions {
     }
 
     fn request_for(mut self, log: &Log) -> Request {
-        let (hand_file, params) = log.settings();
+        let (hand_file, mut params) = log.settings();
+        if self.without_failures && self.files.is_empty() && self.texts.is_empty() {
+            params.retain(|(name, _)| !language::is_param_of_failures(name));
+        }
         self.hand_file = self.hand_file.or(hand_file);
         Request { two_hands: log.hands().len() > 1, ..self.request(params) }
     }

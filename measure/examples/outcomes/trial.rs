@@ -51,7 +51,7 @@ pub struct FoundFailure {
 }
 
 /// A recording of an operator, and the intervals of a failure in its ground truth, s, by hand.
-struct Recorded {
+struct LabeledRecording {
     recording: Recording,
     truth: Vec<(Side, Range<f64>)>,
 }
@@ -76,7 +76,7 @@ impl Trial {
         let sound = Operator { failures: Some(FailurePlan { share: 0.0, ..plan.clone() }), ..failing.clone() };
         let recording = world::teach(&scene, &failing, seed).map_err(message)?;
         let primitive = primitive(kind, &recording);
-        let failed = Recorded { truth: intervals(&recording, primitive), recording };
+        let failed = LabeledRecording { truth: intervals(&recording, primitive), recording };
         let recording = world::teach(&scene, &sound, seed).map_err(message)?;
         let succeeds = PRIMITIVES.iter().all(|primitive| intervals(&recording, primitive).is_empty());
         let sound = Some(recording).filter(|_| succeeds);
@@ -117,7 +117,7 @@ impl Trial {
     }
 }
 
-impl Recorded {
+impl LabeledRecording {
     fn result(
         &self,
         set: &SensorSet,

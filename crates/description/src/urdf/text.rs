@@ -1,17 +1,17 @@
-//! The text of a URDF as XML: what other programs load although it is no XML is mended, without a change of lines and columns.
+//! Repairs the text of a URDF that is not well-formed XML but that other programs load. Lines and columns stay the same.
 
 use roxmltree::{Document, Error, ParsingOptions};
 use std::borrow::Cow;
 
 /// How many nodes a text may have.
 const MAX_NODES: u32 = 200_000;
-/// So many undeclared prefixes are let through.
+/// Maximum number of undeclared prefixes that are accepted.
 const MAX_PREFIXES: usize = 8;
 
 /// Parses a text.
 ///
 /// # Errors
-/// It is no XML.
+/// The text is not XML.
 pub(super) fn document(text: &str) -> Result<Document<'_>, Error> {
     Document::parse_with_options(
         text,

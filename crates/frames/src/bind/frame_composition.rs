@@ -128,13 +128,13 @@ impl FrameComposition {
 
 /// The message about frames that no transform connects.
 fn not_connected(poses: &[FramedPose]) -> String {
-    let told: Vec<String> = poses
+    let frames: Vec<String> = poses
         .iter()
         .filter_map(|pose| Some(format!("`{}` stands in `{}`", pose.channel, pose.frames.first()?)))
         .collect();
     format!(
         "{}, and no transform of the log connects these frames: the poses are used as if the frames were one",
-        told.join(", ")
+        frames.join(", ")
     )
 }
 

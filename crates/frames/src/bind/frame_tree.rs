@@ -90,7 +90,7 @@ impl FrameTree {
         self.texts.iter().find(|(at, _)| *at == column).map(|(_, texts)| texts.as_slice())
     }
 
-    /// The bound poses of which the log names the frame.
+    /// The bound poses whose frame the log names.
     pub fn poses(&self, bound: &[BoundColumn], header: &Header) -> Vec<FramedPose> {
         let mut poses = vec![];
         for group in bound.chunk_by(|one, next| one.channel == next.channel) {

@@ -31,7 +31,7 @@ impl LinearForm {
     }
 }
 
-/// The text before the last of these operators, and the number behind it; `None` if that is no number.
+/// Splits at the last of these operators, and returns the text before it and the number after it; `None` without a number.
 fn last<'a>(text: &'a str, operator: &str) -> Option<(&'a str, f64)> {
     let (name, number) = text.rsplit_once(operator)?;
     let number: f64 = number.trim().parse().ok()?;

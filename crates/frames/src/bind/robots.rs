@@ -134,17 +134,17 @@ const NAMED: usize = 3;
 /// An issue for each robot whose file has parts that are not read as they stand.
 pub fn unread_parts(file: &BindingFile, time: &[f64]) -> Vec<Issue> {
     let issue = |(name, robot): (&String, &BoundRobot)| {
-        let told = robot.oddities.iter().take(NAMED).map(|oddity| {
+        let parts = robot.oddities.iter().take(NAMED).map(|oddity| {
             let instead = oddity.instead.unwrap_or("nothing that is bound hangs on it");
             format!("{}: {}; {instead}", oddity.error.place, oddity.error.message)
         });
-        let mut told: Vec<String> = told.collect();
+        let mut parts: Vec<String> = parts.collect();
         match robot.oddities.len().saturating_sub(NAMED) {
             0 => {}
-            more => told.push(format!("{more} more such parts")),
+            more => parts.push(format!("and {more} other parts")),
         }
-        let message = told.join("; ");
-        (!told.is_empty()).then(|| over_all(time, IssueKind::UNREAD_PART, &format!("robots.{name}"), message))
+        let message = parts.join("; ");
+        (!parts.is_empty()).then(|| over_all(time, IssueKind::UNREAD_PART, &format!("robots.{name}"), message))
     };
     file.trees.iter().filter_map(issue).collect()
 }

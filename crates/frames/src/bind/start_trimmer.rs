@@ -5,7 +5,7 @@ use super::resampler::ResampledRow;
 /// Cuts off the beginning at which some sensor is silent still: sensors do not start as one.
 #[derive(Default)]
 pub(super) struct StartTrimmer {
-    /// Whether rows are no longer held back.
+    /// Whether the start is known, so that rows pass directly.
     pub is_over: bool,
     rows: Vec<ResampledRow>,
     /// The first row in which each column was measured.

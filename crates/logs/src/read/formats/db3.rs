@@ -65,7 +65,7 @@ impl<'a> Bag<'a> {
         let bag = Self { place, connection, size };
         for table in ["topics", "messages"] {
             if !bag.has(table).map_err(failed)? {
-                return Err(InputError::new(place, format!("is no bag of ROS 2: it has no table `{table}`")));
+                return Err(InputError::new(place, format!("is not a ROS 2 bag: it lacks the table `{table}`")));
             }
         }
         Ok(bag)
@@ -137,7 +137,8 @@ impl<'a> Bag<'a> {
     ) -> Result<(), InputError> {
         let mut left = self.size;
         self.each("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id", |row| {
-            let data = row.get_ref(3)?.as_blob().map_err(|_| Fault::Damaged("a message is no blob".into()))?;
+            let data =
+                row.get_ref(3)?.as_blob().map_err(|_| Fault::Damaged("the data of a message is not a blob".into()))?;
             left = left
                 .checked_sub(data.len() as u64)
                 .ok_or_else(|| Fault::Damaged("its messages have more bytes than the file".into()))?;
@@ -197,7 +198,7 @@ fn decoder(kind: &str, format: &str, definitions: &BTreeMap<String, (String, Str
     match ros_types::definition(kind) {
         Some(text) => MessageDecoder::of(format, Some((kind, "ros2msg", text.as_bytes()))),
         None => MessageDecoder::Refused(format!(
-            "the bag has no definition of its type {kind}; where the package of the type is installed, `ros2 bag convert` to MCAP adds it"
+            "the bag has no definition of its type {kind}; bags that `ros2 bag record --storage mcap` writes have it"
         )),
     }
 }

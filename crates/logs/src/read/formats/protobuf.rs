@@ -38,10 +38,10 @@ impl MessageType {
     /// Puts the fields of a message into the last row; its stamp in nanoseconds, if it has one.
     ///
     /// # Errors
-    /// The bytes are no message of this type.
+    /// The bytes are not a message of this type.
     pub(super) fn decode(&self, bytes: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Failure> {
         let message = DynamicMessage::decode(self.0.clone(), bytes)
-            .map_err(|error| format!("is no message of {}: {error}", self.0.full_name()))?;
+            .map_err(|error| format!("is not a message of {}: {error}", self.0.full_name()))?;
         spread_message(&message, &mut String::new(), row, 0)?;
         Ok(STAMPS.iter().find_map(|path| stamp(&message, path)))
     }

@@ -97,7 +97,7 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
     };
     assert!(wrong("</robot>", "").starts_with("lab/hand.urdf:"), "{}", wrong("</robot>", ""));
     assert!(wrong("upper=\"0.4\"", "upper=\"-0.5\"").contains("`spread` goes from -0.4 to -0.5"));
-    assert!(wrong("<parent link=\"f1\"/>", "<parent link=\"f3\"/>").contains("`f3`, which is no link"));
+    assert!(wrong("<parent link=\"f1\"/>", "<parent link=\"f3\"/>").contains("the unknown link `f3`"));
     assert!(wrong("joint=\"bend\"", "joint=\"bent\"").contains("`curl` mimics `bent`"));
     assert!(wrong("name=\"curl\"", "name=\"bend\"").contains("the joint `bend` is there twice"));
     assert!(wrong("xyz=\"0.05 0 0\"", "xyz=\"0.05 0,0 0\"").contains("`xyz` is `0.05 0,0 0`, expected three numbers"));

@@ -9,7 +9,7 @@ use std::ops::Range;
 use teachtree_base::hands::Finger;
 use teachtree_base::scene::Body;
 
-/// Pads that are nearer to each other than the width of the object by this distance, m, have no part of it between them.
+/// Pads that are closer than the width of the object minus this distance, m, have nothing of it between them.
 const NARROWER_M: f64 = 0.003;
 /// The hand closes at rest: its palm is slower than this speed, m/s, between `RESTING` ms before and after. Fingers that close on the way do not grasp.
 const AT_REST: f64 = 0.040;

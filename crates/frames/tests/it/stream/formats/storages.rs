@@ -48,15 +48,15 @@ fn a_file_of_sqlite_that_is_no_bag_is_refused() {
         let (_folder, path) = changed(statements);
         formats::open(&path).map(|_| ()).unwrap_err().to_string()
     };
-    assert!(error("DROP TABLE messages").contains("is no bag of ROS 2: it has no table `messages`"));
+    assert!(error("DROP TABLE messages").contains("is not a ROS 2 bag: it lacks the table `messages`"));
     // A view may compute rows without end.
     let view = "DROP TABLE messages; CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) \
                 SELECT id, 1 AS topic_id, 0 AS timestamp, x'00' AS data FROM n";
-    assert!(error(view).contains("no table `messages`"));
+    assert!(error(view).contains("lacks the table `messages`"));
     let computed = "DROP TABLE messages; CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data AS (zeroblob(200000000)));
                     INSERT INTO messages VALUES (1, 1, 0)";
-    assert!(error(computed).contains("no table `messages`"));
-    assert!(error("UPDATE messages SET data = 'text'").contains("a message is no blob"));
+    assert!(error(computed).contains("lacks the table `messages`"));
+    assert!(error("UPDATE messages SET data = 'text'").contains("the data of a message is not a blob"));
     assert!(error("DELETE FROM messages").contains("the bag holds no message"));
 }
 

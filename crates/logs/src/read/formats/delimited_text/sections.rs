@@ -103,7 +103,7 @@ fn only_cell(line: &[u8]) -> Option<String> {
 /// Opens one section of a file.
 ///
 /// # Errors
-/// There is no section of this name, or several and none is named.
+/// The named section does not exist, or the text has several sections and the name is missing.
 pub fn open(mut file: File, place: String, sections: &[Section], chosen: Option<&str>) -> Result<Source, InputError> {
     let names: Vec<String> = sections.iter().map(|section| format!("`{}`", section.name)).collect();
     let found = match (chosen, sections) {
