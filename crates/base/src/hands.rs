@@ -104,7 +104,8 @@ impl Serialize for TrackId {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Finger {
-    /// The thumb.
+    /// The thumb. `tcp`, the tool center point of a robot, is read as the thumb too.
+    #[serde(alias = "tcp")]
     Thumb,
     /// The index finger.
     Index,
@@ -114,7 +115,8 @@ pub enum Finger {
     Ring,
     /// The little finger.
     Little,
-    /// The palm: it counts as touch, never as grasp.
+    /// The palm: it counts as touch, never as grasp. `wrist`, a force sensor at the wrist, is read as the palm too.
+    #[serde(alias = "wrist")]
     Palm,
 }
 

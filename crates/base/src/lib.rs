@@ -9,6 +9,7 @@ pub mod diagnostic;
 pub mod digest;
 pub mod easing;
 pub mod error;
+pub mod field_names;
 pub mod geometry;
 pub mod guard;
 pub mod hands;

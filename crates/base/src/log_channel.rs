@@ -9,6 +9,7 @@
 //! <hand>.<finger>.contact.<object>                1 while it touches this object
 //! <hand>.palm.rotation.{w,x,y,z}                  reference_from_palm
 //! <hand>.gripper.closed, <hand>.gripper.opening   1 while closed; m
+//! <hand>.wrist.torque.{x,y,z}                     N m, of the hand on what it touches, reference frame
 //! <body>.position.{x,y,z} .rotation.{w,x,y,z} .velocity.{x,y,z} .angular_velocity.{x,y,z}
 //! <object>.depth.<socket>                         m, positive inside
 //! <object>.angle.<socket>                         rad, of a latch or a valve that never leaves its socket
@@ -16,8 +17,11 @@
 //! contact.<a>.<b>.force.{x,y,z}                   N, of b on a, reference frame
 //! contact.<a>.<b>.normal.{x,y,z}                  unit normal from b to a, reference frame
 //! ```
+//!
+//! Some channels have the field's names too ([`field_names`]).
 
 use super::channels::Shape;
+use super::field_names;
 use super::hands::{Finger, Side};
 use super::units::Dimension;
 use std::fmt;
@@ -35,6 +39,8 @@ pub enum LogChannel<'a> {
     GripperClosed(Side),
     /// How far a gripper is open.
     GripperOpening(Side),
+    /// The torque that a sensor at the wrist measures.
+    WristTorque(Side),
     /// Of a body.
     Body(&'a str, BodyPart),
     /// How deep an object is in a socket.
@@ -151,11 +157,15 @@ impl<'a> LogChannel<'a> {
 
     fn of_hand(side: Side, rest: &[&'a str]) -> Option<Self> {
         match *rest {
-            ["palm", "rotation"] => Some(Self::PalmRotation(side)),
             ["gripper", "closed"] => Some(Self::GripperClosed(side)),
             ["gripper", "opening"] => Some(Self::GripperOpening(side)),
+            ["wrist", "torque"] => Some(Self::WristTorque(side)),
             [finger, "contact", object] => Some(Self::Touch(side, Finger::from_name(finger)?, object)),
             [finger, part] => {
+                let [finger, part] = field_names::inside_of_hand(finger, part).unwrap_or([finger, part]);
+                if (finger, part) == (Finger::Palm.name(), "rotation") {
+                    return Some(Self::PalmRotation(side));
+                }
                 let part = FingerPart::ALL.into_iter().find(|it| it.name() == part)?;
                 Some(Self::Finger(side, Finger::from_name(finger)?, part))
             }
@@ -168,6 +178,7 @@ impl<'a> LogChannel<'a> {
         match self {
             Self::Finger(_, _, FingerPart::Position | FingerPart::Force)
             | Self::Body(_, BodyPart::Position | BodyPart::Velocity | BodyPart::AngularVelocity)
+            | Self::WristTorque(_)
             | Self::Contact(_, _, ContactPart::Force | ContactPart::Normal) => Shape::Vec3,
             Self::PalmRotation(_) | Self::Body(_, BodyPart::Rotation) => Shape::Rotation,
             Self::Finger(_, _, FingerPart::Contact)
@@ -190,6 +201,7 @@ impl<'a> LogChannel<'a> {
             | Self::Depth(..) => Dimension::LENGTH,
             Self::Finger(_, _, FingerPart::Force | FingerPart::Noise | FingerPart::Level)
             | Self::Contact(_, _, ContactPart::Force) => Dimension::FORCE,
+            Self::WristTorque(_) => Dimension::TORQUE,
             Self::Body(_, BodyPart::Velocity) => Dimension::SPEED,
             Self::Body(_, BodyPart::AngularVelocity) => Dimension::ANGULAR_SPEED,
             Self::Angle(..) => Dimension::ANGLE,
@@ -209,7 +221,11 @@ impl<'a> LogChannel<'a> {
                 [Some(body), None]
             }
             Self::Contact(one, other, _) => [Some(one), Some(other)],
-            Self::Finger(..) | Self::PalmRotation(_) | Self::GripperClosed(_) | Self::GripperOpening(_) => [None, None],
+            Self::Finger(..)
+            | Self::PalmRotation(_)
+            | Self::GripperClosed(_)
+            | Self::GripperOpening(_)
+            | Self::WristTorque(_) => [None, None],
         }
     }
 
@@ -236,6 +252,7 @@ impl fmt::Display for LogChannel<'_> {
             Self::PalmRotation(side) => write!(f, "{side}.palm.rotation"),
             Self::GripperClosed(side) => write!(f, "{side}.gripper.closed"),
             Self::GripperOpening(side) => write!(f, "{side}.gripper.opening"),
+            Self::WristTorque(side) => write!(f, "{side}.wrist.torque"),
             Self::Body(body, part) => write!(f, "{body}.{}", part.name()),
             Self::Depth(object, socket) => write!(f, "{object}.depth.{socket}"),
             Self::Angle(object, socket) => write!(f, "{object}.angle.{socket}"),

@@ -1,5 +1,6 @@
 //! A recorded demonstration: a table of named channels on one time base. `world` creates recordings, `logs` reads and writes them.
 
+use super::field_names::FieldNames;
 use super::scene::Scene;
 use super::units::Dimension;
 use indexmap::IndexMap;
@@ -18,6 +19,8 @@ pub struct Recording {
     pub scene: Scene,
     /// Named instants of the ground truth (contact made and lost, phases of the operator); rules never read them.
     pub events: Vec<Event>,
+    /// How the log spells its channels, for messages.
+    pub spelling: FieldNames,
 }
 
 /// One column.

@@ -197,11 +197,32 @@ pub struct Socket {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hand {
-    /// Its fingers, in order; `palm` if the contact of the palm is measured.
+    /// Its fingers, in order; `palm` if the contact of the palm is measured. A robot has `tcp`, and `wrist` if the force there is measured.
+    #[schemars(with = "Vec<FingerName>")]
     pub fingers: Vec<Finger>,
     /// Radius of the fingertip balls.
     #[serde(default = "tip_radius", deserialize_with = "above_zero")]
     pub tip_radius: Length,
+}
+
+/// The name of a finger in a scene.
+#[derive(schemars::JsonSchema)]
+#[schemars(untagged)]
+#[allow(dead_code, reason = "it is only described")]
+enum FingerName {
+    Finger(Finger),
+    OfRobot(RobotPart),
+}
+
+/// What a robot has in place of fingers.
+#[derive(schemars::JsonSchema)]
+#[schemars(rename_all = "snake_case")]
+#[allow(dead_code, reason = "it is only described")]
+enum RobotPart {
+    /// The tool center point, in place of a thumb.
+    Tcp,
+    /// The force sensor at the wrist, in place of a palm.
+    Wrist,
 }
 
 /// Reads gravity.

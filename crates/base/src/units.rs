@@ -36,6 +36,8 @@ impl Dimension {
     pub const ANGULAR_SPEED: Self = Self::new(0, 0, -1, 1);
     /// A force, N.
     pub const FORCE: Self = Self::new(1, 1, -2, 0);
+    /// A torque, N m.
+    pub const TORQUE: Self = Self::new(2, 1, -2, 0);
     /// A frequency, Hz.
     pub const FREQUENCY: Self = Self::new(0, 0, -1, 0);
 
@@ -81,6 +83,7 @@ impl Dimension {
             Self::ACCELERATION => "an acceleration",
             Self::ANGULAR_SPEED => "an angular speed",
             Self::FORCE => "a force",
+            Self::TORQUE => "a torque",
             Self::FREQUENCY => "a frequency",
             _ => return None,
         })
@@ -90,6 +93,7 @@ impl Dimension {
     pub fn si_unit(self) -> String {
         match self {
             Self::FORCE => return "N".into(),
+            Self::TORQUE => return "N m".into(),
             Self::FREQUENCY => return "Hz".into(),
             _ => {}
         }
@@ -154,7 +158,6 @@ pub const UNITS: &[Unit] = &[
     Unit { symbol: "%", in_si: 1e-2, dimension: Dimension::NONE },
 ];
 
-const TORQUE: Dimension = Dimension::new(2, 1, -2, 0);
 /// One pound-force, N: 0.45359237 kg under standard gravity.
 const POUND_FORCE: f64 = 0.453_592_37 * 9.806_65;
 
@@ -173,12 +176,12 @@ const OF_LOGS: &[Unit] = &[
     Unit { symbol: "kN", in_si: 1e3, dimension: Dimension::FORCE },
     Unit { symbol: "lbf", in_si: POUND_FORCE, dimension: Dimension::FORCE },
     Unit { symbol: "kgf", in_si: 9.806_65, dimension: Dimension::FORCE },
-    Unit { symbol: "Nm", in_si: 1.0, dimension: TORQUE },
-    Unit { symbol: "N-m", in_si: 1.0, dimension: TORQUE },
-    Unit { symbol: "Nmm", in_si: 1e-3, dimension: TORQUE },
-    Unit { symbol: "N-mm", in_si: 1e-3, dimension: TORQUE },
-    Unit { symbol: "lbf-in", in_si: POUND_FORCE * 0.0254, dimension: TORQUE },
-    Unit { symbol: "lbf-ft", in_si: POUND_FORCE * 0.3048, dimension: TORQUE },
+    Unit { symbol: "Nm", in_si: 1.0, dimension: Dimension::TORQUE },
+    Unit { symbol: "N-m", in_si: 1.0, dimension: Dimension::TORQUE },
+    Unit { symbol: "Nmm", in_si: 1e-3, dimension: Dimension::TORQUE },
+    Unit { symbol: "N-mm", in_si: 1e-3, dimension: Dimension::TORQUE },
+    Unit { symbol: "lbf-in", in_si: POUND_FORCE * 0.0254, dimension: Dimension::TORQUE },
+    Unit { symbol: "lbf-ft", in_si: POUND_FORCE * 0.3048, dimension: Dimension::TORQUE },
     Unit { symbol: "°", in_si: std::f64::consts::PI / 180.0, dimension: Dimension::ANGLE },
 ];
 

@@ -68,7 +68,13 @@ pub fn open(request: &OpenRequest) -> Result<OpenedLog, InputError> {
 ///
 /// # Errors
 /// As [`open`].
-pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputError> {
+pub fn open_source(source: Source, request: &OpenRequest) -> Result<OpenedLog, InputError> {
+    let mut opened = opened(source, request)?;
+    opened.issues = std::mem::take(&mut opened.issues).into_iter().map(|issue| opened.spelled(issue)).collect();
+    Ok(opened)
+}
+
+fn opened(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputError> {
     let log = request.log.clone();
     let clock = source.clock;
     let Some(binding) = &request.binding else {
@@ -123,7 +129,9 @@ pub fn open_memory(mut source: Source, log: PathBuf) -> Result<OpenedLog, InputE
     let scene = source.scene.take().unwrap_or_default();
     let mut read = csv::columns(source, &csv::StampSource::canonical())?;
     read.recording.scene = scene;
-    Ok(canonical(read, log))
+    let mut opened = canonical(read, log);
+    opened.issues = std::mem::take(&mut opened.issues).into_iter().map(|issue| opened.spelled(issue)).collect();
+    Ok(opened)
 }
 
 /// A log with canonical names as it was read, cleaned.
@@ -163,8 +171,9 @@ impl OpenedLog {
             return Err(error.clone());
         }
         let mut frames = derive::frames_trusting(&self.recording, channels, &self.trust)
-            .map_err(|error| in_log(&self.log, error))?;
+            .map_err(|error| in_log(&self.log, self.recording.spelling.of_error(error)))?;
         frames.row_time.clone_from(&self.row_time);
+        frames.issues = frames.issues.into_iter().map(|issue| self.spelled(issue)).collect();
         // A binding looks at sensors before it corrects them; what it has found is found again where nothing was corrected.
         frames.issues.retain(|issue| !self.issues.contains(issue));
         frames.issues.splice(0..0, self.issues.iter().cloned());
@@ -177,7 +186,13 @@ impl OpenedLog {
     /// # Errors
     /// As [`trusted`](crate::trusted), with the name of the log.
     pub fn trusted(&self) -> Result<Recording, InputError> {
-        derive::trusted(&self.recording, &self.trust).map_err(|error| in_log(&self.log, error))
+        derive::trusted(&self.recording, &self.trust)
+            .map_err(|error| in_log(&self.log, self.recording.spelling.of_error(error)))
+    }
+
+    /// An issue with the names of channels as the user writes them.
+    fn spelled(&self, issue: Issue) -> Issue {
+        issue.spelled(&self.recording.spelling)
     }
 }
 

@@ -26,6 +26,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::InputError;
+use teachtree_base::field_names::FieldNames;
 use teachtree_base::hands::Side;
 use teachtree_base::log_channel::LogChannel;
 use teachtree_base::recording::Recording;
@@ -34,7 +35,7 @@ use teachtree_base::units::Dimension;
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
-use teachtree_logs::read::csv::{self, StampSource};
+use teachtree_logs::read::csv::{self, StampSource, WantedColumn};
 use teachtree_logs::read::formats;
 use teachtree_logs::read::table::{Blocks, ColumnRequest, Table};
 
@@ -48,7 +49,9 @@ pub struct StreamedLog {
     folders: AllowedFolders,
     scene: Scene,
     /// The columns, and what is read of them.
-    columns: Vec<(String, Dimension, ColumnRequest)>,
+    columns: Vec<WantedColumn>,
+    /// How the log spells its channels, for messages.
+    spelling: FieldNames,
 }
 
 /// What is known of a log once it was looked through.
@@ -93,8 +96,8 @@ impl StreamedLog {
         if !sheet.rows.comes_in_blocks() {
             return None;
         }
-        let columns = csv::wanted(&source, &StampSource::canonical()).ok()?;
-        Some(Self { log: request.log.clone(), folders: request.folders.log.clone(), scene, columns })
+        let (columns, spelling) = csv::wanted(&source, &StampSource::canonical()).ok()?;
+        Some(Self { log: request.log.clone(), folders: request.folders.log.clone(), scene, columns, spelling })
     }
 
     /// The hands that the log measures, left first.
@@ -113,7 +116,7 @@ impl StreamedLog {
 
     /// Reads the stamps once more, and the columns that are asked for by name.
     fn blocks_of(&self, asked: impl Fn(&str) -> bool) -> Option<Box<dyn Blocks>> {
-        let want = |(name, _, want): &(String, Dimension, ColumnRequest)| match want {
+        let want = |(name, _, want): &WantedColumn| match want {
             ColumnRequest::Time(_) => *want,
             _ if asked(name) => *want,
             _ => ColumnRequest::Nothing,
@@ -200,7 +203,7 @@ impl StreamedLog {
     }
 
     /// The columns that are read, the time left out.
-    fn read_columns(&self) -> impl Iterator<Item = &(String, Dimension, ColumnRequest)> {
+    fn read_columns(&self) -> impl Iterator<Item = &WantedColumn> {
         self.columns.iter().filter(|(.., want)| !matches!(want, ColumnRequest::Nothing | ColumnRequest::Time(_)))
     }
 
@@ -226,6 +229,15 @@ impl FirstPass {
     /// # Errors
     /// What `each` says; when the log is not plain, or cannot be read any more; as [`crate::frames()`].
     pub fn parts(
+        &self,
+        each: &mut dyn FnMut(Chunk) -> Result<(), InputError>,
+    ) -> Result<(Layout, Vec<Issue>), InputError> {
+        let spelling = &self.flow.spelling;
+        let (layout, issues) = self.derived(each).map_err(|error| spelling.of_error(error))?;
+        Ok((layout, issues.into_iter().map(|issue| issue.spelled(spelling)).collect()))
+    }
+
+    fn derived(
         &self,
         each: &mut dyn FnMut(Chunk) -> Result<(), InputError>,
     ) -> Result<(Layout, Vec<Issue>), InputError> {

@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 use std::fmt;
+use teachtree_base::field_names::FieldNames;
 
 /// An interval in which the log could not be trusted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -16,6 +17,15 @@ pub struct Issue {
     pub channel: String,
     /// What was found and what was done.
     pub message: String,
+}
+
+impl Issue {
+    /// Returns the issue with the names of channels as the user writes them.
+    #[must_use]
+    pub fn spelled(self, spelling: &FieldNames) -> Self {
+        let [channel, message] = [&self.channel, &self.message].map(|text| spelling.shown(text).into_owned());
+        Self { channel, message, ..self }
+    }
 }
 
 /// What is wrong with an interval of a log; its name is compared with a text: `issue.kind == "gap"`. docs/logs.md lists the kinds.

@@ -234,7 +234,7 @@ impl Recorder {
                 (name, Column { dimension, values: values.split_off(kept.start) })
             })
             .collect();
-        Recording { time: self.time, columns, labels, scene: scene.clone(), events }
+        Recording { time: self.time, columns, labels, scene: scene.clone(), events, ..Recording::default() }
     }
 
     /// The rows that are kept when the recording begins late or ends early: all from the first touch to the last one.

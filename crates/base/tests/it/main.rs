@@ -3,3 +3,4 @@
 #![allow(missing_docs, reason = "tests are read, not linked")]
 
 mod digests;
+mod field_names;

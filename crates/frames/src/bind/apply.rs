@@ -53,6 +53,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
     };
     read.issues.extend(robots::unread_parts(file, &read.recording.time));
     read.recording.scene = scene;
+    read.recording.spelling.add(file.spelling());
     // Before anything is computed from their neighbours.
     read.issues.extend(spikes::reject(&mut read.recording));
     if binding.resample.is_some() {

@@ -42,6 +42,7 @@ use serde::{Deserialize, Deserializer, de};
 use std::fmt;
 use std::path::Path;
 use teachtree_base::error::InputError;
+use teachtree_base::field_names::FieldNames;
 use teachtree_base::quantity::{Force, Frequency, Mass, Time, above_zero};
 use teachtree_base::scene::Scene;
 use teachtree_base::short_number::ShortNumber;
@@ -223,6 +224,8 @@ pub struct BindingFile {
     pub binding: Binding,
     name: String,
     text: String,
+    /// How it spells the channels; `binding` has the names inside the program.
+    spelling: FieldNames,
     /// The links and joints of its robots.
     trees: IndexMap<String, BoundRobot>,
 }
@@ -267,7 +270,8 @@ impl BindingFile {
                 error
             }
         })?;
-        let mut file = Self { binding, name, text, trees: IndexMap::new() };
+        let mut file = Self { binding, name, text, spelling: FieldNames::default(), trees: IndexMap::new() };
+        file.rename_channels()?;
         for (key, rate) in [("resample", file.binding.resample), ("rate", file.binding.rate)] {
             let rate = rate.map_or(1.0, |rate| rate.0);
             if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
@@ -302,6 +306,39 @@ impl BindingFile {
         Ok(file)
     }
 
+    /// Gives the channels the names inside the program.
+    ///
+    /// # Errors
+    /// A channel is bound under both of its names.
+    fn rename_channels(&mut self) -> Result<(), InputError> {
+        let (mut channels, mut spelling) = (IndexMap::new(), FieldNames::default());
+        for (key, columns) in std::mem::take(&mut self.binding.channels) {
+            if let Some((first, _)) = channels.insert(spelling.take(&key), (key.clone(), columns)) {
+                let message = format!("`{first}` and `{key}` are one channel, expected one of the two");
+                return Err(self.error(&key, message));
+            }
+        }
+        let Binding { sensors, tare, trust, .. } = &mut self.binding;
+        *sensors = std::mem::take(sensors)
+            .into_iter()
+            .map(|(channel, sensor)| {
+                let frame = sensor.frame.map(|frame| spelling.take(&frame));
+                (spelling.take(&channel), Sensor { frame, ..sensor })
+            })
+            .collect();
+        for channel in tare.iter_mut().flat_map(|tare| &mut tare.channels).chain(trust) {
+            *channel = spelling.take(channel);
+        }
+        self.binding.channels = channels.into_iter().map(|(name, (_, columns))| (name, columns)).collect();
+        self.spelling = spelling;
+        Ok(())
+    }
+
+    /// How it spells the channels.
+    pub fn spelling(&self) -> &FieldNames {
+        &self.spelling
+    }
+
     /// Its robots with their links and joints.
     pub fn robots(&self) -> impl Iterator<Item = (&String, &KinematicTree)> {
         self.trees.iter().map(|(name, robot)| (name, &robot.tree))
@@ -314,6 +351,7 @@ impl BindingFile {
 
     /// An error about a key: the place is where the key first stands.
     pub fn error(&self, key: &str, message: String) -> InputError {
+        let (key, message) = (&*self.spelling.shown(key), self.spelling.shown(&message).into_owned());
         let at = self.text.lines().enumerate().find_map(|(line, text)| {
             let column = text.find(key)?;
             let head = text.get(..column)?.trim_end_matches(['"', '\'']);

@@ -4,6 +4,7 @@ use super::{BindingFile, OffsetPoint};
 use nalgebra::Vector3;
 use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
+use teachtree_base::field_names::inside;
 use teachtree_base::geometry::unit;
 use teachtree_base::log_channel::LogChannel;
 use teachtree_base::recording::{Column, Recording};
@@ -20,7 +21,7 @@ pub fn place(recording: &mut Recording, file: &BindingFile, key: &str, offset: &
     }
     let part = |quantity: &str, letter: &str| {
         let name = format!("{}.{quantity}.{letter}", offset.of);
-        let column = recording.columns.get(&name).map(|column| column.values.as_slice());
+        let column = recording.columns.get(&*inside(&name)).map(|column| column.values.as_slice());
         column.ok_or_else(|| {
             let message = format!("is a point of `{0}`, and no channel `{0}.{quantity}` is bound", offset.of);
             file.error(key, message)

@@ -59,7 +59,7 @@ pub fn resample(recording: Recording, rate_hz: f64, bridge: f64) -> Result<Recor
         |texts: Vec<String>| samples.iter().map(|sample| texts.get(sample.row).cloned().unwrap_or_default()).collect();
     let labels = recording.labels.into_iter().map(|(name, texts)| (name, hold(texts))).collect();
     let time = samples.iter().map(|sample| sample.time).collect();
-    Ok(Recording { time, columns, labels, scene: recording.scene, events: recording.events })
+    Ok(Recording { time, columns, labels, ..recording })
 }
 
 /// The middle one of the steps between stamps, s; 0 without any.

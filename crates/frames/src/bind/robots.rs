@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
+use teachtree_base::field_names::inside;
 use teachtree_base::geometry::pose;
 use teachtree_base::log_channel::LogChannel;
 use teachtree_base::quantity::Length;
@@ -260,7 +261,7 @@ pub fn measure(
         return Err(file.error(key, format!("`{key}` {message}")));
     }
     let part = |point: &str, letter: &str| {
-        let column = recording.columns.get(&format!("{point}.position.{letter}"));
+        let column = recording.columns.get(&*inside(&format!("{point}.position.{letter}")));
         let message = || format!("`{key}` is a distance from `{point}`, and no channel `{point}.position` is bound");
         column.map(|column| column.values.clone()).ok_or_else(|| file.error(key, message()))
     };

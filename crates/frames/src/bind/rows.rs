@@ -329,6 +329,7 @@ impl RowBinder {
         let LoadedRecording { mut recording, issues, .. } =
             csv::columns(Source::one(&row.place, row.header(), Box::new(row.clone())), &clock)?;
         recording.time.iter_mut().for_each(|stamp| *stamp += binding.time_offset.0);
+        self.file.spelling.add(&recording.spelling);
         let mut made = BoundRows { issues, ..BoundRows::default() };
         self.bound_row(recording, &mut made)?;
         Ok(made)
@@ -554,13 +555,14 @@ impl RowBinder {
         let corrected = sensors::correct_by(rest, &mut recording, &self.file);
         add_normals(&mut recording, &self.file);
         self.scene = std::mem::take(&mut recording.scene);
-        made.issues.extend(corrected?);
+        made.issues.extend(corrected?.into_iter().map(|issue| issue.spelled(self.file.spelling())));
         let first = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
         let mut row = InMemoryTable::new("the log");
         row.begin_row()?;
         row.put("time", first(&recording.time))?;
         for (name, column) in &recording.columns {
-            row.put(name, first(&column.values))?;
+            // What reads the row takes note of the spelling.
+            row.put(&self.file.spelling().shown(name), first(&column.values))?;
         }
         made.rows.push(row);
         Ok(())

@@ -1,6 +1,7 @@
 //! Columns that nobody knows: which they are, and what may have been meant.
 
 use crate::clean::preprocess::over_all;
+use teachtree_base::field_names;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::{BodyPart, FingerPart, LogChannel};
 use teachtree_base::recording::Recording;
@@ -70,6 +71,14 @@ impl<'a> UnknownColumn<'a> {
                 }
             }
             Self::Name => match no_finger(name) {
+                Some("tcp") => format!(
+                    "a tool point has a position and a rotation; the force that a tool feels is that of the wrist{}",
+                    meant(name.contains(".force").then(|| name.replace(".tcp.", ".wrist.")).as_deref())
+                ),
+                Some("wrist") => format!(
+                    "a wrist has a force and a torque; the position of a tool is that of its tool point{}",
+                    meant(name.contains(".position").then(|| name.replace(".wrist.", ".tcp.")).as_deref())
+                ),
                 Some(part) => format!(
                     "`{part}` is no finger, expected {}{}",
                     Finger::ALL.map(Finger::name).join(", "),
@@ -129,5 +138,6 @@ fn known(scene: &Scene) -> Vec<String> {
     });
     let of_hands = Side::BOTH.into_iter().flat_map(|side| OF_HAND.map(|channel| channel(side)));
     let of_bodies = scene.bodies.keys().flat_map(|body| BodyPart::ALL.map(|part| LogChannel::Body(body, part)));
-    of_fingers.chain(of_hands).chain(of_bodies).map(|channel| channel.to_string()).collect()
+    let of_field = Side::BOTH.into_iter().flat_map(|side| field_names::all().map(move |name| format!("{side}.{name}")));
+    of_fingers.chain(of_hands).chain(of_bodies).map(|channel| channel.to_string()).chain(of_field).collect()
 }

@@ -32,10 +32,14 @@ pub struct HandTrack {
     pub runs: Vec<(Range<usize>, Option<usize>)>,
 }
 
-/// The fingers of a hand, in the order of `fingers`: from the scene, or those that the log measures where the scene has no such hand.
+/// The fingers of a hand, in the order of `fingers`: from the scene, or those that the log measures where the scene has no such hand. A tool point has
+/// the force sensor at its wrist, whether the scene names it or not.
 pub fn fingers(measured: &CleanLog, side: Side) -> Vec<Finger> {
     if let Some(hand) = measured.scene.hands.get(&side) {
-        return hand.fingers.clone();
+        let is_sensed = hand.fingers == [Finger::Thumb]
+            && measured.vec3(&format!("{side}.{}.force", Finger::Palm)).is_some()
+            && measured.vec3(&format!("{side}.{}.force", Finger::Thumb)).is_none();
+        return hand.fingers.iter().copied().chain(is_sensed.then_some(Finger::Palm)).collect();
     }
     let has = |finger: Finger, quantity: &str| {
         let channel = format!("{side}.{finger}.{quantity}");

@@ -33,6 +33,7 @@ use targets::Derivation;
 use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape, derived};
 use teachtree_base::contact_threshold;
 use teachtree_base::error::InputError;
+use teachtree_base::field_names;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Role, Scene};
@@ -330,11 +331,12 @@ pub(super) fn asks(channels: &[ChannelSpec], column: &str) -> bool {
                 } else {
                     name.strip_suffix(component).and_then(|name| name.strip_suffix('.'))
                 };
+                let own = field_names::of_hand(&channel.name);
                 name.is_some_and(|name| match (channel.axis, channel.name.strip_prefix("fingers.")) {
                     (Some(Axis::Fingers), Some(quantity)) => name
                         .split_once('.')
                         .is_some_and(|(finger, rest)| Finger::from_name(finger).is_some() && rest == quantity),
-                    _ => name == channel.name,
+                    _ => name == own,
                 })
             })
         })

@@ -7,6 +7,7 @@ use crate::clean::preprocess::{CleanLog, State};
 use std::fmt::Write as _;
 use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape};
 use teachtree_base::error::InputError;
+use teachtree_base::field_names::inside;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_logs::issue::{Issue, IssueKind};
@@ -79,6 +80,10 @@ pub fn read(
     }
     let placed: Vec<&str> =
         fingers.iter().zip(&found).filter(|(_, found)| found.is_some()).map(|(finger, _)| finger.name()).collect();
+    let is_tool = is_tool(fingers);
+    let is_measured =
+        |at: usize| found.get(at).is_some_and(Option::is_some) || instead.get(at).is_some_and(Option::is_some);
+    let of_wrist = (0..).zip(fingers).all(|(at, finger)| is_measured(at) == (*finger == Finger::Palm));
     let mut columns = Vec::with_capacity(slots.len());
     for ((slot, found), instead) in slots.iter().zip(found).zip(instead) {
         columns.push(match found.or(instead) {
@@ -86,13 +91,16 @@ pub fn read(
             // A force or a flag that one finger lacks while others have it: that finger feels nothing. A position cannot be made up.
             None if spec.shape == Shape::Bool || spec.dimension == teachtree_base::units::Dimension::FORCE => {
                 let message = "other fingers have it, this one does not; it counts as zero".to_string();
-                issues.push(measured.over_all(IssueKind::MISSING_CHANNEL, slot, message));
+                // A sensor at the wrist feels for all fingers.
+                issues.extend((!of_wrist).then(|| measured.over_all(IssueKind::MISSING_CHANNEL, slot, message)));
                 constant(0.0)
             }
             None if is_palm(slot) => {
                 let message =
                     "the log lacks it; conditions on the position of the hand cannot be evaluated".to_string();
-                issues.push(measured.over_all(IssueKind::MISSING_CHANNEL, slot, message));
+                // A wrist is where its tool point is.
+                let is_known = is_tool && any;
+                issues.extend((!is_known).then(|| measured.over_all(IssueKind::MISSING_CHANNEL, slot, message)));
                 constant(0.0)
             }
             None => {
@@ -199,9 +207,14 @@ fn slot_names(spec: &ChannelSpec, side: Option<Side>, fingers: &[Finger]) -> Vec
         (Some(side), Some(Axis::Fingers), Some(("fingers", quantity))) => {
             fingers.iter().map(|finger| format!("{side}.{finger}.{quantity}")).collect()
         }
-        (Some(side), _, _) => vec![format!("{side}.{}", spec.name)],
+        (Some(side), _, _) => vec![inside(&format!("{side}.{}", spec.name)).into_owned()],
         (None, _, _) => vec![spec.name.clone()],
     }
+}
+
+/// Whether a hand is a tool point and a force sensor at the wrist.
+fn is_tool(fingers: &[Finger]) -> bool {
+    fingers.len() == 2 && [Finger::Thumb, Finger::Palm].iter().all(|finger| fingers.contains(finger))
 }
 
 /// Whether this is where a palm is. It is no fingertip: rules about fingertips do without it.

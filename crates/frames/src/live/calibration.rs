@@ -51,6 +51,14 @@ impl Calibration {
         channels: &[ChannelSpec],
         is_whole: bool,
     ) -> Result<(Self, Vec<Issue>), InputError> {
+        Self::learned(recording, channels, is_whole).map_err(|error| recording.spelling.of_error(error))
+    }
+
+    fn learned(
+        recording: &Recording,
+        channels: &[ChannelSpec],
+        is_whole: bool,
+    ) -> Result<(Self, Vec<Issue>), InputError> {
         let mut measured = CleanLog::new(recording, &[], |column| derive::asks(channels, column))?;
         // A drift is known of the recording only.
         let fingertips = fingertip_bias::Fingertips { may_drift: false, ..fingertip_bias::Fingertips::of(channels) };
@@ -67,6 +75,7 @@ impl Calibration {
         }
         let columns = measured.columns.keys().map(|name| name.to_string()).collect();
         let bodies = recording.scene.bodies.keys().cloned().collect();
+        let issues = issues.into_iter().map(|issue| issue.spelled(&recording.spelling)).collect();
         Ok((Self { schema: Schema::One, rate_hz: measured.rate_hz, sensors, columns, bodies, touches }, issues))
     }
 

@@ -14,16 +14,16 @@ pub use row_gate::{GateOutcome, RowGate};
 pub use spike_filter::SpikeFilter;
 
 use teachtree_base::error::InputError;
-use teachtree_base::units::Dimension;
-use teachtree_logs::read::csv::{self, StampSource};
+use teachtree_base::field_names::FieldNames;
+use teachtree_logs::read::csv::{self, StampSource, WantedColumn};
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
-use teachtree_logs::read::table::{ColumnRequest, Source};
+use teachtree_logs::read::table::Source;
 
-/// The columns of rows with these titles, canonical names with units: name, dimension, what to read of it.
+/// The columns of rows with these titles, canonical names with units, and how they are spelled.
 ///
 /// # Errors
 /// A title that cannot be read, twice the same, or no `time`.
-pub fn wanted<S: AsRef<str>>(titles: &[S]) -> Result<Vec<(String, Dimension, ColumnRequest)>, InputError> {
+pub fn wanted<S: AsRef<str>>(titles: &[S]) -> Result<(Vec<WantedColumn>, FieldNames), InputError> {
     let mut header = InMemoryTable::new("the rows");
     for title in titles {
         if header.columns().contains_key(title.as_ref()) {

@@ -8,6 +8,7 @@ mod contact_kinds;
 mod convex;
 mod derived;
 mod element_names;
+mod field_names;
 mod fingertips;
 mod flagged_supports;
 mod formats;

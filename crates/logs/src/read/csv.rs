@@ -10,7 +10,7 @@ mod scene;
 mod writer;
 
 pub use beside::beside;
-pub use columns::{LoadedRecording, StampSource, columns, wanted};
+pub use columns::{LoadedRecording, StampSource, WantedColumn, columns, wanted};
 pub use scene::{check_scene, parse_scene, read_scene, scene_beside, scene_file_beside};
 pub use writer::{add, source, write};
 pub(crate) use writer::{add_table, check_lengths};

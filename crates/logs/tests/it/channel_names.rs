@@ -6,7 +6,7 @@ use teachtree_base::log_channel::{BodyPart, FingerPart, LogChannel, columns};
 use teachtree_base::units::Dimension;
 use teachtree_logs::names;
 
-const CHANNELS: [(&str, Shape, Dimension); 17] = [
+const CHANNELS: [(&str, Shape, Dimension); 18] = [
     ("right.thumb.position", Shape::Vec3, Dimension::LENGTH),
     ("left.palm.force", Shape::Vec3, Dimension::FORCE),
     ("left.little.noise", Shape::Scalar, Dimension::FORCE),
@@ -16,6 +16,7 @@ const CHANNELS: [(&str, Shape, Dimension); 17] = [
     ("right.palm.rotation", Shape::Rotation, Dimension::NONE),
     ("right.gripper.closed", Shape::Bool, Dimension::NONE),
     ("right.gripper.opening", Shape::Scalar, Dimension::LENGTH),
+    ("right.wrist.torque", Shape::Vec3, Dimension::TORQUE),
     ("cube.rotation", Shape::Rotation, Dimension::NONE),
     ("cube.velocity", Shape::Vec3, Dimension::SPEED),
     ("cube.angular_velocity", Shape::Vec3, Dimension::ANGULAR_SPEED),
@@ -36,6 +37,25 @@ fn a_name_is_printed_as_it_was_read() {
             let found = (meaning.channel, meaning.component, meaning.shape, meaning.dimension, meaning.bodies);
             assert_eq!(found, (name, at, shape, dimension, channel.bodies()));
         }
+    }
+}
+
+#[test]
+fn the_names_of_the_field_mean_the_same() {
+    let tip = LogChannel::Finger(Side::Right, Finger::Thumb, FingerPart::Position);
+    let wrist = |part| LogChannel::Finger(Side::Left, Finger::Palm, part);
+    for (name, channel) in [
+        ("right.tcp.position", tip),
+        ("right.tcp.rotation", LogChannel::PalmRotation(Side::Right)),
+        ("left.wrist.force", wrist(FingerPart::Force)),
+        ("left.wrist.level", wrist(FingerPart::Level)),
+        ("left.wrist.noise", wrist(FingerPart::Noise)),
+    ] {
+        assert_eq!(LogChannel::parse(name), Some(channel));
+    }
+    for name in ["right.tcp.force", "right.tcp.contact", "right.wrist.position", "right.wrist.rotation", "cube.torque"]
+    {
+        assert_eq!(LogChannel::parse(name), None, "{name}");
     }
 }
 

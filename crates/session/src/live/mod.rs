@@ -23,6 +23,7 @@ use history::History;
 use std::collections::BTreeMap;
 use teachtree_analysis::{self as analysis, TrackId};
 use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_base::field_names::FieldNames;
 use teachtree_base::hands::Side;
 use teachtree_base::units::Dimension;
 use teachtree_engine::evaluator::Evaluator;
@@ -142,6 +143,8 @@ pub struct Live {
     events: Vec<LiveEvent>,
     sequence: u64,
     newest_s: f64,
+    /// How the rows spell the channels, for messages.
+    spelling: FieldNames,
 }
 
 impl Live {
@@ -157,7 +160,7 @@ impl Live {
         calibration: &Calibration,
     ) -> Result<Self, Error> {
         let Calibration(learned, _) = calibration.clone();
-        let wanted = stream::wanted(columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
+        let (wanted, spelling) = stream::wanted(columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
         // Not those of reports, of which some are averages.
         let channels = analysis::channels(rules.set());
         let measured = |name: &str| learned.columns.iter().any(|column| column == name);
@@ -211,6 +214,7 @@ impl Live {
             events: vec![],
             sequence: 0,
             newest_s: 0.0,
+            spelling,
         })
     }
 
@@ -342,6 +346,10 @@ impl Live {
     }
 
     fn event(&mut self, inner: Inner) {
+        let inner = match inner {
+            Inner::Issue(issue) => Inner::Issue(issue.spelled(&self.spelling)),
+            other => other,
+        };
         self.events.push(LiveEvent::new(self.sequence, inner));
         self.sequence += 1;
     }
@@ -366,7 +374,9 @@ impl Live {
             }
             Ok(())
         };
-        derivation.settle(ends, labels_newest, each).map_err(|error| Error::new(error, ErrorKind::Mismatch))?;
+        derivation
+            .settle(ends, labels_newest, each)
+            .map_err(|error| Error::new(self.spelling.of_error(error), ErrorKind::Mismatch))?;
         self.label(&newest);
         Ok(())
     }

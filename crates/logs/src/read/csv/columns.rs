@@ -5,6 +5,7 @@ use crate::names;
 use crate::read::table::{ColumnRequest, Source};
 use indexmap::IndexMap;
 use teachtree_base::error::InputError;
+use teachtree_base::field_names::FieldNames;
 use teachtree_base::quantity::Frequency;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::spelling::nearest;
@@ -43,8 +44,11 @@ impl StampSource {
     }
 }
 
-/// The columns of a canonical table: name, dimension, what to read of it.
-pub fn wanted(source: &Source, clock: &StampSource) -> Result<Vec<(String, Dimension, ColumnRequest)>, InputError> {
+/// A column of a canonical table: its name inside the program, its dimension, and what to read of it.
+pub type WantedColumn = (String, Dimension, ColumnRequest);
+
+/// The columns of a canonical table, and how it spells their names.
+pub fn wanted(source: &Source, clock: &StampSource) -> Result<(Vec<WantedColumn>, FieldNames), InputError> {
     let header = source.header();
     let header_place = source.header_place.clone();
     let place = |name: &str| format!("{header_place} column {name}");
@@ -52,8 +56,9 @@ pub fn wanted(source: &Source, clock: &StampSource) -> Result<Vec<(String, Dimen
     if let Some(column) = unnamed {
         return Err(InputError::new(place(&(column + 1).to_string()), "the column has no name"));
     }
-    let mut seen: IndexMap<&str, Dimension> = IndexMap::new();
+    let mut seen: IndexMap<String, Dimension> = IndexMap::new();
     let mut wants = Vec::with_capacity(header.len());
+    let mut spelling = FieldNames::default();
     for title in &header {
         let (name, unit) = names::split_unit(title);
         if name.is_empty() {
@@ -67,18 +72,20 @@ pub fn wanted(source: &Source, clock: &StampSource) -> Result<Vec<(String, Dimen
             _ => want(name, unit),
         }
         .map_err(|message| InputError::new(place(name), message))?;
-        if let Some(first) = seen.get_index_of(name) {
+        let inside = spelling.take(name);
+        if let Some(first) = seen.get_index_of(&inside) {
             let message = format!("the column is there twice, as columns {} and {}", first + 1, wants.len() + 1);
             return Err(InputError::new(place(name), message).help("keep one of them, or rename the other"));
         }
-        seen.insert(name, dimension);
+        seen.insert(inside, dimension);
         wants.push(want);
     }
+    let titles = || seen.keys().map(String::as_str);
     if let StampSource::Column { name: time, .. } = clock
         && !seen.contains_key(time.as_str())
     {
-        let near = nearest("time", seen.keys().copied())
-            .or_else(|| seen.keys().copied().find(|name| matches!(*name, "t" | "timestamp" | "stamp")));
+        let near =
+            nearest("time", titles()).or_else(|| titles().find(|name| matches!(*name, "t" | "timestamp" | "stamp")));
         let error = InputError::new(&header_place, format!("the log has no column `{time}`"));
         return Err(match near {
             Some(name) => error.help(format!(
@@ -88,19 +95,19 @@ pub fn wanted(source: &Source, clock: &StampSource) -> Result<Vec<(String, Dimen
         });
     }
     let named = seen.into_iter().zip(wants);
-    Ok(named.map(|((name, dimension), want)| (name.to_string(), dimension, want)).collect())
+    Ok((named.map(|((name, dimension), want)| (name, dimension, want)).collect(), spelling))
 }
 
 /// Reads the columns of a canonical table.
 pub fn columns(source: Source, clock: &StampSource) -> Result<LoadedRecording, InputError> {
-    let wanted = wanted(&source, clock)?;
+    let (wanted, spelling) = wanted(&source, clock)?;
     let wants: Vec<ColumnRequest> = wanted.iter().map(|(.., want)| *want).collect();
     let rate_hz = match clock {
         StampSource::Column { .. } => None,
         StampSource::Rate(rate) => Some(rate.0),
     };
     let table = source.read(&wants, rate_hz)?;
-    let mut recording = Recording { time: table.time, ..Recording::default() };
+    let mut recording = Recording { time: table.time, spelling, ..Recording::default() };
     for (((name, dimension, want), numbers), texts) in wanted.into_iter().zip(table.numbers).zip(table.texts) {
         match want {
             ColumnRequest::Nothing | ColumnRequest::Time(_) => {}
