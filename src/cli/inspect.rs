@@ -62,6 +62,9 @@ struct Document<'a> {
 struct Recognition {
     /// Why nothing can be detected, if so.
     error: Option<String>,
+    /// The hand file for the log, and why it is loaded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hand_model: Option<String>,
     tracks: Vec<TrackObservability>,
     /// What was found wrong with the channels.
     issues: Vec<Issue>,
@@ -151,20 +154,21 @@ fn recognition(args: &Args, log: &Path) -> Result<Recognition, Failure> {
         Err(error) => return Ok(Recognition::impossible(&error)),
     };
     let rules = args.analysis.rules.load(&log)?;
+    let hand_model = rules.hand_model();
     match rules.observability(&log) {
-        Ok(Observability { tracks, issues }) => Ok(Recognition { error: None, tracks, issues }),
-        Err(error) => Ok(Recognition::impossible(&error)),
+        Ok(Observability { tracks, issues }) => Ok(Recognition { error: None, hand_model, tracks, issues }),
+        Err(error) => Ok(Recognition { hand_model, ..Recognition::impossible(&error) }),
     }
 }
 
 impl Recognition {
     fn impossible(error: &Error) -> Self {
-        Self { error: Some(error.to_string()), tracks: vec![], issues: vec![] }
+        Self { error: Some(error.to_string()), hand_model: None, tracks: vec![], issues: vec![] }
     }
 
     fn foreign() -> Self {
         let why = "no column has a canonical name; name the column of each channel in a binding (--skeleton writes one to fill in)";
-        Self { error: Some(why.into()), tracks: vec![], issues: vec![] }
+        Self { error: Some(why.into()), hand_model: None, tracks: vec![], issues: vec![] }
     }
 }
 
@@ -177,6 +181,9 @@ fn text(log: &Inspection, recognition: &Recognition) -> String {
         let _ = writeln!(text, "\n{name}\n  cannot be read: {why}");
     }
     text.push_str("\nrecognition\n");
+    if let Some(hand_model) = &recognition.hand_model {
+        let _ = writeln!(text, "  hand model: {hand_model}");
+    }
     if let Some(error) = &recognition.error {
         let _ = writeln!(text, "  nothing can be detected: {error}");
     }

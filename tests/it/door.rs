@@ -250,7 +250,8 @@ fn an_error_has_its_kind() {
     let brief = Rules::options().text("brief.rules", brief).for_log(&at_20_hz).unwrap();
     let (kind, place) = failed(brief.analyze(&at_20_hz));
     assert!(kind == ErrorKind::Mismatch && place.starts_with("brief.rules:"), "{kind:?} {place}");
-    let (kind, place) = failed(open("no_forces.csv").and_then(|log| Rules::for_log(&log)?.analyze(&log)));
+    let of_forces = Rules::options().hand_file("hand_force.rules");
+    let (kind, place) = failed(open("no_forces.csv").and_then(|log| of_forces.for_log(&log)?.analyze(&log)));
     assert!(kind == ErrorKind::Mismatch && place.contains("no_forces.csv"), "{kind:?} {place}");
 
     let analysis = Rules::for_log(&log).unwrap().analyze(&log).unwrap();

@@ -71,7 +71,12 @@ fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
     // Filled in, it is a binding.
     let filled = text.replace("# ?.position: tip_<xyz> [m]", "right.thumb.position: tip_<xyz> [m]");
     std::fs::write(&skeleton, filled).unwrap();
-    let output = teachtree(&["inspect", log.to_str().unwrap(), "--binding", skeleton.to_str().unwrap()]);
+    let bound = ["inspect", log.to_str().unwrap(), "--binding", skeleton.to_str().unwrap()];
+    let output = teachtree(&bound);
+    let model = "  hand model: hand_vision.rules, since the log has right.thumb.position\n";
+    assert!(said(&output).contains(model), "{}", said(&output));
+    // A hand file whose channels the log lacks.
+    let output = teachtree(&[&bound[..], &["--hand", "hand_force.rules"]].concat());
     assert!(said(&output).contains("nothing can be detected"), "{}", said(&output));
     assert!(said(&output).contains("the rules need `fingers.force` of the right hand"), "{}", said(&output));
 }

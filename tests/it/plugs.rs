@@ -306,3 +306,70 @@ fn a_live_log_with_distances_does_not_wait_for_a_contact() {
         assert!(lag(false).0 > 4.0);
     }
 }
+
+/// The opening alone shows when the gripper is closed.
+#[test]
+fn an_opening_without_a_flag_makes_the_same_tasks() {
+    for outcome in [Inserted, Jammed, Placed] {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("log.csv"), log(outcome, 1, GOOD)).unwrap();
+        let without = of_the_field().replace("  right.gripper.closed: opening < 45 mm\n", "");
+        std::fs::write(folder.path().join("flag.yaml"), of_the_field()).unwrap();
+        std::fs::write(folder.path().join("opening.yaml"), without).unwrap();
+        let analyzed = |binding: &str| {
+            parsed(&run(folder.path(), &["analyze", "log.csv", "--binding", binding, "--format", "json"]))
+        };
+        let (flag, opening) = (analyzed("flag.yaml"), analyzed("opening.yaml"));
+        let tasks = |analysis: &Value| {
+            let tasks = analysis["tracks"][0]["tasks"].as_array().unwrap();
+            tasks.iter().map(|task| task["task"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+        };
+        assert!(!tasks(&flag).is_empty());
+        assert_eq!(tasks(&flag), tasks(&opening));
+        assert_eq!(opening["rules"]["hand_model"], flag["rules"]["hand_model"]);
+        let issues = opening["issues"].as_array().unwrap();
+        assert!(issues.iter().any(|issue| issue["kind"] == "learned_closing"), "{issues:?}");
+        // Its openings come too late for a live log.
+        let live = teachtree_in(folder.path(), &["live", "log.csv", "--binding", "opening.yaml"]);
+        assert!(all_said(&live).contains("help: bind it by a limit of the opening"), "{}", all_said(&live));
+    }
+}
+
+/// The same binding with the field's names, and without hands and hand file.
+fn of_the_field() -> String {
+    let kept = BINDING.lines().filter(|line| !line.starts_with("hand_file") && !line.contains("hands:"));
+    let binding: String = kept.map(|line| format!("{line}\n")).collect();
+    binding.replace("right.thumb.position", "right.tcp.position").replace("right.palm.force", "right.wrist.force")
+}
+
+#[test]
+fn names_of_the_field_need_neither_hands_nor_a_hand_file() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), log(Inserted, 1, GOOD)).unwrap();
+    std::fs::write(folder.path().join("own.yaml"), BINDING).unwrap();
+    std::fs::write(folder.path().join("field.yaml"), of_the_field()).unwrap();
+    let analyzed =
+        |binding: &str| parsed(&run(folder.path(), &["analyze", "log.csv", "--binding", binding, "--format", "json"]));
+    let (own, field) = (analyzed("own.yaml"), analyzed("field.yaml"));
+    assert_eq!(own["tracks"], field["tracks"]);
+    assert_eq!(own["outcome"], field["outcome"]);
+    let issues = |analysis: &Value| analysis["issues"].to_string();
+    let renamed = issues(&own)
+        .replace("right.thumb.position", "right.tcp.position")
+        .replace("right.palm.force", "right.wrist.force")
+        .replace("right.palm.rotation", "right.tcp.rotation");
+    assert_eq!(renamed, issues(&field));
+    assert!(!issues(&field).contains("missing_channel right.palm.position"), "{field}");
+    let model = "hand_gripper_wrist.rules, since the log has right.gripper.opening and right.wrist.force";
+    assert_eq!(field["rules"]["hand_model"], model);
+    assert_eq!(own["rules"]["hand_model"], "hand_gripper_wrist.rules, as `hand_file` in the binding says");
+    // On a terminal the line may be wrapped.
+    let text = run(folder.path(), &["analyze", "log.csv", "--binding", "field.yaml"]);
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains(&format!("hand model {model};")), "{text}");
+    let inspected = run(folder.path(), &["inspect", "log.csv", "--binding", "field.yaml"]);
+    assert!(inspected.contains(&format!("  hand model: {model}\n")), "{inspected}");
+    let with_hand = ["inspect", "log.csv", "--binding", "field.yaml", "--hand", "hand_gripper.rules"];
+    let inspected = run(folder.path(), &with_hand);
+    assert!(inspected.contains("  hand model: hand_gripper.rules, as it is named with the rules\n"), "{inspected}");
+}

@@ -47,6 +47,8 @@ pub struct Meta {
     pub binding: Option<String>,
     /// The rule files in the order of reading.
     pub rules: Vec<String>,
+    /// The hand file among them and why it was loaded, where rules needed one for the log.
+    pub hand_model: Option<String>,
     /// Digest of the rule texts.
     pub digest: String,
     /// Overridden params with their values as they are shown, such as `0.3 N`.
@@ -69,7 +71,11 @@ pub fn line(analysis: &Analysis, meta: &Meta) -> String {
 /// The rules that were run.
 pub(super) fn rules(meta: &Meta) -> Value {
     let params: Map<String, Value> = meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
-    json!({ "files": meta.rules, "digest": meta.digest, "params": params })
+    let mut rules = json!({ "files": meta.rules, "digest": meta.digest, "params": params });
+    if let (Some(hand_model), Some(rules)) = (&meta.hand_model, rules.as_object_mut()) {
+        rules.insert("hand_model".into(), json!(hand_model));
+    }
+    rules
 }
 
 fn document(analysis: &Analysis, meta: &Meta) -> Value {

@@ -241,17 +241,8 @@ fn column(title: &str, values: &[f64], texts: Vec<String>, time: &[f64]) -> Colu
         texts,
         repeated_s: if kind == ValueKind::Number { repeated(values, time, REPEATED_SECS).longest_s } else { 0.0 },
         repeated_share: if kind == ValueKind::Number { repeated(values, time, LAZY_SECS).share } else { 0.0 },
-        groups: if kind == ValueKind::Number { two_groups(measured) } else { None },
+        groups: if kind == ValueKind::Number { otsu::clear_means(measured) } else { None },
     }
-}
-
-/// The means of two groups that each have a twentieth of the values.
-fn two_groups(mut values: Vec<f64>) -> Option<[f64; 2]> {
-    const LEAST: usize = 20;
-    values.sort_by(f64::total_cmp);
-    let split = otsu::split(&values)?;
-    let smaller = split.count.min(values.len() - split.count);
-    (split.is_clear() && smaller * LEAST >= values.len()).then_some(split.means)
 }
 
 /// The message about a force that never changes, or repeats itself during most of the log without ever reading zero.

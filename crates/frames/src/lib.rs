@@ -5,6 +5,7 @@ pub mod bind;
 mod clean;
 mod derive;
 pub mod frames;
+pub mod hand_models;
 pub mod inspect;
 pub mod live;
 mod open;

@@ -1,10 +1,12 @@
 //! Opening a log: a path in, a recording with the names that the rules know out, whatever the log looked like.
 
 use crate::bind::{Binding, BindingFile, bind};
+use crate::clean::closed_grippers;
 use crate::clean::gap_filling;
 use crate::clean::spikes;
 use crate::derive;
 use crate::frames::Frames;
+use crate::hand_models::{self, HandModel};
 use std::path::{Path, PathBuf};
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::{ErrorKind, InputError};
@@ -102,6 +104,7 @@ fn opened(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputE
     if resample.is_none() {
         issues.extend(gap_filling::fill_gaps(&mut recording));
     }
+    issues.extend(closed_grippers::learn(&mut recording));
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
     // Zero stays zero, without a sign.
     let zero_stamp_s = 0.0 - time_offset.0;
@@ -139,6 +142,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
     let csv::LoadedRecording { mut recording, mut issues, row_time } = read;
     issues.extend(spikes::reject(&mut recording));
     issues.extend(gap_filling::fill_gaps(&mut recording));
+    issues.extend(closed_grippers::learn(&mut recording));
     let (params, trust, suspicious_channels) = (vec![], vec![], vec![]);
     OpenedLog {
         log,
@@ -156,6 +160,17 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
 }
 
 impl OpenedLog {
+    /// The hand file for the log and why it is loaded: the one that the binding names, else the one for what the log measures.
+    pub fn hand_model(&self) -> HandModel {
+        match &self.hand_file {
+            Some(file) => HandModel { file: file.clone(), reason: "as `hand_file` in the binding says".into() },
+            None => {
+                let Recording { scene, columns, spelling, .. } = &self.recording;
+                hand_models::of_columns(scene, columns.keys().map(String::as_str), spelling)
+            }
+        }
+    }
+
     /// The hands that the log measures, left first.
     pub fn hands(&self) -> Vec<Side> {
         derive::sides(&self.recording.scene, self.recording.columns.keys().map(String::as_str))

@@ -40,6 +40,15 @@ pub fn split(numbers: &[f64]) -> Option<OtsuSplit> {
     Some(OtsuSplit { count: at, means: [low, high], distance: std::f64::consts::SQRT_2 * (high - low) / scatter })
 }
 
+/// The means of two clear groups that each have a twentieth of the values.
+pub fn clear_means(mut values: Vec<f64>) -> Option<[f64; 2]> {
+    const LEAST: usize = 20;
+    values.sort_by(f64::total_cmp);
+    let split = split(&values)?;
+    let smaller = split.count.min(values.len() - split.count);
+    (split.is_clear() && smaller * LEAST >= values.len()).then_some(split.means)
+}
+
 /// Mean and variance.
 fn moments(values: &[f64]) -> (f64, f64) {
     let count = values.len().max(1) as f64;

@@ -7,6 +7,7 @@
 //! That is for plain logs: canonical, one table, every sample measured, no sensor that may be dead, contacts in the log. Others need all
 //! their rows at once ([`crate::open()`]).
 
+use crate::clean::closed_grippers;
 use crate::clean::dropouts;
 use crate::clean::gap_filling;
 use crate::clean::preprocess::{CleanLog, Columns, Window, span, whole_vectors};
@@ -18,6 +19,7 @@ use crate::clean::untracked_bodies::{self, UntrackedBodyDetector};
 use crate::derive::pose_noise;
 use crate::derive::{self, ANCHOR, Findings, fingertip_bias};
 use crate::frames::{Frames, Layout};
+use crate::hand_models::{self, HandModel};
 use crate::open::OpenRequest;
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -97,16 +99,30 @@ impl StreamedLog {
             return None;
         }
         let (columns, spelling) = csv::wanted(&source, &StampSource::canonical()).ok()?;
+        // When a gripper is closed shows in the whole log.
+        let is_learned =
+            |side| closed_grippers::is_learned(side, columns.iter().map(|(name, ..): &WantedColumn| name.as_str()));
+        if Side::BOTH.into_iter().any(is_learned) {
+            return None;
+        }
         Some(Self { log: request.log.clone(), folders: request.folders.log.clone(), scene, columns, spelling })
     }
 
     /// The hands that the log measures, left first.
     pub fn hands(&self) -> Vec<Side> {
-        let measured = self
-            .columns
-            .iter()
-            .filter(|(.., want)| matches!(want, ColumnRequest::Number(_) | ColumnRequest::Optional(_)));
-        derive::sides(&self.scene, measured.map(|(name, ..)| name.as_str()))
+        derive::sides(&self.scene, self.measured())
+    }
+
+    /// The hand file for what the log measures, and why it is loaded.
+    pub fn hand_model(&self) -> HandModel {
+        hand_models::of_columns(&self.scene, self.measured(), &self.spelling)
+    }
+
+    /// The names of the columns with numbers.
+    fn measured(&self) -> impl Iterator<Item = &str> + Clone {
+        let is_measured =
+            |(.., want): &&WantedColumn| matches!(want, ColumnRequest::Number(_) | ColumnRequest::Optional(_));
+        self.columns.iter().filter(is_measured).map(|(name, ..)| name.as_str())
     }
 
     /// Reads the log once more.

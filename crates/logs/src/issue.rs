@@ -71,6 +71,7 @@ kinds! {
     UNDETECTABLE "undetectable" "The log lacks what a primitive is detected by.",
     UNKNOWN_PLACE "unknown_place" "The log does not show where a body stands.",
     UNKNOWN_WEIGHT "unknown_weight" "The log does not show what a tool weighs.",
+    LEARNED_CLOSING "learned_closing" "The opening below which a gripper counts as closed is learned from the log.",
     LEARNED_WEIGHT "learned_weight" "What a tool weighs and the bias of its sensor are learned from the log and subtracted.",
     UNEVEN_STEP "uneven_step" "The steps of the stamps differ.",
     UNREAD_PART "unread_part" "A part of a robot description is not read as it stands.",

@@ -310,8 +310,9 @@ impl<W: Write> Server<W> {
             Ok(changed) => (changed, None),
             Err(error) => (true, Some(error)),
         };
-        let (of_binding, params) = self.recording.log().map(Log::settings).unwrap_or_default();
-        let hand_file = self.settings.hand.clone().or(of_binding);
+        let of_log = |log: &Log| (log.chosen_hand_model().map(|model| model.file), log.params());
+        let (hand_file, params) = self.recording.log().map(of_log).unwrap_or_default();
+        let hand_file = self.settings.hand.clone().or(hand_file);
         if changed || hand_file != self.workspace.hand_file {
             self.workspace.overrides = params;
             self.workspace.hand_file = hand_file;

@@ -57,6 +57,7 @@ fn header(analysis: &Analysis, meta: &Meta) -> String {
     if !params.is_empty() {
         rules.push_str(&format!(", with {}", params.join(", ")));
     }
+    rules.extend(meta.hand_model.iter().map(|hand_model| format!("; hand model {}", escape(hand_model))));
     rules.push_str(&format!("; teachtree {VERSION}"));
     format!(
         "<header>\n<h1>{}</h1>\n<p class=\"quiet\">{}</p>\n<p class=\"quiet\">{rules}</p>\n{}</header>\n",

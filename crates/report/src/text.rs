@@ -101,6 +101,7 @@ impl Page<'_> {
         let mut facts = Vec::new();
         facts.extend(meta.binding.iter().map(|binding| format!("binding {binding}")));
         facts.push(format!("rules {}", meta.rules.join(", ")));
+        facts.extend(meta.hand_model.iter().map(|hand_model| format!("hand model {hand_model}")));
         facts.extend(meta.params.iter().map(|(name, value)| format!("{name} = {value}")));
         facts.extend((!meta.digest.is_empty()).then(|| format!("digest {}", meta.digest)));
         facts.push(format!("teachtree {VERSION}"));

@@ -224,6 +224,7 @@ fn meta_of(rules: &Rules, log: &Log) -> Meta {
         zero_stamp_s: log.zero_stamp_s(),
         binding: log.binding().map(|path| path.display().to_string()),
         rules: rules.files().map(str::to_string).collect(),
+        hand_model: rules.hand_model(),
         digest: rules.digest(),
         params: rules.params().to_vec(),
     }

@@ -15,6 +15,7 @@ use teachtree_base::scene::Scene as Bodies;
 use teachtree_frames as stream;
 use teachtree_frames::OpenRequest;
 use teachtree_frames::OpenedLog;
+use teachtree_frames::hand_models::HandModel;
 use teachtree_frames::streaming::StreamedLog;
 use teachtree_logs::allowed_folders::LogFolders;
 use teachtree_logs::read::csv;
@@ -32,9 +33,17 @@ pub struct Log(Arc<Inner>);
 
 struct Inner {
     request: OpenRequest,
-    /// The hands of a log that can be read in windows, and its header until the first analysis takes it.
-    streamed: Option<(Vec<Side>, Mutex<Option<StreamedLog>>)>,
+    /// A log that can be read in windows.
+    streamed: Option<Streamed>,
     opened: OnceLock<Result<OpenedLog, InputError>>,
+}
+
+/// A log that can be read in windows, as far as its header shows.
+struct Streamed {
+    hands: Vec<Side>,
+    hand_model: HandModel,
+    /// The header, until the first analysis takes it.
+    flow: Mutex<Option<StreamedLog>>,
 }
 
 impl Log {
@@ -75,7 +84,8 @@ impl Log {
 
     pub(crate) fn open_request(request: OpenRequest) -> Result<Self, Error> {
         if let Some(flow) = StreamedLog::open(&request) {
-            let streamed = Some((flow.hands(), Mutex::new(Some(flow))));
+            let (hands, hand_model) = (flow.hands(), flow.hand_model());
+            let streamed = Some(Streamed { hands, hand_model, flow: Mutex::new(Some(flow)) });
             return Ok(Self(Arc::new(Inner { request, streamed, opened: OnceLock::new() })));
         }
         let opened = stream::open(&request).map_err(|error| Error::new(error, ErrorKind::Format))?;
@@ -107,20 +117,26 @@ impl Log {
     /// The hands that the log measures, left first.
     pub fn hands(&self) -> Vec<Side> {
         match (&self.0.streamed, self.0.opened.get()) {
-            (Some((hands, _)), _) => hands.clone(),
+            (Some(streamed), _) => streamed.hands.clone(),
             (None, Some(Ok(opened))) => opened.hands(),
             (None, _) => Vec::new(),
         }
     }
 
+    /// The hand file for the log and why it is loaded where none is named with the rules: `hand_gripper.rules, since the log has
+    /// right.gripper.closed`. `None` of a log that cannot be read.
+    pub fn hand_model(&self) -> Option<String> {
+        self.chosen_hand_model().map(|model| model.to_string())
+    }
+
     /// The log as it is read in windows; `None` when it is in memory, or has to be.
     pub(crate) fn flow(&self) -> Option<StreamedLog> {
-        let (_, flow) = self.0.streamed.as_ref()?;
+        let streamed = self.0.streamed.as_ref()?;
         if self.0.opened.get().is_some() {
             return None;
         }
         // A poisoned lock holds a whole value: taking it cannot be interrupted.
-        let taken = flow.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let taken = streamed.flow.lock().unwrap_or_else(PoisonError::into_inner).take();
         taken.or_else(|| StreamedLog::open(&self.0.request))
     }
 
@@ -304,8 +320,10 @@ pub trait LogInternals: Sized {
     fn path(&self) -> &Path;
     /// The log in memory.
     fn opened(&self) -> Result<&OpenedLog, Error>;
-    /// The hand file and the params that the binding of the log names.
-    fn settings(&self) -> (Option<String>, Vec<(String, String)>);
+    /// The hand file for the log, and why it is loaded; `None` of a log that cannot be read.
+    fn chosen_hand_model(&self) -> Option<HandModel>;
+    /// The params that the binding of the log names.
+    fn params(&self) -> Vec<(String, String)>;
     /// The tasks that the binding of the log expects, with the place where it does.
     fn expected(&self) -> Option<(String, String)>;
 }
@@ -333,11 +351,19 @@ impl LogInternals for Log {
         opened.as_ref().map_err(|error| Error::new(error.clone(), ErrorKind::Format))
     }
 
-    fn settings(&self) -> (Option<String>, Vec<(String, String)>) {
+    fn chosen_hand_model(&self) -> Option<HandModel> {
+        match (&self.0.streamed, self.0.opened.get()) {
+            (Some(streamed), _) => Some(streamed.hand_model.clone()),
+            (None, Some(Ok(opened))) => Some(opened.hand_model()),
+            (None, _) => None,
+        }
+    }
+
+    fn params(&self) -> Vec<(String, String)> {
         match self.0.opened.get() {
-            Some(Ok(opened)) => (opened.hand_file.clone(), opened.params.clone()),
+            Some(Ok(opened)) => opened.params.clone(),
             // Only logs without a binding are read in windows.
-            _ => (None, Vec::new()),
+            _ => Vec::new(),
         }
     }
 

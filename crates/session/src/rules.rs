@@ -12,6 +12,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use teachtree_base::diagnostic::Severity;
+use teachtree_frames::hand_models::HandModel;
 use teachtree_language::graph::lower;
 use teachtree_language::{self as language, Request, SHIPPED};
 use teachtree_report::diagram::{self, DiagramFormat};
@@ -24,11 +25,14 @@ struct Inner {
     rules: language::Rules,
     request: Request,
     warnings: Vec<Diagnostic>,
+    /// The hand file for the log, where it is among the files, and why it is loaded.
+    hand_model: Option<HandModel>,
 }
 
 impl Rules {
     /// The rules that the command line uses for a log when none are named: the shipped `contact.rules`, for logs of two hands
-    /// `bimanual.rules`, and `failures.rules`, with the hand file and the params that the binding of the log names.
+    /// `bimanual.rules`, and `failures.rules`, with the hand file for what the log measures, and the hand file and the params that the binding of
+    /// the log names instead.
     ///
     /// # Errors
     /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), when a param or the hand file of the binding does not fit the rules.
@@ -68,6 +72,12 @@ impl Rules {
     /// The files that were read, in order, as they were named; shipped ones as `rules/contact.rules`.
     pub fn files(&self) -> impl Iterator<Item = &str> {
         self.0.rules.sources.files.iter().map(|file| file.name.as_str())
+    }
+
+    /// Why the hand file of these rules was loaded for a log: `hand_gripper.rules, since the log has right.gripper.closed`. `None` of rules that
+    /// were loaded without a log, or that need no hand file.
+    pub fn hand_model(&self) -> Option<String> {
+        self.0.hand_model.as_ref().map(ToString::to_string)
     }
 
     /// Those of the [`files`](Self::files) that are neither shipped nor unchanged copies of shipped ones.
@@ -112,7 +122,7 @@ impl Rules {
     pub(crate) fn with_params(&self, params: &[(String, String)]) -> Option<Self> {
         let mut request = self.0.request.clone();
         request.overrides.extend_from_slice(params);
-        Self::load(&request).ok()
+        Self::load_for(&request, self.0.hand_model.clone()).ok()
     }
 
     /// The channels of a log without a tree: rules by which a log is shown when its own rules do not run.
@@ -122,17 +132,29 @@ impl Rules {
     }
 
     pub(crate) fn load(request: &Request) -> Result<Self, Error> {
+        Self::load_for(request, None)
+    }
+
+    /// Loads rules for a log, with the reason for its hand file.
+    fn load_for(request: &Request, hand_model: Option<HandModel>) -> Result<Self, Error> {
         let loaded = language::load(request);
         let sources = Arc::new(loaded.sources);
         let errors = Diagnostic::all(&loaded.diagnostics, &sources, Severity::Error);
         match loaded.rules {
             Some(rules) if errors.is_empty() => {
                 let warnings = Diagnostic::all(&loaded.diagnostics, &sources, Severity::Warning);
-                Ok(Self(Arc::new(Inner { rules, request: request.clone(), warnings })))
+                let hand_model = hand_model.filter(|model| is_loaded(&rules, &model.file));
+                Ok(Self(Arc::new(Inner { rules, request: request.clone(), warnings, hand_model })))
             }
             _ => Err(Error::rules(errors)),
         }
     }
+}
+
+/// Whether a hand file is among the files of rules: they need none where their signals are implemented.
+fn is_loaded(rules: &language::Rules, hand_file: &str) -> bool {
+    let name = language::shipped(hand_file).map_or(hand_file, |(name, _)| name);
+    rules.sources.files.iter().any(|file| Path::new(&file.name).ends_with(name))
 }
 
 impl fmt::Debug for Rules {
@@ -178,7 +200,7 @@ impl RulesOptions {
     }
 
     /// The hand file, which implements the abstract signals of the rules for a hardware: a path, or the name of a shipped file such as
-    /// `hand_flags.rules`. It wins over the one that the binding of a log names.
+    /// `hand_flags.rules`. It wins over the one that the binding of a log names, and over the one that is chosen by what the log measures.
     #[must_use]
     pub fn hand_file(mut self, name: impl AsRef<Path>) -> Self {
         self.hand_file = Some(name.as_ref().display().to_string());
@@ -192,14 +214,15 @@ impl RulesOptions {
         self
     }
 
-    /// Loads the rules for a log: where nothing else is said, with the files for its number of hands, and the hand file and params of its
-    /// binding.
+    /// Loads the rules for a log: where nothing else is said, with the files for its number of hands, the hand file and params of its
+    /// binding, and otherwise the hand file for what it measures.
     ///
     /// # Errors
     /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), with the diagnostics.
     pub fn for_log(self, log: &Log) -> Result<Rules, Error> {
         let without_failures = self.without_failures;
-        let rules = Rules::load(&self.request_for(log))?;
+        let hand_model = self.hand_model_for(log);
+        let rules = Rules::load_for(&self.request_for(log), hand_model)?;
         if !without_failures {
             signals::check_binding(log, &rules)?;
         }
@@ -234,6 +257,12 @@ impl RulesOptions {
         // A later value of a param wins over an earlier one.
         self.params.splice(0..0, params.map(|(name, value)| (name.to_string(), value.to_string())));
         self
+    }
+
+    /// The hand file that is loaded for a log, and why.
+    fn hand_model_for(&self, log: &Log) -> Option<HandModel> {
+        let named = |file: &String| HandModel { file: file.clone(), reason: "as it is named with the rules".into() };
+        self.hand_file.as_ref().map(named).or_else(|| log.chosen_hand_model())
     }
 
     fn request(self, params: Vec<(String, String)>) -> Request {
@@ -280,11 +309,11 @@ impl RulesOptionsInternals for RulesOptions {
     }
 
     fn request_for(mut self, log: &Log) -> Request {
-        let (hand_file, mut params) = log.settings();
+        self.hand_file = self.hand_model_for(log).map(|model| model.file);
+        let mut params = log.params();
         if self.without_failures && self.files.is_empty() && self.texts.is_empty() {
             params.retain(|(name, _)| !language::is_param_of_failures(name));
         }
-        self.hand_file = self.hand_file.or(hand_file);
         Request { two_hands: log.hands().len() > 1, ..self.request(params) }
     }
 }

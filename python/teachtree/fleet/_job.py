@@ -88,7 +88,7 @@ class Job:
 
     def analyze(self, log: Log) -> Analysis:
         """Analyzes a log that was opened with :meth:`ready`; the rules are loaded once per process, and once more for logs of two hands."""
-        return Analysis(_loaded(self, len(log.hands), log).analyze(log._inner), log)
+        return Analysis(_loaded(self, log).analyze(log._inner), log)
 
     def named(self, text: str) -> str:
         """An error's text with the names of the files instead of where they are on this machine."""
@@ -130,17 +130,18 @@ def _ready(job: Job) -> tuple[str, Rules, Binding | None, str | None]:
     return folder, rules, None if binding is None else Binding(binding), scene
 
 
-_KNOWN: dict[tuple[Job, int], _teachtree.Rules] = {}
+_KNOWN: dict[tuple[Job, int, str | None], _teachtree.Rules] = {}
 
 
-def _loaded(job: Job, hands: int, log: Log) -> _teachtree.Rules:
-    """The rules of a job for logs with so many hands: all else that they depend on is the job's."""
-    known = _KNOWN.get((job, hands))
+def _loaded(job: Job, log: Log) -> _teachtree.Rules:
+    """The rules of a job for a log: besides the job, they depend on its number of hands and on its hand model."""
+    key = job, len(log.hands), log._inner.hand_model
+    known = _KNOWN.get(key)
     if known is None:
         known = _placed(job)[1]._options.for_log(log._inner)
         if len(_KNOWN) > 16:
             _KNOWN.clear()
-        _KNOWN[job, hands] = known
+        _KNOWN[key] = known
     return known
 
 

@@ -24,7 +24,7 @@ fn analyzed(log: &str, binding: &str, change: impl Fn(&mut Recording)) -> Analys
     let mut opened = open(&request(log, binding)).unwrap();
     change(&mut opened.recording);
     let request = language::Request {
-        hand_file: opened.hand_file.clone(),
+        hand_file: Some(opened.hand_model().file),
         overrides: opened.params.clone(),
         two_hands: log.starts_with("Baxter"),
         ..language::Request::default()

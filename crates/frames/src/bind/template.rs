@@ -160,7 +160,7 @@ fn closed(column: &ColumnReport, pattern: &str) -> Option<Suggestion> {
 pub fn skeleton(log: &Inspection) -> String {
     let mut text = String::from("about: what this log is, for people\n");
     let suggestions: Vec<Suggestion> = log.sheets.iter().flat_map(suggestions).collect();
-    text.push_str("# Which quantities of the log show contacts and grasps (docs/bindings.md, Hand files); one of\n");
+    text.push_str("# The channels that are bound decide the hand file (docs/bindings.md, Hand files). One of these lines names another one:\n");
     for (file, about) in hand_files(&suggestions) {
         let _ = writeln!(text, "# hand_file: {file:<23} # {about}");
     }
@@ -282,7 +282,7 @@ fn hand_files(suggestions: &[Suggestion]) -> Vec<(&'static str, &'static str)> {
     let palm_force = has(&|channel| matches!(channel, LogChannel::Finger(_, Finger::Palm, FingerPart::Force)));
     let of_any_gripper = of_gripper(Side::Left) || of_gripper(Side::Right);
     let fits = [
-        (of_tip(FingerPart::Force), "hand_force.rules", "forces of the fingertips; used where no hand file is named"),
+        (of_tip(FingerPart::Force), "hand_force.rules", "forces of the fingertips"),
         (of_tip(FingerPart::Contact), "hand_flags.rules", "contact flags of thumb and fingers"),
         (
             of_any_gripper && palm_force,

@@ -1,5 +1,6 @@
 //! Clean: columns of a recording in, the same columns without drop-outs, spikes and stuck sensors out. Each change is an issue of the log.
 
+pub mod closed_grippers;
 pub mod contact_kinds;
 pub mod contact_level;
 pub mod dropouts;

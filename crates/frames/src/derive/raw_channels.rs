@@ -9,6 +9,7 @@ use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape};
 use teachtree_base::error::InputError;
 use teachtree_base::field_names::inside;
 use teachtree_base::hands::{Finger, Side};
+use teachtree_base::log_channel::LogChannel;
 use teachtree_base::short_number::ShortNumber;
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -260,6 +261,12 @@ fn lacking(measured: &CleanLog, spec: &ChannelSpec, side: Option<Side>, instead:
     // What is lacking may be there under a name that nobody knows.
     let ignored = measured.issues.iter().find(|issue| issue.kind == IssueKind::UNKNOWN_CHANNEL);
     let more = if all > has.len() { format!(" and {} more", all - has.len()) } else { String::new() };
+    // A live log shows its openings too late to learn the limit from them.
+    let has_opening = |side: &Side| measured.scalar(&LogChannel::GripperOpening(*side).to_string()).is_some();
+    let limit =
+        side.filter(|side| spec.name == "gripper.closed" && has_opening(side)).map_or_else(String::new, |side| {
+            format!("bind it by a limit of the opening, such as `{side}.gripper.closed: opening [mm] < 30 mm`; ")
+        });
     InputError::new(
         format!("channel {}", side.map_or_else(|| spec.name.clone(), |side| format!("{side}.{}", spec.name))),
         match instead {
@@ -271,7 +278,7 @@ fn lacking(measured: &CleanLog, spec: &ChannelSpec, side: Option<Side>, instead:
         },
     )
     .help(format!(
-        "the log has {}{more}{}; a binding can name another hand file, whose signals need other channels",
+        "{limit}the log has {}{more}{}; a binding can name another hand file, whose signals need other channels",
         has.join(", "),
         ignored.map_or_else(String::new, |issue| format!(", and `{}`, but {}", issue.channel, issue.message))
     ))

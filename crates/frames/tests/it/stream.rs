@@ -3,6 +3,7 @@
 mod bad_logs;
 mod bindings;
 mod carrying;
+mod closed_grippers;
 mod constants;
 mod contact_kinds;
 mod convex;
@@ -13,6 +14,7 @@ mod fingertips;
 mod flagged_supports;
 mod formats;
 mod frames;
+mod hand_models;
 mod implausible;
 mod jumps;
 mod learned;

@@ -15,6 +15,7 @@ fn meta() -> Meta {
         zero_stamp_s: -0.5,
         binding: None,
         rules: vec!["rules/contact.rules".into()],
+        hand_model: None,
         digest: "5a17".into(),
         params: vec![("touch_on".into(), "0.1 N".into())],
     }
