@@ -373,3 +373,33 @@ fn names_of_the_field_need_neither_hands_nor_a_hand_file() {
     let inspected = run(folder.path(), &with_hand);
     assert!(inspected.contains("  hand model: hand_gripper.rules, as it is named with the rules\n"), "{inspected}");
 }
+
+/// A log of a tool point, an opening and the pose of an object is enough to command a gripper.
+#[test]
+fn pads_that_follow_from_the_opening_can_be_commanded() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), log(Placed, 1, GOOD)).unwrap();
+    let turned =
+        "  right.tcp.rotation: ['= 0 rad', '= 0 rad', '= 0 rad']\n  plug.rotation: ['= 0 rad', '= 0 rad', '= 0 rad']\n";
+    let without = of_the_field().replace("channels:\n", &format!("channels:\n{turned}"));
+    std::fs::write(folder.path().join("without.yaml"), &without).unwrap();
+    let pads = format!("pads: {{of: tcp, opening: gripper, axis: y}}\n{without}");
+    std::fs::write(folder.path().join("pads.yaml"), pads).unwrap();
+    let retarget = |binding: &str| {
+        let args = ["retarget", "log.csv", "--binding", binding, "--robot", "parallel_jaw", "-o", "c.json"];
+        teachtree_in(folder.path(), &args)
+    };
+    let output = retarget("pads.yaml");
+    assert!(output.status.success(), "{}", all_said(&output));
+    let commands = parsed(&std::fs::read_to_string(folder.path().join("c.json")).unwrap());
+    let contacts = commands["tasks"][0]["grasps"][0]["contacts"].as_array().unwrap();
+    // The plug is 25 mm wide.
+    for (contact, (finger, side)) in contacts.iter().zip([("thumb", 1.0), ("index", -1.0)]) {
+        let [x, y, z] = [0, 1, 2].map(|axis| contact["point"][axis].as_f64().unwrap());
+        assert!(contact["finger"] == finger && (y - side * 0.0125).abs() < 1e-4, "{contact}");
+        assert!(x.abs() < 0.002 && z.abs() < 0.015, "{contact}");
+    }
+    assert_eq!(contacts.len(), 2);
+    // The tool point alone is one side.
+    assert_eq!(retarget("without.yaml").status.code(), Some(1));
+}

@@ -3,7 +3,7 @@
 use super::columns::{RowTime, interpolated, poses, poses_at, positions_at, vectors};
 use super::schema::{Contact, GraspSpec, Quality, Segment, Tip};
 use super::smoothing::{deviation, jerk, smooth_within};
-use super::touch_detection::{TouchForces, flags, touching};
+use super::touch_detection::{TouchForces, are_of_gripper, flags, touching};
 use super::{FRICTION, RATE_HZ, pads};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use teachtree_base::geometry::{face_normal, surface_distance};
@@ -18,6 +18,8 @@ use teachtree_base::scene::{Body, Hand};
 const POSITION_HZ: f64 = 4.0;
 const FORCE_HZ: f64 = 8.0;
 const POSITION_M: f64 = 0.002;
+/// The pads of a closed gripper touch an object that is no farther than this, m.
+const PAD_GAP_M: f64 = 0.004;
 const FORCE_N: f64 = 0.1;
 /// A turn of one rad counts as this much way, m.
 const TURN_M: f64 = 0.05;
@@ -95,7 +97,7 @@ impl Series {
         recording.time.first()?;
         let times: Vec<RowTime> = (0..count).map(|at| RowTime::at(recording, start_s + at as f64 / RATE_HZ)).collect();
         let rows: Vec<usize> = times.iter().map(|time| time.row).collect();
-        let name = object;
+        let (name, body) = (object, recording.scene.bodies.get(object));
         let object = poses_at(recording, object, &times)?;
         let mut fingers = Vec::new();
         for &finger in hand.fingers.iter().filter(|finger| **finger != Finger::Palm) {
@@ -106,9 +108,14 @@ impl Series {
             let forces = forces.unwrap_or_else(|| vec![Vector3::zeros(); rows.len()]);
             let at_rows = |rows: &[usize]| Some(touching(recording, (side, finger), name, rows, touch));
             // Between two rows a finger touches where it does at both.
-            let touches = interpolated(&times, at_rows, |one, other, _| one && other)?;
+            let mut touches = interpolated(&times, at_rows, |one, other, _| one && other)?;
             let local =
                 |(at, tip): (usize, &Vector3<f64>)| object[at].inverse_transform_point(&Point3::from(*tip)).coords;
+            if let Some(body) = body.filter(|_| are_of_gripper(recording, (side, finger), name)) {
+                for (on, tip) in touches.iter_mut().zip(tips.iter().enumerate().map(local)) {
+                    *on &= surface_distance(body, &tip.into()) < PAD_GAP_M;
+                }
+            }
             let on_object = |((force, object), on): ((&Vector3<f64>, &Isometry3<f64>), &bool)| {
                 if *on { object.inverse_transform_vector(force) } else { Vector3::zeros() }
             };

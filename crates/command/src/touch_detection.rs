@@ -1,4 +1,4 @@
-//! When a fingertip touches: by the recording's flags, else by its force.
+//! When a fingertip touches: by the recording's flags, else by its force, else by the flag of the closed gripper.
 
 use super::columns::vectors;
 use teachtree_base::contact_threshold;
@@ -25,10 +25,24 @@ impl Default for TouchForces {
 /// Interruptions of up to this many samples are bridged.
 const BRIDGED: usize = 4;
 
-/// The flags of a finger's touches: of the object, else of anything.
+/// The flags of a finger's touches: of the object, else of anything, else those of its gripper.
 pub(super) fn flags<'r>(recording: &'r Recording, (side, finger): (Side, Finger), object: &str) -> Option<&'r Column> {
     let of_object = recording.columns.get(&LogChannel::Touch(side, finger, object).to_string());
-    of_object.or_else(|| recording.columns.get(&LogChannel::Finger(side, finger, FingerPart::Contact).to_string()))
+    let of_finger =
+        of_object.or_else(|| recording.columns.get(&LogChannel::Finger(side, finger, FingerPart::Contact).to_string()));
+    of_finger.or_else(|| of_gripper(recording, (side, finger)))
+}
+
+/// The flags of the gripper of a finger without a force.
+fn of_gripper(recording: &Recording, (side, finger): (Side, Finger)) -> Option<&Column> {
+    let feels = recording.columns.contains_key(&format!("{}.x", LogChannel::Finger(side, finger, FingerPart::Force)));
+    recording.columns.get(&LogChannel::GripperClosed(side).to_string()).filter(|_| !feels)
+}
+
+/// Whether the touches of a finger are those of its gripper, which closes before its pads meet an object.
+pub(super) fn are_of_gripper(recording: &Recording, finger: (Side, Finger), object: &str) -> bool {
+    let of_gripper = of_gripper(recording, finger);
+    of_gripper.is_some_and(|closed| flags(recording, finger, object).is_some_and(|flags| std::ptr::eq(flags, closed)))
 }
 
 /// Whether a finger touches, at these rows: the object, where the recording says what is touched.

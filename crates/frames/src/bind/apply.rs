@@ -6,6 +6,7 @@ use super::frame_composition::FrameComposition;
 use super::header::{BoundColumn, Header, Term};
 use super::normals::normals_by_role;
 use super::offsets;
+use super::pads;
 use super::pattern::Columns;
 use super::resample::resample;
 use super::robots;
@@ -258,6 +259,7 @@ impl BoundColumns {
                 robots::measure(&mut recording, file, key, span)?;
             }
         }
+        pads::place(&mut recording, file)?;
         for (name, column) in &self.labels {
             recording.labels.insert(name.clone(), texts.get_mut(*column).map(std::mem::take).unwrap_or_default());
         }

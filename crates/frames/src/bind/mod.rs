@@ -12,6 +12,7 @@ mod join;
 mod linear;
 mod normals;
 mod offsets;
+mod pads;
 mod pattern;
 mod resample;
 mod resampler;
@@ -34,6 +35,7 @@ pub use linear::LinearForm;
 pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};
 pub use stamp_merger::{LiveLine, StampMerger};
 
+use pads::Pads;
 pub use pattern::{Columns, LinkPoint, OffsetPoint, Pattern, PlaceholderValues, PointDistance, Template, Threshold};
 use robots::{BoundRobot, Robot};
 
@@ -104,6 +106,9 @@ pub struct Binding {
     /// Robots whose joints the log has, by name; channels name their links: `{link: arm.hand}`.
     #[serde(default)]
     pub robots: IndexMap<String, Robot>,
+    /// The pads of the grippers whose tool point, rotation and opening are bound.
+    #[serde(default)]
+    pub pads: Option<Pads>,
     /// Bodies whose place the log shows, by name; their `position` in the scene counts from there.
     #[serde(default)]
     pub places: IndexMap<String, Place>,

@@ -21,6 +21,7 @@ mod learned;
 mod live_rows;
 mod lost_bodies;
 mod never_panics;
+mod pads;
 mod robosuite;
 mod robots;
 mod round_trip;
