@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis as analysis;
 use teachtree_base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
 use teachtree_base::error::InputError;
+use teachtree_base::file_kind::FileKind;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::yaml::is_yaml;
 use teachtree_engine::compiled::instantiate::instantiate;
@@ -104,7 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Checks a YAML file; returns what it is.
 fn other(file: &Path) -> Result<String, InputError> {
     let (place, text) = (file.display().to_string(), inputs::text(file)?);
-    let Some(kind) = inputs::kind(file, &text) else {
+    let Some(kind) = FileKind::of(file, &text) else {
         let message = "found none of the keys of a scene, an operator script, a binding or a robot file";
         return Err(InputError::new(place, message)
             .help("name it `NAME.scene.yaml`, `NAME.operator.yaml`, `NAME.binding.yaml` or `NAME.robot.yaml`"));

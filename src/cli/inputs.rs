@@ -1,7 +1,8 @@
-//! YAML files that people write, scenes, operators, bindings and robots: which kind a file is, and what is wrong with it.
+//! Reads YAML files that people write, scenes, operators, bindings and robots, and reports what is wrong with them.
 
 use std::path::Path;
 use teachtree_base::error::InputError;
+use teachtree_base::file_kind::FileKind;
 use teachtree_base::yaml;
 use teachtree_frames::bind::BindingFile;
 use teachtree_logs::read::text;
@@ -9,64 +10,22 @@ use teachtree_robot::{self as robot, CollisionShape, Link, Robot};
 use teachtree_session::ErrorInternals;
 use teachtree_session::{Error, Scene};
 
-/// A kind of files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Bodies and hands.
-    Scene,
-    /// Who demonstrates.
-    Operator,
-    /// How the columns of a foreign log become channels.
-    Binding,
-    /// Links, joints and fingers.
-    Robot,
-}
-
-impl Kind {
-    /// The kind in words, with its article.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Scene => "a scene",
-            Self::Operator => "an operator script",
-            Self::Binding => "a binding",
-            Self::Robot => "a robot file",
-        }
-    }
-}
-
-/// The kind of a file by its ending, else by its keys.
-pub fn kind(path: &Path, text: &str) -> Option<Kind> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let named = |kind: &str| [".yaml", ".yml"].iter().any(|ending| name.ends_with(&format!(".{kind}{ending}")));
-    let has = |keys: &[&str]| {
-        text.lines().any(|line| keys.iter().any(|key| line.strip_prefix(key).is_some_and(|rest| rest.starts_with(':'))))
-    };
-    match () {
-        () if named("scene") => Some(Kind::Scene),
-        () if named("binding") => Some(Kind::Binding),
-        () if named("operator") || has(&["grips"]) => Some(Kind::Operator),
-        () if named("robot") || has(&["links", "urdf"]) => Some(Kind::Robot),
-        () if has(&["channels"]) => Some(Kind::Binding),
-        () if has(&["bodies"]) => Some(Kind::Scene),
-        () if has(&["parts"]) => Some(Kind::Robot),
-        () => None,
-    }
-}
-
 /// Reads a text as a file of its kind; returns what there is to say of it.
 ///
 /// # Errors
 /// The first thing that is wrong, at `file:line:column` where that is known.
-pub fn read(kind: Kind, path: &Path, text: &str) -> Result<String, InputError> {
+pub fn read(kind: FileKind, path: &Path, text: &str) -> Result<String, InputError> {
     let name = path.display().to_string();
     match kind {
-        Kind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input)?,
-        Kind::Binding => BindingFile::parse(text.into(), name).map(drop)?,
-        Kind::Operator => teachtree_world::Operator::read(text, &name).map(drop)?,
-        Kind::Robot => {
+        FileKind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input)?,
+        FileKind::Binding => BindingFile::parse(text.into(), name).map(drop)?,
+        FileKind::Operator => teachtree_world::Operator::read(text, &name).map(drop)?,
+        FileKind::Robot => {
             let robot = robot(&name, text, true)?;
             return Ok(pieces(&robot) + &jerks(&robot));
         }
+        // Of no YAML file.
+        FileKind::Log | FileKind::Rules => {}
     }
     Ok(String::new())
 }
@@ -116,9 +75,9 @@ pub fn text(path: &Path) -> Result<String, InputError> {
 
 /// What is wrong with a text that an editor shows; nothing where it is of no kind that is known here.
 pub fn wrong(path: &Path, text: &str) -> Option<InputError> {
-    match kind(path, text)? {
+    match FileKind::of(path, text)? {
         // An editor asks after each change: meshes would take too long.
-        Kind::Robot => robot(&path.display().to_string(), text, false).err(),
+        FileKind::Robot => robot(&path.display().to_string(), text, false).err(),
         kind => read(kind, path, text).err(),
     }
 }

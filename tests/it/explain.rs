@@ -55,7 +55,8 @@ fn programs_read_values_and_margins() {
 fn questions_that_nothing_answers_are_bad_input() {
     for (args, wanted) in [
         (&["--at", "3s"][..], "the recording goes from 7.904 s to 11.684 s"),
-        (&["--at", "9s", "--why-not", "Dance"], "the rules have no primitive `Dance`"),
+        (&["--at", "9s", "--why-not", "Dance"], "the rules have no primitive `Dance`\n  help: they have "),
+        (&["--at", "9s", "--why-not", "Insrt"], "the rules have no primitive `Insrt`\n  help: did you mean `Insert`?"),
         (&["--at", "9s", "--track", "left"], "there is no tree that labels `left`"),
         (&["--at", "9 N"], "expected a time"),
         (&["--at", "9s..8s"], "ends before it begins"),

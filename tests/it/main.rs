@@ -44,6 +44,7 @@ mod live_zenoh;
 mod lsp;
 mod many_logs;
 mod mimicgen;
+mod misplaced;
 #[cfg(unix)]
 mod outcomes;
 mod pipes;

@@ -24,6 +24,7 @@ use super::{Analysis, Segment, Subject, TrackId};
 use reason::{EvalPoint, Reasons};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
+use teachtree_base::spelling::nearest;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::Leaves;
 use teachtree_frames::frames::Frames;
@@ -255,8 +256,11 @@ fn labels(rules: &Rules, name: &str) -> Result<Vec<Label>, InputError> {
         Some(primitive) => Ok(vec![Label { primitive, side }]),
         None => {
             let known: Vec<&str> = rules.primitives.iter().map(|primitive| primitive.name.as_str()).collect();
-            Err(InputError::new("--why-not", format!("the rules have no primitive `{name}`"))
-                .help(format!("they have {}", known.join(", "))))
+            let help = match nearest(bare.trim(), known.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("they have {}", known.join(", ")),
+            };
+            Err(InputError::new("--why-not", format!("the rules have no primitive `{name}`")).help(help))
         }
     }
 }

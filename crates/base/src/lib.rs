@@ -10,6 +10,7 @@ pub mod digest;
 pub mod easing;
 pub mod error;
 pub mod field_names;
+pub mod file_kind;
 pub mod geometry;
 pub mod guard;
 pub mod hands;

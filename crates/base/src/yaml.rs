@@ -2,9 +2,11 @@
 //! instead of Rust types.
 
 mod duplicate_keys;
+mod syntax_errors;
 
 use super::error::InputError;
 use super::short_number::ShortNumber;
+use super::spelling::nearest;
 use serde::de::{DeserializeOwned, DeserializeSeed, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserializer, Serialize};
 use std::fmt;
@@ -41,15 +43,30 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
     {
         return Err(InputError::new(format!("{file}:{}:{}", at.line(), at.column()), message));
     }
-    serde_yaml::from_str(text).map_err(|error| {
-        let place = match error.location() {
-            Some(at) => format!("{file}:{}:{}", at.line(), at.column()),
-            None => file.to_string(),
-        };
-        let message = error.to_string();
-        // The crate appends the place, which the error already contains.
-        InputError::new(place, in_plain_words(message.split(" at line ").next().unwrap_or(&message)))
-    })
+    serde_yaml::from_str(text).map_err(|error| plain(&error, text, file))
+}
+
+/// An error of the YAML crate in the terms of YAML, at its place.
+fn plain(error: &serde_yaml::Error, text: &str, file: &str) -> InputError {
+    let message = error.to_string();
+    let Some(at) = error.location() else { return InputError::new(file, in_plain_words(&message)) };
+    let at = (at.line(), at.column());
+    if let Some(found) = syntax_errors::explain(text, &message, at) {
+        let (line, column) = found.at;
+        let error = InputError::new(format!("{file}:{line}:{column}"), found.message);
+        return InputError { help: found.help, ..error };
+    }
+    // The crate appends the place, which the error already contains.
+    let message = message.split(" at line ").next().unwrap_or(&message);
+    let error = InputError::new(format!("{file}:{}:{}", at.0, at.1), in_plain_words(message));
+    InputError { help: meant(message).map(|near| format!("did you mean `{near}`?")), ..error }
+}
+
+/// The known name nearest to the unknown key or name of a message of serde: ``unknown field `a`, expected `b` or `c` ``.
+fn meant(message: &str) -> Option<&str> {
+    let names = ["unknown field ", "unknown variant "].iter().find_map(|kind| message.split_once(kind))?.1;
+    let mut quoted = names.split('`').skip(1).step_by(2);
+    nearest(quoted.next()?, quoted)
 }
 
 /// Returns the place `file:line:column` of the value at a path of keys; list items are numbered from 0. If a key does not exist, the place of its
@@ -169,13 +186,9 @@ pub(crate) fn in_plain_words(message: &str) -> String {
         }
     }
     // A part of a body contains one of these shapes; serde cannot name the key found instead.
-    let message = message.replace(
+    message.replace(
         "no variant of enum Shape found in flattened data",
         "has no shape, expected one of `box`, `cylinder`, `ball`",
-    );
-    message.replace(
-        "found character that cannot start any token",
-        "found a tab, or another sign with which nothing begins: YAML is indented with blanks",
     )
 }
 

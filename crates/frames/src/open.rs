@@ -10,6 +10,7 @@ use crate::hand_models::{self, HandModel};
 use std::path::{Path, PathBuf};
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_base::file_kind::FileKind;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 use teachtree_logs::allowed_folders::LogFolders;
@@ -63,8 +64,26 @@ pub struct OpenedLog {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn open(request: &OpenRequest) -> Result<OpenedLog, InputError> {
-    open_source(formats::open_within(&request.log, &request.folders.log)?, request)
+    let source = formats::open_within(&request.log, &request.folders.log);
+    open_source(source.map_err(|error| swapped(error, request))?, request)
 }
+
+/// An error about a file that is no log, with the option that names the log instead.
+fn swapped(error: InputError, request: &OpenRequest) -> InputError {
+    let is_log = |file: &&PathBuf| FileKind::of(file, "") == Some(FileKind::Log);
+    let options = [("--binding", &request.binding), ("--scene", &request.scene)];
+    let swapped = options.iter().find_map(|(option, file)| Some((option, file.as_ref().filter(is_log)?)));
+    match swapped {
+        Some((option, log)) if error.message.ends_with(NO_LOG) => {
+            let help = format!("LOG and {option} are swapped: `{} {option} {}`", log.display(), request.log.display());
+            error.help(help)
+        }
+        _ => error,
+    }
+}
+
+/// The end of messages about other files in the place of a log.
+const NO_LOG: &str = "expected a log";
 
 /// Opens a log whose columns are known already.
 ///

@@ -4,3 +4,4 @@
 
 mod digests;
 mod field_names;
+mod yaml;

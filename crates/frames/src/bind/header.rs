@@ -230,8 +230,14 @@ impl Header {
             }
             (Some(unit), _) | (None, Some(unit)) => {
                 let (to_si, found) = compound(unit).map_err(|part| unknown_unit(&part, &name, dimension))?;
-                if found != dimension {
-                    return Err(format!("`{unit}` is {found}, expected {dimension}"));
+                match pattern.threshold {
+                    Some(_) if found != dimension && dimension == Dimension::NONE => {
+                        return Err(format!(
+                            "the column `{name}` is in `{unit}` and its threshold has no unit, expected one such as `30 {unit}`"
+                        ));
+                    }
+                    _ if found != dimension => return Err(format!("`{unit}` is {found}, expected {dimension}")),
+                    _ => {}
                 }
                 to_si
             }

@@ -45,6 +45,7 @@ use std::fmt;
 use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::field_names::FieldNames;
+use teachtree_base::file_kind::FileKind;
 use teachtree_base::quantity::{Force, Frequency, Mass, Time, above_zero};
 use teachtree_base::scene::Scene;
 use teachtree_base::short_number::ShortNumber;
@@ -258,8 +259,7 @@ impl BindingFile {
     /// What it says that a binding cannot say, at `file:line:column`.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let name = path.display().to_string();
-        let text = text::read(path, yaml::MAX_BYTES as u64)?;
-        Self::parse(text, name)
+        text::parsed(path, yaml::MAX_BYTES as u64, FileKind::Binding, |text| Self::parse(text, name))
     }
 
     /// Reads the text of a binding file; `name` is its name in messages.
@@ -268,7 +268,7 @@ impl BindingFile {
     /// What it says that a binding cannot say, at `file:line:column`.
     pub fn parse(text: String, name: String) -> Result<Self, InputError> {
         let binding: Binding = yaml::read(&text, &name).map_err(|error| {
-            let bracket = error.message.contains("did not find expected ',' or ']'");
+            let bracket = error.message.ends_with("expected `,` or `]`");
             if bracket {
                 error.help("within a list a column with its unit stands in quotes: `[\"a [mm]\", \"b [mm]\"]`")
             } else {

@@ -118,6 +118,10 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     if word == ":" && expects(&[Rule::equals]) {
         return finding.fix("write `=`", place, "=");
     }
+    let declares = found.checked_sub(2).map_or("", |at| scan.word(at));
+    if declares == "task" && expects(&[Rule::equals]) {
+        return finding.help("a task names its first and last primitive: `task lift = Move .. Release with Translate`");
+    }
     if let Some(near) = nearest(word, rules.iter().filter_map(|rule| keyword(*rule))) {
         return finding.fix(format!("did you mean `{near}`?"), place, near);
     }

@@ -13,6 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
 use teachtree_base::diagnostic::{Diagnostic, Source, Sources, Span};
+use teachtree_base::error::InputError;
+use teachtree_base::file_kind::FileKind;
 
 /// The largest file, in bytes.
 pub const MAX_BYTES: u64 = 1 << 20;
@@ -217,10 +219,20 @@ impl Loader {
                         return;
                     }
                 }
+                if user.is_none()
+                    && let Some(error) = FileKind::Rules.misplaced(Path::new(shown), &text)
+                {
+                    return self.refuse(place, &error);
+                }
                 self.progress.insert(place.clone(), Progress::Open);
                 self.parse(place, shown.to_string(), text, depth);
             }
             Err((code, reason)) => {
+                if user.is_none()
+                    && let Some(error) = FileKind::Rules.misplaced(Path::new(shown), "")
+                {
+                    return self.refuse(place, &error);
+                }
                 self.incomplete = true;
                 self.root_unreadable |= user.is_none();
                 self.progress.insert(place, Progress::Done);
@@ -231,6 +243,15 @@ impl Loader {
                 });
             }
         }
+    }
+
+    /// Reports a file of another kind that was named as rules.
+    fn refuse(&mut self, place: Place, error: &InputError) {
+        self.incomplete = true;
+        self.root_unreadable = true;
+        self.progress.insert(place, Progress::Done);
+        let finding = Diagnostic::error(codes::UNREADABLE, format!("`{}`: {}", error.place, error.message));
+        self.findings.push(error.help.iter().fold(finding, |finding, help| finding.help(help)));
     }
 
     /// Parses a text, loads what it uses, and puts it behind that.

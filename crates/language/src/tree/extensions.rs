@@ -212,7 +212,7 @@ impl Resolver {
             let names: Vec<String> =
                 meant().filter_map(|choice| choice.name.as_ref()).map(|name| format!("`{name}`")).collect();
             match names.as_slice() {
-                [] => finding.help("name another choice, or give this one a name"),
+                [] => finding.help("name another choice, give this one a name, or say `first` or `last`"),
                 _ if names.len() < found.len() => finding.help(format!("only {} has a name to use", names.join(", "))),
                 _ => finding.help(format!("use {}", names.join(" or "))),
             }

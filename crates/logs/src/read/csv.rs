@@ -16,10 +16,11 @@ pub use writer::{add, source, write};
 pub(crate) use writer::{add_table, check_lengths};
 
 use crate::allowed_folders::AllowedFolders;
+use crate::names;
 use crate::read::formats;
 use crate::read::table::Source;
 use std::path::Path;
-use teachtree_base::error::InputError;
+use teachtree_base::error::{ErrorKind, InputError};
 
 /// Reads a canonical log with the scene and the events beside it; `scene` replaces the scene file beside the log.
 ///
@@ -47,7 +48,7 @@ pub fn read_source(
     let scene = match (scene, own) {
         (Some(scene), _) => read_scene(scene)?,
         (None, Some(own)) => own,
-        (None, None) => scene_beside(path, folders)?,
+        (None, None) => scene_beside(path, folders).map_err(|error| foreign(&source, path).unwrap_or(error))?,
     };
     let mut read = columns(source, &StampSource::canonical())?;
     read.recording.scene = scene;
@@ -56,4 +57,29 @@ pub fn read_source(
         _ => events,
     };
     Ok(read)
+}
+
+/// Columns that a message about a foreign log lists.
+const LISTED: usize = 4;
+
+/// The error about a log without a binding in which no column has the name of a channel; `None` for other logs.
+fn foreign(source: &Source, path: &Path) -> Option<InputError> {
+    let header = source.header();
+    if header.is_empty() || header.iter().any(|title| names::is_canonical(title)) {
+        return None;
+    }
+    let listed: Vec<String> = header.iter().take(LISTED).map(|title| format!("`{title}`")).collect();
+    let more = match header.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let message = format!(
+        "no column has the name of a channel, expected names such as `right.tcp.position.x`; found {}{more}",
+        listed.join(", ")
+    );
+    let log = path.display();
+    let help = format!(
+        "describe the columns in a binding and name it with --binding; `teachtree inspect {log} --skeleton lab.binding.yaml` writes one to fill in"
+    );
+    Some(InputError::new(&source.header_place, message).help(help).or_kind(ErrorKind::Binding))
 }

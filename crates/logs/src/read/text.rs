@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use teachtree_base::error::InputError;
+use teachtree_base::file_kind::FileKind;
 
 /// Reads a text of at most `most` bytes.
 ///
@@ -12,6 +13,23 @@ use teachtree_base::error::InputError;
 /// What cannot be read, is longer, or is no UTF-8.
 pub fn read(path: &Path, most: u64) -> Result<String, InputError> {
     whole(&opened(path)?, path, most)
+}
+
+/// Reads a text of at most `most` bytes and parses it as a file of a kind. An error about a file of another kind names both kinds instead.
+///
+/// # Errors
+/// As [`read`], and as `parse`.
+pub fn parsed<T>(
+    path: &Path,
+    most: u64,
+    kind: FileKind,
+    parse: impl FnOnce(String) -> Result<T, InputError>,
+) -> Result<T, InputError> {
+    let misplaced = |text: &str, error| kind.misplaced(path, text).unwrap_or(error);
+    let file = opened(path)?;
+    let text = whole(&file, path, most).map_err(|error| misplaced("", error))?;
+    let found = text.clone();
+    parse(text).map_err(|error| misplaced(&found, error))
 }
 
 /// Reads the text of an open file of at most `most` bytes. `path` is its name in messages.

@@ -7,6 +7,7 @@ use crate::read::text;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_base::file_kind::FileKind;
 use teachtree_base::scene::Scene;
 use teachtree_base::short_number::ShortNumber;
 use teachtree_base::yaml;
@@ -39,12 +40,15 @@ pub fn scene_file_beside(log: &Path) -> Option<PathBuf> {
 /// # Errors
 /// When it cannot be read, or says something that a scene cannot mean, at `file:line:column`.
 pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
-    scene_of(text::opened(path), path)
+    let parse = |text: String| parse_scene(&text, &path.display().to_string());
+    text::parsed(path, MAX_BYTES, FileKind::Scene, parse).map_err(|error| error.or_kind(ErrorKind::Scene))
 }
+
+const MAX_BYTES: u64 = yaml::MAX_BYTES as u64;
 
 /// Reads the scene in an open file. `path` is its name in messages.
 fn scene_of(file: Result<File, InputError>, path: &Path) -> Result<Scene, InputError> {
-    let read = || parse_scene(&text::whole(&file?, path, yaml::MAX_BYTES as u64)?, &path.display().to_string());
+    let read = || parse_scene(&text::whole(&file?, path, MAX_BYTES)?, &path.display().to_string());
     read().map_err(|error| error.or_kind(ErrorKind::Scene))
 }
 

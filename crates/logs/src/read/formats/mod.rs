@@ -56,7 +56,9 @@ use crate::read::table::Source;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
+use teachtree_base::file_kind::FileKind;
 use teachtree_base::recording::Recording;
+use teachtree_base::yaml;
 
 /// Endings of names that a table of text may have.
 const TEXT_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "dat", "log", "tab", "asc", "prn"];
@@ -137,7 +139,12 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
             jsonl::read(BufReader::new(counted(bytes)), name)
         }
         _ if is_table => delimited_text::source(Box::new(BufReader::new(counted(bytes))), name),
-        _ => Err(unknown(&path)),
+        _ => {
+            let mut text = String::new();
+            // The text of a binary file stays empty.
+            let _ = bytes.take(yaml::MAX_BYTES as u64).read_to_string(&mut text);
+            Err(FileKind::Log.misplaced(&path, &text).unwrap_or_else(|| unknown(&path)))
+        }
     }
 }
 
