@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         check_labels(labels, logs.len())?;
     }
     for labels in [&args.one, &args.other] {
-        logs = labeled(logs, labels, &args.many)?;
+        logs = labeled(logs, labels)?;
     }
     let map = args.map.iter().fold(Labels::default(), |labels, map| labels.map(map)).names()?;
     let LogResults { done, failed } = args.many.each_log("comparing", &logs, |log| compare(args, log, &map))?;

@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 files.extend(of_log);
                 (writer.join)(&mut out, &text);
                 if writer.omits_issues && alone && !kinds.is_empty() {
-                    args.many.warn(&omitted(log, &kinds));
+                    output::warn(&omitted(log, &kinds));
                 } else if writer.omits_issues {
                     issues.add(log, &kinds);
                 }
@@ -129,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     written.commit_anew()?;
     args.out.print(&args.form, &out)?;
-    issues.summary().filter(|_| !args.many.quiet).iter().for_each(|summary| output::complain(summary));
+    issues.summary().iter().for_each(|summary| output::note(summary));
     Failure::some(failures, done)?;
     if is_as_expected { Ok(()) } else { Err(Failure::Negative) }
 }

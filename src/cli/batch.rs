@@ -102,16 +102,14 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
             Err(failure) => failures.push(failure.of_log(&found.log)),
         }
     }
-    if !args.many.quiet {
-        issues.summary().iter().for_each(|summary| output::complain(summary));
-        let of = |count: usize, what: &str| if count == 0 { String::new() } else { format!(", {count} {what}") };
-        output::complain(&format!(
-            "{written} written to {}{}{}",
-            folder.display(),
-            of(unchanged, "unchanged"),
-            of(failures.len(), "failed")
-        ));
-    }
+    issues.summary().iter().for_each(|summary| output::note(summary));
+    let of = |count: usize, what: &str| if count == 0 { String::new() } else { format!(", {count} {what}") };
+    output::note(&format!(
+        "{written} written to {}{}{}",
+        folder.display(),
+        of(unchanged, "unchanged"),
+        of(failures.len(), "failed")
+    ));
     Failure::some(failures, written + unchanged)?;
     if is_as_expected { Ok(()) } else { Err(Failure::Negative) }
 }

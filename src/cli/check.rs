@@ -1,14 +1,21 @@
 //! `teachtree check`: every mistake at once, and what running the rules costs.
 
+mod finding;
+mod formats;
+mod sarif;
+
 use super::fmt::all_rules;
 use super::output_args::FormatArg;
+use super::print_args::is_quiet;
 use super::rules::SetArg;
 use super::{Failure, inputs, output};
-use serde_json::{Value, json};
+use finding::{CheckedInput, Finding};
+use formats::{as_github, as_json, as_junit};
+use sarif::as_sarif;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use teachtree_analysis as analysis;
-use teachtree_base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
+use teachtree_base::diagnostic::{Severity, render};
 use teachtree_base::error::InputError;
 use teachtree_base::file_kind::FileKind;
 use teachtree_base::hands::{Finger, Side};
@@ -24,7 +31,7 @@ use teachtree_language::{self as language, LoadedRules, Request, Rules, codes};
 /// Options of `check`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check rules/                   every rule file of a folder\n  teachtree check cell.scene.yaml lab.binding.yaml\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub"
+    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check rules/                   every rule file of a folder\n  teachtree check cell.scene.yaml lab.binding.yaml\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub\n  teachtree check rules/ --format sarif > teachtree.sarif"
 )]
 pub struct Args {
     /// Rule files, read together; folders, whose rule files are checked one by one; scenes, operator scripts, bindings and robot files (YAML); the
@@ -37,6 +44,9 @@ pub struct Args {
     set: SetArg,
     #[command(flatten)]
     form: FormatArg<Format>,
+    /// Also print the cost of a frame, the size of the state and the look-ahead
+    #[arg(long, short)]
+    verbose: bool,
     /// Print the page of a code instead
     #[arg(long, value_name = "CODE", exclusive = true)]
     explain: Option<String>,
@@ -45,12 +55,16 @@ pub struct Args {
 /// Forms of findings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// Text, with what the rules cost
+    /// Text
     Text,
     /// `teachtree.check/1`: a list of findings
     Json,
     /// One line a finding, as workflows of GitHub show beside the code
     Github,
+    /// SARIF 2.1.0, for code scanning and editors
+    Sarif,
+    /// JUnit, for CI systems: an error is a failure
+    Junit,
 }
 
 /// Runs `check`.
@@ -58,48 +72,55 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(code) = &args.explain {
         return page(code);
     }
-    let mut failures = Vec::new();
-    let mut findings = Vec::new();
     let (others, rules): (Vec<PathBuf>, Vec<PathBuf>) = args.files.iter().cloned().partition(|file| is_yaml(file));
-    for file in &others {
-        match other(file) {
-            Ok(fine) if args.form.format == Format::Text => output::print(&fine)?,
-            Ok(_) => {}
-            Err(error) if args.form.format == Format::Text => failures.push(error.into()),
-            Err(error) => {
-                findings.push(of_other(&error, args.form.format));
-                failures.push(Failure::Negative);
-            }
-        }
-    }
     let sets = if rules.is_empty() && !others.is_empty() { vec![] } else { sets(&rules)? };
+    if args.form.format == Format::Text {
+        return in_text(args, &others, sets);
+    }
+    let mut checked = Vec::new();
+    let mut failures = Vec::new();
+    for file in &others {
+        let found = other(file).err();
+        failures.extend(found.is_some().then_some(Failure::Negative));
+        let findings = found.iter().map(Finding::of_yaml).collect();
+        checked.push(CheckedInput { name: file.display().to_string(), findings });
+    }
     for files in sets {
-        let (hand_file, overrides) = (args.hand.clone(), args.set.values.clone());
-        let loaded = language::load(&Request { files, hand_file, overrides, ..Request::default() });
-        if args.form.format == Format::Text {
-            failures.extend(report(&loaded).err());
-            continue;
-        }
-        // Files that several sets use are reported once.
-        for found in &loaded.diagnostics {
-            let found = match args.form.format {
-                Format::Github => annotation(found, &loaded.sources).into(),
-                _ => json(found, &loaded.sources),
-            };
-            if !findings.contains(&found) {
-                findings.push(found);
-            }
-        }
+        let name = files.first().map_or_else(|| "the shipped rules".into(), |file| file.display().to_string());
+        let loaded = load(args, files);
         failures.extend(loaded.rules.is_none().then_some(Failure::Negative));
+        let findings = loaded.diagnostics.iter().map(|found| Finding::of_rules(found, &loaded.sources)).collect();
+        checked.push(CheckedInput { name, findings });
     }
     match args.form.format {
         Format::Text => {}
-        Format::Json => {
-            output::print_json(&format!("{:#}\n", json!({ "schema": "teachtree.check/1", "findings": findings })))?
-        }
-        Format::Github => output::print(&findings.iter().filter_map(Value::as_str).collect::<String>())?,
+        Format::Json => output::print_json(&as_json(&checked))?,
+        Format::Sarif => output::print_json(&as_sarif(&checked))?,
+        Format::Github => output::print(&as_github(&checked))?,
+        Format::Junit => output::print_data(&as_junit(&checked))?,
     }
     Failure::all(failures)
+}
+
+/// Prints the findings of YAML files and of rule sets as text.
+fn in_text(args: &Args, others: &[PathBuf], sets: Vec<Vec<PathBuf>>) -> Result<(), Failure> {
+    let mut failures = Vec::new();
+    for file in others {
+        match other(file) {
+            Ok(_) if is_quiet() => {}
+            Ok(fine) => output::print(&fine)?,
+            Err(error) => failures.push(error.into()),
+        }
+    }
+    for files in sets {
+        failures.extend(report(&load(args, files), args.verbose).err());
+    }
+    Failure::all(failures)
+}
+
+fn load(args: &Args, files: Vec<PathBuf>) -> LoadedRules {
+    let (hand_file, overrides) = (args.hand.clone(), args.set.values.clone());
+    language::load(&Request { files, hand_file, overrides, ..Request::default() })
 }
 
 /// Checks a YAML file; returns what it is.
@@ -112,29 +133,6 @@ fn other(file: &Path) -> Result<String, InputError> {
     };
     let more = inputs::read(kind, file, &text)?;
     Ok(format!("{place}: {}{more}, without errors\n", kind.name()))
-}
-
-/// What is wrong with a YAML file as a finding: at its line, to the end of it.
-fn of_other(error: &InputError, format: Format) -> Value {
-    let (file, line, column) = error.file_line_column();
-    let (line, column) = (line.unwrap_or(1), column.unwrap_or(1));
-    let at =
-        json!({ "file": file, "start": { "line": line, "column": column }, "end": { "line": line, "column": column } });
-    let finding = json!({
-        "code": "input",
-        "severity": "error",
-        "message": error.message,
-        "labels": [{ "at": at, "text": "" }],
-        "notes": [],
-        "help": error.help.iter().collect::<Vec<_>>(),
-        "fix": null,
-    });
-    if format != Format::Github {
-        return finding;
-    }
-    let text: Vec<&str> = std::iter::once(&error.message).chain(&error.help).map(String::as_str).collect();
-    format!("::error file={},line={line},col={column},title=input::{}\n", property(file), escaped(&text.join("\n")))
-        .into()
 }
 
 /// The rule sets to check: the files that are named are one, each file of a folder is one by itself.
@@ -154,8 +152,8 @@ fn sets(named: &[PathBuf]) -> Result<Vec<Vec<PathBuf>>, InputError> {
     Ok(sets)
 }
 
-/// Prints the diagnostics of a rule set, and its cost.
-fn report(loaded: &LoadedRules) -> Result<(), Failure> {
+/// Prints the diagnostics of a rule set and its size, and its cost when `verbose`.
+fn report(loaded: &LoadedRules, verbose: bool) -> Result<(), Failure> {
     if loaded.root_unreadable {
         return Err(Failure::Text(render(&loaded.diagnostics, &loaded.sources, output::color_on_stderr())));
     }
@@ -170,10 +168,16 @@ fn report(loaded: &LoadedRules) -> Result<(), Failure> {
         let _ = writeln!(out, "{}", plural(warnings, "warning"));
     }
     if let Some(rules) = &loaded.rules {
-        out.push_str(&cost(rules)?);
+        out.push_str(&size(rules));
+        let cost = cost(rules)?;
+        if verbose {
+            out.push_str(&cost);
+        }
         out.push_str(&channels_of_failures(rules));
     }
-    output::print(&out)?;
+    if !is_quiet() {
+        output::print(&out)?;
+    }
     if errors > 0 || loaded.rules.is_none() { Err(Failure::Negative) } else { Ok(()) }
 }
 
@@ -190,50 +194,6 @@ fn page(code: &str) -> Result<(), Failure> {
     }
 }
 
-/// A finding as JSON: places with lines and columns counted from 1, columns in characters.
-fn json(found: &Diagnostic, sources: &Sources) -> Value {
-    let place = |span: Span| {
-        let (start, end) = sources.lines_and_columns(span);
-        json!({
-            "file": sources.files.get(span.file as usize).map_or("", |file| file.name.as_str()),
-            "start": { "line": start.0, "column": start.1 },
-            "end": { "line": end.0, "column": end.1 },
-        })
-    };
-    json!({
-        "code": found.code,
-        "severity": found.severity,
-        "message": found.message,
-        "labels": found.labels.iter().map(|label| json!({ "at": place(label.span), "text": label.text })).collect::<Vec<_>>(),
-        "notes": found.notes,
-        "help": found.help,
-        "fix": found.fix.as_ref().map(|fix| json!({ "at": place(fix.span), "replacement": fix.replacement })),
-    })
-}
-
-/// A text in a workflow command.
-fn escaped(text: &str) -> String {
-    text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
-}
-
-/// The value of a property of a workflow command.
-fn property(text: &str) -> String {
-    escaped(text).replace(':', "%3A").replace(',', "%2C")
-}
-
-/// A finding as a workflow command: `::error file=…,line=…,col=…,title=E101::message`.
-fn annotation(found: &Diagnostic, sources: &Sources) -> String {
-    let kind = if found.severity == Severity::Error { "error" } else { "warning" };
-    let place = found.labels.first().map_or(String::new(), |label| {
-        let ((line, column), (end_line, end_column)) = sources.lines_and_columns(label.span);
-        let file = sources.files.get(label.span.file as usize).map_or("", |file| file.name.as_str());
-        format!("file={},line={line},col={column},endLine={end_line},endColumn={end_column},", property(file))
-    });
-    let text: Vec<&str> =
-        std::iter::once(&found.message).chain(&found.notes).chain(&found.help).map(String::as_str).collect();
-    format!("::{kind} {place}title={}::{}\n", found.code, escaped(&text.join("\n")))
-}
-
 /// The log for which the cost is said.
 fn usual_layout(sides: &[Side], knows_distance: bool) -> Layout {
     let fingers = vec![Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
@@ -248,9 +208,8 @@ fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-fn cost(rules: &Rules) -> Result<String, Failure> {
-    let graph = lower(rules);
-    let mut out = String::new();
+/// The number of declarations of each kind.
+fn size(rules: &Rules) -> String {
     let of_tasks = match rules.composites.len() {
         0 => String::new(),
         count => format!(" and {count} made of tasks"),
@@ -262,15 +221,22 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
         1 => " (1 is a failure)".to_string(),
         count => format!(" ({count} are failures)"),
     };
-    let _ = writeln!(
-        out,
-        "\n{}, {}, {}, {}, {}, {}; {}, {}",
+    format!(
+        "\n{}, {}, {}, {}, {}, {}\n",
         counted(rules.primitives.len(), "primitive", "primitives"),
         counted(rules.signals.len(), "signal", "signals"),
         counted(rules.latches.len(), "latch", "latches"),
         counted(rules.trees.len(), "tree", "trees"),
         counted(rules.tasks.len(), "task", "tasks") + &of_tasks + &failures,
         counted(rules.relabels.len(), "relabeling rule", "relabeling rules"),
+    )
+}
+
+/// The size of the compiled rules, what a frame costs, and by how much live labels lag behind.
+fn cost(rules: &Rules) -> Result<String, Failure> {
+    let graph = lower(rules);
+    let mut out = format!(
+        "{}, {}\n",
         counted(graph.values.len(), "shared value", "shared values"),
         counted(graph.trees.iter().map(|tree| tree.decision.tests.len()).sum(), "test", "tests"),
     );

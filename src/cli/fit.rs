@@ -3,6 +3,7 @@
 use super::analysis::AnalysisArgs;
 use super::output_args::FormatArg;
 use super::parallel::{LogResults, ParallelArgs, distinct_failures};
+use super::print_args::is_quiet;
 use super::progress::Progress;
 use super::truth::TruthArgs;
 use super::{Failure, output};
@@ -66,7 +67,7 @@ enum Format {
 
 /// Runs `fit`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let logs = args.truth.labeled_logs(&args.logs, &args.many)?;
+    let logs = args.truth.labeled_logs(&args.logs)?;
     let groups = args.hold_out.unwrap_or(logs.len().min(GROUPS));
     if args.hold_out.is_some() && !(2..=logs.len()).contains(&groups) {
         let message = format!("{groups} groups of {} recordings", logs.len());
@@ -78,7 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let space = space(&runner.rules, &params);
     let names = runner.names();
     let searches = args.anyway || names.len() >= MIN_LOGS;
-    let progress = (searches && !args.many.quiet).then(|| Progress::new("fitting"));
+    let progress = (searches && !is_quiet()).then(|| Progress::new("fitting"));
     let mut shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
     let fitted =
         fitted(names, &space, groups, args.anyway, &mut |points| runner.objectives(&space, points), &mut shown);
@@ -136,7 +137,7 @@ fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Fai
                 .into());
         }
         for warning in &one.warnings {
-            args.many.warn(warning);
+            output::warn(warning);
         }
         recordings.push(one.recording);
     }

@@ -8,6 +8,7 @@ mod pubsub;
 mod server;
 mod source;
 
+use super::output_args::FormatArg;
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::{Failure, output};
@@ -73,9 +74,8 @@ pub struct Args {
     /// Also report the confidence of each label, by how long it has stood, and the label again when that changes
     #[arg(long)]
     confidence: bool,
-    /// How events are printed
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    #[command(flatten)]
+    form: FormatArg<Format>,
     /// Print segments and tasks only, not the labels of the newest frames
     #[arg(long)]
     no_labels: bool,
@@ -256,13 +256,13 @@ impl<'a> Sink<'a> {
         let shown = events.iter().filter(|event| !(self.args.no_labels && event.name() == "label"));
         let mut text = String::new();
         for event in shown {
-            match self.args.format {
+            match self.args.form.format {
                 Format::Json => text.push_str(&event.json()),
                 Format::Text => text.push_str(&line(event)),
             }
             text.push('\n');
         }
-        match self.args.format {
+        match self.args.form.format {
             _ if text.is_empty() => Ok(true),
             Format::Json => Ok(output::print_json_more(&text)?),
             Format::Text => Ok(output::print_more(&text)?),

@@ -20,12 +20,14 @@ mod graph;
 mod help;
 mod inputs;
 mod inspect;
+mod junit;
 mod list;
 mod live;
 mod lsp;
 mod output;
 mod output_args;
 mod parallel;
+mod print_args;
 mod progress;
 mod prove;
 mod retarget;
@@ -39,6 +41,7 @@ mod test;
 mod truth;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use print_args::PrintArgs;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
@@ -52,6 +55,8 @@ use teachtree_session::ErrorInternals;
 #[derive(Parser)]
 #[command(name = "teachtree", version, about, propagate_version = true, max_term_width = 120)]
 struct Cli {
+    #[command(flatten)]
+    printed: PrintArgs,
     #[command(subcommand)]
     command: Command,
 }
@@ -302,6 +307,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
+    cli.printed.apply();
     let working = label.map(|label| progress::ActivityIndicator::new(&label));
     let outcome = match &cli.command {
         Command::Demo(args) => demo::run(args),

@@ -1,5 +1,6 @@
 //! Writing: files whole or not at all, colour and width only for a terminal.
 
+use super::print_args::{ColorMode, color_mode, is_quiet};
 use super::progress;
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -183,6 +184,18 @@ pub fn complain(text: &str) {
     let _ = progress::aside(|| writeln!(std::io::stderr(), "{}", shortened(&text)));
 }
 
+/// Prints a note on standard error, unless the command is quiet.
+pub fn note(text: &str) {
+    if !is_quiet() {
+        complain(text);
+    }
+}
+
+/// Prints a warning on standard error, unless the command is quiet.
+pub fn warn(warning: &str) {
+    note(&format!("warning: {warning}"));
+}
+
 /// Prints what other programs read: tables, patches, scripts. Byte for byte, but on a terminal as [`print`].
 ///
 /// # Errors
@@ -258,19 +271,24 @@ fn put_more(text: &str) -> Result<bool, InputError> {
     }
 }
 
-/// Whether standard output wants colour.
+/// Whether standard output is printed in color.
 pub fn color() -> bool {
-    std::io::stdout().is_terminal() && wanted()
+    is_colored(std::io::stdout().is_terminal())
 }
 
-/// Whether standard error wants colour.
+/// Whether standard error is printed in color.
 pub fn color_on_stderr() -> bool {
-    std::io::stderr().is_terminal() && wanted()
+    is_colored(std::io::stderr().is_terminal())
 }
 
-/// Whether the user and the terminal want color.
-fn wanted() -> bool {
-    std::env::var_os("NO_COLOR").is_none() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
+fn is_colored(is_terminal: bool) -> bool {
+    let wanted =
+        || std::env::var_os("NO_COLOR").is_none() && std::env::var_os("TERM").is_none_or(|term| term != "dumb");
+    match color_mode() {
+        ColorMode::Auto => is_terminal && wanted(),
+        ColorMode::Always => true,
+        ColorMode::Never => false,
+    }
 }
 
 /// How many characters a line may have.

@@ -1,7 +1,8 @@
 //! Many recordings: cores, progress, and what is reported of all of them together.
 
+use super::Failure;
+use super::print_args::is_quiet;
 use super::progress::Progress;
-use super::{Failure, output};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -16,9 +17,6 @@ pub struct ParallelArgs {
     /// The most recordings to work on at a time; the number of cores when left out
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: Option<u16>,
-    /// Print no progress and no warnings, only errors
-    #[arg(long, short)]
-    pub quiet: bool,
 }
 
 impl ParallelArgs {
@@ -33,7 +31,7 @@ impl ParallelArgs {
         items: &[T],
         work: impl Fn(&T) -> R + Sync,
     ) -> Result<Vec<R>, InputError> {
-        let progress = (items.len() > 1 && !self.quiet).then(|| Progress::new(label));
+        let progress = (items.len() > 1 && !is_quiet()).then(|| Progress::new(label));
         let done = AtomicUsize::new(0);
         let one = |item: &T| {
             let result = work(item);
@@ -64,13 +62,6 @@ impl ParallelArgs {
             }
         }
         Ok(results)
-    }
-
-    /// Prints a warning unless there are to be none.
-    pub fn warn(&self, warning: &str) {
-        if !self.quiet {
-            output::complain(&format!("warning: {warning}"));
-        }
     }
 }
 

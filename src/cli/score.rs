@@ -75,7 +75,7 @@ fn percent(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs: Vec<&Path> = args.out.file.iter().chain(&args.picture).map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
-    let logs = args.truth.labeled_logs(&args.logs, &args.many)?;
+    let logs = args.truth.labeled_logs(&args.logs)?;
     let map = args.truth.of_session().names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
     let texts = ScoreInputs { map, sequences };
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut relabeled, mut raw, mut meta) = (Vec::new(), Vec::new(), None);
     for (_, scored) in done {
         for warning in scored.warnings {
-            args.many.warn(&warning);
+            output::warn(&warning);
         }
         relabeled.extend(scored.relabeled);
         raw.extend(scored.raw);

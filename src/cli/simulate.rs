@@ -1,6 +1,7 @@
 //! `teachtree simulate`: commands in, the recording of the robot that carried them out.
 
 use super::analysis::AnalysisArgs;
+use super::output_args::FormatArg;
 use super::progress::Progress;
 use super::retarget::{open_robot, open_scene};
 use super::rules::RuleArgs;
@@ -63,9 +64,8 @@ pub struct Args {
     /// Faults for which the exit status is 1
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',', default_values_t = [FailOn::NotDone, FailOn::Collisions, FailOn::NotRecognized])]
     fail_on: Vec<FailOn>,
-    /// What to print
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    #[command(flatten)]
+    form: FormatArg<Format>,
 }
 
 /// A possible fault of the robot's execution.
@@ -116,10 +116,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let ((robot, parts), scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
     let scene_file = is_yaml(&args.scene).then(|| PathBuf::from(&args.scene));
     if !commands.scene.is_empty() && !scene.name.is_empty() && commands.scene != scene.name {
-        output::complain(&format!(
-            "warning: {file} is of the scene `{}`, and this one is `{}`",
-            commands.scene, scene.name
-        ));
+        output::warn(&format!("{file} is of the scene `{}`, and this one is `{}`", commands.scene, scene.name));
     }
     let present =
         args.posture.as_ref().map(|path| Posture::read(&text::read(path, MAX_POSTURE)?, &path.display().to_string()));
@@ -171,7 +168,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     formats::add(&mut files, recording, &args.out)?;
     files.commit()?;
     let duration = recording.time.last().copied().unwrap_or_default();
-    if args.format == Format::Text {
+    if args.form.format == Format::Text {
         output::print(&said)?;
         output::print(&format_outcomes(outcomes))?;
     }
@@ -179,7 +176,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let again = (!args.rules.is_empty()).then(analyzed).transpose()?;
     let recognized = again.as_ref().map(|again| recognized(&commands, again));
     let fails = args.fail_on.iter().any(|kind| kind.is_found(outcomes, recognized.as_deref()));
-    if args.format == Format::Json {
+    if args.form.format == Format::Json {
         let (nearest, recognized) = (nearest.as_ref(), recognized.as_deref());
         output::print_json(&json(&commands, outcomes, recognized, nearest, collisions, duration))?;
         return if fails { Err(Failure::Negative) } else { Ok(()) };

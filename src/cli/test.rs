@@ -1,27 +1,26 @@
 //! `teachtree test`: recordings against what is expected of them.
 
+mod mutate;
+
 use super::analysis::AnalysisArgs;
-use super::progress::Progress;
+use super::junit::{self, Outcome, Suite, xml};
+use super::output_args::FormatArg;
+use super::parallel::texts;
+use super::print_args::is_quiet;
 use super::rules::{HandArg, RuleArgs, SetArg};
 use super::source::SourceArgs;
 use super::{Failure, output};
-use rayon::prelude::*;
+use mutate::mutate;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use teachtree_analysis::analyze as find;
 use teachtree_analysis::coverage::Coverage;
 use teachtree_analysis::expect::{self, Expectation};
-use teachtree_base::diagnostic::Span;
 use teachtree_base::error::InputError;
 use teachtree_language::Rules;
-use teachtree_language::graph::lower;
-use teachtree_language::mutation::mutants;
 use teachtree_logs::read::text;
 use teachtree_session::files::all_logs;
-use teachtree_session::{Analysis, leaves};
-use teachtree_session::{AnalysisInternals, RulesInternals};
+use teachtree_session::{Analysis, AnalysisInternals, RulesInternals};
 
 /// How expectation files end.
 const ENDING: &str = "expect";
@@ -29,7 +28,7 @@ const ENDING: &str = "expect";
 /// Options of `test`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               add what is missing, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update --replace  accept what is found in one of them\n  teachtree test logs/ --pending              write what was found beside, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate"
+    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               add what is missing, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update --replace  accept what is found in one of them\n  teachtree test logs/ --pending              write what was found beside, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate\n  teachtree test logs/ --format junit > teachtree.xml"
 )]
 pub struct Args {
     /// Folders with expectations, or expectation files; this folder when left out
@@ -58,6 +57,17 @@ pub struct Args {
     only: Vec<String>,
     #[command(flatten)]
     analysis: AnalysisArgs,
+    #[command(flatten)]
+    form: FormatArg<Format>,
+}
+
+/// Forms of results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Text
+    Text,
+    /// JUnit, for CI systems: a test for each expectation
+    Junit,
 }
 
 impl Args {
@@ -104,9 +114,14 @@ impl Case {
 /// Runs `test`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut printed = String::new();
+    let mut tests = Vec::new();
     let mut failures = Vec::new();
     let mut cases = Vec::new();
     let mut expectations = expectations(&args.paths)?;
+    if args.mutate && args.form.format == Format::Junit {
+        let error = InputError::new("--mutate", "prints text, expected `--format text`");
+        return Err(error.help("run it apart from the tests").into());
+    }
     let AnalysisArgs { rules, source } = &args.analysis;
     let given = !rules.rules.is_empty() || !rules.set.values.is_empty() || rules.hand.file.is_some();
     if !args.update && (given || source.binding.is_some() || source.scene.is_some()) {
@@ -130,6 +145,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Ok(case) => case,
             // The other expectations are worth knowing all the same.
             Err(failure) => {
+                let message = "the recording cannot be analyzed".to_string();
+                tests.push(test(&path, Outcome::Error(message, texts(std::slice::from_ref(&failure)).join("\n"))));
                 failures.push(failure);
                 if new.contains(&path) {
                     // It expects nothing, and would be met for ever.
@@ -164,24 +181,35 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             case.expectation = Expectation::read(&text, &shown.to_string())?;
             differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
         }
-        if met {
+        if met && !is_quiet() {
             let _ = writeln!(printed, "ok       {shown}");
         }
+        let mut outcome = Outcome::Passed(String::new());
         if !differences.is_empty() {
             unmet += 1;
-            let _ = writeln!(printed, "FAILED   {shown}");
-            for (line, difference) in differences {
-                let place = if line > 0 { format!("{shown}:{line}") } else { shown.to_string() };
-                let _ = writeln!(printed, "  {place}: {difference}");
+            let mut lines = String::new();
+            for (line, difference) in &differences {
+                let place = if *line > 0 { format!("{shown}:{line}") } else { shown.to_string() };
+                let _ = writeln!(lines, "  {place}: {difference}");
             }
+            let _ = write!(printed, "FAILED   {shown}\n{lines}");
+            let message = match differences.as_slice() {
+                [(_, one)] => one.to_string(),
+                several => format!("{} differences", several.len()),
+            };
+            outcome = Outcome::Failed(message, lines);
         }
+        tests.push(test(&path, outcome));
         cases.push(case);
     }
-    if cases.is_empty() && printed.is_empty() {
+    if cases.is_empty() && printed.is_empty() && args.form.format == Format::Text {
         return Failure::all(failures);
     }
-    let plural = if cases.len() == 1 { "" } else { "s" };
-    let _ = writeln!(printed, "{} recording{plural}: {} as expected, {unmet} not", cases.len(), cases.len() - unmet);
+    if !is_quiet() {
+        let plural = if cases.len() == 1 { "" } else { "s" };
+        let _ =
+            writeln!(printed, "{} recording{plural}: {} as expected, {unmet} not", cases.len(), cases.len() - unmet);
+    }
     if args.update && unmet > 0 {
         let left = if args.replace {
             "pinned lines are not replaced"
@@ -196,9 +224,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.check_only(&cases)?;
     let mut enough = true;
     if args.coverage || args.min_coverage.is_some() {
-        enough = coverage(args, &cases, &mut printed)?;
+        let mut lines = String::new();
+        enough = coverage(args, &cases, &mut lines)?;
+        let outcome = match enough {
+            true => Outcome::Passed(lines.clone()),
+            false => Outcome::Failed("the coverage is too low".into(), lines.clone()),
+        };
+        tests.push(junit::Case { name: "coverage".into(), class: SUITE.into(), outcome });
+        printed.push_str(&lines);
     }
-    output::print(&printed)?;
+    match args.form.format {
+        Format::Text => output::print(&printed)?,
+        Format::Junit => output::print_data(&xml(SUITE, &[Suite { name: SUITE.into(), cases: tests }]))?,
+    }
     if args.mutate {
         if unmet > 0 {
             output::print("no mutation: rules are changed only when all is as expected\n")?;
@@ -208,6 +246,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     Failure::all(failures)?;
     if unmet > 0 || !enough { Err(Failure::Negative) } else { Ok(()) }
+}
+
+/// The name of the tests in JUnit.
+const SUITE: &str = "teachtree test";
+
+/// The result of an expectation as a test, by its name and folder.
+fn test(path: &Path, outcome: Outcome) -> junit::Case {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    junit::Case { name, class: folder.display().to_string(), outcome }
 }
 
 /// The expectation files that are named, and those in folders and below.
@@ -348,52 +396,4 @@ fn coverage(args: &Args, cases: &[Case], printed: &mut String) -> Result<bool, F
         let _ = writeln!(printed, "FAILED   coverage is {percent:.1} %, expected {least} %");
     }
     Ok(enough)
-}
-
-/// Changes the rules one place at a time, and says which changes no expectation notices.
-fn mutate(args: &Args, cases: &[Case]) -> String {
-    // Expectations of the same rules are tried together.
-    let mut sets: Vec<(String, Vec<&Case>)> = Vec::new();
-    for case in cases {
-        let digest = case.rules().digest();
-        match sets.iter_mut().find(|(known, _)| *known == digest) {
-            Some((_, same)) => same.push(case),
-            None => sets.push((digest, vec![case])),
-        }
-    }
-    let mut printed = String::new();
-    for (_, cases) in sets {
-        let Some(rules) = cases.first().map(|case| case.rules()) else { continue };
-        let file = |span: Span| rules.sources.files.get(span.file as usize).map_or("", |file| file.name.as_str());
-        let all: Vec<_> = mutants(rules).filter(|mutant| args.counts(file(mutant.span))).collect();
-        let progress = Progress::new("mutating");
-        let done = AtomicUsize::new(0);
-        let noticed: Vec<bool> = all
-            .par_iter()
-            .map(|mutant| {
-                let noticed = cases.iter().any(|case| notices(case, &mutant.rules));
-                progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / all.len().max(1) as f64);
-                noticed
-            })
-            .collect();
-        drop(progress);
-        let count = noticed.iter().filter(|noticed| **noticed).count();
-        let names: Vec<String> = cases.iter().map(|case| case.path.display().to_string()).collect();
-        let _ = writeln!(printed, "mutation: {count} of {} changes noticed by {}", all.len(), names.join(", "));
-        for (mutant, _) in all.iter().zip(&noticed).filter(|(_, noticed)| !**noticed) {
-            let text = rules.sources.text(mutant.span).split_whitespace().collect::<Vec<_>>().join(" ");
-            let _ =
-                writeln!(printed, "  not noticed: {} in {text}   {}", mutant.what, rules.sources.place(mutant.span));
-        }
-    }
-    printed
-}
-
-/// Whether changed rules give something else than is expected, or cannot run.
-fn notices(case: &Case, rules: &Rules) -> bool {
-    let Ok(run) = case.analysis.run() else { return true };
-    let frames = &run.frames;
-    let Ok(leaves) = leaves(rules, &lower(rules), frames) else { return true };
-    let found = expect::lines(&find(rules, frames, &leaves));
-    !expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s).is_empty()
 }

@@ -1,6 +1,6 @@
 //! What is true of recordings: the options that name it, for the commands that compare results with a truth.
 
-use super::parallel::ParallelArgs;
+use super::output;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::TrackId;
 use teachtree_base::error::InputError;
@@ -69,10 +69,10 @@ impl TruthArgs {
     ///
     /// # Errors
     /// When there are none, or none has a label file, or several recordings have only one.
-    pub fn labeled_logs(&self, paths: &[PathBuf], many: &ParallelArgs) -> Result<Vec<PathBuf>, InputError> {
+    pub fn labeled_logs(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
         let logs = all_logs(paths)?;
         self.check(logs.len())?;
-        self.labels.iter().try_fold(logs, |logs, labels| labeled(logs, labels, many))
+        self.labels.iter().try_fold(logs, |logs, labels| labeled(logs, labels))
     }
 
     /// Where the labels are, as the library takes it.
@@ -101,7 +101,7 @@ pub fn lacks_labels(labels: &Path, log: &Path) -> bool {
 ///
 /// # Errors
 /// When none has one.
-pub fn labeled(logs: Vec<PathBuf>, labels: &Path, many: &ParallelArgs) -> Result<Vec<PathBuf>, InputError> {
+pub fn labeled(logs: Vec<PathBuf>, labels: &Path) -> Result<Vec<PathBuf>, InputError> {
     let all = logs.len();
     let (without, with): (Vec<PathBuf>, Vec<PathBuf>) = logs.into_iter().partition(|log| lacks_labels(labels, log));
     if let (true, Some(log)) = (with.is_empty(), without.first()) {
@@ -109,7 +109,7 @@ pub fn labeled(logs: Vec<PathBuf>, labels: &Path, many: &ParallelArgs) -> Result
     }
     if !without.is_empty() {
         let (count, folder) = (without.len(), labels.display());
-        many.warn(&format!("{count} of {all} recordings have no label file in {folder}: they are left out"));
+        output::warn(&format!("{count} of {all} recordings have no label file in {folder}: they are left out"));
     }
     Ok(with)
 }

@@ -8,6 +8,7 @@ mod annotate_forms;
 mod audit;
 mod bounds;
 mod browser;
+mod ci_formats;
 mod cli;
 mod command;
 mod composites;

@@ -2,6 +2,7 @@
 //! fields.
 
 use super::super::parallel::{LogResults, named_failures};
+use super::super::print_args::is_quiet;
 use super::super::rules::name_and_value;
 use super::super::{Failure, output};
 use super::task_spec::{Demonstration, TaskSpec};
@@ -119,7 +120,7 @@ impl Destination for Hdf5 {
         }
         annotate(&args.data, &args.out, &request)?;
         files.commit()?;
-        if !args.many.quiet {
+        if !is_quiet() {
             let complete = lists.get(MASK).map_or_else(String::new, |names| table(args, &wanted, &rows, names.len()));
             output::print(&(complete + &success_lines + &Args::left_out(&left_out)))?;
         }

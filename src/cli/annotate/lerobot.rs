@@ -1,5 +1,6 @@
 //! `annotate` of a LeRobot set: primitives as `motion` and tasks as `subtask`, in words, in the forms that programs read.
 
+use super::super::print_args::is_quiet;
 use super::super::progress::Progress;
 use super::super::{Failure, output};
 use super::{Args, Destination, outcomes, provenance};
@@ -132,7 +133,7 @@ impl Destination for LeRobot {
                 provenance_json.insert("failed_episodes".into(), json!(left_out));
             }
         }
-        let progress = (!args.many.quiet).then(|| Progress::new("writing"));
+        let progress = (!is_quiet()).then(|| Progress::new("writing"));
         let request = Request {
             forms: &forms,
             styles: &names,
@@ -143,7 +144,7 @@ impl Destination for LeRobot {
         };
         set.write(&args.out, &request, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
         drop(progress);
-        if !args.many.quiet {
+        if !is_quiet() {
             let left_out: Vec<String> = left_out.iter().map(usize::to_string).collect();
             let text = summary(args, &labels, logs.len()) + &success_lines + &Args::left_out(&left_out);
             output::print(&text)?;

@@ -1,0 +1,145 @@
+//! Results for other programs: SARIF and JUnit of `check`, JUnit of `test`; and the options that all commands have.
+
+use crate::program::{all_said, complained, said, teachtree, teachtree_in};
+use serde_json::Value;
+use std::path::Path;
+
+const WRONG: &str = "use \"contact.rules\"\n\nprimitive Throw is Translate\n\nextend single_hand before carried {\n  grapsed => Throw\n}\n";
+
+/// A folder with a rule file that has an error, and one without findings.
+fn rules() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("my throw.rules"), WRONG).unwrap();
+    let sound = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hold.rules");
+    std::fs::copy(sound, folder.path().join("sound.rules")).unwrap();
+    folder
+}
+
+#[test]
+fn findings_are_written_as_sarif() {
+    let folder = rules();
+    let output = teachtree_in(folder.path(), &["check", ".", "--format", "sarif"]);
+    assert_eq!(output.status.code(), Some(1), "{}", complained(&output));
+    let log: Value = serde_json::from_str(&said(&output)).unwrap();
+    assert_eq!(log["version"], "2.1.0");
+    let run = &log["runs"][0];
+    assert_eq!(run["tool"]["driver"]["name"], "teachtree");
+    let results = run["results"].as_array().unwrap();
+    let error = results.iter().find(|result| result["level"] == "error").unwrap();
+    assert_eq!(error["ruleId"], "E201");
+    let rule = &run["tool"]["driver"]["rules"][usize::try_from(error["ruleIndex"].as_u64().unwrap()).unwrap()];
+    assert_eq!(rule["id"], "E201");
+    assert!(rule["help"]["text"].as_str().unwrap().len() > 20, "{rule}");
+    let place = &error["locations"][0]["physicalLocation"];
+    assert_eq!(place["artifactLocation"]["uri"], "./my%20throw.rules");
+    let region = serde_json::json!({ "startLine": 6, "startColumn": 3, "endLine": 6, "endColumn": 10 });
+    assert_eq!(place["region"], region);
+    let replacement = &error["fixes"][0]["artifactChanges"][0]["replacements"][0];
+    assert_eq!(replacement["deletedRegion"], region);
+    assert_eq!(replacement["insertedContent"]["text"], "grasped");
+    // Rules without findings are a run without results.
+    let sound = teachtree_in(folder.path(), &["check", "sound.rules", "--format", "sarif"]);
+    assert!(sound.status.success(), "{}", complained(&sound));
+    let log: Value = serde_json::from_str(&said(&sound)).unwrap();
+    assert_eq!(log["runs"][0]["results"], Value::Array(vec![]));
+}
+
+/// The tests of a JUnit document: name, class and the element in it.
+fn tests(document: &str) -> Vec<(String, String, Option<String>)> {
+    let parsed = roxmltree::Document::parse(document).unwrap();
+    let count = |name: &str| parsed.descendants().filter(|node| node.has_tag_name(name)).count().to_string();
+    let root = parsed.root_element();
+    assert_eq!(root.tag_name().name(), "testsuites");
+    for (attribute, element) in [("tests", "testcase"), ("failures", "failure"), ("errors", "error")] {
+        assert_eq!(root.attribute(attribute).unwrap(), count(element), "{document}");
+    }
+    let cases = parsed.descendants().filter(|node| node.has_tag_name("testcase"));
+    cases
+        .map(|case| {
+            let inside = case.children().find(|node| node.is_element()).map(|node| node.tag_name().name().to_string());
+            (case.attribute("name").unwrap().into(), case.attribute("classname").unwrap().into(), inside)
+        })
+        .collect()
+}
+
+#[test]
+fn findings_are_written_as_junit() {
+    let folder = rules();
+    let binding = folder.path().join("lab.binding.yaml");
+    std::fs::write(&binding, "channel: {}\n").unwrap();
+    let output = teachtree_in(folder.path(), &["check", ".", "lab.binding.yaml", "--format", "junit"]);
+    assert_eq!(output.status.code(), Some(1), "{}", complained(&output));
+    let text = said(&output);
+    let found = tests(&text);
+    let has = |name: &str, class: &str, inside: Option<&str>| {
+        found.iter().any(|(n, c, i)| n == name && c == class && i.as_deref() == inside)
+    };
+    assert!(has("E201", "./my throw.rules", Some("failure")), "{found:?}");
+    assert!(has("input", "lab.binding.yaml", Some("failure")), "{found:?}");
+    assert!(has("check", "./sound.rules", None), "{found:?}");
+    assert!(text.contains("there is no value `grapsed`") && text.contains("./my throw.rules:6:3: "), "{text}");
+}
+
+/// An expectation that is met is a test that passes, one that is not met is a failure, and one without its log an error.
+#[test]
+fn expectations_are_tests_of_junit() {
+    let folder = tempfile::tempdir().unwrap();
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    for file in ["SawyerLift_demo_1.csv", "sawyer_lift.binding.yaml"] {
+        std::fs::copy(demos.join(file), folder.path().join(file)).unwrap();
+    }
+    let run = |args: &[&str]| teachtree_in(folder.path(), &[&["test"][..], args].concat());
+    let update = run(&["--update", "--binding", "sawyer_lift.binding.yaml"]);
+    assert!(update.status.success(), "{}", all_said(&update));
+    let expectation = std::fs::read_to_string(folder.path().join("SawyerLift_demo_1.expect")).unwrap();
+    let unmet = expectation.replace("  Grasp ", "  Trace ");
+    assert_ne!(unmet, expectation);
+    std::fs::write(folder.path().join("unmet.expect"), unmet).unwrap();
+    std::fs::write(folder.path().join("lost.expect"), "log: none.csv\n").unwrap();
+    let output = run(&["--format", "junit", "--min-coverage", "1"]);
+    assert_eq!(output.status.code(), Some(2));
+    let found = tests(&said(&output));
+    let expected = [
+        ("SawyerLift_demo_1", ".", None),
+        ("lost", ".", Some("error")),
+        ("unmet", ".", Some("failure")),
+        ("coverage", "teachtree test", Some("system-out")),
+    ];
+    let expected: Vec<_> = expected.map(|(n, c, i)| (n.to_string(), c.to_string(), i.map(str::to_string))).into();
+    assert_eq!(found, expected);
+}
+
+/// `-q` and `--color` are options of every command, before or after its name.
+#[test]
+fn all_commands_have_the_options_of_printing() {
+    let help = said(&teachtree(&["--help"]));
+    let names: Vec<&str> = help
+        .lines()
+        .filter_map(|line| line.strip_prefix("  ").filter(|line| !line.starts_with(' '))?.split_whitespace().next())
+        .filter(|word| word.chars().all(|letter| letter.is_ascii_lowercase()))
+        .collect();
+    assert!(names.len() > 20, "{names:?}");
+    for name in names {
+        let help = said(&teachtree(&[name, "--help"]));
+        assert!(help.contains("-q, --quiet") && help.contains("--color <WHEN>"), "{name}: {help}");
+    }
+    let folder = rules();
+    let check = |args: &[&str]| said(&teachtree_in(folder.path(), args));
+    let colored = check(&["check", "my throw.rules", "--color", "always"]);
+    assert!(colored.contains("\u{1b}["), "{colored}");
+    assert_eq!(check(&["--color", "always", "check", "my throw.rules"]), colored);
+    assert!(!check(&["check", "my throw.rules", "--color", "never"]).contains('\u{1b}'));
+    assert_eq!(check(&["check", "sound.rules", "-q"]), "");
+    assert!(check(&["check", "my throw.rules", "-q"]).contains("E201"));
+}
+
+/// The cost of rules is of interest to few: it is printed with `--verbose`.
+#[test]
+fn the_cost_of_rules_is_printed_with_verbose() {
+    let short = said(&teachtree(&["check", "examples/hold.rules"]));
+    let long = said(&teachtree(&["check", "examples/hold.rules", "--verbose"]));
+    for cost in ["bytes of state", "look-ahead", "shared values"] {
+        assert!(!short.contains(cost) && long.contains(cost), "{short}{long}");
+    }
+    assert!(short.contains("0 errors in ") && short.contains("relabeling rules"), "{short}");
+}
