@@ -201,6 +201,15 @@ fn mutation_says_which_changes_nothing_notices() {
     // Nothing is inserted here, so nobody notices another depth; but without `touching` nothing is as it was.
     assert!(line("signal inserted", "the thresholds halved"), "{printed}");
     assert!(!line("signal touching", "the comparison turned round"), "{printed}");
+    // Each of them is followed by the kind of recording that would notice it.
+    let lines: Vec<&str> = printed.lines().collect();
+    let unnoticed = lines.windows(2).filter(|pair| pair[0].starts_with("  not noticed: "));
+    let witnesses: Vec<&str> = unnoticed.map(|pair| pair[1]).collect();
+    assert!(witnesses.len() > 10, "{printed}");
+    for witness in witnesses {
+        assert!(witness.starts_with("    a recording ") && witness.ends_with(" would notice it"), "{witness}");
+    }
+    assert!(printed.contains("in which `target.depth` stops between 1 mm and 2 mm would notice it"), "{printed}");
 }
 
 #[test]

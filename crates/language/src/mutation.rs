@@ -1,8 +1,18 @@
 //! Mutations of rules, to find out which changes no test notices: a comparison turned round, thresholds doubled, a window twice as long.
 
+mod witness;
+
+pub use witness::witness;
+
 use super::ops::{Operand, Samples};
 use super::rules::{Branch, Comparison, Consequent, Constant, Expr, ExprKind, Rules};
 use teachtree_base::diagnostic::Span;
+
+const TURNED: &str = "the comparison turned round";
+const DOUBLED: &str = "the thresholds doubled";
+const HALVED: &str = "the thresholds halved";
+const MORE_OFTEN: &str = "once more often";
+const LONGER: &str = "the time doubled";
 
 /// Rules with one change.
 #[derive(Clone, Debug)]
@@ -64,15 +74,15 @@ impl Counter {
         match &mut expr.kind {
             ExprKind::Compare(comparison, ..) => {
                 let turned = negated(*comparison);
-                self.change("the comparison turned round", span, || *comparison = turned);
+                self.change(TURNED, span, || *comparison = turned);
             }
             ExprKind::Hysteresis { on, off, .. } => {
                 // Both by the same factor, so that they stay in their order.
-                self.change("the thresholds doubled", span, || {
+                self.change(DOUBLED, span, || {
                     scale(on, 2.0);
                     scale(off, 2.0);
                 });
-                self.change("the thresholds halved", span, || {
+                self.change(HALVED, span, || {
                     scale(on, 0.5);
                     scale(off, 0.5);
                 });
@@ -81,13 +91,13 @@ impl Counter {
                 let kinds: Vec<Operand> = temporal.kinds().collect();
                 for (constant, kind) in temporal.constants_mut().into_iter().zip(kinds) {
                     match kind {
-                        Operand::Times => self.change("once more often", span, || constant.value += 1.0),
-                        _ => self.change("the time doubled", span, || scale(constant, 2.0)),
+                        Operand::Times => self.change(MORE_OFTEN, span, || constant.value += 1.0),
+                        _ => self.change(LONGER, span, || scale(constant, 2.0)),
                     }
                 }
             }
             ExprKind::Rate(_, time) | ExprKind::Summary(_, _, Samples::Last(time)) => {
-                self.change("the time doubled", span, || scale(time, 2.0));
+                self.change(LONGER, span, || scale(time, 2.0));
             }
             _ => {}
         }

@@ -10,7 +10,7 @@ use teachtree_analysis::expect;
 use teachtree_base::diagnostic::Span;
 use teachtree_language::Rules;
 use teachtree_language::graph::lower;
-use teachtree_language::mutation::mutants;
+use teachtree_language::mutation::{mutants, witness};
 use teachtree_session::{AnalysisInternals, leaves};
 
 /// Changes the rules one place at a time, and says which changes no expectation notices.
@@ -47,6 +47,9 @@ pub fn mutate(args: &Args, cases: &[Case]) -> String {
             let text = rules.sources.text(mutant.span).split_whitespace().collect::<Vec<_>>().join(" ");
             let _ =
                 writeln!(printed, "  not noticed: {} in {text}   {}", mutant.what, rules.sources.place(mutant.span));
+            if let Some(recording) = witness(rules, mutant) {
+                let _ = writeln!(printed, "    {recording} would notice it");
+            }
         }
     }
     printed
