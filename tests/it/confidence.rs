@@ -46,10 +46,12 @@ fn a_boundary_is_where_its_variations_are() {
     let segments = sure["tracks"][0]["relabeled"].as_array().unwrap();
     assert!(segments.iter().filter_map(|it| it["margin"].as_f64()).any(|margin| margin > 3.0), "{segments:#?}");
     let text = run(folder.path(), &["analyze", "log.csv", "--confidence"]);
-    assert!(text.contains(" %, starts "), "{text}");
+    assert!(text.contains(" %, starts ") && text.contains("> 99 %, starts "), "{text}");
+    assert!(!text.contains("100 %"), "{text}");
     run(folder.path(), &["analyze", "log.csv", "--confidence", "--report", "sure.html", "-q"]);
     let page = std::fs::read_to_string(folder.path().join("sure.html")).unwrap();
     assert!(page.contains("<th>confidence</th><th>starts between, s</th>"));
+    assert!(page.contains("<td class=\"number\">&gt; 99 %</td>") && !page.contains("\">100 %<"));
     run(folder.path(), &["analyze", "log.csv", "--report", "plain.html", "-q"]);
     assert!(!std::fs::read_to_string(folder.path().join("plain.html")).unwrap().contains("<th>confidence</th>"));
     let table = run(folder.path(), &["analyze", "log.csv", "--confidence", "--format", "csv"]);

@@ -12,6 +12,11 @@ const FAR_S: f64 = 1.0;
 /// How much of the time two tasks share that are the same.
 const SHARED: f64 = 0.5;
 
+/// A confidence in percent. Variations of params cannot show that a result is certain, so that nothing above 99 % is printed as a number.
+pub fn percent(share: f64) -> String {
+    if share >= 0.995 { "> 99 %".into() } else { format!("{:.0} %", share * 100.0) }
+}
+
 /// How sure the start of a segment is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Confidence {

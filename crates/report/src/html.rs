@@ -6,6 +6,7 @@
 use super::figure::figure;
 use super::svg::{escape, scrolled};
 use super::{page, palette, parts, remarks};
+use teachtree_analysis::confidence::percent;
 use teachtree_analysis::explain::AnalyzedRecording;
 use teachtree_analysis::json::{Meta, VERSION};
 use teachtree_analysis::number::{decimals, number};
@@ -122,7 +123,7 @@ fn share_title(is_known: bool) -> &'static str {
 
 /// How sure something is, in percent; nothing where that was not asked for.
 fn share_cell(share: Option<f64>) -> String {
-    share.map_or_else(String::new, |share| format!("<td class=\"number\">{:.0} %</td>", share * 100.0))
+    share.map_or_else(String::new, |share| format!("<td class=\"number\">{}</td>", escape(&percent(share))))
 }
 
 /// How sure the start of a segment is, and where it stands when the params vary.

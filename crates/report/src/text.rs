@@ -6,6 +6,7 @@
 
 use super::palette::{self, Color, INK};
 use super::{parts, remarks, round_step};
+use teachtree_analysis::confidence::percent;
 use teachtree_analysis::json::{Meta, VERSION};
 use teachtree_analysis::number::{decimals, number};
 use teachtree_analysis::{Analysis, Confidence, Segment, Subject, TaskSpan, Track, TrackId};
@@ -261,7 +262,7 @@ impl Page<'_> {
         let times = self.times(task.start_s, task.end_s);
         let width = self.names + SWATCH;
         let name = self.bold(&format!("{:width$}", task.task.clone() + &task.subject.suffix()));
-        let confidence_text = task.confidence.map_or_else(String::new, |share| format!("   {:3.0} %", share * 100.0));
+        let confidence_text = task.confidence.map_or_else(String::new, |share| format!("   {:>6}", percent(share)));
         let mut lines = vec![format!("  {name}{times}{confidence_text}   {}", remarks(task))];
         lines.extend(task.segments.iter().flat_map(|segment| self.segment(segment)));
         lines
@@ -288,7 +289,7 @@ impl Page<'_> {
     fn confidence_text(&self, Confidence { share, earliest_s, latest_s, margin }: &Confidence) -> String {
         let margin = margin.map_or_else(String::new, |margin| format!(", margin {}", decimals(margin, 1)));
         let dash = if self.style.unicode { "–" } else { "-" };
-        format!("   {:3.0} %, starts {earliest_s:.3} {dash} {latest_s:.3} s{margin}", share * 100.0)
+        format!("   {:>6}, starts {earliest_s:.3} {dash} {latest_s:.3} s{margin}", percent(*share))
     }
 
     fn times(&self, start_s: f64, end_s: f64) -> String {

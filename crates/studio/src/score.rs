@@ -66,13 +66,10 @@ fn argument(error: InputError) -> Error {
 
 /// The measures that the page shows; what cannot be said is `null`.
 pub fn brief(tally: &Tally) -> Value {
-    let errors = tally.boundary_errors();
     let tasks = tally.tasks_found();
     let [.., half] = tally.f1();
     json!({
         "scored_s": tally.scored_s(), "accuracy": tally.accuracy(), "f1": half, "edit": tally.edit(),
-        "boundaries": errors.found.of, "boundaries_found": errors.found.right,
-        "median_ms": errors.median_s().map(|time| time * 1e3),
         "tasks": tasks.of, "tasks_right": tasks.right,
     })
 }

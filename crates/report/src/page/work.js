@@ -168,7 +168,7 @@ function drawLanes() {
 
   function task(one, number, at, top) {
     if (!seen(one.start, one.end)) return "";
-    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}${one.confidence === null ? "" : `\nconfidence ${percent(one.confidence)}`}`;
+    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}${one.confidence === null ? "" : `\nconfidence ${confidenceText(one.confidence)}`}`;
     const name = `${one.open[0] ? "… " : ""}${one.task}${one.open[1] ? " …" : ""}`;
     return bar(one.start, one.end, top, one.color, name, `task ${number} tasks ${at}`, is("task", number, "tasks", at) ? " picked" : "", title);
   }
@@ -216,8 +216,9 @@ function drawLanes() {
   if (focused) lanesSvg.querySelector(`[data-pick="${focused}"]`)?.focus({ preventScroll: true });
 }
 
-const percent = (share) => `${Math.round(share * 100)} %`;
-const certainty = ([share, earliest, latest]) => `confidence ${percent(share)}, starts ${earliest.toFixed(3)} – ${seconds(latest)}`;
+/** A confidence: no variation of params shows that a result is certain. */
+const confidenceText = (share) => share >= 0.995 ? "> 99 %" : `${Math.round(share * 100)} %`;
+const certainty = ([share, earliest, latest]) => `confidence ${confidenceText(share)}, starts ${earliest.toFixed(3)} – ${seconds(latest)}`;
 
 const is = (kind, number, lane, at) => {
   const one = state.selected;

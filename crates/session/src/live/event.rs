@@ -2,6 +2,7 @@
 
 use crate::{Composite, Segment, Task};
 use std::fmt;
+use teachtree_analysis::confidence::percent;
 use teachtree_analysis::json;
 use teachtree_analysis::{CompositeSpan, Segment as Stretch, TaskSpan, TrackId};
 use teachtree_logs::issue::Issue;
@@ -143,7 +144,7 @@ impl fmt::Display for LiveEvent {
         match &self.inner {
             Inner::Label { who, primitive, time_s, confidence } => {
                 write!(f, "{time_s:.3} s  {who} {}", primitive.as_deref().unwrap_or("–"))?;
-                confidence.map_or(Ok(()), |share| write!(f, "  {:.0} %", 100.0 * share))
+                confidence.map_or(Ok(()), |share| write!(f, "  {}", percent(share)))
             }
             Inner::Segment { who, segment, .. } => write!(f, "{}", Segment::of(*who, segment)),
             Inner::Task { who, task, .. } => write!(f, "{}", Task::of(*who, task)),

@@ -43,6 +43,8 @@ export function take(next) {
   draw();
 }
 
+const isNumber = (value) => typeof value === "number";
+
 export const nameOf = (at) => list.recordings[at]?.name;
 export const rowOf = (at) => list.recordings[at];
 
@@ -99,6 +101,8 @@ function matching() {
 }
 
 const percent = (share) => `${Math.round(share * 100)} %`;
+/** A confidence: no variation of params shows that a result is certain. */
+const confidenceText = (share) => share >= 0.995 ? "&gt; 99 %" : percent(share);
 
 /** What changed against labels since params were turned, in words. */
 function change(one) {
@@ -119,10 +123,10 @@ function row(number) {
   }
   const numbers = [];
   if (one.outcome) numbers.push(`<span class="outcome ${one.outcome}" title="whether the recording is a success">${one.outcome}</span>`);
-  if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="how sure the least sure task is">sure ${percent(one.confidence)}</span>`);
+  if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="how sure the least sure task is">sure ${confidenceText(one.confidence)}</span>`);
   if (one.issue_count) numbers.push(`<span title="of the recording; they are listed when it is open">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}: ${escaped((one.issues || []).join(", "))}</span>`);
   if (one.labels) numbers.push(`<span title="labels that a person set">${one.labels} pinned</span>`);
-  if (one.score) numbers.push(`<span title="time with the label of the label file">agrees ${percent(one.score.accuracy)}</span> ${change(one)}`);
+  if (isNumber(one.score?.f1)) numbers.push(`<span title="agreement with the label file: F1 of the segments at 50 % overlap; ${percent(one.score.accuracy)} of the time has its label">F1 ${percent(one.score.f1)}</span> ${change(one)}`);
   if (one.against?.error) numbers.push(`<span class="no" title="${escaped(one.against.error)}">other rules do not run</span>`);
   else if (one.against) {
     const { frames, segments, own, accuracy } = one.against, by = own !== null && accuracy !== null ? Math.round((own - accuracy) * 1000) / 10 : 0;

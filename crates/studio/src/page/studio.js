@@ -39,10 +39,13 @@ const percent = (share) => `${(share * 100).toFixed(1)} %`;
 
 /** How well the rules agree with a score's labels, and how well they did before params were turned. */
 function words(score, base) {
-  const before = base && base.accuracy !== null && Math.abs(base.accuracy - score.accuracy) > 5e-4 ? ` (was ${percent(base.accuracy)})` : "";
-  const boundaries = score.boundaries ? `, ${score.boundaries_found} of ${score.boundaries} boundaries${score.median_ms === null ? "" : ` within ${Math.round(score.median_ms)} ms in the median`}` : "";
+  const share = (key) => {
+    const was = base && base[key] !== null && Math.abs(base[key] - score[key]) > 5e-4 ? ` (was ${percent(base[key])})` : "";
+    return `${percent(score[key])}${was}`;
+  };
+  const segments = score.f1 === null ? "" : `F1 ${share("f1")} of segments at 50 % overlap, `;
   const tasks = score.tasks ? `, ${score.tasks_right} of ${score.tasks} tasks` : "";
-  return `${percent(score.accuracy)}${before} of ${score.scored_s.toFixed(1)} s${boundaries}${tasks}`;
+  return `${segments}${share("accuracy")} of ${score.scored_s.toFixed(1)} s${tasks}`;
 }
 
 /** The line that says how well rules and labels agree: here, and over all recordings with labels. */
