@@ -33,7 +33,7 @@ fn the_studio_is_accessible() {
     let studio = Studio::start(folder.path(), &OPENED);
     studio.list();
     browser.visit(&studio.address);
-    browser.wait("document.querySelector('#recordings [data-at]') !== null");
+    browser.wait("document.querySelector('#recordings [aria-current]') !== null");
     is_clean(&mut browser, "the list");
     browser.resize(1440, 900);
     browser.click("[data-at='1']");
@@ -53,7 +53,7 @@ fn a_fit_and_two_rule_sets_are_accessible() {
     studio.list();
     browser.resize(1440, 900);
     browser.visit(&studio.address);
-    browser.wait("document.querySelector('#recordings [data-at]') !== null");
+    browser.wait("document.querySelector('#recordings [aria-current]') !== null");
     browser.click("[data-at='0']");
     browser.wait("document.querySelectorAll('#lanes .bar.other').length > 0");
     browser.click("#tune summary");

@@ -132,6 +132,12 @@ fn plays(page: &Path) {
     assert!(browser.text("#why").contains("; done"), "{}", browser.text("#why"));
     assert!(browser.text("#panels").contains("force of the"), "{}", browser.text("#panels"));
     assert_eq!(browser.eval("document.querySelector('#drawings svg').checkVisibility()"), true);
+    // The first view, which the scripts choose when they load the page once more: links hide less of hands and objects than in the usual one.
+    let scripts = teachtree_report::page::SCRIPTS.concat();
+    let load = "load(JSON.parse(byId('data').textContent)); const hidden = replay.hidden(); replay.fit(FIRST); return [hidden, replay.hidden()];";
+    let shares = browser.eval(&format!("(() => {{ {scripts}\n{load} }})()"));
+    let (hidden, usual) = (shares[0].as_f64().unwrap(), shares[1].as_f64().unwrap());
+    assert!(hidden + 0.2 < usual, "{hidden} of hands and objects are hidden, {usual} in the usual view");
     no_complaints(&browser);
 }
 

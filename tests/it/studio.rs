@@ -1,6 +1,7 @@
 //! The studio: its server as a program sees it, and its page in a real browser.
 
 pub mod against;
+mod attention;
 mod editor;
 pub mod fit;
 mod labels;

@@ -1,8 +1,8 @@
 //! The page to work in: what its scripts read, as one JSON document, and the scripts themselves.
 //!
-//! `curves.js` reads curves, `replay.js` draws the demonstration in three dimensions, `signals.js` the signals, `why.js` writes explanations, and
-//! `work.js` draws the lanes, answers pointer and keys, and keeps all in step; none asks for anything outside the page. Curves are thinned
-//! (`thin`), so that the size is bounded however long the log is. `report.js` starts them on the page of one recording; the studio loads one recording
+//! `curves.js` reads curves, `camera.js` chooses the first view of the replay, `replay.js` draws the demonstration in three dimensions, `signals.js` the
+//! signals, `why.js` writes explanations, and `work.js` draws the lanes, answers pointer and keys, and keeps all in step; none asks for anything outside the
+//! page. Curves are thinned (`thin`), so that the size is bounded however long the log is. `report.js` starts them on the page of one recording; the studio loads one recording
 //! after the other into the same scripts.
 
 mod changes;
@@ -28,8 +28,9 @@ pub const STYLE: &str = include_str!("page.css");
 /// The place of the lanes, signals and replay, hidden until a script fills it.
 pub const PLACE: &str = include_str!("work.html");
 /// What draws and listens, without a start: `load` shows what [`data`] returns, `showTracks` other [`tracks`] of the same recording.
-pub const SCRIPTS: [&str; 5] = [
+pub const SCRIPTS: [&str; 6] = [
     include_str!("curves.js"),
+    include_str!("camera.js"),
     include_str!("replay.js"),
     include_str!("signals.js"),
     include_str!("why.js"),

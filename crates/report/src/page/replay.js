@@ -222,10 +222,27 @@ class Replay {
     this.perNewton = this.strong > 0 ? 0.2 * this.size / this.strong : 0;
   }
 
-  /** The first view: as near as it can be with all that belongs to the picture in it. */
+  /** The first view: of those from which links hide the least of hands and objects the one nearest to the usual one. */
   begin() {
+    this.moments ??= this.scene.bodies.some((body) => body.role === "robot") ? momentsOf(this.scene, data.start, data.end) : [];
+    let best, least = Infinity;
+    for (const view of this.moments.length ? views() : [FIRST]) {
+      this.fit(view);
+      const hidden = this.hidden();
+      if (hidden < least) [best, least] = [view, hidden];
+    }
+    this.fit(best);
+  }
+
+  /** The share of hands and objects that links hide in this view. */
+  hidden() {
+    return hiddenFrom(add(this.about, scale(this.axes().back, this.away)), this.moments);
+  }
+
+  /** Looks from a direction, as near as all that belongs to the picture is in it. */
+  fit({ yaw, pitch }) {
     const wide = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight) || 1;
-    Object.assign(this, { yaw: -1.05, pitch: 0.55, away: 1.3 * this.size / Math.min(1, wide), about: this.middle.slice() });
+    Object.assign(this, { yaw, pitch, away: 1.3 * this.size / Math.min(1, wide), about: this.middle.slice() });
     const { right, up, back } = this.axes();
     for (let turn = 0; turn < 12; turn++) {
       const least = [Infinity, Infinity], greatest = [-Infinity, -Infinity];

@@ -1,7 +1,7 @@
 // Correcting: lanes of labels below those of the rules, changed by pointer and keyboard, undone, and saved beside the recording.
 
 import { added, draw, escaped, fitting, GUTTER, lanes, plotWidth, seconds, setTime, state, view } from "./bench.js";
-import { effective, moved, replaced } from "./lines.js";
+import { effective, followed, moved, replaced } from "./lines.js";
 import { current, onOpen } from "./recording.js";
 import { get, post, put, say as sayAt } from "./server.js";
 
@@ -223,7 +223,8 @@ const commands = {
   release() {
     const one = meant();
     if (!one || !one.span.line) return say("This label is what the rules say.");
-    change(replaced(labels.lines, one.track, one.kind, one.span.start, one.span.end, [], sign()));
+    const lines = replaced(labels.lines, one.track, one.kind, one.span.start, one.span.end, [], sign());
+    change(one.kind === "primitive" ? followed(labels.lines, lines, one.track) : lines);
     select();
   },
   /** All labels are right as they are. */
@@ -316,7 +317,10 @@ const edgeOf = (element) => {
   const [number, kind, at, last] = edge.dataset.edge.split(" ");
   return { number: Number(number), kind, at: Number(at), last: last === "1" };
 };
-const movedTo = (edge, time) => moved(labels.lines, tracks()[edge.number], edge.kind, edge, time, sign(), view.step || 1e-3);
+function movedTo(edge, time) {
+  const track = tracks()[edge.number], lines = moved(labels.lines, track, edge.kind, edge, time, sign(), view.step || 1e-3);
+  return edge.kind === "primitive" ? followed(labels.lines, lines, track) : lines;
+}
 
 lanes.addEventListener("pointerdown", (event) => {
   if (event.button !== 0) return;

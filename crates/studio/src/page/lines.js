@@ -30,11 +30,7 @@ function outside(span, others) {
 
 /** Lines with others in the place of those of a track and kind from one time to another. */
 export function replaced(lines, track, kind, from, to, pieces, sign) {
-  let before = lines;
-  if (kind === "task" && !lines.some((line) => line.track === track.who && line.kind === kind)) {
-    // Tasks are listed in full: what the rules found stands beside what a person set.
-    before = [...lines, ...track.tasks.map((task) => ({ track: track.who, kind, label: task.task, start_s: task.start, end_s: task.end, pinned: false, by: "", at: "" }))];
-  }
+  const before = kind === "task" ? listed(lines, track) : lines;
   const kept = before.flatMap((line) => {
     if (line.track !== track.who || line.kind !== kind) return [line];
     return outside({ start: line.start_s, end: line.end_s }, [{ start: from, end: to }]).map(({ start, end }) => ({ ...line, start_s: start, end_s: end }));
@@ -42,6 +38,36 @@ export function replaced(lines, track, kind, from, to, pieces, sign) {
   const set = pieces.filter((piece) => piece.end > piece.start + NEAR)
     .map((piece) => ({ track: track.who, kind, label: piece.label, start_s: piece.start, end_s: piece.end, pinned: true, ...sign }));
   return [...kept, ...set];
+}
+
+/**
+ * Lines after a change of primitives, in which tasks follow: a task that began or ended at a boundary that moved begins or ends at its new place. Where a track
+ * has no lines of tasks, all of its tasks become lines; they are none again where no primitive is labeled any more.
+ */
+export function followed(before, after, track) {
+  const of = (kind) => after.filter((line) => line.track === track.who && line.kind === kind), tasks = of("task").sort((a, b) => a.start_s - b.start_s);
+  const areOfRules = tasks.length === track.tasks.length && tasks.every((line, at) => !line.pinned && line.label === track.tasks[at].task);
+  if (!of("primitive").length && areOfRules) return after.filter((line) => !tasks.includes(line));
+  const near = (a, b) => Math.abs(a - b) < 2 * NEAR;
+  const times = (lines) => {
+    const all = effective(track, lines, "primitive").flatMap(({ start, end }) => [start, end]).sort((a, b) => a - b);
+    return all.filter((time, at) => at === 0 || !near(time, all[at - 1]));
+  };
+  const [was, is] = [times(before), times(after)];
+  const missing = (some, others) => some.filter((time) => !others.some((other) => near(time, other)));
+  const [gone, come] = [missing(was, is), missing(is, was)];
+  // Of several boundaries it is not known which one took the place of which.
+  if (gone.length !== 1 || come.length !== 1) return after;
+  const to = (time) => near(time, gone[0]) ? come[0] : time;
+  const ends = effective(track, after, "task").flatMap(({ start, end }) => [start, end]);
+  if (!ends.some((time) => near(time, gone[0]))) return after;
+  return listed(after, track).map((line) => line.track === track.who && line.kind === "task" ? { ...line, start_s: to(line.start_s), end_s: to(line.end_s) } : line);
+}
+
+/** Lines in which all tasks of a track are listed: what the rules found stands beside what a person set. */
+function listed(lines, track) {
+  if (lines.some((line) => line.track === track.who && line.kind === "task")) return lines;
+  return [...lines, ...track.tasks.map((task) => ({ track: track.who, kind: "task", label: task.task, start_s: task.start, end_s: task.end, pinned: false, by: "", at: "" }))];
 }
 
 /** Lines with an edge of a span at another time: the start of the span at `at`, or with `last` its end. A neighbor that meets it goes along. */

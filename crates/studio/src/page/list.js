@@ -45,6 +45,24 @@ export function take(next) {
 
 const isNumber = (value) => typeof value === "number";
 
+/** Recordings that are analyzed before one of them is chosen. */
+const ENOUGH = 20;
+/** What draws attention to a recording, the most urgent first; the last ones hold for any that is analyzed, and for any. */
+const NEEDS_ATTENTION = [
+  (one) => one.outcome === "failure",
+  (one) => isNumber(one.score?.f1) && one.score.f1 < 1 || one.against?.frames > 0,
+  (one) => one.issue_count > 0,
+  (one) => one.tasks,
+  () => true,
+];
+
+/** The first recording that needs attention: a failure, else a disagreement, else an issue. `undefined` until enough recordings are analyzed. */
+export function firstToOpen() {
+  const { recordings, waiting } = list, analyzed = recordings.length - waiting;
+  if (recordings.length > 1 && waiting && analyzed < ENOUGH) return undefined;
+  return NEEDS_ATTENTION.map((needs) => recordings.findIndex(needs)).find((at) => at >= 0);
+}
+
 export const nameOf = (at) => list.recordings[at]?.name;
 export const rowOf = (at) => list.recordings[at];
 
@@ -138,10 +156,18 @@ function row(number) {
   return `<li><button type="button" data-at="${number}"${current}${one.error ? ` title="${escaped(one.error)}"` : ""}><b>${escaped(one.name)}</b><span class="found">${facts.join(" ")}</span><span class="numbers quiet">${numbers.join(" · ")}</span></button></li>`;
 }
 
+/** The row of the recording that is open, if all of it is in view. */
+function seen() {
+  const row = place.querySelector("[aria-current]"), [of, all] = [row, place].map((one) => one?.getBoundingClientRect());
+  return row && of.top >= all.top - 1 && of.bottom <= all.bottom + 1;
+}
+
 function draw() {
-  const shown = matching(), focused = document.activeElement?.dataset?.at;
+  const shown = matching(), focused = document.activeElement?.dataset?.at, wasSeen = seen();
   place.innerHTML = shown.slice(0, MOST).map(row).join("") + (shown.length > MOST ? `<li class="quiet">… ${shown.length - MOST} more; filters find them</li>` : "");
   if (focused !== undefined) place.querySelector(`[data-at="${focused}"]`)?.focus({ preventScroll: true });
+  // Rows grow when more is known of their recordings.
+  if (wasSeen) place.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
   const all = list.recordings.length, done = all - list.waiting;
   const count = shown.length === all ? `${all} recording${all === 1 ? "" : "s"}` : `${shown.length} of ${all} recordings`;
   byId("progress").textContent = list.waiting ? `${count}, ${done} analyzed` : count;

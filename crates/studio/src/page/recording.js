@@ -5,8 +5,8 @@ import { get, tell } from "./server.js";
 
 const byId = (id) => document.getElementById(id);
 
-/** What is open: its number and all that the server said of it. */
-export const current = { at: undefined, answer: undefined };
+/** What is open: its number, all that the server said of it, and how many answers are awaited. */
+export const current = { at: undefined, answer: undefined, awaited: 0 };
 
 const listeners = [];
 
@@ -18,6 +18,7 @@ export async function open(at, to = {}) {
   const again = current.at === at && current.answer;
   current.at = at;
   byId("main").setAttribute("aria-busy", "true");
+  current.awaited++;
   let answer;
   try {
     answer = await get(`api/recording/${at}`);
@@ -25,6 +26,7 @@ export async function open(at, to = {}) {
     if (current.at === at) tell(error.message);
     return;
   } finally {
+    current.awaited--;
     if (current.at === at) byId("main").removeAttribute("aria-busy");
   }
   // Another one may have been asked for in the meantime.

@@ -62,7 +62,8 @@ function agreement(next) {
 }
 
 async function choose(at) {
-  if (at === undefined) return;
+  // A second answer about a recording that is being opened would replace labels that were changed in the meantime.
+  if (at === undefined || at === current.at && current.awaited) return;
   list.mark(at);
   history.replaceState(null, "", `#${encodeURIComponent(list.nameOf(at))}`);
   await open(at);
@@ -80,12 +81,18 @@ document.addEventListener("keydown", (event) => {
   go();
 });
 
+/** Opens the recording that the address names, else the first one that needs attention, until one is open. */
+function begin() {
+  if (current.at !== undefined) return;
+  const asked = decodeURIComponent(location.hash.slice(1));
+  for (let at = 0; asked && list.nameOf(at) !== undefined; at++) if (list.nameOf(at) === asked) return choose(at);
+  choose(list.firstToOpen());
+}
+
 async function follow() {
   const wait = await refresh();
+  begin();
   setTimeout(follow, document.hidden ? 4 * wait : wait);
 }
 
 await follow();
-const asked = decodeURIComponent(location.hash.slice(1));
-for (let at = 0; list.nameOf(at) !== undefined; at++) if (asked && list.nameOf(at) === asked) choose(at);
-if (current.at === undefined && list.nameOf(1) === undefined) choose(0);
