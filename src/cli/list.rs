@@ -5,6 +5,7 @@ use std::fmt::Write;
 use teachtree_base::error::InputError;
 use teachtree_base::spelling::nearest;
 use teachtree_language::{SHIPPED, shipped};
+use teachtree_report::words;
 
 macro_rules! bindings {
     ($($folder:literal / $name:literal),+ $(,)?) => {
@@ -86,12 +87,15 @@ enum Kind {
     Robots,
     /// Bindings of recordings that other people made
     Bindings,
+    /// Words of primitives and tasks, which `annotate --words` takes
+    Words,
     /// JSON Schemas of YAML files, for editors
     Schemas,
 }
 
 impl Kind {
-    const ALL: [Self; 6] = [Self::Rules, Self::Scenes, Self::Operators, Self::Robots, Self::Bindings, Self::Schemas];
+    const ALL: [Self; 7] =
+        [Self::Rules, Self::Scenes, Self::Operators, Self::Robots, Self::Bindings, Self::Words, Self::Schemas];
 
     const fn name(self) -> &'static str {
         match self {
@@ -100,6 +104,7 @@ impl Kind {
             Self::Operators => "operators",
             Self::Robots => "robots",
             Self::Bindings => "bindings",
+            Self::Words => "words",
             Self::Schemas => "schemas",
         }
     }
@@ -111,6 +116,7 @@ impl Kind {
         match self {
             Self::Rules => named(SHIPPED),
             Self::Bindings => named(BINDINGS),
+            Self::Words => named(&[words::SHIPPED]),
             Self::Schemas => named(SCHEMAS),
             Self::Scenes => {
                 teachtree_world::shipped::scenes().map(|(name, scene)| (format!("{name}.yaml"), scene)).collect()

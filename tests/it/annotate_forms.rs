@@ -98,7 +98,7 @@ fn stages_of_sarm_are_segments_and_tasks() {
     }
     // In the order in which they begin.
     let dense = read_json(&copy.join("meta/temporal_proportions_dense.json"));
-    assert_eq!(dense.as_object().unwrap().keys().next().unwrap(), "approach RoundNut0");
+    assert_eq!(dense.as_object().unwrap().keys().next().unwrap(), "approach the RoundNut0");
     // The frames are those of the set.
     let files = |set: &str| all_files(&folder.path().join(set).join("data"));
     assert_eq!(files("copy"), files("set"));

@@ -1,6 +1,7 @@
-//! Segments and tasks in words, as instructions to people and policies: `grasp SquareNut0`, `left hand: hold plate; right hand: wipe plate`.
+//! Segments and tasks in words, as instructions to people and policies: `insert the plug into the socket`, `left hand: hold the plate; right hand: wipe
+//! the plate`.
 //!
-//! A template has the placeholders `{name}`, `{object}`, `{partner}` and `{hand}`; what stands in brackets is left out where a placeholder in it has nothing
+//! The words of the shipped rules are a table, `rules/words.yaml`, which a table of the user replaces line by line. A template has the placeholders `{name}`, `{object}`, `{partner}` and `{hand}`; what stands in brackets is left out where a placeholder in it has nothing
 //! to stand for. Names of primitives and tasks are put in words: `peg_in_hole` as `peg in hole`, `MainGrasp(left)` as `main grasp (left)`.
 
 mod names;
@@ -8,10 +9,15 @@ mod names;
 pub use names::ParsedPhrase;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use teachtree_analysis::{Analysis, Subject, Track, TrackId, UNKNOWN};
 use teachtree_base::error::InputError;
+use teachtree_base::yaml;
 
-/// The template that counts where no other is given.
+/// Name and text of the words of the shipped rules.
+pub const SHIPPED: (&str, &str) = ("words.yaml", include_str!("../../../rules/words.yaml"));
+
+/// The template of names without words.
 const TEMPLATE: &str = "{name}[ {object}][ ({partner})]";
 /// That of what no task of the rules describes.
 const UNKNOWN_TASK: &str = "handle[ {object}]";
@@ -54,8 +60,12 @@ pub struct Words {
 }
 
 /// How names become words.
+///
+/// Without words, as by default, each name is worded as `name object (partner)`.
 #[derive(Clone, Debug, Default)]
 pub struct Phrasing {
+    /// Words of names and bodies, which all other templates replace.
+    table: BTreeMap<String, Template>,
     /// For all names.
     general: Option<Template>,
     /// For one name: of a primitive, a task, a body, or a style, which stands for all its names.
@@ -88,6 +98,54 @@ impl Phrasing {
         Ok(phrasing)
     }
 
+    /// The words of the shipped rules.
+    ///
+    /// # Errors
+    /// As [`with_table`](Self::with_table); never, unless the shipped table is wrong.
+    pub fn shipped() -> Result<Self, InputError> {
+        Self::default().with_table(SHIPPED.1, SHIPPED.0)
+    }
+
+    /// The same with the lines of a table in YAML, `NAME: TEMPLATE`, in the place of those of the same names; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// A text that is no such table, or a template that is wrong, at its line.
+    pub fn with_table(mut self, text: &str, file: &str) -> Result<Self, InputError> {
+        let lines: BTreeMap<String, String> = yaml::read(text, file)?;
+        for (name, words) in lines {
+            let wrong =
+                |message: String| InputError::new(yaml::place(text, file, &[&name]), format!("{name}: {message}"));
+            let template = Template::read(&words).map_err(wrong)?;
+            self.table.insert(name, template);
+        }
+        Ok(self)
+    }
+
+    /// The same with templates in the place of those of the table, as [`read`](Self::read) reads them.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn with_templates(self, texts: &[String]) -> Result<Self, InputError> {
+        Ok(Self { table: self.table, ..Self::read(texts)? })
+    }
+
+    /// All templates that count, as [`read`](Self::read) reads them: words are read back by them, whatever the table of a later version says.
+    pub fn texts(&self) -> Vec<String> {
+        let special = self.special.iter().map(|(name, template)| format!("{name}={template}"));
+        let counts = |name: &str| {
+            let style = if name.starts_with(char::is_uppercase) { Style::Motion } else { Style::Subtask };
+            self.general.is_none() && !self.special.contains_key(style.name()) && !self.special.contains_key(name)
+        };
+        let table = self.table.iter().filter(|(name, _)| counts(name));
+        let table = table.map(|(name, template)| format!("{name}={template}"));
+        self.general.iter().map(Template::to_string).chain(special).chain(table).collect()
+    }
+
+    /// Whether names have no words.
+    fn is_plain(&self) -> bool {
+        self.table.is_empty() && self.special.is_empty() && self.general.is_none()
+    }
+
     /// The names that have templates of their own, and are not among those that are known.
     pub fn unknown<'a>(&'a self, known: &BTreeSet<String>) -> Option<&'a str> {
         let is_style = |name: &str| name == UNKNOWN || Style::ALL.iter().any(|style| style.name() == name);
@@ -96,16 +154,13 @@ impl Phrasing {
 
     /// The words of a name, and whether they name the hand.
     fn words(&self, style: Style, name: &str, subject: &Subject, hand: &str) -> (String, bool) {
-        let base = name.split('(').next().unwrap_or(name);
-        let usual = || {
-            let of_style = self.special.get(style.name()).or(self.general.as_ref());
-            of_style.cloned().unwrap_or_else(|| Template::of(if name == UNKNOWN { UNKNOWN_TASK } else { TEMPLATE }))
-        };
-        let template = self.special.get(name).or_else(|| self.special.get(base)).cloned().unwrap_or_else(usual);
+        let template = self.template(style, name);
         let body = |name: &Option<String>| -> String {
             let name = name.as_deref().unwrap_or_default();
-            let of_body = self.special.get(name).filter(|_| !name.is_empty());
-            of_body.map_or_else(|| name.to_string(), |template| template.fill(&|_| String::new()))
+            let of_body = self.special.get(name).or_else(|| self.table.get(name)).filter(|_| !name.is_empty());
+            // In the shipped words, which are sentences, names of bodies are words too: `right_cube`.
+            let plain = || if self.table.is_empty() { name.to_string() } else { name.replace('_', " ") };
+            of_body.map_or_else(plain, |template| template.fill(&|_| String::new()))
         };
         let text = template.fill(&|placeholder| match placeholder {
             Placeholder::Name => in_words(name),
@@ -114,6 +169,15 @@ impl Phrasing {
             Placeholder::Hand => hand.to_string(),
         });
         (text.split_whitespace().collect::<Vec<_>>().join(" "), template.has(Placeholder::Hand))
+    }
+
+    /// The template of a name: its own, that of its style or of all names, that of the table, or the plain one.
+    fn template(&self, style: Style, name: &str) -> Template {
+        let base = name.split('(').next().unwrap_or(name);
+        let own = |of: &BTreeMap<String, Template>| of.get(name).or_else(|| of.get(base)).cloned();
+        let usual = || self.special.get(style.name()).or(self.general.as_ref()).cloned();
+        let plain = || Template::of(if name == UNKNOWN { UNKNOWN_TASK } else { TEMPLATE });
+        own(&self.special).or_else(usual).or_else(|| own(&self.table)).unwrap_or_else(plain)
     }
 
     /// The words of an analysis in order of time: of one hand, or of both hands together wherever one of them changes what it does. Words that do not
@@ -244,6 +308,20 @@ enum TemplatePart {
     Placeholder(Placeholder),
     /// Left out where a placeholder in it is empty.
     Optional(Template),
+}
+
+impl fmt::Display for Template {
+    /// As it is read.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|part| match part {
+            TemplatePart::Text(text) => f.write_str(text),
+            TemplatePart::Placeholder(placeholder) => {
+                let name = Placeholder::ALL.iter().find(|(_, known)| known == placeholder).map_or("", |(name, _)| name);
+                write!(f, "{{{name}}}")
+            }
+            TemplatePart::Optional(inner) => write!(f, "[{inner}]"),
+        })
+    }
 }
 
 impl Template {

@@ -2,6 +2,7 @@
 
 use super::super::print_args::is_quiet;
 use super::super::progress::Progress;
+use super::super::source::is_yaml;
 use super::super::{Failure, output};
 use super::{Args, Destination, outcomes, provenance};
 use serde_json::json;
@@ -10,8 +11,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::spelling::nearest;
+use teachtree_base::yaml;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::formats::lerobot::annotate::{AnnotationTarget, Label, LabelFormat, Request, success};
+use teachtree_logs::read::text;
 use teachtree_report::words::{Phrasing, Style};
 use teachtree_session::Analysis;
 use teachtree_session::{AnalysisInternals, LogInternals, RulesInternals};
@@ -25,8 +28,8 @@ pub struct LeRobot {
     /// LeRobot: the labels to write, both when left out
     #[arg(long, value_enum, value_name = "STYLE")]
     style: Vec<StyleArg>,
-    /// LeRobot: how labels are worded, `{name}[ {object}][ ({partner})]` when left out, `{hand}` for the hand; `NAME=TEMPLATE` for one primitive, task or body; may be repeated
-    #[arg(long, value_name = "TEMPLATE")]
+    /// LeRobot: how labels are worded; a table of words in place of lines of the shipped `words.yaml`, `NAME=TEMPLATE` for one primitive, task or body, or `TEMPLATE` for all names, such as `{name}[ {object}][ ({partner})]`, `{hand}` for the hand; may be repeated
+    #[arg(long, value_name = "TEMPLATE|FILE.yaml")]
     words: Vec<String>,
     /// LeRobot: write `language_persistent`, as when no other form is named
     #[arg(long)]
@@ -66,7 +69,7 @@ impl Destination for LeRobot {
     }
 
     fn annotate(&self, args: &Args) -> Result<(), Failure> {
-        let phrasing = Phrasing::read(&self.words)?;
+        let phrasing = self.phrasing()?;
         let wanted = |style: &Style| {
             let named = |arg: &StyleArg| match arg {
                 StyleArg::Motion => *style == Style::Motion,
@@ -125,7 +128,7 @@ impl Destination for LeRobot {
         let mut provenance_json = provenance(args, analyses.values());
         if let Some(provenance_json) = provenance_json.as_object_mut() {
             provenance_json.insert("styles".into(), json!(names));
-            provenance_json.insert("words".into(), json!(self.words));
+            provenance_json.insert("words".into(), json!(phrasing.texts()));
             if !unlabeled.is_empty() {
                 provenance_json.insert("episodes_without_labels".into(), json!(unlabeled));
             }
@@ -150,6 +153,19 @@ impl Destination for LeRobot {
             output::print(&text)?;
         }
         Failure::some(failures, analyses.len())
+    }
+}
+
+impl LeRobot {
+    /// The words of the shipped table, in which the tables and then the templates of `--words` replace lines.
+    fn phrasing(&self) -> Result<Phrasing, InputError> {
+        let (tables, templates): (Vec<String>, Vec<String>) =
+            self.words.iter().cloned().partition(|text| is_yaml(text) && !text.contains(['=', '{']));
+        let read = |phrasing: Phrasing, file: String| {
+            let text = text::read(Path::new(&file), yaml::MAX_BYTES as u64)?;
+            phrasing.with_table(&text, &file)
+        };
+        tables.into_iter().try_fold(Phrasing::shipped()?, read)?.with_templates(&templates)
     }
 }
 

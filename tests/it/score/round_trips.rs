@@ -155,7 +155,7 @@ fn annotations_of_a_set_are_labels_in_the_words_that_were_written() {
     let file = folder.path().join("plain/meta/lerobot_annotations.json");
     let mut document: Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
     let atoms = document["episodes"]["0"]["atoms"].as_array_mut().unwrap();
-    let grasp = atoms.iter_mut().find(|atom| atom["content"] == "grasp RoundNut0").unwrap();
+    let grasp = atoms.iter_mut().find(|atom| atom["content"] == "grasp the RoundNut0").unwrap();
     grasp["content"] = "Grasp".into();
     grasp["timestamp"] = (grasp["timestamp"].as_f64().unwrap() - 0.5).into();
     std::fs::write(&file, document.to_string()).unwrap();

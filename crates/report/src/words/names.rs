@@ -1,6 +1,6 @@
 //! Words back to names: which primitive or task a text is about that a template may have been filled to, or that a person has written so.
 
-use super::{Phrasing, Placeholder, Style, TEMPLATE, Template, TemplatePart, UNKNOWN_TASK, in_words};
+use super::{Phrasing, Placeholder, Style, Template, TemplatePart, in_words};
 use teachtree_analysis::UNKNOWN;
 use teachtree_base::hands::{Side, TrackId};
 
@@ -67,16 +67,11 @@ impl Phrasing {
             }
         }
         let (name, who) = best.map_or((None, None), |(_, name, who)| (name, who));
+        // Plain words, `peg in hole plug (socket)`, may stand beside others.
+        if name.is_none() && !self.is_plain() {
+            return Self::default().named(&text, style, known);
+        }
         ParsedPhrase { hand: hand.or(who), name }
-    }
-
-    fn template(&self, style: Style, name: &str) -> Template {
-        let base = name.split('(').next().unwrap_or(name);
-        let own = self.special.get(name).or_else(|| self.special.get(base));
-        let usual = || self.special.get(style.name()).or(self.general.as_ref());
-        own.or_else(usual)
-            .cloned()
-            .unwrap_or_else(|| Template::of(if name == UNKNOWN { UNKNOWN_TASK } else { TEMPLATE }))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Labels of the annotations of a LeRobot set, `meta/lerobot_annotations.json`: words that hold from a time on, as a person has corrected them.
 //!
-//! Words are names of the rules, or what the templates make of them that `meta/info.json` says were used; else those of `annotate` without `--words`. What
-//! fits none is looked up in the map of names.
+//! Words are names of the rules, or what the templates make of them that `meta/info.json` says were used; else those of `annotate` without `--words`, or
+//! the plain names with their bodies. What fits none is looked up in the map of names.
 //!
 //! Words hold until the next ones, so a subtask goes on after its task has ended: where the file has motions too, a task ends with the last of them that
 //! closes it.
@@ -148,13 +148,13 @@ fn done(task: Interval, motions: &[Interval], map: &NameMap, known: &KnownNames)
     tasks
 }
 
-/// The templates of the set: `words` of `info.json` beside the file, which must be in `folders`.
+/// The templates of the set: `words` of `info.json` beside the file, which must be in `folders`; the shipped words where there are none.
 pub fn phrasing(path: &Path, folders: &AllowedFolders) -> Result<Phrasing, InputError> {
     let info = path.with_file_name("info.json");
-    let Some(file) = folders.open_if_there(&info)? else { return Ok(Phrasing::default()) };
+    let Some(file) = folders.open_if_there(&info)? else { return Phrasing::shipped() };
     let place = info.display().to_string();
     let whole: Value = json::read(&text::whole(&file, &info, MAX_INFO)?, &place)?;
     let words = whole.get("teachtree").and_then(|of| of.get("words")).and_then(Value::as_array);
     let words: Vec<String> = words.into_iter().flatten().filter_map(Value::as_str).map(str::to_string).collect();
-    Phrasing::read(&words)
+    if words.is_empty() { Phrasing::shipped() } else { Phrasing::read(&words) }
 }
