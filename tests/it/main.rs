@@ -34,6 +34,7 @@ mod links;
 mod live;
 mod live_calibration;
 mod live_faults;
+mod live_lacking;
 mod live_log;
 mod live_memory;
 mod live_program;

@@ -50,7 +50,7 @@ pub fn tracks(graph: &Graph, frames: &Frames) -> Vec<TrackObservability> {
 
 /// What the trees can detect in a log with these columns if nothing is silent but the channels that the log lacks: a channel that is measured and
 /// constant may be so because nothing happened.
-fn tracks_of_columns(graph: &Graph, frames: &Frames, columns: &[&str]) -> Vec<TrackObservability> {
+pub fn tracks_of_columns(graph: &Graph, frames: &Frames, columns: &[&str]) -> Vec<TrackObservability> {
     let mut silent = silent(frames);
     silent.retain(|(index, side), (_, value)| {
         let channel = frames.channels.get(*index as usize);

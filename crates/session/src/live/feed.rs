@@ -1,6 +1,7 @@
 //! Lines of a live log: JSON objects or CSV, told from each other by the first line. The first seconds are kept to calibrate with, then each line is a row.
 
 use super::calibration_buffer::{CalibrationBuffer, MOST_PENDING, cell};
+use super::lacking::undetectable;
 use super::{Calibration, Live, LiveEvent};
 use crate::error::Error;
 use crate::log::{Log, Scene};
@@ -450,7 +451,7 @@ impl Feed {
             self.origin_ns.into_iter().flat_map(|origin_ns| live.begin(origin_ns)).collect();
         // What is wrong with a recording that was named is no news of this log.
         let learned = calibration.issues().iter().filter(|_| self.options.calibration.is_none());
-        for issue in learned.chain(&beginning.issues) {
+        for issue in undetectable(&log, &rules).iter().chain(learned).chain(&beginning.issues) {
             events.extend(live.report(issue.clone()));
         }
         if beginning.more > 0 {

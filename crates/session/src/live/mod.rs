@@ -9,6 +9,7 @@ mod event;
 mod feed;
 mod finality;
 mod history;
+mod lacking;
 
 use super::error::Error;
 use super::log::Scene;

@@ -1,0 +1,38 @@
+//! The primitives that rules cannot detect in a live log because it lacks channels. This is known before the first label.
+
+use crate::observability::{issues, tracks_of_columns};
+use crate::run::channels;
+use crate::{Log, LogInternals, Rules, RulesInternals};
+use std::collections::BTreeSet;
+use teachtree_language::graph::lower;
+use teachtree_language::rules::{Label, Rules as RuleSet};
+use teachtree_logs::issue::Issue;
+
+/// The primitives that cannot be detected in a log with the columns of its beginning, as issues. Nothing where the beginning is too short to be analyzed.
+/// Signs of failures are left out: most logs lack the channels of some.
+pub fn undetectable(beginning: &Log, rules: &Rules) -> Vec<Issue> {
+    let Ok(opened) = beginning.opened() else { return Vec::new() };
+    let Ok(frames) = opened.frames(&channels(rules.set())) else { return Vec::new() };
+    let columns: Vec<&str> = opened.recording.columns.keys().map(String::as_str).collect();
+    let mut tracks = tracks_of_columns(&lower(rules.set()), &frames, &columns);
+    let failures = signs_of_failures(rules.set());
+    for track in &mut tracks {
+        for lack in &mut track.undetectable {
+            lack.primitives.retain(|primitive| !failures.contains(primitive));
+        }
+        track.undetectable.retain(|lack| !lack.primitives.is_empty());
+    }
+    issues(&tracks, &frames)
+}
+
+/// The primitives by which failures are recognized and that no other task names.
+fn signs_of_failures(rules: &RuleSet) -> BTreeSet<String> {
+    let keys = |failure: bool| {
+        let tasks = rules.tasks.iter().filter(move |task| task.failure == failure);
+        tasks.flat_map(|task| &task.keys).map(|key| &key.label)
+    };
+    let is_sign = |label: &Label| {
+        keys(true).any(|pattern| pattern.covers(*label)) && !keys(false).any(|pattern| pattern.label.covers(*label))
+    };
+    rules.labels().filter(is_sign).map(|label| rules.label_name(label)).collect()
+}
