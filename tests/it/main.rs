@@ -15,6 +15,7 @@ mod composites;
 mod confidence;
 mod diagram;
 mod door;
+mod examples;
 mod expectations;
 mod explain;
 mod extremes;

@@ -52,6 +52,7 @@ const PAGES: &[&str] = &[
     "demos",
     "docs",
     "editors",
+    "examples",
     "grammar",
 ];
 
