@@ -196,13 +196,10 @@ impl BoundColumns {
                 bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
             }
         }
-        for (robot, tree) in file.robots() {
-            for (joint, columns) in file.binding.robots.get(robot).iter().flat_map(|declared| &declared.joints) {
-                let name = robots::joint_column(robot, joint);
-                let column = header.joint(name, columns, robots::dimension(tree, joint));
-                let place = || file.place(&["robots", robot, "joints", joint]);
-                bound.push(column.map_err(|message| InputError::new(place(), message))?);
-            }
+        for (robot, joint, columns) in file.joints() {
+            let name = robots::joint_column(robot, joint);
+            let column = header.joint(name, columns, file.dimension_of_joint(robot, joint));
+            bound.push(column.map_err(|message| robots::column_error(file, robot, joint, message))?);
         }
         for column in bound.iter().flat_map(|bound| &bound.terms).filter_map(|term| term.column) {
             if let Some(want) = wants.get_mut(column) {

@@ -1,6 +1,7 @@
 //! Bindings: a YAML file that says which columns of a foreign log are which channels (docs/bindings.md).
 
 mod apply;
+mod arm_models;
 mod body_poses;
 mod check;
 mod element_places;
@@ -9,6 +10,8 @@ mod frame_composition;
 mod frame_tree;
 mod header;
 mod join;
+mod joint_columns;
+mod lerobot_motors;
 mod linear;
 mod normals;
 mod offsets;
@@ -49,6 +52,7 @@ use teachtree_base::file_kind::FileKind;
 use teachtree_base::quantity::{Force, Frequency, Mass, Time, above_zero};
 use teachtree_base::scene::Scene;
 use teachtree_base::short_number::ShortNumber;
+use teachtree_base::units::Dimension;
 use teachtree_base::yaml;
 use teachtree_description::tree::KinematicTree;
 use teachtree_logs::read::csv::{StampSource, check_scene};
@@ -307,7 +311,7 @@ impl BindingFile {
                 yaml::located(InputError { place, ..error }, &file.text, &file.name)
             })?;
         }
-        file.trees = robots::read(&file, &file.name)?;
+        robots::resolve(&mut file)?;
         Ok(file)
     }
 
@@ -347,6 +351,18 @@ impl BindingFile {
     /// Its robots with their links and joints.
     pub fn robots(&self) -> impl Iterator<Item = (&String, &KinematicTree)> {
         self.trees.iter().map(|(name, robot)| (name, &robot.tree))
+    }
+
+    /// The columns of the joints of its robots: robot, joint, columns.
+    fn joints(&self) -> impl Iterator<Item = (&str, &str, &Columns)> {
+        self.trees.iter().flat_map(|(robot, bound)| {
+            bound.joints.iter().map(|(joint, columns)| (robot.as_str(), joint.as_str(), columns))
+        })
+    }
+
+    /// The dimension of a joint of a robot.
+    fn dimension_of_joint(&self, robot: &str, joint: &str) -> Dimension {
+        self.trees.get(robot).map_or(Dimension::ANGLE, |bound| robots::dimension(&bound.tree, joint))
     }
 
     /// The place `file:line:column` of the value at a path of keys.

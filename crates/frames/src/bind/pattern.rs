@@ -358,6 +358,17 @@ impl Pattern {
         Self { name, unit, sign: 1.0, linear, title, optional: false, threshold: None, constant: None }
     }
 
+    /// The column, converted by this form into a unit; as it is if it says its own conversion or unit.
+    pub(super) fn converted(self, form: LinearForm, unit: &str) -> Self {
+        if self.unit.is_some() || self.linear.is_some() || self.threshold.is_some() || self.constant.is_some() {
+            return self;
+        }
+        // No column is called as the whole text.
+        let title =
+            format!("{} * {} + {} [{unit}]", self.name.fill(PlaceholderValues::default()), form.scale, form.offset);
+        Self { unit: Some(unit.to_string()), linear: Some(form), title: Template::text(&title), ..self }
+    }
+
     /// Whether it may stand for the column of this name. `<object>` and `<other>` stand for one of `objects`.
     pub fn fits(&self, name: &str, objects: &[&str]) -> bool {
         self.name.fits(name, objects) || self.title.fits(name, objects)

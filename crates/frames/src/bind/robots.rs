@@ -1,6 +1,9 @@
 //! Robots in a binding: the joints of a log and a URDF in, where the robot's links are out; and how far two points are apart.
 
-use super::{BindingFile, Columns, PointDistance};
+use super::arm_models::ArmModel;
+use super::joint_columns::JointColumns;
+use super::lerobot_motors::{self, MotorNorm};
+use super::{BindingFile, Columns, LinkPoint, PointDistance};
 use crate::clean::preprocess::over_all;
 use indexmap::IndexMap;
 use nalgebra::{Isometry3, Point3};
@@ -11,6 +14,7 @@ use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
 use teachtree_base::field_names::inside;
 use teachtree_base::geometry::pose;
+use teachtree_base::hands::Side;
 use teachtree_base::log_channel::LogChannel;
 use teachtree_base::quantity::Length;
 use teachtree_base::recording::{Column, Recording};
@@ -33,10 +37,27 @@ const FEWEST: usize = 20;
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
-    /// Its URDF file, beside the binding.
-    pub urdf: String,
-    /// The column of each joint that moves; other joints stay at zero.
-    pub joints: IndexMap<String, Columns>,
+    /// Its URDF file, beside the binding; or `model`.
+    #[serde(default)]
+    pub urdf: Option<String>,
+    /// An arm that comes with the program; or `urdf`.
+    #[serde(default)]
+    pub model: Option<ArmModel>,
+    /// The columns of the joints that move; other joints stay at zero. For `so101` those of LeRobot when left out.
+    #[serde(default)]
+    pub joints: Option<JointColumns>,
+    /// The column of the joint of the gripper of a `model`, beside one text for all joints of the arm.
+    #[serde(default)]
+    pub gripper: Option<Columns>,
+    /// What the numbers of the motors mean, of an arm of LeRobot.
+    #[serde(default)]
+    pub norm: Option<MotorNorm>,
+    /// The calibration file of an arm of LeRobot, beside the binding.
+    #[serde(default)]
+    pub calibration: Option<String>,
+    /// The hand that the tool of a `model` is: binds pads, palm and opening that `channels` lacks.
+    #[serde(default)]
+    pub hand: Option<Side>,
     /// Where its root stands, reference frame.
     #[serde(default)]
     pub position: [Length; 3],
@@ -59,6 +80,12 @@ pub fn joint_column(robot: &str, joint: &str) -> String {
 pub struct BoundRobot {
     /// Links and joints.
     pub tree: KinematicTree,
+    /// The columns of its joints.
+    pub joints: IndexMap<String, Columns>,
+    /// Its file, or the name of its model.
+    source: String,
+    /// Whether the columns are the usual ones of its model.
+    has_usual_columns: bool,
     /// What is not read as it stands in the file.
     oddities: Vec<Oddity>,
 }
@@ -83,36 +110,27 @@ impl BoundRobot {
     }
 }
 
-/// Reads the URDF files that a binding names, and checks its joints and links against them.
+/// Reads the URDF and calibration files that a binding names, finds the columns of the joints, adds the channels of tools, and checks the links that
+/// channels name.
 ///
 /// # Errors
-/// A file that cannot be read; a joint or a link that it lacks; a part of it that a bound link hangs on and that cannot be read.
-pub fn read(file: &BindingFile, name: &str) -> Result<IndexMap<String, BoundRobot>, InputError> {
-    let mut trees: IndexMap<String, BoundRobot> = IndexMap::new();
+/// A file that cannot be read; keys that exclude each other; a joint or a link that a robot lacks; a part of it that a bound link hangs on and that
+/// cannot be read.
+pub fn resolve(file: &mut BindingFile) -> Result<(), InputError> {
+    let mut trees = IndexMap::new();
     for (robot, declared) in &file.binding.robots {
-        let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-        let path = folder.join(&declared.urdf);
-        let text = text::read(&path, MAX_BYTES)
-            .map_err(|error| InputError::new(file.place(&["robots", robot, "urdf"]), error.to_string()))?;
-        let (tree, oddities) = urdf::kinematics(&text, &path.display().to_string())?;
-        let robot_of_file = BoundRobot { tree, oddities };
-        let tree = &robot_of_file.tree;
-        for joint in declared.joints.keys() {
-            if tree.dof(joint).is_none() {
-                if let Some(error) = robot_of_file.unread(joint) {
-                    return Err(error.clone());
-                }
-                let known = tree.dofs.iter().map(|dof| dof.name.as_str());
-                let place = file.place(&["robots", robot, "joints", joint]);
-                return Err(InputError::new(place, lacks("joint that moves by itself", joint, &declared.urdf, known)));
-            }
-        }
-        trees.insert(robot.clone(), robot_of_file);
+        trees.insert(robot.clone(), bound_robot(file, robot, declared)?);
+    }
+    file.trees = trees;
+    let tools: Vec<(String, Columns)> =
+        file.binding.robots.iter().flat_map(|(robot, it)| tool(file, robot, it)).collect();
+    for (channel, columns) in tools {
+        file.binding.channels.entry(channel).or_insert(columns);
     }
     for (key, columns) in &file.binding.channels {
         let Columns::Link(point) = columns else { continue };
-        let Some(robot) = trees.get(&point.robot) else {
-            let known = nearest(&point.robot, trees.keys().map(String::as_str));
+        let Some(robot) = file.trees.get(&point.robot) else {
+            let known = nearest(&point.robot, file.trees.keys().map(String::as_str));
             let near = known.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
             return Err(file.error(key, format!("`robots` has no `{}`{near}", point.robot)));
         };
@@ -122,11 +140,144 @@ pub fn read(file: &BindingFile, name: &str) -> Result<IndexMap<String, BoundRobo
         }
         if link.is_none() {
             let known = robot.tree.links.iter().map(|link| link.name.as_str());
-            let urdf = file.binding.robots.get(&point.robot).map_or("", |robot| robot.urdf.as_str());
-            return Err(file.error(key, lacks("link", &point.link, urdf, known)));
+            return Err(file.error(key, lacks("link", &point.link, &robot.source, known)));
         }
     }
-    Ok(trees)
+    Ok(())
+}
+
+/// A robot with its links, and the columns of its joints.
+fn bound_robot(file: &BindingFile, robot: &str, declared: &Robot) -> Result<BoundRobot, InputError> {
+    let error = |key: &str, message: String| InputError::new(file.place(&["robots", robot, key]), message);
+    let folder = Path::new(&file.name).parent().unwrap_or(Path::new(""));
+    let (source, (tree, oddities)) = match (&declared.urdf, declared.model) {
+        (Some(urdf), None) => {
+            let path = folder.join(urdf);
+            let text = text::read(&path, MAX_BYTES).map_err(|found| error("urdf", found.to_string()))?;
+            (urdf.clone(), urdf::kinematics(&text, &path.display().to_string())?)
+        }
+        (None, Some(model)) => {
+            let name = model.name();
+            (name.to_string(), urdf::kinematics(model.urdf(), &format!("robots/{name}.urdf"))?)
+        }
+        _ => {
+            let message =
+                "expected `urdf` with a file, or `model` with an arm that comes with the program: `so101`, `panda`";
+            return Err(error("urdf", message.into()));
+        }
+    };
+    if declared.hand.is_some() && declared.model.is_none() {
+        return Err(error(
+            "hand",
+            "`hand` is for the tool of a `model`: bind the links of the tool in `channels`".into(),
+        ));
+    }
+    let usual = declared.model.and_then(ArmModel::columns);
+    let has_usual_columns = declared.joints.is_none() && usual.is_some();
+    let mut bound = BoundRobot { tree, joints: IndexMap::new(), source, has_usual_columns, oddities };
+    let columns = match (&declared.joints, usual) {
+        (Some(columns), _) => columns.clone(),
+        (None, Some(usual)) => JointColumns::All(usual.into()),
+        (None, None) => {
+            let message = "expected `joints`, the columns of its joints, such as `joints: joint_position[<index>]`";
+            return Err(error("model", message.into()));
+        }
+    };
+    let is_numbered = |joint: &&str| declared.model.is_none_or(|model| model.is_numbered(joint));
+    let of_tree = bound.tree.dofs.iter().map(|dof| dof.name.as_str()).filter(is_numbered);
+    bound.joints = columns.of(of_tree).map_err(|message| error("joints", message))?;
+    if let Some(columns) = &declared.gripper {
+        let Some(model) = declared.model else {
+            return Err(error(
+                "gripper",
+                "`gripper` is for the gripper of a `model`: name its joint in `joints`".into(),
+            ));
+        };
+        bound.joints.insert(model.tool().gripper.into(), columns.clone());
+    }
+    if let Some(joint) = bound.joints.keys().find(|joint| bound.tree.dof(joint).is_none()) {
+        if let Some(error) = bound.unread(joint) {
+            return Err(error.clone());
+        }
+        let known = bound.tree.dofs.iter().map(|dof| dof.name.as_str());
+        let place = file.place(&["robots", robot, "joints", joint]);
+        return Err(InputError::new(place, lacks("joint that moves by itself", joint, &bound.source, known)));
+    }
+    convert(&mut bound.joints, declared, folder, error)?;
+    Ok(bound)
+}
+
+/// Converts the numbers of motors into degrees of their joints, where a column has no unit of its own.
+fn convert(
+    joints: &mut IndexMap<String, Columns>,
+    declared: &Robot,
+    folder: &Path,
+    error: impl Fn(&str, String) -> InputError,
+) -> Result<(), InputError> {
+    let motors = declared.model.map_or(&[][..], ArmModel::motors);
+    for (key, is_there) in [("norm", declared.norm.is_some()), ("calibration", declared.calibration.is_some())] {
+        if is_there && motors.is_empty() {
+            let message =
+                format!("`{key}` is for motors of LeRobot, `model: so101`: name a unit behind the columns, `q [deg]`");
+            return Err(error(key, message));
+        }
+    }
+    let calibration = match &declared.calibration {
+        Some(name) => {
+            let path = folder.join(name);
+            let text = text::read(&path, MAX_BYTES).map_err(|found| error("calibration", found.to_string()))?;
+            lerobot_motors::parse(&text, &path.display().to_string())?
+        }
+        None => IndexMap::new(),
+    };
+    for motor in motors {
+        let Some(columns) = joints.get_mut(motor.joint) else { continue };
+        let own = calibration.get(motor.joint).copied();
+        if declared.calibration.is_some() && own.is_none() {
+            let known = calibration.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            return Err(error("calibration", format!("the file has no motor `{}`; it has {known}", motor.joint)));
+        }
+        let form = motor.degrees(declared.norm.unwrap_or_default(), own);
+        let form = form.map_err(|message| error("norm", message.into()))?;
+        let patterns = match columns {
+            Columns::Pattern(pattern) => std::slice::from_mut(pattern),
+            Columns::Mean(patterns) => patterns.as_mut_slice(),
+            _ => continue,
+        };
+        for pattern in patterns {
+            *pattern = pattern.clone().converted(form, "deg");
+        }
+    }
+    Ok(())
+}
+
+/// The channels of the tool of a robot that is a hand.
+fn tool(file: &BindingFile, robot: &str, declared: &Robot) -> Vec<(String, Columns)> {
+    let (Some(hand), Some(model)) = (declared.hand, declared.model) else { return vec![] };
+    let (hand, tool) = (hand.name(), model.tool());
+    let [thumb, index] = tool.pads;
+    let point = |link: &str| Columns::Link(LinkPoint { robot: robot.into(), link: link.into(), at: [0.0; 3] });
+    let mut channels = vec![
+        (format!("{hand}.thumb.position"), point(thumb)),
+        (format!("{hand}.index.position"), point(index)),
+        (format!("{hand}.palm.position"), point(tool.palm)),
+        (format!("{hand}.palm.rotation"), point(tool.palm)),
+    ];
+    if file.trees.get(robot).is_some_and(|bound| bound.joints.contains_key(tool.gripper)) {
+        let between = ["thumb", "index"].map(|finger| format!("{hand}.{finger}"));
+        let opening = PointDistance { between, less: tool.shut, below: None };
+        channels.push((format!("{hand}.gripper.opening"), Columns::PointDistance(opening)));
+    }
+    channels
+}
+
+/// The error about the column of a joint.
+pub fn column_error(file: &BindingFile, robot: &str, joint: &str, message: String) -> InputError {
+    let error = InputError::new(file.place(&["robots", robot, "joints", joint]), message);
+    if file.trees.get(robot).is_some_and(|bound| bound.has_usual_columns) {
+        return error.help("the columns are those of LeRobot; name others with `joints`: `joints: state.<joint>`");
+    }
+    error
 }
 
 /// The most parts of a file that a message names.
@@ -174,10 +325,10 @@ pub fn place(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>
     let mut issues = vec![];
     for (robot, tree) in file.robots() {
         let Some(declared) = file.binding.robots.get(robot) else { continue };
-        let joints: Vec<(usize, Vec<f64>)> = declared
-            .joints
-            .keys()
-            .filter_map(|joint| {
+        let joints: Vec<(usize, Vec<f64>)> = file
+            .joints()
+            .filter(|(of, ..)| of == robot)
+            .filter_map(|(_, joint, _)| {
                 let column = recording.columns.shift_remove(&joint_column(robot, joint))?;
                 Some((tree.dof(joint)?, column.values))
             })

@@ -200,7 +200,7 @@ impl RowBinder {
     }
 
     fn patterns(&self) -> impl Iterator<Item = &Pattern> {
-        let joints = self.file.binding.robots.values().flat_map(|robot| robot.joints.values());
+        let joints = self.file.joints().map(|(.., columns)| columns);
         self.file.binding.channels.values().chain(joints).flat_map(Columns::patterns)
     }
 

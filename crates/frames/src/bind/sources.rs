@@ -68,9 +68,7 @@ fn used(file: &BindingFile) -> BTreeSet<String> {
             _ => {}
         }
     }
-    for (robot, declared) in &file.binding.robots {
-        used.extend(declared.joints.keys().map(|joint| robots::joint_column(robot, joint)));
-    }
+    used.extend(file.joints().map(|(robot, joint, _)| robots::joint_column(robot, joint)));
     used
 }
 

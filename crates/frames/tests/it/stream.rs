@@ -1,5 +1,6 @@
 //! Tests of `logs` and `frames`: logs in, frames out.
 
+mod arm_models;
 mod bad_logs;
 mod bindings;
 mod carrying;

@@ -83,6 +83,13 @@ fn each_fault_of_a_robot_is_one_error_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     for (from, to, said) in [
         ("urdf: arm.urdf", "urdf: leg.urdf", "b.yaml:5:11: "),
+        ("urdf: arm.urdf", "urdf: arm.urdf\n    hand: right", "b.yaml:6:11: `hand` is for the tool of a `model`"),
+        (
+            "urdf: arm.urdf",
+            "urdf: arm.urdf\n    gripper: width [mm]",
+            "b.yaml:6:14: `gripper` is for the gripper of a `model`",
+        ),
+        ("urdf: arm.urdf", "urdf: arm.urdf\n    norm: ticks", "b.yaml:6:11: `norm` is for motors of LeRobot"),
         ("shoulder: ", "sholder: ", "`arm.urdf` has no joint that moves by itself `sholder`; did you mean `shoulder`?"),
         ("finger: {", "finger2: {", "`arm.urdf` has no joint that moves by itself `finger2`; did you mean `finger`?"),
         (
