@@ -16,6 +16,7 @@ pub(super) mod pose_noise;
 mod quaternion_order;
 mod raw_channels;
 mod role_support;
+mod setup;
 mod sockets;
 mod source;
 mod targets;
@@ -83,6 +84,7 @@ pub struct Findings {
     orders: Option<Vec<Issue>>,
     findings: plausibility::Findings,
     velocities: contradictions::Velocities,
+    survey: setup::Survey,
     /// Whether flags of hands were off, and on, so far.
     flags: BTreeMap<String, [bool; 2]>,
     /// What the log shows of contacts that are computed from shapes, by object.
@@ -98,11 +100,16 @@ impl Findings {
     /// All of it, once the whole log was seen.
     pub fn issues(&self, measured: &CleanLog, layout: &Layout) -> Vec<Issue> {
         let far = layout.hands.iter().flat_map(|hand| plausibility::far_issues(measured, hand, &self.findings));
-        let mut issues: Vec<Issue> = self.unseen.iter().cloned().chain(far).collect();
+        let setup = setup::issues(measured.scene, &self.survey);
+        // A wrong unit explains positions that are far from everything.
+        let units_are_right = !setup.iter().any(|issue| issue.kind == IssueKind::IMPLAUSIBLE_UNIT);
+        let mut issues: Vec<Issue> = self.unseen.iter().cloned().collect();
+        issues.extend(far.filter(|_| units_are_right));
         issues.extend(self.carried.iter().cloned());
         issues.extend(self.orders.iter().flatten().cloned());
         issues.extend(plausibility::sign_issues(measured, &self.findings));
         issues.extend(contradictions::issues(&self.velocities));
+        issues.extend(setup);
         issues.extend(self.read.iter().cloned());
         issues.extend(self.flags.iter().filter_map(|(channel, was)| never_changes(measured, channel, *was)));
         issues
@@ -195,8 +202,10 @@ pub fn derived_frames(
     let motions: Vec<Motion> = moving
         .map(|(body, motion)| if let Some(path) = held.get(&body) { motion.along(path) } else { motion })
         .collect();
+    let mut grips = vec![];
     for ((hand, track), (touches, is_read, read)) in hands.iter().zip(&tracks).zip(felt) {
         if asked {
+            grips.push(setup::grips(measured, hand.side, &touches));
             findings.look_at_flags(measured, hand, if is_read { &touches } else { &[] });
             plausibility::far_touches(measured, &motions, hand, &touches, &mut findings.findings);
             plausibility::pushes(measured, &motions, &hand.fingers, track, &mut findings.findings);
@@ -216,6 +225,9 @@ pub fn derived_frames(
         hand.contacts = partners.iter().filter_map(|body| body_name(measured, *body)).collect();
     }
     let derivation = Derivation::new(measured, &motions, &objects, &partners, &tracks, contacts);
+    if asked {
+        findings.survey.look(&derivation, &grips);
+    }
     if judges_contacts {
         plausibility::wrong_signs(&derivation, &objects, &mut findings.findings);
     }

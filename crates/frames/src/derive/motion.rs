@@ -38,6 +38,15 @@ pub fn every(measured: &CleanLog) -> usize {
     if most.is_power_of_two() { most } else { most.next_power_of_two() / 2 }
 }
 
+/// Returns the frames that are looked at where no more is needed. They are the same if the log is read in windows.
+pub fn sampled(measured: &CleanLog) -> Vec<usize> {
+    let step = every(measured);
+    match &measured.window {
+        Some(window) => window.core.clone().step_by(step).collect(),
+        None => measured.stretches.iter().flat_map(|stretch| stretch.clone().step_by(step)).collect(),
+    }
+}
+
 /// Three columns x y z.
 pub type Columns3<'a> = [Cow<'a, [f64]>; 3];
 

@@ -4,7 +4,7 @@
 
 use super::contacts::Contact;
 use super::hands::HandTrack;
-use super::motion::{Motion, every, vector};
+use super::motion::{Motion, every, sampled, vector};
 use super::raw_channels::Array;
 use super::targets::Derivation;
 use crate::clean::preprocess::CleanLog;
@@ -245,15 +245,6 @@ impl<'a> EmptyHandDetector<'a> {
             (None, None) => false,
             (open, far) => open.unwrap_or(true) && far.unwrap_or(true),
         }
-    }
-}
-
-/// Returns the frames that are sampled for a mean. They are the same if the log is read in windows.
-fn sampled(measured: &CleanLog) -> Vec<usize> {
-    let step = every(measured);
-    match &measured.window {
-        Some(window) => window.core.clone().step_by(step).collect(),
-        None => measured.stretches.iter().flat_map(|stretch| stretch.clone().step_by(step)).collect(),
     }
 }
 

@@ -26,6 +26,7 @@ mod pads;
 mod robosuite;
 mod robots;
 mod round_trip;
+mod setup;
 mod targets;
 mod touch;
 mod turning_weight;

@@ -1,0 +1,163 @@
+//! Objects that are inserted beside the socket of the scene.
+//!
+//! Such an object is below the rim of the socket, where the shape of the socket's body is, or where the object does not come to when it stands elsewhere.
+
+use super::rests::{SCENE_ERROR, gap_of, rests};
+use super::survey::Survey;
+use super::{in_scene, median, mm};
+use nalgebra::Vector3;
+use std::ops::Range;
+use teachtree_base::scene::{Role, Scene, Socket};
+use teachtree_logs::issue::{Issue, IssueKind};
+
+/// How far beside the radius of a socket an insertion is looked for, m.
+const BESIDE: f64 = 0.050;
+/// A plug point is in something when it is this far below the rim, m: until then it may tilt over the edge.
+const BELOW: f64 = 5e-3;
+/// An insertion without shapes goes at least as deep, m.
+const DEEP: f64 = 0.010;
+/// And is guided: it deviates from a line along the axis by less than this, m, which a hand without a hole does not.
+const GUIDED: f64 = 3e-3;
+/// It lasts at least this long, s.
+const LASTS: f64 = 0.3;
+/// Insertions into one hole differ by less than this, m.
+const ALIKE: f64 = 5e-3;
+
+/// A socket of a body.
+struct Hole<'s> {
+    body: usize,
+    name: &'s str,
+    socket: &'s Socket,
+}
+
+/// An object below the rim of a socket, beside it.
+struct Visit {
+    samples: Range<usize>,
+    /// The depth of the plug point at the deepest sample, m.
+    depth: f64,
+    /// The sample.
+    deepest: usize,
+    /// How far beside the axis the plug point is there, frame of the body of the socket, m.
+    beside: Vector3<f64>,
+    /// How far the plug point is from that line during the visit at most, m.
+    deviation: f64,
+}
+
+/// The sockets that are beside the insertions.
+pub fn issues(scene: &Scene, survey: &Survey) -> Vec<Issue> {
+    let bodies = scene.bodies.values().enumerate();
+    let holes = bodies.flat_map(|(body, it)| it.sockets.iter().map(move |(name, socket)| Hole { body, name, socket }));
+    let objects = || {
+        let logged = scene.bodies.iter().zip(&survey.bodies).enumerate();
+        logged.filter(|(_, ((_, body), samples))| body.role == Role::Object && samples.is_logged)
+    };
+    let mut issues = vec![];
+    for hole in holes {
+        let taken = objects().filter(|(index, ((name, _), _))| *index != hole.body && hole.socket.takes(name));
+        issues.extend(taken.filter_map(|(index, _)| inserted_beside(scene, survey, &hole, index)));
+    }
+    issues
+}
+
+/// Where the plug point of an object is as seen from the rim of a socket: along the axis, and beside it in the frame of the socket's body, m.
+fn seen(scene: &Scene, survey: &Survey, hole: &Hole, object: usize, sample: usize) -> Option<(f64, Vector3<f64>)> {
+    let (_, body) = scene.bodies.get_index(object)?;
+    let holder = survey.pose(hole.body, sample)?;
+    let plug = survey.pose(object, sample)? * body.plug_point();
+    let seen = hole.socket.frame().see(&holder.inverse_transform_point(&plug));
+    Some((seen.height, seen.beside))
+}
+
+fn inserted_beside(scene: &Scene, survey: &Survey, hole: &Hole, object: usize) -> Option<Issue> {
+    let radius = hole.socket.radius.0;
+    let places: Vec<Option<(f64, Vector3<f64>)>> =
+        (0..survey.time.len()).map(|sample| seen(scene, survey, hole, object, sample)).collect();
+    let at = |sample: usize| places.get(sample).copied().flatten();
+    let inserted = &survey.bodies.get(object)?.is_inserted;
+    let is_in = |sample: usize| inserted.get(sample) == Some(&true);
+    let was_in = (0..places.len()).any(|sample| {
+        is_in(sample) && at(sample).is_some_and(|(height, beside)| height < -BELOW && beside.norm() < 2.0 * radius)
+    });
+    if was_in {
+        return None;
+    }
+    let is_beside = |sample: usize| {
+        at(sample).is_some_and(|(height, beside)| {
+            let deepest = hole.socket.depth.0 + BESIDE;
+            (-deepest..-BELOW).contains(&height) && beside.norm() < radius + BESIDE && !is_in(sample)
+        })
+    };
+    let visits = survey.runs(LASTS, is_beside);
+    let visits: Vec<Visit> = visits.into_iter().filter_map(|samples| visit(samples, &at)).collect();
+    let elsewhere = heights_elsewhere(survey, object, radius, at);
+    let overlapping: Vec<&Visit> =
+        visits.iter().filter(|visit| overlaps(scene, survey, hole, object, visit.deepest)).collect();
+    let stands = |visit: &Visit| elsewhere.iter().any(|height| (height + visit.depth).abs() < ALIKE);
+    let guided = |visit: &&Visit| visit.depth > DEEP && visit.deviation < GUIDED && !stands(visit);
+    let guided: Vec<&Visit> = visits.iter().filter(guided).collect();
+    let proved = match (overlapping.is_empty(), elsewhere.is_empty() && guided.len() < 2) {
+        (false, _) => overlapping,
+        // Nothing shows at which height the object stands on a support.
+        (true, true) => return None,
+        (true, false) => guided,
+    };
+    report(scene, survey, hole, object, &proved)
+}
+
+fn visit(samples: Range<usize>, at: impl Fn(usize) -> Option<(f64, Vector3<f64>)>) -> Option<Visit> {
+    let places = || samples.clone().filter_map(|sample| Some((sample, at(sample)?)));
+    let (deepest, (height, beside)) = places().min_by(|(_, (one, _)), (_, (other, _))| one.total_cmp(other))?;
+    let deviation = places().map(|(_, (_, it))| (it - beside).norm()).fold(0.0, f64::max);
+    Some(Visit { deepest, depth: -height, beside, deviation, samples })
+}
+
+/// Whether an object overlaps the body of a socket.
+fn overlaps(scene: &Scene, survey: &Survey, hole: &Hole, object: usize, sample: usize) -> bool {
+    gap_of(scene, survey, object, hole.body, (sample, 0.0)).is_some_and(|gap| gap.width < -SCENE_ERROR)
+}
+
+/// How high above the rim of a socket the plug point of an object is when the object rests far from the socket, m.
+fn heights_elsewhere(
+    survey: &Survey,
+    object: usize,
+    radius: f64,
+    at: impl Fn(usize) -> Option<(f64, Vector3<f64>)>,
+) -> Vec<f64> {
+    let far = rests(survey, object, |_| true).into_iter().filter_map(|rest| at(rest.start + rest.len() / 2));
+    far.filter(|(_, beside)| beside.norm() > radius + BESIDE).map(|(height, _)| height).collect()
+}
+
+fn report(scene: &Scene, survey: &Survey, hole: &Hole, object: usize, visits: &[&Visit]) -> Option<Issue> {
+    let part = |axis: usize| median(visits.iter().map(|visit| visit.beside[axis]).collect());
+    let offset = Vector3::new(part(0)?, part(1)?, part(2)?);
+    let radius = hole.socket.radius.0;
+    if offset.norm() <= radius.max(ALIKE) || visits.iter().any(|visit| (visit.beside - offset).norm() > ALIKE) {
+        return None;
+    }
+    let depth = median(visits.iter().map(|visit| visit.depth).collect())?;
+    let (name, _) = scene.bodies.get_index(object)?;
+    let (its, holder) = scene.bodies.get_index(hole.body)?;
+    let times = if visits.len() > 1 { format!(" {} times", visits.len()) } else { String::new() };
+    let line = if survey.bodies.get(hole.body)?.is_logged {
+        let rim = hole.socket.rim.map(|length| length.0);
+        let moved = Vector3::from(rim) + offset;
+        format!("`rim: {}` of the socket instead of `{}`, or `plug` of `{name}`", in_scene(moved.into()), in_scene(rim))
+    } else {
+        let found = holder.position.map(|length| length.0);
+        let turn = survey.pose(hole.body, 0)?.rotation;
+        let moved = Vector3::from(found) + turn * offset;
+        format!(
+            "`position: {}` of `{its}` instead of `{}`, or `plug` of `{name}`",
+            in_scene(moved.into()),
+            in_scene(found)
+        )
+    };
+    let message = format!(
+        "`{name}` is inserted{times} {} mm beside the socket `{}`, {} mm below its rim: the scene is wrong there ({line})",
+        mm(offset.norm()),
+        hole.name,
+        mm(depth)
+    );
+    let [start_s, end_s] = survey.span_of(&(visits.first()?.samples.start..visits.last()?.samples.end));
+    Some(Issue { kind: IssueKind::MISPLACED_SOCKET, start_s, end_s, channel: format!("{its}.position"), message })
+}

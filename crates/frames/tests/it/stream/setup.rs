@@ -1,0 +1,301 @@
+//! Mistakes of a setup, planted in recordings that have none: each is reported with its number, and nothing is reported without it.
+
+use super::{ask, ask_contact};
+use crate::shared::recordings::recording;
+use std::path::Path;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::units::Dimension;
+use teachtree_frames::streaming::StreamedLog;
+use teachtree_frames::{OpenRequest, frames, open};
+use teachtree_logs::read::csv;
+use teachtree_world::{shipped, teach};
+
+/// The kinds of these mistakes.
+const KINDS: [&str; 7] = [
+    "changed_offset",
+    "hanging_object",
+    "implausible_unit",
+    "inconsistent_hold",
+    "misplaced_socket",
+    "overlapping_bodies",
+    "reversed_flag",
+];
+
+fn taught(scene: &str, operator: &str, seed: u64) -> Recording {
+    teach(&shipped::scene(scene).unwrap(), &shipped::operator(operator).unwrap(), seed).unwrap()
+}
+
+/// The mistakes that are reported of a recording.
+fn mistakes(recording: &Recording) -> Vec<String> {
+    let issues = frames(recording, &[ask("target")]).unwrap().issues;
+    let found = issues.into_iter().filter(|issue| KINDS.contains(&issue.kind.name()));
+    found.map(|issue| format!("{} {}: {}", issue.kind, issue.channel, issue.message)).collect()
+}
+
+/// Multiplies the columns of these channels.
+fn scale(log: &mut Recording, channels: &[&str], factor: f64) {
+    for (name, column) in &mut log.columns {
+        if channels.iter().any(|channel| name.starts_with(channel)) {
+            column.values.iter_mut().for_each(|value| *value *= factor);
+        }
+    }
+}
+
+/// Noise of a standard deviation of about one that is the same in each run.
+fn noise(t: f64, seed: f64) -> f64 {
+    let uniform = |by: f64| (((t * 1e3).round() * by + seed * 37.7).sin() * 43_758.545_3).fract();
+    uniform(12.9898) + uniform(78.233) + uniform(39.425)
+}
+
+/// A gripper with a sensor at its wrist, which puts a plug into the hole of a block; noise 0.1 mm and 0.15 N.
+const PLUG: &str = "
+bodies:
+  plug: {role: object, mass: 100 g, plug: [0 mm, 0 mm, -30 mm], parts: [{box: [25 mm, 25 mm, 60 mm]}]}
+  table: {role: support, position: [0 mm, 0 mm, -25 mm], parts: [{box: [1 m, 1 m, 50 mm]}]}
+  block:
+    role: socket
+    position: [300 mm, 0 mm, 20 mm]
+    sockets: {hole: {rim: [0 mm, 0 mm, 20 mm], axis: [0, 0, 1], radius: 10 mm, depth: 40 mm, accepts: [plug]}}
+    parts: [
+      {box: [20 mm, 68 mm, 40 mm], at: [24 mm, 0 mm, 0 mm]},
+      {box: [20 mm, 68 mm, 40 mm], at: [-24 mm, 0 mm, 0 mm]},
+      {box: [28 mm, 20 mm, 40 mm], at: [0 mm, 24 mm, 0 mm]},
+      {box: [28 mm, 20 mm, 40 mm], at: [0 mm, -24 mm, 0 mm]}]
+hands:
+  right: {fingers: [thumb, palm]}
+";
+
+/// The tool point at times, s and m: to the plug, up, over the hole, into it, and away.
+const PATH: [(f64, [f64; 3]); 9] = [
+    (0.0, [0.0, -0.2, 0.3]),
+    (1.0, [0.0, -0.2, 0.3]),
+    (2.0, [0.0, 0.0, 0.04]),
+    (2.5, [0.0, 0.0, 0.04]),
+    (3.5, [0.0, 0.0, 0.2]),
+    (5.0, [0.3, 0.0, 0.2]),
+    (6.5, [0.3, 0.0, 0.04]),
+    (7.0, [0.3, 0.0, 0.04]),
+    (8.5, [0.0, -0.2, 0.3]),
+];
+/// The gripper is closed from and to, s.
+const CLOSED: [f64; 2] = [2.3, 6.8];
+
+fn tool(t: f64, axis: usize) -> f64 {
+    let after = PATH.iter().position(|(at, _)| *at > t).unwrap_or(PATH.len() - 1);
+    let ((from, one), (to, other)) = (PATH[after - 1], PATH[after]);
+    let share = ((t - from) / (to - from)).clamp(0.0, 1.0);
+    let smooth = share * share * (3.0 - 2.0 * share);
+    one[axis] + (other[axis] - one[axis]) * smooth
+}
+
+fn plug_log() -> Recording {
+    let closed = |t: f64| f64::from(u8::from((CLOSED[0]..CLOSED[1]).contains(&t)));
+    let plug = |t: f64, axis: usize| {
+        let carried = tool(t.clamp(CLOSED[0], CLOSED[1]), axis);
+        carried - if axis == 2 { 0.01 } else { 0.0 } + 1e-4 * noise(t, axis as f64)
+    };
+    let hand = |t: f64, axis: usize| tool(t, axis) + 1e-4 * noise(t, 10.0 + axis as f64);
+    let force = |t: f64, axis: usize| {
+        0.15 * noise(t, 20.0 + axis as f64) + if axis == 2 && closed(t) > 0.0 { 0.98 } else { 0.0 }
+    };
+    recording(
+        PLUG,
+        100.0,
+        1200,
+        &[
+            ("right.thumb.position.x", &|t| hand(t, 0)),
+            ("right.thumb.position.y", &|t| hand(t, 1)),
+            ("right.thumb.position.z", &|t| hand(t, 2)),
+            ("right.palm.force.x", &|t| force(t, 0)),
+            ("right.palm.force.y", &|t| force(t, 1)),
+            ("right.palm.force.z", &|t| force(t, 2)),
+            ("right.gripper.closed", &closed),
+            ("plug.position.x", &|t| plug(t, 0)),
+            ("plug.position.y", &|t| plug(t, 1)),
+            ("plug.position.z", &|t| plug(t, 2)),
+        ],
+    )
+}
+
+#[test]
+fn no_simulated_operator_has_one() {
+    assert_eq!(mistakes(&plug_log()), [""; 0]);
+    for name in shipped::names() {
+        assert_eq!(mistakes(&taught(name, name, 2)), [""; 0], "{name}");
+    }
+    for (operator, scene) in shipped::failing() {
+        assert_eq!(mistakes(&taught(scene, operator, 1)), [""; 0], "{operator}");
+    }
+}
+
+#[test]
+fn millimeters_that_are_read_as_meters_are_reported() {
+    let (plug, place) = (plug_log(), taught("pick_and_place", "pick_and_place", 1));
+    let with = |log: &Recording, channels: &[&str], factor: f64| {
+        let mut log = log.clone();
+        scale(&mut log, channels, factor);
+        mistakes(&log).join("\n")
+    };
+    let found = [
+        with(&plug, &["right.thumb.position"], 1e3),
+        with(&plug, &["right.thumb.position"], 1e-3),
+        with(&plug, &["plug.position"], 1e3),
+        with(&plug, &["plug.position"], 1e-3),
+        with(&plug, &["plug.position", "right.thumb.position"], 1e3),
+        with(&plug, &["right.thumb.position"], 1e2),
+        // One body of several, and one that stands still.
+        with(&place, &["box.position"], 1e3),
+        with(&place, &["block.position"], 1e3),
+        with(&place, &["right.thumb.position", "right.index.position", "right.middle.position"], 1e3),
+    ];
+    insta::assert_snapshot!(found.join("\n--\n"));
+}
+
+/// The mistakes of a recording in a scene of which a body is moved, m.
+fn moved(log: &Recording, body: &str, by: [f64; 3]) -> String {
+    let mut log = log.clone();
+    for (position, by) in log.scene.bodies[body].position.iter_mut().zip(by) {
+        position.0 += by;
+    }
+    mistakes(&log).join("\n")
+}
+
+#[test]
+fn bodies_that_overlap_at_rest_and_objects_that_hang_are_reported() {
+    let (plug, place) = (plug_log(), taught("pick_and_place", "pick_and_place", 1));
+    let stack = taught("independent", "independent", 1);
+    let found = [
+        moved(&plug, "table", [0.0, 0.0, 0.03]),
+        moved(&place, "base", [0.0, 0.0, 0.03]),
+        moved(&stack, "base", [0.0, 0.0, 0.008]),
+        moved(&plug, "table", [0.0, 0.0, -0.03]),
+        moved(&place, "base", [0.0, 0.0, -0.03]),
+        moved(&stack, "base", [0.0, 0.0, -0.008]),
+        moved(&place, "base", [2.0, 0.0, 0.0]),
+    ];
+    insta::assert_snapshot!(found.join("\n--\n"));
+    // Contacts from shapes allow for so much.
+    assert_eq!(moved(&plug, "table", [0.0, 0.0, 0.004]), "");
+    assert_eq!(moved(&place, "base", [0.0, 0.0, -0.004]), "");
+    // One object of two whose origin is elsewhere.
+    let mut log = place;
+    log.columns["block.position.z"].values.iter_mut().for_each(|height| *height -= 0.025);
+    insta::assert_snapshot!("one_object_of_two", mistakes(&log).join("\n"));
+}
+
+#[test]
+fn a_socket_beside_the_insertions_is_reported() {
+    let (plug, peg) = (plug_log(), taught("peg_in_hole", "peg_in_hole", 1));
+    let mut without_shapes = plug.clone();
+    without_shapes.scene.bodies["block"].parts.clear();
+    without_shapes.scene.bodies["plug"].parts.clear();
+    // It stands 20 mm higher at first, so that its height shows when it is in the hole.
+    let times = without_shapes.time.clone();
+    let heights = &mut without_shapes.columns["plug.position.z"].values;
+    let pedestal = |t: f64| 0.02 * (3.5 - t).clamp(0.0, 1.0);
+    heights.iter_mut().zip(times).for_each(|(height, time)| *height += pedestal(time));
+    assert_eq!(mistakes(&without_shapes), [""; 0]);
+    let ring = taught("ring_and_pole", "ring_and_pole", 1);
+    let mut rim = ring;
+    rim.scene.bodies["cylinder"].sockets["pole"].rim[0].0 += 0.02;
+    let found = [
+        moved(&plug, "block", [0.02, 0.0, 0.0]),
+        moved(&peg, "holder", [0.0, -0.02, 0.0]),
+        moved(&without_shapes, "block", [0.0, 0.02, 0.0]),
+        mistakes(&rim).join("\n"),
+    ];
+    insta::assert_snapshot!(found.join("\n--\n"));
+}
+
+#[test]
+fn a_reversed_gripper_flag_is_reported() {
+    let turn = |log: &mut Recording| {
+        log.columns["right.gripper.closed"].values.iter_mut().for_each(|flag| *flag = 1.0 - *flag);
+    };
+    let mut plug = plug_log();
+    turn(&mut plug);
+    let mut place = taught("pick_and_place", "pick_and_place", 1);
+    let force = |finger: &str| -> Vec<f64> {
+        let part = |axis: &str| place.columns[&format!("right.{finger}.force.{axis}")].values.clone();
+        let (x, y, z) = (part("x"), part("y"), part("z"));
+        x.iter().zip(&y).zip(&z).map(|((x, y), z)| x.hypot(*y).hypot(*z)).collect()
+    };
+    let closed = force("thumb").iter().zip(force("index")).map(|(a, b)| f64::from(u8::from(a.min(b) > 0.05))).collect();
+    place.columns.insert("right.gripper.closed".into(), Column { dimension: Dimension::NONE, values: closed });
+    assert_eq!(mistakes(&place), [""; 0]);
+    turn(&mut place);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let text = std::fs::read_to_string(root.join("demos/robosuite/lift_hdf5.binding.yaml")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let binding = folder.path().join("lift.binding.yaml");
+    let mut found = vec![mistakes(&plug).join("\n"), mistakes(&place).join("\n")];
+    for comparison in ["< 25 mm", "> 25 mm"] {
+        std::fs::write(&binding, text.replace("< 25 mm", comparison)).unwrap();
+        let log = root.join("demos/robosuite/lift.hdf5#demo_1");
+        let opened = open(&OpenRequest { log, binding: Some(binding.clone()), ..OpenRequest::default() }).unwrap();
+        found.push(mistakes(&opened.recording).join("\n"));
+    }
+    insta::assert_snapshot!(found.join("\n--\n"));
+}
+
+#[test]
+fn holds_without_common_motion_are_reported() {
+    let (plug, place) = (plug_log(), taught("pick_and_place", "pick_and_place", 1));
+    // The frame of the object is turned by 90° about the vertical.
+    let turned = |log: &Recording, object: &str| {
+        let mut log = log.clone();
+        let [x, y] = ["x", "y"].map(|axis| log.columns[&format!("{object}.position.{axis}")].values.clone());
+        log.columns[&format!("{object}.position.x")].values = y.iter().map(|y| -y).collect();
+        log.columns[&format!("{object}.position.y")].values = x;
+        mistakes(&log).join("\n")
+    };
+    // Its clock is late.
+    let late = |log: &Recording, object: &str, rows: usize| {
+        let mut log = log.clone();
+        for axis in ["x", "y", "z"] {
+            let column = &mut log.columns[&format!("{object}.position.{axis}")].values;
+            let first = column[0];
+            column.splice(0..0, std::iter::repeat_n(first, rows));
+            column.truncate(log.time.len());
+        }
+        mistakes(&log).join("\n")
+    };
+    // The pose is of another thing, which goes round.
+    let mut other = plug.clone();
+    for (axis, value) in [("x", f64::sin as fn(f64) -> f64), ("y", f64::cos)] {
+        other.columns[&format!("plug.position.{axis}")].values =
+            plug.time.iter().map(|t| 0.1 * value(2.0 * t)).collect();
+    }
+    let found = [turned(&plug, "plug"), turned(&place, "box"), late(&plug, "plug", 180), mistakes(&other).join("\n")];
+    insta::assert_snapshot!(found.join("\n--\n"));
+}
+
+#[test]
+fn an_offset_of_a_force_sensor_that_changes_is_reported() {
+    let shifted = |from_s: f64, by: f64| {
+        let mut log = plug_log();
+        let times = log.time.clone();
+        let values = &mut log.columns["right.palm.force.x"].values;
+        values.iter_mut().zip(times).filter(|(_, time)| *time >= from_s).for_each(|(value, _)| *value += by);
+        mistakes(&log).join("\n")
+    };
+    // During the hold, in free motion, and less than a weight that turns.
+    let found = [shifted(4.0, 3.0), shifted(8.4, -2.0)];
+    insta::assert_snapshot!(found.join("\n--\n"));
+    assert_eq!(shifted(4.0, 0.6), "");
+}
+
+#[test]
+fn a_log_in_windows_has_the_mistakes_of_the_whole_log() {
+    let mut log = taught("several_tasks", "several_tasks", 1);
+    log.scene.bodies["base"].position[2].0 += 0.03;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    csv::write(&log, &path).unwrap();
+    let request = OpenRequest { log: path, ..OpenRequest::default() };
+    let whole = open(&request).unwrap().frames(&[ask_contact()]).unwrap().issues;
+    let flow = StreamedLog::open(&request).and_then(|flow| flow.look_through(&[ask_contact()])).unwrap();
+    let (_, flowing) = flow.parts(&mut |_| Ok(())).unwrap();
+    assert_eq!(flowing, whole);
+    assert!(whole.iter().any(|issue| issue.kind == "overlapping_bodies"));
+}
