@@ -12,6 +12,7 @@ use sensors::SensorSet;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use teachtree_measure::seeds;
 use teachtree_world::shipped;
 use trial::Trial;
 
@@ -19,7 +20,7 @@ use trial::Trial;
 #[derive(Parser)]
 struct Args {
     /// Seeds of the operators, the last one included
-    #[arg(value_parser = seeds, default_value = "1..50")]
+    #[arg(value_parser = seeds::parse, default_value = "1..50")]
     seeds: RangeInclusive<u64>,
     /// Only operators whose name contains one of these texts
     #[arg(long)]
@@ -72,12 +73,4 @@ fn run(args: &Args) -> Result<(), String> {
         println!("{}\n{}", tables::found(&trials, &sets), tables::undetectable(&trials, &sets));
     }
     Ok(())
-}
-
-/// Parses a range of seeds such as `1..50`.
-fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
-    let ends = text.split_once("..").and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
-    ends.filter(|(first, last)| first <= last)
-        .map(|(first, last)| first..=last)
-        .ok_or_else(|| format!("expected seeds such as `1..50`, found `{text}`"))
 }

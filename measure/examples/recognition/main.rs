@@ -15,6 +15,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
+use teachtree_measure::seeds;
 use teachtree_world::shipped;
 use trial::{Rulesets, Trial};
 
@@ -28,10 +29,10 @@ const NOT_COUNTED: &str = "paper_box";
 #[derive(Parser)]
 struct Args {
     /// Seeds of the operators, the last one included
-    #[arg(value_parser = seeds, default_value = "1..200")]
+    #[arg(value_parser = seeds::parse, default_value = "1..200")]
     seeds: RangeInclusive<u64>,
     /// Seeds of other operators, whose pooled results are printed beside
-    #[arg(value_parser = seeds)]
+    #[arg(value_parser = seeds::parse)]
     others: Option<RangeInclusive<u64>>,
     /// The number of operators for the stress conditions, which take most of the time; default all
     #[arg(long, value_name = "COUNT")]
@@ -134,12 +135,4 @@ fn run_trials(
     let count = seeds.end() - seeds.start() + 1;
     println!("seeds {}..{}: {took_s:.0} s, {:.1} s a seed", seeds.start(), seeds.end(), took_s / count as f64);
     trials
-}
-
-/// `1..200`.
-fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
-    let ends = text.split_once("..").and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
-    ends.filter(|(first, last)| first <= last)
-        .map(|(first, last)| first..=last)
-        .ok_or_else(|| format!("expected seeds such as `1..200`, found `{text}`"))
 }

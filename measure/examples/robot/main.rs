@@ -35,6 +35,7 @@ use teachtree_base::units::Dimension;
 use teachtree_command as command;
 use teachtree_command::TouchForces;
 use teachtree_frames as stream;
+use teachtree_measure::seeds;
 use teachtree_robot::simulation::arm_clearance::{Collision, MinDistance};
 use teachtree_robot::simulation::{Performance, TaskOutcome, simulate_seeing};
 use teachtree_robot::{self as robot, Robot};
@@ -110,8 +111,7 @@ fn main() -> ExitCode {
 }
 
 fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
-    let parsed = seeds.split_once("..").and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
-    let (first, last): (u64, u64) = parsed.ok_or_else(|| format!("`{seeds}`: expected seeds such as 1..10"))?;
+    let seeds = seeds::parse(seeds)?;
     let rules = [RuleSet::load("contact.rules", vec![])?, RuleSet::load("bimanual.rules", vec![])?];
     let (robots, wanted): (Vec<&String>, Vec<&String>) =
         wanted.iter().partition(|word| robot::names().any(|name| name == word.as_str()));
@@ -133,7 +133,8 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
         |scene: &&str| !(otherwise.displaced && ["ball", "peg_pullout_from_hole", "turn_screw"].contains(scene));
     let ends_in_contact = |scene: &&str| !otherwise.unknown || END_IN_CONTACT.contains(scene);
     for scene in SCENES.into_iter().filter(is_wanted).filter(stands_free).filter(ends_in_contact) {
-        let came: Vec<(u64, Result<DemonstrationResult, InputError>)> = (first..=last)
+        let came: Vec<(u64, Result<DemonstrationResult, InputError>)> = seeds
+            .clone()
             .into_par_iter()
             .map(|seed| {
                 let recording = demonstrated(scene, seed, otherwise);
