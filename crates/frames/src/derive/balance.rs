@@ -2,7 +2,7 @@
 //!
 //! `m (a - g) = F_fingers + F_contacts`. The fingers' forces are those of the hands that touch it. Everything is averaged over [`HALF_WINDOW_SECS`] before and after.
 
-use super::hands::HandTrack;
+use super::hands::{HandTrack, feels};
 use super::motion::{Motion, moving_average, vector};
 use crate::clean::preprocess::CleanLog;
 use nalgebra::Vector3;
@@ -78,8 +78,11 @@ fn holds(track: &HandTrack, body: usize, frame: usize) -> bool {
     track.touching.get(frame) == Some(&true) && track.target.get(frame) == Some(&Some(body))
 }
 
-/// The hands that hold a body at some time; `None` when one of them has no sensors.
+/// The hands that hold a body at some time; `None` when one of them has no sensors, or no channel shows what a hand holds.
 fn hands<'a, 'm>(measured: &'m CleanLog, tracks: &'a [HandTrack], body: usize) -> Option<Vec<HoldingHand<'a, 'm>>> {
+    if !tracks.iter().all(|track| feels(track.side, measured.columns.keys().copied())) {
+        return None;
+    }
     let holding = tracks.iter().filter(|track| (0..measured.len()).any(|frame| holds(track, body, frame)));
     let hands: Vec<HoldingHand> = holding.map(|track| (track, sensors(measured, track))).collect();
     (!hands.iter().any(|(_, sensors)| sensors.is_empty())).then_some(hands)

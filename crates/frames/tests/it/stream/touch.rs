@@ -175,6 +175,19 @@ fn forces_that_do_not_balance_are_not_believed() {
     near(felt.at("contacts.force", 1.2)[2], 0.0, 0.0);
 }
 
+#[test]
+fn the_wall_of_a_hand_without_sensors_bears_the_weight() {
+    // The cube is carried through the air to the wall, which it reaches at 1 s. What the hand bears is not known, so the balance is not either.
+    let way = |t: f64| 0.270 - 0.020 * (1.0 - t).max(0.0);
+    let mut carried = over_base(CUBE, [&way, &|_| 0.0, &|_| 0.150], 0.0, &|_| 0.0, &|_| 0.0);
+    carried.columns.retain(|name, _| !name.contains(".force"));
+    let frames = frames(&carried, &[ask("contacts.force"), ask("target")]).unwrap();
+    let wall = frames.layout.hand(Side::Right).unwrap().contacts.iter().position(|name| name == "wall").unwrap();
+    let force = column(&frames, "contacts.force", wall as u32, 0);
+    near(force[100], 0.0, 0.0);
+    near(force[300], -WEIGHT, 1e-9);
+}
+
 /// The cube on the base for 1 s and in the air thereafter, as a flag and nothing else; the base has no shape.
 fn flagged(name: &str) -> Recording {
     let mut log =
