@@ -1,5 +1,7 @@
 //! `teachtree audit`: the recordings of a set that should not be trained on, with the reasons.
 
+mod signals;
+
 use super::analysis::{AnalysisArgs, EachArg, ExpectArg};
 use super::output_args::{FormatArg, OutArg};
 use super::parallel::{LogResults, ParallelArgs, named_failures};
@@ -18,7 +20,7 @@ use teachtree_session::{AnalysisInternals, LogInternals};
 /// Options of `audit`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree audit recordings/\n  teachtree audit my_set --binding arm.binding.yaml --page audit.html --keep keep.json\n  teachtree audit my_set --binding arm.binding.yaml --rules my_failures.rules --expect 'peg_in_hole x 2' --fail-on failure\n  teachtree audit demos.hdf5 --binding sim.binding.yaml --mask masked.hdf5\n  teachtree audit recordings/ --allow unlike --fail-on idle,cut_off --format csv -o findings.csv\nExit status: 0 fine, 1 a recording has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are audited."
+    after_help = "Examples:\n  teachtree audit recordings/\n  teachtree audit my_set bags/*.mcap\n  teachtree audit my_set --binding arm.binding.yaml --page audit.html --keep keep.json\n  teachtree audit my_set --binding arm.binding.yaml --rules my_failures.rules --expect 'peg_in_hole x 2' --fail-on failure\n  teachtree audit demos.hdf5 --binding sim.binding.yaml --mask masked.hdf5\n  teachtree audit recordings/ --allow unlike --fail-on idle,cut_off --format csv -o findings.csv\nWithout a binding, recordings with columns of other names are audited by their stamps, numbers and pictures.\nExit status: 0 fine, 1 a recording has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are audited."
 )]
 pub struct Args {
     /// Recordings, folders of them, LeRobot sets, HDF5 files; `set#0..9` for some episodes
@@ -85,6 +87,18 @@ enum KindArg {
     OutOfOrder,
     /// It has other steps than most, or takes much longer or shorter
     Unlike,
+    /// Without a binding: frames are missing between others, or at the end of a video
+    MissingFrames,
+    /// Without a binding: steps between stamps differ, or are not those of the rate
+    UnevenStamps,
+    /// Without a binding: rows or messages have one stamp
+    EqualStamps,
+    /// Without a binding: stamps go back
+    StampsBack,
+    /// Without a binding: samples are far away from all others and from their neighbors
+    Spike,
+    /// Without a binding: a camera gives the same picture while things move
+    FrozenCamera,
 }
 
 impl KindArg {
@@ -97,6 +111,12 @@ impl KindArg {
             Self::LacksTask => FindingKind::LacksTask,
             Self::OutOfOrder => FindingKind::OutOfOrder,
             Self::Unlike => FindingKind::Outlier,
+            Self::MissingFrames => FindingKind::MissingFrames,
+            Self::UnevenStamps => FindingKind::UnevenStamps,
+            Self::EqualStamps => FindingKind::EqualStamps,
+            Self::StampsBack => FindingKind::StampsBack,
+            Self::Spike => FindingKind::Spike,
+            Self::FrozenCamera => FindingKind::FrozenCamera,
         }
     }
 }
@@ -114,6 +134,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let inputs = args.analysis.checked_inputs(&logs, &outputs(args))?;
     check_mask(args)?;
     args.analysis.source.check(logs.len())?;
+    if signals::is_for(args, &logs) {
+        return signals::run(args, &logs, &inputs);
+    }
     let LogResults { done, failed } = args.many.each_log("auditing", &logs, |log| {
         // Both the rules and the rests need it in memory.
         let opened = args.analysis.read(log)?;
@@ -123,13 +146,38 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let facts = Facts::new(analysis.found(), &opened.opened()?.recording, args.rest, &can_carry);
         Ok((facts, analysis.meta().clone()))
     })?;
+    let meta = done.first().map(|(_, (_, meta))| meta.clone());
+    let done = done.into_iter().map(|(log, (facts, _))| (log, facts)).collect();
+    finish(args, done, failed, Checks { meta: meta.as_ref(), inputs: &inputs, unchecked: None })
+}
+
+/// How recordings were checked.
+struct Checks<'a> {
+    /// By which rules; nothing where there were none.
+    meta: Option<&'a Meta>,
+    inputs: &'a [PathBuf],
+    /// Checks that were left out; nothing where the recordings are to be compared.
+    unchecked: Option<Vec<String>>,
+}
+
+/// Compares the recordings and writes the audit.
+fn finish(
+    args: &Args,
+    done: Vec<(&PathBuf, Facts)>,
+    failed: Vec<(&PathBuf, Failure)>,
+    checks: Checks,
+) -> Result<(), Failure> {
     let names: Vec<String> = failed.iter().map(|(log, _)| log.display().to_string()).collect();
     let failures = named_failures(failed);
     let failed: Vec<(String, String)> = names.into_iter().zip(failures.iter().map(why)).collect();
-    let Some(meta) = done.first().map(|(_, (_, meta))| meta.clone()) else { return Failure::some(failures, 0) };
-    let (audited, mut all): (Vec<&PathBuf>, Vec<Facts>) =
-        done.into_iter().map(|(log, (facts, _))| (log, facts)).unzip();
-    let (usual, unchecked) = (compare(&mut all), unchecked(&all));
+    if done.is_empty() {
+        return Failure::some(failures, 0);
+    }
+    let (audited, mut all): (Vec<&PathBuf>, Vec<Facts>) = done.into_iter().unzip();
+    let (usual, unchecked) = match checks.unchecked {
+        Some(unchecked) => (Vec::new(), unchecked),
+        None => (compare(&mut all), unchecked(&all)),
+    };
     let (tasks, failures_by_task) = (task_counts(&all), failure_counts(&all));
     let recordings: Vec<(String, Facts)> = audited.iter().map(|log| log.display().to_string()).zip(all).collect();
     let allowed: Vec<FindingKind> = args.allow.iter().map(|kind| kind.kind()).collect();
@@ -142,7 +190,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         unchecked: &unchecked,
         allowed: &allowed,
     };
-    write(args, &audit, &audited, &meta, &inputs)?;
+    write(args, &audit, &audited, checks.meta, checks.inputs)?;
     Failure::some(failures, recordings.len())?;
     let fails = |(_, facts): &(String, Facts)| {
         facts.findings.iter().any(|finding| args.fail_on.iter().any(|kind| kind.kind() == finding.kind))
@@ -195,7 +243,13 @@ fn first(args: &Args) -> &Path {
     args.logs.first().map_or(Path::new(""), PathBuf::as_path)
 }
 
-fn write(args: &Args, audit: &Audit, audited: &[&PathBuf], meta: &Meta, inputs: &[PathBuf]) -> Result<(), InputError> {
+fn write(
+    args: &Args,
+    audit: &Audit,
+    audited: &[&PathBuf],
+    meta: Option<&Meta>,
+    inputs: &[PathBuf],
+) -> Result<(), InputError> {
     let mut written = Files::default();
     let text = match args.form.format {
         Format::Text => report::text(audit, output::width()),
@@ -243,10 +297,11 @@ fn keep(path: &Path, audit: &Audit, audited: &[&PathBuf]) -> String {
 }
 
 /// Writes a copy of a file with the names of the good recordings, as robomimic's filter keys.
-fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[&PathBuf], meta: &Meta) -> Result<(), InputError> {
+fn mask(file: &Path, copy: &Path, audit: &Audit, audited: &[&PathBuf], meta: Option<&Meta>) -> Result<(), InputError> {
     use teachtree_logs::read::formats::hdf5::annotate::{AUDITED, Request, annotate};
     let names: Vec<String> = good(audit, audited).filter_map(|log| formats::recording_of(log)).collect();
-    let provenance = json!({ "version": VERSION, "rules": { "files": meta.rules, "digest": meta.digest } }).to_string();
+    let rules = meta.map(|meta| json!({ "files": meta.rules, "digest": meta.digest }));
+    let provenance = json!({ "version": VERSION, "rules": rules }).to_string();
     let lists = std::collections::BTreeMap::from([(AUDITED, names)]);
     let request = Request {
         layout: None,

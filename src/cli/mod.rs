@@ -73,7 +73,7 @@ enum Command {
     Analyze(analyze::Args),
     /// Write the labels of all recordings of a data set into a copy of it: words for LeRobot, signals for MimicGen
     Annotate(annotate::Args),
-    /// Report the recordings of a set that should not be trained on: failures, idle, cut off, failed grasps, lacking a task, out of order, unlike the others
+    /// Report the recordings of a set that should not be trained on: failures, idle, cut off, failed grasps, lacking a task, out of order, unlike the others; without a binding, missing frames, uneven or equal stamps, stamps going back, spikes, frozen cameras
     Audit(audit::Args),
     /// Label a log while it is being made: segments and tasks as they close
     Live(live::Args),

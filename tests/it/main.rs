@@ -6,6 +6,7 @@ mod accessibility;
 mod annotate;
 mod annotate_forms;
 mod audit;
+mod audit_signals;
 mod bounds;
 mod browser;
 mod ci_formats;

@@ -115,7 +115,7 @@ pub enum ValueKind {
 
 /// The column of the stamps: where it is, how a binding calls it, and how many seconds its unit is.
 pub(crate) struct StampColumn {
-    column: usize,
+    pub column: usize,
     pub title: String,
     to_seconds: f64,
 }
@@ -182,6 +182,13 @@ fn since_1970(stamp: f64) -> Option<(&'static str, f64)> {
     [(1e17, "ns", 1e-9), (1e14, "us", 1e-6), (1e11, "ms", 1e-3)]
         .into_iter()
         .find_map(|(least, unit, factor)| (stamp > least).then_some((unit, factor)))
+}
+
+/// How many seconds the unit of stamps is, of which this is the first one.
+pub(crate) fn seconds_since_1970(at: &StampColumn, first: Option<f64>) -> f64 {
+    let is_plain = at.to_seconds == 1.0 && names::split_known_unit(&at.title).1.is_none();
+    let large = first.and_then(since_1970).filter(|_| is_plain);
+    large.map_or(at.to_seconds, |(_, factor)| factor)
 }
 
 fn report(name: String, header: &[String], mut at: Option<StampColumn>, rated: bool, table: Table) -> SheetReport {

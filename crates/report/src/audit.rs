@@ -10,7 +10,7 @@ use super::palette::{INK, color};
 use super::svg::{escape, length};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use teachtree_analysis::audit::{DrawnSegment, Facts, FindingKind};
+use teachtree_analysis::audit::{DrawnSegment, Facts, Finding, FindingKind};
 use teachtree_analysis::json::{Meta, VERSION};
 use teachtree_analysis::{TrackId, number::fixed};
 
@@ -74,7 +74,8 @@ impl Audit<'_> {
             format!("{} of {all} {} good", self.good(), if all == 1 { "recording is" } else { "recordings are" });
         for (kind, count) in self.counts().into_iter().filter(|(_, count)| *count > 0) {
             let allowed = if self.allowed.contains(&kind) { " (allowed)" } else { "" };
-            let _ = write!(text, ", {count} {}{allowed}", kind.words());
+            let with = if kind.is_of_signals() { "with " } else { "" };
+            let _ = write!(text, ", {count} {with}{}{allowed}", kind.words());
         }
         if !self.failed.is_empty() {
             let _ = write!(text, ", {} cannot be read", self.failed.len());
@@ -86,6 +87,12 @@ impl Audit<'_> {
 /// From when to when something is, behind its words.
 fn span(span_s: Option<[f64; 2]>) -> String {
     span_s.map_or(String::new(), |[start, end]| format!(" [{}–{} s]", fixed(start, 2), fixed(end, 2)))
+}
+
+/// A finding in words: its column, what it is, and when.
+fn described(finding: &Finding) -> String {
+    let column = finding.column.as_ref().map_or(String::new(), |column| format!("{column}: "));
+    format!("{column}{}{}", finding.message, span(finding.span_s))
 }
 
 /// The table, with lines of this width.
@@ -107,7 +114,7 @@ pub fn text(audit: &Audit, width: usize) -> String {
             let _ = writeln!(text, "{head}  -");
         }
         for (at, finding) in facts.findings.iter().enumerate() {
-            let words = format!("{}: {}{}", finding.kind.words(), finding.message, span(finding.span_s));
+            let words = format!("{}: {}", finding.kind.words(), described(finding));
             let room = width.saturating_sub(name_width + 12).max(TEXT);
             for (line, part) in wrapped(&words, room).into_iter().enumerate() {
                 let head = if at == 0 && line == 0 { head.clone() } else { " ".repeat(name_width + 10) };
@@ -152,8 +159,8 @@ vertical-align:top}th{font-weight:600}.quiet{color:#5b6472}.kind{display:inline-
 background:#f6d5d0;white-space:nowrap}.allowed{background:#e6e9ee}.good{background:#d3ecd6}ul{margin:4px 0;padding:0;list-style:none}\
 svg{display:block;font:11px system-ui,sans-serif}.lane{fill:#5b6472}.found{fill:none;stroke:#c0392b;stroke-width:2}";
 
-/// The page; `meta` says by which rules.
-pub fn page(audit: &Audit, meta: &Meta) -> String {
+/// The page; `meta` says by which rules, if there were any.
+pub fn page(audit: &Audit, meta: Option<&Meta>) -> String {
     let longest = audit.recordings.iter().map(|(_, facts)| facts.duration_s()).fold(0.0, f64::max);
     let mut body =
         format!("<h1>Audit of {} recordings</h1>\n<p>{}.</p>\n", audit.recordings.len(), escape(&audit.summary()));
@@ -175,7 +182,7 @@ pub fn page(audit: &Audit, meta: &Meta) -> String {
             .iter()
             .map(|finding| {
                 let class = if audit.allowed.contains(&finding.kind) { "kind allowed" } else { "kind" };
-                let words = escape(&format!("{}{}", finding.message, span(finding.span_s)));
+                let words = escape(&described(finding));
                 format!("<li><span class=\"{class}\">{}</span>{words}</li>", finding.kind.words())
             })
             .collect();
@@ -190,8 +197,10 @@ pub fn page(audit: &Audit, meta: &Meta) -> String {
         let _ = writeln!(body, "<tr><td>{}</td><td></td><td>cannot be read: {}</td></tr>", escape(name), escape(why));
     }
     body.push_str("</table>\n");
-    let (rules, digest) = (escape(&meta.rules.join(" ")), escape(&meta.digest));
-    let _ = writeln!(body, "<p class=\"quiet\">teachtree {VERSION}, rules {rules}, digest {digest}</p>");
+    let rules = meta.map_or("no rules".into(), |meta| {
+        format!("rules {}, digest {}", escape(&meta.rules.join(" ")), escape(&meta.digest))
+    });
+    let _ = writeln!(body, "<p class=\"quiet\">teachtree {VERSION}, {rules}</p>");
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Audit</title>\n<style>{STYLE}</style></head>\n<body>\n{body}</body></html>\n"
     )
@@ -200,7 +209,8 @@ pub fn page(audit: &Audit, meta: &Meta) -> String {
 /// The segments of the hands as bars; all recordings have one scale. What findings are about is framed.
 fn lanes(facts: &Facts, longest: f64) -> String {
     let x = |time_s: f64| 44.0 + (time_s - facts.start_s).max(0.0) / longest.max(f64::MIN_POSITIVE) * WIDTH;
-    let height = facts.lanes.len() as f64 * (LANE + 2.0) + 2.0;
+    // An audit without rules has findings and no lanes.
+    let height = facts.lanes.len().max(1) as f64 * (LANE + 2.0) + 2.0;
     let mut svg =
         format!("<svg width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\">", length(WIDTH + 48.0), length(height));
     for (at, (who, spans)) in facts.lanes.iter().enumerate() {
@@ -211,7 +221,7 @@ fn lanes(facts: &Facts, longest: f64) -> String {
     for finding in &facts.findings {
         let Some([start, end]) = finding.span_s else { continue };
         let lane = |who: TrackId| facts.lanes.iter().position(|(known, _)| *known == who);
-        let (top, lanes) = finding.track.and_then(lane).map_or((0, facts.lanes.len()), |at| (at, 1));
+        let (top, lanes) = finding.track.and_then(lane).map_or((0, facts.lanes.len().max(1)), |at| (at, 1));
         let (left, top, height) = (x(start), 1.0 + top as f64 * (LANE + 2.0), lanes as f64 * (LANE + 2.0) - 2.0);
         let (left, top, width, height) = (length(left), length(top), length((x(end) - left).max(2.0)), length(height));
         let _ = write!(svg, "<rect class=\"found\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>");

@@ -125,7 +125,11 @@ pub fn recordings_within(
         let several = |folder: &Path| {
             each || match binding {
                 Some(_) => !formats::is_one_log(folder),
-                None => found.iter().any(|found| is_canonical(&found.log, folders)),
+                // A folder that cannot be one recording contains recordings.
+                None => {
+                    let is_named = |found: &RecordingFile| is_canonical(&found.log, folders).is_ok_and(|is| is);
+                    !formats::is_one_log(folder) && !found.is_empty() || found.iter().any(is_named)
+                }
             }
         };
         if !path.is_dir() || is_store(path) || several(path) {
@@ -164,10 +168,13 @@ pub fn chosen(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
 }
 
 /// Whether the columns of a log are called as ours are.
-fn is_canonical(log: &Path, folders: &AllowedFolders) -> bool {
+///
+/// # Errors
+/// The log cannot be opened.
+pub fn is_canonical(log: &Path, folders: &AllowedFolders) -> Result<bool, InputError> {
     let named =
         |source: Source| source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
-    formats::open_within(log, folders).is_ok_and(named)
+    formats::open_within(log, folders).map(named)
 }
 
 /// The recordings of a path: those in a folder, those that a choice stands for, or the path itself.

@@ -220,7 +220,7 @@ fn durations(recordings: &[&Facts]) -> Vec<(usize, Finding)> {
             if let Some((at, step)) = steps.get(place) {
                 let span_s = Some([step.start_s, step.start_s + step.duration_s]);
                 let message = format!("{name} lasts {words}");
-                findings.push((*at, Finding { kind: FindingKind::Outlier, track: None, span_s, message }));
+                findings.push((*at, Finding { span_s, ..Finding::new(FindingKind::Outlier, message) }));
             }
         }
     }

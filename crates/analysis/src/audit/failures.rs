@@ -18,7 +18,7 @@ pub(super) fn findings(outcome: &Outcome) -> Vec<Finding> {
             }
             _ => reason.message.clone(),
         };
-        Some(Finding { kind, track: reason.track, span_s: reason.span_s, message })
+        Some(Finding { track: reason.track, span_s: reason.span_s, ..Finding::new(kind, message) })
     };
     outcome.reasons.iter().filter_map(finding).collect()
 }

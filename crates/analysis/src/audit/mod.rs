@@ -7,6 +7,7 @@
 mod compare;
 mod failures;
 mod motion;
+pub mod signals;
 mod usual_tasks;
 
 pub use compare::{compare, unchecked};
@@ -44,12 +45,37 @@ pub enum FindingKind {
     /// It has other steps than most, or takes much longer or shorter.
     #[serde(rename = "unlike")]
     Outlier,
+    /// Frames are missing between others, or at the end of a video.
+    MissingFrames,
+    /// Steps between stamps differ, or are not those of the rate.
+    UnevenStamps,
+    /// Rows or messages have one stamp.
+    EqualStamps,
+    /// Stamps go back.
+    StampsBack,
+    /// Samples are far away from all others and from their neighbors.
+    Spike,
+    /// A camera gives the same picture while things move.
+    FrozenCamera,
 }
 
 impl FindingKind {
     /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::Failure, Self::Idle, Self::CutOff, Self::FailedGrasp, Self::LacksTask, Self::OutOfOrder, Self::Outlier];
+    pub const ALL: [Self; 13] = [
+        Self::Failure,
+        Self::Idle,
+        Self::CutOff,
+        Self::FailedGrasp,
+        Self::LacksTask,
+        Self::OutOfOrder,
+        Self::Outlier,
+        Self::MissingFrames,
+        Self::UnevenStamps,
+        Self::EqualStamps,
+        Self::StampsBack,
+        Self::Spike,
+        Self::FrozenCamera,
+    ];
 
     /// `cut_off`, as in files and options.
     pub const fn name(self) -> &'static str {
@@ -61,7 +87,26 @@ impl FindingKind {
             Self::LacksTask => "lacks_task",
             Self::OutOfOrder => "out_of_order",
             Self::Outlier => "unlike",
+            Self::MissingFrames => "missing_frames",
+            Self::UnevenStamps => "uneven_stamps",
+            Self::EqualStamps => "equal_stamps",
+            Self::StampsBack => "stamps_back",
+            Self::Spike => "spike",
+            Self::FrozenCamera => "frozen_camera",
         }
+    }
+
+    /// Whether it is found without rules, in stamps, numbers and pictures.
+    pub const fn is_of_signals(self) -> bool {
+        matches!(
+            self,
+            Self::MissingFrames
+                | Self::UnevenStamps
+                | Self::EqualStamps
+                | Self::StampsBack
+                | Self::Spike
+                | Self::FrozenCamera
+        )
     }
 
     /// `cut off`, for people.
@@ -74,6 +119,12 @@ impl FindingKind {
             Self::LacksTask => "lacking a task",
             Self::OutOfOrder => "out of order",
             Self::Outlier => "unlike the others",
+            Self::MissingFrames => "missing frames",
+            Self::UnevenStamps => "uneven stamps",
+            Self::EqualStamps => "equal stamps",
+            Self::StampsBack => "stamps going back",
+            Self::Spike => "spikes",
+            Self::FrozenCamera => "frozen camera",
         }
     }
 }
@@ -85,10 +136,21 @@ pub struct Finding {
     pub kind: FindingKind,
     /// The hand that it is about.
     pub track: Option<TrackId>,
+    /// The column, topic or camera that it is about.
+    pub column: Option<String>,
     /// From when to when, s; nothing where it is about the whole recording.
     pub span_s: Option<[f64; 2]>,
+    /// The number that it is about, in the unit that docs/audit.md gives for its kind.
+    pub value: Option<f64>,
     /// What it is in words.
     pub message: String,
+}
+
+impl Finding {
+    /// A finding about a whole recording.
+    fn new(kind: FindingKind, message: String) -> Self {
+        Self { kind, track: None, column: None, span_s: None, value: None, message }
+    }
 }
 
 /// A task or primitive with its object, as recordings are compared by it.
@@ -192,9 +254,33 @@ impl Facts {
         }
     }
 
+    /// Those of a recording that no rules were run on.
+    fn of_signals([start_s, end_s]: [f64; 2], findings: Vec<Finding>) -> Self {
+        Self {
+            start_s,
+            end_s,
+            lanes: Vec::new(),
+            findings,
+            tasks: Vec::new(),
+            primitives: Vec::new(),
+            edges: Vec::new(),
+            has_unjudged_grasps: false,
+            failures: Vec::new(),
+            has_expectation: false,
+            has_unmeasured: false,
+        }
+    }
+
     /// How long it is, s.
     pub fn duration_s(&self) -> f64 {
         self.end_s - self.start_s
+    }
+
+    /// The share of the recording in which nothing moves, 0 to 1: that of all rests that are findings.
+    pub fn idle_share(&self) -> f64 {
+        let rests = self.findings.iter().filter(|finding| finding.kind == FindingKind::Idle);
+        let idle_s: f64 = rests.filter_map(|finding| finding.span_s).map(|[start, end]| end - start).sum();
+        if self.duration_s() > 0.0 { (idle_s / self.duration_s()).min(1.0) } else { 0.0 }
     }
 
     /// The tasks by which recordings are compared, in order: those that are not failures.
@@ -239,7 +325,7 @@ fn idle(found: &Analysis, hands: &[&Track], motion: &Motion, rest_s: f64) -> Vec
     let whole = found.end_s - found.start_s;
     if !hands.iter().any(|track| track.relabeled.iter().any(handles)) {
         let message = "no hand handles anything".to_string();
-        return vec![Finding { kind: FindingKind::Idle, track: None, span_s: None, message }];
+        return vec![Finding::new(FindingKind::Idle, message)];
     }
     // Who presses does something without moving.
     let presses = |start: f64, end: f64| -> f64 {
@@ -252,7 +338,7 @@ fn idle(found: &Analysis, hands: &[&Track], motion: &Motion, rest_s: f64) -> Vec
         .map(|[start, end]| {
             let part = if whole > 0.0 { 100.0 * (end - start) / whole } else { 0.0 };
             let message = format!("nothing moves for {:.1} s ({part:.0} % of the recording)", end - start);
-            Finding { kind: FindingKind::Idle, track: None, span_s: Some([start, end]), message }
+            Finding { span_s: Some([start, end]), ..Finding::new(FindingKind::Idle, message) }
         })
         .collect()
 }
@@ -288,18 +374,17 @@ fn edge(found: &Analysis, recording: &Recording, track: &Track, is_start: bool) 
         who: track.who,
         is_start,
         does,
-        finding: Finding { kind: FindingKind::CutOff, track: Some(track.who), span_s, message },
+        finding: Finding { track: Some(track.who), span_s, ..Finding::new(FindingKind::CutOff, message) },
     })
 }
 
 /// The tasks that a gap of the log interrupts.
 fn gaps(found: &Analysis, track: &Track) -> Vec<Finding> {
     let is_cut = |task: &&TaskSpan| task.open_end && task.frames.end < found.frames;
-    let finding = |task: &TaskSpan| Finding {
-        kind: FindingKind::CutOff,
-        track: Some(track.who),
-        span_s: Some([task.start_s, task.end_s]),
-        message: format!("a gap of the log interrupts {} {}{}", track.who, task.task, task.subject.suffix()),
+    let finding = |task: &TaskSpan| {
+        let message = format!("a gap of the log interrupts {} {}{}", track.who, task.task, task.subject.suffix());
+        let span_s = Some([task.start_s, task.end_s]);
+        Finding { track: Some(track.who), span_s, ..Finding::new(FindingKind::CutOff, message) }
     };
     track.tasks.iter().filter(is_cut).map(finding).collect()
 }
@@ -349,8 +434,8 @@ fn failed_grasps(track: &Track, hands: &[&Track], motion: &Motion) -> Vec<(bool,
         if let Some((released, by_poses)) = failed {
             let message = format!("{}: let go of without having moved with the hand", named(track, first));
             let span_s = Some([first.start_s, released.start_s]);
-            findings
-                .push((by_poses, Finding { kind: FindingKind::FailedGrasp, track: Some(track.who), span_s, message }));
+            let finding = Finding::new(FindingKind::FailedGrasp, message);
+            findings.push((by_poses, Finding { track: Some(track.who), span_s, ..finding }));
         }
         at = end;
     }
@@ -389,5 +474,5 @@ fn failed_by_poses(
 
 /// Returns the index of a recording with a finding about the whole recording.
 fn finding(at: usize, kind: FindingKind, message: String) -> (usize, Finding) {
-    (at, Finding { kind, track: None, span_s: None, message })
+    (at, Finding::new(kind, message))
 }

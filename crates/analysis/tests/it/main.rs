@@ -18,6 +18,7 @@ mod pairs;
 mod robosuite;
 mod scenarios;
 mod score;
+mod signals;
 
 /// The folder of the project.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

@@ -5,7 +5,7 @@
 //! rows must come in the order of their numbers, and have no more bytes than the file.
 
 use super::ros_types;
-use super::topics::{MessageDecoder, Topics};
+use super::topics::{MessageDecoder, MessageSink, Topics};
 use crate::read::table::Source;
 use ::rusqlite::limits::Limit;
 use ::rusqlite::{Connection, Error, OpenFlags, Row};
@@ -39,10 +39,18 @@ pub(super) fn source(path: &Path) -> Result<Source, InputError> {
 /// # Errors
 /// It is damaged.
 pub(super) fn read(path: &Path, topics: &mut Topics) -> Result<Option<String>, InputError> {
+    play(path, &mut |topic, decoder, recorded, message| topics.push(topic, decoder, recorded, message))
+}
+
+/// Gives the messages of a file in its order. Returns what is not read of it.
+///
+/// # Errors
+/// It is damaged; the first one of `each`.
+pub(super) fn play(path: &Path, each: MessageSink) -> Result<Option<String>, InputError> {
     let place = path.display().to_string();
     guarded(&place, || {
         let bag = Bag::open(path, &place)?;
-        bag.messages(&bag.decoders()?, topics)?;
+        bag.messages(&bag.decoders()?, each)?;
         Ok(bag.unmerged(path))
     })
 }
@@ -133,7 +141,7 @@ impl<'a> Bag<'a> {
     fn messages(
         &self,
         decoders: &BTreeMap<i64, (String, MessageDecoder)>,
-        topics: &mut Topics,
+        message: MessageSink,
     ) -> Result<(), InputError> {
         let mut left = self.size;
         self.each("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id", |row| {
@@ -146,9 +154,9 @@ impl<'a> Bag<'a> {
             let Some((topic, decoder)) = decoders.get(&topic) else { return Ok(()) };
             if data.starts_with(&ZSTD) {
                 let plain = super::mcap::unpacked_message(data).map_err(Fault::Damaged)?;
-                return topics.push(topic, decoder, recorded, &plain).map_err(Fault::Log);
+                return message(topic, decoder, recorded, &plain).map_err(Fault::Log);
             }
-            topics.push(topic, decoder, recorded, data).map_err(Fault::Log)
+            message(topic, decoder, recorded, data).map_err(Fault::Log)
         })
     }
 

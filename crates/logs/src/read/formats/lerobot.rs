@@ -4,6 +4,7 @@
 //! the set gives them (`observation.state.gripper.pos`), by place where it gives none (`observation.state[5]`); `timestamp` is `time [s]`.
 
 pub mod annotate;
+pub mod episode_facts;
 pub mod video;
 
 use super::parquet;

@@ -7,7 +7,7 @@ pub mod copy;
 pub mod ros2_message;
 pub mod write;
 
-use super::topics::{MessageDecoder, Topics};
+use super::topics::{MessageDecoder, MessageSink, Topics};
 use crate::read::table::Source;
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
@@ -39,9 +39,6 @@ const CHANNEL: u8 = 4;
 const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
 const DATA_END: u8 = 15;
-
-/// Takes messages: topic, decoder, time of recording (ns), and bytes.
-type MessageSink<'a> = &'a mut dyn FnMut(&str, &MessageDecoder, i64, &[u8]) -> Result<(), InputError>;
 
 /// Reads the messages of a file, which may be compressed as a whole; the message when it ends too early.
 pub(super) fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {

@@ -4,6 +4,7 @@
 mod array_columns;
 #[cfg(any(feature = "hdf5", feature = "arrays"))]
 mod array_log;
+pub mod bag;
 #[cfg(any(feature = "parquet", feature = "hdf5", feature = "arrays"))]
 #[cfg_attr(not(any(feature = "hdf5", feature = "arrays")), allow(dead_code, reason = "Parquet counts no arrays"))]
 mod budget;
@@ -21,13 +22,17 @@ pub mod jsonl;
 pub mod lerobot;
 #[cfg(feature = "mcap")]
 pub mod mcap;
+#[cfg(feature = "parquet")]
+mod mp4;
 #[cfg(feature = "arrays")]
 mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet;
+pub mod picture;
 #[cfg(feature = "protobuf")]
 mod protobuf;
 mod qualisys;
+pub mod raw_topics;
 mod recordings;
 #[cfg(feature = "db3")]
 mod ros_types;

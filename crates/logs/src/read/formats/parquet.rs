@@ -10,6 +10,7 @@ pub(super) mod column;
 mod flat;
 pub(super) mod language;
 mod page_head;
+pub(super) mod pictures;
 pub(super) mod rewrite;
 mod write;
 

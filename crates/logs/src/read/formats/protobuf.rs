@@ -40,10 +40,23 @@ impl MessageType {
     /// # Errors
     /// The bytes are not a message of this type.
     pub(super) fn decode(&self, bytes: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Failure> {
+        self.decode_with_bytes(bytes, row).map(|(stamp, _)| stamp)
+    }
+
+    /// The same, with the bytes in the field `data`.
+    ///
+    /// # Errors
+    /// As [`decode`](Self::decode).
+    pub(super) fn decode_with_bytes(
+        &self,
+        bytes: &[u8],
+        row: &mut InMemoryTable,
+    ) -> Result<(Option<i64>, Option<Vec<u8>>), Failure> {
         let message = DynamicMessage::decode(self.0.clone(), bytes)
             .map_err(|error| format!("is not a message of {}: {error}", self.0.full_name()))?;
         spread_message(&message, &mut String::new(), row, 0)?;
-        Ok(STAMPS.iter().find_map(|path| stamp(&message, path)))
+        let data = message.get_field_by_name("data").and_then(|value| value.as_bytes().map(|bytes| bytes.to_vec()));
+        Ok((STAMPS.iter().find_map(|path| stamp(&message, path)), data))
     }
 }
 

@@ -4,7 +4,7 @@
 //! when a bag ends in the middle of a record.
 
 use super::rosmsg::{Definition, WireFormat};
-use super::topics::{MessageDecoder, Topics};
+use super::topics::{MessageDecoder, MessageSink, Topics};
 use super::truncated;
 use crate::read::table::Source;
 use std::collections::BTreeMap;
@@ -24,27 +24,37 @@ const CONNECTION: u8 = 7;
 ///
 /// # Errors
 /// When it is damaged, or no topic can be read.
-pub fn source(mut bytes: impl Read, file: String) -> Result<Source, InputError> {
+pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
+    let mut topics = Topics::new(&file);
+    let push = &mut |topic: &str, reading: &MessageDecoder, recorded: i64, message: &[u8]| {
+        topics.push(topic, reading, recorded, message)
+    };
+    let is_cut = play(bytes, &file, push)?;
+    if is_cut && topics.is_empty() {
+        return Err(InputError::new(file, "the bag ends before its first message"));
+    }
+    let cut = is_cut.then(|| format!("{file} ends in the middle of a record; what is before counts"));
+    let mut source = topics.finish()?;
+    source.issues.extend(cut.map(|message| truncated(0.0, message)));
+    Ok(source)
+}
+
+/// Gives the messages of a bag as they come, in the order of the file; whether it ends in the middle of a record.
+///
+/// # Errors
+/// When it is damaged; the first one of `each`.
+pub(super) fn play(mut bytes: impl Read, file: &str, each: MessageSink) -> Result<bool, InputError> {
     let mut magic = [0; MAGIC.len()];
     let begins = bytes.read_exact(&mut magic).is_ok() && magic == MAGIC;
     if !begins {
         return Err(InputError::new(file, "found no bag of version 2.0").help("convert an older bag with `rosbag fix`"));
     }
-    let mut bag = Bag { topics: Topics::new(&file), connections: BTreeMap::new() };
-    let cut = match bag.records(&mut bytes, true) {
-        Ok(()) => None,
-        Err(Fault::Truncated) if !bag.topics.is_empty() => {
-            Some(format!("{file} ends in the middle of a record; what is before counts"))
-        }
-        Err(Fault::Truncated) => return Err(InputError::new(file, "the bag ends before its first message")),
-        Err(Fault::Damaged(message)) => {
-            return Err(InputError::new(file, format!("cannot be read as a bag: {message}")));
-        }
-        Err(Fault::Log(error)) => return Err(error),
-    };
-    let mut source = bag.topics.finish()?;
-    source.issues.extend(cut.map(|message| truncated(0.0, message)));
-    Ok(source)
+    match (Bag { each, connections: BTreeMap::new() }).records(&mut bytes, true) {
+        Ok(()) => Ok(false),
+        Err(Fault::Truncated) => Ok(true),
+        Err(Fault::Damaged(message)) => Err(InputError::new(file, format!("cannot be read as a bag: {message}"))),
+        Err(Fault::Log(error)) => Err(error),
+    }
 }
 
 /// Why reading stopped.
@@ -56,12 +66,12 @@ enum Fault {
 }
 
 /// What is known of a bag so far.
-struct Bag {
-    topics: Topics,
+struct Bag<'a> {
+    each: MessageSink<'a>,
     connections: BTreeMap<u32, (String, MessageDecoder)>,
 }
 
-impl Bag {
+impl Bag<'_> {
     /// Reads records to the end; `outer` ones may be chunks of others.
     fn records(&mut self, bytes: &mut impl Read, outer: bool) -> Result<(), Fault> {
         while let Some(header) = block(bytes, true)? {
@@ -87,7 +97,7 @@ impl Bag {
             _ => return Err(Fault::Damaged("a message has no time".into())),
         };
         let recorded = i64::from(seconds) * 1_000_000_000 + i64::from(nanos);
-        self.topics.push(topic, reading, recorded, data).map_err(Fault::Log)
+        (self.each)(topic, reading, recorded, data).map_err(Fault::Log)
     }
 
     fn connection(&mut self, of_record: &Fields, data: &[u8]) -> Result<(), Fault> {

@@ -6,7 +6,7 @@ use crate::allowed_folders::AllowedFolders;
 use crate::read::table::Source;
 use crate::read::text;
 use serde::Deserialize;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_base::yaml;
 
@@ -27,6 +27,31 @@ pub(super) struct Information {
 /// # Errors
 /// A file is missing or damaged, or no topic can be read.
 pub(super) fn folder(folder: &Path, folders: &AllowedFolders) -> Result<Source, InputError> {
+    let mut topics = Topics::new(folder.display().to_string());
+    let mut cut = None;
+    for part in parts(folder, folders)? {
+        cut = match part {
+            #[cfg(feature = "db3")]
+            Part::Sqlite(path) => super::db3::read(&path, &mut topics)?,
+            Part::Mcap(path) => mcap::read(folders.open(&path)?, &path.display().to_string(), &mut topics)?,
+        }
+        .or(cut);
+    }
+    super::finish(topics, cut)
+}
+
+/// A file of a bag.
+pub(super) enum Part {
+    Mcap(PathBuf),
+    #[cfg(feature = "db3")]
+    Sqlite(PathBuf),
+}
+
+/// The files of a folder with `metadata.yaml`, in their order; they must be in `folders`.
+///
+/// # Errors
+/// The list cannot be read, or names another storage or a file elsewhere.
+pub(super) fn parts(folder: &Path, folders: &AllowedFolders) -> Result<Vec<Part>, InputError> {
     let path = folder.join("metadata.yaml");
     let name = path.display().to_string();
     let text = text::whole(&folders.open(&path)?, &path, yaml::MAX_BYTES as u64)?;
@@ -40,21 +65,18 @@ pub(super) fn folder(folder: &Path, folders: &AllowedFolders) -> Result<Source, 
         return Err(InputError::new(name, format!("found a bag stored as `{storage}`, expected `mcap` or `sqlite3`"))
             .help("convert the bag with `ros2 bag convert` to MCAP"));
     }
-    let mut topics = Topics::new(folder.display().to_string());
-    let mut cut = None;
-    for part in information.relative_file_paths {
-        if !Path::new(&part).components().all(|part| matches!(part, Component::Normal(_))) {
-            return Err(InputError::new(name, format!("`{part}` leads out of the folder")));
+    let part = |file: &String| {
+        if !Path::new(file).components().all(|part| matches!(part, Component::Normal(_))) {
+            return Err(InputError::new(&name, format!("`{file}` leads out of the folder")));
         }
-        let path = folder.join(part);
-        let place = path.display().to_string();
-        let bytes = folders.open(&path)?;
-        cut = match storage {
+        let path = folder.join(file);
+        // Links that lead out are refused for files of both storages.
+        folders.open(&path)?;
+        Ok(match storage {
             #[cfg(feature = "db3")]
-            "sqlite3" => super::db3::read(&path, &mut topics)?,
-            _ => mcap::read(bytes, &place, &mut topics)?,
-        }
-        .or(cut);
-    }
-    super::finish(topics, cut)
+            "sqlite3" => Part::Sqlite(path),
+            _ => Part::Mcap(path),
+        })
+    };
+    information.relative_file_paths.iter().map(part).collect()
 }

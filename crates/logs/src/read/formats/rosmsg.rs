@@ -10,6 +10,7 @@
 
 use crate::read::memory_table::InMemoryTable;
 use std::collections::BTreeSet;
+use std::ops::Range;
 use teachtree_base::error::InputError;
 
 /// The longest array that is spread into columns.
@@ -21,6 +22,9 @@ const MAX_DEPTH: usize = 32;
 
 /// The field that names the frame of a transform.
 const CHILD: &str = "child_frame_id";
+
+/// The field of the bytes of a picture.
+const DATA: &str = "data";
 
 /// How messages are serialised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +111,20 @@ impl Definition {
     /// # Errors
     /// When the message is not of this type.
     pub fn decode(&self, message: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Failure> {
+        self.decode_with_bytes(message, row).map(|(stamp, _)| stamp)
+    }
+
+    /// The same, with the bytes in the field `data`, if it has more than [`MAX_ARRAY`].
+    ///
+    /// # Errors
+    /// As [`decode`](Self::decode).
+    pub fn decode_with_bytes<'m>(
+        &self,
+        message: &'m [u8],
+        row: &mut InMemoryTable,
+    ) -> Result<(Option<i64>, Option<&'m [u8]>), Failure> {
         let bytes = Bytes::new(message, self.wire).map_err(Failure::Message)?;
+        let payload = bytes.data;
         let steps = message.len().saturating_mul(64).saturating_add(4096);
         let mut decoder = Decoder {
             types: &self.types,
@@ -118,9 +135,10 @@ impl Definition {
             stamp: None,
             texts: vec![],
             steps,
+            data: None,
         };
         decoder.message(0, 0)?;
-        Ok(decoder.stamp)
+        Ok((decoder.stamp, decoder.data.and_then(|place| payload.get(place))))
     }
 }
 
@@ -249,6 +267,8 @@ struct Decoder<'a> {
     texts: Vec<String>,
     /// How many more values may be read: definitions can nest arrays of nothing.
     steps: usize,
+    /// Where the bytes of the field `data` are.
+    data: Option<Range<usize>>,
 }
 
 impl Decoder<'_> {
@@ -324,7 +344,11 @@ impl Decoder<'_> {
             return Err(twice(&format!("{}.{name}", self.path)));
         }
         if let (true, Kind::Bool | Kind::Unsigned(1) | Kind::Signed(1)) = (self.muted, field.kind) {
+            let start = self.bytes.at;
             self.bytes.skip(count)?;
+            if self.path == DATA {
+                self.data = Some(start..self.bytes.at);
+            }
         } else {
             let length = self.path.len();
             for place in 0..count {

@@ -13,6 +13,7 @@ use crate::read::memory_table::{Cells, InMemoryTable};
 use crate::read::stamp_order::{Order, SET_BACK, StampOrder, Writers};
 use crate::read::table::{BagClock, Sheet, Source};
 use indexmap::IndexMap;
+use std::borrow::Cow;
 use teachtree_base::error::InputError;
 use teachtree_base::short_number::ShortNumber;
 
@@ -90,7 +91,33 @@ impl MessageDecoder {
             Self::Refused(why) => Err(why.clone().into()),
         }
     }
+
+    /// The same, with the bytes in the field `data`, which are those of a picture in messages with one.
+    ///
+    /// # Errors
+    /// As [`decode`](Self::decode).
+    pub(super) fn decode_with_bytes<'m>(
+        &self,
+        message: &'m [u8],
+        row: &mut InMemoryTable,
+    ) -> Result<(Option<i64>, Option<Cow<'m, [u8]>>), Failure> {
+        match self {
+            Self::Defined(definition) => {
+                let (stamp, bytes) = definition.decode_with_bytes(message, row)?;
+                Ok((stamp, bytes.map(Cow::Borrowed)))
+            }
+            #[cfg(feature = "protobuf")]
+            Self::Protobuf(kind) => {
+                let (stamp, bytes) = kind.decode_with_bytes(message, row)?;
+                Ok((stamp, bytes.map(Cow::Owned)))
+            }
+            other => Ok((other.decode(message, row)?, None)),
+        }
+    }
 }
+
+/// Takes messages: topic, decoder, time of recording (ns), and bytes.
+pub type MessageSink<'a> = &'a mut dyn FnMut(&str, &MessageDecoder, i64, &[u8]) -> Result<(), InputError>;
 
 /// The topics so far.
 pub struct Topics {
