@@ -5,6 +5,8 @@ mod lerobot;
 mod outcomes;
 mod task_spec;
 
+pub(super) use lerobot::phrasing;
+
 use super::analysis::{AnalysisArgs, ExpectArg};
 use super::parallel::ParallelArgs;
 use super::{Failure, output};
@@ -155,7 +157,7 @@ fn folder_above(place: &Path) -> Result<PathBuf, InputError> {
 }
 
 /// What the labels were made by: the rules of each analysis once, binding, expected tasks and version.
-fn provenance<'a>(args: &Args, analyses: impl IntoIterator<Item = &'a Analysis>) -> Value {
+pub(super) fn provenance<'a>(binding: Option<&Path>, analyses: impl IntoIterator<Item = &'a Analysis>) -> Value {
     let (mut rules, mut expected): (Vec<Value>, _) = (Vec::new(), None);
     for analysis in analyses {
         expected = expected.or_else(|| analysis.outcome().expected);
@@ -168,7 +170,7 @@ fn provenance<'a>(args: &Args, analyses: impl IntoIterator<Item = &'a Analysis>)
         }
     }
     let mut provenance_json = json!({ "version": VERSION, "rules": rules });
-    if let (Some(binding), Some(provenance_json)) = (&args.analysis.source.binding, provenance_json.as_object_mut()) {
+    if let (Some(binding), Some(provenance_json)) = (binding, provenance_json.as_object_mut()) {
         provenance_json.insert("binding".into(), json!(binding.display().to_string()));
     }
     if let (Some(tasks), Some(provenance_json)) = (expected, provenance_json.as_object_mut()) {

@@ -122,7 +122,7 @@ impl KindArg {
 }
 
 /// Reads a time in s.
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let number = text.trim().strip_suffix('s').unwrap_or(text).trim();
     let value: Option<f64> = number.parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0);
     value.ok_or_else(|| "expected a time in s greater than 0, such as `2.5`".into())

@@ -7,7 +7,10 @@ use std::fmt::Write;
 
 /// The commands by group. The test `each_command_is_listed_once` holds it against the commands that there are.
 const GROUPS: &[(&str, &[&str])] = &[
-    ("Recognize", &["demo", "inspect", "analyze", "live", "annotate", "audit", "explain", "score", "agree", "studio"]),
+    (
+        "Recognize",
+        &["demo", "inspect", "analyze", "live", "annotate", "export", "audit", "explain", "score", "agree", "studio"],
+    ),
     ("Write rules", &["check", "fmt", "graph", "test", "fit", "prove", "diff"]),
     ("Robot", &["teach", "retarget", "simulate"]),
     ("Tools", &["list", "show", "lsp", "completions", "man"]),

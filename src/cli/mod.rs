@@ -14,6 +14,7 @@ mod browser;
 mod check;
 mod demo;
 mod explain;
+mod export;
 mod fit;
 mod fmt;
 mod graph;
@@ -73,6 +74,9 @@ enum Command {
     Analyze(analyze::Args),
     /// Write the labels of all recordings of a data set into a copy of it: words for LeRobot, signals for MimicGen
     Annotate(annotate::Args),
+    /// Write bags as a data set: episodes, at one rate, with labels, tasks and success
+    #[command(subcommand)]
+    Export(export::Target),
     /// Report the recordings of a set that should not be trained on: failures, idle, cut off, failed grasps, lacking a task, out of order, unlike the others; without a binding, missing frames, uneven or equal stamps, stamps going back, spikes, frozen cameras
     Audit(audit::Args),
     /// Label a log while it is being made: segments and tasks as they close
@@ -315,6 +319,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
         Command::Annotate(args) => annotate::run(args),
+        Command::Export(target) => export::run(target),
         Command::Audit(args) => audit::run(args),
         Command::Live(args) => live::run(args),
         Command::Explain(args) => explain::run(args),

@@ -19,6 +19,7 @@ mod door;
 mod examples;
 mod expectations;
 mod explain;
+mod export;
 mod extremes;
 mod failures;
 #[cfg(unix)]

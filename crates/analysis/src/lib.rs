@@ -16,6 +16,7 @@ pub mod coverage;
 pub mod csv;
 pub mod difference;
 pub mod eaf;
+pub mod episodes;
 pub mod expect;
 pub mod explain;
 pub mod fit;

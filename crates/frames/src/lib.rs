@@ -13,6 +13,7 @@ mod otsu;
 pub mod raw_log;
 pub mod spilled_columns;
 pub mod streaming;
+pub mod streams;
 
 pub use derive::frames;
 pub use derive::{averaging_lag, convex_gap, trusted};

@@ -93,7 +93,9 @@ impl Destination for Hdf5 {
             return Err(InputError::new(place, message).help("`teachtree analyze` prints the reasons").into());
         }
         let success_lines = success_lines(args, &successes, count)?;
-        let provenance_json = provenance(args, analyses.iter().map(|(_, analysis)| analysis)).to_string();
+        let provenance_json =
+            provenance(args.analysis.source.binding.as_deref(), analyses.iter().map(|(_, analysis)| analysis))
+                .to_string();
         let signals: BTreeMap<String, Signals> =
             rows.iter().map(|row| (row.name.clone(), row.signals.clone())).collect();
         let layout = self.layout.map(|layout| match layout {

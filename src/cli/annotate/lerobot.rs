@@ -69,7 +69,7 @@ impl Destination for LeRobot {
     }
 
     fn annotate(&self, args: &Args) -> Result<(), Failure> {
-        let phrasing = self.phrasing()?;
+        let phrasing = phrasing(&self.words)?;
         let wanted = |style: &Style| {
             let named = |arg: &StyleArg| match arg {
                 StyleArg::Motion => *style == Style::Motion,
@@ -125,7 +125,7 @@ impl Destination for LeRobot {
         let labels: BTreeMap<usize, Vec<Label>> =
             analyses.iter().map(|(episode, analysis)| (*episode, labels(analysis, &styles, &phrasing))).collect();
         let unlabeled: Vec<usize> = (0..logs.len()).filter(|episode| !analyses.contains_key(episode)).collect();
-        let mut provenance_json = provenance(args, analyses.values());
+        let mut provenance_json = provenance(args.analysis.source.binding.as_deref(), analyses.values());
         if let Some(provenance_json) = provenance_json.as_object_mut() {
             provenance_json.insert("styles".into(), json!(names));
             provenance_json.insert("words".into(), json!(phrasing.texts()));
@@ -156,17 +156,18 @@ impl Destination for LeRobot {
     }
 }
 
-impl LeRobot {
-    /// The words of the shipped table, in which the tables and then the templates of `--words` replace lines.
-    fn phrasing(&self) -> Result<Phrasing, InputError> {
-        let (tables, templates): (Vec<String>, Vec<String>) =
-            self.words.iter().cloned().partition(|text| is_yaml(text) && !text.contains(['=', '{']));
-        let read = |phrasing: Phrasing, file: String| {
-            let text = text::read(Path::new(&file), yaml::MAX_BYTES as u64)?;
-            phrasing.with_table(&text, &file)
-        };
-        tables.into_iter().try_fold(Phrasing::shipped()?, read)?.with_templates(&templates)
-    }
+/// The words of the shipped table, in which the tables and then the templates of `--words` replace lines.
+///
+/// # Errors
+/// A file that cannot be read, or a template that is wrong.
+pub fn phrasing(words: &[String]) -> Result<Phrasing, InputError> {
+    let (tables, templates): (Vec<String>, Vec<String>) =
+        words.iter().cloned().partition(|text| is_yaml(text) && !text.contains(['=', '{']));
+    let read = |phrasing: Phrasing, file: String| {
+        let text = text::read(Path::new(&file), yaml::MAX_BYTES as u64)?;
+        phrasing.with_table(&text, &file)
+    };
+    tables.into_iter().try_fold(Phrasing::shipped()?, read)?.with_templates(&templates)
 }
 
 /// The forms that are asked for.

@@ -9,6 +9,8 @@ mod samples;
 mod spikes;
 mod stamps;
 
+pub use rests::rests;
+
 use super::{Facts, Finding, FindingKind};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_frames::raw_log::{RawLog, RawTable};

@@ -95,3 +95,8 @@ fn events(samples: &Samples) -> Vec<f64> {
     }
     events
 }
+
+/// The rests of a log, s, each of at least `least_s`; `None` if no column shows motion.
+pub fn rests(log: &RawLog, whole: [f64; 2], least_s: f64) -> Option<Vec<[f64; 2]>> {
+    Motion::of(log).map(|motion| motion.still(whole, least_s))
+}

@@ -5,6 +5,7 @@
 
 pub mod annotate;
 pub mod episode_facts;
+pub mod new_set;
 pub mod video;
 
 use super::parquet;

@@ -29,6 +29,9 @@ mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod picture;
+#[cfg(all(feature = "mcap", feature = "arrays"))]
+pub mod picture_file;
+pub mod picture_spool;
 #[cfg(feature = "protobuf")]
 mod protobuf;
 mod qualisys;

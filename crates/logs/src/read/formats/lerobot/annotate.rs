@@ -3,14 +3,14 @@
 //!
 //! The copy is made beside its place under another name, compared with the set, and then renamed: at any time it is there whole or not at all.
 
-mod files;
+pub(super) mod files;
 mod gr00t;
 mod legacy;
 mod persistent;
 pub mod prelabels;
 mod sarm;
 pub mod success;
-mod timeline;
+pub(super) mod timeline;
 
 pub use timeline::Label;
 
@@ -34,7 +34,7 @@ use teachtree_base::error::InputError;
 /// Who gives the labels.
 const ROLE: &str = "assistant";
 /// The key of what is said about the labels in `info.json`, and in the metadata of data files.
-const PROVENANCE: &str = "teachtree";
+pub(super) const PROVENANCE: &str = "teachtree";
 
 /// How labels are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -30,6 +30,12 @@ pub enum Values<'a> {
     Language(Vec<&'a [Row]>),
     /// Truths.
     Flags(Vec<bool>),
+    /// Numbers of 32 bits.
+    Floats(Vec<f32>),
+    /// The length of vectors, and their numbers of 32 bits, one vector after the other.
+    FloatVectors(usize, Vec<f32>),
+    /// Files of pictures.
+    Pictures(Vec<Vec<u8>>),
     /// Whole numbers.
     Integers(Vec<i64>),
     /// Texts.
@@ -53,6 +59,9 @@ impl Column<'_> {
         match &self.values {
             Values::Language(values) => values.len(),
             Values::Flags(values) => values.len(),
+            Values::Floats(values) => values.len(),
+            Values::FloatVectors(width, values) => values.len() / (*width).max(1),
+            Values::Pictures(values) => values.len(),
             Values::Integers(values) => values.len(),
             Values::Texts(values) => values.len(),
             Values::TextLists(values) => values.len(),
@@ -78,6 +87,16 @@ impl Column<'_> {
         match &self.values {
             Values::Language(_) => language::schema(),
             Values::Flags(_) => primitive(&self.name, Physical::BOOLEAN, None),
+            Values::Floats(_) => primitive(&self.name, Physical::FLOAT, None),
+            Values::FloatVectors(..) => list(Physical::FLOAT, None),
+            Values::Pictures(_) => {
+                let parts = vec![
+                    primitive("bytes", Physical::BYTE_ARRAY, None)?,
+                    primitive("path", Physical::BYTE_ARRAY, text)?,
+                ];
+                let group = Type::group_type_builder(&self.name).with_repetition(Repetition::OPTIONAL);
+                group.with_fields(parts).build().map(Arc::new)
+            }
             Values::Integers(_) => primitive(&self.name, Physical::INT64, None),
             Values::Texts(_) => primitive(&self.name, Physical::BYTE_ARRAY, text),
             Values::TextLists(_) => list(Physical::BYTE_ARRAY, text),
@@ -92,6 +111,12 @@ impl Column<'_> {
         let of = match &self.values {
             Values::Language(_) => language::arrow_type(),
             Values::Flags(_) => DataType::Boolean,
+            Values::Floats(_) => DataType::Float32,
+            Values::FloatVectors(..) => list(DataType::Float32),
+            Values::Pictures(_) => {
+                let (bytes, path) = (DataType::Binary, DataType::Utf8);
+                DataType::Struct(vec![Field::new("bytes", bytes, true), Field::new("path", path, true)].into())
+            }
             Values::Integers(_) => DataType::Int64,
             Values::Texts(_) => DataType::Utf8,
             Values::TextLists(_) => list(DataType::Utf8),
@@ -114,6 +139,11 @@ impl Column<'_> {
                 }))
             }
             Values::Flags(_) => plain("bool"),
+            Values::Floats(_) => plain("float32"),
+            Values::FloatVectors(width, _) => {
+                json!({ "feature": plain("float32"), "length": width, "_type": "List" })
+            }
+            Values::Pictures(_) => json!({ "_type": "Image" }),
             Values::Integers(_) => plain("int64"),
             Values::Texts(_) => plain("string"),
             Values::TextLists(_) => list(plain("string")),
@@ -132,6 +162,12 @@ impl Column<'_> {
         match &self.values {
             Values::Language(values) => language::write(values.get(rows).ok_or_else(short)?, group),
             Values::Flags(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, flags),
+            Values::Floats(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, floats),
+            Values::FloatVectors(width, values) => {
+                let values = values.get(rows.start * width..rows.end * width).ok_or_else(short)?;
+                vectors(next(group)?, *width, values)
+            }
+            Values::Pictures(values) => pictures(group, values.get(rows).ok_or_else(short)?),
             Values::Integers(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, wholes),
             Values::Texts(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, texts),
             Values::TextLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, texts),
@@ -153,6 +189,7 @@ impl Column<'_> {
             }
         }
         let is_text = |text: &String, stored: &Stored| matches!(stored, Stored::Str(other) if other == text);
+        let is_float = |number: &f32, stored: &Stored| matches!(stored, Stored::Float(other) if other.to_bits() == number.to_bits());
         let is_whole = |number: &i64, stored: &Stored| matches!(stored, Stored::Long(other) if other == number);
         let is_number = |number: &f64, stored: &Stored| matches!(stored, Stored::Double(other) if other.to_bits() == number.to_bits());
         match &self.values {
@@ -162,6 +199,18 @@ impl Column<'_> {
             Values::Flags(values) => {
                 matches!((values.get(row), stored), (Some(one), Stored::Bool(other)) if one == other)
             }
+            Values::Floats(values) => values.get(row).is_some_and(|value| is_float(value, stored)),
+            Values::FloatVectors(width, values) => {
+                let vector = values.get(row * width..(row + 1) * width).map(|vector| Some(vector.to_vec()));
+                same(vector.as_ref(), stored, is_float)
+            }
+            Values::Pictures(values) => match stored {
+                Stored::Group(record) => {
+                    let bytes = record.get_column_iter().find(|(name, _)| *name == "bytes").map(|(_, value)| value);
+                    matches!((values.get(row), bytes), (Some(one), Some(Stored::Bytes(other))) if other.data() == one)
+                }
+                _ => false,
+            },
             Values::Integers(values) => values.get(row).is_some_and(|value| is_whole(value, stored)),
             Values::Texts(values) => values.get(row).is_some_and(|value| is_text(value, stored)),
             Values::TextLists(values) => same(values.get(row), stored, is_text),
@@ -189,6 +238,18 @@ fn flags(
 ) -> Result<usize, ParquetError> {
     match column {
         ColumnWriter::BoolColumnWriter(writer) => writer.write_batch(values, Some(defined), repeated),
+        _ => Err(other_type()),
+    }
+}
+
+fn floats(
+    column: &mut ColumnWriter<'_>,
+    values: &[f32],
+    defined: &[i16],
+    repeated: Option<&[i16]>,
+) -> Result<usize, ParquetError> {
+    match column {
+        ColumnWriter::FloatColumnWriter(writer) => writer.write_batch(values, Some(defined), repeated),
         _ => Err(other_type()),
     }
 }
@@ -236,6 +297,41 @@ fn other_type() -> ParquetError {
 
 fn flat<T>(mut column: SerializedColumnWriter<'_>, values: &[T], put: WriterFn<T>) -> Result<(), ParquetError> {
     put(column.untyped(), values, &vec![1; values.len()], None)?;
+    column.close()
+}
+
+/// Vectors of one length.
+fn vectors(mut column: SerializedColumnWriter<'_>, width: usize, values: &[f32]) -> Result<(), ParquetError> {
+    let repeated: Vec<i16> = (0..values.len()).map(|at| i16::from(at % width.max(1) > 0)).collect();
+    floats(column.untyped(), values, &vec![ELEMENT; values.len()], Some(&repeated))?;
+    column.close()
+}
+
+/// Pictures without paths.
+fn pictures<W: Write + Send>(
+    group: &mut SerializedRowGroupWriter<'_, W>,
+    values: &[Vec<u8>],
+) -> Result<(), ParquetError> {
+    // What is defined: the group and its bytes, and the group without a path.
+    const BYTES: i16 = 2;
+    const GROUP: i16 = 1;
+    let mut column = next(group)?;
+    for value in values {
+        match column.untyped() {
+            ColumnWriter::ByteArrayColumnWriter(writer) => {
+                writer.write_batch(&[ByteArray::from(value.clone())], Some(&[BYTES]), None)?
+            }
+            _ => return Err(other_type()),
+        };
+    }
+    column.close()?;
+    let mut column = next(group)?;
+    match column.untyped() {
+        ColumnWriter::ByteArrayColumnWriter(writer) => {
+            writer.write_batch(&[], Some(&vec![GROUP; values.len()]), None)?
+        }
+        _ => return Err(other_type()),
+    };
     column.close()
 }
 

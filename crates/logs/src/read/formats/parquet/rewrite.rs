@@ -72,15 +72,55 @@ pub fn write_new(
     keys: Vec<(&str, String)>,
     out: &mut (dyn Write + Send),
 ) -> Result<(), ParquetError> {
-    let fields: Result<Vec<Arc<Type>>, ParquetError> = columns.iter().map(Column::schema).collect();
-    let schema = Arc::new(Type::group_type_builder("schema").with_fields(fields?).build()?);
-    let pairs = keys.into_iter().map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
-    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties(pairs)))?;
-    let mut group = writer.next_row_group()?;
-    columns.iter().try_for_each(|column| column.write(0..column.rows(), &mut group))?;
-    group.close()?;
-    writer.close()?;
-    Ok(())
+    let mut file = NewFile::new(columns, keys, out)?;
+    file.write(columns)?;
+    file.close()
+}
+
+/// A file that is written in parts, each of which is a row group.
+pub struct NewFile<W: Write + Send>(SerializedFileWriter<W>);
+
+impl<W: Write + Send> NewFile<W> {
+    /// A file with columns as these, and with metadata.
+    ///
+    /// # Errors
+    /// When `out` cannot be written.
+    pub fn new(columns: &[Column], keys: Vec<(&str, String)>, out: W) -> Result<Self, ParquetError> {
+        let fields: Result<Vec<Arc<Type>>, ParquetError> = columns.iter().map(Column::schema).collect();
+        let schema = Arc::new(Type::group_type_builder("schema").with_fields(fields?).build()?);
+        let pairs = keys.into_iter().map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
+        Ok(Self(SerializedFileWriter::new(out, schema, Arc::new(properties(pairs)))?))
+    }
+
+    /// Writes the next part.
+    ///
+    /// # Errors
+    /// When it cannot be written, or the columns are not those of the file.
+    pub fn write(&mut self, columns: &[Column]) -> Result<(), ParquetError> {
+        let mut group = self.0.next_row_group()?;
+        columns.iter().try_for_each(|column| column.write(0..column.rows(), &mut group))?;
+        group.close().map(drop)
+    }
+
+    /// The number of bytes that were written so far.
+    pub fn bytes(&self) -> usize {
+        self.0.bytes_written()
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn close(self) -> Result<(), ParquetError> {
+        self.0.close().map(drop)
+    }
+}
+
+/// The metadata by which `datasets` knows the types of columns.
+pub fn features(columns: &[Column]) -> (&'static str, String) {
+    let features: serde_json::Map<String, Value> =
+        columns.iter().map(|column| (column.name.clone(), column.feature(true))).collect();
+    (DATASETS, serde_json::json!({ "info": { "features": features } }).to_string())
 }
 
 fn properties(pairs: Vec<KeyValue>) -> WriterProperties {

@@ -12,12 +12,12 @@ use teachtree_base::error::InputError;
 const DEEPEST: usize = 16;
 const MAX_FILES: usize = 1 << 20;
 
-pub(super) fn copy_error(copy: &Path, error: &std::io::Error) -> InputError {
+pub(in super::super) fn copy_error(copy: &Path, error: &std::io::Error) -> InputError {
     InputError::unwritable(copy.display().to_string(), error)
 }
 
 /// A destination that keeps the first error of writing into it.
-pub(super) struct FirstErrorWriter<W> {
+pub(in super::super) struct FirstErrorWriter<W> {
     pub out: W,
     pub failed: Option<std::io::Error>,
 }
@@ -119,18 +119,18 @@ pub(super) fn copy_file(from: &Path, to: &Path, copy: &Path, folders: &AllowedFo
 }
 
 /// Makes the folder that a file of the copy is in.
-pub(super) fn make_parent(to: &Path, copy: &Path) -> Result<(), InputError> {
+pub(in super::super) fn make_parent(to: &Path, copy: &Path) -> Result<(), InputError> {
     to.parent().map_or(Ok(()), |parent| std::fs::create_dir_all(parent).map_err(|error| copy_error(copy, &error)))
 }
 
 /// Writes a file of the copy.
-pub(super) fn write_bytes(to: &Path, copy: &Path, bytes: &[u8]) -> Result<(), InputError> {
+pub(in super::super) fn write_bytes(to: &Path, copy: &Path, bytes: &[u8]) -> Result<(), InputError> {
     let mut file = File::create_new(to).map_err(|error| copy_error(copy, &error))?;
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| copy_error(copy, &error))
 }
 
 /// JSON as lerobot writes it.
-pub(super) fn printed(value: &Value, place: &str) -> Result<Vec<u8>, InputError> {
+pub(in super::super) fn printed(value: &Value, place: &str) -> Result<Vec<u8>, InputError> {
     let mut bytes = vec![];
     let form = serde_json::ser::PrettyFormatter::with_indent(b"    ");
     let mut out = serde_json::Serializer::with_formatter(&mut bytes, form);

@@ -1,7 +1,11 @@
 //! Labels over the frames of an episode.
 
+use super::super::super::parquet::column::{Column, Values};
 use super::super::super::parquet::language::Row;
+use super::super::super::parquet::rewrite;
 use super::ROLE;
+use ::parquet::errors::ParquetError;
+use serde_json::json;
 use std::collections::BTreeMap;
 
 /// A label: words that hold from a row of an episode on, until the next label of its style.
@@ -31,7 +35,11 @@ pub(super) fn of_style<'a>(labels: &'a [Label], style: &str, frames: usize) -> V
 ///
 /// # Errors
 /// When a frame and the one before it differ in their stamps, but not in the 32 bits that a row has for them.
-pub(super) fn rows(episode: usize, labels: &BTreeMap<usize, Vec<Label>>, stamps: &[f64]) -> Result<Vec<Row>, String> {
+pub(in super::super) fn rows(
+    episode: usize,
+    labels: &BTreeMap<usize, Vec<Label>>,
+    stamps: &[f64],
+) -> Result<Vec<Row>, String> {
     let labels = labels.get(&episode).map_or(&[][..], Vec::as_slice);
     let mut styles: Vec<&str> = labels.iter().map(|label| label.style).collect();
     styles.sort_unstable();
@@ -63,7 +71,7 @@ fn not_after(stamp: f64) -> f32 {
 
 /// Words by number, in the order in which they were numbered.
 #[derive(Default)]
-pub(super) struct Vocabulary {
+pub(in super::super) struct Vocabulary {
     /// The words, with those that were known before.
     pub words: Vec<String>,
     known: BTreeMap<String, usize>,
@@ -78,6 +86,31 @@ impl Vocabulary {
         self.words.push(words.into());
         self.known.insert(words.into(), self.words.len() - 1);
         self.words.len() - 1
+    }
+
+    /// A file of Parquet with the words and their numbers, in columns of these names.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn table(self, number: &str, words: &str) -> Result<Vec<u8>, ParquetError> {
+        let count = i64::try_from(self.words.len()).unwrap_or(i64::MAX);
+        let columns = [
+            Column { name: number.into(), values: Values::Integers((0..count).collect()) },
+            Column { name: words.into(), values: Values::Texts(self.words) },
+        ];
+        // lerobot takes the words from the index of the table, which pandas finds by this.
+        let of = |name: &str, pandas: &str, numpy: &str| json!({ "name": name, "field_name": name, "pandas_type": pandas, "numpy_type": numpy, "metadata": null });
+        let pandas = json!({
+            "index_columns": [words],
+            "column_indexes": [{ "name": null, "field_name": null, "pandas_type": "unicode", "numpy_type": "object", "metadata": { "encoding": "UTF-8" } }],
+            "columns": [of(number, "int64", "int64"), of(words, "unicode", "object")],
+            "attributes": {},
+            "creator": { "library": "teachtree", "version": env!("CARGO_PKG_VERSION") },
+            "pandas_version": "2.2.3",
+        });
+        let mut bytes = vec![];
+        rewrite::write_new(&columns, vec![("pandas", pandas.to_string())], &mut bytes)?;
+        Ok(bytes)
     }
 }
 
