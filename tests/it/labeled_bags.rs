@@ -238,6 +238,62 @@ fn a_bag_that_is_cut_off_keeps_what_is_there() {
     assert!(statistics.message_count as usize > kept.len());
 }
 
+/// Splits a bag into a folder of two files; with `renumbered`, the second one has other numbers for its topics.
+fn split(folder: &Path, renumbered: bool) {
+    let original = std::fs::read(folder.join("log.mcap")).unwrap();
+    let all: Vec<mcap::Message> = mcap::MessageStream::new(&original).unwrap().map(Result::unwrap).collect();
+    std::fs::create_dir(folder.join("two")).unwrap();
+    let metadata =
+        "rosbag2_bagfile_information:\n  storage_identifier: mcap\n  relative_file_paths: [a.mcap, b.mcap]\n";
+    std::fs::write(folder.join("two/metadata.yaml"), metadata).unwrap();
+    let (first, second) = all.split_at(all.len() / 2);
+    for (name, part, is_second) in [("a.mcap", first, false), ("b.mcap", second, true)] {
+        let file = std::io::BufWriter::new(std::fs::File::create(folder.join("two").join(name)).unwrap());
+        let mut writer = WriteOptions::new().profile("ros2").create(file).unwrap();
+        let mut channels: Vec<_> = first.iter().map(|message| message.channel.clone()).collect();
+        channels.sort_by_key(|channel| channel.topic.clone());
+        channels.dedup_by_key(|channel| channel.topic.clone());
+        if is_second && renumbered {
+            channels.reverse();
+        }
+        let mut ids = BTreeMap::new();
+        for channel in &channels {
+            let schema = channel.schema.as_ref();
+            let id = schema.map_or(0, |of| writer.add_schema(&of.name, &of.encoding, &of.data).unwrap());
+            let channel_id =
+                writer.add_channel(id, &channel.topic, &channel.message_encoding, &channel.metadata).unwrap();
+            ids.insert(channel.topic.clone(), channel_id);
+        }
+        for message in part {
+            let header = MessageHeader {
+                channel_id: ids[&message.channel.topic],
+                sequence: message.sequence,
+                log_time: message.log_time,
+                publish_time: message.publish_time,
+            };
+            writer.write_to_known_channel(&header, &message.data).unwrap();
+        }
+        writer.finish().unwrap();
+    }
+}
+
+#[test]
+fn a_bag_of_several_files_keeps_all_its_messages() {
+    for renumbered in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        bag(folder.path(), BagLayout::Chunks(Some(Compression::Zstd)));
+        split(folder.path(), renumbered);
+        let output = label(folder.path(), "two", &[]);
+        assert!(output.status.success(), "{}", all_said(&output));
+        let bytes = std::fs::read(folder.path().join("labeled.mcap")).unwrap();
+        let (ours, theirs): (Vec<Message>, Vec<Message>) = messages(&bytes).into_iter().partition(is_ours);
+        assert!(!ours.is_empty());
+        assert!(theirs == messages(&std::fs::read(folder.path().join("log.mcap")).unwrap()), "{renumbered}");
+        let topics = mcap::Summary::read(&bytes).unwrap().unwrap().channels;
+        assert_eq!(topics.values().filter(|channel| !channel.topic.starts_with("/teachtree/")).count(), 3);
+    }
+}
+
 #[test]
 fn other_logs_are_not_copied() {
     let folder = tempfile::tempdir().unwrap();
@@ -253,7 +309,7 @@ fn other_logs_are_not_copied() {
     for (log, message) in [
         ("log.bag", "is a bag of ROS 1, expected an MCAP file"),
         ("log.csv", "is another kind of log, expected an MCAP file"),
-        ("two", "is a bag of 2 files"),
+        ("two", "a.mcap"),
         ("gone.mcap", "gone.mcap"),
     ] {
         let output = label(folder.path(), log, &[]);

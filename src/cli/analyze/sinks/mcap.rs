@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::Segment;
 use teachtree_base::error::InputError;
 use teachtree_base::recording::Recording;
-use teachtree_logs::read::formats::mcap::copy::{McapContents, OriginalRecords, file_of};
+use teachtree_logs::read::formats::mcap::copy::{McapContents, OriginalRecords, files_of};
 use teachtree_logs::read::formats::mcap::ros2_message::{self, Pose, Ros2Type};
 use teachtree_logs::read::formats::mcap::write::Writer;
 use teachtree_logs::read::table::BagClock;
@@ -27,7 +27,7 @@ pub(super) const SINK: Sink = Sink {
             let message = "expected a name that ends in .mcap, as viewers do";
             return Err(InputError::new(path.display().to_string(), message));
         }
-        if args.into { logs.iter().try_for_each(|log| file_of(log).map(drop)) } else { Ok(()) }
+        if args.into { logs.iter().try_for_each(|log| files_of(log).map(drop)) } else { Ok(()) }
     },
     places: |path| vec![path.into(), layout_of(path)],
     ..Sink::new(["--mcap", "a file for viewers"], |args, path, log, analysis| {
@@ -40,9 +40,8 @@ pub(super) const SINK: Sink = Sink {
     })
 };
 
-/// The file among whose messages the analysis is written.
+/// The files among whose messages the analysis is written.
 struct OriginalBag {
-    file: PathBuf,
     survey: McapContents,
     clock: BagClock,
 }
@@ -51,16 +50,15 @@ impl OriginalBag {
     /// That of a log.
     ///
     /// # Errors
-    /// When the log is no file whose messages can be copied, or its stamps are not those of its messages.
+    /// When the log has no files whose messages can be copied, or its stamps are not those of its messages.
     fn of(path: &Path, log: &Log) -> Result<Self, Failure> {
-        let file = file_of(path)?;
-        let survey = McapContents::of(&file)?;
+        let survey = McapContents::of(&files_of(path)?)?;
         let Some(clock) = log.opened()?.clock else {
             let message = "its stamps come from a column or a rate of the binding, expected those of its messages";
             let error = InputError::new(path.display().to_string(), message);
             return Err(error.help("leave `time` and `rate` out of the binding").into());
         };
-        Ok(Self { file, survey, clock })
+        Ok(Self { survey, clock })
     }
 }
 
@@ -159,9 +157,9 @@ impl McapContent {
         let zero = meta.zero_stamp_s;
         lanes.shift_s = zero.max(-found.start_s.min(lanes.rows.first().copied().unwrap_or(0.0)));
         let params: Vec<String> = meta.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        if let Some(OriginalBag { file, survey, clock }) = &lanes.into {
+        if let Some(OriginalBag { survey, clock }) = &lanes.into {
             if let Some((topic, _)) = lanes.channels.iter().find(|(topic, _)| survey.has_topic(topic)) {
-                let error = InputError::new(file.display().to_string(), format!("has the topic `{topic}` already"));
+                let error = InputError::new(&meta.log, format!("has the topic `{topic}` already"));
                 return Err(error.help("label the file that it was made of").into());
             }
             // The clock of the file takes the place of the shift.
@@ -225,8 +223,8 @@ impl McapContent {
     fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
         let poses = (0..).zip(&self.channels).find(|(_, (_, ty))| *ty == Ros2Type::Poses).map(|(id, _)| id);
         let original = match &self.into {
-            Some(OriginalBag { file, survey, .. }) => {
-                let original = OriginalRecords::open(file, survey.clone());
+            Some(OriginalBag { survey, .. }) => {
+                let original = OriginalRecords::open(survey.clone());
                 Some(original.map_err(|error| std::io::Error::other(error.to_string()))?)
             }
             None => None,

@@ -4,6 +4,7 @@
 //! ends in the middle of a record.
 
 pub mod copy;
+mod renumber;
 pub mod ros2_message;
 pub mod write;
 

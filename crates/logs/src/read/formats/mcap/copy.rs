@@ -1,11 +1,12 @@
-//! A file whose records are copied: what is known of it beforehand, and its records by time.
+//! Files whose records are copied: what is known of them beforehand, and their records by time.
 
 use super::super::rosbag2::Metadata;
 use super::super::{folder, rosbag};
+use super::renumber::{Numbered, Record, Renumbering};
 use super::write::{ATTACHMENT, HEADER};
 use super::{CHANNEL, CHUNK, DATA_END, FOOTER, Fault, Fields, MAGIC, MESSAGE, SCHEMA, ZSTD, decompressed, record};
 use crate::read::{file, text};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeSet, VecDeque};
 use std::io::{BufRead, BufReader, Error, Read, Result};
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
@@ -14,45 +15,57 @@ use teachtree_base::yaml;
 /// How a bag in SQLite begins.
 const SQLITE: &[u8] = b"SQLite format 3\0";
 
-/// What a file has, found by reading it once.
+/// What files have, found by reading them once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct McapContents {
     profile: String,
-    pub(super) schemas: BTreeSet<u16>,
-    /// The topic of each channel.
-    pub(super) channels: BTreeMap<u16, String>,
+    pub(super) schemas: Numbered,
+    pub(super) channels: Numbered,
+    topics: BTreeSet<String>,
+    files: Vec<(PathBuf, Renumbering)>,
 }
 
 impl McapContents {
-    /// Reads a file to its end, or to where it is cut off.
+    /// Reads files to their ends, or to where they are cut off.
     ///
     /// # Errors
-    /// When it is damaged.
-    pub fn of(file: &Path) -> std::result::Result<Self, InputError> {
-        let place = file.display().to_string();
-        let damaged = |message: String| InputError::new(&place, format!("cannot be read as MCAP: {message}"));
-        let mut bytes = opened(file)?;
+    /// When one is damaged.
+    pub fn of(files: &[PathBuf]) -> std::result::Result<Self, InputError> {
         let mut survey = Self::default();
-        match survey.records(&mut bytes) {
-            Ok(()) | Err(Fault::Truncated) => Ok(survey),
-            Err(Fault::Damaged(message)) => Err(damaged(message)),
-            Err(Fault::Log(error)) => Err(error),
+        for file in files {
+            let place = file.display().to_string();
+            let damaged = |message: String| InputError::new(&place, format!("cannot be read as MCAP: {message}"));
+            let mut numbers = Renumbering::default();
+            match survey.records(&mut opened(file)?, &mut numbers) {
+                Ok(()) | Err(Fault::Truncated) => survey.files.push((file.clone(), numbers)),
+                Err(Fault::Damaged(message)) => return Err(damaged(message)),
+                Err(Fault::Log(error)) => return Err(error),
+            }
         }
+        Ok(survey)
     }
 
-    fn records(&mut self, bytes: &mut impl Read) -> std::result::Result<(), Fault> {
+    fn records(&mut self, bytes: &mut impl Read, numbers: &mut Renumbering) -> std::result::Result<(), Fault> {
         while let Some((kind, body)) = record(bytes)? {
             let mut fields = Fields(&body);
             match kind {
-                HEADER => self.profile = fields.text()?,
+                HEADER => {
+                    let profile = fields.text()?;
+                    // Messages of two kinds have no common profile.
+                    let is_other = !self.files.is_empty() && self.profile != profile;
+                    self.profile = if is_other { String::new() } else { profile };
+                }
                 SCHEMA => {
-                    self.schemas.insert(fields.u16()?);
+                    let number = fields.u16()?;
+                    numbers.schema(number, fields.0, &mut self.schemas).map_err(Fault::Damaged)?;
                 }
                 CHANNEL => {
-                    let (id, _schema, topic) = (fields.u16()?, fields.u16()?, fields.text()?);
-                    self.channels.entry(id).or_insert(topic);
+                    let number = fields.u16()?;
+                    numbers.channel(number, fields.0, &mut self.channels).map_err(Fault::Damaged)?;
+                    fields.u16()?;
+                    self.topics.insert(fields.text()?);
                 }
-                CHUNK => match self.records(&mut decompressed(&body)?.as_slice()) {
+                CHUNK => match self.records(&mut decompressed(&body)?.as_slice(), numbers) {
                     // The messages before count.
                     Ok(()) | Err(Fault::Truncated) => {}
                     Err(fault) => return Err(fault),
@@ -78,31 +91,25 @@ impl McapContents {
 
     /// Whether a channel has this topic.
     pub fn has_topic(&self, topic: &str) -> bool {
-        self.channels.values().any(|known| known == topic)
+        self.topics.contains(topic)
     }
 }
 
-/// The file of a log whose records can be copied: an MCAP file, or that of a bag of ROS 2 in a folder.
+/// The files of a log whose records can be copied: an MCAP file, or those of a bag of ROS 2 in a folder.
 ///
 /// # Errors
 /// When the log is no such file.
-pub fn file_of(log: &Path) -> std::result::Result<PathBuf, InputError> {
-    let place = log.display().to_string();
+pub fn files_of(log: &Path) -> std::result::Result<Vec<PathBuf>, InputError> {
     if folder::is_bag(log) {
         let path = log.join("metadata.yaml");
         let text = text::read(&path, yaml::MAX_BYTES as u64)?;
         let metadata: Metadata = yaml::read(&text, &path.display().to_string())?;
-        return match metadata.rosbag2_bagfile_information.relative_file_paths.as_slice() {
-            [file] if log.join(file).is_file() => mcap_file(&log.join(file)),
-            // What is missing is reported where it is opened.
-            [file] => Ok(log.join(file)),
-            files => {
-                let message = format!("is a bag of {} files, expected one whose messages can be copied", files.len());
-                Err(InputError::new(place, message).help("convert it to one file with `ros2 bag convert`"))
-            }
-        };
+        let files = metadata.rosbag2_bagfile_information.relative_file_paths;
+        // What is missing is reported where it is opened.
+        let known = |file: PathBuf| if file.is_file() { mcap_file(&file) } else { Ok(file) };
+        return files.iter().map(|file| known(log.join(file))).collect();
     }
-    mcap_file(log)
+    Ok(vec![mcap_file(log)?])
 }
 
 /// A file whose records can be copied, by its first bytes.
@@ -143,25 +150,30 @@ fn opened(path: &Path) -> std::result::Result<Box<dyn Read + Send>, InputError> 
     begun().map_err(|error| InputError::unreadable(path.display().to_string(), &error))
 }
 
-/// A record: its kind and its bytes.
-pub(super) type Record = (u8, Vec<u8>);
-
-/// The records of a file, in their order, as far as a time.
+/// The records of files, in their order, as far as a time.
 pub struct OriginalRecords {
     survey: McapContents,
+    /// The file that is read, among those of the survey.
+    at: usize,
     bytes: Box<dyn Read + Send>,
+    /// Records that were read already.
+    queue: VecDeque<Record>,
     /// The next record, and its time, ns: that of the first message of a chunk, 0 for what has none.
     next: Option<(u64, Record)>,
     ended: bool,
 }
 
 impl OriginalRecords {
-    /// Opens a file of which this is known.
+    /// Opens files of which this is known.
     ///
     /// # Errors
-    /// When it cannot be opened.
-    pub fn open(file: &Path, survey: McapContents) -> std::result::Result<Self, InputError> {
-        Ok(Self { survey, bytes: opened(file)?, next: None, ended: false })
+    /// When one cannot be opened.
+    pub fn open(survey: McapContents) -> std::result::Result<Self, InputError> {
+        let bytes = match survey.files.first() {
+            Some((file, _)) => opened(file)?,
+            None => Box::new(std::io::empty()),
+        };
+        Ok(Self { survey, at: 0, bytes, queue: VecDeque::new(), next: None, ended: false })
     }
 
     pub(super) const fn survey(&self) -> &McapContents {
@@ -171,11 +183,9 @@ impl OriginalRecords {
     /// The next record, unless it is later than a time, ns.
     pub(super) fn next_until(&mut self, time: u64) -> Result<Option<Record>> {
         if self.next.is_none() && !self.ended {
-            self.next = match record(&mut self.bytes) {
-                Ok(Some((DATA_END | FOOTER, _)) | None) | Err(Fault::Truncated) => None,
-                Ok(Some(record)) => Some((begins(&record)?, record)),
-                Err(Fault::Damaged(message)) => return Err(Error::other(message)),
-                Err(Fault::Log(error)) => return Err(Error::other(error.message)),
+            self.next = match self.read()? {
+                Some(record) => Some((begins(&record)?, record)),
+                None => None,
             };
             self.ended = self.next.is_none();
         }
@@ -183,6 +193,32 @@ impl OriginalRecords {
             return Ok(self.next.take().map(|(_, record)| record));
         }
         Ok(None)
+    }
+
+    /// Reads the next record of the file, or of the next file behind its end.
+    fn read(&mut self) -> Result<Option<Record>> {
+        let failed = |fault: Fault| match fault {
+            Fault::Damaged(message) => Error::other(message),
+            Fault::Log(error) => Error::other(error.message),
+            Fault::Truncated => Error::other("a record that is copied is damaged"),
+        };
+        loop {
+            if let Some(record) = self.queue.pop_front() {
+                return Ok(Some(record));
+            }
+            let Some((_, numbers)) = self.survey.files.get(self.at) else { return Ok(None) };
+            match record(&mut self.bytes) {
+                Ok(Some((DATA_END | FOOTER, _)) | None) | Err(Fault::Truncated) => {
+                    self.at += 1;
+                    if let Some((file, _)) = self.survey.files.get(self.at) {
+                        self.bytes = opened(file).map_err(|error| Error::other(error.to_string()))?;
+                    }
+                }
+                Ok(Some(record)) if numbers.is_identity() => return Ok(Some(record)),
+                Ok(Some(record)) => numbers.renumbered(record, &mut self.queue).map_err(failed)?,
+                Err(fault) => return Err(failed(fault)),
+            }
+        }
     }
 }
 

@@ -151,7 +151,7 @@ impl<'a> Writer<'a> {
         let library = concat!("teachtree ", env!("CARGO_PKG_VERSION"));
         let taken = |id: &u16| original.as_ref().is_some_and(|file| file.survey().channels.contains_key(id));
         let ids: Vec<u16> = (0..=u16::MAX).filter(|id| !taken(id)).take(channels.len()).collect();
-        let taken = |id: &u16| original.as_ref().is_some_and(|file| file.survey().schemas.contains(id));
+        let taken = |id: &u16| original.as_ref().is_some_and(|file| file.survey().schemas.contains_key(id));
         let schemas: Vec<u16> = (1..=u16::MAX).filter(|id| !taken(id)).take(Ros2Type::ALL.len()).collect();
         if ids.len() < channels.len() || schemas.len() < Ros2Type::ALL.len() {
             return Err(Error::other("the file that is copied has no number left for another channel"));
