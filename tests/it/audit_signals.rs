@@ -191,7 +191,7 @@ fn faults_of_a_bag_have_topic_time_and_number() {
         ("missing_frames", "/joints", Some(3.98), Some(10.0)),
         ("missing_frames", "/wrist/compressed", Some(3.96), Some(5.0)),
         ("stamps_back", "/joints", Some(7.0), Some(0.98)),
-        ("spike", "/joints.position.pan", Some(2.0), Some(9.93)),
+        ("spike", "/joints.position.pan", Some(2.0), Some(9.96)),
         ("frozen_camera", "/wrist/compressed", Some(5.0), Some(1.96)),
     ];
     let expected = expected.map(|(kind, column, start, value)| (kind.to_string(), column.to_string(), start, value));
