@@ -4,6 +4,8 @@ use super::{Failure, output};
 use std::fmt::Write;
 use teachtree_base::error::InputError;
 use teachtree_base::spelling::nearest;
+use teachtree_frames::bind::arm_models;
+use teachtree_frames::hand_models;
 use teachtree_language::{SHIPPED, shipped};
 use teachtree_report::words;
 
@@ -87,15 +89,25 @@ enum Kind {
     Robots,
     /// Bindings of recordings that other people made
     Bindings,
-    /// Words of primitives and tasks, which `annotate --words` takes
-    Words,
+    /// Arms whose joints a binding names by `model`
+    Arms,
+    /// The words that `annotate --words` takes, and the choice of hand files
+    Tables,
     /// JSON Schemas of YAML files, for editors
     Schemas,
 }
 
 impl Kind {
-    const ALL: [Self; 7] =
-        [Self::Rules, Self::Scenes, Self::Operators, Self::Robots, Self::Bindings, Self::Words, Self::Schemas];
+    const ALL: [Self; 8] = [
+        Self::Rules,
+        Self::Scenes,
+        Self::Operators,
+        Self::Robots,
+        Self::Bindings,
+        Self::Arms,
+        Self::Tables,
+        Self::Schemas,
+    ];
 
     const fn name(self) -> &'static str {
         match self {
@@ -104,7 +116,8 @@ impl Kind {
             Self::Operators => "operators",
             Self::Robots => "robots",
             Self::Bindings => "bindings",
-            Self::Words => "words",
+            Self::Arms => "arms",
+            Self::Tables => "tables",
             Self::Schemas => "schemas",
         }
     }
@@ -116,7 +129,8 @@ impl Kind {
         match self {
             Self::Rules => named(SHIPPED),
             Self::Bindings => named(BINDINGS),
-            Self::Words => named(&[words::SHIPPED]),
+            Self::Arms => named(&arm_models::URDFS),
+            Self::Tables => named(&[words::SHIPPED, hand_models::SHIPPED]),
             Self::Schemas => named(SCHEMAS),
             Self::Scenes => {
                 teachtree_world::shipped::scenes().map(|(name, scene)| (format!("{name}.yaml"), scene)).collect()
@@ -132,14 +146,14 @@ impl Kind {
 
 /// The description in a file: the first sentence of its first comment, or its key `about` or `name`.
 fn about(text: &str) -> String {
-    let is_for_editors = |line: &str| line.starts_with(SCHEMA_OF_A_FILE);
-    let mut lines = text.lines().skip_while(|line| line.trim().is_empty() || is_for_editors(line));
+    let is_for_programs = |line: &str| line.starts_with(SCHEMA_OF_A_FILE) || line.starts_with("<?xml");
+    let mut lines = text.lines().skip_while(|line| line.trim().is_empty() || is_for_programs(line));
     let Some(first) = lines.next() else { return String::new() };
     if first == "{" {
         let title = text.lines().find_map(|line| line.strip_prefix("  \"description\": \"")).unwrap_or_default();
         return title.trim_end_matches("\",").to_string();
     }
-    let Some(start) = ["///", "//", "#"].into_iter().find(|start| first.starts_with(start)) else {
+    let Some(start) = ["///", "//", "#", "<!--"].into_iter().find(|start| first.starts_with(start)) else {
         let value = |line: &str| ["about:", "name:"].iter().find_map(|key| line.strip_prefix(key)).map(str::to_string);
         let found = std::iter::once(first).chain(lines).find_map(value).unwrap_or_default();
         return found.trim().trim_matches('"').to_string();

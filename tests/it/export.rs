@@ -118,6 +118,8 @@ fn exported(folder: &Path, args: &[&str]) -> String {
 fn demonstrated(folder: &Path) -> Vec<f64> {
     demonstration(folder, "log.mcap");
     let binding = binding(BINDING, folder);
+    let bound = std::fs::read_to_string(&binding).unwrap();
+    std::fs::write(&binding, bound + "\nresample: 100 Hz\n").unwrap();
     let text = exported(
         folder,
         &[

@@ -13,8 +13,9 @@ use teachtree_base::scene::Scene;
 use teachtree_base::yaml;
 use teachtree_logs::names;
 
-/// The text of the table.
-const TABLE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../rules/hand_models.yaml"));
+/// Name and text of the shipped table.
+pub const SHIPPED: (&str, &str) =
+    ("hand_models.yaml", include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../rules/hand_models.yaml")));
 /// The name of the table in messages.
 const TABLE_NAME: &str = "rules/hand_models.yaml";
 /// The hand file of a log that fits no row of the table.
@@ -86,7 +87,7 @@ pub fn read(text: &str, name: &str) -> Result<Vec<HandModelRow>, InputError> {
 /// The shipped table.
 pub fn shipped() -> &'static [HandModelRow] {
     // A test reads it.
-    static ROWS: LazyLock<Vec<HandModelRow>> = LazyLock::new(|| read(TABLE, TABLE_NAME).unwrap_or_default());
+    static ROWS: LazyLock<Vec<HandModelRow>> = LazyLock::new(|| read(SHIPPED.1, TABLE_NAME).unwrap_or_default());
     &ROWS
 }
 

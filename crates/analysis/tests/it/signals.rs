@@ -39,7 +39,9 @@ fn audit(change: impl FnOnce(&mut RawTable)) -> Facts {
 }
 
 /// Kind, column, start and number.
-fn found(facts: &Facts) -> Vec<(FindingKind, Option<&str>, Option<f64>, Option<f64>)> {
+type Found<'a> = (FindingKind, Option<&'a str>, Option<f64>, Option<f64>);
+
+fn found(facts: &Facts) -> Vec<Found<'_>> {
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     let of = |finding: &'_ Finding| {
         let start = finding.span_s.map(|[start, _]| rounded(start));

@@ -26,6 +26,12 @@ pub struct Tool {
     pub shut: f64,
 }
 
+/// Name and text of the URDFs of the models.
+pub const URDFS: [(&str, &str); 2] = [
+    ("so101.urdf", include_str!("../../../../robots/so101.urdf")),
+    ("panda.urdf", include_str!("../../../../robots/panda.urdf")),
+];
+
 /// The motors of an SO-101: ranges as published for its zero in the middle; that of the wrist is a whole turn, as LeRobot calibrates it.
 const SO101: &[Motor] = &[
     Motor::of_arm("shoulder_pan", [-110.0, 110.0]),
@@ -48,8 +54,8 @@ impl ArmModel {
     /// The text of the URDF with its links and joints.
     pub const fn urdf(self) -> &'static str {
         match self {
-            Self::So101 => include_str!("../../../../robots/so101.urdf"),
-            Self::Panda => include_str!("../../../../robots/panda.urdf"),
+            Self::So101 => URDFS[0].1,
+            Self::Panda => URDFS[1].1,
         }
     }
 

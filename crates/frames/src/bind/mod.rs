@@ -1,7 +1,7 @@
 //! Bindings: a YAML file that says which columns of a foreign log are which channels (docs/bindings.md).
 
 mod apply;
-mod arm_models;
+pub mod arm_models;
 mod body_poses;
 mod check;
 mod element_places;

@@ -103,7 +103,7 @@ impl Findings {
         let setup = setup::issues(measured.scene, &self.survey);
         // A wrong unit explains positions that are far from everything.
         let units_are_right = !setup.iter().any(|issue| issue.kind == IssueKind::IMPLAUSIBLE_UNIT);
-        let mut issues: Vec<Issue> = self.unseen.iter().cloned().collect();
+        let mut issues: Vec<Issue> = self.unseen.to_vec();
         issues.extend(far.filter(|_| units_are_right));
         issues.extend(self.carried.iter().cloned());
         issues.extend(self.orders.iter().flatten().cloned());

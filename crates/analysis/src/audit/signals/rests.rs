@@ -16,6 +16,8 @@ const QUANTA: f64 = 2.5;
 const NEARLY_ALL: f64 = 0.99;
 /// The share of steps in which a measured column changes at least.
 const CHANGING: f64 = 0.1;
+/// Columns with a longer step, s, in the median, have goals or events: anything may move between two of them.
+const LONGEST_STEP_S: f64 = 0.2;
 
 /// The motion in a recording.
 pub(super) struct Motion {
@@ -26,8 +28,8 @@ pub(super) struct Motion {
 impl Motion {
     /// The motion in a log; `None` if no column shows any.
     pub fn of(log: &RawLog) -> Option<Self> {
-        let all: Vec<Samples> =
-            log.tables.iter().flat_map(Samples::of).filter(|samples| samples.time.len() > 2).collect();
+        let is_sampled = |samples: &Samples| samples.time.len() > 2 && step(samples) <= LONGEST_STEP_S;
+        let all: Vec<Samples> = log.tables.iter().flat_map(Samples::of).filter(is_sampled).collect();
         let named = |words: &[&str], is_named: &dyn Fn(&str, &str) -> bool| {
             all.iter().any(|it| words.iter().any(|word| is_named(&it.title, word)))
         };
@@ -75,6 +77,12 @@ impl Motion {
         };
         self.still(whole, least_s).into_iter().map(finding).collect()
     }
+}
+
+/// The median of the steps between samples, s.
+fn step(samples: &Samples) -> f64 {
+    let steps: Vec<f64> = samples.time.iter().zip(samples.time.iter().skip(1)).map(|(at, next)| next - at).collect();
+    quantile(&steps, 0.5)
 }
 
 /// When a column leaves the value that it had when it moved last.

@@ -88,7 +88,7 @@ fn inserted_beside(scene: &Scene, survey: &Survey, hole: &Hole, object: usize) -
         })
     };
     let visits = survey.runs(LASTS, is_beside);
-    let visits: Vec<Visit> = visits.into_iter().filter_map(|samples| visit(samples, &at)).collect();
+    let visits: Vec<Visit> = visits.into_iter().filter_map(|samples| visit(samples, at)).collect();
     let elsewhere = heights_elsewhere(survey, object, radius, at);
     let overlapping: Vec<&Visit> =
         visits.iter().filter(|visit| overlaps(scene, survey, hole, object, visit.deepest)).collect();

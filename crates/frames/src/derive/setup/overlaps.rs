@@ -90,7 +90,7 @@ fn of_body(scene: &Scene, survey: &Survey, other: usize, overlaps: &[Overlap], r
         let moved = Vector3::from(found) - first.normal * depth;
         let is_or_are = if objects.len() > 1 { "rest" } else { "rests" };
         let cause = if logged {
-            format!("its position in the log is wrong by that, or the `parts` of a body are")
+            "its position in the log is wrong by that, or the `parts` of a body are".to_string()
         } else {
             format!(
                 "`{its}` stands wrong in the scene (`position: {}` instead of `{}`), or the `parts` or the tracked point of {} are wrong",

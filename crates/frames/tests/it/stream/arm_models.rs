@@ -8,7 +8,9 @@ use teachtree_frames::{OpenRequest, OpenedLog, open};
 const MOTORS: [&str; 6] = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"];
 
 /// Degrees of the joints of an SO-101; the frame of its gripper, m; the rotation of the gripper, w x y z; the distance of the pads, m.
-const SO101: [([f64; 6], [f64; 3], [f64; 4], f64); 3] = [
+type So101Posture = ([f64; 6], [f64; 3], [f64; 4], f64);
+
+const SO101: [So101Posture; 3] = [
     ([0.0; 6], [0.391361, -0.000009, 0.22647], [0.706895, 0.017214, -0.7069, -0.017206], 0.0158),
     (
         [30.0, -40.0, 50.0, 20.0, -60.0, 45.0],

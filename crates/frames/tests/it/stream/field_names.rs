@@ -202,7 +202,7 @@ fn a_torque_is_a_known_channel() {
     let file = Path::new("log.csv");
     let source = teachtree_logs::read::formats::delimited_text::source(
         Box::new(std::io::Cursor::new(foreign().into_bytes())),
-        &file.display().to_string(),
+        file.display().to_string(),
     );
     let error = teachtree_frames::bind::bind(source.unwrap(), &wrong, wrong.binding.scene.clone().unwrap());
     assert_eq!(error.unwrap_err().message, "`N` is a force (N), expected a torque (N m)");

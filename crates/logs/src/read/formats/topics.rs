@@ -100,7 +100,7 @@ impl MessageDecoder {
         &self,
         message: &'m [u8],
         row: &mut InMemoryTable,
-    ) -> Result<(Option<i64>, Option<Cow<'m, [u8]>>), Failure> {
+    ) -> Result<StampedBytes<'m>, Failure> {
         match self {
             Self::Defined(definition) => {
                 let (stamp, bytes) = definition.decode_with_bytes(message, row)?;
@@ -115,6 +115,9 @@ impl MessageDecoder {
         }
     }
 }
+
+/// The stamp of a message, ns, and the bytes of its field `data`, where it has them.
+pub(super) type StampedBytes<'m> = (Option<i64>, Option<Cow<'m, [u8]>>);
 
 /// Takes messages: topic, decoder, time of recording (ns), and bytes.
 pub type MessageSink<'a> = &'a mut dyn FnMut(&str, &MessageDecoder, i64, &[u8]) -> Result<(), InputError>;

@@ -1,6 +1,7 @@
 //! The numbers of schemas and channels in files that become one: equal ones get one number, and others that have the same one get another.
 
 use super::{CHANNEL, CHUNK, Fault, Fields, MESSAGE, SCHEMA, decompressed, record};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
 
 /// A record: its kind and its bytes.
@@ -22,8 +23,8 @@ impl Renumbering {
     /// # Errors
     /// No number is left.
     pub fn schema(&mut self, number: u16, bytes: &[u8], all: &mut Numbered) -> Result<(), String> {
-        if !self.schemas.contains_key(&number) {
-            self.schemas.insert(number, numbered(number, bytes.to_vec(), all, 1)?);
+        if let Entry::Vacant(place) = self.schemas.entry(number) {
+            place.insert(numbered(number, bytes.to_vec(), all, 1)?);
         }
         Ok(())
     }
