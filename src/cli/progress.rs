@@ -1,6 +1,7 @@
 //! What is shown of long work on a terminal: a bar where it is known how much there is to do, else a sign that the program is at work and for how long.
 //! Nothing of it is shown where standard error is no terminal.
 
+use super::print_args::is_quiet;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -60,7 +61,8 @@ impl Progress {
         shown.clear();
         shown.bars += 1;
         // `indicatif` hides the bar itself when standard error is no terminal.
-        let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
+        let target = if is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(Some(STEPS), target);
         if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent:>3} %  {elapsed}") {
             bar.set_style(style);
         }
@@ -96,7 +98,7 @@ pub struct ActivityIndicator(Option<(Sender<()>, JoinHandle<()>)>);
 impl ActivityIndicator {
     /// A sign with this label.
     pub fn new(label: &str) -> Self {
-        if !std::io::stderr().is_terminal() {
+        if is_quiet() || !std::io::stderr().is_terminal() {
             return Self(None);
         }
         let (stop, stopped) = channel();

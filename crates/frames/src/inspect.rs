@@ -184,7 +184,7 @@ fn since_1970(stamp: f64) -> Option<(&'static str, f64)> {
         .find_map(|(least, unit, factor)| (stamp > least).then_some((unit, factor)))
 }
 
-/// How many seconds the unit of stamps is, of which this is the first one.
+/// Returns the unit of a column of stamps, s; `first` is its first stamp.
 pub(crate) fn seconds_since_1970(at: &StampColumn, first: Option<f64>) -> f64 {
     let is_plain = at.to_seconds == 1.0 && names::split_known_unit(&at.title).1.is_none();
     let large = first.and_then(since_1970).filter(|_| is_plain);

@@ -106,18 +106,20 @@ impl Choice {
     pub fn open(&self, path: &Path) -> Result<OpenBag, InputError> {
         let mut spool = PictureSpool::new()?;
         let has = |topic: &str| self.camera.is_empty() || self.camera.iter().any(|wanted| wanted == topic);
-        let bag = RawBag::read(path, &AllowedFolders::default(), &mut |topic, picture| {
+        let mut bag = RawBag::read(path, &AllowedFolders::default(), &mut |topic, picture| {
             if !has(topic) {
                 return Ok(Err("it is not chosen".into()));
             }
             match picture_file::file(picture) {
                 Ok(file) => match picture_file::size(&file) {
                     Some(size) => spool.add(&file, size).map(Ok),
-                    None => Ok(Err("a picture does not say its size".into())),
+                    None => Ok(Err("a picture has an alpha channel, or does not say its size".into())),
                 },
                 Err(why) => Ok(Err(why)),
             }
         })?;
+        // Which topic sends first differs between recordings.
+        bag.topics.sort_keys();
         let (log, origin_ns) = raw_log::of_bag(&bag);
         let in_bag = |error: InputError| InputError { place: format!("{}: {}", path.display(), error.place), ..error };
         let action = match self.action.as_slice() {

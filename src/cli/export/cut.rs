@@ -98,7 +98,7 @@ impl Episodes {
             (Cut::Rests, _) => {
                 let rests = rests(&bag.log, whole, args.rest).ok_or_else(|| {
                     let message =
-                        "no column of numbers changes as one that is measured does, so that rests are unknown";
+                        "no column of numbers changes like a measured one does, expected one by which rests are found";
                     InputError::new(path.display().to_string(), message).help("`--cut whole` makes one episode of it")
                 })?;
                 between_rests(&rests, whole, args.margin)

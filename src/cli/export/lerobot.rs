@@ -50,7 +50,8 @@ impl Args {
             return Err(error.help("give one with --binding, or `--cut rests`"));
         }
         if self.how.cut() != Cut::Tasks && self.task.is_none() && !self.how.has_rules() {
-            let error = InputError::new("--task", "expected what is done in the episodes, which nothing else says");
+            let error =
+                InputError::new("--task", "expected the task of the episodes, which an export without a binding needs");
             return Err(error.help("such as `--task 'put the cube in the box'`"));
         }
         output::refuse_existing(&self.out)?;
@@ -123,17 +124,20 @@ fn export(args: &Args, path: &Path, set: &mut Option<(NewSet, Features)>, report
     let mut bag = args.choice.open(path)?;
     let episodes = Episodes::of(&args.how, path, &bag)?;
     let features = features(args, &bag, &episodes);
-    if set.is_none() {
-        *set = Some((NewSet::new(&args.out, features.clone())?, features.clone()));
+    if let Some((_, known)) = set {
+        same(path, known, &features)?;
     }
-    let Some((set, known)) = set.as_mut() else { return Ok(()) };
-    same(path, known, &features)?;
     for span in &episodes.spans {
         let made = episode(args, &mut bag, &episodes, span)?;
         match made {
             Ok(episode) => {
                 report.successes += usize::from(episode.success.contains(&true));
-                set.add(episode)?;
+                if set.is_none() {
+                    *set = Some((NewSet::new(&args.out, features.clone())?, features.clone()));
+                }
+                if let Some((set, _)) = set {
+                    set.add(episode)?;
+                }
             }
             Err(why) => {
                 report.left_out.push(format!("{} {:.2}–{:.2} s: {why}", path.display(), span.start_s, span.end_s))
@@ -191,6 +195,9 @@ fn same(path: &Path, known: &Features, found: &Features) -> Result<(), InputErro
     Ok(())
 }
 
+/// An episode with more frames is left out.
+const MOST_FRAMES: usize = 10_000_000;
+
 /// The frames of an episode, or why it is left out.
 fn episode(
     args: &Args,
@@ -200,7 +207,10 @@ fn episode(
 ) -> Result<Result<Episode, String>, InputError> {
     let ([from, to], fps) = (bag.span(), f64::from(args.fps));
     let (start_s, end_s) = (span.start_s.max(from), span.end_s.min(to));
-    let frames = if end_s > start_s { ((end_s - start_s) * fps + 1e-6) as usize + 1 } else { 0 };
+    let frames = if end_s > start_s { (((end_s - start_s) * fps + 1e-6) as usize).saturating_add(1) } else { 0 };
+    if frames > MOST_FRAMES {
+        return Ok(Err(format!("it would have {frames} frames, expected at most {MOST_FRAMES}: is a stamp wrong?")));
+    }
     if frames < 2 {
         return Ok(Err(format!("not all topics have messages then, they do from {from:.2} to {to:.2} s")));
     }

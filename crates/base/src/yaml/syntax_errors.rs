@@ -46,7 +46,7 @@ pub(super) fn explain(text: &str, message: &str, at: (usize, usize)) -> Option<S
         "found character that cannot start any token" => match found(text, at).chars().next() {
             None | Some('\t') => tab(at),
             Some(sign) => {
-                SyntaxError::new(at, format!("found `{sign}`, with which no value begins, expected a value in quotes"))
+                SyntaxError::new(at, format!("found `{sign}`, which cannot begin a value, expected a value in quotes"))
                     .help(QUOTE_VALUE)
             }
         },

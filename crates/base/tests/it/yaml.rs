@@ -62,7 +62,7 @@ fn errors_of_signs_name_the_sign_that_is_expected() {
         ),
         ("time: a: b\n", "b.yaml:1:8: found `:` in a value, expected one key with one value", QUOTES),
         ("time: \"a\" b\n", "b.yaml:1:11: found `b` behind a value, expected the end of the line", QUOTES),
-        ("time: @a\n", "b.yaml:1:7: found `@`, with which no value begins, expected a value in quotes", QUOTES),
+        ("time: @a\n", "b.yaml:1:7: found `@`, which cannot begin a value, expected a value in quotes", QUOTES),
         (
             "time: *a\n",
             "b.yaml:1:7: found `*a`, a reference to nothing, expected a value",

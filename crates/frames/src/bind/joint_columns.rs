@@ -18,7 +18,7 @@ impl JointColumns {
     /// The columns of these joints, in this order.
     ///
     /// # Errors
-    /// A text that does not tell joints apart, or is no column.
+    /// The text has neither `<joint>` nor `<index>`, or is not a column.
     pub fn of<'a>(&self, joints: impl Iterator<Item = &'a str>) -> Result<IndexMap<String, Columns>, String> {
         let text = match self {
             Self::Each(columns) => return Ok(columns.clone()),

@@ -1,4 +1,4 @@
-//! The numbers that LeRobot logs of a motor, and its calibration files, as the linear form that makes degrees of the joint of them.
+//! Converts the numbers that LeRobot logs for a motor into degrees of its joint, by a linear form from the calibration file.
 //!
 //! `_normalize` in `lerobot/motors/motors_bus.py` is the definition: percent are those of the range in the calibration file, degrees count from the middle of
 //! that range, and only percent are turned by `drive_mode`.

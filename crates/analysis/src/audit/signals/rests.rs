@@ -36,7 +36,8 @@ impl Motion {
         let is_of_set = |title: &str, word: &str| title.starts_with(word);
         let is_place = |title: &str, word: &str| title.split(['.', '/', '[', '_']).any(|part| part == word);
         let is_set = log.tables.iter().any(|table| !table.is_topic) && named(&OF_SETS, &is_of_set);
-        let has_places = !is_set && named(&PLACES, &is_place);
+        let is_bag = log.tables.iter().all(|table| table.is_topic);
+        let has_places = !is_set && is_bag && named(&PLACES, &is_place);
         let counts = |title: &str| match (is_set, has_places) {
             (true, _) => OF_SETS.iter().any(|word| is_of_set(title, word)),
             (false, true) => PLACES.iter().any(|word| is_place(title, word)),

@@ -163,10 +163,8 @@ fn missing(table: &RawTable, gaps: &[Gap], usual: f64) -> Option<Finding> {
 fn numbers(table: &RawTable) -> Option<Finding> {
     let (name, values) = table.columns.iter().find(|(name, _)| name == "frame_index")?;
     let pairs = values.iter().zip(values.iter().skip(1)).enumerate();
-    let jumps: Vec<(usize, f64, f64)> = pairs
-        .filter(|(_, (from, to))| (*to - *from - 1.0).abs() > 0.5)
-        .map(|(at, (from, to))| (at, *from, *to))
-        .collect();
+    let jumps: Vec<(usize, f64, f64)> =
+        pairs.filter(|(_, (from, to))| *to - *from > 1.5).map(|(at, (from, to))| (at, *from, *to)).collect();
     let (at, from, to) = jumps.first()?;
     let count: f64 = jumps.iter().map(|(_, from, to)| (to - from - 1.0).max(0.0)).sum();
     let span_s =

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_logs::issue::{Issue, IssueKind};
 
-/// At least as many steps are apart.
+/// Minimum number of steps in which hand and object move apart.
 const STEPS: usize = 3;
 /// Hand and object do not move together in a step in which their ways differ by this share of the longer one: those of an object that turns about a hinge, or
 /// slips, differ by less.
@@ -107,7 +107,7 @@ fn lag(survey: &Survey, hand: &HandSamples, held: &[CoMotion]) -> Option<String>
     (shift != 0).then(|| {
         let seconds = -shift as f64 * survey.step_s;
         let (late, by) = if seconds > 0.0 { ("later", seconds) } else { ("earlier", -seconds) };
-        format!("the object does the same {by:.2} s {late}: the clocks of the two sources differ, shift one of them")
+        format!("the object repeats the motion of the hand {by:.2} s {late}: the clocks of the two sources differ, shift one of them")
     })
 }
 

@@ -9,10 +9,10 @@ use teachtree_base::scene::{Body, Role, Scene};
 
 /// An object rests when it does not move for this long, s, and no hand touches it.
 const RESTS_SECS: f64 = 0.5;
-/// At most as many rests of an object are looked at, and samples of each: a mistake of the setup is in all of them.
+/// Maximum number of examined rests of an object, and of samples of each: a mistake of the setup is in all of them.
 const LOOKED_AT: usize = 12;
 const SAMPLES: usize = 3;
-/// Bodies whose shapes overlap by more than this, or are farther apart, do not touch as the scene is wrong by more than contacts from shapes allow for, m.
+/// Maximum overlap or gap of shapes at rest, m, that contacts from shapes allow for. A larger one means that the scene is wrong.
 pub const SCENE_ERROR: f64 = 5e-3;
 
 /// The objects of a scene that have a shape and whose position the log has.

@@ -17,7 +17,7 @@ const TOO_FAST: f64 = 20.0;
 const TOO_FAR: f64 = 20.0;
 /// What is slower than this does not count as motion, m/s.
 const MOVING: f64 = 1.0;
-/// At least as many samples are too fast.
+/// Minimum number of samples that are faster than `TOO_FAST`.
 const FAST_SAMPLES: usize = 5;
 /// In at least as many steps hand and object move together in different units, and in this share of those in which the object is fast.
 const STEPS: usize = 3;

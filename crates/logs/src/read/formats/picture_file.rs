@@ -68,7 +68,8 @@ fn size_of_png(file: &[u8]) -> Option<[usize; 3]> {
     let number = |at: usize| file.get(at..at + 4)?.try_into().ok().map(u32::from_be_bytes).map(|value| value as usize);
     // The kind of colors: gray, rgb, palette, gray with alpha, rgb with alpha.
     let colors = match file.get(25)? {
-        0 | 4 => 1,
+        0 => 1,
+        4 | 6 => return None,
         _ => 3,
     };
     Some([number(20)?, number(16)?, colors])

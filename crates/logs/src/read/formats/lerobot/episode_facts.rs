@@ -49,7 +49,10 @@ pub fn episode_facts(
         let frames = found.frames.saturating_sub(first);
         let shown = facts.length.map_or(frames, |length| frames.min(length as u64));
         if !found.still.is_empty() {
-            let pictures = (first..first + shown).map(|frame| picture(&found.still, frame)).collect();
+            // The frames after the last still run need no number.
+            let last = found.still.iter().map(|run| run.end).max().unwrap_or(0);
+            let end = first.saturating_add(shown).min(last).min(first.saturating_add(MOST_PICTURES));
+            let pictures = (first..end).map(|frame| picture(&found.still, frame)).collect();
             facts.pictures.push((video.camera.clone(), pictures));
         }
         facts.videos.push((video.camera, frames));
@@ -61,6 +64,9 @@ pub fn episode_facts(
     facts.pictures.extend(parquet::pictures::digests(folders.open(&path)?, &name, rows)?);
     Ok(facts)
 }
+
+/// A longer video is checked up to this number of frames.
+const MOST_PICTURES: u64 = 10_000_000;
 
 /// A number for the picture of a frame: one for each time in which the picture does not change, and one for each other frame.
 fn picture(still: &[Range<u64>], frame: u64) -> u64 {

@@ -87,6 +87,8 @@ pub struct NewSet {
     at: (usize, usize),
     tasks: Vocabulary,
     episodes: Vec<Listed>,
+    /// Why an episode could not be written: the data file may be cut off.
+    broken: Option<InputError>,
 }
 
 type DataFile = NewFile<FirstErrorWriter<BufWriter<File>>>;
@@ -100,7 +102,7 @@ impl NewSet {
         let folder = Folder::new(place)?;
         let tasks = Vocabulary::default();
         let place = place.to_path_buf();
-        Ok(Self { folder, place, features, data: None, at: (0, 0), tasks, episodes: Vec::new() })
+        Ok(Self { folder, place, features, data: None, at: (0, 0), tasks, episodes: Vec::new(), broken: None })
     }
 
     /// The number of episodes so far.
@@ -118,6 +120,15 @@ impl NewSet {
     /// # Errors
     /// The lists of the episode have different lengths, or the set cannot be written.
     pub fn add(&mut self, episode: Episode) -> Result<(), InputError> {
+        if let Some(error) = &self.broken {
+            return Err(error.clone());
+        }
+        let added = self.append(episode);
+        self.broken = added.as_ref().err().cloned();
+        added
+    }
+
+    fn append(&mut self, episode: Episode) -> Result<(), InputError> {
         let frames = self.checked(&episode)?;
         let (number, from) = (self.episodes.len(), self.frames());
         let stamps: Vec<f64> = (0..frames).map(|frame| frame as f64 / f64::from(self.features.fps)).collect();
@@ -188,8 +199,7 @@ impl NewSet {
         let mut data = match self.data.take() {
             Some(data) => data,
             None => {
-                let (chunk, file) = self.at;
-                let path = self.folder.path().join(format!("data/chunk-{chunk:03}/file-{file:03}.parquet"));
+                let path = self.data_file();
                 make_parent(&path, &self.place)?;
                 let out = File::create_new(&path).map_err(|error| copy_error(&self.place, &error))?;
                 let out = FirstErrorWriter { out: BufWriter::new(out), failed: None };
@@ -213,14 +223,23 @@ impl NewSet {
 
     fn close(&mut self) -> Result<(), InputError> {
         let Some(data) = self.data.take() else { return Ok(()) };
-        data.close().map_err(|error| self.failed(&error))
+        data.close().map_err(|error| self.failed(&error))?;
+        File::open(self.data_file()).and_then(|file| file.sync_all()).map_err(|error| copy_error(&self.place, &error))
+    }
+
+    fn data_file(&self) -> PathBuf {
+        let (chunk, file) = self.at;
+        self.folder.path().join(format!("data/chunk-{chunk:03}/file-{file:03}.parquet"))
     }
 
     /// Writes what describes the set, `provenance` included, and puts it in its place.
     ///
     /// # Errors
-    /// The set cannot be written, or something has come to its place meanwhile.
+    /// The set cannot be written, an episode could not be, or something has come to its place meanwhile.
     pub fn finish(mut self, provenance: &Value) -> Result<(), InputError> {
+        if let Some(error) = self.broken.take() {
+            return Err(error);
+        }
         self.close()?;
         let (episodes, frames) = (self.episodes.len(), self.frames());
         let tasks = std::mem::take(&mut self.tasks);
