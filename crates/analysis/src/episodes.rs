@@ -19,7 +19,7 @@ pub struct EpisodeSpan {
 }
 
 impl EpisodeSpan {
-    /// A part of which no task is known.
+    /// An episode without a known task, from its start to its end, s.
     pub fn new([start_s, end_s]: [f64; 2]) -> Self {
         Self { start_s, end_s, is_success: None, succeeded_s: end_s }
     }

@@ -18,7 +18,7 @@ use teachtree_base::scene::{Body, Hand};
 const POSITION_HZ: f64 = 4.0;
 const FORCE_HZ: f64 = 8.0;
 const POSITION_M: f64 = 0.002;
-/// The pads of a closed gripper touch an object that is no farther than this, m.
+/// Maximum distance at which the pads of a closed gripper touch an object, m.
 const PAD_GAP_M: f64 = 0.004;
 const FORCE_N: f64 = 0.1;
 /// A turn of one rad counts as this much way, m.

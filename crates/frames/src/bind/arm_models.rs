@@ -67,7 +67,7 @@ impl ArmModel {
         }
     }
 
-    /// The columns of the joints in data sets of LeRobot; `None` if there is no usual name.
+    /// The columns of the joints in data sets of LeRobot; `None` without a usual name.
     pub const fn columns(self) -> Option<&'static str> {
         match self {
             Self::So101 => Some("observation.state.<joint>.pos"),

@@ -64,7 +64,7 @@ pub type Calibration = IndexMap<String, MotorCalibration>;
 /// Reads the text of a calibration file of LeRobot; `name` is its name in messages.
 ///
 /// # Errors
-/// A text that is no calibration; a range without extent.
+/// The text is not a calibration, or a range has no extent.
 pub fn parse(text: &str, name: &str) -> Result<Calibration, InputError> {
     let calibration: Calibration = yaml::read(text, name).map_err(|error| {
         error.help("expected a calibration file of LeRobot: `drive_mode`, `range_min` and `range_max` of each motor")

@@ -1,4 +1,4 @@
-//! Grippers of which a log has the opening and no flag: when they are closed. The limit is the middle between the two groups that the openings fall into.
+//! Finds when a gripper is closed if the log has its opening and no flag. The limit is the middle between the two groups of openings.
 
 use crate::clean::preprocess::over_all;
 use crate::otsu;

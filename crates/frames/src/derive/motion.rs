@@ -38,7 +38,7 @@ pub fn every(measured: &CleanLog) -> usize {
     if most.is_power_of_two() { most } else { most.next_power_of_two() / 2 }
 }
 
-/// Returns the frames that are looked at where no more is needed. They are the same if the log is read in windows.
+/// Returns the frames at which checks of a whole log sample it. They are the same if the log is read in windows.
 pub fn sampled(measured: &CleanLog) -> Vec<usize> {
     let step = every(measured);
     match &measured.window {
@@ -61,7 +61,7 @@ pub struct Motion<'a> {
     angular_velocity: Option<[Vec<f64>; 3]>,
 }
 
-/// The motion of an object that is known by its holds only.
+/// The motion of an object whose pose is known only while it is held.
 pub struct HeldPath {
     /// Reference frame, m.
     pub position: [Vec<f64>; 3],

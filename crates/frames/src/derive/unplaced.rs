@@ -1,4 +1,4 @@
-//! Objects of which neither the log nor the scene says where they are, as in logs of joints and a gripper: such an object moves with the gripper that holds it, from
+//! Objects without a pose in the log or a place in the scene, as in logs of joints and a gripper: such an object moves with the gripper that holds it, from
 //! Grasp to Release, and rests on nothing. Before its first hold it is where it is grasped.
 
 use super::hands::HandTrack;

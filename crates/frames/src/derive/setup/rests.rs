@@ -37,7 +37,7 @@ pub fn rests(survey: &Survey, object: usize, holds: impl Fn(usize) -> bool) -> V
     runs.into_iter().step_by(every).collect()
 }
 
-/// The samples of a rest that are looked at.
+/// The examined samples of a rest.
 pub fn samples(rest: &Range<usize>) -> impl Iterator<Item = usize> + use<> {
     let (start, length) = (rest.start, rest.len());
     (1..=SAMPLES).map(move |part| start + length * part / (SAMPLES + 1))

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use teachtree_base::scene::{Role, Scene};
 use teachtree_logs::issue::{Issue, IssueKind};
 
-/// A hand or an object of which a twentieth of the motion is faster than this is in another unit, m/s: twice as fast as people throw, and ten times as fast as
+/// A hand or an object is in another unit if a twentieth of its motion is faster than this, m/s: twice as fast as people throw, and ten times as fast as
 /// arms move.
 const TOO_FAST: f64 = 20.0;
 /// And it travels farther than this, m: beyond the reach of arms; a log with a jump from one recording to the next one does not.
