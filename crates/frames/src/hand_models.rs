@@ -79,7 +79,7 @@ pub enum Quantity {
 /// Reads a table.
 ///
 /// # Errors
-/// What is no row, at `file:line:column`.
+/// A row is invalid; the error names `file:line:column`.
 pub fn read(text: &str, name: &str) -> Result<Vec<HandModelRow>, InputError> {
     yaml::read(text, name)
 }

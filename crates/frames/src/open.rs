@@ -68,7 +68,7 @@ pub fn open(request: &OpenRequest) -> Result<OpenedLog, InputError> {
     open_source(source.map_err(|error| swapped(error, request))?, request)
 }
 
-/// An error about a file that is no log, with the option that names the log instead.
+/// The error about a file that is not a log, with the option that takes such a file.
 fn swapped(error: InputError, request: &OpenRequest) -> InputError {
     let is_log = |file: &&PathBuf| FileKind::of(file, "") == Some(FileKind::Log);
     let options = [("--binding", &request.binding), ("--scene", &request.scene)];

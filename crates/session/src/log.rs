@@ -34,12 +34,12 @@ pub struct Log(Arc<Inner>);
 struct Inner {
     request: OpenRequest,
     /// A log that can be read in windows.
-    streamed: Option<Streamed>,
+    streamed: Option<LogHeader>,
     opened: OnceLock<Result<OpenedLog, InputError>>,
 }
 
 /// A log that can be read in windows, as far as its header shows.
-struct Streamed {
+struct LogHeader {
     hands: Vec<Side>,
     hand_model: HandModel,
     /// The header, until the first analysis takes it.
@@ -85,7 +85,7 @@ impl Log {
     pub(crate) fn open_request(request: OpenRequest) -> Result<Self, Error> {
         if let Some(flow) = StreamedLog::open(&request) {
             let (hands, hand_model) = (flow.hands(), flow.hand_model());
-            let streamed = Some(Streamed { hands, hand_model, flow: Mutex::new(Some(flow)) });
+            let streamed = Some(LogHeader { hands, hand_model, flow: Mutex::new(Some(flow)) });
             return Ok(Self(Arc::new(Inner { request, streamed, opened: OnceLock::new() })));
         }
         let opened = stream::open(&request).map_err(|error| Error::new(error, ErrorKind::Format))?;

@@ -6,7 +6,7 @@ use super::{Args, Checks, finish};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::audit::Facts;
-use teachtree_analysis::audit::signals::{Declared, facts};
+use teachtree_analysis::audit::signals::{EpisodeDeclaration, facts};
 use teachtree_base::error::InputError;
 use teachtree_frames::raw_log;
 use teachtree_logs::allowed_folders::AllowedFolders;
@@ -34,11 +34,11 @@ fn of_log(path: &Path, rest_s: f64) -> Result<(Facts, Vec<String>), InputError> 
     let folders = AllowedFolders::default();
     let mut log = raw_log::read(path, &folders)?;
     let set = formats::without_episode(path);
-    let mut declared = Declared::default();
+    let mut declared = EpisodeDeclaration::default();
     if formats::is_set(&set) {
         let EpisodeFacts { fps, length, videos, pictures } =
             episode_facts(&set, formats::recording_of(path).as_deref(), &folders)?;
-        declared = Declared { fps, frames: length, videos };
+        declared = EpisodeDeclaration { fps, frames: length, videos };
         log.tables.first_mut().into_iter().for_each(|table| table.pictures.clone_from(&pictures));
     }
     Ok(facts(&log, &declared, rest_s))

@@ -1,6 +1,6 @@
 //! Audits without rules: planted faults of stamps, numbers and pictures are found with column, time and number, and nothing else is.
 
-use teachtree_analysis::audit::signals::{Declared, facts};
+use teachtree_analysis::audit::signals::{EpisodeDeclaration, facts};
 use teachtree_analysis::audit::{Facts, Finding, FindingKind};
 use teachtree_frames::raw_log::{RawLog, RawTable};
 
@@ -28,14 +28,18 @@ fn episode() -> RawLog {
     RawLog { tables: vec![RawTable { stamps_s, columns, pictures, ..RawTable::default() }], ..RawLog::default() }
 }
 
-fn declared() -> Declared {
-    Declared { fps: Some(FPS), frames: Some(ROWS), videos: vec![("observation.images.top".into(), ROWS as u64)] }
+fn declared() -> EpisodeDeclaration {
+    EpisodeDeclaration {
+        fps: Some(FPS),
+        frames: Some(ROWS),
+        videos: vec![("observation.images.top".into(), ROWS as u64)],
+    }
 }
 
 fn audit(change: impl FnOnce(&mut RawTable)) -> Facts {
     let mut log = episode();
     change(&mut log.tables[0]);
-    facts(&log, &Declared { frames: Some(log.tables[0].stamps_s.len()), ..declared() }, 3.0).0
+    facts(&log, &EpisodeDeclaration { frames: Some(log.tables[0].stamps_s.len()), ..declared() }, 3.0).0
 }
 
 /// Kind, column, start and number.
@@ -150,7 +154,8 @@ fn a_camera_freezes_while_the_arm_moves() {
     assert_eq!(found(&still), [(FindingKind::Idle, None, Some(0.0), Some(14.95))]);
     // A video that ends early.
     let videos = vec![("observation.images.top".into(), 290)];
-    let (short, _) = teachtree_analysis::audit::signals::facts(&episode(), &Declared { videos, ..declared() }, 3.0);
+    let (short, _) =
+        teachtree_analysis::audit::signals::facts(&episode(), &EpisodeDeclaration { videos, ..declared() }, 3.0);
     assert_eq!(found(&short), [(FindingKind::MissingFrames, camera, Some(14.5), Some(10.0))]);
 }
 
@@ -163,7 +168,7 @@ fn topics_that_are_not_periodic_have_no_gaps() {
     };
     let audit = |table: RawTable| {
         let log = RawLog { tables: vec![table], ..RawLog::default() };
-        facts(&log, &Declared::default(), 3.0).0
+        facts(&log, &EpisodeDeclaration::default(), 3.0).0
     };
     let even: Vec<f64> = (0..100).map(|at| f64::from(at) * 0.01).collect();
     // Commands come when they are given.

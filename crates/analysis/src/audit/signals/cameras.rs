@@ -1,7 +1,7 @@
 //! Cameras whose picture stays the same while things move, and videos that end before their episode.
 
 use super::rests::Motion;
-use super::{Declared, Finding, FindingKind, short};
+use super::{EpisodeDeclaration, Finding, FindingKind, short};
 use teachtree_frames::raw_log::{RawLog, RawTable};
 
 /// The shortest time for which an unchanged picture is reported, s, and the fewest frames with it.
@@ -30,7 +30,7 @@ fn longest(table: &RawTable, camera: &str, digests: &[u64], motion: &Motion) -> 
 }
 
 /// Videos with fewer frames than the episode has rows.
-pub(super) fn short_videos(log: &RawLog, declared: &Declared) -> Vec<Finding> {
+pub(super) fn short_videos(log: &RawLog, declared: &EpisodeDeclaration) -> Vec<Finding> {
     let rows = log.tables.first().map_or(0, |table| table.stamps_s.len());
     let finding = |(camera, frames): &(String, u64)| {
         let missing = (rows as u64).checked_sub(*frames).filter(|missing| *missing > 0)?;

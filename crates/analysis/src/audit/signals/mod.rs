@@ -17,7 +17,7 @@ use teachtree_frames::raw_log::{RawLog, RawTable};
 
 /// What a data set says of an episode beside its rows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Declared {
+pub struct EpisodeDeclaration {
     /// Frames per second.
     pub fps: Option<f64>,
     /// Number of frames.
@@ -27,7 +27,7 @@ pub struct Declared {
 }
 
 /// The facts of a recording, and the checks that were left out. Rests count from `rest_s` on, s.
-pub fn facts(log: &RawLog, declared: &Declared, rest_s: f64) -> (Facts, Vec<String>) {
+pub fn facts(log: &RawLog, declared: &EpisodeDeclaration, rest_s: f64) -> (Facts, Vec<String>) {
     let stamps = || log.tables.iter().flat_map(|table| table.stamps_s.iter().copied());
     let (start_s, end_s) = stamps().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), at| (a.min(at), b.max(at)));
     let (start_s, end_s) = if start_s <= end_s { (start_s, end_s) } else { (0.0, 0.0) };

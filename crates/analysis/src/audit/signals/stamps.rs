@@ -1,6 +1,6 @@
 //! Stamps that are equal, go back or are uneven, and frames that are missing between them.
 
-use super::{Declared, Finding, FindingKind, frames_are, short, stamps_of};
+use super::{EpisodeDeclaration, Finding, FindingKind, frames_are, short, stamps_of};
 use std::collections::BTreeMap;
 use teachtree_frames::raw_log::RawTable;
 
@@ -19,7 +19,7 @@ const EVEN_ROWS: (f64, f64) = (0.1, 0.01);
 const EVEN_MESSAGES: (f64, f64) = (NEAR, 0.1);
 
 /// What is wrong with the stamps of a table.
-pub(super) fn findings(table: &RawTable, declared: &Declared) -> Vec<Finding> {
+pub(super) fn findings(table: &RawTable, declared: &EpisodeDeclaration) -> Vec<Finding> {
     let mut senders: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for (row, stamp) in table.stamps_s.iter().enumerate() {
         senders.entry(table.writers.get(row).copied().unwrap_or(0)).or_default().push(*stamp);
@@ -80,7 +80,7 @@ fn order(table: &RawTable, stamps: &[f64]) -> Vec<Finding> {
 type Gap = ([f64; 2], u64);
 
 /// Missing frames, uneven steps, and a rate that is not the one that the data set says.
-fn steps(table: &RawTable, stamps: &[f64], declared: &Declared) -> Vec<Finding> {
+fn steps(table: &RawTable, stamps: &[f64], declared: &EpisodeDeclaration) -> Vec<Finding> {
     let steps: Vec<f64> = stamps.iter().zip(stamps.iter().skip(1)).map(|(from, to)| to - from).collect();
     let mut rising: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
     if rising.len() < FEWEST_STEPS {
@@ -178,7 +178,7 @@ fn numbers(table: &RawTable) -> Option<Finding> {
 }
 
 /// Fewer or more rows than the data set says.
-fn length(table: &RawTable, declared: &Declared) -> Option<Finding> {
+fn length(table: &RawTable, declared: &EpisodeDeclaration) -> Option<Finding> {
     let (said, found) = (declared.frames?, table.stamps_s.len());
     let message = format!("the list of episodes says {said} frames, and the data file has {found}");
     let off = said.abs_diff(found);

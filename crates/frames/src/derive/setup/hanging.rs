@@ -20,7 +20,7 @@ const REACHED: f64 = 0.1e-3;
 const SEARCHES: usize = 200;
 
 /// How an object hangs in the air.
-struct Hanging {
+struct HangingRest {
     /// The gap to what is below, m, and the body; nothing where nothing is below.
     below: Option<(f64, usize)>,
     rest: Range<usize>,
@@ -43,14 +43,14 @@ fn hangs(scene: &Scene, survey: &Survey, object: usize) -> Option<Issue> {
     let solid = Solid::new(body);
     let is_away =
         |sample: usize| survey.distance(survey.hands.iter(), (object, &solid), sample).is_some_and(|it| it > AWAY);
-    let mut found: Vec<Hanging> = vec![];
+    let mut found: Vec<HangingRest> = vec![];
     for rest in rests(survey, object, is_away) {
         let others = (0..scene.bodies.len()).filter(|other| *other != object);
         let near = others.filter_map(|other| Some((gap(scene, survey, object, other, &rest)?.width, other)));
         let (least, nearest) = near.min_by(|one, other| one.0.total_cmp(&other.0))?;
         let carries = |other: usize| scene.bodies.get_index(other).is_some_and(|(_, body)| body.role != Role::Object);
         match (least > SCENE_ERROR, carries(nearest)) {
-            (true, _) => found.push(Hanging { below: below(scene, survey, object, &rest), rest }),
+            (true, _) => found.push(HangingRest { below: below(scene, survey, object, &rest), rest }),
             (false, true) => return None,
             // An object on another one hangs as that does.
             (false, false) => {}

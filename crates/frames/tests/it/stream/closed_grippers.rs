@@ -1,4 +1,4 @@
-//! A gripper of which a log has the opening alone: when it is closed is learned.
+//! A gripper whose log has only the opening: the limit of closed is learned.
 
 use crate::shared::files::folder;
 use std::fmt::Write as _;

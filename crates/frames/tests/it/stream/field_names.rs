@@ -69,7 +69,7 @@ fn both_names_make_the_same_frames() {
     let (own, own_issues) = read(&opened(&plain(&log()), None, SCENE));
     assert_eq!(field.layout.hands[0].fingers, [Finger::Thumb, Finger::Palm]);
     assert_eq!(field, own);
-    // Each is told in the names of its log.
+    // Each message has the names of its log.
     let rotation = issues.iter().find(|issue| issue.starts_with("missing_channel")).unwrap();
     assert!(rotation.starts_with("missing_channel right.tcp.rotation: "), "{issues:?}");
     assert_eq!(issues.iter().map(|issue| plain(issue)).collect::<Vec<_>>(), own_issues);

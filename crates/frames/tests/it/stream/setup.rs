@@ -151,7 +151,7 @@ fn millimeters_that_are_read_as_meters_are_reported() {
     insta::assert_snapshot!(found.join("\n--\n"));
 }
 
-/// The mistakes of a recording in a scene of which a body is moved, m.
+/// The mistakes of a recording in a scene with one body moved, m.
 fn moved(log: &Recording, body: &str, by: [f64; 3]) -> String {
     let mut log = log.clone();
     for (position, by) in log.scene.bodies[body].position.iter_mut().zip(by) {

@@ -1,4 +1,4 @@
-//! An object of which neither the log nor the scene says where it is.
+//! An object without a pose in the log or a place in the scene.
 
 use super::{ask, column};
 use crate::shared::recordings::recording;

@@ -68,7 +68,7 @@ pub struct Episode {
 }
 
 /// An episode as the list of episodes has it.
-struct Listed {
+struct EpisodeEntry {
     task: String,
     from: usize,
     to: usize,
@@ -86,7 +86,7 @@ pub struct NewSet {
     /// The chunk and the number of the data file.
     at: (usize, usize),
     tasks: Vocabulary,
-    episodes: Vec<Listed>,
+    episodes: Vec<EpisodeEntry>,
     /// Why an episode could not be written: the data file may be cut off.
     broken: Option<InputError>,
 }
@@ -165,7 +165,7 @@ impl NewSet {
         }
         self.write(&columns)?;
         let to = from + frames;
-        self.episodes.push(Listed { task: episode.task, from, to, place: self.at, statistics });
+        self.episodes.push(EpisodeEntry { task: episode.task, from, to, place: self.at, statistics });
         self.roll()
     }
 
@@ -265,7 +265,7 @@ impl NewSet {
 
     /// The list of episodes.
     fn list(&self, provenance: &Value) -> Result<Vec<u8>, ParquetError> {
-        let whole = |of: &dyn Fn(usize, &Listed) -> usize| {
+        let whole = |of: &dyn Fn(usize, &EpisodeEntry) -> usize| {
             let value = |(at, episode)| i64::try_from(of(at, episode)).unwrap_or(i64::MAX);
             Values::Integers(self.episodes.iter().enumerate().map(value).collect())
         };
