@@ -8,13 +8,16 @@ mod task_spec;
 pub(super) use lerobot::phrasing;
 
 use super::analysis::{AnalysisArgs, ExpectArg};
+use super::output_args::FormatArg;
 use super::parallel::ParallelArgs;
+use super::print_args::is_quiet;
 use super::{Failure, output};
 use hdf5::Hdf5;
 use lerobot::LeRobot;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use teachtree_analysis::json::VERSION;
+use teachtree_analysis::json::{VERSION, printed};
 use teachtree_analysis::outcome::OutcomeKind;
 use teachtree_base::error::InputError;
 use teachtree_logs::read::{file, formats};
@@ -48,7 +51,68 @@ pub struct Args {
     #[arg(long)]
     replace: bool,
     #[command(flatten)]
+    form: FormatArg<Format>,
+    #[command(flatten)]
     many: ParallelArgs,
+}
+
+/// Forms of the summary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Tables for the terminal
+    Text,
+    /// `teachtree.annotation/1`
+    Json,
+}
+
+/// What was written into a copy.
+struct Summary<'a> {
+    /// The tables of what was written, for people.
+    text: String,
+    /// The recordings of the set, with or without labels.
+    recordings: usize,
+    labeled: Vec<String>,
+    /// Failures, which get no labels.
+    left_out: Vec<String>,
+    /// For each recording whose outcome is known, whether it is a success.
+    successes: Vec<bool>,
+    /// How often each label was written, by style and words.
+    labels: BTreeMap<(&'a str, &'a str), usize>,
+    /// The row of each signal by recording; null where the recording lacks it.
+    signals: Vec<Value>,
+}
+
+impl Summary<'_> {
+    fn print(&self, args: &Args) -> Result<(), InputError> {
+        match args.form.format {
+            Format::Text if is_quiet() => Ok(()),
+            Format::Text => args.form.print(&format!("{}{}", self.text, Args::left_out(&self.left_out))),
+            Format::Json => args.form.print(&printed(&self.document(args))),
+        }
+    }
+
+    /// The summary as `teachtree.annotation/1` (docs/formats.md).
+    fn document(&self, args: &Args) -> Value {
+        let labels = self.labels.iter();
+        let labels = labels.map(|((style, text), count)| json!({"style": style, "text": text, "count": count}));
+        let count = |wanted: bool| self.successes.iter().filter(|success| **success == wanted).count();
+        json!({
+            "schema": "teachtree.annotation/1",
+            "version": VERSION,
+            "set": args.data.display().to_string(),
+            "copy": args.out.display().to_string(),
+            "recordings": self.recordings,
+            "labeled": self.labeled,
+            "left_out": self.left_out,
+            "outcomes": {
+                "success": count(true),
+                "failure": count(false),
+                "unknown": self.recordings - self.successes.len(),
+            },
+            "labels": labels.collect::<Vec<_>>(),
+            "signals": self.signals,
+        })
+    }
 }
 
 /// What is done with recordings that are failures.

@@ -1,8 +1,11 @@
 //! `teachtree fmt`: rule files in one style.
 
+use super::output_args::FormatArg;
 use super::{Failure, output};
+use serde_json::json;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::json::{VERSION, printed};
 use teachtree_base::diagnostic::{Source, Sources, render};
 use teachtree_base::error::InputError;
 use teachtree_language::MAX_BYTES;
@@ -21,17 +24,33 @@ pub struct Args {
     /// Write nothing; list the files that would change
     #[arg(long)]
     check: bool,
+    #[command(flatten)]
+    form: FormatArg<Format>,
+}
+
+/// Forms of the list of files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// A line for each file that changes
+    Text,
+    /// `teachtree.fmt/1`, with all files
+    Json,
 }
 
 /// Runs `fmt`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut failures = Vec::new();
-    let mut changed = Vec::new();
-    for file in all_rules(&args.files)? {
+    let files = all_rules(&args.files)?;
+    let is_stream = |file: &Path| file == Path::new("-") && !args.check;
+    if args.form.format == Format::Json && files.iter().any(|file| is_stream(file)) {
+        let message = "standard input goes to standard output, which --format json needs";
+        return Err(InputError::new("-", message).help("add --check, or name a file").into());
+    }
+    let (mut failures, mut formatted) = (Vec::new(), Vec::new());
+    for file in files {
         let shown = file.display().to_string();
         let text = read(&file)?;
-        let formatted = match format(&text) {
-            Ok(formatted) => formatted,
+        let new = match format(&text) {
+            Ok(new) => new,
             // The other files are worth formatting all the same.
             Err(findings) => {
                 let sources = Sources { files: vec![Source { name: shown, text }] };
@@ -39,17 +58,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 continue;
             }
         };
-        if file == Path::new("-") && !args.check {
-            output::print_data(&formatted)?;
-        } else if formatted != text {
-            if !args.check {
-                output::write(&file, &formatted, &[])?;
-            }
-            changed.push(shown);
+        if is_stream(&file) {
+            output::print_data(&new)?;
+            continue;
         }
+        let changes = new != text;
+        if changes && !args.check {
+            output::write(&file, &new, &[])?;
+        }
+        formatted.push((shown, changes));
     }
-    for file in &changed {
-        output::print(&format!("{} {file}\n", if args.check { "would change" } else { "changed" }))?;
+    let changed: Vec<&str> =
+        formatted.iter().filter(|(_, changes)| *changes).map(|(shown, _)| shown.as_str()).collect();
+    let what = if args.check { "would change" } else { "changed" };
+    match args.form.format {
+        Format::Text => output::print(&changed.iter().map(|file| format!("{what} {file}\n")).collect::<String>())?,
+        Format::Json => {
+            let files = formatted.iter().map(|(file, changes)| json!({"file": file, "changes": changes}));
+            let files: Vec<_> = files.collect();
+            let document =
+                json!({"schema": "teachtree.fmt/1", "version": VERSION, "written": !args.check, "files": files});
+            args.form.print(&printed(&document))?;
+        }
     }
     Failure::all(failures)?;
     if args.check && !changed.is_empty() { Err(Failure::Negative) } else { Ok(()) }

@@ -1,7 +1,10 @@
 //! `teachtree list` and `teachtree show`: the files that are in the program.
 
+use super::output_args::FormatArg;
 use super::{Failure, output};
+use serde_json::{Value, json};
 use std::fmt::Write;
+use teachtree_analysis::json::{VERSION, printed as printed_json};
 use teachtree_base::error::InputError;
 use teachtree_base::spelling::nearest;
 use teachtree_frames::bind::arm_models;
@@ -64,6 +67,17 @@ pub struct ListArgs {
     /// The files of one kind
     #[arg(value_enum)]
     kind: Option<Kind>,
+    #[command(flatten)]
+    form: FormatArg<Format>,
+}
+
+/// Forms of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// A line for each file
+    Text,
+    /// `teachtree.list/1`
+    Json,
 }
 
 /// Options of `show`.
@@ -166,22 +180,39 @@ fn about(text: &str) -> String {
 
 /// Lists the files.
 pub fn list(args: &ListArgs) -> Result<(), Failure> {
+    let kinds: Vec<Kind> =
+        Kind::ALL.into_iter().filter(|kind| args.kind.is_none_or(|wanted| wanted == *kind)).collect();
+    Ok(args.form.print(&match args.form.format {
+        Format::Text => text(&kinds),
+        Format::Json => printed_json(&document(&kinds)),
+    })?)
+}
+
+/// The files for people, under the names of their kinds where there are several.
+fn text(kinds: &[Kind]) -> String {
     let mut text = String::new();
-    for kind in Kind::ALL.into_iter().filter(|kind| args.kind.is_none_or(|wanted| wanted == *kind)) {
+    for kind in kinds {
         let files = kind.files();
-        if files.is_empty() {
-            continue;
-        }
-        if args.kind.is_none() {
+        let indent = if kinds.len() > 1 { "  " } else { "" };
+        if kinds.len() > 1 {
             let _ = writeln!(text, "{}{}", if text.is_empty() { "" } else { "\n" }, kind.name());
         }
-        let indent = if args.kind.is_none() { "  " } else { "" };
         let width = files.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
         for (name, file) in files {
             let _ = writeln!(text, "{}", format!("{indent}{name:<width$}  {}", about(file)).trim_end());
         }
     }
-    Ok(output::print(&text)?)
+    text
+}
+
+/// The files as `teachtree.list/1` (docs/formats.md).
+fn document(kinds: &[Kind]) -> Value {
+    let of = |kind: &Kind| {
+        let files = kind.files().into_iter();
+        let name_of_kind = kind.name();
+        files.map(move |(name, text)| json!({"kind": name_of_kind, "name": name, "about": about(text)}))
+    };
+    json!({"schema": "teachtree.list/1", "version": VERSION, "files": kinds.iter().flat_map(of).collect::<Vec<_>>()})
 }
 
 /// The text of a file outside the repository: its schema, which `show` prints too, stands beside it.

@@ -13,6 +13,7 @@ mod batch;
 mod browser;
 mod check;
 mod demo;
+mod diff;
 mod explain;
 mod export;
 mod fit;
@@ -101,9 +102,9 @@ enum Command {
     /// Execute commands by a simulated robot in a scene, and record it
     Simulate(simulate::Args),
     /// Prove that rules only add to others
-    Prove(prove::ProveArgs),
+    Prove(prove::Args),
     /// Compare two rule sets: the cases in which they differ, and their results on recordings
-    Diff(prove::DiffArgs),
+    Diff(diff::Args),
     /// Format rule files
     Fmt(fmt::Args),
     /// Draw the trees of rule files, or the transitions between primitives; mark what a recording took
@@ -331,8 +332,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Teach(args) => teach::run(args),
         Command::Retarget(args) => retarget::run(args),
         Command::Simulate(args) => simulate::run(args),
-        Command::Prove(args) => prove::prove(args),
-        Command::Diff(args) => prove::diff(args),
+        Command::Prove(args) => prove::run(args),
+        Command::Diff(args) => diff::run(args),
         Command::Fmt(args) => fmt::run(args),
         Command::Graph(args) => graph::run(args),
         Command::Lsp(args) => lsp::run(args),

@@ -121,6 +121,31 @@ fn every_frame_has_the_words_of_its_segment_and_task() {
     );
 }
 
+#[test]
+fn the_summary_counts_the_labels_that_are_written() {
+    let folder = with_set();
+    let output = annotate(folder.path(), "set", "labeled", &["--format", "json"]);
+    let summary: Value = serde_json::from_str(&said(&output)).unwrap();
+    assert_eq!((&summary["recordings"], &summary["labeled"]), (&3.into(), &serde_json::json!(["0", "1", "2"])));
+    let mut counts: BTreeMap<(&str, String), u64> = BTreeMap::new();
+    for style in ["motion", "subtask"] {
+        for words in words(&folder.path().join("labeled"), style).values() {
+            let mut last = None;
+            for text in words.iter().flatten().filter(|text| last.replace((*text).clone()).as_ref() != Some(*text)) {
+                *counts.entry((style, text.clone())).or_default() += 1;
+            }
+        }
+    }
+    let listed = summary["labels"].as_array().unwrap().iter();
+    let listed = listed.map(|label| {
+        (
+            (label["style"].as_str().unwrap(), label["text"].as_str().unwrap().to_string()),
+            label["count"].as_u64().unwrap(),
+        )
+    });
+    assert_eq!(listed.collect::<BTreeMap<_, _>>(), counts);
+}
+
 /// Lines of a table of one's own replace those of the shipped one, templates replace both, and the words that counted are in `info.json`.
 #[test]
 fn words_are_a_table_that_users_edit() {

@@ -143,6 +143,23 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     let foreign = ["analyze", log, "--binding", binding, "--format", "json"];
     documents.push(said(&teachtree(&foreign)));
     documents.push(said(&teachtree(&["inspect", log, "--format", "json"])));
+    documents.push(run(&["prove", "additive", "contact.rules", "bimanual.rules", "--format", "json"]));
+    documents.push(run(&["prove", "additive", "contact.rules", "tour.rules", "--format", "json"]));
+    let compared =
+        run(&["diff", "single_hand.rules", "contact.rules", "one.csv", "--labels", "two.csv", "--format", "json"]);
+    assert!(parsed(&compared)["recordings"][0]["changes"].as_array().is_some_and(|changes| !changes.is_empty()));
+    documents.push(compared);
+    documents.push(run(&["list", "--format", "json"]));
+    documents.push(run(&["fmt", "--check", "tour.rules", "--format", "json"]));
+    let robosuite = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    let (set, binding) = (robosuite.join("lift.hdf5"), robosuite.join("lift_hdf5.binding.yaml"));
+    let (set, binding) = (set.to_str().unwrap(), binding.to_str().unwrap());
+    let signal = "grasp=start of Grasp of cube";
+    let annotated =
+        ["annotate", set, "-o", "copy.hdf5", "--binding", binding, "--signal", signal, "--format", "json", "-q"];
+    let annotated = run(&annotated);
+    assert!(parsed(&annotated)["signals"][0]["signals"][0]["row"].as_u64().is_some_and(|row| row > 0), "{annotated}");
+    documents.push(annotated);
 
     let schemas = schemas();
     let mut seen = BTreeSet::new();

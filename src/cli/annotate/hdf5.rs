@@ -1,12 +1,12 @@
 //! `annotate` of an HDF5 file: step signals by which MimicGen, Isaac Lab Mimic and AutoData divide demonstrations, what each of them lacks, and success
 //! fields.
 
+use super::super::Failure;
 use super::super::parallel::{LogResults, named_failures};
-use super::super::print_args::is_quiet;
 use super::super::rules::name_and_value;
-use super::super::{Failure, output};
 use super::task_spec::{Demonstration, TaskSpec};
-use super::{Args, Destination, outcomes, provenance};
+use super::{Args, Destination, Summary, outcomes, provenance};
+use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -122,10 +122,17 @@ impl Destination for Hdf5 {
         }
         annotate(&args.data, &args.out, &request)?;
         files.commit()?;
-        if !is_quiet() {
-            let complete = lists.get(MASK).map_or_else(String::new, |names| table(args, &wanted, &rows, names.len()));
-            output::print(&(complete + &success_lines + &Args::left_out(&left_out)))?;
-        }
+        let complete = lists.get(MASK).map_or_else(String::new, |names| table(args, &wanted, &rows, names.len()));
+        let summary = Summary {
+            text: complete + &success_lines,
+            recordings: logs.len(),
+            labeled: analyses.iter().map(|(name, _)| name.clone()).collect(),
+            left_out,
+            successes: successes.values().map(|rows| rows.contains(&true)).collect(),
+            labels: BTreeMap::new(),
+            signals: rows.iter().map(|row| signal_rows(row, &wanted)).collect(),
+        };
+        summary.print(args)?;
         Failure::some(failures, analyses.len())
     }
 }
@@ -234,6 +241,15 @@ fn row(name: &str, analysis: &Analysis, wanted: &[Signal]) -> Row {
         row.rows.push(at);
     }
     row
+}
+
+/// The row of each signal of a recording, by name.
+fn signal_rows(row: &Row, wanted: &[Signal]) -> Value {
+    let signals = wanted.iter().zip(&row.rows).map(|(Signal { name, starts, .. }, row)| {
+        let part = if *starts { "start" } else { "end" };
+        json!({"name": name, "of": part, "row": row.as_ref().ok()})
+    });
+    json!({"recording": row.name, "signals": signals.collect::<Vec<_>>()})
 }
 
 /// The row of each signal, and what is lacking.

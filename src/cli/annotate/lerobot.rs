@@ -1,10 +1,10 @@
 //! `annotate` of a LeRobot set: primitives as `motion` and tasks as `subtask`, in words, in the forms that programs read.
 
+use super::super::Failure;
 use super::super::print_args::is_quiet;
 use super::super::progress::Progress;
 use super::super::source::is_yaml;
-use super::super::{Failure, output};
-use super::{Args, Destination, outcomes, provenance};
+use super::{Args, Destination, Summary, outcomes, provenance};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -147,11 +147,17 @@ impl Destination for LeRobot {
         };
         set.write(&args.out, &request, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
         drop(progress);
-        if !is_quiet() {
-            let left_out: Vec<String> = left_out.iter().map(usize::to_string).collect();
-            let text = summary(args, &labels, logs.len()) + &success_lines + &Args::left_out(&left_out);
-            output::print(&text)?;
-        }
+        let counts = label_counts(&labels);
+        let summary = Summary {
+            text: text(args, &labels, &counts, logs.len()) + &success_lines,
+            recordings: logs.len(),
+            labeled: analyses.keys().map(usize::to_string).collect(),
+            left_out: left_out.iter().map(usize::to_string).collect(),
+            successes: successes.values().map(|rows| rows.contains(&true)).collect(),
+            labels: counts,
+            signals: Vec::new(),
+        };
+        summary.print(args)?;
         Failure::some(failures, analyses.len())
     }
 }
@@ -263,12 +269,22 @@ fn labels(analysis: &Analysis, styles: &[Style], phrasing: &Phrasing) -> Vec<Lab
     styles.iter().flat_map(of).collect()
 }
 
-/// How often each label was written.
-fn summary(args: &Args, labels: &BTreeMap<usize, Vec<Label>>, episodes: usize) -> String {
+/// How often each label was written, by style and words.
+fn label_counts(labels: &BTreeMap<usize, Vec<Label>>) -> BTreeMap<(&str, &str), usize> {
     let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for label in labels.values().flatten() {
         *counts.entry((label.style, &label.content)).or_default() += 1;
     }
+    counts
+}
+
+/// The table of labels for people.
+fn text(
+    args: &Args,
+    labels: &BTreeMap<usize, Vec<Label>>,
+    counts: &BTreeMap<(&str, &str), usize>,
+    episodes: usize,
+) -> String {
     let mut text = format!(
         "{}: {} of {episodes} episodes with labels, {} labels\n",
         args.out.display(),
