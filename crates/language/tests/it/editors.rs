@@ -87,6 +87,32 @@ fn vim_colours_the_words_of_the_grammar() {
     }
 }
 
+/// The generated parser lists its tokens, so that a word that only `grammar.js` has is found too. `test.sh` beside it compares the two.
+#[test]
+fn tree_sitter_has_the_words_of_the_grammar() {
+    let parser = read("editors/tree-sitter-teachtree/src/parser.c");
+    let (_, behind) = parser.split_once("ts_symbol_names[] = {").unwrap();
+    let (names, _) = behind.split_once("};").unwrap();
+    let tokens: BTreeSet<String> = names.lines().filter(|line| line.contains("[anon_sym_")).flat_map(quoted).collect();
+    let (reserved, contextual) = of_the_grammar();
+    let declarations = read("grammar/declarations.pest");
+    let types =
+        declarations.lines().filter(|line| line.starts_with("kind  ") || line.starts_with("axis  ")).flat_map(quoted);
+    let mut expected: BTreeSet<String> = contextual.union(&reserved).cloned().chain(types).collect();
+    for unit in UNITS {
+        assert!(names.contains(&format!("] = \"{}\",", unit.symbol)), "{}", unit.symbol);
+        expected.extend(quoted(&format!("\"{}\"", unit.symbol)));
+    }
+    assert_eq!(tokens, expected);
+    let grammar = read("editors/tree-sitter-teachtree/grammar.js");
+    let (_, behind) = grammar.split_once("const RESERVED = [").unwrap();
+    assert_eq!(quoted(behind.split_once("];").unwrap().0), reserved);
+    let colored = quoted(&read("editors/tree-sitter-teachtree/queries/highlights.scm"));
+    let expected: BTreeSet<String> = contextual.union(&reserved).cloned().chain(["either".into()]).collect();
+    let nodes = ["true", "false"].map(str::to_string).into_iter().collect();
+    assert_eq!(colored, &expected - &nodes);
+}
+
 #[test]
 fn the_extension_starts_the_server_with_the_settings_that_it_declares() {
     let package: serde_json::Value = serde_json::from_str(&read("editors/vscode/package.json")).unwrap();

@@ -1,0 +1,3 @@
+[(stream) (hands) (choices) (relabel)] @fold
+(comment)+ @fold
+(doc_comment)+ @fold
