@@ -9,10 +9,10 @@
 "none" @constant.builtin
 
 [
-  "after" "at" "become" "becomes" "before" "below" "above" "between" "bridging" "clear" "does" "each" "else" "extend" "failure" "first" "for"
-  "from" "hand" "in" "is" "joined" "last" "lasting" "latch" "least" "next" "one" "optional" "over" "param" "per" "primitive" "relabel"
-  "separate" "sequence" "set" "settle" "shorter" "signal" "since" "stay" "stream" "task" "than" "the" "times" "travelling" "tree" "turning"
-  "until" "use" "while" "with" "within" "without"
+  "above" "after" "at" "become" "becomes" "before" "below" "between" "both" "bridging" "clear" "does" "each" "else" "extend" "failure" "first" "for"
+  "from" "hand" "in" "is" "joined" "last" "lasting" "latch" "least" "next" "one" "optional" "other" "over" "param" "per" "primitive" "relabel"
+  "separate" "sequence" "set" "settle" "shorter" "signal" "since" "stay" "stream" "task" "than" "the" "times" "travelling" "tree" "turning" "until"
+  "use" "while" "with" "within" "without"
 ] @keyword
 ["and" "not" "or"] @keyword.operator
 ["=" "=>" "+" "-" "*" "/" "<" "<=" ">" ">=" "==" "!=" ".."] @operator
@@ -21,7 +21,7 @@
 
 [(kind) (axis)] @type.builtin
 (primitive_name) @type
-[(side) (side_mark) "left" "right" "other" "both"] @variable.builtin
+[(side) (side_mark) "left" "right"] @variable.builtin
 (meaning) @constant
 
 (param name: (name) @function)
