@@ -50,6 +50,8 @@ pub use teachtree_base::hands::Side;
 pub use teachtree_logs::issue::{Issue, IssueKind};
 #[doc(inline)]
 pub use teachtree_report::Style;
+#[doc(hidden)]
+pub use teachtree_session::project_file::ProjectSettings;
 #[doc(inline)]
 pub use teachtree_session::{
     Analysis, Calibration, Choice, ClosedSegment, Column, Composite, Diagnostic, Error, Explanation, Explanations,

@@ -43,6 +43,7 @@ DOES = {
     "fast-float2": "numbers in text logs",
     "flate2": "deflate in NPZ and Zarr",
     "getrandom": "tokens of local pages",
+    "glob": "patterns of logs in `teachtree.yaml`",
     "hdf5-pure": "HDF5 files",
     "httparse": "requests to local pages",
     "indexmap": "tables in the order of their files",

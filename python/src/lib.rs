@@ -24,6 +24,20 @@ fn recordings(py: Python<'_>, paths: Vec<PathBuf>, binding: Option<PathBuf>, eac
         .map_err(|found| error::to_python(py, &found))
 }
 
+/// A binding, a scene, rule files, a hand file and params.
+type Settings = (Option<PathBuf>, Option<PathBuf>, Vec<PathBuf>, Option<String>, Vec<(String, String)>);
+
+/// The settings of `teachtree.yaml` for a log.
+#[pyfunction]
+fn project_settings(py: Python<'_>, log: PathBuf) -> PyResult<Settings> {
+    let settings = wait::released(py, move || teachtree::ProjectSettings::of_log(&log))?
+        .map_err(|found| error::to_python(py, &found))?;
+    let [binding, scene] = [settings.binding, settings.scene].map(|setting| setting.map(|setting| setting.value));
+    let rules = settings.rules.map_or_else(Vec::new, |rules| rules.value);
+    let params = settings.params.into_iter().map(|(param, setting)| (param, setting.value)).collect();
+    Ok((binding, scene, rules, settings.hand_file.map(|hand_file| hand_file.value), params))
+}
+
 /// Runs the command line; the exit status.
 #[pyfunction]
 fn command_line(py: Python<'_>, words: Vec<OsString>) -> u8 {
@@ -42,6 +56,7 @@ fn _teachtree(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<live::Live>()?;
     module.add_class::<arrow::Table>()?;
     module.add_function(wrap_pyfunction!(recordings, module)?)?;
+    module.add_function(wrap_pyfunction!(project_settings, module)?)?;
     module.add_function(wrap_pyfunction!(command_line, module)?)?;
     Ok(())
 }

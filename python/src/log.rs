@@ -18,11 +18,15 @@ struct LogInputs {
     binding: Option<PathBuf>,
     scene: Option<PathBuf>,
     text: Option<String>,
+    /// Whether `teachtree.yaml` counts.
+    by_project: bool,
 }
 
 impl LogInputs {
     fn options(&self) -> LogOptions {
-        let options = self.binding.iter().fold(teachtree::Log::options(), |options, path| options.binding(path));
+        let options = teachtree::Log::options();
+        let options = if self.by_project { options.by_project() } else { options };
+        let options = self.binding.iter().fold(options, |options, path| options.binding(path));
         self.scene.iter().fold(options, |options, path| options.scene(path))
     }
 
@@ -36,9 +40,15 @@ impl LogInputs {
 impl Log {
     /// Opens a file or folder.
     #[staticmethod]
-    #[pyo3(signature = (path, binding=None, scene=None))]
-    fn open(py: Python<'_>, path: PathBuf, binding: Option<PathBuf>, scene: Option<PathBuf>) -> PyResult<Self> {
-        let given = LogInputs { binding, scene, text: None };
+    #[pyo3(signature = (path, binding=None, scene=None, by_project=true))]
+    fn open(
+        py: Python<'_>,
+        path: PathBuf,
+        binding: Option<PathBuf>,
+        scene: Option<PathBuf>,
+        by_project: bool,
+    ) -> PyResult<Self> {
+        let given = LogInputs { binding, scene, text: None, by_project };
         released(py, move || given.options().open(path))?.map(Self).map_err(|error| to_python(py, &error))
     }
 
@@ -60,7 +70,7 @@ impl Log {
                 Err(_) => Column::texts(title, values.extract::<Vec<String>>()?),
             });
         }
-        let given = LogInputs { binding, scene, text: scene_text };
+        let given = LogInputs { binding, scene, text: scene_text, by_project: false };
         released(py, move || given.of_columns(name, taken))?.map(Self).map_err(|error| to_python(py, &error))
     }
 
@@ -77,7 +87,7 @@ impl Log {
         scene_text: Option<String>,
     ) -> PyResult<Self> {
         let stream = arrow::stream_of(table)?;
-        let given = LogInputs { binding, scene, text: scene_text };
+        let given = LogInputs { binding, scene, text: scene_text, by_project: false };
         let place = name.clone();
         let made = released(py, move || {
             let columns = arrow::columns(stream, &units)?;

@@ -54,6 +54,8 @@ class Log:
     ``binding`` expects. A unit stands behind the name, ``"right.thumb.force.x [mN]"``, or in ``units``; without one, values are in the unit that
     docs/logs.md gives for the name. What was not measured is NaN or null. A list or a row of a matrix is a column for each place, ``state[0]``.
 
+    What is not named here is taken from the nearest ``teachtree.yaml`` above the file (docs/project.md); ``project=False`` leaves that file out.
+
     ``datasets.Dataset`` does not speak Arrow itself: pass ``dataset.data.table``.
 
     >>> import teachtree
@@ -75,6 +77,7 @@ class Log:
         scene: Scene | Path | None = None,
         units: Mapping[str, str] | None = None,
         name: str = "table",
+        project: bool = True,
     ) -> None:
         at = None if binding is None else os.fspath(binding)
         if scene is None and isinstance(binding, Binding):
@@ -83,7 +86,7 @@ class Log:
         if isinstance(source, (str, os.PathLike)):
             if text is not None or units:
                 raise _argument("Log", "a file has its own units and scene; `units` and `Scene` are for tables and arrays", None)
-            self._inner = _teachtree.Log.open(source, at, file)
+            self._inner = _teachtree.Log.open(source, at, file, project)
         elif hasattr(source, "__arrow_c_stream__"):
             self._inner = _teachtree.Log.from_arrow(name, source, dict(units or {}), at, file, text)
         elif isinstance(source, Mapping):

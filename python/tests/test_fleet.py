@@ -264,6 +264,21 @@ def test_a_job_travels_with_its_files(tmp_path: Path) -> None:
         fleet.Job(rules=own / "my.rules")
 
 
+def test_a_job_has_the_settings_of_a_project(tmp_path: Path) -> None:
+    (tmp_path / "my.binding.yaml").write_text(Path(BINDING).read_text())
+    (tmp_path / "my.rules").write_text(Path("examples/hold.rules").read_text())
+    settings = "binding: my.binding.yaml, rules: [my.rules], params: {hold_time: 200 ms}"
+    (tmp_path / "teachtree.yaml").write_text(f"logs: {{'*.csv': {{{settings}}}}}\n")
+    job = fleet.Job(project=tmp_path / "a.csv")
+    same = fleet.Job(rules=tmp_path / "my.rules", binding=tmp_path / "my.binding.yaml", params={"hold_time": "200 ms"})
+    assert job == same
+    other = fleet.Job(project=tmp_path / "a.csv", params={"hold_time": "300 ms"})
+    assert other.params == {"hold_time": "300 ms"} and other.binding == job.binding
+    with pytest.raises(teachtree.LogError, match="teachtree.yaml:1:"):
+        (tmp_path / "teachtree.yaml").write_text("logs: [a]\n")
+        fleet.Job(project=tmp_path / "a.csv")
+
+
 def test_the_name_of_a_job_does_not_depend_on_where_it_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Here a folder `rules` has files of the names that shipped files have."""
     here = fleet.Job(rules="examples/hold.rules")

@@ -3,6 +3,7 @@
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::{Failure, output};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::outcome::ExpectedTasks;
 use teachtree_base::error::InputError;
@@ -73,6 +74,16 @@ impl AnalysisArgs {
         recordings(paths, self.source.binding.as_deref(), each.each)
     }
 
+    /// Whether a binding or rules are named for a log, by these options or by `teachtree.yaml`.
+    ///
+    /// # Errors
+    /// When that file cannot be read.
+    pub fn has_rules(&self, log: &Path) -> Result<bool, InputError> {
+        let settings = self.source.settings(log)?;
+        let is_given = self.source.binding.is_some() || !self.rules.rules.is_empty();
+        Ok(is_given || settings.binding.is_some() || settings.rules.is_some() || settings.expect.is_some())
+    }
+
     /// Opens a log and reads it into memory.
     pub fn read(&self, log: &Path) -> Result<Log, Error> {
         let log = self.source.open(log)?;
@@ -85,23 +96,41 @@ impl AnalysisArgs {
         self.rules.load(log)?.analyze(log)
     }
 
-    /// The files that these options have a command read, those that rules use too: nothing is written over them.
-    pub fn files(&self) -> Vec<PathBuf> {
+    /// The files that these options and `teachtree.yaml` have a command read for some logs, those that rules use too: nothing is written over them.
+    pub fn files(&self, logs: &[PathBuf]) -> Vec<PathBuf> {
         let Self { rules, source } = self;
-        let of_binding =
-            |binding: &Path| Some(hand_file_of(binding, BindingFile::read(binding).ok()?.binding.hand_file?));
-        let hand_file = rules.hand.file.clone().or_else(|| source.binding.as_deref().and_then(of_binding));
         let mut files: Vec<PathBuf> = source.binding.iter().chain(&source.scene).chain(&rules.rules).cloned().collect();
-        if !rules.rules.is_empty() || hand_file.is_some() {
-            let loaded = language::load(&Request { files: rules.rules.clone(), hand_file, ..Request::default() });
+        let mut requests = vec![(rules.rules.clone(), self.hand_file(source.binding.as_deref()))];
+        // What is wrong with the settings is reported where they are used.
+        for settings in logs.iter().filter_map(|log| source.settings(log).ok()) {
+            files.extend(settings.files().filter(|file| file.is_file()).map(Path::to_path_buf));
+            let rules = settings.rules.map_or_else(Vec::new, |rules| rules.value);
+            let hand_file = settings.hand_file.map(|hand_file| hand_file.value);
+            let binding = settings.binding.map(|binding| binding.value);
+            let request = (rules, hand_file.or_else(|| self.hand_file(binding.as_deref())));
+            if !requests.contains(&request) {
+                requests.push(request);
+            }
+        }
+        for (rules, hand_file) in requests.into_iter().filter(|(rules, hand)| !rules.is_empty() || hand.is_some()) {
+            let loaded = language::load(&Request { files: rules, hand_file, ..Request::default() });
             files.extend(loaded.sources.files.iter().map(|file| PathBuf::from(&file.name)));
         }
+        let mut seen = BTreeSet::new();
+        files.retain(|file| seen.insert(file.clone()));
         files
+    }
+
+    /// The hand file that these options or a binding name.
+    fn hand_file(&self, binding: Option<&Path>) -> Option<String> {
+        let of_binding =
+            |binding: &Path| Some(hand_file_of(binding, BindingFile::read(binding).ok()?.binding.hand_file?));
+        self.rules.hand.file.clone().or_else(|| binding.and_then(of_binding))
     }
 
     /// Recordings and the files that these options have a command read.
     pub fn inputs(&self, logs: &[PathBuf]) -> Vec<PathBuf> {
-        logs.iter().cloned().chain(self.files()).collect()
+        logs.iter().cloned().chain(self.files(logs)).collect()
     }
 
     /// Recordings and the files that these options have a command read. Refuses places that would replace one of them or each other, before the work is

@@ -170,7 +170,9 @@ pub fn one<'a>(args: &'a Args, log: &Path, alone: bool) -> Result<Output<'a>, Fa
 fn in_parts(args: &Args, log: &Path, error: Error) -> Failure {
     let is_parts = log.is_dir() && !formats::is_set(log) && !formats::is_zarr(log) && !formats::is_bag(log);
     match Failure::from(error) {
-        Failure::Input(error) if is_parts && args.analysis.source.binding.is_some() => {
+        Failure::Input(error)
+            if is_parts && args.analysis.source.binding_of(log).is_ok_and(|binding| binding.is_some()) =>
+        {
             let is = "the folder was read as one recording in parts, a table each; with --each every file in it is one";
             let help = error.help.as_ref().map_or_else(|| is.to_string(), |help| format!("{help}; {is}"));
             Failure::Input(error.help(help))

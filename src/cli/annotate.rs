@@ -208,7 +208,7 @@ fn refuse_place(args: &Args) -> Result<(), InputError> {
         return Err(InputError::new(place, format!("is in {}, which is copied", args.data.display()))
             .help("name a place beside it"));
     }
-    output::refuse_inputs(&args.out, &args.analysis.files())
+    output::refuse_inputs(&args.out, &args.analysis.files(std::slice::from_ref(&args.data)))
 }
 
 /// The folder that a new file or folder is to be in.

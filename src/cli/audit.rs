@@ -134,7 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let inputs = args.analysis.checked_inputs(&logs, &outputs(args))?;
     check_mask(args)?;
     args.analysis.source.check(logs.len())?;
-    if signals::is_for(args, &logs) {
+    if signals::is_for(args, &logs)? {
         return signals::run(args, &logs, &inputs);
     }
     let LogResults { done, failed } = args.many.each_log("auditing", &logs, |log| {

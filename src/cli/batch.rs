@@ -58,7 +58,8 @@ enum BatchResult {
 
 /// Analyzes recordings into a folder.
 pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Failure> {
-    let files = args.analysis.files();
+    let logs_alone: Vec<PathBuf> = logs.iter().map(|found| found.log.clone()).collect();
+    let files = args.analysis.files(&logs_alone);
     let outs = places(args, folder, logs, &files)?;
     args.analysis.source.check(logs.len())?;
     output::make_folder(folder)?;

@@ -91,8 +91,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let logs = all_logs(&args.logs)?;
     args.source.check(logs.len())?;
-    args.truth.check(logs.len())?;
-    let names = args.truth.of_session().names()?;
+    args.truth.check(&logs)?;
+    let names = args.truth.names()?;
     let by = |file: &PathBuf| AnalysisArgs {
         rules: RuleArgs::of_files(std::slice::from_ref(file), args.hand.as_deref()),
         source: args.source.clone(),
@@ -162,12 +162,14 @@ fn agreement(
     names: &NameMap,
 ) -> Result<Agreement, Failure> {
     // A log without labels is compared all the same.
-    if let Some(labels) = args.truth.labels.as_ref().filter(|labels| lacks_labels(labels, ours.log().path())) {
+    let labels = args.truth.labels_of(ours.log().path())?;
+    if let Some(labels) = labels.as_ref().filter(|labels| lacks_labels(labels, ours.log().path())) {
         return Ok(Agreement::Lacking(labels.clone()));
     }
     let known = [ours, theirs].map(|analysis| KnownNames::new(analysis.rules().set()));
     let truth = |analysis: &session::Analysis, known: &KnownNames| {
-        let (truth, _) = args.truth.of_session().of(analysis.log().opened()?, analysis.found(), names, known)?;
+        let labels = args.truth.of_log(analysis.log().path())?;
+        let (truth, _) = labels.of(analysis.log().opened()?, analysis.found(), names, known)?;
         Ok::<_, Failure>(truth)
     };
     let [of_ours, of_theirs] = &known;
@@ -179,7 +181,7 @@ fn agreement(
     });
     match compared {
         Ok(compared) => Ok(Agreement::Known(compared)),
-        Err(_) if args.truth.labels.is_none() => Ok(Agreement::Unasked),
+        Err(_) if labels.is_none() => Ok(Agreement::Unasked),
         Err(error) => Err(error),
     }
 }

@@ -17,7 +17,7 @@ use teachtree_language::{Request, Rules};
 use teachtree_report as report;
 use teachtree_session::fitting::{Recording, Runner, fitted, space};
 use teachtree_session::patch::{Patch, patch};
-use teachtree_session::{LabelsInternals, RulesInternals, RulesOptionsInternals};
+use teachtree_session::{LabelsInternals, LogInternals, RulesInternals, RulesOptionsInternals};
 
 /// Groups in which recordings are held out unless an option says otherwise, at most.
 const GROUPS: usize = 8;
@@ -110,7 +110,8 @@ fn open(args: &Args, log: &Path, names: &NameMap) -> Result<FitInput, Failure> {
     let fixed = rules.params().to_vec();
     let mut warnings = Vec::new();
     let recording = Recording::open(&log, &rules, |opened, analysis| {
-        let (truth, more) = args.truth.of_session().of(opened, analysis, names, &KnownNames::new(rules.set()))?;
+        let (truth, more) =
+            args.truth.of_log(log.path())?.of(opened, analysis, names, &KnownNames::new(rules.set()))?;
         warnings = more;
         Ok(truth)
     })?;
@@ -119,7 +120,7 @@ fn open(args: &Args, log: &Path, names: &NameMap) -> Result<FitInput, Failure> {
 
 /// Opens the recordings: what runs them, and the params that may be changed.
 fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Failure> {
-    let names = args.truth.of_session().names()?;
+    let names = args.truth.names()?;
     args.analysis.source.check(logs.len())?;
     let LogResults { done: all, failed } = args.many.each_log("reading", logs, |log| open(args, log, &names))?;
     Failure::all(distinct_failures(failed))?;

@@ -13,7 +13,7 @@ const GROUPS: &[(&str, &[&str])] = &[
     ),
     ("Write rules", &["check", "fmt", "graph", "test", "fit", "prove", "diff"]),
     ("Robot", &["teach", "retarget", "simulate"]),
-    ("Tools", &["list", "show", "lsp", "completions", "man"]),
+    ("Tools", &["config", "list", "show", "lsp", "completions", "man"]),
 ];
 
 /// The command line with its commands listed by group.

@@ -1,4 +1,4 @@
-//! Reads YAML files that people write, scenes, operators, bindings and robots, and reports what is wrong with them.
+//! Reads YAML files that people write, scenes, operators, bindings, robots and project files, and reports what is wrong with them.
 
 use std::path::Path;
 use teachtree_base::error::InputError;
@@ -8,6 +8,7 @@ use teachtree_frames::bind::BindingFile;
 use teachtree_logs::read::text;
 use teachtree_robot::{self as robot, CollisionShape, Link, Robot};
 use teachtree_session::ErrorInternals;
+use teachtree_session::project_file::ProjectFile;
 use teachtree_session::{Error, Scene};
 
 /// Reads a text as a file of its kind; returns what there is to say of it.
@@ -19,6 +20,7 @@ pub fn read(kind: FileKind, path: &Path, text: &str) -> Result<String, InputErro
     match kind {
         FileKind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input)?,
         FileKind::Binding => BindingFile::parse(text.into(), name).map(drop)?,
+        FileKind::Project => ProjectFile::parse(path, text.into()).map(drop)?,
         FileKind::Operator => teachtree_world::Operator::read(text, &name).map(drop)?,
         FileKind::Robot => {
             let robot = robot(&name, text, true)?;

@@ -109,7 +109,8 @@ fn one(args: &Args, log: &Path, alone: bool) -> Result<String, Failure> {
     if log == Path::new("-") {
         return Err(InputError::new("-", "a stream cannot be inspected, expected a file").into());
     }
-    let binding = args.analysis.source.binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
+    let binding = args.analysis.source.binding_of(log)?;
+    let binding = binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
     let source = formats::open(log)?;
     let canonical = source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
     let time = binding.as_ref().map(|binding| &binding.time);

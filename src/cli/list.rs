@@ -51,6 +51,7 @@ bindings![
 const SCHEMAS: &[(&str, &str)] = &[
     ("binding.schema.json", include_str!("../../schemas/binding.schema.json")),
     ("operator.schema.json", include_str!("../../schemas/operator.schema.json")),
+    ("project.schema.json", include_str!("../../schemas/project.schema.json")),
     ("robot.schema.json", include_str!("../../schemas/robot.schema.json")),
     ("scene.schema.json", include_str!("../../schemas/scene.schema.json")),
 ];

@@ -21,8 +21,8 @@ use std::thread;
 use teachtree_base::error::InputError;
 use teachtree_frames::bind::{RowBinder, WAIT_S};
 use teachtree_logs::read::{csv, text};
-use teachtree_session::SceneInternals;
 use teachtree_session::{Calibration, CalibrationSource, Error, Feed, FeedOptions, LiveEvent, Scene};
+use teachtree_session::{RulesOptionsInternals, SceneInternals};
 
 /// The largest calibration file, bytes.
 const MAX_CALIBRATION: u64 = 16 << 20;
@@ -98,9 +98,14 @@ fn seconds(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let kind = Kind::of(&args.source)?;
-    let scene = args.scene.as_ref().map(Scene::open).transpose()?;
+    let given = SourceArgs { binding: args.binding.clone(), scene: args.scene.clone(), is_alone: false };
+    // A source that is not a file has the settings of the folder in which the program runs.
+    let settings = given.settings(Path::new(&args.source))?;
+    let binding = given.binding_of(Path::new(&args.source))?;
+    let of_project = settings.scene.as_ref().filter(|_| args.binding.is_none()).map(|scene| &scene.value);
+    let scene = args.scene.as_ref().or(of_project).map(Scene::open).transpose()?;
     let own = scene.as_ref().map(|scene| scene.inner().clone());
-    let binder = args.binding.as_ref().map(|path| RowBinder::open(path, own, args.wait)).transpose()?;
+    let binder = binding.as_ref().map(|path| RowBinder::open(path, own, args.wait)).transpose()?;
     match &binder {
         Some(binder) if kind.has_topics() => binder.check_topics()?,
         None if kind.has_topics() => {
@@ -110,11 +115,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         _ => {}
     }
-    let calibration = args.calibration.as_deref().map(|path| known(path, args)).transpose()?;
+    let calibration = args.calibration.as_deref().map(|path| known(path, &given)).transpose()?;
     let topics = binder.as_ref().map(RowBinder::topics);
     let mut feed = Feed::new(FeedOptions {
         name: if args.source == "-" { "standard input".into() } else { args.source.clone() },
-        rules: args.rules.options(),
+        rules: args.rules.options().of_project(&settings),
         scene,
         beside: beside(&args.source, kind),
         binder,
@@ -166,9 +171,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Reads a calibration, or a recording to calibrate with.
-fn known(path: &Path, args: &Args) -> Result<CalibrationSource, Failure> {
+fn known(path: &Path, source: &SourceArgs) -> Result<CalibrationSource, Failure> {
     if path.extension().is_none_or(|ending| ending != "json") {
-        let source = SourceArgs { binding: args.binding.clone(), scene: args.scene.clone() };
         return Ok(CalibrationSource::Recording(source.open(path)?));
     }
     let text = text::read(path, MAX_CALIBRATION)?;

@@ -12,6 +12,7 @@ mod audit;
 mod batch;
 mod browser;
 mod check;
+mod config;
 mod demo;
 mod diff;
 mod explain;
@@ -71,6 +72,8 @@ enum Command {
     Check(check::Args),
     /// List the columns of a log and the primitives that can be detected in it; write a binding to fill in
     Inspect(inspect::Args),
+    /// Print how a log is read and analyzed, and where each setting is from: options, `teachtree.yaml`, the binding
+    Config(config::Args),
     /// Segment recordings into primitives and name their tasks
     Analyze(analyze::Args),
     /// Write the labels of all recordings of a data set into a copy of it: words for LeRobot, signals for MimicGen
@@ -318,6 +321,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Demo(args) => demo::run(args),
         Command::Check(args) => check::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Config(args) => config::run(args),
         Command::Analyze(args) => analyze::run(args),
         Command::Annotate(args) => annotate::run(args),
         Command::Export(target) => export::run(target),

@@ -76,7 +76,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs: Vec<&Path> = args.out.file.iter().chain(&args.picture).map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
     let logs = args.truth.labeled_logs(&args.logs)?;
-    let map = args.truth.of_session().names()?;
+    let map = args.truth.names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
     let texts = ScoreInputs { map, sequences };
     args.analysis.source.check(logs.len())?;
@@ -169,7 +169,7 @@ fn score_log(args: &Args, log: &Path, texts: &ScoreInputs) -> Result<RecordingSc
         texts.sequences.as_ref().map(|(path, text)| Sequences::read(text, &path.display().to_string(), &known));
     let sequences = sequences.transpose()?.unwrap_or_default();
     let analysis = rules.analyze(&log)?;
-    let (truth, warnings) = args.truth.of_session().of(opened, analysis.found(), map, &known)?;
+    let (truth, warnings) = args.truth.of_log(log.path())?.of(opened, analysis.found(), map, &known)?;
     let rows = |truth: &Truth, stage| {
         let mut rows = score::score(truth, analysis.found(), stage, analysis.meta())?;
         rows.iter_mut().for_each(|row| sequences.expect(&mut row.tally));

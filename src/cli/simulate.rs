@@ -5,6 +5,7 @@ use super::output_args::FormatArg;
 use super::progress::Progress;
 use super::retarget::{open_robot, open_scene};
 use super::rules::RuleArgs;
+use super::source::SourceArgs;
 use super::source::{in_scene, is_yaml};
 use super::{Failure, output};
 use std::fmt::Write;
@@ -125,7 +126,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let message = "is where a trajectory begins, and none is to be written";
         return Err(InputError::new("--posture", message).help("give `--trajectory` or `--goals`").into());
     }
-    let analysis = AnalysisArgs { rules: RuleArgs::of_files(&args.rules, None), ..AnalysisArgs::default() };
+    // The robot's own recording has canonical names.
+    let source = SourceArgs { is_alone: true, ..SourceArgs::default() };
+    let analysis = AnalysisArgs { rules: RuleArgs::of_files(&args.rules, None), source };
     if !args.rules.is_empty() {
         // A mistake in them is told before the robot begins.
         analysis.rules.options().load()?;

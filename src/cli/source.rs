@@ -6,6 +6,7 @@ use teachtree_base::yaml;
 use teachtree_frames::bind::BindingFile;
 use teachtree_logs::read::csv;
 use teachtree_logs::read::text;
+use teachtree_session::project_file::ProjectSettings;
 use teachtree_session::{Error, Log, LogOptions};
 
 /// Options for reading a log.
@@ -17,12 +18,15 @@ pub struct SourceArgs {
     /// A scene instead of the one that each log carries
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
+    /// Whether `teachtree.yaml` is left out: these options are all that there is.
+    #[arg(skip)]
+    pub is_alone: bool,
 }
 
 impl SourceArgs {
-    /// How a log is opened.
+    /// How a log is opened: what these options leave open is taken from `teachtree.yaml`.
     pub fn options(&self) -> LogOptions {
-        let options = Log::options();
+        let options = if self.is_alone { Log::options() } else { Log::options().by_project() };
         let options = self.binding.iter().fold(options, |options, binding| options.binding(binding));
         self.scene.iter().fold(options, |options, scene| options.scene(scene))
     }
@@ -37,6 +41,25 @@ impl SourceArgs {
             self.scene.iter().try_for_each(|scene| csv::read_scene(scene).map(drop))?;
         }
         Ok(())
+    }
+
+    /// The settings of `teachtree.yaml` for a log.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn settings(&self, log: &Path) -> Result<ProjectSettings, InputError> {
+        if self.is_alone { Ok(ProjectSettings::default()) } else { ProjectSettings::of(log) }
+    }
+
+    /// The binding of a log: of these options, else of `teachtree.yaml`.
+    ///
+    /// # Errors
+    /// When that file cannot be read.
+    pub fn binding_of(&self, log: &Path) -> Result<Option<PathBuf>, InputError> {
+        match &self.binding {
+            Some(binding) => Ok(Some(binding.clone())),
+            None => Ok(self.settings(log)?.binding.map(|binding| binding.value)),
+        }
     }
 
     /// Opens a log.

@@ -20,6 +20,7 @@ use teachtree_base::error::InputError;
 use teachtree_language::Rules;
 use teachtree_logs::read::text;
 use teachtree_session::files::all_logs;
+use teachtree_session::project_file::Setting;
 use teachtree_session::{Analysis, AnalysisInternals, RulesInternals};
 
 /// How expectation files end.
@@ -316,11 +317,19 @@ fn new_expectations(args: &Args, known: &[PathBuf]) -> Result<Vec<PathBuf>, Fail
                 let _ = writeln!(head, "{key}: {}", beside(path, log.parent().unwrap_or(Path::new("."))));
             };
             let AnalysisArgs { rules, source } = &args.analysis;
-            source.binding.iter().for_each(|path| setting("binding", path));
-            source.scene.iter().for_each(|path| setting("scene", path));
-            rules.rules.iter().for_each(|path| setting("rules", path));
-            rules.hand.file.iter().for_each(|hand| setting("hand", Path::new(hand)));
-            for (param, value) in &rules.set.values {
+            let settings = source.settings(&log)?;
+            let of_project = |setting: &Option<Setting<PathBuf>>| setting.as_ref().map(|setting| setting.value.clone());
+            let binding = source.binding.clone().or_else(|| of_project(&settings.binding));
+            let is_own = source.binding.is_some();
+            let scene = source.scene.clone().or_else(|| of_project(&settings.scene).filter(|_| !is_own));
+            let of_rules = settings.rules.as_ref().filter(|_| rules.rules.is_empty()).map(|setting| &setting.value);
+            let hand_file = rules.hand.file.as_ref().or(settings.hand_file.as_ref().map(|setting| &setting.value));
+            binding.iter().for_each(|path| setting("binding", path));
+            scene.iter().for_each(|path| setting("scene", path));
+            of_rules.unwrap_or(&rules.rules).iter().for_each(|path| setting("rules", path));
+            hand_file.iter().for_each(|hand| setting("hand", Path::new(hand)));
+            let of_project = settings.params.iter().map(|(param, setting)| (param, &setting.value));
+            for (param, value) in of_project.chain(rules.set.values.iter().map(|(param, value)| (param, value))) {
                 let _ = writeln!(head, "set: {param} = {value}");
             }
             let _ = writeln!(head, "tolerance: {} ms", expect::TOLERANCE_S * 1e3);
@@ -360,8 +369,9 @@ fn read(path: &Path) -> Result<Case, Failure> {
     let place = |name: &String| folder.join(name);
     // What does not lie beside the expectation is the name of a shipped file.
     let found = |name: &String| if place(name).is_file() { place(name) } else { PathBuf::from(name) };
-    let source =
-        SourceArgs { binding: expectation.binding.as_ref().map(place), scene: expectation.scene.as_ref().map(place) };
+    let [binding, scene] = [&expectation.binding, &expectation.scene].map(|name| name.as_ref().map(place));
+    // The settings of an expectation are all that count.
+    let source = SourceArgs { binding, scene, is_alone: true };
     let rules = RuleArgs {
         rules: expectation.rules.iter().map(found).collect(),
         hand: HandArg { file: expectation.hand.as_ref().map(|hand| found(hand).display().to_string()) },

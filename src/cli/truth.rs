@@ -1,14 +1,17 @@
 //! What is true of recordings: the options that name it, for the commands that compare results with a truth.
 
 use super::output;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use teachtree_analysis::TrackId;
+use teachtree_analysis::score::NameMap;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_logs::read::{formats, text};
-use teachtree_session::Labels;
 use teachtree_session::files::{all_logs, label_file};
+use teachtree_session::project_file::ProjectSettings;
 use teachtree_session::score::{MAX_TEXT, is_of_several};
+use teachtree_session::{Labels, LabelsInternals};
 
 /// Tracks by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -60,8 +63,23 @@ pub struct TruthArgs {
 
 impl TruthArgs {
     /// Refuses one label file for several recordings.
-    pub fn check(&self, logs: usize) -> Result<(), InputError> {
-        self.labels.iter().try_for_each(|labels| check_labels(labels, logs))
+    pub fn check(&self, logs: &[PathBuf]) -> Result<(), InputError> {
+        let mut counts: BTreeMap<PathBuf, usize> = BTreeMap::new();
+        for log in logs {
+            self.labels_of(log)?.into_iter().for_each(|labels| *counts.entry(labels).or_default() += 1);
+        }
+        counts.iter().try_for_each(|(labels, count)| check_labels(labels, *count))
+    }
+
+    /// The labels of a log: of these options, else of `teachtree.yaml`.
+    ///
+    /// # Errors
+    /// When that file cannot be read.
+    pub fn labels_of(&self, log: &Path) -> Result<Option<PathBuf>, InputError> {
+        match &self.labels {
+            Some(labels) => Ok(Some(labels.clone())),
+            None => Ok(ProjectSettings::of(log)?.labels.map(|labels| labels.value)),
+        }
     }
 
     /// The recordings that these paths stand for, without those that have no label file where `--labels` is a folder of them; how many have none is a
@@ -71,13 +89,39 @@ impl TruthArgs {
     /// When there are none, or none has a label file, or several recordings have only one.
     pub fn labeled_logs(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
         let logs = all_logs(paths)?;
-        self.check(logs.len())?;
-        self.labels.iter().try_fold(logs, |logs, labels| labeled(logs, labels))
+        self.check(&logs)?;
+        let mut by_labels: BTreeMap<Option<PathBuf>, Vec<PathBuf>> = BTreeMap::new();
+        for log in &logs {
+            by_labels.entry(self.labels_of(log)?).or_default().push(log.clone());
+        }
+        let mut kept = BTreeSet::new();
+        for (labels, logs) in by_labels {
+            kept.extend(match labels {
+                Some(labels) => labeled(logs, &labels)?,
+                None => logs,
+            });
+        }
+        Ok(logs.into_iter().filter(|log| kept.contains(log)).collect())
     }
 
-    /// Where the labels are, as the library takes it.
-    pub fn of_session(&self) -> Labels {
-        let labels = self.labels.as_ref().map_or_else(Labels::default, Labels::file);
+    /// Where the labels of a log are, as the library takes it.
+    ///
+    /// # Errors
+    /// As [`labels_of`](Self::labels_of).
+    pub fn of_log(&self, log: &Path) -> Result<Labels, InputError> {
+        Ok(self.of_labels(self.labels_of(log)?.as_deref()))
+    }
+
+    /// The names of labels.
+    ///
+    /// # Errors
+    /// A map that cannot be read.
+    pub fn names(&self) -> Result<NameMap, InputError> {
+        self.of_labels(None).names()
+    }
+
+    fn of_labels(&self, labels: Option<&Path>) -> Labels {
+        let labels = labels.map_or_else(Labels::default, Labels::file);
         let labels = self.track.who().into_iter().fold(labels, Labels::track);
         self.map.iter().fold(labels, Labels::map)
     }

@@ -56,6 +56,7 @@ mod pipes;
 mod plugs;
 mod primitives;
 mod program;
+mod project_file;
 mod prove;
 mod recognition;
 mod recordings;

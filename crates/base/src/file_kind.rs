@@ -19,7 +19,12 @@ pub enum FileKind {
     Binding,
     /// Links, joints and fingers.
     Robot,
+    /// The settings of the logs in a folder, [`PROJECT`].
+    Project,
 }
+
+/// The name of project files.
+pub const PROJECT: &str = "teachtree.yaml";
 
 /// Endings of logs that are not read as anything else.
 const LOG_ENDINGS: [&str; 12] =
@@ -35,6 +40,7 @@ impl FileKind {
             Self::Operator => "an operator script",
             Self::Binding => "a binding",
             Self::Robot => "a robot file",
+            Self::Project => "a project file",
         }
     }
 
@@ -51,6 +57,7 @@ impl FileKind {
             () if ending == "rules" => Some(Self::Rules),
             () if LOG_ENDINGS.contains(&ending.as_str()) => Some(Self::Log),
             () if !yaml::is_yaml(path) => None,
+            () if name == PROJECT => Some(Self::Project),
             () if named("scene") => Some(Self::Scene),
             () if named("binding") => Some(Self::Binding),
             () if named("operator") || has(&["grips"]) => Some(Self::Operator),
@@ -73,6 +80,9 @@ impl FileKind {
             Self::Scene => format!("name it with `--scene {shown}`"),
             Self::Binding => format!("name it with `--binding {shown}`"),
             Self::Robot => format!("`teachtree simulate` takes it with `--robot {shown}`"),
+            Self::Project => {
+                format!("commands read it for the logs beside and below it; `teachtree check {shown}` checks it")
+            }
             Self::Operator => "`teachtree teach SCENE OPERATOR` takes it as its second argument".to_string(),
         };
         Some(InputError::new(shown.to_string(), message).help(help))

@@ -39,7 +39,8 @@ impl Recording {
         }
         (self.stamp, self.log, self.run) = (stamp, None, None);
         let Some(log) = settings.log.clone() else { return Ok(true) };
-        let options = settings.binding.iter().fold(Log::options(), |options, binding| options.binding(binding));
+        let options =
+            settings.binding.iter().fold(Log::options().by_project(), |options, binding| options.binding(binding));
         let options = settings.scene.iter().fold(options, |options, scene| options.scene(scene));
         let log = options.open(log).and_then(|log| log.read().map(|()| log));
         self.log = Some(log.map_err(|error| error.to_string())?);

@@ -1,6 +1,7 @@
 //! Which files are logs: folders of logs, and the files that belong to a log and are none themselves.
 
 use super::error::Error;
+use super::project_file::ProjectSettings;
 use crate::ErrorInternals;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -101,7 +102,8 @@ fn nothing(folder: &Path) -> InputError {
 }
 
 /// The same where a folder may also be one recording in several files, as [`formats::open`] reads it. With `each` it never is. Otherwise it is with a
-/// binding, unless there is no table of text in it; and without one, unless some log in it has the names of our channels.
+/// binding, unless there is no table of text in it; and without one, unless some log in it has the names of our channels or a binding in
+/// `teachtree.yaml`.
 ///
 /// # Errors
 /// A folder that cannot be read, or holds no log.
@@ -122,17 +124,25 @@ pub fn recordings_within(
     let mut logs = Vec::new();
     for path in without_companions(paths) {
         let found = logs_of(path, folders)?;
-        let several = |folder: &Path| {
-            each || match binding {
-                Some(_) => !formats::is_one_log(folder),
-                // A folder that cannot be one recording contains recordings.
-                None => {
-                    let is_named = |found: &RecordingFile| is_canonical(&found.log, folders).is_ok_and(|is| is);
-                    !formats::is_one_log(folder) && !found.is_empty() || found.iter().any(is_named)
+        let several = |folder: &Path| -> Result<bool, InputError> {
+            if each {
+                return Ok(true);
+            }
+            if binding.is_some() || ProjectSettings::of(folder)?.binding.is_some() {
+                return Ok(!formats::is_one_log(folder));
+            }
+            // A folder that cannot be one recording contains recordings.
+            if !formats::is_one_log(folder) && !found.is_empty() {
+                return Ok(true);
+            }
+            for RecordingFile { log, .. } in &found {
+                if is_canonical(log, folders).is_ok_and(|is| is) || ProjectSettings::of(log)?.binding.is_some() {
+                    return Ok(true);
                 }
             }
+            Ok(false)
         };
-        if !path.is_dir() || is_store(path) || several(path) {
+        if !path.is_dir() || is_store(path) || several(path)? {
             if found.is_empty() {
                 return Err(nothing(path));
             }

@@ -7,8 +7,9 @@
 use super::analysis::{Analysis, Segment};
 use super::error::Error;
 use super::log::Log;
+use super::project_file::ProjectSettings;
 use super::rules::{Rules, RulesOptions};
-use crate::{ErrorInternals, LogInternals};
+use crate::ErrorInternals;
 use std::collections::BTreeMap;
 use std::io::BufRead;
 use teachtree_analysis::TrackId;
@@ -57,6 +58,7 @@ pub type OnSegment<'a> = &'a mut dyn FnMut(&ClosedSegment) -> Result<(), Error>;
 pub fn follow(
     lines: impl BufRead,
     request: &OpenRequest,
+    settings: &ProjectSettings,
     rules: &RulesOptions,
     on_segment: OnSegment,
 ) -> Result<Analysis, Error> {
@@ -64,7 +66,7 @@ pub fn follow(
     // The rules are the same each time; they are known when the binding, if there is one, has named its hand file.
     let mut loaded: Option<Rules> = None;
     let mut analyze = |source: Source| -> Result<Analysis, Error> {
-        let log = Log::open_source(source, request)?;
+        let log = Log::open_source_with(source, request, settings)?;
         let rules = match &loaded {
             Some(rules) => rules,
             None => &*loaded.insert(rules.clone().for_log(&log)?),

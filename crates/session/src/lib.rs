@@ -15,6 +15,7 @@ mod live;
 mod log;
 mod observability;
 pub mod patch;
+pub mod project_file;
 mod rules;
 mod run;
 pub mod score;

@@ -3,6 +3,7 @@
 use super::analysis::Analysis;
 use super::error::Error;
 use super::growing_log::{self, OnSegment};
+use super::project_file::{ProjectSettings, Setting};
 use super::rules::RulesOptions;
 use crate::ErrorInternals;
 use std::fmt;
@@ -33,6 +34,8 @@ pub struct Log(Arc<Inner>);
 
 struct Inner {
     request: OpenRequest,
+    /// The settings of `teachtree.yaml`, where they are asked for.
+    settings: ProjectSettings,
     /// A log that can be read in windows.
     streamed: Option<LogHeader>,
     opened: OnceLock<Result<OpenedLog, InputError>>,
@@ -79,21 +82,30 @@ impl Log {
         let source = Source { scene: Some(scene.0.clone()), ..source };
         let log = PathBuf::from(name);
         let request = OpenRequest { log: log.clone(), ..OpenRequest::default() };
-        Ok(Self::of(request, stream::open_memory(source, log).map_err(in_format)?))
+        Ok(Self::of(request, ProjectSettings::default(), stream::open_memory(source, log).map_err(in_format)?))
     }
 
-    pub(crate) fn open_request(request: OpenRequest) -> Result<Self, Error> {
+    pub(crate) fn open_request(request: OpenRequest, settings: ProjectSettings) -> Result<Self, Error> {
         if let Some(flow) = StreamedLog::open(&request) {
             let (hands, hand_model) = (flow.hands(), flow.hand_model());
             let streamed = Some(LogHeader { hands, hand_model, flow: Mutex::new(Some(flow)) });
-            return Ok(Self(Arc::new(Inner { request, streamed, opened: OnceLock::new() })));
+            return Ok(Self(Arc::new(Inner { request, settings, streamed, opened: OnceLock::new() })));
         }
         let opened = stream::open(&request).map_err(|error| Error::new(error, ErrorKind::Format))?;
-        Ok(Self::of(request, opened))
+        Ok(Self::of(request, settings, opened))
     }
 
-    fn of(request: OpenRequest, opened: OpenedLog) -> Self {
-        Self(Arc::new(Inner { request, streamed: None, opened: OnceLock::from(Ok(opened)) }))
+    pub(crate) fn open_source_with(
+        source: Source,
+        request: &OpenRequest,
+        settings: &ProjectSettings,
+    ) -> Result<Self, Error> {
+        let opened = stream::open_source(source, request).map_err(|error| Error::new(error, ErrorKind::Format))?;
+        Ok(Self::of(request.clone(), settings.clone(), opened))
+    }
+
+    fn of(request: OpenRequest, settings: ProjectSettings, opened: OpenedLog) -> Self {
+        Self(Arc::new(Inner { request, settings, streamed: None, opened: OnceLock::from(Ok(opened)) }))
     }
 
     /// Reads the log into memory, unless it is there: analyses of it run there from now on.
@@ -152,6 +164,7 @@ pub struct LogOptions {
     binding: Option<PathBuf>,
     scene: Option<PathBuf>,
     folders: LogFolders,
+    by_project: bool,
 }
 
 impl LogOptions {
@@ -169,6 +182,14 @@ impl LogOptions {
         self
     }
 
+    /// Takes what these options do not name from the nearest `teachtree.yaml` above the log, else above the folder in which the program runs: the
+    /// binding and the scene, and for [`Rules::for_log`](super::Rules::for_log) rules, hand file, params and expected tasks (docs/project.md). A binding
+    /// of these options also replaces the scene of the file.
+    #[must_use]
+    pub fn by_project(self) -> Self {
+        Self { by_project: true, ..self }
+    }
+
     /// The file of the scene, instead of the one that the log or its binding carries.
     #[must_use]
     pub fn scene(mut self, path: impl Into<PathBuf>) -> Self {
@@ -182,7 +203,8 @@ impl LogOptions {
     /// # Errors
     /// [`ErrorKind::Format`], when a line is no JSON object; as [`Rules::analyze`](super::Rules::analyze); what `on_segment` returns.
     pub fn follow(self, lines: impl BufRead, rules: &RulesOptions, on_segment: OnSegment) -> Result<Analysis, Error> {
-        growing_log::follow(lines, &self.request("-".into()), rules, on_segment)
+        let (request, settings) = self.request("-".into())?;
+        growing_log::follow(lines, &request, &settings, rules, on_segment)
     }
 
     /// A log of columns in memory, as [`Log::from_columns`]; with a binding the columns have the names that the binding expects. The scene is that
@@ -203,7 +225,8 @@ impl LogOptions {
         let name = name.into();
         let source = source(&name, columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
         let source = Source { scene: scene.map(|scene| scene.0.clone()), ..source };
-        Log::open_source(source, &self.request(name.into()))
+        let (request, settings) = Self { by_project: false, ..self }.request(name.into())?;
+        Log::open_source_with(source, &request, &settings)
     }
 
     /// Opens a log.
@@ -211,12 +234,21 @@ impl LogOptions {
     /// # Errors
     /// As [`Log::open`], and [`ErrorKind::Binding`].
     pub fn open(self, path: impl AsRef<Path>) -> Result<Log, Error> {
-        Log::open_request(self.request(path.as_ref().into()))
+        let (request, settings) = self.request(path.as_ref().into())?;
+        Log::open_request(request, settings)
     }
 
-    fn request(self, log: PathBuf) -> OpenRequest {
-        let Self { binding, scene, folders } = self;
-        OpenRequest { log, binding, scene, folders }
+    fn request(self, log: PathBuf) -> Result<(OpenRequest, ProjectSettings), Error> {
+        let Self { mut binding, mut scene, folders, by_project } = self;
+        let mut settings = ProjectSettings::default();
+        if by_project {
+            settings = ProjectSettings::of(&log).map_err(|error| Error::new(error, ErrorKind::Format))?;
+        }
+        if binding.is_none() {
+            scene = scene.or_else(|| settings.scene.as_ref().map(|scene| scene.value.clone()));
+            binding = settings.binding.as_ref().map(|binding| binding.value.clone());
+        }
+        Ok((OpenRequest { log, binding, scene, folders }, settings))
     }
 }
 
@@ -322,16 +354,17 @@ pub trait LogInternals: Sized {
     fn opened(&self) -> Result<&OpenedLog, Error>;
     /// The hand file for the log, and why it is loaded; `None` of a log that cannot be read.
     fn chosen_hand_model(&self) -> Option<HandModel>;
-    /// The params that the binding of the log names.
+    /// The params that the binding of the log and then `teachtree.yaml` set.
     fn params(&self) -> Vec<(String, String)>;
-    /// The tasks that the binding of the log expects, with the place where it does.
+    /// The tasks that `teachtree.yaml` or the binding of the log expects, with the place where it does.
     fn expected(&self) -> Option<(String, String)>;
+    /// The settings of `teachtree.yaml`, where the log was opened with them.
+    fn project_settings(&self) -> &ProjectSettings;
 }
 
 impl LogInternals for Log {
     fn open_source(source: Source, request: &OpenRequest) -> Result<Self, Error> {
-        let opened = stream::open_source(source, request).map_err(|error| Error::new(error, ErrorKind::Format))?;
-        Ok(Self::of(request.clone(), opened))
+        Self::open_source_with(source, request, &ProjectSettings::default())
     }
 
     fn zero_stamp_s(&self) -> f64 {
@@ -352,6 +385,9 @@ impl LogInternals for Log {
     }
 
     fn chosen_hand_model(&self) -> Option<HandModel> {
+        if let Some(Setting { value, place }) = &self.0.settings.hand_file {
+            return Some(HandModel { file: value.clone(), reason: format!("as `hand_file` in {place} says") });
+        }
         match (&self.0.streamed, self.0.opened.get()) {
             (Some(streamed), _) => Some(streamed.hand_model.clone()),
             (None, Some(Ok(opened))) => Some(opened.hand_model()),
@@ -360,15 +396,24 @@ impl LogInternals for Log {
     }
 
     fn params(&self) -> Vec<(String, String)> {
-        match self.0.opened.get() {
+        let mut params = match self.0.opened.get() {
             Some(Ok(opened)) => opened.params.clone(),
             // Only logs without a binding are read in windows.
             _ => Vec::new(),
-        }
+        };
+        params.extend(self.0.settings.params.iter().map(|(param, setting)| (param.clone(), setting.value.clone())));
+        params
     }
 
     fn expected(&self) -> Option<(String, String)> {
+        if let Some(Setting { value, place }) = &self.0.settings.expect {
+            return Some((value.clone(), place.clone()));
+        }
         self.0.opened.get().and_then(|opened| opened.as_ref().ok()).and_then(|opened| opened.expect.clone())
+    }
+
+    fn project_settings(&self) -> &ProjectSettings {
+        &self.0.settings
     }
 }
 

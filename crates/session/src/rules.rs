@@ -4,6 +4,7 @@ use super::analysis::Analysis;
 use super::error::{Diagnostic, Error};
 use super::log::Log;
 use super::observability::{self, Observability};
+use super::project_file::ProjectSettings;
 use super::run;
 use super::signals;
 use crate::LogInternals;
@@ -265,6 +266,13 @@ impl RulesOptions {
         self.hand_file.as_ref().map(named).or_else(|| log.chosen_hand_model())
     }
 
+    /// Its rule files; those of `teachtree.yaml` where it names none.
+    fn files_of(&self, settings: &ProjectSettings) -> Vec<PathBuf> {
+        let is_empty = self.files.is_empty() && self.texts.is_empty();
+        let of_project = settings.rules.as_ref().filter(|_| is_empty).map(|rules| rules.value.clone());
+        of_project.unwrap_or_else(|| self.files.clone())
+    }
+
     fn request(self, params: Vec<(String, String)>) -> Request {
         let Self { files, texts, hand_file, params: own, buffers, without_failures } = self;
         // A later value of a param wins over an earlier one.
@@ -300,6 +308,8 @@ pub trait RulesOptionsInternals: Sized {
     fn buffers(self, buffers: BTreeMap<PathBuf, String>) -> Self;
     /// What is loaded for a log.
     fn request_for(self, log: &Log) -> Request;
+    /// The same with what they do not name from `teachtree.yaml`, for logs that are not opened as a whole.
+    fn of_project(self, settings: &ProjectSettings) -> Self;
 }
 
 impl RulesOptionsInternals for RulesOptions {
@@ -308,8 +318,17 @@ impl RulesOptionsInternals for RulesOptions {
         self
     }
 
+    fn of_project(mut self, settings: &ProjectSettings) -> Self {
+        self.files = self.files_of(settings);
+        self.hand_file = self.hand_file.or_else(|| settings.hand_file.as_ref().map(|setting| setting.value.clone()));
+        let params = settings.params.iter().map(|(param, setting)| (param.clone(), setting.value.clone()));
+        self.params = params.chain(self.params).collect();
+        self
+    }
+
     fn request_for(mut self, log: &Log) -> Request {
         self.hand_file = self.hand_model_for(log).map(|model| model.file);
+        self.files = self.files_of(log.project_settings());
         let mut params = log.params();
         if self.without_failures && self.files.is_empty() && self.texts.is_empty() {
             params.retain(|(name, _)| !language::is_param_of_failures(name));

@@ -24,6 +24,8 @@ from .._rules import Rules
 class Job:
     """Rules, params and a binding for all recordings, with the contents of every file that they are read from, so that it can be sent anywhere.
 
+    ``project`` is a recording on this machine: what is not named is taken from the ``teachtree.yaml`` above it (docs/project.md).
+
     >>> import teachtree.fleet as fleet
     >>> one = fleet.Job(rules=["examples/hold.rules"], params={"hold_time": "200 ms"})
     >>> other = fleet.Job(rules=["examples/hold.rules"])
@@ -39,7 +41,14 @@ class Job:
         hand: str | os.PathLike[str] | None = None,
         binding: str | os.PathLike[str] | None = None,
         scene: str | os.PathLike[str] | None = None,
+        project: str | os.PathLike[str] | None = None,
     ) -> None:
+        if project is not None:
+            of_binding, of_scene, of_rules, of_hand, of_params = _teachtree.project_settings(project)
+            if binding is None:
+                binding, scene = of_binding, of_scene if scene is None else scene
+            rules, hand = rules or of_rules, of_hand if hand is None else hand
+            params = {**dict(of_params), **(params or {})}
         named = [rules] if isinstance(rules, (str, os.PathLike)) else list(rules)
         self.rules = [os.fspath(rule) for rule in named]
         """The rule files, as they were named."""

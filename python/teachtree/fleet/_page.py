@@ -151,7 +151,7 @@ def _reports(job: Job, logs: list[str], to: str, options: Mapping[str, Any] | No
         for at, log in enumerate(logs, 1):
             name = f"report_{at:03}.html"
             try:
-                analysis = rules.analyze(Log(sources.local(log), binding=binding, scene=scene))
+                analysis = rules.analyze(Log(sources.local(log), binding=binding, scene=scene, project=False))
             except (Error, OSError):
                 continue
             analysis.save(os.path.join(to, name))

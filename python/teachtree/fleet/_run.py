@@ -124,7 +124,7 @@ def _one(recording: Recording, job: Job, sources: Sources) -> tuple[dict[str, An
     try:
         local = _again(lambda: sources.local(recording.path))
         _, binding, scene = job.ready()
-        analysis = job.analyze(Log(local, binding=binding, scene=scene))
+        analysis = job.analyze(Log(local, binding=binding, scene=scene, project=False))
         tables = {"segments": analysis.segments, "tasks": analysis.tasks, "issues": analysis.issues}
         parts = {table: _rows(made, SCHEMAS[table], row["log"], row["key"]) for table, made in tables.items()}
     except Error as error:

@@ -93,9 +93,8 @@ impl Destination for Hdf5 {
             return Err(InputError::new(place, message).help("`teachtree analyze` prints the reasons").into());
         }
         let success_lines = success_lines(args, &successes, count)?;
-        let provenance_json =
-            provenance(args.analysis.source.binding.as_deref(), analyses.iter().map(|(_, analysis)| analysis))
-                .to_string();
+        let binding = args.analysis.source.binding_of(&args.data)?;
+        let provenance_json = provenance(binding.as_deref(), analyses.iter().map(|(_, analysis)| analysis)).to_string();
         let signals: BTreeMap<String, Signals> =
             rows.iter().map(|row| (row.name.clone(), row.signals.clone())).collect();
         let layout = self.layout.map(|layout| match layout {
@@ -160,7 +159,7 @@ fn wanted(own: &Hdf5, args: &Args) -> Result<Vec<Signal>, InputError> {
             wanted.push(signal);
         }
     }
-    if let Some(binding) = &args.analysis.source.binding {
+    if let Some(binding) = &args.analysis.source.binding_of(&args.data)? {
         let is_named = |starts: bool| if starts { !own.start_signal.is_empty() } else { !own.signal.is_empty() };
         wanted.extend(of_binding(binding)?.into_iter().filter(|signal| !is_named(signal.starts)));
         wanted.sort_by_key(|signal| signal.starts);

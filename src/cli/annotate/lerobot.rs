@@ -125,7 +125,8 @@ impl Destination for LeRobot {
         let labels: BTreeMap<usize, Vec<Label>> =
             analyses.iter().map(|(episode, analysis)| (*episode, labels(analysis, &styles, &phrasing))).collect();
         let unlabeled: Vec<usize> = (0..logs.len()).filter(|episode| !analyses.contains_key(episode)).collect();
-        let mut provenance_json = provenance(args.analysis.source.binding.as_deref(), analyses.values());
+        let binding = args.analysis.source.binding_of(&args.data)?;
+        let mut provenance_json = provenance(binding.as_deref(), analyses.values());
         if let Some(provenance_json) = provenance_json.as_object_mut() {
             provenance_json.insert("styles".into(), json!(names));
             provenance_json.insert("words".into(), json!(phrasing.texts()));

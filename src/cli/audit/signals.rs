@@ -15,11 +15,14 @@ use teachtree_logs::read::formats::lerobot::episode_facts::{EpisodeFacts, episod
 use teachtree_session::files::is_canonical;
 
 /// Whether recordings are audited without rules: nothing is given that only rules need, and the first one that can be opened has columns of other names.
-pub(super) fn is_for(args: &Args, logs: &[PathBuf]) -> bool {
-    let has_rules =
-        args.analysis.source.binding.is_some() || !args.analysis.rules.rules.is_empty() || args.expect.expect.is_some();
+pub(super) fn is_for(args: &Args, logs: &[PathBuf]) -> Result<bool, InputError> {
+    for log in logs {
+        if args.expect.expect.is_some() || args.analysis.has_rules(log)? {
+            return Ok(false);
+        }
+    }
     let folders = AllowedFolders::default();
-    !has_rules && logs.iter().find_map(|log| is_canonical(log, &folders).ok()) == Some(false)
+    Ok(logs.iter().find_map(|log| is_canonical(log, &folders).ok()) == Some(false))
 }
 
 /// Audits recordings without rules.

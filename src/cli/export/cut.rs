@@ -5,7 +5,7 @@ use super::super::analysis::AnalysisArgs;
 use super::super::annotate::phrasing;
 use super::super::audit::seconds;
 use super::bag::OpenBag;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use teachtree_analysis::audit::signals::rests;
 use teachtree_analysis::episodes::{EpisodeSpan, between_rests, of_tasks};
 use teachtree_base::error::InputError;
@@ -52,13 +52,32 @@ fn margin(text: &str) -> Result<f64, String> {
 
 impl CutArgs {
     /// Whether rules are run on the bags.
-    pub fn has_rules(&self) -> bool {
-        self.analysis.source.binding.is_some() || !self.analysis.rules.rules.is_empty()
+    ///
+    /// # Errors
+    /// When `teachtree.yaml` names a binding for some bags only, or cannot be read.
+    pub fn has_rules(&self, bags: &[PathBuf]) -> Result<bool, InputError> {
+        let (mut with, mut without) = (None, None);
+        for bag in bags {
+            *(if self.analysis.has_rules(bag)? { &mut with } else { &mut without }) = Some(bag);
+        }
+        if let (Some(with), Some(without)) = (with, without) {
+            let message = format!("has no binding, but {} has one", with.display());
+            return Err(InputError::new(without.display().to_string(), message)
+                .help("name one for all bags with --binding or in teachtree.yaml"));
+        }
+        Ok(with.is_some())
     }
 
     /// Where bags are cut.
-    pub fn cut(&self) -> Cut {
-        self.cut.unwrap_or(if self.has_rules() { Cut::Tasks } else { Cut::Rests })
+    ///
+    /// # Errors
+    /// As [`has_rules`](Self::has_rules).
+    pub fn cut(&self, bags: &[PathBuf]) -> Result<Cut, InputError> {
+        Ok(match self.cut {
+            Some(cut) => cut,
+            None if self.has_rules(bags)? => Cut::Tasks,
+            None => Cut::Rests,
+        })
     }
 }
 
@@ -72,6 +91,8 @@ struct TimedWords {
 
 /// The episodes of a bag, and the words in it.
 pub struct Episodes {
+    /// Where the bag is cut.
+    pub cut: Cut,
     /// The episodes, s of the bag.
     pub spans: Vec<EpisodeSpan>,
     words: Vec<TimedWords>,
@@ -86,12 +107,14 @@ impl Episodes {
     /// The bag cannot be analyzed, or nothing in it moves.
     pub fn of(args: &CutArgs, path: &Path, bag: &OpenBag) -> Result<Self, Failure> {
         let whole = bag.span();
-        let analyzed = args.has_rules().then(|| analyzed(args, path, bag)).transpose()?;
+        let bags = [path.to_path_buf()];
+        let cut = args.cut(&bags)?;
+        let analyzed = args.has_rules(&bags)?.then(|| analyzed(args, path, bag)).transpose()?;
         let (analysis, shift_s, words) = match analyzed {
             Some((analysis, shift_s, words)) => (Some(analysis), shift_s, words),
             None => (None, 0.0, Vec::new()),
         };
-        let spans = match (args.cut(), &analysis) {
+        let spans = match (cut, &analysis) {
             (Cut::Whole, _) => vec![EpisodeSpan::new(whole)],
             (Cut::Tasks, Some(analysis)) => shifted(of_tasks(analysis.found(), args.margin), shift_s),
             (Cut::Tasks, None) => Vec::new(),
@@ -104,7 +127,7 @@ impl Episodes {
                 between_rests(&rests, whole, args.margin)
             }
         };
-        Ok(Self { spans, words, analysis })
+        Ok(Self { cut, spans, words, analysis })
     }
 
     /// What is to be done in an episode: the words of the tasks in it.

@@ -45,17 +45,18 @@ pub struct Args {
 impl Args {
     /// Refuses options that do not fit together, before a bag is read.
     fn check(&self) -> Result<(), InputError> {
-        if self.how.cut() == Cut::Tasks && !self.how.has_rules() {
+        let (has_rules, cut) = (self.how.has_rules(&self.bags)?, self.how.cut(&self.bags)?);
+        if cut == Cut::Tasks && !has_rules {
             let error = InputError::new("--cut", "tasks are found by rules, found no binding");
             return Err(error.help("give one with --binding, or `--cut rests`"));
         }
-        if self.how.cut() != Cut::Tasks && self.task.is_none() && !self.how.has_rules() {
+        if cut != Cut::Tasks && self.task.is_none() && !has_rules {
             let error =
                 InputError::new("--task", "expected the task of the episodes, which an export without a binding needs");
             return Err(error.help("such as `--task 'put the cube in the box'`"));
         }
         output::refuse_existing(&self.out)?;
-        output::refuse_inputs(&self.out, &self.how.analysis.files())
+        output::refuse_inputs(&self.out, &self.how.analysis.files(&self.bags))
     }
 }
 
@@ -107,7 +108,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let failures = named_failures(failed);
     let Some((set, features)) = set.filter(|(set, _): &(NewSet, Features)| set.episodes() > 0) else {
         if failures.is_empty() {
-            return Err(no_episode(args, &report).into());
+            return Err(no_episode(args, &report, args.how.cut(&args.bags)?).into());
         }
         return Failure::some(failures, 0);
     };
@@ -145,7 +146,7 @@ fn export(args: &Args, path: &Path, set: &mut Option<(NewSet, Features)>, report
         }
     }
     if let Some(analysis) = &episodes.analysis {
-        report.add_provenance(args.how.analysis.source.binding.as_deref(), analysis);
+        report.add_provenance(args.how.analysis.source.binding_of(path)?.as_deref(), analysis);
     }
     Ok(())
 }
@@ -161,7 +162,7 @@ fn features(args: &Args, bag: &OpenBag, episodes: &Episodes) -> Features {
         action,
         cameras: bag.cameras.iter().map(|camera| (camera.name.clone(), camera.size)).collect(),
         has_labels: episodes.analysis.is_some(),
-        has_success: args.how.cut() == Cut::Tasks,
+        has_success: episodes.cut == Cut::Tasks,
     }
 }
 
@@ -247,7 +248,7 @@ fn episode(
         made.pictures.push(pictures);
     }
     made.labels = episodes.labels(start_s, frames, fps);
-    if args.how.cut() == Cut::Tasks {
+    if episodes.cut == Cut::Tasks {
         let is_success = span.is_success == Some(true);
         // The action of a frame leads to the state of the next one.
         let done =
@@ -259,7 +260,7 @@ fn episode(
 
 /// What the set was made of.
 fn made_of(args: &Args, report: &Report, words: &[String]) -> Value {
-    let none = || provenance(args.how.analysis.source.binding.as_deref(), []);
+    let none = || provenance(None, []);
     let mut made = report.provenance.clone().unwrap_or_else(none);
     if let Some(made) = made.as_object_mut() {
         let bags: Vec<String> = args.bags.iter().map(|bag| bag.display().to_string()).collect();
@@ -269,10 +270,10 @@ fn made_of(args: &Args, report: &Report, words: &[String]) -> Value {
     made
 }
 
-fn no_episode(args: &Args, report: &Report) -> InputError {
+fn no_episode(args: &Args, report: &Report, cut: Cut) -> InputError {
     let place = args.out.display().to_string();
     let error = InputError::new(place, "no episode is found, expected one or more");
-    match (report.left_out.first(), args.how.cut()) {
+    match (report.left_out.first(), cut) {
         (Some(first), _) => error.help(format!("the first one is left out: {first}")),
         (None, Cut::Tasks) => {
             error.help("`teachtree analyze BAG --binding …` shows what the rules find; `--cut rests`")

@@ -142,8 +142,8 @@ pub fn schema() -> schemars::Schema {
 /// The value of a param: a text with its unit, or a number.
 #[derive(schemars::JsonSchema)]
 #[schemars(untagged)]
-#[allow(dead_code, reason = "it is only described")]
-enum Param {
+#[allow(dead_code, missing_docs, reason = "it is only described")]
+pub enum Param {
     Text(String),
     Number(f64),
 }
@@ -395,7 +395,10 @@ const fn bridge() -> Time {
 }
 
 /// Reads parameter overrides, numbers or texts, at most [`MAX_PARAMS`].
-fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<String, String>, D::Error> {
+///
+/// # Errors
+/// More of them, or other values.
+pub fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<String, String>, D::Error> {
     /// A value as its text.
     struct Value(String);
     impl<'de> Deserialize<'de> for Value {
@@ -433,7 +436,7 @@ fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<Str
             while let Some((name, Value(value))) = entries.next_entry()? {
                 if params.len() == MAX_PARAMS {
                     let message = format!(
-                        "`{name}` is one parameter too many, a binding overrides at most {MAX_PARAMS}: what more logs need belongs into the rules"
+                        "`{name}` is one parameter too many, a file overrides at most {MAX_PARAMS}: what more logs need belongs into the rules"
                     );
                     return Err(de::Error::custom(message));
                 }

@@ -1,0 +1,123 @@
+//! `teachtree config`: how a log is read and analyzed, and where each setting is from.
+
+use super::analysis::{AnalysisArgs, ExpectArg};
+use super::{Failure, output};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use teachtree_base::error::InputError;
+use teachtree_frames::bind::BindingFile;
+use teachtree_logs::read::csv;
+use teachtree_logs::read::formats;
+use teachtree_session::project_file::{self, ProjectSettings, Setting};
+use teachtree_session::{Log, LogInternals, Rules, RulesInternals};
+
+/// Options of `config`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree config demonstration.csv\n  teachtree config 'set#3' --rules my.rules\nOptions override teachtree.yaml, which overrides the binding (docs/project.md)."
+)]
+pub struct Args {
+    /// A recording of any format, `set#3` for an episode
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    #[command(flatten)]
+    analysis: AnalysisArgs,
+    #[command(flatten)]
+    expect: ExpectArg,
+}
+
+/// A line: the name of a setting, its value, and where it is from.
+type Line = (&'static str, String, String);
+
+/// Runs `config`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let settings = args.analysis.source.settings(&args.log)?;
+    let log = args.analysis.read(&args.log)?;
+    let rules = args.analysis.rules.load(&log)?;
+    let mut lines = vec![project_line(&settings)];
+    let binding = chosen(args.analysis.source.binding.as_ref(), "--binding", settings.binding.as_ref());
+    let scene = scene_line(args, &settings, binding.as_ref().map(|(path, _)| path.as_path()))?;
+    lines.push(match &binding {
+        Some((path, from)) => ("binding", path.display().to_string(), from.clone()),
+        None => ("binding", "none".into(), "the columns have canonical names".into()),
+    });
+    lines.push(scene);
+    lines.push(rules_line(args, &settings, &rules));
+    if let Some((file, reason)) = rules.hand_model().as_deref().and_then(|model| model.split_once(", ")) {
+        lines.push(("hand file", file.into(), reason.into()));
+    }
+    lines.extend(param_lines(args, &settings, &rules, binding.map(|(path, _)| path)));
+    lines.extend(expect_line(args, &log));
+    let labels = settings.labels.as_ref().map(|labels| (labels.value.display().to_string(), labels.place.clone()));
+    lines.extend(labels.map(|(labels, from)| ("labels", labels, from)));
+    let mut text = format!("{}\n", args.log.display());
+    for (name, value, from) in lines {
+        let _ = writeln!(text, "  {name:<13} {value}  ({from})");
+    }
+    Ok(output::print(&text)?)
+}
+
+fn project_line(settings: &ProjectSettings) -> Line {
+    match &settings.file {
+        Some(file) => ("project file", file.display().to_string(), "the nearest one above the log".into()),
+        None => ("project file", "none".into(), format!("no {} above the log or this folder", project_file::NAME)),
+    }
+}
+
+/// A path of the command line or of the project file, and where it is from.
+fn chosen(given: Option<&PathBuf>, option: &str, setting: Option<&Setting<PathBuf>>) -> Option<(PathBuf, String)> {
+    let of_project = || setting.map(|setting| (setting.value.clone(), setting.place.clone()));
+    given.map(|path| (path.clone(), option.to_string())).or_else(of_project)
+}
+
+fn scene_line(args: &Args, settings: &ProjectSettings, binding: Option<&Path>) -> Result<Line, InputError> {
+    let source = &args.analysis.source;
+    let setting = settings.scene.as_ref().filter(|_| source.binding.is_none());
+    if let Some((path, from)) = chosen(source.scene.as_ref(), "--scene", setting) {
+        return Ok(("scene", path.display().to_string(), from));
+    }
+    if let Some(binding) = binding
+        && BindingFile::read(binding)?.binding.scene.is_some()
+    {
+        return Ok(("scene", binding.display().to_string(), "`scene` of the binding".into()));
+    }
+    Ok(match csv::scene_file_beside(&formats::without_episode(&args.log)) {
+        Some(path) => ("scene", path.display().to_string(), "beside the log".into()),
+        None => ("scene", args.log.display().to_string(), "in the log".into()),
+    })
+}
+
+fn rules_line(args: &Args, settings: &ProjectSettings, rules: &Rules) -> Line {
+    let joined = |files: &[PathBuf]| files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ");
+    match &settings.rules {
+        _ if !args.analysis.rules.rules.is_empty() => ("rules", joined(&args.analysis.rules.rules), "--rules".into()),
+        Some(files) => ("rules", joined(&files.value), files.place.clone()),
+        None => {
+            let files: Vec<&str> = rules.files().collect();
+            ("rules", files.join(", "), format!("by default for {}", hands(rules)))
+        }
+    }
+}
+
+/// The number of hands that default rules are for.
+fn hands(rules: &Rules) -> &'static str {
+    let is_for_two = rules.files().any(|file| Path::new(file).ends_with("bimanual.rules"));
+    if is_for_two { "two hands" } else { "one hand" }
+}
+
+fn param_lines(args: &Args, settings: &ProjectSettings, rules: &Rules, binding: Option<PathBuf>) -> Vec<Line> {
+    let from = |param: &str| {
+        let is_given = args.analysis.rules.set.values.iter().any(|(name, _)| name == param);
+        let of_project = settings.params.get(param).map(|setting| setting.place.clone());
+        let of_binding = || binding.as_ref().map(|binding| binding.display().to_string()).unwrap_or_default();
+        if is_given { "--set".into() } else { of_project.unwrap_or_else(of_binding) }
+    };
+    let line = |(param, value): &(String, String)| ("param", format!("{param} = {value}"), from(param));
+    rules.params().iter().map(line).collect()
+}
+
+fn expect_line(args: &Args, log: &Log) -> Option<Line> {
+    let given = args.expect.expect.clone().map(|tasks| (tasks, "--expect".to_string()));
+    let (tasks, from) = given.or_else(|| log.expected())?;
+    Some(("expect", tasks, from))
+}

@@ -1,0 +1,153 @@
+//! `teachtree.yaml`: commands need no options for the logs that it describes.
+
+use crate::plugs::Outcome::{Inserted, Jammed};
+use crate::plugs::{BINDING, GOOD, log};
+use crate::program::{all_said, complained, said, teachtree_in};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+const PROJECT: &str = "logs:
+  '*.csv':
+    binding: lab/plug.binding.yaml
+    expect: peg_in_hole
+  jams/*.csv:
+    expect: peg_in_hole x 2
+    hand_file: hand_gripper.rules
+";
+
+/// A folder with a log, a jam in a subfolder, their binding and the file.
+fn project() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    };
+    write("teachtree.yaml", PROJECT);
+    write("lab/plug.binding.yaml", BINDING);
+    write("a.csv", &log(Inserted, 1, GOOD));
+    write("jams/b.csv", &log(Jammed, 1, GOOD));
+    folder
+}
+
+fn analyzed(folder: &Path, args: &[&str]) -> Value {
+    let output = teachtree_in(folder, &[&["analyze", "--format", "json"], args].concat());
+    assert_ne!(output.status.code(), Some(2), "{}", all_said(&output));
+    serde_json::from_str(&said(&output)).unwrap()
+}
+
+#[test]
+fn a_log_needs_no_options() {
+    let folder = project();
+    let found = analyzed(folder.path(), &["a.csv"]);
+    assert_eq!(found["outcome"]["result"], "success", "{}", found["outcome"]);
+    assert_eq!(found["outcome"]["expected"], "peg_in_hole");
+    let with = analyzed(folder.path(), &["a.csv", "--binding", "lab/plug.binding.yaml", "--expect", "peg_in_hole"]);
+    assert_eq!(found["tracks"], with["tracks"]);
+    // From a folder below and from another one.
+    assert_eq!(analyzed(&folder.path().join("jams"), &["../a.csv"])["tracks"], with["tracks"]);
+    let other = tempfile::tempdir().unwrap();
+    let whole = folder.path().join("a.csv");
+    assert_eq!(analyzed(other.path(), &[whole.to_str().unwrap()])["tracks"], with["tracks"]);
+    // A log elsewhere has the file of the folder in which the program runs.
+    fs::copy(&whole, other.path().join("c.csv")).unwrap();
+    let elsewhere = other.path().join("c.csv");
+    assert_eq!(analyzed(folder.path(), &[elsewhere.to_str().unwrap()])["tracks"], with["tracks"]);
+}
+
+#[test]
+fn later_entries_and_options_win() {
+    let folder = project();
+    let model = |args: &[&str]| analyzed(folder.path(), args)["rules"]["hand_model"].as_str().unwrap().to_string();
+    let named = model(&["jams/b.csv"]);
+    assert_eq!(named, "hand_gripper.rules, as `hand_file` in teachtree.yaml:7:16 says");
+    assert_eq!(model(&["a.csv"]), "hand_gripper_wrist.rules, as `hand_file` in the binding says");
+    let given = model(&["jams/b.csv", "--hand", "hand_gripper_wrist.rules"]);
+    assert_eq!(given, "hand_gripper_wrist.rules, as it is named with the rules");
+    let expected = |args: &[&str]| analyzed(folder.path(), args)["outcome"]["expected"].clone();
+    assert_eq!(expected(&["a.csv"]), "peg_in_hole");
+    assert_eq!(expected(&["jams/b.csv"]), "peg_in_hole x 2");
+    assert_eq!(expected(&["jams/b.csv", "--expect", "peg_in_hole"]), "peg_in_hole");
+    // A failure cannot be expected.
+    fs::write(folder.path().join("teachtree.yaml"), PROJECT.replace("peg_in_hole x 2", "failed_insertion")).unwrap();
+    let refused = teachtree_in(folder.path(), &["analyze", "jams/b.csv"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(complained(&refused).contains("teachtree.yaml:6:13: "), "{}", complained(&refused));
+}
+
+#[test]
+fn a_folder_of_described_logs_is_one_of_recordings() {
+    let folder = project();
+    let output = teachtree_in(folder.path(), &["audit", "."]);
+    assert!(said(&output).contains("2 recordings"), "{}", all_said(&output));
+    let inspected = teachtree_in(folder.path(), &["inspect", "a.csv"]);
+    assert!(said(&inspected).contains("right  can be detected: "), "{}", all_said(&inspected));
+}
+
+#[test]
+fn rules_and_params_are_those_of_the_file() {
+    let folder = project();
+    fs::write(
+        folder.path().join("own.rules"),
+        "use \"contact.rules\"\nprimitive Tap\nparam tap = 1 N in 0.1 N .. 9 N\n",
+    )
+    .unwrap();
+    let text = "logs: {'*.csv': {binding: lab/plug.binding.yaml, rules: [own.rules], params: {tap: 2 N}}}";
+    fs::write(folder.path().join("teachtree.yaml"), text).unwrap();
+    let rules = &analyzed(folder.path(), &["a.csv"])["rules"];
+    assert_eq!(rules["files"][0], "own.rules", "{rules}");
+    assert_eq!(rules["params"]["tap"], "2 N", "{rules}");
+    assert_eq!(analyzed(folder.path(), &["a.csv", "--set", "tap=3 N"])["rules"]["params"]["tap"], "3 N");
+    // An output must not replace a file of it.
+    let lost = teachtree_in(folder.path(), &["analyze", "a.csv", "-o", "own.rules"]);
+    assert!(complained(&lost).contains("is an input of this command"), "{}", complained(&lost));
+    let lost = teachtree_in(folder.path(), &["analyze", "a.csv", "-o", "teachtree.yaml"]);
+    assert!(complained(&lost).contains("is an input of this command"), "{}", complained(&lost));
+}
+
+#[test]
+fn config_prints_where_settings_are_from() {
+    let folder = project();
+    let has_lines = |args: &[&str], lines: &[&str]| {
+        let printed = said(&teachtree_in(folder.path(), &[&["config", "a.csv"], args].concat()));
+        for line in lines {
+            assert!(printed.lines().any(|printed| printed == *line), "`{line}` is not in\n{printed}");
+        }
+    };
+    let of_file = [
+        "  project file  teachtree.yaml  (the nearest one above the log)",
+        "  binding       lab/plug.binding.yaml  (teachtree.yaml:3:14)",
+        "  scene         lab/plug.binding.yaml  (`scene` of the binding)",
+        "  hand file     hand_gripper_wrist.rules  (as `hand_file` in the binding says)",
+        "  expect        peg_in_hole  (teachtree.yaml:4:13)",
+    ];
+    has_lines(&[], &of_file);
+    let given = [
+        "  hand file     hand_gripper.rules  (as it is named with the rules)",
+        "  param         touch_on = 0.3 N  (--set)",
+        "  expect        peg_in_hole x 2  (--expect)",
+    ];
+    let options = ["--hand", "hand_gripper.rules", "--expect", "peg_in_hole x 2", "--set", "touch_on=0.3 N"];
+    has_lines(&options, &given);
+}
+
+#[test]
+fn mistakes_have_their_place() {
+    let folder = project();
+    let mistakes = [
+        ("logs: {'*.csv': {bindng: a.yaml}}", "teachtree.yaml:1:18: "),
+        ("logs: {'***': {expect: a}}", "teachtree.yaml:1:15: `***` is not a pattern of paths: "),
+        ("logs: {'*.csv': {binding: none.yaml}}", "none.yaml: there is no such file"),
+        ("logs: [a]", "teachtree.yaml:1:7: "),
+        ("log: {}", "teachtree.yaml:1:1: "),
+    ];
+    for (text, wanted) in mistakes {
+        fs::write(folder.path().join("teachtree.yaml"), text).unwrap();
+        let output = teachtree_in(folder.path(), &["analyze", "a.csv"]);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(complained(&output).contains(wanted), "{text}: {}", complained(&output));
+    }
+    let checked = teachtree_in(folder.path(), &["check", "teachtree.yaml"]);
+    assert_eq!(checked.status.code(), Some(2));
+}
