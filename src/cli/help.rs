@@ -9,7 +9,10 @@ use std::fmt::Write;
 const GROUPS: &[(&str, &[&str])] = &[
     (
         "Recognize",
-        &["demo", "inspect", "analyze", "live", "annotate", "export", "audit", "explain", "score", "agree", "studio"],
+        &[
+            "demo", "init", "inspect", "analyze", "live", "annotate", "export", "audit", "explain", "score", "agree",
+            "studio",
+        ],
     ),
     ("Write rules", &["check", "fmt", "graph", "test", "fit", "prove", "diff"]),
     ("Robot", &["teach", "retarget", "simulate"]),

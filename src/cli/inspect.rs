@@ -1,4 +1,4 @@
-//! `teachtree inspect`: what a log holds, what can be recognized from it, and a binding to fill in.
+//! `teachtree inspect`: what a log holds, and what can be recognized from it.
 
 use super::analysis::AnalysisArgs;
 use super::output_args::FormatArg;
@@ -9,7 +9,6 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_frames::bind::BindingFile;
-use teachtree_frames::bind::template::skeleton;
 use teachtree_frames::inspect::{ColumnReport, Inspection, SheetReport, ValueKind, inspect};
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
@@ -21,7 +20,7 @@ use teachtree_session::{Calibration, Error, Observability, TrackObservability};
 /// Options of `inspect`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree inspect log.mcap\n  teachtree inspect log.csv --skeleton lab.binding.yaml\n  teachtree inspect log.csv --binding lab.binding.yaml --format json"
+    after_help = "Examples:\n  teachtree inspect log.mcap\n  teachtree inspect log.csv --binding lab.binding.yaml --format json"
 )]
 pub struct Args {
     /// A recording of any format; `set#0..9` or `set#*` for several episodes, one after the other
@@ -29,8 +28,8 @@ pub struct Args {
     logs: Vec<PathBuf>,
     #[command(flatten)]
     analysis: AnalysisArgs,
-    /// Write a binding to fill in
-    #[arg(long, value_name = "FILE")]
+    /// Replaced by `init`
+    #[arg(long, value_name = "FILE", hide = true)]
     skeleton: Option<PathBuf>,
     /// Write what an analysis learns of the rate and of the sensors, for `live --calibration`
     #[arg(long, value_name = "FILE.json")]
@@ -73,8 +72,9 @@ struct Recognition {
 /// Runs `inspect`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = chosen(&args.logs)?;
-    if args.skeleton.is_some() && logs.len() > 1 {
-        return Err(InputError::new("--skeleton", "a binding is written of one recording, found several").into());
+    if args.skeleton.is_some() {
+        let error = InputError::new("--skeleton", "is replaced by `teachtree init`, which also guesses the channels");
+        return Err(error.help("`teachtree init LOG -o DIR` writes a binding, a scene and a project file").into());
     }
     if let Some(path) = &args.calibrate {
         if logs.len() > 1 {
@@ -117,13 +117,6 @@ fn one(args: &Args, log: &Path, alone: bool) -> Result<String, Failure> {
     let rate = binding.as_ref().and_then(|binding| binding.rate).map(|rate| rate.0);
     let inspected = inspect(source, time, rate)?;
     let inputs = || args.analysis.inputs(&[log.into()]);
-    if let Some(path) = &args.skeleton {
-        let inputs = inputs();
-        let skeleton = skeleton(&inspected);
-        output::refuse_inputs(path, &inputs)?;
-        refuse_filled_in(path, &skeleton)?;
-        output::write(path, &skeleton, &inputs)?;
-    }
     if let Some(path) = &args.calibrate {
         let opened = args.analysis.source.open(log)?;
         let calibration = Calibration::of(&opened, &args.analysis.rules.load(&opened)?)?;
@@ -136,16 +129,6 @@ fn one(args: &Args, log: &Path, alone: bool) -> Result<String, Failure> {
     let document = Document { schema: "teachtree.inspection/1", log: &inspected, recognition: &recognition };
     let json = if alone { serde_json::to_string_pretty(&document) } else { serde_json::to_string(&document) };
     Ok(json.map_err(|error| InputError::new("JSON", error.to_string()))? + "\n")
-}
-
-/// Refuses a place for a skeleton where there is a file with another text, such as a binding that was filled in.
-fn refuse_filled_in(path: &Path, skeleton: &str) -> Result<(), InputError> {
-    let there = if path.is_file() { std::fs::read(path).unwrap_or_default() } else { Vec::new() };
-    if there.is_empty() || there == skeleton.as_bytes() {
-        return Ok(());
-    }
-    let message = "is there already, expected a new file: a binding that was filled in would be lost";
-    Err(InputError::new(path.display().to_string(), message).help("name another file, or delete this one first"))
 }
 
 /// What the rules can detect in the log.
@@ -168,7 +151,7 @@ impl Recognition {
     }
 
     fn foreign() -> Self {
-        let why = "no column has a canonical name; name the column of each channel in a binding (--skeleton writes one to fill in)";
+        let why = "no column has a canonical name; name the column of each channel in a binding (`teachtree init LOG` writes one)";
         Self { error: Some(why.into()), hand_model: None, tracks: vec![], issues: vec![] }
     }
 }

@@ -21,6 +21,7 @@ mod fit;
 mod fmt;
 mod graph;
 mod help;
+mod init;
 mod inputs;
 mod inspect;
 mod junit;
@@ -70,7 +71,9 @@ enum Command {
     Demo(demo::Args),
     /// Report all errors and likely mistakes of rule files, and what running them costs
     Check(check::Args),
-    /// List the columns of a log and the primitives that can be detected in it; write a binding to fill in
+    /// Guess the binding and the scene of a log, write them with a project file, and analyze it
+    Init(init::Args),
+    /// List the columns of a log and the primitives that can be detected in it
     Inspect(inspect::Args),
     /// Print how a log is read and analyzed, and where each setting is from: options, `teachtree.yaml`, the binding
     Config(config::Args),
@@ -320,6 +323,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     let outcome = match &cli.command {
         Command::Demo(args) => demo::run(args),
         Command::Check(args) => check::run(args),
+        Command::Init(args) => init::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Config(args) => config::run(args),
         Command::Analyze(args) => analyze::run(args),

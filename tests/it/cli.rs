@@ -281,7 +281,6 @@ fn what_is_read_on_the_way_is_not_written_over_either() {
         &["command", log, "--robot", "both_hands", "--rules", "top.rules", "-o", "contact.rules"],
         &["score", log, "--rules", "top.rules", "-o", "contact.rules"],
         &["graph", "top.rules", "-o", "contact.rules"],
-        &["inspect", log, "--rules", "top.rules", "--skeleton", "contact.rules"],
         &["teach", "people/stamp_0001.scene.yaml", "stamp", "--seeds", "1..1", "-o", "people"],
         &["analyze", "people", "--format", "csv", "-o", log],
     ] {
@@ -296,8 +295,9 @@ fn what_is_read_on_the_way_is_not_written_over_either() {
     // A folder may be a log in parts.
     std::fs::create_dir(path("parts")).unwrap();
     std::fs::write(path("parts/a.csv"), "t,x\n0,1\n1,2\n").unwrap();
-    let lost = run(&["inspect", "parts", "--skeleton", "parts/a.csv"]);
-    assert!(complained(&lost).contains("is an input of this command"), "{}", complained(&lost));
+    let replaced = run(&["inspect", "parts", "--skeleton", "parts/a.csv"]);
+    assert!(complained(&replaced).contains("is replaced by `teachtree init`"), "{}", complained(&replaced));
+    assert_eq!(std::fs::read_to_string(path("parts/a.csv")).unwrap(), "t,x\n0,1\n1,2\n");
     assert!(!path("page.html").exists());
     assert_eq!(std::fs::read(path("contact.rules")).unwrap(), std::fs::read(shipped.join("contact.rules")).unwrap());
 }

@@ -343,22 +343,6 @@ fn modes_and_links_are_kept() {
     }
 }
 
-#[test]
-fn a_binding_that_was_filled_in_stays() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name);
-    std::fs::write(path("log.csv"), "t,x\n0,1\n1,2\n2,3\n").unwrap();
-    let skeleton = ["inspect", "log.csv", "--skeleton", "log.binding.yaml"];
-    run(folder.path(), &skeleton);
-    run(folder.path(), &skeleton);
-    let filled = std::fs::read_to_string(path("log.binding.yaml")).unwrap() + "# mine\n";
-    std::fs::write(path("log.binding.yaml"), &filled).unwrap();
-    let output = teachtree_in(folder.path(), &skeleton);
-    assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
-    assert!(complained(&output).contains("log.binding.yaml: is there already"), "{}", complained(&output));
-    assert_eq!(std::fs::read_to_string(path("log.binding.yaml")).unwrap(), filled);
-}
-
 /// Several programs that write one recording at once leave that of one of them.
 #[test]
 fn two_runs_at_once_leave_one_recording() {
@@ -413,7 +397,6 @@ fn a_kill_leaves_whole_files() {
         (&["retarget", "log.csv", "-o", "new.json"], false),
         (&["simulate", "commands.json", "--scene", "push", "-o", "new.csv", "--report", "new.html"], true),
         (&["graph", "-o", "new.txt"], false),
-        (&["inspect", "log.csv", "--skeleton", "new.yaml"], false),
     ] {
         let folder = tempfile::tempdir().unwrap();
         put(folder.path(), &inputs);
@@ -424,12 +407,7 @@ fn a_kill_leaves_whole_files() {
         let (all, _) = files(folder.path());
         let new: Files = all.into_iter().filter(|(name, _)| !inputs.contains_key(name)).collect();
         assert!(!new.is_empty(), "{args:?}");
-        // A skeleton is written where nothing is; the others over what was there.
-        let old: Files = if args[0] == "inspect" {
-            Files::new()
-        } else {
-            new.keys().map(|name| (name.clone(), b"what was there".to_vec())).collect()
-        };
+        let old: Files = new.keys().map(|name| (name.clone(), b"what was there".to_vec())).collect();
         let (mut killed, mut mixed) = (0, 0);
         for at in 0..kills {
             for name in new.keys() {
@@ -452,9 +430,6 @@ fn a_kill_leaves_whole_files() {
             }
         }
         // The next run is as the first one, and clears what was left.
-        for name in new.keys().filter(|_| old.is_empty()) {
-            let _ = std::fs::remove_file(folder.path().join(name));
-        }
         assert_eq!(teachtree_in(folder.path(), args).status.code(), whole.status.code(), "{args:?}");
         let (seen, hidden) = files(folder.path());
         assert!(new.iter().all(|(name, bytes)| seen.get(name) == Some(bytes)), "{args:?}");

@@ -1,10 +1,10 @@
-//! A gripper of which only the opening and one point are known, as a new user meets it: the skeleton of its binding, and what can be found.
+//! A gripper of which only the opening and one point are known, as a new user meets it: the binding that is proposed, and what can be found.
 
 use crate::program::{all_said, complained, said, teachtree_in};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree::{Log, Rules};
+use teachtree::Log;
 
 /// Takes a box from a table and puts it down elsewhere: opening in mm, the tool point in mm, the box in mm, at 30 Hz.
 fn arm() -> String {
@@ -38,11 +38,20 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-fn skeleton(folder: &Path, log: &str) -> Option<String> {
-    let path = folder.join("skeleton.yaml");
-    let _ = std::fs::remove_file(&path);
-    let output = teachtree_in(folder, &["inspect", log, "--skeleton", "skeleton.yaml"]);
-    output.status.success().then(|| std::fs::read_to_string(path).unwrap())
+/// The binding that `init` writes for a log, with its scene in `out/scene.yaml`.
+fn proposed(folder: &Path, log: &str) -> Option<String> {
+    let out = folder.join("out");
+    let _ = std::fs::remove_dir_all(&out);
+    teachtree_in(folder, &["init", log, "-o", "out", "--yes"]);
+    let named = |ending: &str| {
+        std::fs::read_dir(&out)
+            .ok()?
+            .flatten()
+            .map(|entry| entry.path())
+            .find(|path| path.to_string_lossy().ends_with(ending))
+    };
+    std::fs::rename(named(".scene.yaml")?, out.join("scene.yaml")).unwrap();
+    Some(std::fs::read_to_string(named(".binding.yaml")?).unwrap())
 }
 
 /// All files and folders below that may be logs.
@@ -58,9 +67,9 @@ fn below(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Each line that a skeleton suggests is taken as it stands.
+/// A proposed binding is read as it stands, and each alternative too.
 #[test]
-fn each_line_of_a_skeleton_can_be_uncommented() {
+fn each_line_of_a_proposed_binding_is_read() {
     let folder = folder();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut logs = vec![folder.path().join("arm.csv")];
@@ -69,58 +78,25 @@ fn each_line_of_a_skeleton_can_be_uncommented() {
     }
     let (mut tried, mut thresholds) = (0, 0);
     for log in logs {
-        let Some(text) = skeleton(folder.path(), log.to_str().unwrap()) else { continue };
-        let text = text.replace("\"? Hz\"", "10 Hz");
-        let suggested = |line: &&str| {
-            let key = line.trim_start().strip_prefix("# ").and_then(|line| line.split_once(": ")).map(|(key, _)| key);
-            key.is_some_and(|key| key == "hand_file" || key.contains('.') && !key.contains(['?', ' ', ',', '<']))
-        };
-        let mut lines: Vec<&str> = text.lines().filter(suggested).collect();
-        tried += lines.len();
-        thresholds += lines.iter().filter(|line| line.contains(" < ")).count();
-        let (files, rest): (Vec<&str>, Vec<&str>) = lines.drain(..).partition(|line| line.starts_with("# hand_file"));
-        for line in files {
-            // What a log without any channel lacks is another question.
-            let loaded = Rules::options().hand_file(line.split_whitespace().nth(2).unwrap()).load();
-            assert!(loaded.is_ok(), "{}: `{line}`: {}", log.display(), loaded.unwrap_err());
+        let Some(text) = proposed(folder.path(), log.to_str().unwrap()) else { continue };
+        tried += text.lines().filter(|line| line.starts_with("  ") && !line.trim_start().starts_with('#')).count();
+        let alternatives: Vec<&str> =
+            text.lines().filter(|line| line.contains("gripper.closed") && line.trim_start().starts_with('#')).collect();
+        thresholds += alternatives.len();
+        let mut bindings = vec![text.clone()];
+        for line in alternatives {
+            let channel = line.trim_start_matches([' ', '#']).split(": ").next().unwrap();
+            let other: Vec<&str> = text.lines().filter(|own| !own.starts_with(&format!("  {channel}: "))).collect();
+            bindings.push(other.join("\n").replacen(line, &line.replacen("# ", "", 1), 1));
         }
-        // All lines at once, those of one channel one after the other.
-        lines = rest;
-        while !lines.is_empty() {
-            let (mut bound, mut keys) = (text.clone(), std::collections::BTreeSet::new());
-            lines.retain(|line| {
-                let is_first = keys.insert(line.split(": ").next().unwrap());
-                if is_first {
-                    bound = bound.replacen(line, &line.replacen("# ", "", 1), 1);
-                }
-                !is_first
-            });
+        for bound in bindings {
             let path = folder.path().join("bound.yaml");
             std::fs::write(&path, &bound).unwrap();
-            let opened = Log::options().binding(&path).open(&log);
+            let opened = Log::options().binding(&path).scene(folder.path().join("out/scene.yaml")).open(&log);
             assert!(opened.is_ok(), "{}: {}\n{bound}", log.display(), opened.unwrap_err());
         }
     }
-    assert!(tried > 20 && thresholds > 2, "{tried} lines, {thresholds} with a threshold");
-}
-
-#[test]
-fn a_skeleton_offers_the_fingers_and_hand_files_that_fit() {
-    let folder = folder();
-    let text = skeleton(folder.path(), "arm.csv").unwrap();
-    assert!(text.contains("right: {fingers: [thumb]}"), "{text}");
-    let files: Vec<&str> = text.lines().filter(|line| line.starts_with("# hand_file: ")).collect();
-    assert!(matches!(files.as_slice(), [file] if file.contains("hand_gripper.rules")), "{files:?}");
-    let header = "time,thumb_px [m],thumb_py [m],thumb_pz [m],index_px [m],index_py [m],index_pz [m],thumb_fx [N],thumb_fy [N],thumb_fz [N]\n";
-    std::fs::write(folder.path().join("hand.csv"), format!("{header}0,1,2,3,4,5,6,7,8,9\n1,2,3,4,5,6,7,8,9,1\n"))
-        .unwrap();
-    let text = skeleton(folder.path(), "hand.csv").unwrap();
-    assert!(text.contains("right: {fingers: [thumb, index]}"), "{text}");
-    assert!(
-        text.contains("# hand_file: hand_force.rules") && text.contains("# hand_file: hand_vision.rules"),
-        "{text}"
-    );
-    assert!(!text.contains("hand_gripper"), "{text}");
+    assert!(tried > 100 && thresholds > 5, "{tried} lines, {thresholds} with another end");
 }
 
 #[test]

@@ -29,6 +29,7 @@ mod foreign;
 mod frame_table;
 mod gripper;
 mod hostile;
+mod init;
 mod input_schemas;
 mod inspect;
 mod labeled_bags;

@@ -97,7 +97,13 @@ pub struct ColumnReport {
     /// The means of the two groups that the values fall into, where they do: a gripper is open or closed.
     #[serde(skip)]
     pub groups: Option<[f64; 2]>,
+    /// The values of evenly spaced rows, at most [`SAMPLES`]: the same rows for all columns of a sheet.
+    #[serde(skip)]
+    pub samples: Vec<f64>,
 }
+
+/// The most samples of a column.
+pub const SAMPLES: usize = 2000;
 
 /// The kind of values of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -165,7 +171,9 @@ pub(crate) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<StampC
     let found = TIMES.iter().find_map(|known| {
         header.iter().enumerate().find_map(|(column, title)| {
             let (name, unit) = names::split_known_unit(title);
-            let name = name.to_lowercase();
+            // PlotJuggler's is `__time`, that of Motive `Time (Seconds)`.
+            let name = name.trim_start_matches('_').to_lowercase();
+            let name = name.strip_suffix(" (seconds)").map_or(name.clone(), str::to_string);
             if name == *known {
                 return Some(StampColumn { column, title: title.clone(), to_seconds: factor(unit) });
             }
@@ -249,6 +257,7 @@ fn column(title: &str, values: &[f64], texts: Vec<String>, time: &[f64]) -> Colu
         repeated_s: if kind == ValueKind::Number { repeated(values, time, REPEATED_SECS).longest_s } else { 0.0 },
         repeated_share: if kind == ValueKind::Number { repeated(values, time, LAZY_SECS).share } else { 0.0 },
         groups: if kind == ValueKind::Number { otsu::clear_means(measured) } else { None },
+        samples: values.iter().step_by(values.len().div_ceil(SAMPLES).max(1)).copied().collect(),
     }
 }
 

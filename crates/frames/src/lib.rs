@@ -10,6 +10,7 @@ pub mod inspect;
 pub mod live;
 mod open;
 mod otsu;
+pub mod propose;
 pub mod raw_log;
 pub mod spilled_columns;
 pub mod streaming;

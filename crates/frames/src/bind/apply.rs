@@ -39,7 +39,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
         let message = "no channel is bound, and no column of the log has a canonical name";
         return Err(file
             .error("channels", message.into())
-            .help("`teachtree inspect LOG --skeleton B.yaml` writes a binding to fill in"));
+            .help("`teachtree init LOG` writes a binding with its guesses"));
     }
     let (mut read, merged) = if binding.channels.is_empty() {
         let clock = match binding.rate {
@@ -223,7 +223,7 @@ impl BoundColumns {
         let in_radians = bound
             .iter()
             .filter(|bound| bound.dimension == Dimension::ANGLE && bound.terms.iter().all(Term::is_of_radians))
-            .filter_map(|bound| bound.name.strip_suffix(".yaw").map(str::to_string))
+            .filter_map(|bound| rotations::channel_of_angles(&bound.name))
             .collect();
         let sources = sources::of(&bound, header, file);
         Ok(Self { bound, labels, wants, in_radians, sources, places, frames: FrameComposition::default() })

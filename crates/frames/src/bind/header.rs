@@ -402,11 +402,11 @@ fn representation_of(channel: &str, columns: &Columns) -> Result<(Representation
         wanted.map_or(representation.shape(), |shape| shape).components().len(),
     );
     match representation {
-        Representation::Vector if wanted == 4 => {
-            Err(format!("`{channel}` has 4 components, found columns for 3; angles are `<rpy>`"))
-        }
+        Representation::Vector if wanted == 4 => Err(format!(
+            "`{channel}` has 4 components, found columns for 3; roll, pitch and yaw are `<rpy>`, a rotation vector is `<rotvec>`"
+        )),
         _ if found != wanted => Err(format!("`{channel}` has {wanted} components, found columns for {found}")),
-        Representation::Angles => Ok((representation, Dimension::ANGLE)),
+        Representation::Angles | Representation::RotationVector => Ok((representation, Dimension::ANGLE)),
         _ => Ok((representation, dimension)),
     }
 }

@@ -29,7 +29,6 @@ mod sources;
 mod stamp_merger;
 mod start_trimmer;
 mod tare;
-pub mod template;
 mod tool;
 mod turning_weight;
 

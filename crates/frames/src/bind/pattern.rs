@@ -66,6 +66,8 @@ pub enum Representation {
     Quaternion,
     /// Roll, pitch and yaw: turns about the fixed axes x, y and z, in this order.
     Angles,
+    /// The axis of a rotation, as long as its angle.
+    RotationVector,
     /// A rotation matrix, row by row.
     Matrix,
 }
@@ -78,6 +80,7 @@ impl Representation {
             Self::Vector => Shape::Vec3.components(),
             Self::Quaternion => Shape::Rotation.components(),
             Self::Angles => &["roll", "pitch", "yaw"],
+            Self::RotationVector => &["rotvec_x", "rotvec_y", "rotvec_z"],
             Self::Matrix => &["m00", "m01", "m02", "m10", "m11", "m12", "m20", "m21", "m22"],
         }
     }
@@ -87,7 +90,7 @@ impl Representation {
         match self {
             Self::Scalar => Shape::Scalar,
             Self::Vector => Shape::Vec3,
-            Self::Quaternion | Self::Angles | Self::Matrix => Shape::Rotation,
+            Self::Quaternion | Self::Angles | Self::RotationVector | Self::Matrix => Shape::Rotation,
         }
     }
 }
@@ -156,7 +159,7 @@ enum TemplatePart {
     Object,
     /// `<other>`: another object.
     Other,
-    /// `<xyz>`, `<wxyz>`, `<rpy>`, with the texts that stand for the components; `<xyz=0 1 2>` says them.
+    /// `<xyz>`, `<wxyz>`, `<rpy>`, `<rotvec>`, with the texts that stand for the components; `<xyz=0 1 2>` lists them.
     Component(Representation, Vec<String>),
 }
 
@@ -218,9 +221,10 @@ impl Template {
             "xyz" | "XYZ" => (Representation::Vector, "xyz"),
             "wxyz" | "WXYZ" | "xyzw" | "XYZW" => (Representation::Quaternion, "wxyz"),
             "rpy" | "RPY" => (Representation::Angles, "rpy"),
+            "rotvec" | "ROTVEC" => (Representation::RotationVector, "xyz"),
             other => {
                 return Err(format!(
-                    "`<{other}>` is no placeholder, expected <object>, <other>, <xyz>, <wxyz> or <rpy>"
+                    "`<{other}>` is no placeholder, expected <object>, <other>, <xyz>, <wxyz>, <rpy> or <rotvec>"
                 ));
             }
         };
@@ -231,8 +235,9 @@ impl Template {
                 if texts.len() != order.len() {
                     return Err(format!("`<{text}>` gives {} texts for {} components", texts.len(), order.len()));
                 }
+                let written = if representation == Representation::RotationVector { order } else { name };
                 let place = |component: char| {
-                    name.to_lowercase().find(component).and_then(|at| texts.get(at)).map(ToString::to_string)
+                    written.to_lowercase().find(component).and_then(|at| texts.get(at)).map(ToString::to_string)
                 };
                 order.chars().filter_map(place).collect()
             }

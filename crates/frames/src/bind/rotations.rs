@@ -1,13 +1,17 @@
-//! Rotations that are logged otherwise: roll, pitch and yaw, or a matrix, become quaternions.
+//! Rotations that are logged otherwise: roll, pitch and yaw, a rotation vector, or a matrix, become quaternions.
 
 use super::pattern::Representation;
 use crate::clean::preprocess::over_all;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
+
+/// The forms of rotations that become quaternions.
+pub const OTHERS: [Representation; 3] =
+    [Representation::Angles, Representation::RotationVector, Representation::Matrix];
 
 /// An angle beyond this is more than a turn, rad.
 const BEYOND: f64 = 1.1 * TAU;
@@ -20,13 +24,23 @@ const WITHIN: f64 = 0.1;
 const SHARE: f64 = 0.01;
 const FIRST: usize = 3;
 
+/// The channel of the last of three columns of angles, which is taken once.
+pub fn channel_of_angles(column: &str) -> Option<String> {
+    let forms = [Representation::Angles, Representation::RotationVector];
+    let last = |form: Representation| column.strip_suffix(form.components().last()?)?.strip_suffix('.');
+    forms.into_iter().find_map(last).map(str::to_string)
+}
+
 /// Returns an issue for a rotation whose angles, rad, are none: beyond a turn from the start on or suddenly, as degrees are. Turns that were counted come
 /// one after the other.
 pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
     let time = &recording.time;
-    let columns =
-        Representation::Angles.components().iter().map(|letter| recording.columns.get(&format!("{channel}.{letter}")));
-    let columns: Vec<&Column> = columns.collect::<Option<_>>()?;
+    let columns_of = |form: Representation| -> Option<Vec<&Column>> {
+        form.components().iter().map(|letter| recording.columns.get(&format!("{channel}.{letter}"))).collect()
+    };
+    // The vector of a rotation jumps where its angle passes a turn: only the beginning counts.
+    let is_vector = columns_of(Representation::Angles).is_none();
+    let columns = columns_of(if is_vector { Representation::RotationVector } else { Representation::Angles })?;
     let measured = |column: &Column| -> Vec<(f64, f64)> {
         let samples = time.iter().copied().zip(column.values.iter().copied());
         samples.filter(|(_, value)| value.is_finite()).collect()
@@ -47,7 +61,7 @@ pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
                 .map_or(0.0, |(then, before)| (value - before).abs() * WITHIN / (at - then).max(WITHIN));
             turned > TURNED
         });
-        starts || (enough(beyond) && enough(sudden.count()))
+        starts || (!is_vector && enough(beyond) && enough(sudden.count()))
     };
     if !columns.iter().any(is_odd) {
         return None;
@@ -60,9 +74,9 @@ pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
     Some(over_all(time, IssueKind::IMPLAUSIBLE_ROTATION, channel, message))
 }
 
-/// Replaces the columns of [`Representation::Angles`] and [`Representation::Matrix`] by those of a quaternion w x y z.
+/// Replaces the columns of the [`OTHERS`] by those of a quaternion w x y z.
 pub fn to_quaternions(recording: &mut Recording) {
-    for representation in [Representation::Angles, Representation::Matrix] {
+    for representation in OTHERS {
         let first = representation.components().first().map(|letter| format!(".{letter}")).unwrap_or_default();
         let channels: Vec<String> =
             recording.columns.keys().filter_map(|name| name.strip_suffix(&first)).map(str::to_string).collect();
@@ -72,7 +86,7 @@ pub fn to_quaternions(recording: &mut Recording) {
                 taken.extend(recording.columns.shift_remove(&format!("{channel}.{letter}")));
             }
             let rows: Vec<[f64; 4]> = (0..recording.time.len())
-                .map(|row| quaternion(&taken.iter().map(|column| at(column, row)).collect::<Vec<_>>()))
+                .map(|row| quaternion(representation, &taken.iter().map(|column| at(column, row)).collect::<Vec<_>>()))
                 .collect();
             for (place, letter) in Representation::Quaternion.components().iter().enumerate() {
                 let values = rows.iter().map(|row| row.get(place).copied().unwrap_or(f64::NAN)).collect();
@@ -86,10 +100,14 @@ fn at(column: &Column, row: usize) -> f64 {
     column.values.get(row).copied().unwrap_or(f64::NAN)
 }
 
-/// The quaternion w x y z of three angles, rad, or of nine elements row by row; of a matrix that is nearly a rotation, the nearest one.
-pub fn quaternion(values: &[f64]) -> [f64; 4] {
+/// The quaternion w x y z of three angles or a rotation vector, rad, or of nine elements row by row; of a matrix that is nearly a rotation, the nearest
+/// one.
+pub fn quaternion(form: Representation, values: &[f64]) -> [f64; 4] {
     let rotation = match values {
         _ if values.iter().any(|value| !value.is_finite()) => return [f64::NAN; 4],
+        [x, y, z] if form == Representation::RotationVector => {
+            UnitQuaternion::from_scaled_axis(Vector3::new(*x, *y, *z))
+        }
         [roll, pitch, yaw] => UnitQuaternion::from_euler_angles(*roll, *pitch, *yaw),
         values => {
             let matrix = Matrix3::from_row_slice(values);

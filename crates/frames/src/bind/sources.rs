@@ -75,7 +75,13 @@ fn used(file: &BindingFile) -> BTreeSet<String> {
 /// Returns the quantity of a term of a channel, if its physical limits are known. The number behind a flag has the dimension of its threshold.
 fn kind(of: &BoundColumn, term: &Term) -> Option<Quantity> {
     match (of.representation, term.threshold.map_or(of.dimension, |threshold| threshold.dimension)) {
-        (Representation::Quaternion | Representation::Angles | Representation::Matrix, _) => Some(Quantity::Rotation),
+        (
+            Representation::Quaternion
+            | Representation::Angles
+            | Representation::RotationVector
+            | Representation::Matrix,
+            _,
+        ) => Some(Quantity::Rotation),
         (Representation::Vector, _) => SpikeDetector::of(&of.channel).map(|detector| detector.kind),
         (Representation::Scalar, Dimension::ANGLE) => Some(Quantity::Angle),
         (Representation::Scalar, Dimension::LENGTH) => Some(Quantity::Length),
@@ -93,8 +99,8 @@ impl ColumnSource {
             }
             None => part.offset,
         };
-        if matches!(self.representation, Representation::Angles | Representation::Matrix) {
-            return rotations::quaternion(&self.parts.iter().map(value).collect::<Vec<_>>());
+        if rotations::OTHERS.contains(&self.representation) {
+            return rotations::quaternion(self.representation, &self.parts.iter().map(value).collect::<Vec<_>>());
         }
         let mut sample = [0.0; WIDTH];
         sample.iter_mut().zip(&self.parts).for_each(|(slot, part)| *slot = value(part));

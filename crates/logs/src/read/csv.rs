@@ -78,8 +78,7 @@ fn foreign(source: &Source, path: &Path) -> Option<InputError> {
         listed.join(", ")
     );
     let log = path.display();
-    let help = format!(
-        "describe the columns in a binding and name it with --binding; `teachtree inspect {log} --skeleton lab.binding.yaml` writes one to fill in"
-    );
+    let help =
+        format!("describe the columns in a binding and name it with --binding; `teachtree init {log}` guesses one");
     Some(InputError::new(&source.header_place, message).help(help).or_kind(ErrorKind::Binding))
 }

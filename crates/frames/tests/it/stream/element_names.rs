@@ -4,7 +4,8 @@ use crate::shared::bags::{Topic, write};
 use crate::shared::files::{bound, bound_text, folder, header, values};
 use std::fmt::Write as _;
 use teachtree_frames::bind::{BindingFile, RowBinder};
-use teachtree_frames::{bind::template::skeleton, inspect::inspect};
+use teachtree_frames::inspect::inspect;
+use teachtree_frames::propose::{Answers, propose};
 use teachtree_logs::issue::Issue;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
@@ -138,12 +139,16 @@ fn elements_of_messages_in_bags_have_their_names_too() {
 }
 
 #[test]
-fn a_skeleton_has_the_names_and_not_the_places() {
+fn a_proposed_binding_has_the_names_and_not_the_places() {
     let text = lines(|name, x| format!("{{\"name\": \"{name}\", {}}}", at(x)), |_| String::new());
     let folder = folder(&[("log.jsonl", &text)]);
     let found = inspect(formats::open(&folder.path().join("log.jsonl")).unwrap(), None, Some(10.0)).unwrap();
-    let binding = skeleton(&found);
-    assert!(binding.contains("poses.cube.position.<xyz>") && binding.contains("poses.can.position.<xyz>"), "{binding}");
+    let binding = propose(&found, &Answers::default()).binding;
+    assert!(
+        binding.contains("cube.position: poses.cube.position.<xyz>")
+            && binding.contains("can.position: poses.can.position.<xyz>"),
+        "{binding}"
+    );
     assert!(!binding.contains("poses["), "{binding}");
 }
 

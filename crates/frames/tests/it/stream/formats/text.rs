@@ -330,6 +330,25 @@ fn columns_without_names_and_delimiters_too_many_do_no_harm() {
 }
 
 #[test]
+fn rotation_vectors_become_quaternions() {
+    // A third of a turn about the diagonal, and two thirds the other way round, which are the same rotation.
+    let log = "t,rx,ry,rz,p[3],p[4],p[5]\n0,1.2091996,1.2091996,1.2091996,120,0,0\n1,-2.4183992,-2.4183992,-2.4183992,0,0,0\n";
+    let channels = "{cube.rotation: r<rotvec>, right.palm.rotation: \"p[<rotvec=3 4 5>] [deg]\"}";
+    let (recording, issues) = bound_text("log.csv", log, &format!("time: t\nchannels: {channels}\n")).unwrap();
+    assert!(issues.is_empty(), "{issues:?}");
+    for letter in ["w", "x", "y", "z"] {
+        let of = values(&recording, &format!("cube.rotation.{letter}"));
+        assert!(of.iter().all(|value| (value.abs() - 0.5).abs() < 1e-6), "{letter}: {of:?}");
+    }
+    let [w, x] = ["w", "x"].map(|letter| values(&recording, &format!("right.palm.rotation.{letter}")));
+    assert!((w[0] - 0.5).abs() < 1e-6 && (x[0] - 0.75_f64.sqrt()).abs() < 1e-6 && w[1] == 1.0);
+    // Degrees that are read as radians.
+    let log = "t,x,y,z\n0,120,0,0\n1,120,0,0\n2,120,0,0\n";
+    let (_, issues) = bound_text("log.csv", log, "time: t\nchannels: {cube.rotation: <rotvec>}\n").unwrap();
+    assert!(issues.iter().any(|issue| issue.message.contains("are they degrees?")), "{issues:?}");
+}
+
+#[test]
 fn angles_and_matrices_become_quaternions() {
     // A quarter turn about x, then one about z.
     let log = "t,r,p,y,m0,m1,m2,m3,m4,m5,m6,m7,m8\n0,90,0,90,0,0,1,1,0,0,0,1,0\n1,90,0,90,0,0,1,1,0,0,0,1,9\n";
@@ -352,7 +371,7 @@ fn angles_and_matrices_become_quaternions() {
     };
     insta::assert_snapshot!(
         [wrong("\"<xyz=r p y>\""), wrong("\"<rpy> [mm]\"")].join("\n"), @r"
-    binding.yaml:2:12: `cube.rotation` has 4 components, found columns for 3; angles are `<rpy>`
+    binding.yaml:2:12: `cube.rotation` has 4 components, found columns for 3; roll, pitch and yaw are `<rpy>`, a rotation vector is `<rotvec>`
     binding.yaml:2:12: `mm` is a length (m), expected an angle (rad)
     "
     );

@@ -1,0 +1,206 @@
+//! Arms that come with the program, found by the names, the number and the range of the joints that a log has.
+
+use super::grippers::Gripper;
+use super::hands::side_of;
+use super::parts::{Part, Quantity};
+use super::words;
+use super::yaml_scalar::quoted;
+use std::collections::BTreeMap;
+use teachtree_base::hands::Side;
+
+/// The joints of an SO-101 as LeRobot names them, without the gripper.
+const SO101: [&str; 5] = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll"];
+/// What LeRobot writes around the names of joints.
+const LEROBOT: [&str; 2] = ["observation.state.", ".pos"];
+/// Percent are within this.
+const PERCENT: f64 = 100.5;
+/// Degrees are within this, ticks of an encoder are not.
+const DEGREES: f64 = 370.0;
+/// The limits of the joints of a Panda, rad.
+const PANDA: [[f64; 2]; 7] = [
+    [-2.8973, 2.8973],
+    [-1.7628, 1.7628],
+    [-2.8973, 2.8973],
+    [-3.0718, -0.0698],
+    [-2.8973, 2.8973],
+    [-0.0175, 3.7525],
+    [-2.8973, 2.8973],
+];
+/// Joints may be this far beyond their limits, rad.
+const BEYOND: f64 = 0.05;
+
+/// An arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arm {
+    /// The hand that its tool is.
+    pub side: Side,
+    /// Its entry of `robots`, without its name.
+    pub entry: String,
+    /// Why it is this arm.
+    pub reason: String,
+    /// Whether a file that is not in the log is needed: then the entry is a comment.
+    pub is_incomplete: bool,
+    /// The sheet of its columns.
+    pub sheet: String,
+}
+
+/// The arms of hands of which no point is measured, and the parts that are of none of them.
+pub fn arms<'a>(
+    parts: Vec<Part<'a>>,
+    grippers: &BTreeMap<Side, Gripper>,
+    is_measured: impl Fn(Side) -> bool,
+) -> (Vec<Arm>, Vec<Part<'a>>) {
+    let mut arms: Vec<Arm> = vec![];
+    let mut taken = vec![];
+    let families =
+        so101s(&parts).into_iter().map(|of| (of, true)).chain(sevens(&parts).into_iter().map(|of| (of, false)));
+    for (places, is_so101) in families {
+        let joints: Vec<&Part> = places.iter().filter_map(|at| parts.get(*at)).collect();
+        let side = joints.first().and_then(|joint| side_of(joint)).unwrap_or(Side::Right);
+        if is_measured(side) || arms.iter().any(|arm| arm.side == side) {
+            continue;
+        }
+        let arm = if is_so101 { so101(side, &joints) } else { panda(side, &joints, grippers.get(&side)) };
+        if let Some(arm) = arm {
+            arms.push(arm);
+            taken.extend(places);
+        }
+    }
+    let rest = parts.into_iter().enumerate().filter(|(at, _)| !taken.contains(at)).map(|(_, part)| part).collect();
+    (arms, rest)
+}
+
+fn is_joint(part: &Part) -> bool {
+    let others = ["torque", "torques", "tau", "current", "temperature", "load", "desired", "external"];
+    part.quantity == Quantity::Number && !words::has(&part.words, &others)
+}
+
+/// What stands before and behind the name of a joint of an SO-101, with its place.
+fn so101_joint(pattern: &str) -> Option<(&str, &str, usize)> {
+    SO101.iter().enumerate().find_map(|(at, joint)| {
+        let (head, tail) = pattern.split_once(joint)?;
+        Some((head, tail, at))
+    })
+}
+
+/// The places of the joints of each SO-101.
+fn so101s(parts: &[Part]) -> Vec<Vec<usize>> {
+    let mut families: BTreeMap<(&str, &str), BTreeMap<usize, usize>> = BTreeMap::new();
+    // Joints of an arm that stands still are constant.
+    for (place, part) in parts.iter().enumerate().filter(|(_, part)| part.quantity != Quantity::Other) {
+        if let Some((head, tail, joint)) = so101_joint(&part.pattern) {
+            families.entry((head, tail)).or_default().insert(joint, place);
+        }
+    }
+    let whole = families.into_values().filter(|joints| joints.len() == SO101.len());
+    whole.map(|joints| joints.into_values().collect()).collect()
+}
+
+fn so101(side: Side, joints: &[&Part]) -> Option<Arm> {
+    let first = joints.first()?;
+    let (head, tail, _) = so101_joint(&first.pattern)?;
+    let most = |joints: &[&Part]| {
+        joints.iter().flat_map(|part| &part.members).map(|it| it.min.abs().max(it.max.abs())).fold(0.0, f64::max)
+    };
+    let most = most(joints);
+    let mut entry = format!("model: so101, hand: {side}");
+    if let Some(head) = head.strip_suffix("main_") {
+        let column = |joint: &str, of: &str| format!("{joint}: {}", quoted(&format!("{head}main_{joint}{tail}{of}")));
+        let joints = [
+            column("shoulder_pan", " [deg]"),
+            column("shoulder_lift", " * -1 + 90 [deg]"),
+            column("elbow_flex", " - 90 [deg]"),
+            column("wrist_flex", " [deg]"),
+            column("wrist_roll", " [deg]"),
+            column("gripper", ""),
+        ];
+        entry.push_str(&format!(", joints: {{{}}}", joints.join(", ")));
+        let reason = "by the names of the joints, which are those before LeRobot's new calibration".into();
+        return Some(Arm { side, entry, reason, is_incomplete: false, sheet: first.sheet.name.clone() });
+    }
+    if [head, tail] != LEROBOT {
+        entry.push_str(&format!(", joints: {}", quoted(&format!("{head}<joint>{tail}"))));
+    }
+    let is_unit_known = !first.unit.is_empty();
+    let is_ticks = !is_unit_known && most > DEGREES;
+    let scale = match () {
+        () if is_unit_known => "",
+        () if is_ticks => "; ticks need the calibration file of the arm beside this file",
+        () if most > PERCENT => "; in degrees, since a joint is beyond 100",
+        () => "; in degrees, as LeRobot writes them now; with `norm: percent` if they are from -100 to 100",
+    };
+    if is_ticks {
+        entry.push_str(", norm: ticks, calibration: my_follower.json");
+    }
+    let reason = format!("by the names of the joints{scale}");
+    Some(Arm { side, entry, reason, is_incomplete: is_ticks, sheet: first.sheet.name.clone() })
+}
+
+/// The text before and behind the last number of a name, and the number.
+fn numbered(pattern: &str) -> Option<(&str, &str, usize)> {
+    let end = pattern.rfind(|letter: char| letter.is_ascii_digit())? + 1;
+    let digits = pattern.get(..end)?.chars().rev().take_while(char::is_ascii_digit).count();
+    let start = end - digits;
+    Some((pattern.get(..start)?, pattern.get(end..)?, pattern.get(start..end)?.parse().ok()?))
+}
+
+/// The places of each seven joints in a row, numbered from 0 or 1.
+fn sevens(parts: &[Part]) -> Vec<Vec<usize>> {
+    let mut families: BTreeMap<(usize, &str, &str), BTreeMap<usize, usize>> = BTreeMap::new();
+    for (place, part) in parts.iter().enumerate() {
+        if let (true, Some((head, tail, number))) = (is_joint(part), numbered(&part.pattern)) {
+            // The shortest name is that of the measured joints: `q` rather than `q_d`.
+            families.entry((head.len(), head, tail)).or_default().insert(number, place);
+        }
+    }
+    let of = |numbers: BTreeMap<usize, usize>| -> Option<Vec<usize>> {
+        let first = *numbers.keys().next().filter(|first| **first < 2)?;
+        let seven: Vec<usize> = (first..first + PANDA.len()).filter_map(|at| numbers.get(&at).copied()).collect();
+        (seven.len() == PANDA.len() && numbers.len() <= PANDA.len() + 2).then_some(seven)
+    };
+    families.into_values().filter_map(of).collect()
+}
+
+fn panda(side: Side, joints: &[&Part], gripper: Option<&Gripper>) -> Option<Arm> {
+    let first = joints.first()?;
+    let is_within = |factor: f64| {
+        joints.iter().zip(PANDA).all(|(joint, [low, high])| {
+            joint.members.iter().all(|it| it.min * factor >= low - BEYOND && it.max * factor <= high + BEYOND)
+        })
+    };
+    let (factor, unit) = match () {
+        () if !first.unit.is_empty() => (first.scale(), ""),
+        () if is_within(1.0) => (1.0, ""),
+        () => (1_f64.to_radians(), " [deg]"),
+    };
+    if !is_within(factor) || joints.iter().any(|joint| joint.members.len() != 1) {
+        return None;
+    }
+    let says = |known: &[&str]| {
+        words::has(&first.words, known) || known.iter().any(|word| first.pattern.to_lowercase().contains(word))
+    };
+    let reason = match () {
+        () if says(&["panda", "franka", "fr3"]) => "by the names of the joints",
+        () => {
+            "by the number and the ranges of the joints; an arm of another kind with `urdf` (docs/bindings.md, Joints)"
+        }
+    };
+    let column = |(index, joint): (usize, &&Part)| {
+        format!("panda_joint{}: {}", index + 1, quoted(&format!("{}{unit}", joint.columns())))
+    };
+    let columns: Vec<String> = joints.iter().enumerate().map(column).collect();
+    let mut columns = format!("joints: {{{}", columns.join(", "));
+    if let Some((opening, _)) = gripper.and_then(|gripper| gripper.opening.as_ref()) {
+        columns.push_str(&format!(", panda_finger_joint1: {}", half(opening)));
+    }
+    let entry = format!("model: panda, hand: {side}, {columns}}}");
+    Some(Arm { side, entry, reason: reason.into(), is_incomplete: false, sheet: first.sheet.name.clone() })
+}
+
+/// Half of an opening: the way of a finger.
+fn half(opening: &str) -> String {
+    match opening.split_once(" * 2") {
+        Some((finger, unit)) => quoted(&format!("{finger}{unit}")),
+        None => format!("{{mean: [{}, \"= 0 m\"]}}", quoted(opening)),
+    }
+}

@@ -1,0 +1,289 @@
+//! The text of a proposed binding.
+
+use super::contacts::Line;
+use super::hands::Hand;
+use super::parts::{Part, Quantity};
+use super::timing::Timing;
+use super::yaml_scalar::{comment, quoted, scalar};
+use super::{Answers, Survey};
+use std::fmt::Write as _;
+use teachtree_base::hands::Side;
+
+/// The most columns that are listed as unused.
+const MAX_UNUSED: usize = 40;
+
+/// Writes the binding.
+pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
+    let mut text = String::from(
+        "# Guessed by `teachtree init` from the names, units and values of the columns. Behind `#` are reasons and alternatives\n# (docs/bindings.md); `teachtree inspect LOG` lists what can be detected.\nabout: what this log is, for people\n",
+    );
+    if is_pair(survey) {
+        text.push_str("hand_file: hand_gripper_pair.rules    # two grippers, and no pose of an object\n");
+    }
+    for line in &timing.lines {
+        let _ = writeln!(text, "{line}");
+    }
+    text.push_str(&robots(survey));
+    let lines = lines(survey, answers);
+    text.push_str(if lines.is_empty() { "\nchannels: {}\n" } else { "\nchannels:\n" });
+    for line in lines {
+        let reason = if line.reason.is_empty() { String::new() } else { format!("    # {}", comment(&line.reason)) };
+        let columns = scalar(&line.columns);
+        let _ = writeln!(text, "  {}: {columns}{reason}", line.channel);
+    }
+    for (side, gripper) in &survey.grippers {
+        if let Some(alternative) = &gripper.alternative {
+            let other = if is_reversed(*side, answers) { &gripper.closed } else { alternative };
+            let _ =
+                writeln!(text, "  # {side}.gripper.closed: {}    # if it is closed at the other end", scalar(other));
+        }
+    }
+    if let Some(why) = &survey.contacts.left_out {
+        let _ = writeln!(text, "  # left out: {why}");
+    }
+    text.push_str(&unused(survey));
+    if !survey.contacts.supports.is_empty() {
+        text.push_str("\nnormals: by_role    # contacts have no normals in the log: a support carries from below\n");
+    }
+    text.push_str(&tare(survey));
+    text
+}
+
+/// The arms.
+fn robots(survey: &Survey) -> String {
+    let mut text = String::new();
+    let is_comment = survey.arms.iter().all(|arm| arm.is_incomplete);
+    if !survey.arms.is_empty() {
+        text.push_str(if is_comment { "# robots:\n" } else { "robots:\n" });
+    }
+    for arm in &survey.arms {
+        let name = if survey.arms.len() > 1 { format!("{}_arm", arm.side) } else { "arm".into() };
+        let sign = if arm.is_incomplete { "# " } else { "" };
+        let _ = writeln!(text, "{sign}  {name}: {{{}}}    # {}", arm.entry, arm.reason);
+    }
+    text
+}
+
+/// Whether there are two grippers and no body.
+fn is_pair(survey: &Survey) -> bool {
+    survey.grippers.len() > 1 && survey.bodies.is_empty()
+}
+
+fn is_reversed(side: Side, answers: &Answers) -> bool {
+    answers.is_reversed.get(&side).copied().unwrap_or_default()
+}
+
+/// The channels.
+fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
+    let mut lines = vec![];
+    let line = |channel: String, part: &Part, reason: &str| {
+        let reasons = [reason, part.reason.as_deref().unwrap_or_default(), unit_reason(part)];
+        let reason = reasons.iter().filter(|reason| !reason.is_empty()).copied().collect::<Vec<_>>().join("; ");
+        let line = Line { channel, columns: part.columns(), reason };
+        if survey.is_y_up { upright(line, part) } else { line }
+    };
+    let is_fixed = survey.is_fixed_tool();
+    for (side, hand) in &survey.hands {
+        of_hand(*side, hand, is_fixed, is_pair(survey), &line, &mut lines);
+        if let Some(force) = lines.iter_mut().find(|line| line.channel == format!("{side}.wrist.force")) {
+            turn(force, hand, survey);
+        }
+        if let Some(gripper) = survey.grippers.get(side) {
+            of_gripper(*side, gripper, answers, &mut lines);
+        }
+    }
+    for (side, gripper) in survey.grippers.iter().filter(|(side, _)| !survey.hands.contains_key(*side)) {
+        of_gripper(*side, gripper, answers, &mut lines);
+    }
+    for body in &survey.bodies {
+        let name = &body.name;
+        match &body.positions[..] {
+            [one] => lines.push(line(format!("{name}.position"), one, "")),
+            several => {
+                let columns: Vec<String> = several.iter().map(|part| quoted(&part.columns())).collect();
+                let columns = format!("{{mean: [{}]}}", columns.join(", "));
+                lines.push(Line {
+                    channel: format!("{name}.position"),
+                    columns,
+                    reason: "markers that keep their distance".into(),
+                });
+            }
+        }
+        lines.extend(body.rotation.iter().map(|part| line(format!("{name}.rotation"), part, "")));
+        if let Some(angle) = &survey.mechanism
+            && survey.bodies.first().is_some_and(|first| first.name == *name)
+        {
+            lines.push(line(format!("{name}.angle.bearing"), angle, "the angle of the mechanism"));
+        }
+    }
+    lines.extend(survey.contacts.lines.iter().cloned());
+    if let Some(labels) = &survey.labels {
+        lines.push(Line {
+            channel: "right.label".into(),
+            columns: labels.clone(),
+            reason: "labels, for `score`".into(),
+        });
+    }
+    lines
+}
+
+fn of_hand(
+    side: Side,
+    hand: &Hand,
+    is_fixed: bool,
+    is_pair: bool,
+    line: &dyn Fn(String, &Part, &str) -> Line,
+    lines: &mut Vec<Line>,
+) {
+    let has_tips = !hand.tips.is_empty();
+    for (finger, part) in &hand.tips {
+        lines.push(line(format!("{side}.{}.position", finger.name()), part, ""));
+    }
+    if let Some(tool) = &hand.tool {
+        match () {
+            () if is_fixed => {
+                lines.push(line(format!("{side}.palm.position"), tool, ""));
+                lines.push(line("tool.position".into(), tool, "the tool is fixed to the hand"));
+            }
+            () if has_tips => lines.push(line(format!("{side}.palm.position"), tool, "")),
+            // Each gripper of a pair is its two fingers.
+            () if is_pair => {
+                lines.push(line(format!("{side}.thumb.position"), tool, ""));
+                lines.push(line(format!("{side}.index.position"), tool, ""));
+            }
+            () => lines.push(line(format!("{side}.tcp.position"), tool, "")),
+        }
+    }
+    if let Some(rotation) = &hand.rotation {
+        let part = if has_tips || is_fixed || is_pair { "palm" } else { "tcp" };
+        lines.push(line(
+            if is_fixed { "tool.rotation".into() } else { format!("{side}.{part}.rotation") },
+            rotation,
+            "",
+        ));
+    }
+    if let Some(force) = &hand.force {
+        let channel = if has_tips || is_fixed { format!("{side}.palm.force") } else { format!("{side}.wrist.force") };
+        lines.push(line(
+            channel,
+            force,
+            "the force on the object; with `-` before it if the log has the force on the hand",
+        ));
+    }
+    if let Some(torque) = hand.torque.as_ref().filter(|_| !is_fixed) {
+        lines.push(line(format!("{side}.wrist.torque"), torque, ""));
+    }
+}
+
+/// Turns a force at the wrist that points down while an object is off its table: it is that on the hand.
+fn turn(line: &mut Line, hand: &Hand, survey: &Survey) {
+    const LIFTED_M: f64 = 0.03;
+    const LEAST_N: f64 = 0.2;
+    let Some(force) = &hand.force else { return };
+    let mut lifted = vec![];
+    for body in &survey.bodies {
+        let (Some(part), Some(start)) = (body.positions.first(), body.start()) else { continue };
+        let height = |at: [f64; 3]| survey.upright(at)[2];
+        let is_up = |row: &usize| part.position(*row).is_some_and(|at| height(at) > height(start) + LIFTED_M);
+        let rows = (0..part.rows()).filter(is_up).map(|row| part.row_in(row, force));
+        lifted.extend(rows.filter_map(|row| force.position(row)).map(height));
+    }
+    lifted.sort_by(f64::total_cmp);
+    // What is pressed down in the air, as into a socket, is a small part.
+    let median = lifted.get(lifted.len() / 2).copied().unwrap_or_default();
+    match () {
+        () if median < -LEAST_N => {
+            line.columns = format!("-{}", line.columns);
+            line.reason = "the log has the force on the hand: it points down while an object is lifted".into();
+        }
+        () if median > LEAST_N => line.reason = "on the object: it points up while that is lifted".into(),
+        () => {}
+    }
+}
+
+fn of_gripper(side: Side, gripper: &super::Gripper, answers: &Answers, lines: &mut Vec<Line>) {
+    if let Some((columns, reason)) = gripper.opening.as_ref().filter(|_| !is_reversed(side, answers)) {
+        lines.push(Line {
+            channel: format!("{side}.gripper.opening"),
+            columns: columns.clone(),
+            reason: reason.clone(),
+        });
+    }
+    let (closed, reason) = match &gripper.alternative {
+        Some(alternative) if is_reversed(side, answers) => (alternative, "as it was answered"),
+        _ => (&gripper.closed, gripper.reason.as_str()),
+    };
+    lines.push(Line { channel: format!("{side}.gripper.closed"), columns: closed.clone(), reason: reason.into() });
+}
+
+/// A position, a rotation or a force with z up, where the log has y up.
+fn upright(line: Line, part: &Part) -> Line {
+    let unit = part.columns().strip_prefix(&part.pattern).unwrap_or_default().to_string();
+    let full = |name: &str| {
+        if part.sheet.name.is_empty() { format!("{name}{unit}") } else { format!("{}.{name}{unit}", part.sheet.name) }
+    };
+    let columns = match &part.members[..] {
+        [x, y, z] => format!("[\"{}\", \"-{}\", \"{}\"]", full(&x.name), full(&z.name), full(&y.name)),
+        [w, x, y, z] => {
+            let [w, x, y, z] = [w, x, y, z].map(|column| full(&column.name));
+            format!("[\"{w}\", \"{x}\", \"-{z}\", \"{y}\"]")
+        }
+        _ => return line,
+    };
+    Line { columns, reason: "y points up in the log".into(), ..line }
+}
+
+/// Why positions are taken for mm.
+fn unit_reason(part: &Part) -> &'static str {
+    if part.quantity == Quantity::Position && part.unit.is_empty() && part.scale() < 1.0 {
+        "mm by its range"
+    } else {
+        ""
+    }
+}
+
+/// The columns that nothing was found for, as comments.
+fn unused(survey: &Survey) -> String {
+    let mut text = String::new();
+    let rest: Vec<&Part> = survey.rest.iter().filter(|part| !part.is_constant()).collect();
+    if !rest.is_empty() {
+        text.push_str("  # not used:\n");
+    }
+    for part in rest.iter().take(MAX_UNUSED) {
+        let _ = writeln!(text, "  #   {}", comment(&scalar(&part.columns())));
+    }
+    if rest.len() > MAX_UNUSED {
+        let _ = writeln!(text, "  #   and {} more", rest.len() - MAX_UNUSED);
+    }
+    text
+}
+
+/// A line that tares forces at the wrist that begin off zero while the hand is at rest.
+fn tare(survey: &Survey) -> String {
+    const REST_S: f64 = 0.3;
+    const BIAS_N: f64 = 0.2;
+    let is_fixed = survey.is_fixed_tool();
+    // A force of another table that begins later has no sample at rest.
+    let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()).chain(&hand.force));
+    let starts = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.sheet.start_s);
+    let start_s = starts.fold(f64::INFINITY, f64::min) + REST_S / 3.0;
+    let mut channels = vec![];
+    for (side, hand) in &survey.hands {
+        let Some(force) = hand.force.as_ref().filter(|force| force.sheet.start_s <= start_s) else { continue };
+        let rows = ((REST_S / force.sheet.duration_s.max(REST_S)) * force.rows() as f64).ceil() as usize;
+        let first: Vec<Vec<f64>> = (0..rows.max(1)).map(|row| force.at(row)).collect();
+        let mean = |axis: usize| first.iter().filter_map(|row| row.get(axis)).sum::<f64>() / first.len().max(1) as f64;
+        let bias = (mean(0).powi(2) + mean(1).powi(2) + mean(2).powi(2)).sqrt();
+        if bias > BIAS_N && bias.is_finite() {
+            let part = if !hand.tips.is_empty() || is_fixed { "palm" } else { "wrist" };
+            channels.push(format!("{side}.{part}.force"));
+        }
+    }
+    if channels.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\ntare: {{channels: [{}], from: 0 s, to: 0.3 s}}    # the force is not zero at the beginning; leave this out if the hand holds something there\n",
+        channels.join(", ")
+    )
+}

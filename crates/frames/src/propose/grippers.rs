@@ -1,0 +1,271 @@
+//! Grippers: which column is their opening, and at which end of it they are closed.
+
+use super::bodies::{Body, distance};
+use super::hands::side_of;
+use super::parts::{Part, Quantity};
+use super::words;
+use crate::inspect::ValueKind;
+use std::collections::BTreeMap;
+use teachtree_base::hands::Side;
+use teachtree_base::short_number::ShortNumber;
+use teachtree_base::units::compound;
+
+/// Words for the opening of a gripper, the best one first.
+const OPENINGS: [&str; 12] = [
+    "opening",
+    "width",
+    "aperture",
+    "closed",
+    "gripper",
+    "grip",
+    "jaw",
+    "jaws",
+    "gap",
+    "leftfinger",
+    "finger",
+    "fingers",
+];
+/// Words for other quantities of a gripper.
+const OTHERS: [&str; 16] = [
+    "force",
+    "forces",
+    "current",
+    "velocity",
+    "vel",
+    "effort",
+    "torque",
+    "status",
+    "speed",
+    "temperature",
+    "voltage",
+    "object",
+    "target",
+    "max",
+    "load",
+    "id",
+];
+
+/// A gripper.
+#[derive(Clone, Debug)]
+pub struct Gripper {
+    /// When it is closed, as a binding writes it.
+    pub closed: String,
+    /// Why.
+    pub reason: String,
+    /// The other end.
+    pub alternative: Option<String>,
+    /// How far it is open, as a binding writes it, where the unit is known or its values show it.
+    pub opening: Option<(String, String)>,
+    /// How far it is open on an object, m.
+    pub held_m: Option<f64>,
+    /// Whether nothing but the name shows the closed end.
+    pub is_guess: bool,
+    /// The sheet of its column.
+    pub sheet: String,
+}
+
+/// The grippers, and the parts that are of none of them.
+pub fn grippers<'a>(
+    parts: Vec<Part<'a>>,
+    tools: &BTreeMap<Side, &Part<'_>>,
+    bodies: &[Body<'_>],
+) -> (BTreeMap<Side, Gripper>, Vec<Part<'a>>) {
+    let only = match tools.keys().collect::<Vec<_>>()[..] {
+        [side] => *side,
+        _ => Side::Right,
+    };
+    let mut found: BTreeMap<Side, Vec<(usize, Part<'a>)>> = BTreeMap::new();
+    let mut rest = vec![];
+    for part in parts {
+        match rank(&part) {
+            Some(rank) => found
+                .entry(side_of(&part).or_else(|| aloha_side(&part)).unwrap_or(only))
+                .or_default()
+                .push((rank, part)),
+            None => rest.push(part),
+        }
+    }
+    let mut grippers = BTreeMap::new();
+    for (side, mut candidates) in found {
+        candidates.sort_by_key(|(rank, _)| *rank);
+        let mut candidates = candidates.into_iter().map(|(_, part)| part);
+        let Some(first) = candidates.next() else { continue };
+        let others: Vec<Part> = candidates.collect();
+        let second = others.iter().find(|other| is_other_finger(&first, other)).cloned();
+        grippers.insert(side, gripper(&first, second.as_ref(), tools.get(&side).copied(), bodies));
+        rest.extend(others);
+    }
+    (grippers, rest)
+}
+
+/// How good a column is as the opening of a gripper.
+fn rank(part: &Part) -> Option<usize> {
+    let is_number = matches!(part.quantity, Quantity::Number | Quantity::Flag) && !part.is_constant();
+    if !is_number || words::has(&part.words, &OTHERS) || words::is_command(&part.words) {
+        return None;
+    }
+    let closing = part.words.iter().any(|word| word.starts_with("clos") || word == "grasped");
+    let by_word = OPENINGS.iter().position(|known| part.words.iter().any(|word| word == known));
+    // The second finger of robosuite is open at its lowest value.
+    let is_mirrored = part.members.iter().all(|column| column.max <= 0.0);
+    let rank = if closing { Some(0) } else { by_word };
+    let rank = rank.or_else(|| aloha_side(part).map(|_| OPENINGS.len()));
+    rank.map(|rank| if is_mirrored { rank + 100 } else { rank })
+}
+
+/// The arm of a gripper in an array of ALOHA: 7 joints of the left arm with the gripper last, then those of the right arm.
+fn aloha_side(part: &Part) -> Option<Side> {
+    let name = part.name.strip_prefix('/').unwrap_or(&part.name);
+    let of_array = name.strip_prefix("observations/qpos").or_else(|| name.strip_prefix("observation.state"))?;
+    let siblings = |at: usize| {
+        let wanted = name.strip_suffix(of_array).map(|head| format!("{head}[{at}]"));
+        part.sheet.columns.iter().any(|column| Some(column.name.trim_start_matches('/').to_string()) == wanted)
+    };
+    let is_two_arms = siblings(13) && !siblings(14);
+    match of_array {
+        "[6]" if is_two_arms => Some(Side::Left),
+        "[13]" if is_two_arms => Some(Side::Right),
+        _ => None,
+    }
+}
+
+/// Whether columns are the two fingers of one gripper: as far, or mirrored.
+fn is_other_finger(one: &Part, other: &Part) -> bool {
+    let is_finger = |part: &Part| {
+        words::has(&part.words, &["finger", "leftfinger", "rightfinger", "joint1", "joint2", "qpos", "states"])
+            || part.name.contains("finger")
+    };
+    let ([first], [second]) = (&one.members[..], &other.members[..]) else { return false };
+    let range = |low: f64, high: f64| high - low;
+    let (ours, theirs) = (range(first.min, first.max), range(second.min, second.max));
+    is_finger(one) && is_finger(other) && ours > 0.0 && (ours - theirs).abs() < 0.2 * ours
+}
+
+fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Body]) -> Gripper {
+    let [column] = part.members[..] else {
+        return Gripper {
+            closed: part.pattern.clone(),
+            reason: String::new(),
+            alternative: None,
+            opening: None,
+            held_m: None,
+            is_guess: true,
+            sheet: part.sheet.name.clone(),
+        };
+    };
+    let [low, high] = column.groups.unwrap_or([column.min, column.max]);
+    let limit = short((low + high) / 2.0);
+    let by_motion = is_low_closed(part, limit, tool, bodies);
+    let says_closed = part.words.iter().any(|word| word.starts_with("clos") || word == "grasped");
+    let is_low = by_motion.unwrap_or(!says_closed);
+    let is_flag = column.kind == ValueKind::Flag;
+    let unit = if part.unit.is_empty() { usual_unit(part) } else { &part.unit };
+    let named = |unit: &str| match unit {
+        "" => part.pattern.clone(),
+        _ if !column.unit.is_empty() => part.pattern.clone(),
+        unit => format!("{} [{unit}]", part.pattern),
+    };
+    let flag = |is_low: bool| match (is_flag, is_low) {
+        (true, false) => part.pattern.clone(),
+        (_, is_low) => {
+            format!("{} {} {limit} {unit}", named(unit), if is_low { "<" } else { ">" }).trim_end().to_string()
+        }
+    };
+    let [closed, open] = if is_low { [low, high] } else { [high, low] };
+    let [closed_at, open_at] = [closed, open].map(|value| ShortNumber(short(value)));
+    let why = match by_motion {
+        Some(_) => "an object moves with it there",
+        None if says_closed => "by its name",
+        None => "the lower end, since nothing shows that an object moves with it",
+    };
+    let fingers = if second.is_some() { 2.0 } else { fingers(part) };
+    let factor = compound(unit).map_or(1.0, |(factor, _)| factor) * fingers;
+    let is_length = matches!(unit, "m" | "mm" | "cm") && !is_flag;
+    let opening = is_length.then(|| {
+        let columns = if fingers > 1.0 { format!("{} * 2 [{unit}]", part.pattern) } else { named(unit) };
+        let reason = if part.unit.is_empty() { format!("in {unit} by its range") } else { String::new() };
+        (
+            columns,
+            if fingers > 1.0 {
+                format!("{reason}{}twice the way of a finger", if reason.is_empty() { "" } else { ", " })
+            } else {
+                reason
+            },
+        )
+    });
+    Gripper {
+        closed: flag(is_low),
+        reason: if is_flag {
+            format!("closed where it is {closed_at}: {why}")
+        } else {
+            format!("closed about {closed_at}, open about {open_at}: {why}")
+        },
+        alternative: Some(flag(!is_low)),
+        held_m: is_length.then_some(closed * factor),
+        opening: opening.filter(|_| is_low),
+        is_guess: by_motion.is_none() && !says_closed,
+        sheet: part.sheet.name.clone(),
+    }
+}
+
+/// How many fingers move as far as a column of one finger shows.
+fn fingers(part: &Part) -> f64 {
+    let is_finger = part.name.contains("finger") || words::has(&part.words, &["qpos"]);
+    if is_finger && !words::has(&part.words, &["width", "opening"]) { 2.0 } else { 1.0 }
+}
+
+/// The unit that the range of an opening shows; empty where it may be a share, counts or an angle.
+fn usual_unit(part: &Part) -> &'static str {
+    let most = part.members.iter().map(|column| column.max).fold(0.0, f64::max);
+    let least = part.members.iter().map(|column| column.min).fold(f64::INFINITY, f64::min);
+    let is_width = words::has(&part.words, &["opening", "width", "aperture", "gap"]);
+    match () {
+        () if least < -1e-3 => "",
+        () if most > 0.01 && most <= 0.25 => "m",
+        () if is_width && most > 2.0 && most <= 300.0 => "mm",
+        () => "",
+    }
+}
+
+/// Three digits are more than a middle is worth.
+fn short(number: f64) -> f64 {
+    format!("{number:.2e}").parse().unwrap_or(number)
+}
+
+/// Whether a gripper is closed at the lower end: that at which bodies move with the tool. `None` if nothing shows that.
+fn is_low_closed(part: &Part, limit: f64, tool: Option<&Part>, bodies: &[Body]) -> Option<bool> {
+    /// A step that is longer is a motion, m.
+    const STEP_M: f64 = 1e-3;
+    let [mut low, mut high] = [0_usize, 0];
+    let [column] = part.members[..] else { return None };
+    for body in bodies.iter().filter_map(|body| body.positions.first()) {
+        for row in 1..body.rows() {
+            let (Some(before), Some(now)) = (body.position(row - 1), body.position(row)) else { continue };
+            let moved = distance(before, now);
+            if moved < STEP_M.min(body.extent() / 100.0).max(2e-4) {
+                continue;
+            }
+            let with_tool = tool.is_none_or(|tool| {
+                let at = |row: usize| tool.position(body.row_in(row, tool));
+                let (Some(from), Some(to)) = (at(row - 1), at(row)) else { return false };
+                let relative = distance(
+                    [0, 1, 2].map(|axis| now[axis] - before[axis]),
+                    [0, 1, 2].map(|axis| to[axis] - from[axis]),
+                );
+                relative < moved
+            });
+            let value = column.samples.get(body.row_in(row, part)).copied().unwrap_or(f64::NAN);
+            match value < limit {
+                true if with_tool => low += 1,
+                false if with_tool && value.is_finite() => high += 1,
+                _ => {}
+            }
+        }
+    }
+    const LEAST: usize = 5;
+    match () {
+        () if low >= LEAST && low >= 3 * high => Some(true),
+        () if high >= LEAST && high >= 3 * low => Some(false),
+        () => None,
+    }
+}

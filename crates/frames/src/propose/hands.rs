@@ -1,0 +1,136 @@
+//! The hands of a log: tool points, fingertips, forces at the wrist.
+
+use super::bodies::key;
+use super::parts::{Part, Quantity};
+use super::words;
+use std::collections::BTreeMap;
+use teachtree_base::hands::{Finger, Side};
+
+/// The rank of a position without any name.
+const UNNAMED: usize = 99;
+
+/// A hand.
+#[derive(Clone, Debug, Default)]
+pub struct Hand<'a> {
+    /// The tool point, the palm where the fingertips are known.
+    pub tool: Option<Part<'a>>,
+    /// How it is turned.
+    pub rotation: Option<Part<'a>>,
+    /// The fingertips.
+    pub tips: BTreeMap<Finger, Part<'a>>,
+    /// The force at the wrist.
+    pub force: Option<Part<'a>>,
+    /// The torque there.
+    pub torque: Option<Part<'a>>,
+}
+
+/// The hands, and the parts that are of none of them.
+pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a>>) {
+    let mut hands: BTreeMap<Side, Hand<'a>> = BTreeMap::new();
+    let only = only_side(&parts);
+    let mut rest = vec![];
+    let mut tools: BTreeMap<Side, Vec<(usize, Part<'a>)>> = BTreeMap::new();
+    for part in parts {
+        let side = side_of(&part).unwrap_or(only);
+        match (part.quantity, words::finger(&part.words)) {
+            (Quantity::Position, Some(finger)) if !part.is_constant() => {
+                let tips = &mut hands.entry(side).or_default().tips;
+                if tips.get(&finger).is_none_or(|known| is_tip(&part) && !is_tip(known)) {
+                    tips.insert(finger, part);
+                }
+            }
+            (Quantity::Position, None) if !part.is_constant() => match rank(&part) {
+                Some(rank) => tools.entry(side).or_default().push((rank, part)),
+                None => rest.push(part),
+            },
+            _ => rest.push(part),
+        }
+    }
+    // A place without a name is the tool where nothing else is.
+    let is_named =
+        tools.values().flatten().any(|(rank, _)| *rank < UNNAMED) || hands.values().any(|hand| !hand.tips.is_empty());
+    for (side, mut candidates) in tools {
+        candidates.sort_by_key(|(rank, _)| *rank);
+        let mut candidates =
+            candidates.into_iter().filter(|(rank, _)| !is_named || *rank < UNNAMED).map(|(_, part)| part);
+        if let Some(tool) = candidates.next() {
+            hands.entry(side).or_default().tool = Some(tool);
+        }
+        rest.extend(candidates.map(|part| Part { quantity: Quantity::Other, ..part }));
+    }
+    for (side, hand) in &mut hands {
+        let Some(tool) = &hand.tool else { continue };
+        let is_of = |part: &Part| {
+            part.quantity == Quantity::Rotation
+                && key(&part.name) == key(&tool.name)
+                && side_of(part).unwrap_or(only) == *side
+        };
+        hand.rotation = take(&mut rest, is_of);
+    }
+    (hands, rest)
+}
+
+/// Gives hands the forces at their wrists, unless contacts of their fingers are measured.
+pub fn wrists<'a>(hands: &mut BTreeMap<Side, Hand<'a>>, rest: &mut Vec<Part<'a>>, are_wanted: bool) {
+    let only = match hands.keys().collect::<Vec<_>>()[..] {
+        [side] => *side,
+        _ => Side::Right,
+    };
+    for side in Side::BOTH.into_iter().filter(|_| are_wanted) {
+        let is_of = |part: &Part, quantity: Quantity| {
+            part.quantity == quantity
+                && !part.is_constant()
+                && side_of(part).unwrap_or(only) == side
+                && words::finger(&part.words).is_none()
+        };
+        let force = take(rest, |part| is_of(part, Quantity::Force));
+        let torque = take(rest, |part| is_of(part, Quantity::Torque));
+        if force.is_some() {
+            let hand = hands.entry(side).or_default();
+            (hand.force, hand.torque) = (force, torque);
+        }
+    }
+}
+
+/// Takes the first part for which this holds.
+fn take<'a>(parts: &mut Vec<Part<'a>>, is_it: impl Fn(&Part) -> bool) -> Option<Part<'a>> {
+    let at = parts.iter().position(is_it)?;
+    Some(parts.remove(at))
+}
+
+/// The hand in the name of a part. The fingers of a gripper are called left and right too.
+pub fn side_of(part: &Part) -> Option<Side> {
+    let is_finger = words::has(&part.words, &["finger", "fingertip", "fingerpad", "pad", "leftfinger", "rightfinger"]);
+    let others: Vec<String> =
+        part.words.iter().filter(|word| !(is_finger && ["left", "right"].contains(&word.as_str()))).cloned().collect();
+    words::side(&others)
+}
+
+/// The side of parts without one in their names: that of the only tool.
+fn only_side(parts: &[Part]) -> Side {
+    let is_hand = |part: &&Part| {
+        part.quantity == Quantity::Position
+            && (words::tool_rank(&part.words).is_some() || words::finger(&part.words).is_some())
+    };
+    let mut sides: Vec<Side> = parts.iter().filter(is_hand).filter_map(side_of).collect();
+    sides.sort_unstable();
+    sides.dedup();
+    match sides[..] {
+        [side] => side,
+        _ => Side::Right,
+    }
+}
+
+fn is_tip(part: &Part) -> bool {
+    part.words.iter().any(|word| word.ends_with("tip"))
+}
+
+/// How good a position is as a tool point; none of other places.
+fn rank(part: &Part) -> Option<usize> {
+    match words::tool_rank(&part.words) {
+        // `gripper0_eef` is better than `robot0_hand`; parts of a person are neither.
+        Some(rank) if !words::is_part(&part.words) || rank < 5 => Some(rank),
+        Some(_) => None,
+        None => key(&part.name).is_empty().then_some(UNNAMED),
+    }
+}

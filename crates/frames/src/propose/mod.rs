@@ -1,0 +1,189 @@
+//! A binding and a scene for a log of which nothing is known but its columns: each guess from names, units and values has its reason as a comment, and
+//! where another one is likely, that as a comment too.
+
+mod arms;
+mod binding_text;
+mod bodies;
+mod column_groups;
+mod contacts;
+mod grippers;
+mod hands;
+mod parts;
+mod scene_text;
+mod timing;
+mod turns;
+mod words;
+mod yaml_scalar;
+
+pub use column_groups::{Form, Group, groups};
+
+use crate::inspect::{Inspection, ValueKind};
+use arms::Arm;
+use bodies::Body;
+use contacts::Contacts;
+use grippers::Gripper;
+use hands::Hand;
+use parts::Part;
+use std::collections::BTreeMap;
+use teachtree_base::hands::Side;
+
+/// Answers to the questions of a proposal.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Answers {
+    /// The rate of rows without stamps, Hz.
+    pub rate_hz: Option<f64>,
+    /// Hands whose gripper is closed at the other end than proposed.
+    pub is_reversed: BTreeMap<Side, bool>,
+}
+
+/// What a person may know better than the log shows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Question {
+    /// The rows have no stamps; the proposed rate, Hz.
+    Rate(f64),
+    /// A gripper may be closed at the other end; when it is closed as proposed, and otherwise.
+    Closed(Side, String, String),
+}
+
+/// A binding and a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposal {
+    /// The text of the binding.
+    pub binding: String,
+    /// The text of the scene.
+    pub scene: String,
+    /// The rules, where the default ones find failures that the log cannot show.
+    pub rules: Option<&'static str>,
+    /// What the log does not show.
+    pub questions: Vec<Question>,
+    /// What an analysis needs and was not found, a sentence each.
+    pub lacking: Vec<String>,
+}
+
+/// What was found in a log.
+struct Survey<'a> {
+    hands: BTreeMap<Side, Hand<'a>>,
+    grippers: BTreeMap<Side, Gripper>,
+    /// Arms by whose joints hands are known.
+    arms: Vec<Arm>,
+    bodies: Vec<Body<'a>>,
+    contacts: Contacts,
+    /// The angle of a mechanism.
+    mechanism: Option<Part<'a>>,
+    /// The column of labels, with its sheet.
+    labels: Option<String>,
+    /// Whether y points up in the log.
+    is_y_up: bool,
+    /// What nothing was found for.
+    rest: Vec<Part<'a>>,
+}
+
+impl<'a> Survey<'a> {
+    fn new(log: &'a Inspection) -> Self {
+        let (mut hands, rest) = hands::hands(parts::parts(log));
+        let (mut bodies, rest) = bodies::bodies(rest);
+        let (contacts, mut rest) = contacts::contacts(rest, &bodies);
+        hands::wrists(&mut hands, &mut rest, contacts.lines.is_empty());
+        hands.retain(|_, hand| hand.tool.is_some() || !hand.tips.is_empty() || hand.force.is_some());
+        let tools: BTreeMap<Side, &Part> =
+            hands.iter().filter_map(|(side, hand)| Some((*side, hand.tool.as_ref()?))).collect();
+        let (grippers, rest) = grippers::grippers(rest, &tools, &bodies);
+        let is_measured =
+            |side: Side| hands.get(&side).is_some_and(|hand| hand.tool.is_some() || !hand.tips.is_empty());
+        let (arms, mut rest) = arms::arms(rest, &grippers, is_measured);
+        let is_angle = |part: &Part| {
+            let turns = ["latch", "door", "hinge", "handle", "valve", "drawer", "lever", "knob"];
+            ["rad", "deg"].contains(&part.unit.as_str()) && words::has(&part.words, &turns) && !part.is_constant()
+        };
+        let mechanism = rest.iter().position(is_angle).map(|at| rest.remove(at));
+        let ups: Vec<usize> = bodies.iter().filter_map(Body::up).collect();
+        let is_y_up = !ups.is_empty() && ups.iter().all(|axis| *axis == 1);
+        if is_y_up {
+            // What three columns turn has no form in a binding with another axis up.
+            let is_kept = |rotation: &Part| rotation.members.len() != 3;
+            hands.values_mut().for_each(|hand| hand.rotation = hand.rotation.take().filter(is_kept));
+            bodies.iter_mut().for_each(|body| body.rotation = body.rotation.take().filter(is_kept));
+        }
+        Self { hands, grippers, arms, bodies, contacts, mechanism, labels: labels(log), is_y_up, rest }
+    }
+
+    /// A point with z up.
+    fn upright(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        if self.is_y_up { [x, -z, y] } else { [x, y, z] }
+    }
+
+    /// Whether a point of a hand is known: measured, or by the joints of an arm.
+    fn has_point(&self) -> bool {
+        self.arms.iter().any(|arm| !arm.is_incomplete)
+            || self.hands.values().any(|hand| hand.tool.is_some() || !hand.tips.is_empty())
+    }
+
+    /// Whether the hands have neither fingertips nor grippers, and nothing they handle is in the log: the tool is fixed.
+    fn is_fixed_tool(&self) -> bool {
+        self.bodies.is_empty()
+            && self.grippers.is_empty()
+            && self.hands.values().all(|hand| hand.tips.is_empty())
+            && self.hands.values().any(|hand| hand.force.is_some() && hand.tool.is_some())
+    }
+}
+
+/// The column of labels that a log has: texts, not all the same.
+fn labels(log: &Inspection) -> Option<String> {
+    let is_label =
+        |name: &str| words::has(&words::words(name), &["label", "labels", "primitive", "surgeme", "phase", "subtask"]);
+    log.sheets.iter().find_map(|sheet| {
+        let column = sheet
+            .columns
+            .iter()
+            .find(|column| column.kind == ValueKind::Text && column.texts.len() > 1 && is_label(&column.name))?;
+        Some(if sheet.name.is_empty() { column.name.clone() } else { format!("{}.{}", sheet.name, column.name) })
+    })
+}
+
+/// Proposes a binding and a scene for a log.
+pub fn propose(log: &Inspection, answers: &Answers) -> Proposal {
+    let survey = Survey::new(log);
+    let timing = timing::timing(log, &survey, answers);
+    let mut questions: Vec<Question> = timing.question.iter().cloned().collect();
+    for (side, gripper) in survey.grippers.iter().filter(|(_, gripper)| gripper.is_guess) {
+        if let Some(alternative) = &gripper.alternative {
+            questions.push(Question::Closed(*side, gripper.closed.clone(), alternative.clone()));
+        }
+    }
+    Proposal {
+        binding: binding_text::binding(&survey, &timing, answers),
+        scene: scene_text::scene(&survey),
+        rules: rules(&survey),
+        questions,
+        lacking: lacking(&survey),
+    }
+}
+
+/// Rules without failures for hands of which no place is known: each grasp would seem to miss.
+fn rules(survey: &Survey) -> Option<&'static str> {
+    let without_failures = if survey.grippers.len() > 1 { "bimanual.rules" } else { "contact.rules" };
+    (!survey.has_point()).then_some(without_failures)
+}
+
+/// What an analysis needs and the log lacks.
+fn lacking(survey: &Survey) -> Vec<String> {
+    let mut lacking = vec![];
+    if survey.arms.iter().any(|arm| arm.is_incomplete) {
+        lacking.push("the joints are in ticks: copy the calibration file of the arm beside the binding, and take `#` from `robots` there".into());
+    } else if !survey.has_point() {
+        lacking.push("no column is the position of a hand: name it, or describe the robot whose joints the log has with `robots` (docs/bindings.md, Joints)".into());
+    }
+    let has_closing = !survey.grippers.is_empty()
+        || survey.hands.values().any(|hand| hand.tips.len() > 1 || hand.force.is_some())
+        || survey.contacts.lines.iter().any(|line| line.channel.contains(".contact."));
+    if !has_closing && survey.mechanism.is_none() {
+        lacking.push(
+            "no column shows when a hand holds something: neither an opening nor a flag, forces or several fingertips"
+                .into(),
+        );
+    }
+    if survey.bodies.is_empty() && !survey.is_fixed_tool() {
+        lacking.push("no column is the position of an object: what is held moves with the hand, and where it stands is not known".into());
+    }
+    lacking
+}

@@ -1,0 +1,290 @@
+//! What a log measures: each group of columns as a quantity, with its words and its values.
+
+use super::column_groups::{self, Form};
+use super::words;
+use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
+use std::collections::BTreeSet;
+use teachtree_base::units::{Dimension, compound};
+use teachtree_logs::read::element_names::ElementPlace;
+
+/// Columns that count rows and times.
+const COUNTERS: [&str; 14] = [
+    "seq",
+    "sec",
+    "nsec",
+    "nanosec",
+    "timestamp",
+    "index",
+    "frame",
+    "frame_index",
+    "episode_index",
+    "task_index",
+    "sub frame",
+    "row",
+    "step",
+    "rdtsequence",
+];
+
+/// Angles beyond this are in degrees, rad.
+const MOST_RAD: f64 = 7.0;
+
+/// What a group of columns measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Where something is.
+    Position,
+    /// How something is turned.
+    Rotation,
+    /// A force.
+    Force,
+    /// A torque.
+    Torque,
+    /// A flag.
+    Flag,
+    /// A number of its own: an opening, a joint.
+    Number,
+    /// Something else, such as a velocity or a command.
+    Other,
+}
+
+/// A group of columns.
+#[derive(Clone, Debug)]
+pub struct Part<'a> {
+    /// As a binding names it, without a unit.
+    pub pattern: String,
+    /// The name without what differs.
+    pub name: String,
+    /// The words of the name and of its sheet.
+    pub words: Vec<String>,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// The unit that the log has, or a name ends with; empty without one.
+    pub unit: String,
+    /// Its columns, x y z or w x y z.
+    pub members: Vec<&'a ColumnReport>,
+    /// Its sheet.
+    pub sheet: &'a SheetReport,
+    /// Why it is taken for this, where the names do not show it.
+    pub reason: Option<String>,
+}
+
+impl Part<'_> {
+    /// The factor to SI: of the unit, else by the values of positions: beyond 20 m they are in mm.
+    pub fn scale(&self) -> f64 {
+        const FARTHEST_M: f64 = 20.0;
+        if let (false, Ok((factor, _))) = (self.unit.is_empty(), compound(&self.unit)) {
+            return factor;
+        }
+        let most = self.members.iter().map(|column| column.min.abs().max(column.max.abs())).fold(0.0, f64::max);
+        if self.quantity == Quantity::Position && most > FARTHEST_M { 1e-3 } else { 1.0 }
+    }
+
+    /// As a binding names it, with the unit that its values show.
+    pub fn columns(&self) -> String {
+        let unit = match self.quantity {
+            Quantity::Position if self.unit.is_empty() && self.scale() < 1.0 => "mm",
+            Quantity::Rotation if self.unit.is_empty() && self.is_beyond(MOST_RAD) => "deg",
+            // The unit of a header need not be repeated.
+            _ if self.members.iter().any(|column| !column.unit.is_empty()) => "",
+            _ => &self.unit,
+        };
+        if unit.is_empty() { self.pattern.clone() } else { format!("{} [{unit}]", self.pattern) }
+    }
+
+    fn is_beyond(&self, limit: f64) -> bool {
+        self.members.iter().any(|column| column.min < -limit || column.max > limit)
+    }
+
+    /// Whether it never changes.
+    pub fn is_constant(&self) -> bool {
+        self.members.iter().all(|column| column.kind == ValueKind::Constant)
+    }
+
+    /// Its values in a row of the samples, SI.
+    pub fn at(&self, row: usize) -> Vec<f64> {
+        let scale = self.scale();
+        self.members.iter().map(|column| column.samples.get(row).copied().unwrap_or(f64::NAN) * scale).collect()
+    }
+
+    /// The position in a row of the samples, m.
+    pub fn position(&self, row: usize) -> Option<[f64; 3]> {
+        let [x, y, z] = self.at(row)[..] else { return None };
+        (x.is_finite() && y.is_finite() && z.is_finite()).then_some([x, y, z])
+    }
+
+    /// Number of samples.
+    pub fn rows(&self) -> usize {
+        self.members.iter().map(|column| column.samples.len()).min().unwrap_or_default()
+    }
+
+    /// The row of the samples of another sheet at the time of one of this sheet.
+    pub fn row_in(&self, row: usize, other: &Self) -> usize {
+        if std::ptr::eq(self.sheet, other.sheet) || self.rows() < 2 || self.sheet.duration_s <= 0.0 {
+            return row;
+        }
+        let time = self.sheet.start_s + self.sheet.duration_s * row as f64 / (self.rows() - 1) as f64;
+        let share = (time - other.sheet.start_s) / other.sheet.duration_s.max(f64::MIN_POSITIVE);
+        let last = other.rows().saturating_sub(1);
+        ((share.clamp(0.0, 1.0) * last as f64).round() as usize).min(last)
+    }
+
+    /// The largest part of the rows without a value.
+    pub fn missing(&self) -> f64 {
+        self.members.iter().map(|column| column.missing).fold(0.0, f64::max)
+    }
+
+    /// How far it moves: the diagonal of the box of its positions, m.
+    pub fn extent(&self) -> f64 {
+        self.members.iter().map(|column| (column.max - column.min).powi(2)).sum::<f64>().sqrt() * self.scale()
+    }
+}
+
+/// The groups of columns of a log.
+pub fn parts(log: &Inspection) -> Vec<Part<'_>> {
+    log.sheets.iter().flat_map(of_sheet).collect()
+}
+
+/// The vector at the beginning of a table without names, by the name of the table: forces or the place of the tool.
+fn unnamed(sheet: &SheetReport) -> Option<Part<'_>> {
+    let is_number = |column: &ColumnReport| column.name.parse::<u32>().is_ok();
+    let [x, y, z, ..] = &sheet.columns[..] else { return None };
+    let words = words::words(&sheet.name);
+    let quantity = match () {
+        () if !sheet.columns.iter().all(is_number) => return None,
+        () if words::has(&words, &["force", "forces", "torques", "wrench", "ft"]) => Quantity::Force,
+        () if words::has(&words, &["pos", "pose", "position", "cart", "tcp"]) => Quantity::Position,
+        () => return None,
+    };
+    let name = format!("{}.tcp", sheet.name);
+    Some(Part {
+        pattern: format!("{}.<xyz={} {} {}>", sheet.name, x.name, y.name, z.name),
+        words: words::words(&name),
+        name,
+        quantity,
+        unit: String::new(),
+        members: vec![x, y, z],
+        sheet,
+        reason: Some("the columns have no names: the first three by the name of the table".into()),
+    })
+}
+
+fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
+    if let Some(part) = unnamed(sheet) {
+        return vec![part];
+    }
+    let numbers: Vec<(String, &ColumnReport)> = columns(sheet)
+        .into_iter()
+        .filter(|column| column.kind != ValueKind::Text)
+        .map(|column| (column.name.clone(), column))
+        .collect();
+    let sheet_words = words::words(&sheet.name);
+    let groups = column_groups::groups(&numbers);
+    groups
+        .into_iter()
+        .map(|group| {
+            let members: Vec<&ColumnReport> =
+                group.members.iter().filter_map(|at| numbers.get(*at)).map(|(_, column)| *column).collect();
+            let full =
+                |text: &str| if sheet.name.is_empty() { text.to_string() } else { format!("{}.{text}", sheet.name) };
+            let of_log = members.first().map_or("", |column| column.unit.as_str());
+            let unit = if of_log.is_empty() { unit_in_name(&group.name) } else { of_log };
+            let own = words::words(&group.name);
+            let quantity = quantity(group.form, unit, &own, &members);
+            let words = sheet_words.iter().cloned().chain(own).collect();
+            // A list names its columns in full.
+            let pattern =
+                if group.pattern.starts_with('[') { in_full(&group.pattern, &full) } else { full(&group.pattern) };
+            let (name, unit) = (full(&group.name), unit.to_string());
+            Part { pattern, name, words, quantity, unit, members, sheet, reason: group.reason }
+        })
+        .collect()
+}
+
+/// A list of quoted columns with their full names.
+fn in_full(list: &str, full: &dyn Fn(&str) -> String) -> String {
+    let inner = list.strip_prefix('[').and_then(|list| list.strip_suffix(']')).unwrap_or(list);
+    let columns: Vec<String> =
+        inner.split(", ").map(|column| format!("\"{}\"", full(column.trim_matches('"')))).collect();
+    format!("[{}]", columns.join(", "))
+}
+
+/// What columns measure, by their form, unit and words.
+fn quantity(form: Form, unit: &str, words: &[String], members: &[&ColumnReport]) -> Quantity {
+    let dimension = (!unit.is_empty()).then(|| compound(unit).ok()).flatten().map(|(_, dimension)| dimension);
+    let says = |known: &[&str]| words::has(words, known);
+    let last = |known: &[&str]| words.last().is_some_and(|word| known.contains(&word.as_str()));
+    let is_rate = says(&[
+        "vel",
+        "velocity",
+        "velocities",
+        "speed",
+        "twist",
+        "qvel",
+        "acc",
+        "accel",
+        "acceleration",
+        "gyro",
+        "linear",
+        "angular",
+        "imu",
+        "current",
+        "effort",
+        "jacobian",
+        "qd",
+    ]);
+    // From one thing to another: no place in the world.
+    let is_relative = says(&["to", "rel", "delta", "diff", "error", "offset"])
+        || words.iter().any(|word| word.starts_with("relative"));
+    if words::is_command(words) || is_rate || is_relative {
+        return Quantity::Other;
+    }
+    match form {
+        Form::Quaternion | Form::Matrix | Form::RotationVector | Form::Angles => Quantity::Rotation,
+        Form::Vector => match dimension {
+            Some(Dimension::FORCE) => Quantity::Force,
+            Some(Dimension::LENGTH) => Quantity::Position,
+            Some(Dimension::TORQUE) => Quantity::Torque,
+            Some(_) => Quantity::Other,
+            None if says(&["torque", "torques", "moment", "moments"]) || last(&["t", "m", "mom"]) => Quantity::Torque,
+            None if says(&["f", "force", "forces", "ft", "wrench", "grf"]) => Quantity::Force,
+            None if last(&["v", "w", "a", "q", "ori", "scale"]) => Quantity::Other,
+            None if says(&["axis", "angle", "angles", "euler", "rpy", "rotvec"]) => Quantity::Other,
+            None => Quantity::Position,
+        },
+        Form::Scalar if members.iter().all(|column| column.kind == ValueKind::Flag) => Quantity::Flag,
+        Form::Scalar => Quantity::Number,
+    }
+}
+
+/// The unit that a name ends with, as of `tip_x_mm`; empty without one.
+fn unit_in_name(name: &str) -> &'static str {
+    const UNITS: [(&str, &str); 9] = [
+        ("_um", "um"),
+        ("_mm", "mm"),
+        ("_cm", "cm"),
+        ("_m", "m"),
+        ("_deg", "deg"),
+        ("_rad", "rad"),
+        ("_N", "N"),
+        ("_mN", "mN"),
+        ("_Nm", "N m"),
+    ];
+    UNITS.iter().find(|(ending, _)| name.trim_end().ends_with(ending)).map_or("", |(_, unit)| unit)
+}
+
+/// The columns of a sheet without elements of arrays by their places where it has them by their names, and without these names.
+fn columns(sheet: &SheetReport) -> Vec<&ColumnReport> {
+    let titles: BTreeSet<&str> = sheet.columns.iter().map(|column| column.name.as_str()).collect();
+    let name = |place: ElementPlace| place.names().find(|name| !place.is_name() && titles.contains(name.as_str()));
+    let names: BTreeSet<String> = titles.iter().filter_map(|title| name(ElementPlace::of(title)?)).collect();
+    let is_named = |place: ElementPlace| {
+        let begin = format!("{}.", place.array);
+        name(place).is_some() && titles.iter().any(|title| title.starts_with(&begin))
+    };
+    let is_left_out = |title: &str| names.contains(title) || ElementPlace::of(title).is_some_and(is_named);
+    let is_counter = |title: &str| {
+        let last = title.rsplit('.').next().unwrap_or(title).to_lowercase();
+        COUNTERS.contains(&last.as_str())
+    };
+    sheet.columns.iter().filter(|column| !is_left_out(&column.name) && !is_counter(&column.name)).collect()
+}

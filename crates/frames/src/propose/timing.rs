@@ -1,0 +1,96 @@
+//! The stamps of a log, and whether it is resampled.
+
+use super::yaml_scalar::scalar;
+use super::{Answers, Question, Survey};
+use crate::inspect::{Inspection, SheetReport};
+
+/// The least rate at which short durations of the rules are a sample, Hz.
+const SLOW_HZ: f64 = 19.0;
+/// Why slow logs are resampled.
+const TOO_SLOW: &str = "durations of the rules are shorter than its steps";
+
+/// The lines of a binding about time.
+pub struct Timing {
+    /// The lines.
+    pub lines: Vec<String>,
+    /// What is to be asked.
+    pub question: Option<Question>,
+}
+
+/// The stamps of the sheets that are used.
+pub fn timing(log: &Inspection, survey: &Survey, answers: &Answers) -> Timing {
+    let used: Vec<&SheetReport> = log.sheets.iter().filter(|sheet| is_used(sheet, survey)).collect();
+    let used = if used.is_empty() { log.sheets.iter().collect() } else { used };
+    let (mut lines, mut question) = (vec![], None);
+    match used.iter().find_map(|sheet| sheet.time.as_deref()) {
+        Some("time" | "time [s]") => {}
+        Some(time) => lines.push(format!("time: {}", scalar(time))),
+        None => {
+            let (rate, reason) = usual_rate(log);
+            if answers.rate_hz.is_none() {
+                question = Some(Question::Rate(rate));
+            }
+            let (rate, reason) = answers.rate_hz.map_or((rate, reason), |rate| (rate, "as it was answered"));
+            lines.push(format!("rate: {rate} Hz    # the rows have no stamps; {reason}"));
+            if rate < SLOW_HZ {
+                let bridge_ms = (2e3 / rate).ceil();
+                lines.push(format!("resample: 50 Hz    # {TOO_SLOW}\nbridge: {bridge_ms} ms"));
+            }
+        }
+    }
+    lines.extend(resampling(&used, survey));
+    Timing { lines, question }
+}
+
+/// The rate of logs without stamps by the names of their columns, and the reason.
+fn usual_rate(log: &Inspection) -> (f64, &'static str) {
+    let has = |part: &str| log.sheets.iter().flat_map(|sheet| &sheet.columns).any(|column| column.name.contains(part));
+    match () {
+        () if has("observations/qpos") => (50.0, "50 Hz is that of ALOHA"),
+        () if has("obs/") => (20.0, "20 Hz is that of robomimic, MimicGen and LIBERO"),
+        () if log.log.contains(".zarr") => (10.0, "10 Hz is that of Diffusion Policy"),
+        () => (100.0, "nothing in the log shows it, and 100 Hz is a guess"),
+    }
+}
+
+fn is_used(sheet: &SheetReport, survey: &Survey) -> bool {
+    let is_it = |other: &SheetReport| std::ptr::eq(sheet, other);
+    let of_hands = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()).chain(&hand.force));
+    let of_bodies = survey.bodies.iter().flat_map(|body| &body.positions);
+    let of_grippers = survey.grippers.values().any(|gripper| gripper.sheet == sheet.name);
+    let of_arms = survey.arms.iter().any(|arm| arm.sheet == sheet.name);
+    of_arms || of_grippers || of_hands.chain(of_bodies).any(|part| is_it(part.sheet))
+}
+
+/// Lines that bring sheets of their own stamps, uneven or slow stamps to an even rate.
+fn resampling(used: &[&SheetReport], survey: &Survey) -> Vec<String> {
+    let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()));
+    let missing = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.missing());
+    let missing = missing.fold(0.0, f64::max);
+    let stamped: Vec<&&SheetReport> =
+        used.iter().filter(|sheet| sheet.rate_hz > 0.0 && sheet.duration_s > 0.0).collect();
+    let fastest = stamped.iter().map(|sheet| sheet.rate_hz).fold(0.0, f64::max);
+    if fastest <= 0.0 {
+        return vec![];
+    }
+    let slowest = stamped.iter().map(|sheet| sheet.rows as f64 / sheet.duration_s).fold(f64::INFINITY, f64::min);
+    let longest = stamped.iter().map(|sheet| sheet.longest_step_s).fold(0.0, f64::max);
+    // Rows of several topics in one table have the values of one of them each.
+    let is_sparse = missing > 0.3;
+    let (rate, why) = match () {
+        () if fastest < SLOW_HZ => (50.0, TOO_SLOW),
+        () if used.len() > 1 => (fastest, "its parts have stamps of their own"),
+        () if is_sparse => (100.0, "its rows have some of the values each"),
+        () if stamped.iter().any(|sheet| sheet.uneven > 0.01) => (fastest, "its steps are uneven"),
+        () if missing > 0.0 => (fastest, "values are missing"),
+        () => return vec![],
+    };
+    let mut lines = vec![format!("resample: {} Hz    # {why}", rate.round().clamp(1.0, 10_000.0))];
+    let least = [longest * 1.1, 2.0 / slowest.max(0.1), if missing > 0.0 && !is_sparse { 1.0 } else { 0.0 }];
+    let bridge = least.into_iter().fold(0.0, f64::max);
+    if bridge > 0.1 {
+        let bridge_ms = (bridge.min(2.0) * 10.0).ceil() * 100.0;
+        lines.push(format!("bridge: {bridge_ms} ms    # the longest gap that is filled"));
+    }
+    lines
+}

@@ -1,0 +1,79 @@
+//! Three columns that turn something: a rotation vector, or roll, pitch and yaw. Names tell them apart, else values.
+
+use super::column_groups::{Form, Group};
+use super::words;
+use crate::inspect::ColumnReport;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// How far values may be beyond the bound of an angle.
+const SLACK: f64 = 1.02;
+/// The share of samples that are more than bad ones.
+const SHARE: f64 = 0.01;
+
+/// What values show.
+struct Extent {
+    /// Longer than a rotation vector in rad.
+    is_long: bool,
+    /// The second is beyond the range of a pitch.
+    is_beyond_pitch: bool,
+}
+
+impl Extent {
+    fn of(columns: &[(String, &ColumnReport)], members: &[usize]) -> Self {
+        let samples: Vec<&[f64]> =
+            members.iter().filter_map(|at| columns.get(*at)).map(|(_, it)| it.samples.as_slice()).collect();
+        let rows = samples.iter().map(|samples| samples.len()).min().unwrap_or_default();
+        let value = |axis: usize, row: usize| samples.get(axis).and_then(|it| it.get(row)).copied().unwrap_or(f64::NAN);
+        let is_often =
+            |is: &dyn Fn(usize) -> bool| (0..rows).filter(|row| is(*row)).count() as f64 > SHARE * rows as f64;
+        let norm = |row: usize| (0..3).map(|axis| value(axis, row).powi(2)).sum::<f64>().sqrt();
+        Self {
+            is_long: is_often(&|row| norm(row) > TAU * SLACK),
+            is_beyond_pitch: is_often(&|row| value(1, row).abs() > FRAC_PI_2 * SLACK),
+        }
+    }
+}
+
+/// The group as a rotation, if its name is that of one.
+pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
+    let words = words::words(&group.name);
+    let says = |known: &[&str]| words::has(&words, known);
+    let is_rotvec = says(&["rotvec", "rv", "axisangle"]) || says(&["axis"]) && says(&["angle"]);
+    let is_rpy = says(&["rpy", "euler"]);
+    // `tcp_rx`, not `r_x`, which is a place.
+    let is_r = group.name.trim_end().ends_with(['r', 'R']) && words.last().is_some_and(|word| word == "r");
+    let is_named = says(&["rotation", "rot", "orientation", "ori"]);
+    if group.form != Form::Vector || !(is_rotvec || is_rpy || is_r || is_named) {
+        return group;
+    }
+    let extent = Extent::of(columns, &group.members);
+    let is_of_ur = is_r || says(&["tcp", "ur"]);
+    let (form, reason) = match () {
+        () if is_rotvec => (Form::RotationVector, "a rotation vector by its name"),
+        () if is_rpy => (Form::Angles, "roll, pitch and yaw by its name"),
+        () if extent.is_long => (Form::Angles, "angles in degrees, since they are beyond a turn in radians"),
+        () if extent.is_beyond_pitch => {
+            (Form::RotationVector, "a rotation vector, since the second is beyond the range of a pitch")
+        }
+        () if is_of_ur => (Form::RotationVector, "a rotation vector, as UR writes it"),
+        () if says(&["ori"]) => (Form::RotationVector, "a rotation vector, as robosuite writes it"),
+        () => (Form::Angles, "roll, pitch and yaw"),
+    };
+    let [pattern, other] = match form {
+        Form::RotationVector => ["rotvec", "rpy"],
+        _ => ["rpy", "rotvec"],
+    }
+    .map(|placeholder| renamed(&group.pattern, placeholder));
+    let is_certain = is_rotvec || is_rpy;
+    let reason = if is_certain { reason.to_string() } else { format!("{reason}; else `{other}`") };
+    Group { pattern, form, reason: Some(reason), ..group }
+}
+
+/// A pattern with another placeholder for the same three columns.
+fn renamed(pattern: &str, placeholder: &str) -> String {
+    let letters = |letters: &str| format!("<{placeholder}={letters}>");
+    pattern
+        .replace("<xyz=", &format!("<{placeholder}="))
+        .replace("<xyz>", &letters("x y z"))
+        .replace("<XYZ>", &letters("X Y Z"))
+}

@@ -1,0 +1,168 @@
+//! The words of column names, and what they stand for in the logs of the field.
+
+use teachtree_base::hands::{Finger, Side};
+
+/// Words for the tool of a robot, the best one first.
+const TOOL: [&str; 14] = [
+    "tcp", "eef", "ee", "effector", "endpoint", "tool", "gripper", "hand", "palm", "flange", "wrist", "agent", "robot",
+    "limb",
+];
+/// Words for commands to a robot, which are not measurements.
+const COMMANDS: [&str; 11] =
+    ["action", "actions", "cmd", "command", "commanded", "desired", "setpoint", "reference", "leader", "goal", "next"];
+/// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
+const GENERIC: [&str; 51] = [
+    "obs",
+    "observation",
+    "observations",
+    "state",
+    "states",
+    "data",
+    "pose",
+    "poses",
+    "position",
+    "positions",
+    "pos",
+    "p",
+    "q",
+    "quat",
+    "quaternion",
+    "orientation",
+    "rotation",
+    "rot",
+    "ori",
+    "rotvec",
+    "rv",
+    "rpy",
+    "euler",
+    "axis",
+    "angle",
+    "transform",
+    "transforms",
+    "translation",
+    "tf",
+    "tf2",
+    "xyz",
+    "world",
+    "actual",
+    "main",
+    "body",
+    "bodies",
+    "msg",
+    "stamped",
+    "environment",
+    "env",
+    "marker",
+    "markers",
+    "rigid",
+    "subj",
+    "site",
+    "t",
+    "r",
+    "loc",
+    "abs",
+    "low",
+    "dim",
+];
+/// Markers and links that are parts of a person, of a robot or of the room.
+const PARTS: [&str; 24] = [
+    "elbow", "shoulder", "back", "head", "neck", "chest", "spine", "pelvis", "hip", "knee", "ankle", "foot", "toe",
+    "forearm", "clavicle", "arm", "link", "joint", "base", "camera", "map", "odom", "mount", "torso",
+];
+
+/// The words of a name in lower case: parted at signs, and where a capital follows a small letter.
+pub fn words(name: &str) -> Vec<String> {
+    let mut all: Vec<String> = vec![];
+    for token in tokens(name) {
+        let (mut word, mut was_small) = (String::new(), false);
+        for letter in token.chars() {
+            if letter.is_uppercase() && was_small {
+                all.push(std::mem::take(&mut word).to_lowercase());
+            }
+            was_small = letter.is_lowercase();
+            word.push(letter);
+        }
+        all.push(word.to_lowercase());
+    }
+    all
+}
+
+/// The parts of a name between signs, as they are written.
+fn tokens(name: &str) -> impl Iterator<Item = &str> {
+    name.split(|letter: char| !letter.is_alphanumeric()).filter(|token| !token.is_empty())
+}
+
+/// Whether one of these words is among others.
+pub fn has(words: &[String], known: &[&str]) -> bool {
+    words.iter().any(|word| known.contains(&word.as_str()))
+}
+
+/// Whether a column is a command.
+pub fn is_command(words: &[String]) -> bool {
+    // A target may be an object, but not that of a tool.
+    has(words, &COMMANDS) || has(words, &["target"]) && has(words, &TOOL)
+}
+
+/// The rank of the best word for a tool, 0 for the best.
+pub fn tool_rank(words: &[String]) -> Option<usize> {
+    TOOL.iter().position(|tool| {
+        words.iter().any(|word| word == tool || word.trim_end_matches(|c: char| c.is_ascii_digit()) == *tool)
+    })
+}
+
+/// Whether a place is a part of a person, of a robot or of the room.
+pub fn is_part(words: &[String]) -> bool {
+    words.iter().any(|word| PARTS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
+}
+
+/// The hand in a name.
+pub fn side(words: &[String]) -> Option<Side> {
+    let is_of = |side: &[&str]| has(words, side);
+    match () {
+        () if is_of(&["l", "left", "robot1", "arm1", "lh", "larm"]) => Some(Side::Left),
+        () if is_of(&["r", "right", "robot0", "arm0", "rh", "rarm"]) => Some(Side::Right),
+        () => None,
+    }
+}
+
+/// The finger that a name is of: fingers of a person, or the two of a gripper.
+pub fn finger(words: &[String]) -> Option<Finger> {
+    const FINGERS: [(&[&str], Finger); 5] = [
+        (&["thumb", "thtip", "f1", "finger1", "leftfinger", "finger_l"], Finger::Thumb),
+        (&["index", "iftip", "f2", "finger2", "rightfinger", "finger_r"], Finger::Index),
+        (&["middle", "mftip", "f3", "finger3"], Finger::Middle),
+        (&["ring", "rftip", "f4"], Finger::Ring),
+        (&["little", "pinky", "lftip", "f5"], Finger::Little),
+    ];
+    // `middle_tip` and `thumb_middle`: the first word counts.
+    let named = words.iter().find_map(|word| FINGERS.iter().find(|(known, _)| known.contains(&word.as_str())));
+    let is_finger = has(words, &["finger", "fingertip", "fingerpad", "pad"]);
+    // A ring may be an object.
+    let is_tip = is_finger || words.iter().any(|word| word.ends_with("tip")) || has(words, &["thumb", "index"]);
+    if let Some((_, finger)) = named.filter(|(_, finger)| {
+        is_tip
+            || words.iter().any(|word| word.starts_with('f'))
+            || !matches!(finger, Finger::Middle | Finger::Ring | Finger::Little)
+    }) {
+        return Some(*finger);
+    }
+    // `gripper0_finger_joint1_tip`, `left_finger`: those of a gripper.
+    match () {
+        () if !is_finger => None,
+        () if has(words, &["joint1", "left", "1"]) => Some(Finger::Thumb),
+        () if has(words, &["joint2", "right", "2"]) => Some(Finger::Index),
+        () => None,
+    }
+}
+
+/// The name of a body: what is left of a name without words for quantities.
+pub fn body(name: &str) -> Option<String> {
+    let left: Vec<&str> = tokens(name)
+        .filter(|token| !GENERIC.contains(&token.to_lowercase().as_str()) && !token.chars().all(|c| c.is_ascii_digit()))
+        .collect();
+    let is_name = |text: &String| text.starts_with(|c: char| c.is_alphabetic());
+    let name = Some(left.join("_")).filter(is_name)?;
+    // These begin the names of other channels.
+    let is_taken = ["left", "right", "both", "contact", "time"].contains(&name.to_lowercase().as_str());
+    Some(if is_taken { format!("{name}_object") } else { name })
+}

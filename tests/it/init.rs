@@ -1,0 +1,231 @@
+//! `teachtree init`: the binding, the scene and the project file of logs in the layouts of other programs.
+
+use crate::plugs::{GOOD, Outcome::Inserted, log};
+use crate::program::{all_said, complained, said, teachtree_in};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
+}
+
+/// A folder with copies of files or folders of the repository.
+fn folder(sources: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for source in sources {
+        copy(&root().join(source), &folder.path().join(Path::new(source).file_name().unwrap()));
+    }
+    folder
+}
+
+fn copy(from: &Path, to: &Path) {
+    if from.is_file() {
+        fs::copy(from, to).unwrap();
+        return;
+    }
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        copy(&entry.path(), &to.join(entry.file_name()));
+    }
+}
+
+/// The channels of the binding that `init` writes for a log, without comments, and its scene.
+fn proposed(folder: &Path, log: &str) -> (String, String) {
+    let output = teachtree_in(folder, &["init", log, "--yes", "-o", "out"]);
+    assert_ne!(output.status.code(), Some(2), "{}", all_said(&output));
+    let out = folder.join("out");
+    let named = |ending: &str| {
+        let mut entries = fs::read_dir(&out).unwrap().flatten().map(|entry| entry.path());
+        fs::read_to_string(entries.find(|path| path.to_string_lossy().ends_with(ending)).unwrap()).unwrap()
+    };
+    let (binding, scene) = (named(".binding.yaml"), named(".scene.yaml"));
+    let _ = fs::remove_dir_all(&out);
+    let channels = binding.lines().filter(|line| line.starts_with("  ") && !line.trim_start().starts_with('#'));
+    let channels = channels.map(|line| line.split("    #").next().unwrap().trim_start().to_string() + "\n").collect();
+    (channels, scene)
+}
+
+/// The tasks and the segments of an analysis without options.
+fn found(folder: &Path, log: &str) -> (Vec<String>, Vec<(String, f64, f64)>) {
+    let output = teachtree_in(folder, &["analyze", log, "--format", "json"]);
+    assert!(output.status.success(), "{}", all_said(&output));
+    let analysis: Value = serde_json::from_str(&said(&output)).unwrap();
+    let track = &analysis["tracks"][0];
+    let text = |value: &Value| value.as_str().unwrap().to_string();
+    let tasks = track["tasks"].as_array().unwrap().iter().map(|task| text(&task["task"])).collect();
+    let segment =
+        |one: &Value| (text(&one["primitive"]), one["start_s"].as_f64().unwrap(), one["end_s"].as_f64().unwrap());
+    (tasks, track["segments"].as_array().unwrap().iter().map(segment).collect())
+}
+
+#[test]
+fn an_analysis_needs_no_option_afterwards() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("plug.csv"), log(Inserted, 1, GOOD)).unwrap();
+    let output = teachtree_in(folder.path(), &["init", "plug.csv", "--yes"]);
+    assert!(output.status.success(), "{}", all_said(&output));
+    let written = said(&output);
+    for name in ["plug.binding.yaml", "plug.scene.yaml", "teachtree.yaml", "plug.analysis.json", "plug.report.html"] {
+        assert!(written.contains(name) && folder.path().join(name).is_file(), "{name}: {written}");
+    }
+    for command in ["teachtree analyze plug.csv", "teachtree studio plug.csv", "teachtree check plug.binding.yaml"] {
+        assert!(written.contains(command), "{written}");
+        let mut words = command.split_whitespace().skip(1).filter(|word| *word != "studio");
+        if command.contains("studio") {
+            continue;
+        }
+        let args: Vec<&str> = words.by_ref().collect();
+        let output = teachtree_in(folder.path(), &args);
+        assert!(output.status.success(), "{command}: {}", all_said(&output));
+    }
+    let (tasks, _) = found(folder.path(), "plug.csv");
+    assert!(!tasks.is_empty());
+    insta::assert_snapshot!("binding_of_a_plug", fs::read_to_string(folder.path().join("plug.binding.yaml")).unwrap());
+    insta::assert_snapshot!("scene_of_a_plug", fs::read_to_string(folder.path().join("plug.scene.yaml")).unwrap());
+    insta::assert_snapshot!("project_of_a_plug", fs::read_to_string(folder.path().join("teachtree.yaml")).unwrap());
+}
+
+#[test]
+fn files_that_are_there_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("plug.csv"), log(Inserted, 1, GOOD)).unwrap();
+    let edited = folder.path().join("plug.binding.yaml");
+    fs::write(&edited, "channels: {}    # mine\n").unwrap();
+    let refused = teachtree_in(folder.path(), &["init", "plug.csv", "--yes"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(complained(&refused).contains("plug.binding.yaml: is there already"), "{}", complained(&refused));
+    assert_eq!(fs::read_to_string(&edited).unwrap(), "channels: {}    # mine\n");
+    assert!(!folder.path().join("teachtree.yaml").exists());
+    let forced = teachtree_in(folder.path(), &["init", "plug.csv", "--yes", "--force"]);
+    assert!(forced.status.success(), "{}", all_said(&forced));
+    assert!(fs::read_to_string(&edited).unwrap().contains("right.tcp.position"));
+    // The same bytes again.
+    let first = fs::read(folder.path().join("plug.analysis.json")).unwrap();
+    assert!(teachtree_in(folder.path(), &["init", "plug.csv", "--yes", "--force"]).status.success());
+    assert_eq!(fs::read(folder.path().join("plug.analysis.json")).unwrap(), first);
+}
+
+/// The motion of the fixtures: closed from 3.5 s to 9 s, in the air from 3.8 s to 8.5 s.
+fn assert_pick_and_place(folder: &Path, log: &str, of_20_hz_s: f64) {
+    let initialized = teachtree_in(folder, &["init", log, "--yes"]);
+    assert!(initialized.status.success(), "{}", all_said(&initialized));
+    let (tasks, segments) = found(folder, log);
+    assert_eq!(tasks, ["pick_and_place"], "{segments:?}\n{}", all_said(&initialized));
+    let of = |name: &str| {
+        segments.iter().find(|(primitive, ..)| primitive == name).unwrap_or_else(|| panic!("{name}: {segments:?}"))
+    };
+    let near = |value: f64, wanted: f64| (value - wanted * of_20_hz_s).abs() < 0.4 * of_20_hz_s;
+    assert!(near(of("Grasp").1, 3.35), "{segments:?}");
+    assert!(near(of("Translate").1, 3.85), "{segments:?}");
+}
+
+#[test]
+fn robomimic_and_mimicgen() {
+    let folder = folder(&["tests/fixtures/init/robomimic.hdf5"]);
+    let (channels, scene) = proposed(folder.path(), "robomimic.hdf5");
+    insta::assert_snapshot!("robomimic", format!("{channels}{scene}"));
+    let initialized = teachtree_in(folder.path(), &["init", "robomimic.hdf5", "--yes"]);
+    assert!(initialized.status.success(), "{}", all_said(&initialized));
+    let (tasks, _) = found(folder.path(), "robomimic.hdf5#demo_1");
+    assert_eq!(tasks, ["pick_and_place"]);
+}
+
+#[test]
+fn libero() {
+    let folder = folder(&["tests/fixtures/init/libero.hdf5"]);
+    let (channels, scene) = proposed(folder.path(), "libero.hdf5");
+    insta::assert_snapshot!("libero", format!("{channels}{scene}"));
+}
+
+#[test]
+fn aloha() {
+    let folder = folder(&["tests/fixtures/init/aloha.hdf5"]);
+    let (channels, scene) = proposed(folder.path(), "aloha.hdf5");
+    insta::assert_snapshot!("aloha", format!("{channels}{scene}"));
+}
+
+#[test]
+fn lerobot_with_joints_only() {
+    for set in ["lerobot_v21", "lerobot_v30"] {
+        let folder = folder(&[&format!("tests/fixtures/init/{set}")]);
+        let (channels, scene) = proposed(folder.path(), set);
+        insta::assert_snapshot!("lerobot_joints", format!("{channels}{scene}"));
+    }
+}
+
+#[test]
+fn a_bag_with_joints_wrench_and_poses() {
+    let folder = folder(&["tests/fixtures/init/bag.mcap"]);
+    let (channels, scene) = proposed(folder.path(), "bag.mcap");
+    insta::assert_snapshot!("bag", format!("{channels}{scene}"));
+    assert_pick_and_place(folder.path(), "bag.mcap", 1.0);
+}
+
+#[test]
+fn ur_and_franka_tables() {
+    let folder = folder(&["tests/fixtures/init/ur_rtde.csv", "tests/fixtures/init/franka.csv"]);
+    for log in ["ur_rtde", "franka"] {
+        let (channels, scene) = proposed(folder.path(), &format!("{log}.csv"));
+        insta::assert_snapshot!(log, format!("{channels}{scene}"));
+    }
+}
+
+#[test]
+fn motion_capture_with_y_up() {
+    let folder = folder(&["tests/fixtures/init/optitrack.csv"]);
+    let (channels, scene) = proposed(folder.path(), "optitrack.csv");
+    insta::assert_snapshot!("optitrack", format!("{channels}{scene}"));
+}
+
+#[test]
+fn qualisys_markers_of_a_hand() {
+    let folder = folder(&["demos/dfki_hand/recording_excerpt.tsv"]);
+    let (channels, scene) = proposed(folder.path(), "recording_excerpt.tsv");
+    insta::assert_snapshot!("qualisys", format!("{channels}{scene}"));
+}
+
+#[test]
+fn diffusion_policy() {
+    let folder = folder(&["tests/fixtures/init/replay.zarr"]);
+    let (channels, scene) = proposed(folder.path(), "replay.zarr");
+    insta::assert_snapshot!("diffusion_policy", format!("{channels}{scene}"));
+}
+
+/// The robots of the binding that `init` writes for a table of joints, and the comments behind them.
+fn robots(names: &[&str], joint: impl Fn(usize, f64) -> f64) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = format!("time,{}\n", names.join(","));
+    for row in 0..200 {
+        let time = f64::from(row) / 50.0;
+        let values: Vec<String> = (0..names.len()).map(|at| format!("{:.5}", joint(at, time))).collect();
+        text.push_str(&format!("{time},{}\n", values.join(",")));
+    }
+    fs::write(folder.path().join("arm.csv"), text).unwrap();
+    let output = teachtree_in(folder.path(), &["init", "arm.csv", "--yes"]);
+    assert_ne!(output.status.code(), Some(2), "{}", all_said(&output));
+    let binding = fs::read_to_string(folder.path().join("arm.binding.yaml")).unwrap();
+    let lines = binding.lines().skip_while(|line| !line.trim_start_matches("# ").starts_with("robots:"));
+    let lines: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
+    if lines.first().is_some_and(|line| line.starts_with("robots:")) {
+        assert!(output.status.success(), "{binding}\n{}", all_said(&output));
+    }
+    lines.join("\n")
+}
+
+#[test]
+fn joints_of_known_arms() {
+    let wave = |middle: f64, time: f64| middle + 0.3 * (time + middle).sin();
+    let panda = ["q_0", "q_1", "q_2", "q_3", "q_4", "q_5", "q_6", "gripper_width"];
+    let middles = [0.0, 0.3, 0.0, -2.0, 0.0, 2.0, 0.8];
+    let joint = |at: usize, time: f64| middles.get(at).map_or(0.04 - 0.03 * (time - 2.0).tanh(), |it| wave(*it, time));
+    insta::assert_snapshot!("joints_of_a_panda", robots(&panda, joint));
+    // The fourth joint of a Panda is never positive.
+    assert_eq!(robots(&panda, |at, time| if at == 3 { 0.2 } else { joint(at, time) }), "");
+    let so101 = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"];
+    let percent =
+        |at: usize, time: f64| if at == 5 { 50.0 + 40.0 * time.cos() } else { 60.0 * (time + at as f64).sin() };
+    insta::assert_snapshot!("joints_of_an_so101", robots(&so101, percent));
+    insta::assert_snapshot!("ticks_of_an_so101", robots(&so101, |at, time| 2048.0 + 10.0 * percent(at, time)));
+}
