@@ -56,7 +56,6 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
         for segment in &task.segments {
             let quality = &segment.quality;
             assert!(quality.position_deviation <= 0.002 + 1e-9, "{}: {quality:?}", segment.primitive);
-            assert!(quality.force_deviation <= 0.1 + 1e-9 || quality.into_cone > 0, "{quality:?}");
             as_far_from_the_person_as_reported(&recording, task, segment);
             for tip in &segment.tips {
                 let contact = task.grasps[0].contacts.iter().find(|contact| contact.finger == tip.finger);

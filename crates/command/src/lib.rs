@@ -26,7 +26,7 @@ pub use schema::{
     Commands, Contact, GraspSpec, HoleBody, MappedFinger, MappedGrasp, Omission, Precedence, Quality, SCHEMA, Segment,
     Task, Tip,
 };
-pub use series::into_cone;
+pub use series::{FORCE_HZ, into_cone};
 pub use touch_detection::TouchForces;
 pub use validation::in_file;
 
@@ -214,7 +214,7 @@ impl<'a> HandledTask<'a> {
     }
 
     fn task(self, recording: &Recording) -> Task {
-        let Self { side, span, object, series, episodes, left_out, entered, is_brush } = self;
+        let Self { side, span, object, mut series, episodes, left_out, entered, is_brush } = self;
         let body = recording.scene.bodies.get(object);
         let mut task = Task {
             track: side,
@@ -236,6 +236,7 @@ impl<'a> HandledTask<'a> {
                 task.grasps.push(grasp);
             }
             let index = (!task.grasps.is_empty()).then(|| index.min(task.grasps.len() - 1));
+            series.smooth_forces(episode);
             for piece in &episode.pieces {
                 let mut segment = series.segment(piece, index.and_then(|index| task.grasps.get(index)));
                 segment.grasp = index;

@@ -2,7 +2,7 @@
 
 use super::columns::{RowTime, interpolated, poses, poses_at, positions_at, vectors};
 use super::schema::{Contact, GraspSpec, Quality, Segment, Tip};
-use super::smoothing::{deviation, jerk, smooth_within};
+use super::smoothing::{deviation, jerk, smooth_parts, smooth_within};
 use super::touch_detection::{TouchForces, are_of_gripper, flags, touching};
 use super::{FRICTION, RATE_HZ, pads};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -14,13 +14,14 @@ use teachtree_base::pose::PoseArray;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Body, Hand};
 
-/// Where smoothing halves positions and forces, Hz, and how far it may move them, m and N.
+/// Frequency at which smoothing halves positions, Hz, and the largest distance by which it may move them, m.
 const POSITION_HZ: f64 = 4.0;
-const FORCE_HZ: f64 = 8.0;
 const POSITION_M: f64 = 0.002;
+/// Frequency at which smoothing halves forces, Hz. Voluntary changes of force are slower than 5 Hz, and physiological tremor has 8 to 12 Hz: a sine of 8 Hz is
+/// passed by 6 %, one of 10.8 Hz by 1 %. Tremor may be larger than small forces, so that the amplitude is not a criterion.
+pub const FORCE_HZ: f64 = 5.0;
 /// Maximum distance at which the pads of a closed gripper touch an object, m.
 const PAD_GAP_M: f64 = 0.004;
-const FORCE_N: f64 = 0.1;
 /// A turn of one rad counts as this much way, m.
 const TURN_M: f64 = 0.05;
 /// A finger that touches for this share of the time in which any does takes part.
@@ -78,6 +79,8 @@ pub(super) struct FingerSeries {
     /// Force on the object, frame of the object, N; and as it is to be, before smoothing.
     pub(super) force: Vec<Vector3<f64>>,
     pub(super) wanted_force: Vec<Vector3<f64>>,
+    /// The wanted force without tremor, in the samples of touching segments.
+    smooth_force: Vec<Vector3<f64>>,
     /// Recorded force on the object in the same frame; empty if it was not measured.
     recorded_force: Vec<Vector3<f64>>,
     pub(super) touches: Vec<bool>,
@@ -124,6 +127,7 @@ impl Series {
                 finger,
                 tip: tips.iter().enumerate().map(local).collect(),
                 wanted_force: force.clone(),
+                smooth_force: force.clone(),
                 recorded_force: if is_measured { force.clone() } else { Vec::new() },
                 force,
                 tip_in_world: tips,
@@ -256,7 +260,16 @@ impl Series {
         GraspSpec { contacts, brief, mapped: None, infeasible: None }
     }
 
-    /// A commanded segment.
+    /// Smooths the forces of an episode. A contact may last through several segments, and its force is smooth from one to the next.
+    pub(super) fn smooth_forces(&mut self, episode: &Episode) {
+        let touching = episode.pieces.iter().filter(|piece| piece.touching);
+        let mut samples: Vec<usize> = touching.flat_map(|piece| piece.samples.iter().copied()).collect();
+        // A segment begins with the last sample of the one before.
+        samples.dedup();
+        self.fingers.iter_mut().for_each(|finger| finger.smooth_force(&samples));
+    }
+
+    /// A commanded segment, after [`Self::smooth_forces`] of its episode.
     pub(super) fn segment(&self, piece: &EpisodeSegment, grasp: Option<&GraspSpec>) -> Segment {
         let mut quality = Quality::default();
         let at = &piece.samples;
@@ -300,7 +313,7 @@ impl Series {
                     *place = (Vector3::from(*place) * (1.0 - share) + rests * share).into();
                 }
                 quality.contact_deviation = quality.contact_deviation.max(deviation(&raw, &position));
-                self.forces(finger, at, &normal, &mut force, &mut quality);
+                finger.forces(at, &normal, &mut force, &mut quality);
             }
             let recorded = at.iter().filter_map(|&at| finger.recorded_force.get(at));
             tips.push(Tip {
@@ -322,33 +335,29 @@ impl Series {
             ..Segment::default()
         }
     }
+}
 
-    /// Forces smoothed from contact to contact, and put into the friction cone.
-    fn forces(
-        &self,
-        finger: &FingerSeries,
-        at: &[usize],
-        normal: &Vector3<f64>,
-        out: &mut [[f64; 3]],
-        quality: &mut Quality,
-    ) {
-        let mut start = 0;
-        while start < at.len() {
-            if !finger.touches[at[start]] {
-                start += 1;
+impl FingerSeries {
+    /// Smooths the force from each contact to its loss; `samples` are those of touching segments, in order.
+    fn smooth_force(&mut self, samples: &[usize]) {
+        for run in samples.chunk_by(|one, next| self.touches[*one] == self.touches[*next]) {
+            if !self.touches[run[0]] {
                 continue;
             }
-            let end = (start..at.len()).find(|&end| !finger.touches[at[end]]).unwrap_or(at.len());
-            let of = |forces: &[Vector3<f64>]| at[start..end].iter().map(|&at| forces[at].into()).collect::<Vec<_>>();
-            let raw: Vec<[f64; 3]> = of(&finger.force);
-            let smoothed = smooth_within(&of(&finger.wanted_force), RATE_HZ, FORCE_HZ, FORCE_N);
-            for (out, force) in out[start..end].iter_mut().zip(smoothed) {
-                let (inside, was_outside) = into_cone(Vector3::from(force), normal);
-                quality.into_cone += usize::from(was_outside);
-                *out = inside.into();
+            let wanted: Vec<[f64; 3]> = run.iter().map(|&at| self.wanted_force[at].into()).collect();
+            for (&at, force) in run.iter().zip(smooth_parts(&wanted, RATE_HZ, FORCE_HZ)) {
+                self.smooth_force[at] = force.into();
             }
-            quality.force_deviation = quality.force_deviation.max(deviation(&raw, &out[start..end]));
-            start = end;
+        }
+    }
+
+    /// Writes the forces of these samples, in the friction cone, and what that changed.
+    fn forces(&self, at: &[usize], normal: &Vector3<f64>, out: &mut [[f64; 3]], quality: &mut Quality) {
+        for (out, &at) in out.iter_mut().zip(at).filter(|(_, at)| self.touches[**at]) {
+            let (inside, was_outside) = into_cone(self.smooth_force[at], normal);
+            quality.into_cone += usize::from(was_outside);
+            quality.force_deviation = quality.force_deviation.max((inside - self.force[at]).norm());
+            *out = inside.into();
         }
     }
 }

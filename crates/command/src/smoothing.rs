@@ -58,6 +58,13 @@ pub fn smooth(samples: &[f64], rate_hz: f64, cutoff_hz: f64) -> Vec<f64> {
     right
 }
 
+/// Smooths the parts of a vector alike, as [`smooth`] does.
+pub fn smooth_parts<const N: usize>(samples: &[[f64; N]], rate_hz: f64, cutoff_hz: f64) -> Vec<[f64; N]> {
+    let part = |part: usize| samples.iter().map(|sample| sample[part]).collect::<Vec<f64>>();
+    let parts: [Vec<f64>; N] = std::array::from_fn(|index| smooth(&part(index), rate_hz, cutoff_hz));
+    (0..samples.len()).map(|at| std::array::from_fn(|part| parts[part][at])).collect()
+}
+
 /// Smooths the parts of a vector alike; the cut-off is raised until no sample is moved by more than `allowed`.
 pub fn smooth_within<const N: usize>(
     samples: &[[f64; N]],
@@ -67,11 +74,7 @@ pub fn smooth_within<const N: usize>(
 ) -> Vec<[f64; N]> {
     let mut cutoff = cutoff_hz;
     loop {
-        let parts: Vec<Vec<f64>> = (0..N)
-            .map(|part| smooth(&samples.iter().map(|sample| sample[part]).collect::<Vec<_>>(), rate_hz, cutoff))
-            .collect();
-        let smoothed: Vec<[f64; N]> =
-            (0..samples.len()).map(|at| std::array::from_fn(|part| parts[part][at])).collect();
+        let smoothed = smooth_parts(samples, rate_hz, cutoff);
         if cutoff >= rate_hz / 2.0 || deviation(samples, &smoothed) <= allowed {
             return smoothed;
         }

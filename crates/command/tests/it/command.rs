@@ -3,8 +3,8 @@
 use crate::demonstrated::{commanded, performed};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use teachtree_base::hands::Side;
-use teachtree_command::smoothing::{deviation, jerk, smooth, smooth_within};
-use teachtree_command::{Commands, Task};
+use teachtree_command::smoothing::{deviation, jerk, smooth, smooth_parts, smooth_within};
+use teachtree_command::{Commands, FORCE_HZ, Segment, Task, Tip};
 use teachtree_logs::read::csv::parse_scene;
 use teachtree_world::Operator;
 
@@ -23,6 +23,38 @@ fn a_sine_is_passed_as_the_law_says_and_not_moved_in_time() {
             assert!((smoothed[at] - passed * sine[at]).abs() < 1e-3, "{frequency} Hz at {at}");
         }
     }
+}
+
+/// Frequency of the tremor of the simulated operators, Hz.
+const TREMOR_HZ: f64 = 10.8;
+
+/// Twice the amplitude of the component of a frequency: its range from the lowest to the highest value.
+fn range_at(samples: &[f64], rate_hz: f64, frequency_hz: f64) -> f64 {
+    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+    let [sine, cosine] = [f64::sin, f64::cos].map(|wave| {
+        let phase = |at: usize| wave(std::f64::consts::TAU * frequency_hz * at as f64 / rate_hz);
+        samples.iter().enumerate().map(|(at, value)| (value - mean) * phase(at)).sum::<f64>()
+    });
+    4.0 * sine.hypot(cosine) / samples.len() as f64
+}
+
+/// A force of 1 N with a tremor of 0.87 N from peak to peak: both are known in closed form after the filter.
+#[test]
+fn smoothing_of_forces_removes_tremor_and_keeps_the_mean() {
+    const RATE: f64 = 100.0;
+    // 27 periods in 250 samples.
+    let force = |at: usize| 1.0 + 0.435 * (std::f64::consts::TAU * TREMOR_HZ * at as f64 / RATE).sin();
+    let forces: Vec<[f64; 3]> = (0..1250).map(|at| [force(at), 0.0, -force(at)]).collect();
+    let smoothed = smooth_parts(&forces, RATE, FORCE_HZ);
+    let power = |f: f64| (2.0 * (std::f64::consts::PI * f / RATE).sin()).powi(6);
+    let passed = 0.87 / (1.0 + power(TREMOR_HZ) / power(FORCE_HZ));
+    assert!((0.001..0.02).contains(&passed), "{passed} N of 0.87 N");
+    let middle: Vec<f64> = smoothed[500..750].iter().map(|force| force[0]).collect();
+    let left = range_at(&middle, RATE, TREMOR_HZ);
+    assert!((left - passed).abs() < 1e-4, "{left} N, expected {passed} N");
+    let mean = middle.iter().sum::<f64>() / middle.len() as f64;
+    assert!((mean - 1.0).abs() < 1e-4, "{mean} N");
+    assert!(smoothed.iter().all(|force| (force[0] + force[2]).abs() < 1e-9), "components are smoothed alike");
 }
 
 #[test]
@@ -222,4 +254,36 @@ fn what_is_moved_beside_the_task_is_said() {
     assert_eq!((moved.why.as_str(), &moved.primitives[..]), ("moves `jar`", &["Push".to_string()][..]));
     assert!((5.7..5.8).contains(&moved.start_s) && (6.0..6.2).contains(&moved.end_s), "{moved:?}");
     assert!(said(5).is_empty());
+}
+
+/// Operators tremble while they press: the robot presses as hard, and does not tremble.
+#[test]
+fn tremor_of_operators_is_not_commanded() {
+    let commands = commanded("pick_and_press", 7001);
+    let segments = commands.tasks.iter().flat_map(|task| &task.segments);
+    let [press] = segments.filter(|segment| segment.primitive == "Press").collect::<Vec<_>>()[..] else {
+        panic!("one Press")
+    };
+    let total = |of: fn(&Tip) -> &Vec<[f64; 3]>, axis: usize| -> Vec<f64> {
+        let sum = |at: usize| press.tips.iter().filter_map(|tip| Some(of(tip).get(at)?[axis])).sum();
+        (0..press.object.len()).map(sum).collect()
+    };
+    let ranges = |of: fn(&Tip) -> &Vec<[f64; 3]>| {
+        [0, 1, 2].map(|axis| range_at(&total(of, axis), commands.rate_hz, TREMOR_HZ)).into_iter().fold(0.0, f64::max)
+    };
+    let (demonstrated, commanded) = (ranges(|tip| &tip.demonstrated_force), ranges(|tip| &tip.force));
+    assert!(demonstrated > 0.3, "the operator trembles by {demonstrated} N");
+    assert!(commanded < 0.1, "the robot trembles by {commanded} N");
+    let segments = commands.tasks.iter().flat_map(|task| &task.segments);
+    let held = |segment: &&Segment| segment.duration_s > 0.5 && segment.touching;
+    for (segment, tip) in segments.filter(held).flat_map(|segment| segment.tips.iter().map(move |tip| (segment, tip))) {
+        let mean = |forces: &[[f64; 3]]| {
+            let sum: Vector3<f64> = forces.iter().map(|force| Vector3::from(*force)).sum();
+            sum / forces.len() as f64
+        };
+        let (demonstrated, commanded) = (mean(&tip.demonstrated_force), mean(&tip.force));
+        let moved = (commanded - demonstrated).norm();
+        let (name, finger) = (&segment.primitive, tip.finger);
+        assert!(moved <= 0.05 * demonstrated.norm(), "{name}, {finger}: {moved} N of {} N", demonstrated.norm());
+    }
 }
