@@ -147,8 +147,8 @@ quality = {"jerk_before": 1, "jerk_after": 0, "position_deviation": 0, "force_de
 tip = {"finger": "thumb", "position": [[0, 0, 0]] * 2, "force": [[0, 0, 1]] * 2}
 segment = {"primitive": "Translate", "does": "carry", "start_s": 0, "duration_s": 0.01, "demonstrated_start_s": 0, "grasp": 0, "touching": True,
     "object": [pose] * 2, "hand": [[0, 0, 0]] * 2, "tips": [tip], "quality": quality}
-mapped = {"object_from_palm": pose, "joints": {"thumb_0": 0.1}, "measure": 0.5, "copied_measure": None,
-    "fingers": [{"finger": "thumb", "manipulability": 0.1, "freedom": 0.5, "pad_angle_deg": 3}]}
+mapped = {"object_from_palm": pose, "joints": {"thumb_0": 0.1}, "criterion": "manipulability", "measure": 0.5, "friction_margin": 0.7, "copied_measure": None,
+    "fingers": [{"finger": "thumb", "manipulability": 0.1, "freedom": 0.5, "pad_angle_deg": 3, "alignment": 1}]}
 grasp = {"contacts": [{"finger": "thumb", "point": [0, 0, 0.05], "normal": [0, 0, 1]}], "mapped": mapped}
 task = {"track": "right", "task": "push", "object": "cube", "start_s": 0, "end_s": 0.01, "grasps": [grasp], "segments": [segment],
     "into": {"body": "board", "pose": pose}, "left_out": [{"primitives": ["Grasp"], "start_s": 0, "end_s": 1, "why": "dropped"}]}

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Finger;
 use teachtree_base::scene::{Role, Scene};
-use teachtree_command::{self as command, Commands, TouchForces};
+use teachtree_command::{self as command, Commands, GraspCriterion, MappedFinger, MappedGrasp, TouchForces};
 use teachtree_logs::read::text;
 use teachtree_robot::{self as robot, Crossing, Robot};
 use teachtree_session::Rules;
@@ -30,6 +30,9 @@ pub struct Args {
     /// A shipped robot by name, or a robot file
     #[arg(long, value_name = "ROBOT", default_value = "both_hands")]
     robot: String,
+    /// What makes a grasp of a hand good; grippers have their own measure
+    #[arg(long, value_enum, default_value_t = Grasps::Quality)]
+    grasps: Grasps,
     #[command(flatten)]
     analysis: AnalysisArgs,
     /// What to write
@@ -38,6 +41,24 @@ pub struct Args {
     /// Where to write the commands
     #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
+}
+
+/// Criteria of grasps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Grasps {
+    /// Manipulability, distance from joint limits, alignment of the pads with the surface, and the margin of friction
+    Quality,
+    /// Manipulability and distance from joint limits
+    Manipulability,
+}
+
+impl Grasps {
+    fn criterion(self) -> GraspCriterion {
+        match self {
+            Self::Quality => GraspCriterion::Quality,
+            Self::Manipulability => GraspCriterion::Manipulability,
+        }
+    }
 }
 
 /// Forms of commands.
@@ -68,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     // Jaws are not asked for more than they give; the missing force is reported.
     let too_hard = too_hard(&commands, &robot);
-    let crossings = robot::map(&mut commands, &robot, &opened.recording.scene)?;
+    let crossings = robot::map_by(&mut commands, &robot, &opened.recording.scene, args.grasps.criterion())?;
     if let Err(error) = commands.check() {
         output::print(&summary(&commands))?;
         output::print(&refused(&error))?;
@@ -173,6 +194,24 @@ pub fn open_scene(name: &str) -> Result<Scene, InputError> {
     if is_yaml(name) { teachtree_logs::read::csv::read_scene(Path::new(name)) } else { teachtree_world::scene(name) }
 }
 
+/// Formats what makes a grasp good, by finger.
+fn quality(mapped: &MappedGrasp) -> String {
+    let each = |of: &dyn Fn(&MappedFinger) -> f64, digits: usize| {
+        mapped.fingers.iter().map(|finger| format!("{:.digits$}", of(finger))).collect::<Vec<String>>().join(", ")
+    };
+    let mut parts = Vec::new();
+    if mapped.opening.is_none() {
+        parts.push(format!("manipulability {}", each(&|finger| finger.manipulability, 2)));
+    }
+    parts.push(format!("freedom from joint limits {}", each(&|finger| finger.freedom, 2)));
+    parts.push(format!("pads {} degrees from the normal", each(&|finger| finger.pad_angle_deg, 0)));
+    parts.extend(mapped.friction_margin.map(|margin| match margin {
+        0.0 => "contacts do not hold by the assumed friction".into(),
+        margin => format!("friction may be {:.0} % smaller", margin * 100.0),
+    }));
+    parts.join("; ")
+}
+
 /// What is commanded.
 pub fn summary(commands: &Commands) -> String {
     let mut text = String::new();
@@ -197,6 +236,7 @@ pub fn summary(commands: &Commands) -> String {
                     (None, None) => "out of reach where the palm copies the demonstrated one".into(),
                 };
                 let _ = writeln!(text, "  {fingers}: measure {:.3}, {beside}", mapped.measure);
+                let _ = writeln!(text, "    {}", quality(mapped));
             }
             if let Some(why) = &grasp.infeasible {
                 let _ = writeln!(text, "  {fingers}: no grasp, {why}");

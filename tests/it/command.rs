@@ -51,7 +51,8 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
     for task in &commands.tasks {
         for grasp in &task.grasps {
             let mapped = grasp.mapped.as_ref().unwrap_or_else(|| panic!("{:?}", grasp.infeasible));
-            assert!(mapped.measure > 0.05, "{}", mapped.measure);
+            assert!(mapped.measure > 0.02, "{}", mapped.measure);
+            assert!(mapped.friction_margin.is_some_and(|margin| (0.0..=1.0).contains(&margin)), "{mapped:?}");
         }
         for segment in &task.segments {
             let quality = &segment.quality;

@@ -23,8 +23,8 @@ mod wall_press;
 
 pub use insertion::{HoleGeometry, hole_of};
 pub use schema::{
-    Commands, Contact, GraspSpec, HoleBody, MappedFinger, MappedGrasp, Omission, Precedence, Quality, SCHEMA, Segment,
-    Task, Tip,
+    Commands, Contact, GraspCriterion, GraspSpec, HoleBody, MappedFinger, MappedGrasp, Omission, Precedence, Quality,
+    SCHEMA, Segment, Task, Tip,
 };
 pub use series::{FORCE_HZ, into_cone};
 pub use touch_detection::TouchForces;

@@ -102,8 +102,15 @@ pub struct MappedGrasp {
     /// In the first grasp of a hand that works beside the other one: the joints of its arm where it is to begin, rad or m.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub arm: BTreeMap<String, f64>,
-    /// The geometric mean of the fingers' measures; of a gripper: freedom of the opening, how squarely the jaws stand, and the palm's room.
+    /// The criterion by which the grasp was chosen.
+    #[serde(default, skip_serializing_if = "GraspCriterion::is_quality")]
+    pub criterion: GraspCriterion,
+    /// The geometric mean of the fingers' measures, times the margin of friction; of a gripper: freedom of the opening, how squarely the jaws stand, and the palm's
+    /// room.
     pub measure: f64,
+    /// The share by which the friction of fingertips may be smaller than assumed until the contacts do not hold, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction_margin: Option<f64>,
     /// The same where the palm copies the demonstrated one; nothing where fingers would not reach.
     pub copied_measure: Option<f64>,
     /// How far the jaws of a gripper are open, m: from pad to pad.
@@ -126,8 +133,29 @@ pub struct MappedFinger {
     pub manipulability: f64,
     /// Freedom from joint limits, 0 to 1.
     pub freedom: f64,
-    /// The angle between the pad and the surface, degrees.
+    /// The angle between the pad and the way into the surface, degrees.
     pub pad_angle_deg: f64,
+    /// The alignment of the pad with the surface, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alignment: Option<f64>,
+}
+
+/// What makes a grasp of a hand good.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GraspCriterion {
+    /// Manipulability, freedom from joint limits, alignment of the pads, and the margin of friction.
+    #[default]
+    Quality,
+    /// Manipulability and freedom from joint limits.
+    Manipulability,
+}
+
+impl GraspCriterion {
+    /// Whether it is the default.
+    fn is_quality(&self) -> bool {
+        *self == Self::Quality
+    }
 }
 
 /// One primitive.

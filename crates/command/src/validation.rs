@@ -176,8 +176,10 @@ impl MappedGrasp {
         check_fingers(self.fingers.iter().map(|finger| finger.finger))?;
         let measures = [self.measure, self.copied_measure.unwrap_or_default()];
         reported(&measures).map_err(|message| format!("has a measure that {message}"))?;
-        for MappedFinger { finger, manipulability, freedom, pad_angle_deg } in &self.fingers {
-            reported(&[*manipulability, *freedom, *pad_angle_deg])
+        reported(self.friction_margin.as_slice())
+            .map_err(|message| format!("has a `friction_margin` that {message}"))?;
+        for MappedFinger { finger, manipulability, freedom, pad_angle_deg, alignment } in &self.fingers {
+            reported(&[*manipulability, *freedom, *pad_angle_deg, alignment.unwrap_or_default()])
                 .map_err(|message| format!("has a share of {finger} that {message}"))?;
         }
         for (joint, value) in self.joints.iter().chain(&self.arm) {

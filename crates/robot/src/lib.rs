@@ -26,7 +26,7 @@ pub use model::hand::HandModel;
 pub use model::mesh::MAX_BYTES as MAX_MESH_BYTES;
 pub use model::robot::Robot;
 pub use model::shipped::{names, texts};
-pub use planning::hand_over::map;
+pub use planning::hand_over::{map, map_by};
 pub use planning::validation::validate;
 pub use planning::walk::Crossing;
 pub use teachtree_description::mesh::Mesh;

@@ -2,6 +2,7 @@
 //! total force on the object (Figure 8), joints and manipulability. Drawn without a display, one file that needs no network.
 
 mod framing;
+mod grasps;
 mod json;
 mod motion;
 mod picture;
@@ -85,6 +86,7 @@ pub fn page(commands: &Commands, performed: &Performance) -> String {
             html.push_str(&format!("<ul class=\"causes\">\n{remarks}</ul>\n"));
         }
         html.push_str(&pictures(trace, &moments, &task.object, framed));
+        html.push_str(&grasps::grasps(task));
         html.push_str(&scrolled("Forces, joints and torques"));
         for plot in plots(trace, &moments) {
             html.push_str(&plot.draw(&moments));

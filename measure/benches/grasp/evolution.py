@@ -9,7 +9,8 @@ import sys
 import time
 
 import numpy as np
-from scipy.optimize import differential_evolution
+from scipy.linalg import null_space
+from scipy.optimize import differential_evolution, minimize
 from scipy.spatial.transform import Rotation
 
 REACHED, SMALLEST, PER_METRE = 1e-6, 1e-3, 400.0
@@ -19,6 +20,8 @@ LIFTED = (0.2, 0.45)
 IDLE = ((0.12, 0.05), (0.45, 0.4), (0.85, 0.9))
 SCANNED, REFINED, INSIDE, ALIKE = 7, 4, 0.02, 1e-9
 REACH = 0.25
+LEAST_ALIGNMENT = 0.1
+STARTS = 6
 
 
 def turned(quaternion):
@@ -209,6 +212,7 @@ class Problem:
         self.boxes = [(np.array(box["at"]), turned(box["turned"]), np.array(box["half"])) for box in hand["palm_boxes"]]
         self.palm = np.concatenate([at + shell(half) @ turn.T for at, turn, half in self.boxes])
         self.cos_pad = np.cos(problem["largest_pad_angle"])
+        self.friction = problem["friction"]
         self.evaluations = 0
 
     def pose(self, x):
@@ -238,10 +242,38 @@ class Problem:
             target = np.einsum("nji,nj->ni", turn, tip - at)
             yield index, *self.fingers[index].reach(target), target, -np.einsum("nji,j->ni", turn, normal)
 
+    def friction_margin(self):
+        """The share by which friction may be smaller until the contacts do not hold: least ratio of tangential to normal force of forces in balance."""
+        normals = np.array([normal for *_, normal in self.contacts])
+        arms = np.array([point for _, point, _ in self.contacts])
+        arms = (arms - arms.mean(axis=0)) / np.linalg.norm(arms - arms.mean(axis=0), axis=1).mean()
+        wrenches = np.vstack([np.hstack([np.vstack([np.eye(3), np.cross(arm, np.eye(3)).T]) for arm in arms]), -normals.reshape(1, -1)])
+        wanted = np.array([0.0] * 6 + [1.0])
+        some, free = np.linalg.pinv(wrenches) @ wanted, null_space(wrenches)
+
+        def room(x):
+            forces = (some + free @ x[:-1]).reshape(-1, 3)
+            pressed = -(forces * normals).sum(axis=1)
+            along = forces + normals * pressed[:, None]
+            return np.concatenate([x[-1] * pressed - np.sqrt((along**2).sum(axis=1) + 1e-12), pressed])
+
+        generator = np.random.default_rng(0)
+        starts = [np.append(generator.normal(size=free.shape[1]) * 0.3, 2.0) for _ in range(STARTS)]
+        found = [minimize(lambda x: x[-1], start, constraints={"type": "ineq", "fun": room}, method="SLSQP", options={"maxiter": 500})
+                 for start in starts]
+        needed = min((it.x[-1] for it in found if it.success and room(it.x).min() > -1e-6), default=np.inf)
+        return max(1 - needed / self.friction, 0.0)
+
+    def alignment(self, pad, into):
+        return np.maximum((pad * into).sum(axis=1), LEAST_ALIGNMENT)
+
     def measure(self, x):
         at, turn = self.pose(x)
-        held = list(self.held(at, turn))
-        each = [np.where(miss < REACHED, self.fingers[index].measure(angles), 0) for index, angles, miss, *_ in held]
+        each = []
+        for index, angles, miss, _, into in self.held(at, turn):
+            finger = self.fingers[index]
+            measure = finger.measure(angles) * self.alignment(finger.forward(angles)[5], into)
+            each.append(np.where(miss < REACHED, measure, 0))
         return np.prod(each, axis=0) ** (1 / len(each))
 
     def cost(self, x):
@@ -256,6 +288,7 @@ class Problem:
             origins, _, _, balls, _, pad = finger.forward(angles)
             beyond = np.maximum(self.cos_pad + 0.01 - (pad * into).sum(axis=1), 0)
             cost += (beyond / 0.1) ** 2 + self.overlap(at, turn, balls)
+            cost -= np.log(self.alignment(pad, into)) / len(self.contacts)
             strings[index], touching[index] = balls, angles
             if finger.name != "thumb":
                 if before is not None:
@@ -320,7 +353,7 @@ def main():
     for given_problem in given["problems"]:
         problem = Problem(given["hand"], given_problem)
         looks = np.array(given_problem["looks"]) - [*problem.middle, 0, 0, 0]
-        answer = {"costs": problem.cost(looks).tolist(), "runs": []}
+        answer = {"costs": problem.cost(looks).tolist(), "friction_margin": problem.friction_margin(), "runs": []}
         for seed in range(given["seeds"]):
             problem.evaluations, start = 0, time.perf_counter()
             bounds = [(-REACH, REACH)] * 3 + [(-np.pi, np.pi)] * 3

@@ -2,7 +2,7 @@
 //! in the same run.
 //!
 //! The Python script receives the links of the robot, computes the same cost from them, and searches ten times with different seeds
-//! (`-- 3`: three times). First both compute the cost of the same poses; unless they agree, the bench stops.
+//! (`-- 3`: three times). First both compute the cost of the same poses and the margin of friction; unless they agree, the bench stops.
 #![allow(missing_docs, reason = "a program")]
 #![allow(clippy::print_stdout, clippy::expect_used, reason = "a program that stops when something is wrong")]
 
@@ -18,6 +18,7 @@ use std::time::Instant;
 use teachtree_base::geometry::unit;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Body, Shape};
+use teachtree_command::FRICTION;
 use teachtree_robot::grasp::{Contact, GraspCandidate, GraspPlanner, GraspRequest, LARGEST_PAD_ANGLE, SearchEffort};
 use teachtree_robot::{self as robot, CollisionShape, HandModel, MAX_DOFS, Robot};
 
@@ -30,6 +31,8 @@ const LOOKS: usize = 40;
 const FAR: f64 = 1.0;
 /// Relative tolerance of costs and measures of the same pose.
 const AGREED: f64 = 1e-6;
+/// Tolerance of the margin of friction, which each finds by another method.
+const AGREED_FRICTION: f64 = 0.01;
 
 fn main() {
     // Paths of rules, logs and robots are those of the repository.
@@ -157,16 +160,18 @@ impl PeerResult {
                 "a pose costs {cost} here and {theirs} there: {look}"
             );
         }
+        let (here, there) = (ours.grasp.friction_margin, answer["friction_margin"].as_f64().expect("a number"));
+        assert!((here - there).abs() <= AGREED_FRICTION, "the margin of friction is {here} here and {there} there");
         let runs = answer["runs"].as_array().expect("a list");
         let mean = |key: &str| runs.iter().filter_map(|run| run[key].as_f64()).sum::<f64>() / runs.len() as f64;
         let number = |run: &Value, key: &str| run[key].as_f64().expect("a number");
         for run in runs.iter().filter(|run| number(run, "measure") > 0.0) {
             let at = pose(&list::numbers(&run["x"]), &middle(planner, wanted));
-            let (here, there) = (planner.measure(wanted, &at).unwrap_or(0.0), number(run, "measure"));
+            let (here, there) = (planner.measure(wanted, &at).unwrap_or(0.0), number(run, "measure") * here);
             assert!((here - there).abs() <= AGREED, "a pose measures {here} here and {there} there");
         }
         let best = runs.iter().min_by(|a, b| number(a, "cost").total_cmp(&number(b, "cost"))).expect("there are seeds");
-        let best = number(best, "measure");
+        let best = number(best, "measure") * ours.grasp.friction_margin;
         Self { measure: best, seconds: mean("seconds"), evaluations: mean("evaluations") }
     }
 }
@@ -222,6 +227,7 @@ fn problem(object: &Body, contacts: &[Contact], looks: &[Isometry3<f64>]) -> Val
         "parts": parts.collect::<Vec<_>>(),
         "looks": looks.collect::<Vec<_>>(),
         "largest_pad_angle": LARGEST_PAD_ANGLE,
+        "friction": FRICTION,
     })
 }
 

@@ -2,12 +2,13 @@
 //!
 //! `cargo example grasps -- generate` draws grasps that are known to be feasible and writes `tests/fixtures/grasps.json`
 //! with a reference for each; `… -- refer` keeps the grasps and looks for better references, which are never lowered;
-//! `cargo example grasps` maps them and prints the results.
+//! `… -- refer quality` or `manipulability` looks for those of one criterion. `cargo example grasps` maps them by each criterion and prints the results.
 //!
 //! The generator: a shape (box, cylinder or ball, randomly rotated) of 20 to 110 mm; two to five fingers, the thumb among them; a point
 //! on the surface for the thumb, and points for the fingers on the other side, 20 to 30 mm apart in a row; then up to 20 000 palm poses about
 //! them, until all fingers reach with measures of at least 0.03, pads face the surface and everything is clear: then a solution is known.
-//! The reference is the best of that solution, of the same after a local search, and of ten long global searches (differential evolution, 48 members, 200 generations).
+//! The reference is the best of that solution, of the same after a local search, and of long global searches (differential evolution, 48 members, 200
+//! generations): ten by manipulability, three by quality.
 
 #![allow(clippy::expect_used, reason = "a measurement that cannot be made ends here")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is what it is for")]
@@ -20,13 +21,13 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::time::{SystemTime, UNIX_EPOCH};
 use teachtree_base::hands::{Finger, Side};
+use teachtree_command::GraspCriterion;
 use teachtree_robot::grasp::{Contact, GraspPlanner, GraspRequest, SearchEffort};
 use teachtree_robot::{self as robot, HandModel};
 
 const WANTED: usize = 300;
 const LEAST: f64 = 0.03;
 const TRIES: usize = 20_000;
-const SEARCHES: usize = 10;
 const GENERATIONS: usize = 200;
 /// Processor time, s, for which the mapping of a grasp is repeated.
 const LONG_S: f64 = 0.02;
@@ -59,10 +60,23 @@ fn main() {
     let hand = &robot.hands[&Side::Right];
     match std::env::args().nth(1).as_deref() {
         Some("generate") => generate(hand),
-        Some("refer") => refer(hand, listed()),
-        _ => measure(hand),
+        Some("refer") => {
+            let of = std::env::args().nth(2);
+            let chosen = |(name, ..): &&Criterion| of.as_deref().is_none_or(|of| of == *name);
+            let list = CRITERIA.iter().filter(chosen).fold(listed(), |list, criterion| refer(hand, list, criterion));
+            write(&list);
+        }
+        _ => CRITERIA.iter().for_each(|criterion| measure(hand, criterion)),
     }
 }
+
+/// A criterion of grasps: its name, its value, the key of its references, and the number of searches for each.
+type Criterion = (&'static str, GraspCriterion, &'static str, usize);
+
+const CRITERIA: [Criterion; 2] = [
+    ("quality", GraspCriterion::Quality, "quality_reference", 3),
+    ("manipulability", GraspCriterion::Manipulability, "reference", 10),
+];
 
 /// Draws a shape (as YAML) and contacts.
 fn draw(chance: &mut SplitMix64) -> Option<(String, Vec<Contact>)> {
@@ -146,7 +160,7 @@ fn draw(chance: &mut SplitMix64) -> Option<(String, Vec<Contact>)> {
 }
 
 fn generate(hand: &HandModel) {
-    let planner = GraspPlanner::new(hand);
+    let planner = GraspPlanner::with_criterion(hand, GraspCriterion::Manipulability);
     let mut found: Vec<Value> = Vec::new();
     let mut seeds = 0..u64::MAX;
     while found.len() < WANTED {
@@ -154,27 +168,32 @@ fn generate(hand: &HandModel) {
         found.par_extend(some.into_par_iter().filter_map(|seed| feasible(&planner, seed)));
     }
     found.truncate(WANTED);
-    refer(hand, found);
+    write(&CRITERIA.iter().fold(found, |found, criterion| refer(hand, found, criterion)));
 }
 
-/// Writes the list with a reference for each grasp.
-fn refer(hand: &HandModel, mut found: Vec<Value>) {
-    let planner = GraspPlanner::new(hand);
-    eprintln!("{} grasps; now their references", found.len());
+/// Adds to each grasp its reference by a criterion.
+fn refer(hand: &HandModel, mut found: Vec<Value>, (name, criterion, key, searches): &Criterion) -> Vec<Value> {
+    let planner = GraspPlanner::with_criterion(hand, *criterion);
+    eprintln!("{} grasps; now their references by {name}", found.len());
     found.par_iter_mut().for_each(|grasp| {
         let (object, contacts) = read(grasp);
         let wanted = GraspRequest { contacts, object: &object, obstacles: Vec::new() };
         let mut chance = SplitMix64(grasp["seed"].as_u64().unwrap_or(0) ^ 0x5eed);
         let polished = planner.polish(&wanted, &known(grasp)).map_or(0.0, |grasp| grasp.measure);
         let start = planner.at(&wanted, &known(grasp)).map_or(0.0, |grasp| grasp.measure);
-        let searches = (0..SEARCHES).filter_map(|_| {
+        let searches = (0..*searches).filter_map(|_| {
             planner.search_everywhere(&wanted, GENERATIONS, &mut || chance.next()).ok().map(|grasp| grasp.measure)
         });
         // A reference is never lowered.
-        let before = grasp["reference"].as_f64().unwrap_or(0.0);
+        let before = grasp[*key].as_f64().unwrap_or(0.0);
         let reference = searches.fold(polished.max(start).max(before), f64::max);
-        grasp["reference"] = json!((reference * 1e6).round() / 1e6);
+        grasp[*key] = json!((reference * 1e6).round() / 1e6);
     });
+    found
+}
+
+/// Writes the list.
+fn write(found: &[Value]) {
     let lines: Vec<String> = found.iter().map(Value::to_string).collect();
     std::fs::write(FILE, format!("[\n{}\n]\n", lines.join(",\n"))).expect("the list can be written");
 }
@@ -228,8 +247,8 @@ fn on_processor() -> f64 {
         .map_or_else(|| SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |it| it.as_secs_f64()), |ns| ns * 1e-9)
 }
 
-fn measure(hand: &HandModel) {
-    let planner = GraspPlanner::new(hand);
+fn measure(hand: &HandModel, (name, criterion, key, _): &Criterion) {
+    let planner = GraspPlanner::with_criterion(hand, *criterion);
     let list = listed();
     let (mut ratios, mut times, mut failed, mut efforts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for grasp in &list {
@@ -244,7 +263,7 @@ fn measure(hand: &HandModel) {
             rounds += 1.0;
         }
         times.push((on_processor() - begun) / rounds * 1e3);
-        let reference = grasp["reference"].as_f64().expect("a number");
+        let reference = grasp[*key].as_f64().expect("a number");
         match mapped {
             Ok(mapped) => ratios.push((mapped.measure / reference, grasp["seed"].as_u64())),
             Err(why) => failed.push(format!("seed {}: {why} (reference {reference})", grasp["seed"])),
@@ -254,6 +273,7 @@ fn measure(hand: &HandModel) {
     times.sort_by(f64::total_cmp);
     let share =
         |least: f64| 100.0 * ratios.iter().filter(|(ratio, _)| *ratio >= least).count() as f64 / list.len() as f64;
+    println!("by {name}");
     println!("grasps                       {}", list.len());
     println!("found                        {:.1} %", 100.0 * ratios.len() as f64 / list.len() as f64);
     println!("measure >= 0.98 of reference {:.1} %", share(0.98));

@@ -5,6 +5,7 @@ use crate::kinematics::joint_positions::JointPositions;
 use crate::model::hand::HandModel;
 use nalgebra::Isometry3;
 use teachtree_base::hands::Finger;
+use teachtree_command::GraspCriterion;
 
 /// So many grasps that an arm can go with are looked at for one with which it is clear.
 const LOOKED_AT: usize = 12;
@@ -19,6 +20,8 @@ pub struct GraspCandidate {
     pub object_from_palm: Isometry3<f64>,
     /// W; of a gripper what `two_finger` says.
     pub measure: f64,
+    /// The share by which friction may be smaller than assumed until the contacts do not hold.
+    pub friction_margin: f64,
     /// The fingers that touch, in the order of the contacts.
     pub fingers: Vec<FingerPlacement>,
     /// Joint positions of the fingers that do not touch.
@@ -42,6 +45,8 @@ pub struct FingerPlacement {
     pub freedom: f64,
     /// Angle between the way its pad looks and the way into the surface, rad.
     pub pad_angle: f64,
+    /// The alignment of the pad with the surface, 0 to 1.
+    pub alignment: f64,
     /// How far its tip stays away from the contact, m.
     pub miss: f64,
 }
@@ -63,8 +68,12 @@ impl GraspCandidate {
 
 impl FingerPlacement {
     /// The measure of this finger.
-    pub fn measure(&self) -> f64 {
-        self.manipulability * self.freedom
+    pub fn measure(&self, criterion: GraspCriterion) -> f64 {
+        let measure = self.manipulability * self.freedom;
+        match criterion {
+            GraspCriterion::Quality => measure * self.alignment,
+            GraspCriterion::Manipulability => measure,
+        }
     }
 }
 
@@ -84,7 +93,7 @@ pub(super) fn clearest(grasps: impl Iterator<Item = (usize, GraspCandidate)>) ->
 }
 
 /// The geometric mean of the measures of fingers.
-pub(super) fn geometric_mean(fingers: &[FingerPlacement]) -> f64 {
-    let product: f64 = fingers.iter().map(FingerPlacement::measure).product();
+pub(super) fn geometric_mean(fingers: &[FingerPlacement], criterion: GraspCriterion) -> f64 {
+    let product: f64 = fingers.iter().map(|finger| finger.measure(criterion)).product();
     product.powf(1.0 / fingers.len().max(1) as f64)
 }

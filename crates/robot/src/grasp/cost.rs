@@ -4,13 +4,14 @@
 //! cost(T) = -ln W(T)  +  Σ (overlap / 2 mm)²  +  Σ (pad angle beyond / 0.1)²  +  Σ (crossing / 2 mm)²
 //! ```
 //!
-//! An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
+//! W is without the factor of the contacts' friction, which is the same at all poses. An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
 
 use super::candidate::FingerPlacement;
 use super::clearance_field::{ConvexPart, PalmFramePart, parts};
 use super::gradient::{ContactFinger, FollowerFinger, PointGradient, twist};
 use super::grasp_request::{Contact, GraspRequest, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE};
 use super::no_grasp::NoGrasp;
+use super::pad_alignment::pad_alignment;
 use super::penalty::{MARGIN_M, measure_cost, price, price_slope};
 use super::spheres::{HandSpheres, SphereRow, placed};
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M};
@@ -18,6 +19,7 @@ use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
 use std::cell::Cell;
 use teachtree_base::hands::Finger;
+use teachtree_command::GraspCriterion;
 
 /// A finger that does not touch goes with one that does, with its second joint opened by one of these, rad.
 const LIFTED: [f64; 2] = [0.2, 0.45];
@@ -48,6 +50,7 @@ pub(super) struct Cost<'a> {
     idle: Vec<usize>,
     /// How far pads may look away, rad.
     pub(super) largest_pad_angle: f64,
+    criterion: GraspCriterion,
     /// Kept free beyond what is needed, m.
     away: f64,
     parts: Vec<ConvexPart>,
@@ -61,6 +64,7 @@ impl<'a> Cost<'a> {
         hand: &'a HandModel,
         beads: &'a HandSpheres,
         request: &GraspRequest<'_>,
+        criterion: GraspCriterion,
     ) -> Result<Self, NoGrasp> {
         let mut contacts = Vec::new();
         for contact in &request.contacts {
@@ -73,7 +77,8 @@ impl<'a> Cost<'a> {
         let (parts, own) = parts(request);
         let opposed = request.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
         let largest_pad_angle = if opposed { LARGEST_PAD_ANGLE } else { LARGEST_PUSHING_ANGLE };
-        Ok(Self { hand, beads, contacts, idle, largest_pad_angle, away: 0.0, parts, own, effort: Cell::default() })
+        let effort = Cell::default();
+        Ok(Self { hand, beads, contacts, idle, largest_pad_angle, criterion, away: 0.0, parts, own, effort })
     }
 
     /// Keeps this much farther away from everything but the contacts, m.
@@ -98,12 +103,14 @@ impl<'a> Cost<'a> {
             let finger = &self.hand.fingers[*index];
             let reached = finger.ik(pose.inverse_transform_point(tip));
             let posture = finger.posture(&reached.angles);
+            let pad_angle = (pose.rotation * posture.pad).angle(&-contact.normal);
             FingerPlacement {
                 finger: finger.finger,
                 angles: reached.angles,
                 manipulability: finger.manipulability(&reached.angles),
                 freedom: finger.joint_limit_margin(&reached.angles),
-                pad_angle: (pose.rotation * posture.pad).angle(&-contact.normal),
+                pad_angle,
+                alignment: pad_alignment(pad_angle.cos(), self.largest_pad_angle).0,
                 miss: reached.miss,
             }
         });
@@ -212,8 +219,8 @@ impl<'a> Cost<'a> {
             let posture = finger.posture(&reached.angles);
             cost += share * measure_cost(reached.measure, reached.miss);
             let into = -(palm_from_object * contact.normal);
-            let beyond = (self.largest_pad_angle.cos() + 0.01 - posture.pad.dot(&into)).max(0.0);
-            cost += (beyond / 0.1).powi(2);
+            let (pad_cost, pad_slope) = self.pad(posture.pad.dot(&into), share);
+            cost += pad_cost;
             if let Some(place) = bars.get_mut(*index) {
                 place.extend(placed(&self.beads.fingers[*index], &posture));
                 cost += place.iter().map(|bar| self.overlap(&scene, bar)).sum::<f64>();
@@ -221,7 +228,7 @@ impl<'a> Cost<'a> {
                     place.iter().for_each(|bar| self.push_out(&scene, *index, bar, pushes));
                 }
             }
-            touching.push(ContactFinger::new(*index, finger, target, reached, posture, into, beyond));
+            touching.push(ContactFinger::new(*index, finger, target, reached, posture, into, pad_slope));
             angles.push((*index, reached.angles));
         }
         let mut following: Vec<FollowerFinger> = Vec::new();
@@ -266,6 +273,16 @@ impl<'a> Cost<'a> {
             *slope = twist(pose, about, &pushes.unwrap_or_default(), touching, &following, hand, share);
         }
         cost
+    }
+
+    /// The cost of a pad with this cosine to the way into the surface, and its derivative; `share` is the weight of a finger.
+    fn pad(&self, cosine: f64, share: f64) -> (f64, f64) {
+        let beyond = (self.largest_pad_angle.cos() + 0.01 - cosine).max(0.0);
+        let (alignment, slope) = match self.criterion {
+            GraspCriterion::Quality => pad_alignment(cosine, self.largest_pad_angle),
+            GraspCriterion::Manipulability => (1.0, 0.0),
+        };
+        ((beyond / 0.1).powi(2) - share * alignment.ln(), -200.0 * beyond - share * slope / alignment)
     }
 
     /// What the palm costs.

@@ -34,9 +34,9 @@ pub(super) struct ContactFinger<'a> {
     pub(super) target_slope: Vector3<f64>,
     reached: IkSolution,
     posture: FingerPose,
-    /// The way into the surface, palm frame; and how far the pad looks beyond what it may, as a cosine.
+    /// The way into the surface, palm frame; and how the cost changes with the cosine between it and the pad.
     into: Vector3<f64>,
-    beyond: f64,
+    pad_slope: f64,
     joint_slope: JointPositions,
 }
 
@@ -62,10 +62,10 @@ impl<'a> ContactFinger<'a> {
         reached: IkSolution,
         posture: FingerPose,
         into: Vector3<f64>,
-        beyond: f64,
+        pad_slope: f64,
     ) -> Self {
         let target_slope = Vector3::zeros();
-        Self { index, finger, target, target_slope, reached, posture, into, beyond, joint_slope: [0.0; MAX_DOFS] }
+        Self { index, finger, target, target_slope, reached, posture, into, pad_slope, joint_slope: [0.0; MAX_DOFS] }
     }
 
     /// Where its first joint is.
@@ -124,11 +124,9 @@ pub(super) fn twist(
         }
     }
     for it in &mut touching {
-        if it.beyond > 0.0 {
-            // cost = (beyond / 0.1)², beyond = … - pad · into
-            let slope = 200.0 * it.beyond;
-            moment += it.into.cross(&it.posture.pad) * slope;
-            let turning = it.posture.pad.cross(&it.into) * -slope;
+        if it.pad_slope != 0.0 {
+            moment -= it.into.cross(&it.posture.pad) * it.pad_slope;
+            let turning = it.posture.pad.cross(&it.into) * it.pad_slope;
             it.finger.turn(&it.posture, &turning, &mut it.joint_slope);
         }
         let slope = it.followed(share);

@@ -1,8 +1,9 @@
 //! The planner of grasps: from demonstrated contacts to a grasp of a robot's hand.
 
-use super::candidate::{GraspCandidate, Reach, clearest, geometric_mean};
+use super::candidate::{FingerPlacement, GraspCandidate, Reach, clearest, geometric_mean};
 use super::clearance::Shapes;
 use super::cost::{Cost, SearchEffort};
+use super::friction_margin::friction_margin;
 use super::grasp_request::GraspRequest;
 use super::no_grasp::NoGrasp;
 use super::{search, seeds, spheres, two_finger};
@@ -12,6 +13,7 @@ use crate::model::hand::HandModel;
 use crate::parallel;
 use nalgebra::{Isometry3, Point3, Vector6};
 use teachtree_base::hands::Finger;
+use teachtree_command::GraspCriterion;
 
 /// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
 const AWAY_M: [f64; 2] = [0.001, 0.003];
@@ -29,18 +31,46 @@ const AT_ONCE: usize = 32;
 /// What pushes is held to no pose, and the best ones are all alike: those on the way to them count too.
 const PUSHING: [usize; 3] = [IMPROVED, 3, 0];
 
+/// A smaller margin of friction counts like this one, so that grasps of such contacts still differ by their poses.
+const LEAST_FRICTION: f64 = 0.05;
+
+/// The exact shapes about a grasp, and the margin of friction of its contacts.
+struct CheckedShapes {
+    shapes: Shapes,
+    friction: f64,
+}
+
 /// What is known of a hand before any grasp: made once, used for all.
 #[derive(Clone, Debug)]
 pub struct GraspPlanner<'a> {
     hand: &'a HandModel,
     beads: spheres::HandSpheres,
     postures: Vec<seeds::HandPosture>,
+    criterion: GraspCriterion,
 }
 
 impl<'a> GraspPlanner<'a> {
-    /// A planner for a hand.
+    /// A planner for a hand, which chooses grasps by their quality.
     pub fn new(hand: &'a HandModel) -> Self {
-        Self { hand, beads: spheres::HandSpheres::new(hand), postures: seeds::postures(hand) }
+        Self::with_criterion(hand, GraspCriterion::default())
+    }
+
+    /// A planner for a hand, which chooses grasps by this criterion; a gripper has its own.
+    pub fn with_criterion(hand: &'a HandModel, criterion: GraspCriterion) -> Self {
+        Self { hand, beads: spheres::HandSpheres::new(hand), postures: seeds::postures(hand), criterion }
+    }
+
+    /// The criterion by which it chooses.
+    pub fn criterion(&self) -> GraspCriterion {
+        self.criterion
+    }
+
+    fn cost_of(&self, request: &GraspRequest<'_>) -> Result<Cost<'_>, NoGrasp> {
+        Cost::new(self.hand, &self.beads, request, self.criterion)
+    }
+
+    fn shapes(&self, request: &GraspRequest<'_>) -> CheckedShapes {
+        CheckedShapes { shapes: Shapes::new(self.hand, request), friction: friction_margin(&request.contacts) }
     }
 
     /// The hand.
@@ -64,7 +94,7 @@ impl<'a> GraspPlanner<'a> {
     pub fn map_where(&self, request: &GraspRequest<'_>, reach: &Reach<'_>) -> Result<(usize, GraspCandidate), NoGrasp> {
         match &self.hand.jaws {
             Some(jaws) => two_finger::best(self.hand, jaws, request, reach),
-            None => self.search(&mut Cost::new(self.hand, &self.beads, request)?, request, reach),
+            None => self.search(&mut self.cost_of(request)?, request, reach),
         }
     }
 
@@ -76,7 +106,7 @@ impl<'a> GraspPlanner<'a> {
         &self,
         request: &GraspRequest<'_>,
     ) -> Result<(Result<GraspCandidate, NoGrasp>, SearchEffort), NoGrasp> {
-        let mut cost = Cost::new(self.hand, &self.beads, request)?;
+        let mut cost = self.cost_of(request)?;
         let found = self.search(&mut cost, request, &|_| Some(0)).map(|(_, found)| found);
         Ok((found, cost.effort()))
     }
@@ -91,7 +121,7 @@ impl<'a> GraspPlanner<'a> {
         request: &GraspRequest<'_>,
         object_from_palm: &Isometry3<f64>,
     ) -> Result<(f64, Vector6<f64>), NoGrasp> {
-        Ok(Cost::new(self.hand, &self.beads, request)?.with_slope(object_from_palm, &Point3::origin()))
+        Ok(self.cost_of(request)?.with_slope(object_from_palm, &Point3::origin()))
     }
 
     fn search(
@@ -100,7 +130,7 @@ impl<'a> GraspPlanner<'a> {
         request: &GraspRequest<'_>,
         reach: &Reach<'_>,
     ) -> Result<(usize, GraspCandidate), NoGrasp> {
-        let shapes = Shapes::new(self.hand, request);
+        let shapes = self.shapes(request);
         let mut failure = None;
         for wide in [false, true] {
             let poses = search::best_poses(cost, &seeds::starts(self.hand, &self.postures, request, wide));
@@ -135,7 +165,7 @@ impl<'a> GraspPlanner<'a> {
     /// # Errors
     /// What is wrong with it.
     pub fn at(&self, request: &GraspRequest<'_>, object_from_palm: &Isometry3<f64>) -> Result<GraspCandidate, NoGrasp> {
-        self.check(object_from_palm, &Cost::new(self.hand, &self.beads, request)?, &Shapes::new(self.hand, request))
+        self.check(object_from_palm, &self.cost_of(request)?, &self.shapes(request))
     }
 
     /// Improves a pose that is near a good one, without looking elsewhere.
@@ -147,9 +177,9 @@ impl<'a> GraspPlanner<'a> {
         request: &GraspRequest<'_>,
         object_from_palm: &Isometry3<f64>,
     ) -> Result<GraspCandidate, NoGrasp> {
-        let cost = Cost::new(self.hand, &self.beads, request)?;
+        let cost = self.cost_of(request)?;
         let pose = search::polished(&cost, object_from_palm);
-        self.check(&pose, &cost, &Shapes::new(self.hand, request))
+        self.check(&pose, &cost, &self.shapes(request))
     }
 
     /// A long search that knows nothing of where to begin, by differential evolution: the reference for tests. `chance` gives numbers
@@ -163,9 +193,9 @@ impl<'a> GraspPlanner<'a> {
         generations: usize,
         chance: &mut dyn FnMut() -> f64,
     ) -> Result<GraspCandidate, NoGrasp> {
-        let cost = Cost::new(self.hand, &self.beads, request)?;
+        let cost = self.cost_of(request)?;
         let pose = search::everywhere(&cost, generations, chance);
-        self.check(&pose, &cost, &Shapes::new(self.hand, request))
+        self.check(&pose, &cost, &self.shapes(request))
     }
 
     /// Poses of the palm to begin with when something else moves as well, cheapest first, whether or not they are grasps: where a search ends, and the
@@ -174,7 +204,7 @@ impl<'a> GraspPlanner<'a> {
     /// # Errors
     /// A finger that the hand does not have.
     pub fn candidates(&self, request: &GraspRequest<'_>) -> Result<Vec<Isometry3<f64>>, NoGrasp> {
-        let cost = Cost::new(self.hand, &self.beads, request)?;
+        let cost = self.cost_of(request)?;
         let mut poses = search::best_poses(&cost, &seeds::starts(self.hand, &self.postures, request, false));
         let leant: Vec<Isometry3<f64>> =
             poses.iter().take(LEANT).flat_map(|pose| search::leant(&cost, request, pose)).collect();
@@ -199,11 +229,11 @@ impl<'a> GraspPlanner<'a> {
             return two_finger::all(self.hand, jaws, request);
         }
         let cost = || {
-            let mut cost = Cost::new(self.hand, &self.beads, request)?;
+            let mut cost = self.cost_of(request)?;
             cost.keep_away(AWAY_M[0]);
             Ok(cost)
         };
-        let shapes = Shapes::new(self.hand, request);
+        let shapes = self.shapes(request);
         let starts = seeds::starts(self.hand, &self.postures, request, true);
         let spread = search::spread(&cost()?, &starts, SPREAD, SPREAD_M);
         let pushes = request.contacts.iter().all(|contact| contact.finger != Finger::Thumb);
@@ -229,7 +259,7 @@ impl<'a> GraspPlanner<'a> {
         pose: &Isometry3<f64>,
         steps: usize,
     ) -> Result<(f64, Isometry3<f64>), NoGrasp> {
-        let mut cost = Cost::new(self.hand, &self.beads, request)?;
+        let mut cost = self.cost_of(request)?;
         cost.keep_away(AWAY_M[1]);
         Ok(search::improved(&cost, pose, steps))
     }
@@ -243,7 +273,7 @@ impl<'a> GraspPlanner<'a> {
         request: &GraspRequest<'_>,
         pose: &Isometry3<f64>,
     ) -> Result<Vec<(Finger, JointPositions)>, NoGrasp> {
-        let cost = Cost::new(self.hand, &self.beads, request)?;
+        let cost = self.cost_of(request)?;
         let touching = cost.fingers(pose).into_iter().map(|held| (held.finger, held.angles));
         Ok(touching.chain(cost.idle(pose)).collect())
     }
@@ -259,12 +289,27 @@ impl<'a> GraspPlanner<'a> {
 
     /// The measure of a pose of the palm, whether or not something is in the way; `None` where the fingers do not reach.
     pub fn measure(&self, request: &GraspRequest<'_>, object_from_palm: &Isometry3<f64>) -> Option<f64> {
-        let fingers = Cost::new(self.hand, &self.beads, request).ok()?.fingers(object_from_palm);
+        let fingers = self.cost_of(request).ok()?.fingers(object_from_palm);
         let reached = fingers.iter().all(|held| held.miss < REACHED_M);
-        reached.then(|| geometric_mean(&fingers))
+        reached.then(|| self.quality(&fingers, friction_margin(&request.contacts)))
     }
 
-    fn check(&self, pose: &Isometry3<f64>, cost: &Cost<'_>, shapes: &Shapes) -> Result<GraspCandidate, NoGrasp> {
+    /// The measure of fingers on contacts with this margin of friction. Contacts that push, or were measured as if they did not hold, have a measure too.
+    fn quality(&self, fingers: &[FingerPlacement], friction: f64) -> f64 {
+        let opposed = fingers.iter().any(|held| held.finger == Finger::Thumb) && fingers.len() > 1;
+        let factor = match self.criterion {
+            GraspCriterion::Quality if opposed => friction.max(LEAST_FRICTION),
+            _ => 1.0,
+        };
+        geometric_mean(fingers, self.criterion) * factor
+    }
+
+    fn check(
+        &self,
+        pose: &Isometry3<f64>,
+        cost: &Cost<'_>,
+        checked: &CheckedShapes,
+    ) -> Result<GraspCandidate, NoGrasp> {
         let fingers = cost.fingers(pose);
         let farthest = fingers.iter().max_by(|a, b| a.miss.total_cmp(&b.miss));
         if let Some(held) = farthest.filter(|held| held.miss >= REACHED_M) {
@@ -284,13 +329,14 @@ impl<'a> GraspPlanner<'a> {
                 Some((model, angles))
             })
             .collect();
-        let clearance = shapes.clearance(pose, &all);
+        let clearance = checked.shapes.clearance(pose, &all);
         if let Some((overlap, who)) = clearance.worst_overlap() {
             return Err(NoGrasp::InTheWay(overlap, who));
         }
         Ok(GraspCandidate {
             object_from_palm: *pose,
-            measure: geometric_mean(&fingers),
+            measure: self.quality(&fingers, checked.friction),
+            friction_margin: checked.friction,
             fingers,
             idle,
             opening: None,

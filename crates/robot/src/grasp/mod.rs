@@ -1,13 +1,17 @@
 //! Grasp mapping: demonstrated contact points in, palm pose and finger angles of a robot hand out.
 //!
-//! Over the pose of the palm in the frame of the object, the geometric mean of the fingers' measures is made as large as possible
-//! (docs/sources.md, Grasp mapping; the paper's section 2.6 only says that the pose maximises manipulability at the demonstrated contact points):
+//! Over the pose of the palm in the frame of the object, the quality of the grasp is maximized (docs/sources.md, Grasp mapping; section 2.6 of Kawasaki et al. (2014)
+//! only says that the pose maximizes manipulability at the demonstrated contact points):
 //!
 //! ```text
-//! W(T) = (Π_i w_i / L_i³ · p_i)^(1/n)        w: Yoshikawa's manipulability, L: length of the finger, p: freedom from joint limits
+//! W(T) = (Π_i w_i / L_i³ · p_i · a_i)^(1/n) · (1 - μ / μ₀)
 //! ```
 //!
-//! with every fingertip ball touching its contact point. Hand, object and obstacles must be clear of each other, fingers uncrossed and pads
+//! with Yoshikawa's manipulability w, the length L of the finger, its freedom p from joint limits, the alignment a of its pad with the surface, and the friction μ
+//! that the contacts need of the assumed one μ₀. All factors are without a unit and have the exponent 1: a grasp that is half as good by one of them is half as good.
+//! The last factor depends on the contacts alone, so that the search leaves it out.
+//!
+//! Every fingertip ball touches its contact point. Hand, object and obstacles must be clear of each other, fingers uncrossed and pads
 //! turned to the surface; what is violated costs its square, and what is out of reach costs its distance, so that the search has a slope
 //! everywhere. At the end all of it is checked on the exact shapes. A gripper, whose jaws have no manipulability, is mapped in closed form (`two_finger`).
 
@@ -16,6 +20,7 @@ mod candidate;
 mod clearance;
 mod clearance_field;
 mod cost;
+mod friction_margin;
 mod gradient;
 mod grasp_planner;
 mod grasp_request;
@@ -24,6 +29,7 @@ mod hand_obstacles;
 pub(crate) mod held_path;
 mod no_grasp;
 mod obstacles;
+mod pad_alignment;
 mod penalty;
 mod search;
 mod seeds;
@@ -34,6 +40,8 @@ mod two_finger;
 pub use candidate::{FingerPlacement, GraspCandidate, Reach};
 pub use clearance::Clearance;
 pub use cost::SearchEffort;
+pub use friction_margin::{friction_margin, friction_needed};
 pub use grasp_planner::GraspPlanner;
 pub use grasp_request::{CLEAR_M, Contact, GraspRequest, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Obstacle};
 pub use no_grasp::NoGrasp;
+pub use pad_alignment::pad_alignment;

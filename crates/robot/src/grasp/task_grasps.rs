@@ -23,7 +23,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Finger;
 use teachtree_base::pose::pose_array;
 use teachtree_base::scene::{Body, Scene};
-use teachtree_command::{self as command, Commands, MappedFinger, MappedGrasp, Task};
+use teachtree_command::{self as command, Commands, GraspCriterion, MappedFinger, MappedGrasp, Task};
 
 /// So many starts of the arm's inverse kinematics, with so many steps each, decide whether it reaches.
 const REACH_STARTS: usize = 48;
@@ -53,11 +53,17 @@ pub(crate) struct BlockedGrasp {
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
-pub(crate) fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<BlockedGrasp>, InputError> {
+pub(crate) fn map(
+    commands: &mut Commands,
+    robot: &Robot,
+    scene: &Scene,
+    criterion: GraspCriterion,
+) -> Result<Vec<BlockedGrasp>, InputError> {
     let mut crowded = Vec::new();
     commands.robot = Some(robot.name.clone());
     let tasks = &mut commands.tasks;
-    let holders = tasks.iter().enumerate().map(|(number, task)| GraspContext::new(number, task, robot, scene));
+    let holders =
+        tasks.iter().enumerate().map(|(number, task)| GraspContext::new(number, task, robot, scene, criterion));
     let holders = holders.collect::<Result<Vec<GraspContext<'_>>, InputError>>()?;
     for (task, holder) in tasks.iter_mut().zip(&holders) {
         holder.give(task);
@@ -99,7 +105,7 @@ pub(crate) fn meetings(tasks: &[Task]) -> Vec<[(usize, usize); 2]> {
     pairs.filter(|[one, other]| one < other).collect()
 }
 
-/// Other ways to take hold for a grasp of mapped commands, best first; they differ from each other. Whether the arm can go them is left open.
+/// Other ways to take hold for a grasp of mapped commands by the criterion of that grasp, best first; they differ from each other. Whether the arm can go them is left open.
 ///
 /// # Errors
 /// As [`map`].
@@ -109,7 +115,9 @@ pub(crate) fn alternatives(
     scene: &Scene,
     (number, grasp): (usize, usize),
 ) -> Result<Vec<TaskGrasp>, InputError> {
-    Ok(GraspContext::new(number, &tasks[number], robot, scene)?.alternatives(&tasks[number], grasp))
+    let task = &tasks[number];
+    let criterion = task.grasps[grasp].mapped.as_ref().map(|mapped| mapped.criterion).unwrap_or_default();
+    Ok(GraspContext::new(number, task, robot, scene, criterion)?.alternatives(task, grasp))
 }
 
 /// Grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.
@@ -160,7 +168,13 @@ pub(crate) struct TaskGrasp {
 }
 
 impl<'a> GraspContext<'a> {
-    fn new(number: usize, task: &Task, robot: &'a Robot, scene: &'a Scene) -> Result<Self, InputError> {
+    fn new(
+        number: usize,
+        task: &Task,
+        robot: &'a Robot,
+        scene: &'a Scene,
+        criterion: GraspCriterion,
+    ) -> Result<Self, InputError> {
         let refuse = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);
         let side = task.track;
         let hand = robot
@@ -172,7 +186,8 @@ impl<'a> GraspContext<'a> {
             .get(&task.object)
             .ok_or_else(|| refuse(format!("is about `{}`, which is no body of the scene", task.object)))?;
         let surroundings = Surroundings::sunk(scene, SUNK_M).with_room(ROOM_M);
-        Ok(Self { robot, hand, planner: GraspPlanner::new(hand), object, scene, surroundings })
+        let planner = GraspPlanner::with_criterion(hand, criterion);
+        Ok(Self { robot, hand, planner, object, scene, surroundings })
     }
 
     /// Gives the operator's task to a gripper: to two jaws what several fingers did.
@@ -346,12 +361,15 @@ impl<'a> GraspContext<'a> {
             manipulability: held.manipulability,
             freedom: held.freedom,
             pad_angle_deg: held.pad_angle.to_degrees(),
+            alignment: Some(held.alignment),
         });
         MappedGrasp {
             object_from_palm: pose_array(&found.object_from_palm),
             joints: joints(self.robot, self.hand, &q),
             arm: BTreeMap::new(),
+            criterion: self.planner.criterion(),
             measure: found.measure,
+            friction_margin: Some(found.friction_margin),
             copied_measure: self.planner.copied(request),
             opening: found.opening,
             opens: None,

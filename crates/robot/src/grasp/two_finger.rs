@@ -130,10 +130,12 @@ impl<'a> TwoFingerGrasp<'a> {
             manipulability: 0.0,
             freedom: free,
             pad_angle: lean,
+            alignment: squarely(lean),
             miss: 0.0,
         });
         Ok(GraspCandidate {
             object_from_palm: *pose,
+            friction_margin: stand[0].min(stand[1]),
             measure: free * (stand[0] * stand[1]).sqrt() * (room[0] * room[1]).sqrt(),
             fingers: fingers.collect(),
             idle: Vec::new(),

@@ -22,7 +22,7 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use teachtree_base::error::InputError;
 use teachtree_base::scene::Scene;
-use teachtree_command::{Commands, Task};
+use teachtree_command::{Commands, GraspCriterion, Task};
 use teachtree_description::shape::SHORT_M;
 
 /// Ways are looked at up to so far from the object, at so many places, m.
@@ -33,13 +33,26 @@ const PAIRS: usize = 60;
 /// Hands that take an object or let it go within this time do so together, s.
 const TOGETHER_S: f64 = 0.3;
 
-/// Maps every grasp of commands; what cannot be held is noted with its reason. Where a hand gives an object to the other one, both grasps are chosen together.
+/// Maps every grasp of commands by its quality, as [`map_by`] does.
+///
+/// # Errors
+/// As [`map_by`].
+pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
+    map_by(commands, robot, scene, GraspCriterion::default())
+}
+
+/// Maps every grasp of commands by a criterion; what cannot be held is noted with its reason. Where a hand gives an object to the other one, both grasps are chosen together.
 /// Returns where hands or arms go through each other all the same.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
-pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
-    let crowded = task_grasps::map(commands, robot, scene)?;
+pub fn map_by(
+    commands: &mut Commands,
+    robot: &Robot,
+    scene: &Scene,
+    criterion: GraspCriterion,
+) -> Result<Vec<Crossing>, InputError> {
+    let crowded = task_grasps::map(commands, robot, scene, criterion)?;
     for task in &mut commands.tasks {
         let (Some(hand), Some(object)) = (robot.hands.get(&task.track), scene.bodies.get(&task.object)) else {
             continue;

@@ -2,6 +2,7 @@
 
 mod clock;
 mod files;
+mod grasp_quality;
 mod grasping;
 mod gripper;
 mod kinematics;

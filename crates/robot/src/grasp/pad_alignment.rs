@@ -1,0 +1,23 @@
+//! How squarely the pad of a fingertip faces the surface.
+
+use super::grasp_request::LARGEST_PAD_ANGLE;
+
+/// Angles beyond the allowed ones count like the one with this alignment: a search pays for them elsewhere.
+const LEAST: f64 = 0.1;
+
+/// The alignment of a pad, and its derivative with respect to the cosine of the angle between the pad and the way into the surface.
+///
+/// It is the cosine of that angle: the share of a force normal to the surface that presses along the axis of the pad, where a sensor and the soft part of a
+/// fingertip are. For a finger that only pushes, and may touch with the end of the finger, angles are scaled so that both limits have the same alignment.
+pub fn pad_alignment(cosine: f64, largest_angle: f64) -> (f64, f64) {
+    let scale = LARGEST_PAD_ANGLE / largest_angle;
+    let cosine = cosine.clamp(-1.0, 1.0);
+    let angle = cosine.acos();
+    let alignment = (scale * angle).cos();
+    if alignment <= LEAST {
+        return (LEAST, 0.0);
+    }
+    let sine = angle.sin();
+    let slope = if sine < 1e-6 { scale * scale } else { scale * (scale * angle).sin() / sine };
+    (alignment, slope)
+}
