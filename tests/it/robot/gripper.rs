@@ -118,3 +118,22 @@ fn a_push_is_refused_since_jaws_only_hold() {
     let why = "no grasp, a gripper holds between thumb and fingers, and here only one side touches: it does not push";
     assert!(made.1.contains(&format!("  index: {why}")) && done.1.contains(why), "{}{}", made.1, done.1);
 }
+
+/// A gripper of linkages as the Robotiq 2F-85, and one with a single turning jaw as the SO-101.
+#[test]
+fn jaws_that_turn_take_what_fingers_held() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let log = path("log.csv");
+    demonstrate("pick_and_place", &["--seed", "2"], &log);
+    for robot in ["tests/fixtures/turning_jaws.yaml", "tests/fixtures/one_jaw.yaml"] {
+        let out = path("commands.json");
+        let made = teachtree(&["retarget", &log, "--robot", robot, "-o", &out]);
+        let said = String::from_utf8_lossy(&made.stdout).to_string() + &complained(&made);
+        assert!(made.status.success(), "{robot}: {said}");
+        assert!(said.contains("thumb, index: measure 0.") && said.contains(", jaws open by 60."), "{robot}: {said}");
+        let commands = Commands::read(&std::fs::read_to_string(&out).unwrap(), "commands.json").unwrap();
+        let mapped = commands.tasks[0].grasps[0].mapped.as_ref().unwrap();
+        assert_eq!(mapped.joints.len(), 1, "{robot} has one motor");
+    }
+}

@@ -10,7 +10,7 @@
 //! which is what impedance control of two fingertips comes to, docs/sources.md, Control: `K = 2 K_p / (1 + K_f)`.
 
 use crate::control::impedance::Gains;
-use crate::model::gripper::Jaws;
+use crate::model::gripper::{Jaw, Jaws};
 use crate::planning::plan::Target;
 use nalgebra::{Translation3, Vector3};
 use teachtree_world::TouchLaw;
@@ -19,6 +19,15 @@ use teachtree_world::TouchLaw;
 const FOLLOWS_S: [f64; 2] = [0.08, 0.114];
 /// The palm gives way no farther, m.
 const MOST_M: f64 = 0.02;
+
+/// The line from the thumb to the other jaw as far open as the target has them, palm frame.
+fn line_of(jaws: &Jaws, target: &Target) -> Vector3<f64> {
+    let tip = |jaw: &Jaw| target.tips.iter().find(|(finger, ..)| *finger == jaw.finger).map(|(_, tip, _)| *tip);
+    let [thumb, other] = [&jaws.pair[0], &jaws.pair[1]];
+    let opening = tip(thumb).zip(tip(other)).map(|(one, two)| (two - one).norm() - thumb.radius - other.radius);
+    let share = opening.map_or(0.5, |opening| jaws.share(opening).clamp(0.0, 1.0));
+    jaws.stance(share).along.into_inner()
+}
 
 /// How far a palm gives way, reference frame, m.
 #[derive(Clone, Debug, Default)]
@@ -40,7 +49,7 @@ impl PalmCompliance {
         let asked: Vector3<f64> = target.tips.iter().map(|(.., force)| force).sum();
         let touches = asked != Vector3::zeros() && exerted.iter().any(|force| *force != Vector3::zeros());
         let mut missing = if touches { asked - exerted.iter().sum::<Vector3<f64>>() } else { Vector3::zeros() };
-        let line = target.palm.rotation * jaws.along.into_inner();
+        let line = target.palm.rotation * line_of(jaws, target);
         if !jaws.geared {
             missing -= line * line.dot(&missing);
         }

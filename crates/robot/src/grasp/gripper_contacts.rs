@@ -27,7 +27,8 @@ struct JawContact {
 impl Jaws {
     /// Gives a task of the operator's fingers, whose tips have a radius (m), to these jaws of a hand.
     pub(crate) fn take_over(&self, task: &mut Task, hand: &HandModel, object: &Body, tip_radius: f64) {
-        let most = self.pair.map(|jaw| (jaw.finger, hand.finger(jaw.finger).map_or(0.0, |model| model.force)));
+        let most = [&self.pair[0], &self.pair[1]]
+            .map(|jaw| (jaw.finger, hand.finger(jaw.finger).map_or(0.0, |model| model.force)));
         for index in 0..task.grasps.len() {
             let taken = self.taken(&task.grasps[index], object, tip_radius);
             let grasp = &mut task.grasps[index];

@@ -1,14 +1,14 @@
 //! Grasps of a gripper: the jaws on the line between their contacts, and the palm turned about that line so that it has the most room.
 //!
-//! A jaw goes one way only, so that there is no manipulability to be made large. A grasp is measured by
+//! A jaw has one degree of freedom at most, so that there is no manipulability to be made large. A grasp is measured by
 //!
 //! ```text
-//! W = 4 u (1 - u) · (Π_i 1 - tan α_i / μ)^(1/2) · (Π_k g_k / (g_k + L))^(1/2)        all of it ours
+//! W = 4 u (1 - u) · (Π_i (1 - tan α_i / μ) cos β_i)^(1/2) · (Π_k g_k / (g_k + L))^(1/2)        all of it ours
 //! ```
 //!
 //! the freedom of the opening from its limits (u: share by which the jaws are open), how squarely they stand to the surface within the friction
-//! cone (α: angle between the line and the normal, μ: friction), and the room of the palm (g: its gaps to the object and to whatever else
-//! is there, L: how far the jaws stand out of it). The first two are the same all about the line; the third one and what is in the way choose the turn.
+//! cone (α: angle between the line and the normal, μ: friction), how squarely the pads of turning jaws face each other (β: angle between pad and line), and the room of the palm (g: its gaps to the object and to whatever else
+//! is there, L: how far the jaws stand out of it). All but the last are the same all about the line; that one and what is in the way choose the turn.
 
 use super::candidate::{FingerPlacement, GraspCandidate, Reach, clearest};
 use super::clearance::Shapes;
@@ -16,7 +16,7 @@ use super::grasp_request::{Contact, GraspRequest};
 use super::no_grasp::NoGrasp;
 use crate::kinematics::finger::FingerModel;
 use crate::kinematics::joint_positions::JointPositions;
-use crate::model::gripper::{Jaw, Jaws};
+use crate::model::gripper::{Jaw, JawStance, Jaws};
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
@@ -70,8 +70,10 @@ struct TwoFingerGrasp<'a> {
     /// How far the jaws are open, m, and the share.
     opening: f64,
     share: f64,
-    /// How far the line leans from the normal at each jaw, rad.
+    stance: JawStance,
+    /// How far the line leans from the normal at each jaw, rad; and these normals.
     leans: [f64; 2],
+    normals: [Vector3<f64>; 2],
 }
 
 impl<'a> TwoFingerGrasp<'a> {
@@ -79,7 +81,8 @@ impl<'a> TwoFingerGrasp<'a> {
         if let Some(contact) = contacts.iter().find(|contact| jaws.jaw(contact.finger).is_none()) {
             return Err(NoGrasp::Lacks(contact.finger));
         }
-        let on = jaws.pair.map(|jaw| Some((jaw, contacts.iter().find(|contact| contact.finger == jaw.finger)?)));
+        let on = [&jaws.pair[0], &jaws.pair[1]]
+            .map(|jaw| Some((jaw, contacts.iter().find(|contact| contact.finger == jaw.finger)?)));
         let [Some((thumb, one)), Some((other, two))] = on else { return Err(NoGrasp::OneSided) };
         let centres = [(thumb, one), (other, two)].map(|(jaw, contact)| contact.point + contact.normal * jaw.radius);
         let way = centres[1] - centres[0];
@@ -98,17 +101,17 @@ impl<'a> TwoFingerGrasp<'a> {
         if opening < least {
             return Err(NoGrasp::TooNarrow(opening, least));
         }
-        Ok(Self { jaws, along, thumb: centres[0], opening, share: jaws.share(opening), leans })
+        let (share, normals) = (jaws.share(opening), [one.normal, two.normal]);
+        Ok(Self { jaws, along, thumb: centres[0], opening, share, stance: jaws.stance(share), leans, normals })
     }
 
     /// The palm turned about the line.
     fn pose(&self, turn: f64) -> Isometry3<f64> {
-        let Self { jaws, along, .. } = self;
+        let Self { stance, along, .. } = self;
         let object_from_line = Rotation3::from_axis_angle(along, turn) * frame(along, &across(along, &Vector3::z()));
-        let palm_from_line = frame(&jaws.along, &across(&jaws.along, &jaws.middle.coords));
+        let palm_from_line = frame(&stance.along, &across(&stance.along, &stance.middle.coords));
         let rotation = UnitQuaternion::from_rotation_matrix(&(object_from_line * palm_from_line.inverse()));
-        let in_palm = jaws.middle + jaws.along.into_inner() * jaws.pair[0].place(self.share);
-        Isometry3::from_parts(Translation3::from(self.thumb.coords - rotation * in_palm.coords), rotation)
+        Isometry3::from_parts(Translation3::from(self.thumb.coords - rotation * stance.thumb.coords), rotation)
     }
 
     /// The grasp at a pose, or the worst overlap, m, and between whom.
@@ -121,22 +124,29 @@ impl<'a> TwoFingerGrasp<'a> {
         }
         let free = (4.0 * self.share * (1.0 - self.share)).clamp(0.0, 1.0);
         let stand = self.leans.map(squarely);
+        let facing = self.stance.askew.map(|askew| askew.cos().max(0.0));
         // The gap to what is not there is infinite.
         let out = self.jaws.out;
         let room = shapes.palm(pose).map(|gap| if gap.is_finite() { gap / (gap + out).max(1e-9) } else { 1.0 });
-        let fingers = self.jaws.pair.iter().zip(self.leans).map(|(jaw, lean)| FingerPlacement {
-            finger: jaw.finger,
-            angles: jaw.angles(self.share),
-            manipulability: 0.0,
-            freedom: free,
-            pad_angle: lean,
-            alignment: squarely(lean),
-            miss: 0.0,
-        });
+        let placement = |index: usize| -> Option<FingerPlacement> {
+            let jaw = &self.jaws.pair[index];
+            let angles = jaw.angles(self.share);
+            let pad = pose.rotation * hand.finger(jaw.finger)?.posture(&angles).pad;
+            Some(FingerPlacement {
+                finger: jaw.finger,
+                angles,
+                manipulability: 0.0,
+                freedom: free,
+                pad_angle: pad.angle(&-self.normals[index]),
+                alignment: stand[index] * facing[index],
+                miss: 0.0,
+            })
+        };
+        let fingers = [0, 1].into_iter().filter_map(placement);
         Ok(GraspCandidate {
             object_from_palm: *pose,
             friction_margin: stand[0].min(stand[1]),
-            measure: free * (stand[0] * stand[1]).sqrt() * (room[0] * room[1]).sqrt(),
+            measure: free * (stand[0] * stand[1] * facing[0] * facing[1]).sqrt() * (room[0] * room[1]).sqrt(),
             fingers: fingers.collect(),
             idle: Vec::new(),
             opening: Some(self.opening),

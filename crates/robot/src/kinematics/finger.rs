@@ -116,9 +116,6 @@ impl FingerModel {
                 solids.extend(link.solids.iter().map(|solid| (step, solid.moved(&fixed))));
             }
         }
-        if dofs.is_empty() {
-            return Err("does not move".into());
-        }
         if dofs.len() > MAX_DOFS {
             return Err(format!("has {} degrees of freedom, at most {MAX_DOFS} are supported", dofs.len()));
         }
@@ -150,7 +147,7 @@ impl FingerModel {
         let points: Vec<Point3<f64>> =
             (first..rest.joints.len()).filter_map(origin).chain(std::iter::once(rest.tip)).collect();
         finger.length = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
-        if finger.length < 1e-4 && !finger.slides() {
+        if finger.length < 1e-4 && finger.dofs.len() > 1 {
             return Err("has no length".into());
         }
         let turns = finger.steps.iter().all(|step| step.kind == JointKind::Revolute);

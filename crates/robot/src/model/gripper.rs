@@ -1,84 +1,106 @@
-//! Parallel jaws: a hand of two fingers that slide to and from each other on one line, each by its own motor or both by one.
+//! Jaws: a hand of two fingers with at most one degree of freedom each. They slide to and from each other on one line, or turn; each by its own motor, both by one,
+//! or one of them while the other one is fixed.
 //!
-//! Everything about them is known in closed form. With `u`, the share by which they are opened, 0 to 1, and places on the line counted from the thumb to
-//! the other jaw,
+//! One number says how a gripper stands, whether it has one motor or two: the share `u` by which it is open, from 0 to 1, which is linear in the values of its degrees
+//! of freedom. Where the tips are then follows from the kinematics of the jaws:
 //!
 //! ```text
-//! tip_i(u)   = closed_i + (open_i - closed_i) u
-//! opening(u) = tip_other(u) - tip_thumb(u) - radius_thumb - radius_other          between their fingertip balls
+//! opening(u) = |tip_other(u) - tip_thumb(u)| - radius_thumb - radius_other          between their fingertip balls
 //! ```
 //!
-//! so that one number says how the gripper stands, whether it has one degree of freedom or two.
+//! The opening of jaws that slide is linear in `u`; that of jaws that turn is inverted by bisection.
 
-use crate::kinematics::finger::FingerModel;
+use crate::kinematics::finger::{FingerModel, FingerPose};
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use nalgebra::{Point3, Unit, Vector3};
 use teachtree_base::hands::Finger;
 use teachtree_description::shape::CollisionShape;
 use teachtree_description::tree::Dof;
 
-/// Tips may be this far beside one line, m, and pads may look this far off it, degrees.
+/// Tips of sliding jaws may be this far beside one line, m.
 const BESIDE_M: f64 = 1e-4;
+/// Pads may look this far off the line to the other jaw, degrees: those of sliding jaws always, those of turning jaws where they look best.
 const ASKEW_DEG: f64 = 1.0;
+const ASKEW_TURNING_DEG: f64 = 30.0;
 /// Jaws that open by less do not open, m.
 const LEAST_M: f64 = 1e-4;
+/// Number of shares at which turning jaws are tested.
+const SAMPLES: usize = 32;
+/// Number of bisections of a share, and the error of the opening at which they end, m.
+const BISECTIONS: usize = 60;
+const EXACT_M: f64 = 1e-12;
 
 /// What makes a hand a gripper.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Jaws {
-    /// From the thumb to the other jaw, palm frame.
-    pub along: Unit<Vector3<f64>>,
-    /// The line of the tips' centres goes through this point, the nearest to the palm's origin; palm frame, m.
-    pub middle: Point3<f64>,
-    /// How far that line is out of the palm, m.
+    /// How far the line of the half open tips is out of the palm, m.
     pub out: f64,
     /// The thumb and the other one.
     pub pair: [Jaw; 2],
-    /// Whether one motor drives both.
+    /// Whether one motor makes both press.
     pub geared: bool,
 }
 
 /// One of two jaws.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Jaw {
     /// Its name.
     pub finger: Finger,
     /// Radius of its fingertip ball, m.
     pub radius: f64,
-    /// Where the centre of its ball is on the line when it is closed and when it is open, m.
-    place: [f64; 2],
-    /// The value of its degree of freedom then, m.
+    /// The value of its degree of freedom when it is closed and when it is open, m or rad; of no meaning for a fixed jaw.
     value: [f64; 2],
+    model: FingerModel,
+}
+
+/// Where the jaws are; palm frame.
+#[derive(Clone, Debug)]
+pub struct JawStance {
+    /// From the thumb to the other jaw.
+    pub along: Unit<Vector3<f64>>,
+    /// The centre of the thumb's ball, m.
+    pub thumb: Point3<f64>,
+    /// The point of the line of the tips that is nearest to the palm's origin, m.
+    pub middle: Point3<f64>,
+    /// The angle between each pad and the line to the other jaw, rad.
+    pub askew: [f64; 2],
 }
 
 impl Jaw {
-    /// Where the centre of its ball is on the line, m from [`Jaws::middle`], when it is opened by a share.
-    pub fn place(&self, share: f64) -> f64 {
-        self.place[0] + (self.place[1] - self.place[0]) * share
-    }
-
-    /// Its angles, which is the value of its only degree of freedom, when it is opened by a share.
+    /// Its angles, which are the value of its only degree of freedom, when it is opened by a share.
     pub fn angles(&self, share: f64) -> JointPositions {
         only(self.value[0] + (self.value[1] - self.value[0]) * share)
+    }
+
+    fn posture(&self, share: f64) -> FingerPose {
+        self.model.posture(&self.angles(share))
+    }
+
+    /// How fast its tip moves along a direction with its degree of freedom, m per m or rad.
+    fn lever(&self, share: f64, along: &Vector3<f64>) -> f64 {
+        let jacobian = self.model.jacobian(&self.posture(share));
+        jacobian.column_iter().map(|column| column.dot(along).abs()).sum()
     }
 }
 
 impl Jaws {
-    /// The jaws that fingers are, if all of them slide along one line each; what they can press with at most is then put into the fingers, as far as
+    /// The jaws that fingers are, if they are two with at most one degree of freedom each; what they can press with at most is then put into the fingers, as far as
     /// their motors (`dofs` of the robot) give it.
     ///
     /// # Errors
-    /// The finger because of which sliding fingers are no gripper, and why.
+    /// The finger because of which such fingers are no gripper, and why.
     pub(crate) fn of(
         fingers: &mut [FingerModel],
         palm: &[CollisionShape],
         dofs: &[Dof],
     ) -> Result<Option<Self>, (Finger, String)> {
-        if fingers.len() < 2 || !fingers.iter().all(FingerModel::slides) {
-            return Ok(None);
-        }
-        if let Some(third) = fingers.get(2) {
+        let slide = fingers.iter().all(FingerModel::slides);
+        if let Some(third) = fingers.get(2).filter(|_| slide) {
             return Err((third.finger, "is a third finger that slides, expected the two jaws of a gripper".into()));
+        }
+        let simple = fingers.iter().all(|model| model.dofs.len() < 2);
+        if fingers.len() != 2 || !simple || fingers.iter().all(|model| model.dofs.is_empty()) {
+            return Ok(None);
         }
         let Some(thumb) = fingers.iter().position(|model| model.finger == Finger::Thumb) else {
             return Err((
@@ -87,49 +109,118 @@ impl Jaws {
             ));
         };
         let [thumb, other] = [&fingers[thumb], &fingers[1 - thumb]];
-        let ends = |model: &FingerModel| model.ranges[0].map(|value| model.posture(&only(value)));
-        let [start, end] = ends(thumb);
-        let way = end.tip - start.tip;
-        let along = Unit::try_new(way * way.dot(&start.pad).signum(), LEAST_M)
-            .ok_or_else(|| (thumb.finger, "does not move".to_string()))?;
-        let middle = start.tip - along.into_inner() * along.dot(&start.tip.coords);
-        let jaw = |model: &FingerModel, inward: Vector3<f64>| {
-            let refuse = |message: String| Err((model.finger, message));
-            let [start, end] = ends(model);
-            let off = inward.angle(&start.pad).to_degrees();
-            if off > ASKEW_DEG {
-                return refuse(format!("has a pad that looks {off:.0} degrees off the line to the other jaw"));
-            }
-            let beside = |tip: Point3<f64>| (tip - middle).cross(&along).norm();
-            let beside = beside(start.tip).max(beside(end.tip));
-            if beside > BESIDE_M {
-                return refuse(format!("slides {:.1} mm beside the line of the thumb", beside * 1e3));
-            }
-            let place = [start, end].map(|posture| along.dot(&(posture.tip - middle)));
-            // It closes inward.
-            let closes = (place[1] - place[0]) * inward.dot(&along) > 0.0;
-            let order = |[low, high]: [f64; 2]| if closes { [high, low] } else { [low, high] };
-            Ok(Jaw { finger: model.finger, radius: model.radius, place: order(place), value: order(model.ranges[0]) })
-        };
-        let pair = [jaw(thumb, along.into_inner())?, jaw(other, -along.into_inner())?];
-        let geared = thumb.dofs[0] == other.dofs[0];
-        let out = palm.iter().map(|solid| solid.distance(&middle)).fold(middle.coords.norm(), f64::min);
-        let made = Self { along, middle, out, pair, geared };
-        if geared && pair[0].value != pair[1].value {
+        let mut made = Self { out: 0.0, pair: [jaw(thumb)?, jaw(other)?], geared: false };
+        let moved = |jaw: &Jaw| jaw.model.dofs.first().copied();
+        let motors = [&made.pair[0], &made.pair[1]].map(moved);
+        made.geared = motors[0] == motors[1] || motors.contains(&None);
+        if motors[0] == motors[1] && made.pair[0].value != made.pair[1].value {
             return Err((other.finger, "opens while the thumb closes, and both are driven by one joint".into()));
         }
-        let [closed, open] = made.range();
-        if open - closed < LEAST_M {
-            return Err((other.finger, "does not open against the thumb".into()));
+        if slide {
+            made.check_sliding()?;
+        } else {
+            made.check_turning()?;
         }
-        // What a motor gives is the sum of what it makes jaws press.
-        let per_newton = pair.map(|jaw| ((jaw.place[1] - jaw.place[0]) / (jaw.value[1] - jaw.value[0])).abs());
-        for model in fingers {
-            let own = if pair[0].finger == model.finger { per_newton[0] } else { per_newton[1] };
-            let all = if geared { per_newton[0] + per_newton[1] } else { own };
-            model.force = model.force.min(dofs[model.dofs[0]].torque / all);
+        made.close()?;
+        let middle = made.stance(0.5).middle;
+        made.out = palm.iter().map(|solid| solid.distance(&middle)).fold(middle.coords.norm(), f64::min);
+        for (index, force) in made.forces(dofs).into_iter().enumerate() {
+            let pressing = fingers.iter_mut().filter(|model| model.finger == made.pair[index].finger);
+            pressing.for_each(|model| model.force = model.force.min(force));
         }
         Ok(Some(made))
+    }
+
+    /// Refuses sliding jaws whose pads or tips are off the line on which the thumb slides.
+    fn check_sliding(&self) -> Result<(), (Finger, String)> {
+        let [closed, open] = [0.0, 1.0].map(|share| self.pair[0].posture(share));
+        let along = (closed.tip - open.tip).normalize();
+        for (jaw, inward) in self.pair.iter().zip([along, -along]) {
+            let ends = [0.0, 1.0].map(|share| jaw.posture(share));
+            let off = inward.angle(&ends[0].pad).to_degrees();
+            if off > ASKEW_DEG {
+                return Err((
+                    jaw.finger,
+                    format!("has a pad that looks {off:.0} degrees off the line to the other jaw"),
+                ));
+            }
+            let beside = ends.map(|end| (end.tip - closed.tip).cross(&along).norm()).into_iter().fold(0.0, f64::max);
+            if beside > BESIDE_M {
+                return Err((jaw.finger, format!("slides {:.1} mm beside the line of the thumb", beside * 1e3)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses turning jaws whose pads never face each other.
+    fn check_turning(&self) -> Result<(), (Finger, String)> {
+        let stances: Vec<JawStance> = (0..=SAMPLES).map(|at| self.stance(at as f64 / SAMPLES as f64)).collect();
+        for (index, jaw) in self.pair.iter().enumerate() {
+            let off = stances.iter().map(|stance| stance.askew[index].to_degrees()).fold(f64::INFINITY, f64::min);
+            if off > ASKEW_TURNING_DEG {
+                let message = format!("has a pad that looks {off:.0} degrees off the line to the other jaw");
+                return Err((jaw.finger, message));
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets the jaws close as far as their opening decreases, and refuses those that do not open.
+    fn close(&mut self) -> Result<(), (Finger, String)> {
+        let opening = |at: usize| self.opening(at as f64 / SAMPLES as f64);
+        let closed = (0..=SAMPLES).min_by(|a, b| opening(*a).total_cmp(&opening(*b))).unwrap_or_default();
+        let opens = (closed..SAMPLES).all(|at| opening(at) < opening(at + 1));
+        if !opens || opening(SAMPLES) - opening(closed) < LEAST_M {
+            return Err((self.pair[1].finger, "does not open against the thumb".into()));
+        }
+        if closed > 0 {
+            self.close_at(closed as f64 / SAMPLES as f64);
+        }
+        // Turning pads that could go through each other are closed where they touch.
+        if self.opening(0.0) < -LEAST_M {
+            self.close_at(self.share(0.0));
+        }
+        Ok(())
+    }
+
+    /// Calls jaws closed that are opened by this share now.
+    fn close_at(&mut self, share: f64) {
+        for jaw in &mut self.pair {
+            jaw.value[0] = jaw.angles(share)[0];
+        }
+    }
+
+    /// What motors make each jaw press with at most, N, where their levers are longest. A motor of both gives the sum; a fixed jaw presses as the other one does.
+    fn forces(&self, dofs: &[Dof]) -> [f64; 2] {
+        let share = |at: usize| at as f64 / SAMPLES as f64;
+        let levers = |share: f64| {
+            let along = self.stance(share).along;
+            [&self.pair[0], &self.pair[1]].map(|jaw| jaw.lever(share, &along))
+        };
+        let torque = |index: usize| Some(dofs.get(*self.pair[index].model.dofs.first()?)?.torque);
+        [0, 1].map(|index| {
+            let force = |lever: [f64; 2]| match (self.geared, torque(index).or_else(|| torque(1 - index))) {
+                (true, Some(torque)) => torque / (lever[0] + lever[1]),
+                (false, Some(torque)) => torque / lever[index],
+                (_, None) => f64::INFINITY,
+            };
+            (0..=SAMPLES).map(|at| force(levers(share(at)))).fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    /// Where the jaws are when they are opened by a share.
+    pub fn stance(&self, share: f64) -> JawStance {
+        let [thumb, other] = [&self.pair[0], &self.pair[1]].map(|jaw| jaw.posture(share));
+        let along = Unit::try_new(other.tip - thumb.tip, 1e-9);
+        // Tips in one point face each other as their pads do.
+        let along = along.unwrap_or_else(|| Unit::new_normalize(thumb.pad));
+        let middle = thumb.tip - along.into_inner() * along.dot(&thumb.tip.coords);
+        JawStance {
+            askew: [thumb.pad.angle(&along), other.pad.angle(&-along.into_inner())],
+            along,
+            thumb: thumb.tip,
+            middle,
+        }
     }
 
     /// How far they are open when they are closed, and at most, m: between their fingertip balls.
@@ -139,14 +230,27 @@ impl Jaws {
 
     /// How far they are open at a share, m.
     pub fn opening(&self, share: f64) -> f64 {
-        let [thumb, other] = &self.pair;
-        other.place(share) - thumb.place(share) - thumb.radius - other.radius
+        let [thumb, other] = [&self.pair[0], &self.pair[1]];
+        (other.posture(share).tip - thumb.posture(share).tip).norm() - thumb.radius - other.radius
     }
 
     /// The share at which they are open this far, m; not from 0 to 1 for what they cannot do.
     pub fn share(&self, opening: f64) -> f64 {
         let [closed, open] = self.range();
-        (opening - closed) / (open - closed)
+        let linear = (opening - closed) / (open - closed);
+        if !(0.0..=1.0).contains(&linear) || (self.opening(linear) - opening).abs() < EXACT_M {
+            return linear;
+        }
+        let [mut low, mut high] = [0.0, 1.0];
+        for _ in 0..BISECTIONS {
+            let middle = (low + high) / 2.0;
+            if self.opening(middle) < opening {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        (low + high) / 2.0
     }
 
     /// The jaw of this name.
@@ -158,6 +262,18 @@ impl Jaws {
     pub fn opponent(&self, finger: Finger) -> Finger {
         if self.pair[0].finger == finger { self.pair[1].finger } else { self.pair[0].finger }
     }
+}
+
+/// A finger as a jaw, which closes where its pad looks.
+fn jaw(model: &FingerModel) -> Result<Jaw, (Finger, String)> {
+    let [low, high] = model.ranges.first().copied().unwrap_or_default();
+    let [start, half, end] = [low, (low + high) / 2.0, high].map(|value| model.posture(&only(value)));
+    let moved = end.tip - start.tip;
+    if !model.dofs.is_empty() && moved.norm() < LEAST_M {
+        return Err((model.finger, "does not move".into()));
+    }
+    let value = if moved.dot(&half.pad) > 0.0 { [high, low] } else { [low, high] };
+    Ok(Jaw { finger: model.finger, radius: model.radius, value, model: model.clone() })
 }
 
 /// The angles of a finger with one degree of freedom.

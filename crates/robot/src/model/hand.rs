@@ -52,6 +52,8 @@ pub(crate) fn build(
     let jaws = Jaws::of(&mut fingers, &tree.links[palm].solids, &tree.dofs);
     let jaws = jaws.map_err(|(finger, message)| (Some(finger), message))?;
     if jaws.is_none() {
+        let fixed = fingers.iter().find(|model| model.dofs.is_empty());
+        fixed.map_or(Ok(()), |model| Err((Some(model.finger), "does not move".into())))?;
         share_nothing(&fingers)?;
     }
     let palm_solids = if arm.is_empty() { tree.links[palm].solids.clone() } else { moved_with(tree, palm) };
@@ -81,7 +83,8 @@ fn share_nothing(fingers: &[FingerModel]) -> Result<(), (Option<Finger>, String)
     for (index, finger) in fingers.iter().enumerate() {
         let shared = |other: &&FingerModel| other.dofs.iter().any(|dof| finger.dofs.contains(dof));
         if let Some(other) = fingers[..index].iter().find(shared) {
-            let message = format!("shares a degree of freedom with {}, which only jaws that slide may", other.finger);
+            let message =
+                format!("shares a degree of freedom with {}, which only the two jaws of a gripper may", other.finger);
             return Err((Some(finger.finger), message));
         }
     }
@@ -110,7 +113,8 @@ impl HandModel {
 
     /// How far the jaws of a gripper are open at these values of the robot's degrees of freedom, m; `None` for another hand.
     pub fn opening(&self, q: &[f64]) -> Option<f64> {
-        let [thumb, other] = self.jaws.as_ref()?.pair.map(|jaw| self.finger(jaw.finger));
+        let jaws = self.jaws.as_ref()?;
+        let [thumb, other] = [0, 1].map(|index| self.finger(jaws.pair[index].finger));
         let (thumb, other) = (thumb?, other?);
         let tip = |finger: &FingerModel| finger.posture(&finger.angles(q)).tip;
         Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)

@@ -81,7 +81,8 @@ fn the_opening_has_a_closed_form_with_one_motor_and_with_two() {
                 q[finger.dofs[0]] = jaws.jaw(finger.finger).unwrap().angles(share)[0];
             }
             let poses = robot.tree.forward_kinematics(&q);
-            let tips = jaws.pair.map(|jaw| {
+            let tips = [0, 1].map(|index| {
+                let jaw = &jaws.pair[index];
                 let finger = hand.finger(jaw.finger).unwrap();
                 poses[finger.tip_link] * finger.tip_in_link
             });
@@ -113,13 +114,9 @@ fn what_slides_but_is_no_gripper_is_refused() {
         ),
     )]);
     assert!(third.unwrap_err().contains("is a third finger that slides"));
-    // What turns may not share a motor.
-    let turning = URDF.replace("prismatic", "revolute");
-    let turning = of_urdf(&turning).unwrap_err();
-    assert!(
-        turning.contains("`index` shares a degree of freedom with thumb, which only jaws that slide may"),
-        "{turning}"
-    );
+    // Both turn about the line between them.
+    let turning = of_urdf(&URDF.replace("prismatic", "revolute")).unwrap_err();
+    assert!(turning.contains("`thumb`"), "{turning}");
 }
 
 #[test]
@@ -137,7 +134,7 @@ fn jaws_stand_on_their_contacts_with_the_palm_where_there_is_room() {
             assert!(off < 1e-9, "{finger} is {off} m off its contact");
         }
         // Upright above the table.
-        let up = -(grasp.object_from_palm.rotation * hand.jaws.as_ref().unwrap().middle.coords).normalize();
+        let up = -(grasp.object_from_palm.rotation * hand.jaws.as_ref().unwrap().stance(0.5).middle.coords).normalize();
         assert!(up.z > 0.99, "{up}");
         assert!(grasp.clearance.object > 0.0 && grasp.clearance.obstacles > 0.0, "{:?}", grasp.clearance);
         let half_open = if robot.name == "gripper" { 4.0 * 50.0 * 30.0 / 6400.0 } else { 1.0 };
@@ -166,4 +163,60 @@ fn what_jaws_cannot_hold_is_reported_with_what_is_missing() {
     contacts.remove(0);
     let pushes = mapped(&gripper, &object, contacts, Vec::new()).unwrap_err();
     assert_eq!(pushes, "a gripper holds between thumb and fingers, and here only one side touches: it does not push");
+}
+
+/// A gripper of one of the fixtures.
+fn fixture(name: &str) -> Result<Robot, String> {
+    let folder = std::path::Path::new(crate::ROOT).join("tests/fixtures");
+    let text_of = |file: &str| Ok(std::fs::read_to_string(folder.join(file)).unwrap());
+    robot::open(&format!("{name}.yaml"), &text_of).map_err(|error| error.to_string())
+}
+
+/// Pads of linkages stay parallel; a jaw that turns toward a fixed one does not. Both open steadily, and stand on the same contacts as jaws that slide.
+#[test]
+fn turning_jaws_are_mapped_as_sliding_ones_are() {
+    for (name, most, askew_deg) in [("turning_jaws", 0.085, 0.1), ("one_jaw", 0.0818, 46.5)] {
+        let robot = fixture(name).unwrap();
+        let hand = &robot.hands[&Side::Right];
+        let jaws = hand.jaws.as_ref().unwrap();
+        assert!(jaws.geared && robot.tree.dofs.len() == 1, "{name} has one motor");
+        let [closed, open] = jaws.range();
+        assert!(closed.abs() < 1e-9 && (open - most).abs() < 1e-4, "{name} opens from {closed} to {open} m");
+        for at in 0..=10 {
+            let share = f64::from(at) / 10.0;
+            assert!((jaws.share(jaws.opening(share)) - share).abs() < 1e-9, "{name} at {share}");
+            let stance = jaws.stance(share);
+            assert!(stance.askew.iter().all(|askew| askew.to_degrees() < askew_deg), "{name}: {stance:?}");
+        }
+        let (object, contacts) = perpendiculars(50.0);
+        let grasp = mapped(&robot, &object, contacts.clone(), Vec::new()).unwrap();
+        assert!((grasp.opening.unwrap() - 0.050).abs() < 1e-9, "{name}");
+        let mut q = vec![0.0; 1];
+        grasp.set(hand, &mut q);
+        for (finger, off) in tips_off_contacts(&robot, hand, &grasp, &q, &contacts) {
+            assert!(off < 1e-8, "{name}: {finger} is {off} m off its contact");
+        }
+        assert!(grasp.clearance.object > 0.0 && grasp.measure > 0.1, "{name}: {grasp:?}");
+        assert!((grasp.friction_margin - 1.0).abs() < 1e-9, "the contacts are opposite");
+        let facing: f64 = grasp.fingers.iter().map(|held| held.alignment).product();
+        let pads: f64 = jaws.stance(jaws.share(0.050)).askew.iter().map(|askew| askew.cos()).product();
+        assert!((facing - pads).abs() < 1e-9, "{name}: {facing} and {pads}");
+    }
+    // The motor of 1.5 N m presses at the end of a lever of 74 mm.
+    let force = fixture("one_jaw").unwrap().hands[&Side::Right].fingers[1].force;
+    assert!((force - 5.0).abs() < 1e-9, "{force} N: as much as the file says");
+}
+
+#[test]
+fn turning_jaws_that_face_elsewhere_are_refused() {
+    let folder = std::path::Path::new(crate::ROOT).join("tests/fixtures");
+    let text_of = |file: &str| {
+        let text = std::fs::read_to_string(folder.join(file)).unwrap();
+        Ok(text.replace("pad: [0, -1, 0]", "pad: [1, 0, 0]"))
+    };
+    let askew = robot::open("one_jaw.yaml", &text_of).map(|robot| robot.name).unwrap_err().to_string();
+    assert!(
+        askew.contains("`index` has a pad that looks") && askew.contains("off the line to the other jaw"),
+        "{askew}"
+    );
 }
