@@ -6,6 +6,7 @@
 //! their line.
 
 mod assembly;
+mod joint_names;
 mod joints;
 
 use super::mesh::{self, BytesOf, Meshes, Packages};
@@ -15,9 +16,11 @@ use crate::model::hand::{self, HandModel};
 use crate::model::robot::Robot;
 use assembly::assembly;
 use indexmap::IndexMap;
+use joint_names::rename_joints;
 use joints::{JointFile, LimitFile, dofs, limit, made_joint};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::geometry::pose;
@@ -71,6 +74,9 @@ struct RobotFile {
     /// What the URDF does not say of its joints, by joint.
     #[serde(default)]
     limits: IndexMap<String, LimitFile>,
+    /// The names of joints at their controllers, as `/joint_states` has them, by the names in this file: `part/joint` for a joint of a part.
+    #[serde(default)]
+    joint_names: IndexMap<String, String>,
     /// Its hand.
     #[serde(default)]
     hand: Option<HandFile>,
@@ -245,9 +251,10 @@ pub fn read(text: &str, file: &str) -> Result<Robot, InputError> {
 }
 
 fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Result<Robot, InputError> {
-    let parsed: RobotFile = yaml::read(text, file)?;
+    let mut parsed: RobotFile = yaml::read(text, file)?;
     let places = SourceMap { text, file };
-    let built = if let Some(urdf) = &parsed.urdf {
+    let joint_names = std::mem::take(&mut parsed.joint_names);
+    let mut built = if let Some(urdf) = &parsed.urdf {
         if parsed.root.is_some() || parsed.links.len() + parsed.joints.len() + parsed.parts.len() > 0 {
             let message = "stands beside `root`, `links`, `joints` or `parts`, expected one of them";
             return Err(places.error("urdf", "", message.into()));
@@ -265,7 +272,9 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
             root.parent_from_joint = place * root.parent_from_joint;
         }
         limit(&mut tree, &parsed.limits, &places)?;
-        let mut built = Robot { name: parsed.name, tree, hands: IndexMap::new() };
+        // Within parts, these joints keep their names.
+        let joint_names = tree.dofs.iter().map(|dof| (dof.name.clone(), dof.name.clone())).collect();
+        let mut built = Robot { name: parsed.name, tree, hands: IndexMap::new(), joint_names };
         if let Some(hand) = parsed.hand {
             let side = hand.side;
             let made = made_hand(&built, hand, &places)?;
@@ -288,6 +297,7 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
         }
         assembly(parsed, &places, files, depth)?
     };
+    rename_joints(&mut built, joint_names, &places)?;
     if built.tree.links.len() > MAX_LINKS {
         return Err(InputError::new(
             file,
@@ -371,7 +381,8 @@ fn single(file: RobotFile, places: &SourceMap<'_>) -> Result<Robot, InputError> 
         return Err(places.error("links", name, message));
     }
     let dofs = dofs(&joints, places)?;
-    let mut built = Robot { name, tree: KinematicTree { links: Vec::new(), dofs }, hands: IndexMap::new() };
+    let tree = KinematicTree { links: Vec::new(), dofs };
+    let mut built = Robot { name, tree, hands: IndexMap::new(), joint_names: BTreeMap::new() };
     for name in &order {
         let Some((_, link)) = links.get_key_value(name) else { continue };
         let (mut made, hangs) = (made_link(name, link, places)?, joints.iter().find(|(_, joint)| joint.child == *name));

@@ -32,7 +32,12 @@ impl Robot {
         }
         let mut place = vec![0; self.tree.links.len()];
         let mut dof_place: Vec<Option<usize>> = vec![None; self.tree.dofs.len()];
-        let mut limb = Self { name: self.name.clone(), tree: KinematicTree::default(), hands: IndexMap::new() };
+        let mut limb = Self {
+            name: self.name.clone(),
+            tree: KinematicTree::default(),
+            hands: IndexMap::new(),
+            joint_names: self.joint_names.clone(),
+        };
         for (index, link) in self.tree.links.iter().enumerate().filter(|(index, _)| kept[*index]) {
             place[index] = limb.tree.links.len();
             let mut link = link.clone();

@@ -139,7 +139,7 @@ pub fn trajectory(
         return Err(InputError::new("the robot", message));
     }
     let header = Header { stamp: Duration::default(), frame_id: "world".into() };
-    let joint_names = dofs.iter().map(|dof| dof.name.clone()).collect();
+    let joint_names = dofs.iter().map(|dof| robot.controller_name(&dof.name).to_string()).collect();
     let groups_of_joints = controllers(&hands);
     let mut made =
         JointTrajectory { header, joint_names, points: Vec::new(), groups: groups_of_joints, slowed: Vec::new() };

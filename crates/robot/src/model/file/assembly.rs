@@ -1,10 +1,12 @@
 //! Robots on robots: the `parts` of a robot file.
 
+use super::joint_names::keep_unique;
 use super::{MAX_DEPTH, PartFile, RobotFile, RobotFiles, SourceMap, beside, nested, placed, shipped};
 use crate::kinematics::finger::FingerSpec;
 use crate::model::hand;
 use crate::model::robot::Robot;
 use indexmap::IndexMap;
+use std::collections::BTreeMap;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_description::limits::MAX_LINKS;
@@ -22,7 +24,8 @@ pub(super) fn assembly(
         return Err(refuse("", format!("stand more than {MAX_DEPTH} deep in each other")));
     }
     let mut links = vec![Link::massless("world", Vec::new())];
-    let mut whole = Robot { name: file.name, tree: KinematicTree::default(), hands: IndexMap::new() };
+    let (tree, joint_names) = (KinematicTree::default(), BTreeMap::new());
+    let mut whole = Robot { name: file.name, tree, hands: IndexMap::new(), joint_names };
     let mut hands: Vec<(Side, String, usize, Vec<FingerSpec>)> = Vec::new();
     for (part, PartFile { robot, side: given, on, at, turned, source }) in &file.parts {
         if source.trim().is_empty() {
@@ -52,6 +55,8 @@ pub(super) fn assembly(
             .tree
             .dofs
             .extend(model.tree.dofs.into_iter().map(|dof| Dof { name: format!("{part}/{}", dof.name), ..dof }));
+        let named = model.joint_names.iter().map(|(joint, name)| (format!("{part}/{joint}"), name.clone()));
+        whole.joint_names.extend(named);
         if given.is_some() && model.hands.len() != 1 {
             return Err(refuse(part, format!("has a `side` and {} hands, expected one", model.hands.len())));
         }
@@ -68,6 +73,7 @@ pub(super) fn assembly(
         }
     }
     whole.tree.links = links;
+    keep_unique(&mut whole.joint_names);
     for (side, part, palm, specs) in hands {
         let hand = hand::build(&whole.tree, palm, &specs).map_err(|(_, message)| refuse(&part, message))?;
         whole.hands.insert(side, hand);

@@ -128,3 +128,43 @@ fn the_parts_of_a_robot_lie_beside_the_file_that_names_them() {
     let error = robot::open("lab/hand.urdf", &|_| unreachable!()).unwrap_err().to_string();
     assert!(error.contains("name the URDF and its fingertips in a YAML file"), "{error}");
 }
+
+/// A gripper of a URDF in parts, with these lines after them.
+fn of_parts(parts: &[&str], more: &str) -> Result<teachtree_robot::Robot, String> {
+    let folder = std::path::Path::new(crate::ROOT).join("tests/fixtures");
+    let side = |at: usize| ["left", "right"][at];
+    let lines = parts.iter().enumerate().map(|(at, part)| {
+        format!(
+            "  {part}: {{robot: gripper_of_urdf.yaml, side: {}, at: [0 mm, {at} mm, 0 mm], source: a test}}\n",
+            side(at)
+        )
+    });
+    let file = format!("name: parts\nparts:\n{}{more}", lines.collect::<String>());
+    let text_of = |name: &str| match name {
+        "parts.yaml" => Ok(file.clone()),
+        "gripper.urdf" => Ok(std::fs::read_to_string(folder.join("gripper_of_urdf.urdf")).unwrap()),
+        name => Ok(std::fs::read_to_string(folder.join(name)).unwrap()),
+    };
+    teachtree_robot::open("parts.yaml", &text_of).map_err(|error| error.to_string())
+}
+
+/// A controller knows the names of the URDF, whatever a part is called; of two equal parts the names are told apart by the parts, or as the file says.
+#[test]
+fn joints_of_parts_keep_the_names_of_their_urdf() {
+    let name = |robot: &teachtree_robot::Robot, joint: &str| {
+        assert!(robot.tree.dof(joint).is_some(), "{joint}");
+        robot.controller_name(joint).to_string()
+    };
+    let one = of_parts(&["gripper"], "").unwrap();
+    assert_eq!(name(&one, "gripper/finger_1"), "finger_1");
+    let two = of_parts(&["a", "b"], "").unwrap();
+    assert_eq!([name(&two, "a/finger_1"), name(&two, "b/finger_1")], ["a/finger_1", "b/finger_1"]);
+    let two = of_parts(&["a", "b"], "joint_names: {a/finger_1: left_finger, b/finger_1: right_finger}\n").unwrap();
+    assert_eq!([name(&two, "a/finger_1"), name(&two, "b/finger_1")], ["left_finger", "right_finger"]);
+    assert_eq!(two.limb(teachtree_base::hands::Side::Left).unwrap().controller_name("a/finger_1"), "left_finger");
+    let unknown = of_parts(&["a"], "joint_names:\n  a/finger_3: finger\n").unwrap_err();
+    assert!(unknown.contains("parts.yaml:5: `a/finger_3` is no joint that moves by itself"), "{unknown}");
+    assert!(unknown.contains("did you mean `a/finger_1`?"), "{unknown}");
+    let same = of_parts(&["a", "b"], "joint_names: {a/finger_1: finger, b/finger_1: finger}\n").unwrap_err();
+    assert!(same.contains("`b/finger_1` is called `finger`, as `a/finger_1` is"), "{same}");
+}
