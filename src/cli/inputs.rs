@@ -6,10 +6,13 @@ use teachtree_base::file_kind::FileKind;
 use teachtree_base::yaml;
 use teachtree_frames::bind::BindingFile;
 use teachtree_logs::read::text;
-use teachtree_robot::{self as robot, CollisionShape, Link, Robot};
+use teachtree_robot::{self as robot, CollisionShape, Link, Oddity, Robot};
 use teachtree_session::ErrorInternals;
 use teachtree_session::project_file::ProjectFile;
 use teachtree_session::{Error, Scene};
+
+/// Maximum number of printed warnings about a URDF.
+const ODDITIES: usize = 8;
 
 /// Reads a text as a file of its kind; returns what there is to say of it.
 ///
@@ -24,7 +27,7 @@ pub fn read(kind: FileKind, path: &Path, text: &str) -> Result<String, InputErro
         FileKind::Operator => teachtree_world::Operator::read(text, &name).map(drop)?,
         FileKind::Robot => {
             let robot = robot(&name, text, true)?;
-            return Ok(pieces(&robot) + &jerks(&robot));
+            return Ok(pieces(&robot) + &jerks(&robot) + &oddities(&robot));
         }
         // Of no YAML file.
         FileKind::Log | FileKind::Rules => {}
@@ -55,6 +58,19 @@ fn jerks(robot: &Robot) -> String {
         0 => String::new(),
         limited => format!(", with limits of jerk on {limited} of {} joints", dofs.len()),
     }
+}
+
+/// What a URDF has that is not read as it stands, on links that do not matter.
+fn oddities(robot: &Robot) -> String {
+    let listed = robot.oddities.iter().take(ODDITIES).map(|Oddity { error, instead, .. }| {
+        let instead = instead.unwrap_or("the joint is fixed");
+        format!("\n  warning: {}: {}; {instead}, and no hand or arm of a hand needs it", error.place, error.message)
+    });
+    let more = match robot.oddities.len().saturating_sub(ODDITIES) {
+        0 => String::new(),
+        more => format!("\n  and {more} more such warnings"),
+    };
+    listed.collect::<String>() + &more
 }
 
 /// Reads a text as a robot file, with its meshes or without them.

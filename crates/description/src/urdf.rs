@@ -3,7 +3,8 @@
 //! Read are joints (revolute, continuous, prismatic, fixed; `mimic`), their limits, also soft ones, masses and inertias, and collision shapes that are boxes,
 //! cylinders (as bars with round ends) and balls. Of meshes the names are given. Where a joint says nothing of its motor, a small one is taken.
 //!
-//! [`kinematics`] reads links and joints alone. What is odd in a file that other programs load is noted there: it matters only if a link that is needed hangs on it.
+//! [`kinematics`] reads links and joints alone. What is odd in a file that other programs load is noted: it matters only if a link that is needed hangs on it. Where all is
+//! read, a file that does not close is an error; limits, mimics and inertias of single links are noted.
 
 mod text;
 
@@ -48,12 +49,12 @@ pub fn kinematics(text: &str, file: &str) -> Result<(KinematicTree, Vec<Oddity>)
     read(text, file, Scope::Kinematics).map(|(tree, _, oddities)| (tree, oddities))
 }
 
-/// Reads a URDF text, and the names of the meshes that its links have.
+/// Reads a URDF text, and the names of the meshes that its links have; and what is not read as it stands.
 ///
 /// # Errors
 /// What is wrong with it, at its line.
-pub fn with_meshes(text: &str, file: &str) -> Result<(KinematicTree, Vec<MeshName>), InputError> {
-    read(text, file, Scope::Whole).map(|(tree, meshes, _)| (tree, meshes))
+pub fn with_meshes(text: &str, file: &str) -> Result<(KinematicTree, Vec<MeshName>, Vec<Oddity>), InputError> {
+    read(text, file, Scope::Whole)
 }
 
 /// What is read of a file.
@@ -155,9 +156,16 @@ impl<'a> Reader<'a> {
         if self.scope == Scope::Whole {
             return Err(error);
         }
-        let oddity = Oddity { joint: joint.into(), link: link.into(), error, instead };
-        self.oddities.borrow_mut().push(oddity);
+        self.tolerate(joint, link, error, instead);
         Ok(())
+    }
+
+    /// Notes an error about a single link, with what counts instead; the first one of each link.
+    fn tolerate(&self, joint: &str, link: &str, error: InputError, instead: Option<&'static str>) {
+        let mut oddities = self.oddities.borrow_mut();
+        if self.scope == Scope::Kinematics || oddities.iter().all(|oddity| oddity.link != link) {
+            oddities.push(Oddity { joint: joint.into(), link: link.into(), error, instead });
+        }
     }
 
     fn name(&self, node: Node<'a, 'a>, key: &str) -> Result<&'a str, InputError> {
@@ -227,7 +235,7 @@ impl<'a> Reader<'a> {
                 link.parent = tree.link(parent).unwrap_or(0);
                 match self.placed(*node, &joints, &tree.dofs) {
                     Ok((parent_from_joint, joint)) => (link.parent_from_joint, link.joint) = (parent_from_joint, joint),
-                    Err(error) => self.note(node.attribute("name").unwrap_or_default(), child, error, None)?,
+                    Err(error) => self.tolerate(node.attribute("name").unwrap_or_default(), child, error, None),
                 }
             }
             tree.links.push(link);
@@ -314,7 +322,7 @@ impl<'a> Reader<'a> {
         for (node, _, child) in joints {
             match self.dof(*node, child) {
                 Ok(dof) => dofs.extend(dof),
-                Err(error) => self.note(node.attribute("name").unwrap_or_default(), child, error, None)?,
+                Err(error) => self.tolerate(node.attribute("name").unwrap_or_default(), child, error, None),
             }
         }
         Ok(dofs)
@@ -364,12 +372,20 @@ impl<'a> Reader<'a> {
             Ok([low, high]) => {
                 let [from, to] = [low, high].map(ShortNumber);
                 let message = format!("`{name}` goes from {from} to {to}, expected the smaller end first");
-                (self.error(node, message), if low == high { [low, high] } else { UNLIMITED })
+                (self.error(node, message), if low == high { [low, high] } else { self.unlimited() })
             }
-            Err(error) => (error, UNLIMITED),
+            Err(error) => (error, self.unlimited()),
         };
-        self.note(name, child, error, Some("its limits are not used"))?;
+        self.tolerate(name, child, error, Some("its limits are not used"));
         Ok(range)
+    }
+
+    /// The range of a joint whose limits are not known; where all is read, it has a middle.
+    fn unlimited(&self) -> [f64; 2] {
+        match self.scope {
+            Scope::Whole => [-PI, PI],
+            Scope::Kinematics => UNLIMITED,
+        }
     }
 
     /// Where a joint stands in the frame of its parent, and its motion.
@@ -471,13 +487,17 @@ impl<'a> Reader<'a> {
                 let of = |key: &str| self.number(node, key, 0.0);
                 let (xy, xz, yz) = (of("ixy")?, of("ixz")?, of("iyz")?);
                 let own = Matrix3::new(of("ixx")?, xy, xz, xy, of("iyy")?, yz, xz, yz, of("izz")?);
-                let negative = || {
-                    let message = "has an inertia that no body has, expected three moments of which none is negative";
-                    self.error(node, format!("`{name}` {message}"))
-                };
-                let own = balanced(own).ok_or_else(negative)?;
                 let turn = at.rotation.to_rotation_matrix();
-                turn * own * turn.transpose()
+                match balanced(own) {
+                    Some(own) => turn * own * turn.transpose(),
+                    None => {
+                        let message =
+                            "has an inertia that no body has, expected three moments of which none is negative";
+                        let error = self.error(node, format!("`{name}` {message}"));
+                        self.tolerate("", name, error, Some("that of its shapes counts"));
+                        inertia_of(link.mass, &link.solids).1
+                    }
+                }
             }
             None => inertia_of(link.mass, &link.solids).1,
         };

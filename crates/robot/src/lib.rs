@@ -33,3 +33,4 @@ pub use teachtree_description::mesh::Mesh;
 pub use teachtree_description::polytope::Polytope;
 pub use teachtree_description::shape::CollisionShape;
 pub use teachtree_description::tree::{Dof, Joint, JointKind, KinematicTree, Link};
+pub use teachtree_description::urdf::Oddity;

@@ -260,7 +260,7 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
             return Err(places.error("urdf", "", message.into()));
         }
         let beside = beside(file, urdf);
-        let (mut tree, meshes) = urdf::with_meshes(&(files.text_of)(&beside)?, &beside)?;
+        let (mut tree, meshes, oddities) = urdf::with_meshes(&(files.text_of)(&beside)?, &beside)?;
         if let Some(bytes_of) = files.bytes_of {
             let own = parsed.packages.iter();
             let named = own.map(|(package, folder)| (package.clone(), self::beside(file, folder).into())).collect();
@@ -274,7 +274,7 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
         limit(&mut tree, &parsed.limits, &places)?;
         // Within parts, these joints keep their names.
         let joint_names = tree.dofs.iter().map(|dof| (dof.name.clone(), dof.name.clone())).collect();
-        let mut built = Robot { name: parsed.name, tree, hands: IndexMap::new(), joint_names };
+        let mut built = Robot { name: parsed.name, tree, hands: IndexMap::new(), joint_names, oddities };
         if let Some(hand) = parsed.hand {
             let side = hand.side;
             let made = made_hand(&built, hand, &places)?;
@@ -298,6 +298,10 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
         assembly(parsed, &places, files, depth)?
     };
     rename_joints(&mut built, joint_names, &places)?;
+    // A part may be the arm of another one.
+    if depth == 0 {
+        built.check_oddities()?;
+    }
     if built.tree.links.len() > MAX_LINKS {
         return Err(InputError::new(
             file,
@@ -382,7 +386,7 @@ fn single(file: RobotFile, places: &SourceMap<'_>) -> Result<Robot, InputError> 
     }
     let dofs = dofs(&joints, places)?;
     let tree = KinematicTree { links: Vec::new(), dofs };
-    let mut built = Robot { name, tree, hands: IndexMap::new(), joint_names: BTreeMap::new() };
+    let mut built = Robot { name, tree, hands: IndexMap::new(), joint_names: BTreeMap::new(), oddities: Vec::new() };
     for name in &order {
         let Some((_, link)) = links.get_key_value(name) else { continue };
         let (mut made, hangs) = (made_link(name, link, places)?, joints.iter().find(|(_, joint)| joint.child == *name));

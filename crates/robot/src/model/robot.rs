@@ -3,8 +3,10 @@
 use crate::model::hand::HandModel;
 use indexmap::IndexMap;
 use std::collections::BTreeMap;
+use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_description::tree::KinematicTree;
+use teachtree_description::urdf::Oddity;
 
 /// A robot.
 #[derive(Clone, Debug)]
@@ -17,9 +19,21 @@ pub struct Robot {
     pub hands: IndexMap<Side, HandModel>,
     /// The names of joints at their controllers, by the names in the tree, where both differ.
     pub joint_names: BTreeMap<String, String>,
+    /// What its URDFs have that is not read as it stands, on links that no hand and no arm of a hand needs.
+    pub oddities: Vec<Oddity>,
 }
 
 impl Robot {
+    /// Refuses what is odd about a link of a hand or of its arm.
+    pub(crate) fn check_oddities(&self) -> Result<(), InputError> {
+        if self.oddities.is_empty() {
+            return Ok(());
+        }
+        let limbs = self.hands.keys().map(|side| self.limb(*side)).collect::<Result<Vec<Self>, InputError>>()?;
+        let matters = |oddity: &&Oddity| limbs.iter().any(|limb| limb.tree.link(&oddity.link).is_some());
+        self.oddities.iter().find(matters).map_or(Ok(()), |oddity| Err(oddity.error.clone()))
+    }
+
     /// The name of a joint of the tree at its controller.
     pub fn controller_name<'a>(&'a self, joint: &'a str) -> &'a str {
         self.joint_names.get(joint).map_or(joint, String::as_str)

@@ -37,6 +37,7 @@ impl Robot {
             tree: KinematicTree::default(),
             hands: IndexMap::new(),
             joint_names: self.joint_names.clone(),
+            oddities: Vec::new(),
         };
         for (index, link) in self.tree.links.iter().enumerate().filter(|(index, _)| kept[*index]) {
             place[index] = limb.tree.links.len();

@@ -11,6 +11,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_description::limits::MAX_LINKS;
 use teachtree_description::tree::{Dof, KinematicTree, Link};
+use teachtree_description::urdf::Oddity;
 
 /// The robot that the parts make, each on a link of one before it or in the world.
 pub(super) fn assembly(
@@ -25,7 +26,7 @@ pub(super) fn assembly(
     }
     let mut links = vec![Link::massless("world", Vec::new())];
     let (tree, joint_names) = (KinematicTree::default(), BTreeMap::new());
-    let mut whole = Robot { name: file.name, tree, hands: IndexMap::new(), joint_names };
+    let mut whole = Robot { name: file.name, tree, hands: IndexMap::new(), joint_names, oddities: Vec::new() };
     let mut hands: Vec<(Side, String, usize, Vec<FingerSpec>)> = Vec::new();
     for (part, PartFile { robot, side: given, on, at, turned, source }) in &file.parts {
         if source.trim().is_empty() {
@@ -57,6 +58,8 @@ pub(super) fn assembly(
             .extend(model.tree.dofs.into_iter().map(|dof| Dof { name: format!("{part}/{}", dof.name), ..dof }));
         let named = model.joint_names.iter().map(|(joint, name)| (format!("{part}/{joint}"), name.clone()));
         whole.joint_names.extend(named);
+        let odd = model.oddities.into_iter();
+        whole.oddities.extend(odd.map(|it| Oddity { link: format!("{part}/{}", it.link), ..it }));
         if given.is_some() && model.hands.len() != 1 {
             return Err(refuse(part, format!("has a `side` and {} hands, expected one", model.hands.len())));
         }

@@ -40,3 +40,51 @@ fn a_urdf_is_placed_and_limited_by_the_file_beside_it() {
     let none = error(&format!("limits:\n  {joint}: {{source: ours}}\n"));
     assert!(none.contains("has no limit, expected an acceleration or a jerk"), "{none}");
 }
+
+/// An inertia that no body has and limits of 0 to 0 on an antenna are warnings; on the arm of a hand they are errors, also if the arm is another part.
+#[test]
+fn what_is_odd_about_a_link_matters_if_a_hand_needs_it() {
+    let hand = include_str!("../../../../../tests/fixtures/gripper_of_urdf.urdf");
+    let side = include_str!("../../../../../tests/fixtures/gripper_of_urdf.yaml");
+    let odd = |joint: &str| {
+        format!(
+            r#"<robot name="odd"><link name="foot"/><link name="arm"><inertial><mass value="1"/></inertial></link>
+            <link name="antenna"><inertial><mass value="1"/><inertia ixx="-1" iyy="1" izz="1"/></inertial></link>
+            <joint name="shoulder" type="revolute"><parent link="foot"/><child link="arm"/>{joint}</joint>
+            <joint name="swivel" type="revolute"><parent link="foot"/><child link="antenna"/><limit lower="0" upper="0"/></joint>
+            <joint name="blinks" type="revolute"><parent link="antenna"/><child link="lamp"/><mimic joint="nothing"/></joint>
+            <link name="lamp"/></robot>"#
+        )
+    };
+    let read = |joint: &str, on: &str| {
+        let urdf = odd(joint);
+        let parts = format!(
+            "name: parts\nparts:\n  a: {{robot: odd.yaml, source: a test}}\n  g: {{robot: gripper.yaml, on: a/{on}, source: a test}}\n"
+        );
+        let text_of = |file: &str| {
+            Ok(match file {
+                "parts.yaml" => parts.clone(),
+                "odd.yaml" => "name: odd\nurdf: odd.urdf\n".into(),
+                "odd.urdf" => urdf.clone(),
+                "gripper.yaml" => side.into(),
+                _ => hand.into(),
+            })
+        };
+        robot::open("parts.yaml", &text_of).map_err(|error| error.to_string())
+    };
+    let limits = r#"<limit lower="-1" upper="1"/>"#;
+    let read_all = read(limits, "arm").unwrap();
+    let links: Vec<&str> = read_all.oddities.iter().map(|oddity| oddity.link.as_str()).collect();
+    assert_eq!(links, ["a/antenna", "a/lamp"], "{:?}", read_all.oddities);
+    assert!(read_all.tree.links.iter().all(|link| link.inertia.iter().all(|moment| moment.is_finite())));
+    let locked = read(r#"<limit lower="0" upper="0"/>"#, "arm").unwrap_err();
+    assert!(locked.contains("odd.urdf:2:") && locked.contains("`shoulder` goes from 0 to 0"), "{locked}");
+    let needed = read(limits, "antenna").unwrap_err();
+    assert!(needed.contains("odd.urdf:") && needed.contains("`swivel` goes from 0 to 0"), "{needed}");
+    // Of no hand at all, nothing matters.
+    let whole = odd(r#"<limit lower="-1e16" upper="1e16"/>"#);
+    let alone = robot::open("odd.yaml", &|file| {
+        Ok(if file == "odd.yaml" { "name: odd\nurdf: odd.urdf\n".into() } else { whole.clone() })
+    });
+    assert_eq!(alone.unwrap().oddities.len(), 3);
+}
