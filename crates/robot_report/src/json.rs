@@ -94,6 +94,8 @@ fn cause(cause: &Cause) -> Value {
         "time_s": exact(cause.time_s),
         "track": cause.side.name(),
         "primitive": cause.primitive,
+        "link": cause.place.link,
+        "contact": cause.place.contact,
         "text": cause.to_string(),
     });
     let more = match &cause.why {

@@ -77,6 +77,10 @@ fn an_object_that_is_too_heavy_slips_and_is_lost() {
     let causes = bench.causes();
     let slipped = of(&causes, "contact_slipped");
     assert!(slipped["off_m"].as_f64().unwrap() > 0.005, "{slipped}");
+    let finger = slipped["finger"].as_str().unwrap();
+    assert!(slipped["link"].as_str().unwrap().starts_with(&format!("right_hand/{finger}_")), "{slipped}");
+    assert_eq!(slipped["contact"], "box", "{slipped}");
+    assert!(slipped["text"].as_str().unwrap().ends_with(", contact with `box`"), "{slipped}");
     let left = of(&causes, "left_way");
     assert_eq!((&left["track"], &left["primitive"]), (&"right".into(), &"Translate".into()), "{causes:#?}");
     assert!(left["text"].as_str().unwrap().contains("right hand in Translate: the object left its way"), "{left}");
@@ -117,6 +121,7 @@ fn a_motor_that_is_too_weak_is_named() {
     let causes = bench.causes();
     let missing = of(&causes, "torque_missing");
     assert_eq!(missing["joint"], "right_arm/joint_2", "{causes:#?}");
+    assert!(missing["link"].as_str().unwrap().starts_with("right_arm/"), "{missing}");
     assert!(missing["missing_n_m"].as_f64().unwrap() > 1.0, "{missing}");
 }
 
@@ -127,6 +132,7 @@ fn a_hole_that_is_missed_is_said() {
     bench.change("scene.yaml", "position: [90 mm, 20 mm, 20 mm]", "position: [84 mm, 25.5 mm, 20 mm]");
     let causes = bench.causes();
     let missed = of(&causes, "hole_missed");
+    assert_eq!(missed["contact"], "holder", "{missed}");
     assert_eq!((&missed["within_m"], &missed["primitive"]), (&0.004.into(), &"Insert".into()), "{causes:#?}");
 }
 

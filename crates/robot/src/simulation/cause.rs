@@ -15,6 +15,17 @@ pub struct Cause {
     pub primitive: String,
     /// What it was.
     pub why: FailureCause,
+    /// Where it was.
+    pub place: CausePlace,
+}
+
+/// Where something was that kept an object from where it should be.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CausePlace {
+    /// The link of the robot: that with the fingertip, or that which the joint moves; `None` where it is about the object alone.
+    pub link: Option<String>,
+    /// The body that the link touches or should touch; for the object, the body that it presses against most.
+    pub contact: Option<String>,
 }
 
 /// Kinds of causes.
@@ -78,25 +89,42 @@ impl FailureCause {
 /// As a message for the user.
 impl fmt::Display for Cause {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(to, "after {:.2} s, {} hand in {}: ", self.time_s, self.side, self.primitive)?;
-        match &self.why {
-            FailureCause::JointAtLimit(joint, finger, m, rad) => {
+        let Self { time_s, side, primitive, why, place } = self;
+        write!(to, "after {time_s:.2} s, {side} hand in {primitive}: {why}{place}")
+    }
+}
+
+impl fmt::Display for CausePlace {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.link, &self.contact) {
+            (Some(link), Some(contact)) => write!(to, "; link `{link}`, contact with `{contact}`"),
+            (Some(link), None) => write!(to, "; link `{link}`"),
+            (None, Some(contact)) => write!(to, "; contact with `{contact}`"),
+            (None, None) => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for FailureCause {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::JointAtLimit(joint, finger, m, rad) => {
                 let what = finger.map_or_else(|| "palm".into(), |finger| finger.to_string());
                 let turned =
                     if finger.is_none() { format!(" and {:.1} degrees", rad.to_degrees()) } else { String::new() };
                 write!(to, "`{joint}` is at its limit, the {what} {:.1} mm{turned} off its way", m * 1e3)
             }
-            FailureCause::TorqueMissing(joint, missing, JointKind::Revolute) => {
+            Self::TorqueMissing(joint, missing, JointKind::Revolute) => {
                 write!(to, "`{joint}` lacks {missing:.2} N m of torque")
             }
-            FailureCause::TorqueMissing(joint, missing, JointKind::Prismatic) => {
+            Self::TorqueMissing(joint, missing, JointKind::Prismatic) => {
                 write!(to, "`{joint}` lacks {missing:.2} N of force")
             }
-            FailureCause::ContactSlipped(finger, by) => write!(to, "the {finger} slipped by {:.1} mm", by * 1e3),
-            FailureCause::ContactLost(finger) => write!(to, "the {finger} lost its contact"),
-            FailureCause::Dropped => write!(to, "the object was dropped"),
-            FailureCause::HoleMissed(within) => write!(to, "the hole was not within {:.1} mm", within * 1e3),
-            FailureCause::LeftWay(m, rad) => {
+            Self::ContactSlipped(finger, by) => write!(to, "the {finger} slipped by {:.1} mm", by * 1e3),
+            Self::ContactLost(finger) => write!(to, "the {finger} lost its contact"),
+            Self::Dropped => write!(to, "the object was dropped"),
+            Self::HoleMissed(within) => write!(to, "the hole was not within {:.1} mm", within * 1e3),
+            Self::LeftWay(m, rad) => {
                 write!(
                     to,
                     "the object left its way, by {:.1} mm and {:.1} degrees in the end",

@@ -42,7 +42,7 @@ impl Observers {
             forces: ForceTolerance::new(tasks),
             clearance: ArmClearance::new(scene, &limbs, tasks.len()),
             tracer: Tracer::new(limbs, scene),
-            causes: Causes::new(tasks.len()),
+            causes: Causes::new(scene, tasks.len()),
         }
     }
 

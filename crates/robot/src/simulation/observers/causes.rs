@@ -7,12 +7,13 @@ use super::judge::{WITHIN_M, WITHIN_RAD};
 use crate::control::behavior::{HOLDS_N, SearchResult, holds};
 use crate::model::robot::Robot;
 use crate::planning::plan::Target;
-use crate::simulation::cause::{Cause, FailureCause};
+use crate::simulation::cause::{Cause, CausePlace, FailureCause};
 use crate::simulation::hand_agent::{ActiveSegment, HandAgent};
 use crate::simulation::observer::{Observer, Step};
-use crate::{FingerModel, JointKind};
+use crate::{FingerModel, JointKind, Link};
 use nalgebra::{Point3, Vector3};
 use teachtree_base::hands::{Finger, Side};
+use teachtree_base::scene::Scene;
 use teachtree_world::{Observation, TipState};
 
 /// What lasts for less is no cause, s.
@@ -33,12 +34,15 @@ const SLIPS_M: f64 = 5e-3;
 /// The causes of each task so far.
 pub(in crate::simulation) struct Causes {
     tasks: Vec<TaskWatch>,
+    /// Names of the bodies of the scene.
+    bodies: Vec<String>,
 }
 
 impl Causes {
-    /// Returns the causes of so many tasks, before any step.
-    pub(in crate::simulation) fn new(tasks: usize) -> Self {
-        Self { tasks: (0..tasks).map(|_| TaskWatch::default()).collect() }
+    /// Returns the causes of so many tasks in a scene, before any step.
+    pub(in crate::simulation) fn new(scene: &Scene, tasks: usize) -> Self {
+        let bodies = scene.bodies.keys().cloned().collect();
+        Self { tasks: (0..tasks).map(|_| TaskWatch::default()).collect(), bodies }
     }
 
     /// Returns what keeps the object of a task from where it should be, in order of time.
@@ -68,7 +72,8 @@ impl Observer for Causes {
             if off > WITHIN_M || turned > WITHIN_RAD {
                 present.push(FailureCause::LeftWay(off, turned));
             }
-            watch.note(step.time_s(), hand.planner.side, doing.primitive, &present);
+            let placed = |why: &FailureCause| place(why, hand, doing.body, step.seen, &self.bodies);
+            watch.note((step.time_s(), hand.planner.side, doing.primitive), &present, &placed);
         }
     }
 }
@@ -84,13 +89,24 @@ struct TaskWatch {
 }
 
 impl TaskWatch {
-    /// Takes down what is so now; what has lasted for long enough is a cause.
-    fn note(&mut self, time_s: f64, side: Side, primitive: &str, now: &[FailureCause]) {
+    /// Takes down what is so now and where; what has lasted for long enough is a cause.
+    fn note(
+        &mut self,
+        (time_s, side, primitive): (f64, Side, &str),
+        now: &[FailureCause],
+        placed: &dyn Fn(&FailureCause) -> CausePlace,
+    ) {
         self.present.retain(|cause| now.iter().any(|why| why.is_same(&cause.why)));
         for why in now {
             match self.present.iter_mut().find(|cause| cause.why.is_same(why)) {
                 Some(cause) => cause.why.worsen(why),
-                None => self.present.push(Cause { time_s, side, primitive: primitive.into(), why: why.clone() }),
+                None => self.present.push(Cause {
+                    time_s,
+                    side,
+                    primitive: primitive.into(),
+                    why: why.clone(),
+                    place: placed(why),
+                }),
             }
         }
         let lasts = |cause: &&Cause| time_s - cause.time_s >= lasts_s(&cause.why);
@@ -144,6 +160,34 @@ impl TaskWatch {
             present.push(FailureCause::Dropped);
         }
         present
+    }
+}
+
+/// The link of a cause, and the contact: with the object, or what that presses against most.
+fn place(why: &FailureCause, hand: &HandAgent<'_>, object: usize, seen: &Observation, bodies: &[String]) -> CausePlace {
+    let tree = &hand.executor.robot().tree;
+    let body = |body: usize| bodies.get(body).cloned();
+    let tip = |finger: Finger| Some(tree.links.get(hand.planner.hand.finger(finger)?.tip_link)?.name.clone());
+    let moved = |name: &str| {
+        let moves = |link: &&Link| link.joint.as_ref().is_some_and(|joint| tree.dofs[joint.dof].name == name);
+        tree.links.iter().find(moves).map(|link| link.name.clone())
+    };
+    match why {
+        FailureCause::ContactSlipped(finger, _) | FailureCause::ContactLost(finger) => {
+            CausePlace { link: tip(*finger), contact: body(object) }
+        }
+        FailureCause::JointAtLimit(joint, finger, ..) => {
+            CausePlace { link: moved(joint), contact: finger.and_then(|_| body(object)) }
+        }
+        FailureCause::TorqueMissing(joint, ..) => CausePlace { link: moved(joint), contact: None },
+        FailureCause::Dropped => CausePlace::default(),
+        FailureCause::HoleMissed(_) | FailureCause::LeftWay(..) => {
+            let of_object = seen.contacts.iter().filter(|contact| [contact.body, contact.other].contains(&object));
+            let pressed = of_object.filter(|contact| contact.force != Vector3::zeros());
+            let hardest = pressed.max_by(|a, b| a.force.norm().total_cmp(&b.force.norm()));
+            let other = hardest.map(|contact| if contact.body == object { contact.other } else { contact.body });
+            CausePlace { link: None, contact: other.and_then(body) }
+        }
     }
 }
 

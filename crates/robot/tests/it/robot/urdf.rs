@@ -78,7 +78,7 @@ fn what_is_odd_about_a_link_matters_if_a_hand_needs_it() {
     assert_eq!(links, ["a/antenna", "a/lamp"], "{:?}", read_all.oddities);
     assert!(read_all.tree.links.iter().all(|link| link.inertia.iter().all(|moment| moment.is_finite())));
     let locked = read(r#"<limit lower="0" upper="0"/>"#, "arm").unwrap_err();
-    assert!(locked.contains("odd.urdf:2:") && locked.contains("`shoulder` goes from 0 to 0"), "{locked}");
+    assert!(locked.contains("odd.urdf:3:") && locked.contains("`shoulder` goes from 0 to 0"), "{locked}");
     let needed = read(limits, "antenna").unwrap_err();
     assert!(needed.contains("odd.urdf:") && needed.contains("`swivel` goes from 0 to 0"), "{needed}");
     // Of no hand at all, nothing matters.
