@@ -18,7 +18,8 @@ use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::text;
 use teachtree_robot::Robot;
-use teachtree_robot::planning::goal::goals;
+use teachtree_robot::planning::goal::{goals, gripper_files};
+use teachtree_robot::planning::gripper_goal::GripperGoal;
 use teachtree_robot::planning::posture::Posture;
 use teachtree_robot::planning::trajectory::{JointTrajectory, Slowdown, trajectory};
 use teachtree_robot::simulation::{Performance, TaskOutcome, simulate};
@@ -163,6 +164,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let place = folder.join(format!("{name}.yaml"));
             output::add(&mut files, &place, &text, &inputs)?;
             let _ = writeln!(said, "{}: a goal for the controller of the {}", place.display(), name.replace('_', " "));
+        }
+        for (name, text) in gripper_files(made) {
+            output::add(&mut files, &folder.join(format!("{name}.yaml")), &text, &inputs)?;
+        }
+        for GripperGoal { controller, time_s, joints, .. } in made.grippers.iter().filter(|goal| goal.closes) {
+            let effort = joints.iter().map(|joint| joint.effort).fold(0.0, f64::max);
+            let hand = controller.replace('_', " ");
+            let _ = writeln!(
+                said,
+                "  the {hand} closes after {time_s:.2} s with an effort of {effort:.2}: `gripper_command` beside them"
+            );
         }
     }
     if let Some(place) = &args.report {

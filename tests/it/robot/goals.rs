@@ -5,7 +5,7 @@ use serde_json::Value;
 use teachtree_base::error::InputError;
 use teachtree_command::Commands;
 use teachtree_robot as robot;
-use teachtree_robot::planning::goal::goals;
+use teachtree_robot::planning::goal::{goals, gripper_files};
 use teachtree_robot::planning::posture::Posture;
 use teachtree_robot::planning::trajectory::{JointTrajectory, trajectory};
 use teachtree_world as world;
@@ -73,4 +73,30 @@ fn a_posture_without_a_joint_is_refused() {
     assert!(wrong("name: [a, b]\nposition: [0.1]\n").contains("2 names and 1 positions"));
     assert!(wrong("name: [a]\nposition: [.nan]\n").contains("no finite position of `a`"));
     assert!(wrong("position: [1.0]\n").starts_with("posture.yaml"), "{}", wrong("position: [1.0]\n"));
+}
+
+/// The jaws open, close on the box of 60 mm, and open again. One motor makes both press with the largest commanded force: it gives twice that.
+#[test]
+fn a_gripper_has_goals_with_its_effort() {
+    let made = made(None).unwrap();
+    let closes: Vec<bool> = made.grippers.iter().map(|goal| goal.closes).collect();
+    assert_eq!(closes.iter().filter(|closes| **closes).count(), 1, "{:#?}", made.grippers);
+    assert_eq!(closes.last(), Some(&false), "{:#?}", made.grippers);
+    let close = made.grippers.iter().find(|goal| goal.closes).unwrap();
+    let [joint] = &close.joints[..] else { panic!("{close:?}") };
+    assert_eq!(joint.name, "gripper/opening");
+    assert!((joint.position - 0.030).abs() < 1e-4, "each jaw is 30 mm from the middle: {close:?}");
+    assert!((1.0..=10.0).contains(&joint.effort), "{close:?}");
+    let files = gripper_files(&made);
+    assert_eq!(files.len(), 2 * made.grippers.len());
+    let text = |action: &str| {
+        let found = files.iter().find(|(name, _)| name.ends_with(&format!("_close.{action}")));
+        serde_yaml::from_str::<Value>(&found.unwrap().1).unwrap()
+    };
+    let one = text("gripper_command");
+    assert_eq!(one["command"]["position"].as_f64(), Some(joint.position));
+    assert!((one["command"]["max_effort"].as_f64().unwrap() - joint.effort).abs() < 1e-5);
+    let parallel = text("parallel_gripper_command");
+    assert_eq!(parallel["command"]["name"], Value::from(vec!["gripper/opening"]));
+    assert!((parallel["command"]["effort"][0].as_f64().unwrap() - joint.effort).abs() < 1e-5);
 }

@@ -208,6 +208,13 @@ impl Jaws {
         })
     }
 
+    /// The effort of the motor of a jaw, N m or N, with which it presses with a force, N, at a share of the opening.
+    pub fn effort(&self, index: usize, share: f64, force: f64) -> f64 {
+        let along = self.stance(share).along;
+        let lever = |jaw: &Jaw| jaw.lever(share, &along);
+        force * if self.geared { self.pair.iter().map(lever).sum() } else { lever(&self.pair[index]) }
+    }
+
     /// Where the jaws are when they are opened by a share.
     pub fn stance(&self, share: f64) -> JawStance {
         let [thumb, other] = [&self.pair[0], &self.pair[1]].map(|jaw| jaw.posture(share));

@@ -1,4 +1,5 @@
-//! Goals of controllers: a joint trajectory in parts, each as the `control_msgs/action/FollowJointTrajectory` that `ros2 action send_goal --stdin` reads.
+//! Goals of controllers in the form that `ros2 action send_goal --stdin` reads: a joint trajectory in parts, each as a `control_msgs/action/FollowJointTrajectory`, and
+//! the motions of grippers.
 
 use super::trajectory::JointTrajectory;
 use std::fmt::Write;
@@ -6,6 +7,17 @@ use std::fmt::Write;
 /// The goals of a trajectory: for each controller its name and the YAML.
 pub fn goals(made: &JointTrajectory) -> Vec<(String, String)> {
     made.groups.iter().map(|(name, joints)| (name.clone(), goal(made, joints))).collect()
+}
+
+/// The goals of grippers, numbered in order of time: for each action its name and the YAML.
+pub fn gripper_files(made: &JointTrajectory) -> Vec<(String, String)> {
+    let numbered = made.grippers.iter().enumerate();
+    let files = numbered.flat_map(|(at, goal)| {
+        let name = |action: &str| format!("{}_{}_{}.{action}", goal.controller, at + 1, goal.verb());
+        let one = goal.gripper_command().map(|text| (name("gripper_command"), text));
+        one.into_iter().chain([(name("parallel_gripper_command"), goal.parallel_gripper_command())])
+    });
+    files.collect()
 }
 
 fn goal(made: &JointTrajectory, joints: &[usize]) -> String {

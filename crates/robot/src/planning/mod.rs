@@ -4,6 +4,7 @@ mod apart;
 mod beside;
 mod couple;
 pub mod goal;
+pub mod gripper_goal;
 pub(crate) mod hand_over;
 pub(crate) mod hand_planner;
 mod in_hole;

@@ -4,6 +4,7 @@
 //! where a joint would exceed its limits, both hands are slowed down, in one measure ([`super::toppra`]). Forces are in the
 //! commands, not here.
 
+use super::gripper_goal::{GripperGoal, gripper_goals};
 use super::moving::Moving;
 use super::posture::Posture;
 use super::schedule::{Schedule, at_task, groups, sides};
@@ -40,6 +41,9 @@ pub struct JointTrajectory {
     /// How much slower than planned tasks are, in order; not written.
     #[serde(skip)]
     pub slowed: Vec<Slowdown>,
+    /// When grippers close and open, in order of time; not written.
+    #[serde(skip)]
+    pub grippers: Vec<GripperGoal>,
 }
 
 /// Tasks that are slowed down together.
@@ -141,8 +145,14 @@ pub fn trajectory(
     let header = Header { stamp: Duration::default(), frame_id: "world".into() };
     let joint_names = dofs.iter().map(|dof| robot.controller_name(&dof.name).to_string()).collect();
     let groups_of_joints = controllers(&hands);
-    let mut made =
-        JointTrajectory { header, joint_names, points: Vec::new(), groups: groups_of_joints, slowed: Vec::new() };
+    let mut made = JointTrajectory {
+        header,
+        joint_names,
+        points: Vec::new(),
+        groups: groups_of_joints,
+        slowed: Vec::new(),
+        grippers: Vec::new(),
+    };
     for numbers in &groups(tasks) {
         let mut plans = Vec::new();
         for hand in &mut hands {
@@ -171,6 +181,9 @@ pub fn trajectory(
             places.insert(&tasks[number].object, schedule.demonstrated_end(tasks, &tasks[number].object));
         }
     }
+    let hand_controllers: Vec<String> = hands.iter().map(|hand| controller(&hands, hand, "hand")).collect();
+    let points = made.points.iter().map(|point| (point.time_from_start.seconds(), &point.positions[..]));
+    made.grippers = gripper_goals(robot, &hands, &hand_controllers, tasks, &points.collect::<Vec<(f64, &[f64])>>());
     Ok(made)
 }
 
@@ -179,17 +192,21 @@ fn controllers(hands: &[Moving]) -> Vec<(String, Vec<usize>)> {
     let mut groups = Vec::new();
     let mut base = 0;
     for hand in hands {
-        let side = if hands.len() > 1 { format!("{}_", hand.planner.side) } else { String::new() };
         let arm = &hand.planner.hand.arm;
         let (arm, rest): (Vec<usize>, Vec<usize>) = (0..hand.q.len()).partition(|dof| arm.contains(dof));
         for (what, dofs) in [("arm", arm), ("hand", rest)] {
             if !dofs.is_empty() {
-                groups.push((format!("{side}{what}"), dofs.into_iter().map(|dof| base + dof).collect()));
+                groups.push((controller(hands, hand, what), dofs.into_iter().map(|dof| base + dof).collect()));
             }
         }
         base += hand.q.len();
     }
     groups
+}
+
+/// The name of a controller of one hand's arm or hand.
+fn controller(hands: &[Moving], hand: &Moving, what: &str) -> String {
+    if hands.len() > 1 { format!("{}_{what}", hand.planner.side) } else { what.into() }
 }
 
 /// Straight from one posture to another in the space of the joints, with minimum jerk.
