@@ -1,6 +1,7 @@
 //! The command line: one file a command. Only here is anything printed, and only here and in the loaders are files opened.
 //!
-//! Exit status: 0 fine, 1 the answer is no (a failed check), 2 bad usage or input, 3 bad input of some recordings, the others are done.
+//! Exit status: 0 fine, 1 the answer is no (a failed check), 2 bad usage or input, 3 bad input of some recordings, the others are done; 4 and more, classes of faults of a
+//! robot's execution.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the floor that prints")]
 
@@ -134,6 +135,8 @@ enum Failure {
     Negative,
     /// The input cannot be used.
     Input(InputError),
+    /// The answer is no, with the exit status of its class.
+    Fault(u8),
     /// The input cannot be used, and the whole text of why is here.
     Text(String),
     /// Several of them.
@@ -183,6 +186,7 @@ impl Failure {
     fn report(&self) -> u8 {
         match self {
             Self::Negative => return 1,
+            Self::Fault(status) => return *status,
             Self::Input(error) => output::complain(&format!("error: {error}")),
             Self::Text(text) => output::complain(text.strip_suffix('\n').unwrap_or(text)),
             Self::Several(failures) | Self::Partial(failures) => {

@@ -34,7 +34,7 @@ use teachtree_session::Analysis;
 
   teachtree simulate commands.json --robot both_hands --scene paper_box --fail-on not_done,forces -o robot.csv
 
-Exit status: 0 every object is where the demonstration left it, no link penetrated something by more than 3 mm, and with `--rules` every task is recognized; 1 otherwise, or what --fail-on names; 2 bad input.")]
+Exit status: 0 every object is where the demonstration left it, no link penetrated something by more than 3 mm, and with `--rules` every task is recognized; 1 the commands are refused; 2 bad input; of the faults that --fail-on names the first of 4 not done, 5 collisions, 6 not recognized, 7 forces outside of their profile.")]
 pub struct Args {
     /// The commands that `teachtree retarget` wrote
     #[arg(value_name = "COMMANDS")]
@@ -63,7 +63,7 @@ pub struct Args {
     /// Where to write a page of what the robot did, to be played: pictures, forces, joints, manipulability
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Faults for which the exit status is 1
+    /// Faults for which the exit status is not 0
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',', default_values_t = [FailOn::NotDone, FailOn::Collisions, FailOn::NotRecognized])]
     fail_on: Vec<FailOn>,
     #[command(flatten)]
@@ -85,6 +85,19 @@ enum FailOn {
 }
 
 impl FailOn {
+    /// All faults, the one first that decides the exit status where several are found.
+    const ALL: [Self; 4] = [Self::NotDone, Self::Collisions, Self::NotRecognized, Self::Forces];
+
+    /// The exit status of this class.
+    fn status(self) -> u8 {
+        match self {
+            Self::NotDone => 4,
+            Self::Collisions => 5,
+            Self::NotRecognized => 6,
+            Self::Forces => 7,
+        }
+    }
+
     /// Whether any of these tasks has the fault.
     fn is_found(self, outcomes: &[TaskOutcome], recognized: Option<&[Option<bool>]>) -> bool {
         match self {
@@ -110,7 +123,7 @@ const MAX_POSTURE: u64 = 1 << 20;
 /// The largest file of commands that is read, bytes.
 const MAX_COMMANDS: u64 = 256 << 20;
 
-/// Runs `simulate`. The exit status is 1 if a task has a fault that `--fail-on` names.
+/// Runs `simulate`. The exit status is that of the fault, if a task has one that `--fail-on` names.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.commands.display().to_string();
     let text = text::read(&args.commands, MAX_COMMANDS)?;
@@ -190,18 +203,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let analyzed = || analysis.analyze(&analysis.source.open(&args.out)?);
     let again = (!args.rules.is_empty()).then(analyzed).transpose()?;
     let recognized = again.as_ref().map(|again| recognized(&commands, again));
-    let fails = args.fail_on.iter().any(|kind| kind.is_found(outcomes, recognized.as_deref()));
+    let counts = |kind: &FailOn| args.fail_on.contains(kind) && kind.is_found(outcomes, recognized.as_deref());
+    let fault = FailOn::ALL.into_iter().find(counts);
+    let result = || fault.map_or(Ok(()), |fault| Err(Failure::Fault(fault.status())));
     if args.form.format == Format::Json {
         let (nearest, recognized) = (nearest.as_ref(), recognized.as_deref());
         output::print_json(&json(&commands, outcomes, recognized, nearest, collisions, duration))?;
-        return if fails { Err(Failure::Negative) } else { Ok(()) };
+        return result();
     }
     if let (Some(again), Some(recognized)) = (&again, &recognized) {
         output::print(&format_recognized(&commands, recognized, again))?;
     }
     output::print(&format_clearance(nearest.as_ref(), collisions))?;
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
-    if fails { Err(Failure::Negative) } else { Ok(()) }
+    result()
 }
 
 /// For each commanded task, whether one of that name and hand is found in the robot's recording; each one found counts once. Tasks that no rule names have nothing

@@ -53,7 +53,7 @@ impl Bench {
             ["commands.json", "both_hands.yaml", "scene.yaml", "robot.csv"].map(|name| self.path(name));
         let args = ["simulate", &commands, "--robot", &robot, "--scene", &scene, "-o", &out, "--format", "json"];
         let output = teachtree(&args);
-        assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+        assert_eq!(output.status.code(), Some(4), "{}", all_said(&output));
         let document: Value = serde_json::from_str(&said(&output)).unwrap();
         let task = &document["tasks"][0];
         assert_eq!(task["done"], false);

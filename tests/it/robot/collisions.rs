@@ -1,4 +1,4 @@
-//! A link penetrates something too deeply: the task is done with collisions, and the exit status is 1.
+//! A link penetrates something too deeply: the task is done with collisions, and the exit status is 5.
 
 use crate::program::{all_said, said, teachtree};
 use serde_json::Value;
@@ -20,7 +20,7 @@ fn a_link_deep_in_the_table_is_done_with_collisions() {
     };
 
     let output = simulate(&[]);
-    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+    assert_eq!(output.status.code(), Some(5), "{}", all_said(&output));
     assert!(said(&output).starts_with("done with collisions pick_and_place: `cube` is "), "{}", said(&output));
     assert!(said(&output).contains(" mm, at most 3 mm are accepted\n"), "{}", said(&output));
 

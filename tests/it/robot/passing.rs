@@ -24,7 +24,7 @@ fn an_arm_that_goes_through_the_scene_is_a_collision() {
     let post =
         "  post: {role: wall, position: [150 mm, -450 mm, 700 mm], parts: [{box: [300 mm, 300 mm, 20 mm]}]}\nhands:";
     std::fs::write(folder.path().join("post.yaml"), scene.replacen("hands:", post, 1)).unwrap();
-    let said = simulate(1, "post.yaml");
+    let said = simulate(5, "post.yaml");
     assert!(said.starts_with("done with collisions"), "{said}");
     assert!(said.contains("warning: nothing stops simulated links") && said.contains("through `post`"), "{said}");
 }

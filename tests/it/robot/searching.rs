@@ -29,7 +29,7 @@ fn a_hole_that_is_not_where_it_is_expected_is_felt_for() {
     assert!(said(&again).contains("peg_in_hole"), "{}", said(&again));
 
     let lost = with_holder("84.0", "25.5");
-    assert_eq!(lost.status.code(), Some(1), "{}", said(&lost));
+    assert_eq!(lost.status.code(), Some(4), "{}", said(&lost));
     let sentence = format!("hole not found within {:.1} mm", WITHIN_M * 1e3);
     assert!(said(&lost).contains(&sentence), "{}", said(&lost));
 }

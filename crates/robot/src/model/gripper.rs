@@ -212,7 +212,7 @@ impl Jaws {
     pub fn effort(&self, index: usize, share: f64, force: f64) -> f64 {
         let along = self.stance(share).along;
         let lever = |jaw: &Jaw| jaw.lever(share, &along);
-        force * if self.geared { self.pair.iter().map(lever).sum() } else { lever(&self.pair[index]) }
+        force * if self.geared { self.pair.iter().map(lever).sum::<f64>() } else { lever(&self.pair[index]) }
     }
 
     /// Where the jaws are when they are opened by a share.
