@@ -1,0 +1,88 @@
+//! The recordings of a set, each scored by the shipped rules and by the methods of the set.
+
+use super::manifest::Set;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use teachtree_analysis::json::Meta;
+use teachtree_analysis::score::{self, KnownNames, NameMap, Stage, Tally, Truth};
+use teachtree_analysis::{Analysis, TrackId};
+use teachtree_session::{AnalysisInternals, Labels, LabelsInternals, Log, LogInternals, Rules, RulesInternals};
+
+/// The title of the column of the shipped rules.
+pub const SHIPPED: &str = "shipped rules";
+
+/// What was found in a set.
+#[derive(Default)]
+pub struct MeasuredSet {
+    pub recordings: Vec<MeasuredRecording>,
+    /// Recordings that could not be measured, and why.
+    pub errors: Vec<String>,
+}
+
+/// The tallies of a recording, by method; the shipped rules are the first one.
+pub struct MeasuredRecording {
+    pub log: PathBuf,
+    pub tallies: Vec<(String, Tally)>,
+}
+
+impl MeasuredSet {
+    /// The tally of a method over all recordings; `None` if the set is not measured by it.
+    pub fn tally(&self, method: &str) -> Option<Tally> {
+        let of_method = self.recordings.iter().flat_map(|it| &it.tallies).filter(|(name, _)| name == method);
+        of_method.map(|(_, tally)| tally).fold(None, |sum: Option<Tally>, tally| {
+            let mut sum = sum.unwrap_or_default();
+            sum.add(tally);
+            Some(sum)
+        })
+    }
+}
+
+/// Measures the converted recordings in a folder.
+pub fn measure(set: &Set, folder: &Path) -> Result<MeasuredSet, String> {
+    let binding = set.binding();
+    let logs = teachtree_session::recordings(&[folder], Some(&binding), true).map_err(|error| error.to_string())?;
+    let map = NameMap::of_pairs(&set.map()).map_err(|error| error.to_string())?;
+    let results: Vec<Result<MeasuredRecording, String>> =
+        logs.into_par_iter().map(|log| recording(set, folder, &binding, &map, log)).collect();
+    let mut found = MeasuredSet::default();
+    for result in results {
+        match result {
+            Ok(recording) => found.recordings.push(recording),
+            Err(error) => found.errors.push(error),
+        }
+    }
+    Ok(found)
+}
+
+fn recording(
+    set: &Set,
+    folder: &Path,
+    binding: &Path,
+    map: &NameMap,
+    path: PathBuf,
+) -> Result<MeasuredRecording, String> {
+    let with_path = |error: String| format!("{}: {error}", path.display());
+    let log = Log::options().binding(binding).open(&path).map_err(|error| error.to_string())?;
+    let rules = Rules::for_log(&log).map_err(|error| error.to_string())?;
+    let analysis = rules.analyze(&log).map_err(|error| error.to_string())?;
+    let mut labels = Labels::file(folder).map(set.map());
+    if let Some(track) = set.manifest.track {
+        labels = labels.track(TrackId::from(track));
+    }
+    let opened = log.opened().map_err(|error| error.to_string())?;
+    let known = KnownNames::new(rules.set());
+    let (truth, _) = labels.of(opened, analysis.found(), map, &known).map_err(|error| error.to_string())?;
+    let mut tallies = vec![(SHIPPED.to_string(), tally(&truth, analysis.found(), analysis.meta())?)];
+    for method in &set.manifest.methods {
+        let result = method.result(set, &log, analysis.found()).map_err(with_path)?;
+        tallies.push((method.name.clone(), tally(&truth, &result, analysis.meta())?));
+    }
+    Ok(MeasuredRecording { log: path, tallies })
+}
+
+fn tally(truth: &Truth, analysis: &Analysis, meta: &Meta) -> Result<Tally, String> {
+    let rows = score::score(truth, analysis, Stage::Relabeled, meta).map_err(|error| error.to_string())?;
+    let mut all = Tally::default();
+    rows.iter().for_each(|row| all.add(&row.tally));
+    Ok(all)
+}
