@@ -2,7 +2,7 @@
 
 use super::contacts::Line;
 use super::hands::Hand;
-use super::parts::{Part, Quantity};
+use super::parts::Part;
 use super::timing::Timing;
 use super::yaml_scalar::{comment, quoted, scalar};
 use super::{Answers, Survey};
@@ -29,7 +29,7 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     for line in lines {
         let reason = if line.reason.is_empty() { String::new() } else { format!("    # {}", comment(&line.reason)) };
         let columns = scalar(&line.columns);
-        let _ = writeln!(text, "  {}: {columns}{reason}", line.channel);
+        let _ = writeln!(text, "  {}: {columns}{reason}", scalar(&line.channel));
     }
     for (side, gripper) in &survey.grippers {
         if let Some(alternative) = &gripper.alternative {
@@ -38,15 +38,44 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
                 writeln!(text, "  # {side}.gripper.closed: {}    # if it is closed at the other end", scalar(other));
         }
     }
-    if let Some(why) = &survey.contacts.left_out {
-        let _ = writeln!(text, "  # left out: {why}");
-    }
+    text.push_str(&left_out(survey));
     text.push_str(&unused(survey));
     if !survey.contacts.supports.is_empty() {
         text.push_str("\nnormals: by_role    # contacts have no normals in the log: a support carries from below\n");
     }
     text.push_str(&tare(survey));
+    text.push_str(&sensors(survey));
     text
+}
+
+/// What was guessed of the log as a whole and what has no channel for it, as comments.
+fn left_out(survey: &Survey) -> String {
+    let mut text = String::new();
+    if let Some(is_mm) = survey.is_mm {
+        let [unit, other] = if is_mm { ["mm", "m"] } else { ["m", "mm"] };
+        let _ = writeln!(
+            text,
+            "  # positions without a unit are in {unit} by their range; if they are in {other}, write `[{other}]` behind each"
+        );
+    }
+    if survey.is_y_up {
+        text.push_str("  # y points up: an object is lifted along it; if z does, take the columns behind `else`\n");
+    }
+    let turned = |columns: &str, what: &str| {
+        format!("  # left out: {}: y points up, and {what} cannot be turned to z up\n", comment(&scalar(columns)))
+    };
+    text.extend(survey.unturned.iter().map(|columns| turned(columns, "three columns of a rotation")));
+    let forces = survey.contacts.lines.iter().filter(|line| is_unturned(survey, line));
+    text.extend(forces.map(|line| turned(&line.columns, "the forces of contacts")));
+    if let Some(why) = &survey.contacts.left_out {
+        let _ = writeln!(text, "  # left out: {why}");
+    }
+    text
+}
+
+/// Whether it is a force of a contact in a log with y up.
+fn is_unturned(survey: &Survey, line: &Line) -> bool {
+    survey.is_y_up && line.channel.ends_with(".force")
 }
 
 /// The arms.
@@ -99,6 +128,10 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
         let name = &body.name;
         match &body.positions[..] {
             [one] => lines.push(line(format!("{name}.position"), one, "")),
+            // A mean of turned columns has no form.
+            [first, ..] if survey.is_y_up => {
+                lines.push(line(format!("{name}.position"), first, "the first of several markers"))
+            }
             several => {
                 let columns: Vec<String> = several.iter().map(|part| quoted(&part.columns())).collect();
                 let columns = format!("{{mean: [{}]}}", columns.join(", "));
@@ -116,7 +149,7 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
             lines.push(line(format!("{name}.angle.bearing"), angle, "the angle of the mechanism"));
         }
     }
-    lines.extend(survey.contacts.lines.iter().cloned());
+    lines.extend(survey.contacts.lines.iter().filter(|line| !is_unturned(survey, line)).cloned());
     if let Some(labels) = &survey.labels {
         lines.push(Line {
             channel: "right.label".into(),
@@ -164,40 +197,82 @@ fn of_hand(
     }
     if let Some(force) = &hand.force {
         let channel = if has_tips || is_fixed { format!("{side}.palm.force") } else { format!("{side}.wrist.force") };
-        lines.push(line(
-            channel,
-            force,
-            "the force on the object; with `-` before it if the log has the force on the hand",
-        ));
+        lines.push(line(channel, force, FORCE));
     }
     if let Some(torque) = hand.torque.as_ref().filter(|_| !is_fixed) {
         lines.push(line(format!("{side}.wrist.torque"), torque, ""));
     }
 }
 
-/// Turns a force at the wrist that points down while an object is off its table: it is that on the hand.
+/// The sign of a force that nothing shows.
+const FORCE: &str = "the force on the object; with `-` before it if the log has the force on the hand";
+
+/// Turns a force at the wrist that points down, from its level at rest, while an object is off its table: it is that on the hand.
 fn turn(line: &mut Line, hand: &Hand, survey: &Survey) {
     const LIFTED_M: f64 = 0.03;
     const LEAST_N: f64 = 0.2;
     let Some(force) = &hand.force else { return };
+    let height = |at: [f64; 3]| survey.upright(at)[2];
     let mut lifted = vec![];
     for body in &survey.bodies {
         let (Some(part), Some(start)) = (body.positions.first(), body.start()) else { continue };
-        let height = |at: [f64; 3]| survey.upright(at)[2];
         let is_up = |row: &usize| part.position(*row).is_some_and(|at| height(at) > height(start) + LIFTED_M);
         let rows = (0..part.rows()).filter(is_up).map(|row| part.row_in(row, force));
         lifted.extend(rows.filter_map(|row| force.position(row)).map(height));
     }
     lifted.sort_by(f64::total_cmp);
     // What is pressed down in the air, as into a socket, is a small part.
-    let median = lifted.get(lifted.len() / 2).copied().unwrap_or_default();
-    match () {
-        () if median < -LEAST_N => {
-            line.columns = format!("-{}", line.columns);
-            line.reason = "the log has the force on the hand: it points down while an object is lifted".into();
-        }
-        () if median > LEAST_N => line.reason = "on the object: it points up while that is lifted".into(),
-        () => {}
+    let median = lifted.get(lifted.len() / 2);
+    let rise = median.map_or(0.0, |median| median - rest_level(survey, force).map_or(0.0, height));
+    let other = negated(&line.columns);
+    let reason = match () {
+        () if rise < -LEAST_N => "the log has the force on the hand: it points down while an object is lifted",
+        () if rise > LEAST_N => "on the object: it points up while that is lifted",
+        () => return,
+    };
+    let other = if rise < -LEAST_N { std::mem::replace(&mut line.columns, other) } else { other };
+    line.reason = line.reason.replacen(FORCE, reason, 1)
+        + &format!("; else, or if the sensor turns with a hand that points down, `{}`", scalar(&other));
+}
+
+/// Columns with the other sign.
+fn negated(columns: &str) -> String {
+    let negated = |column: &str| match column.strip_prefix('-') {
+        Some(column) => column.to_string(),
+        None => format!("-{column}"),
+    };
+    let Some(list) = columns.strip_prefix("[\"").and_then(|list| list.strip_suffix("\"]")) else {
+        return negated(columns);
+    };
+    let columns: Vec<String> = list.split("\", \"").map(|column| format!("\"{}\"", negated(column))).collect();
+    format!("[{}]", columns.join(", "))
+}
+
+/// The middle of a force at the beginning, where the hand is at rest. A force of another table that begins later has no sample there.
+fn rest_level(survey: &Survey, force: &Part) -> Option<[f64; 3]> {
+    const REST_S: f64 = 0.3;
+    let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()).chain(&hand.force));
+    let starts = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.sheet.start_s);
+    if force.sheet.start_s > starts.fold(f64::INFINITY, f64::min) + REST_S / 3.0 {
+        return None;
+    }
+    let rows = ((REST_S / force.sheet.duration_s.max(REST_S)) * force.rows() as f64).ceil() as usize;
+    let first: Vec<[f64; 3]> = (0..rows.max(1)).filter_map(|row| force.position(row)).collect();
+    let mean = |axis: usize| first.iter().filter_map(|at| at.get(axis)).sum::<f64>() / first.len().max(1) as f64;
+    Some([0, 1, 2].map(mean))
+}
+
+/// How sensors that turn with their hands are bound, as a comment.
+fn sensors(survey: &Survey) -> String {
+    let is_turning = |hand: &&Hand| hand.force.is_some() && hand.rotation.is_some() && hand.tips.is_empty();
+    let sides = survey.hands.iter().filter(|(_, hand)| is_turning(hand) && !survey.is_fixed_tool());
+    let part = if is_pair(survey) { "palm" } else { "tcp" };
+    let lines: String =
+        sides.map(|(side, _)| format!("#   {side}.wrist.force: {{frame: {side}.{part}.rotation}}\n")).collect();
+    if lines.is_empty() {
+        lines
+    } else {
+        format!("\n# If the sensor at the wrist turns with the hand:\n# sensors:\n{lines}")
     }
 }
 
@@ -216,7 +291,7 @@ fn of_gripper(side: Side, gripper: &super::Gripper, answers: &Answers, lines: &m
     lines.push(Line { channel: format!("{side}.gripper.closed"), columns: closed.clone(), reason: reason.into() });
 }
 
-/// A position, a rotation or a force with z up, where the log has y up.
+/// A position, a rotation or a force with z up, where the log has y up, and the columns without that as the alternative.
 fn upright(line: Line, part: &Part) -> Line {
     let unit = part.columns().strip_prefix(&part.pattern).unwrap_or_default().to_string();
     let full = |name: &str| {
@@ -228,18 +303,32 @@ fn upright(line: Line, part: &Part) -> Line {
             let [w, x, y, z] = [w, x, y, z].map(|column| full(&column.name));
             format!("[\"{w}\", \"{x}\", \"-{z}\", \"{y}\"]")
         }
-        _ => return line,
+        matrix => {
+            let names: Vec<String> = matrix.iter().map(|column| full(&column.name)).collect();
+            turned_matrix(&names)
+        }
     };
-    Line { columns, reason: "y points up in the log".into(), ..line }
+    let reasons = [line.reason.as_str(), "turned, since y points up in the log"];
+    let reason = reasons.into_iter().filter(|reason| !reason.is_empty()).collect::<Vec<_>>().join("; ");
+    let reason = format!("{reason}; else `{}`", scalar(&line.columns));
+    Line { columns, reason, ..line }
+}
+
+/// The elements of a rotation matrix, row by row, with z up: those of the same turn about turned axes.
+fn turned_matrix(names: &[String]) -> String {
+    const FROM: [(usize, &str); 3] = [(0, ""), (2, "-"), (1, "")];
+    let element = |(row, one): (usize, &str), (column, other): (usize, &str)| {
+        let sign = if one == other { "" } else { "-" };
+        format!("\"{sign}{}\"", names.get(3 * row + column).map_or("", String::as_str))
+    };
+    let elements: Vec<String> =
+        FROM.iter().flat_map(|row| FROM.iter().map(move |column| element(*row, *column))).collect();
+    format!("[{}]", elements.join(", "))
 }
 
 /// Why positions are taken for mm.
 fn unit_reason(part: &Part) -> &'static str {
-    if part.quantity == Quantity::Position && part.unit.is_empty() && part.scale() < 1.0 {
-        "mm by its range"
-    } else {
-        ""
-    }
+    if part.is_mm { "mm by the range of the positions" } else { "" }
 }
 
 /// The columns that nothing was found for, as comments.
@@ -260,20 +349,12 @@ fn unused(survey: &Survey) -> String {
 
 /// A line that tares forces at the wrist that begin off zero while the hand is at rest.
 fn tare(survey: &Survey) -> String {
-    const REST_S: f64 = 0.3;
     const BIAS_N: f64 = 0.2;
     let is_fixed = survey.is_fixed_tool();
-    // A force of another table that begins later has no sample at rest.
-    let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()).chain(&hand.force));
-    let starts = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.sheet.start_s);
-    let start_s = starts.fold(f64::INFINITY, f64::min) + REST_S / 3.0;
     let mut channels = vec![];
     for (side, hand) in &survey.hands {
-        let Some(force) = hand.force.as_ref().filter(|force| force.sheet.start_s <= start_s) else { continue };
-        let rows = ((REST_S / force.sheet.duration_s.max(REST_S)) * force.rows() as f64).ceil() as usize;
-        let first: Vec<Vec<f64>> = (0..rows.max(1)).map(|row| force.at(row)).collect();
-        let mean = |axis: usize| first.iter().filter_map(|row| row.get(axis)).sum::<f64>() / first.len().max(1) as f64;
-        let bias = (mean(0).powi(2) + mean(1).powi(2) + mean(2).powi(2)).sqrt();
+        let Some([x, y, z]) = hand.force.as_ref().and_then(|force| rest_level(survey, force)) else { continue };
+        let bias = (x * x + y * y + z * z).sqrt();
         if bias > BIAS_N && bias.is_finite() {
             let part = if !hand.tips.is_empty() || is_fixed { "palm" } else { "wrist" };
             channels.push(format!("{side}.{part}.force"));

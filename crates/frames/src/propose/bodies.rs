@@ -2,11 +2,14 @@
 
 use super::parts::{Part, Quantity};
 use super::words;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The size of a body where nothing shows it, m.
 const USUAL_M: f64 = 0.05;
 /// What moves less than this stands still, m.
 const STILL_M: f64 = 0.01;
+/// What is carried is moved by more than this, m.
+const CARRIED_M: f64 = 0.03;
 /// The most bodies that are looked for.
 const MAX_BODIES: usize = 100;
 
@@ -30,8 +33,13 @@ pub fn key(name: &str) -> String {
 pub fn bodies<'a>(parts: Vec<Part<'a>>) -> (Vec<Body<'a>>, Vec<Part<'a>>) {
     let mut bodies: Vec<Body<'a>> = vec![];
     let mut rest = vec![];
+    let several = of_several(&parts);
+    let name_of = |part: &Part| {
+        let name = words::body(&part.name)?;
+        if several.contains(&name) { words::numbered_body(&part.name) } else { Some(name) }
+    };
     for part in parts {
-        let name = words::body(&part.name).filter(|_| !words::is_part(&part.words));
+        let name = name_of(&part).filter(|_| !words::is_part(&part.words));
         match (part.quantity, name) {
             (Quantity::Position, Some(name))
                 if bodies.len() < MAX_BODIES && bodies.iter().all(|body| body.name != name) =>
@@ -42,23 +50,41 @@ pub fn bodies<'a>(parts: Vec<Part<'a>>) -> (Vec<Body<'a>>, Vec<Part<'a>>) {
         }
     }
     for body in &mut bodies {
-        let at = rest
-            .iter()
-            .position(|part| part.quantity == Quantity::Rotation && key(&part.name) == body.name.to_lowercase());
+        let at = rest.iter().position(|part| {
+            part.quantity == Quantity::Rotation && name_of(part).is_some_and(|name| is_same(&name, &body.name))
+        });
         body.rotation = at.map(|at| rest.remove(at));
     }
     (merged(bodies), rest)
 }
 
+fn is_same(one: &str, other: &str) -> bool {
+    one.to_lowercase() == other.to_lowercase()
+}
+
+/// The names of several bodies that differ in a number only: `cube` of `cube_1` and `cube_2`.
+fn of_several(parts: &[Part]) -> BTreeSet<String> {
+    let mut numbered: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for part in parts.iter().filter(|part| part.quantity == Quantity::Position) {
+        if let (Some(name), Some(with_number)) = (words::body(&part.name), words::numbered_body(&part.name)) {
+            numbered.entry(name).or_default().insert(with_number);
+        }
+    }
+    numbered.into_iter().filter(|(_, numbers)| numbers.len() > 1).map(|(name, _)| name).collect()
+}
+
 /// Bodies with the markers of one body put together: `pillow_top`, `pillow_left`, `pillow_right`.
 fn merged(bodies: Vec<Body<'_>>) -> Vec<Body<'_>> {
     let first = |body: &Body| body.name.split_once('_').map(|(first, _)| first.to_string());
+    // Numbered bodies that stand still keep their distance too.
+    let is_one_of_several = |body: &Body| body.name.ends_with(|c: char| c.is_ascii_digit()) && !body.moves();
     let mut all: Vec<Body> = vec![];
     for body in bodies {
-        let prefix = first(&body).filter(|_| body.rotation.is_none());
+        let prefix = first(&body).filter(|_| body.rotation.is_none() && !is_one_of_several(&body));
         let known = all.iter().position(|known| {
             let is_alike = first(known) == prefix || Some(&known.name) == prefix.as_ref() && known.positions.len() > 1;
-            known.rotation.is_none() && prefix.is_some() && is_alike && is_rigid(&known.positions, &body.positions)
+            let is_free = known.rotation.is_none() && !is_one_of_several(known);
+            is_free && prefix.is_some() && is_alike && is_rigid(&known.positions, &body.positions)
         });
         match (known, prefix) {
             (Some(at), Some(prefix)) => {
@@ -101,20 +127,26 @@ impl Body<'_> {
         (0..part.rows()).find_map(|row| part.position(row))
     }
 
-    /// The axis that points up, 1 for y: the one along which it begins and ends at the bottom.
+    /// The axis that points up, 1 for y: the one along which it is lifted, so that it begins and ends at the bottom. What is lifted along y is also
+    /// carried to another z, unlike what is pushed to and fro on a table.
     pub fn up(&self) -> Option<usize> {
         let part = self.positions.first()?;
+        let values_of = |axis: usize| -> Vec<f64> {
+            (0..part.rows()).filter_map(|row| part.position(row)?.get(axis).copied()).collect()
+        };
         let rises = |axis: usize| {
-            let values: Vec<f64> = (0..part.rows()).filter_map(|row| part.position(row)?.get(axis).copied()).collect();
+            let values = values_of(axis);
             let (first, last) = (values.first()?, values.last()?);
             let (low, high) =
                 values.iter().fold((*first, *first), |(low, high), value| (low.min(*value), high.max(*value)));
             let is_bottom = |value: f64| value - low < 0.15 * (high - low).max(1e-3);
             (high - low > 0.03 && is_bottom(*first) && is_bottom(*last)).then_some(high - low)
         };
+        let depths = values_of(2);
+        let is_carried = depths.first().zip(depths.last()).is_some_and(|(from, to)| (from - to).abs() > CARRIED_M);
         match (rises(2), rises(1)) {
-            (None, Some(_)) => Some(1),
             (Some(_), _) => Some(2),
+            (None, Some(_)) if is_carried => Some(1),
             _ => None,
         }
     }

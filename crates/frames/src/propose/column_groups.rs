@@ -31,6 +31,8 @@ pub struct Group {
     pub form: Form,
     /// Their places among the columns.
     pub members: Vec<usize>,
+    /// The unit that their values show; empty where they show none.
+    pub unit: &'static str,
     /// Why they are taken for this, where the names do not show it.
     pub reason: Option<String>,
 }
@@ -70,7 +72,7 @@ pub fn groups(columns: &[(String, &ColumnReport)]) -> Vec<Group> {
 }
 
 fn scalar(name: &str, index: usize) -> Group {
-    Group { pattern: name.into(), name: name.into(), form: Form::Scalar, members: vec![index], reason: None }
+    Group { pattern: name.into(), name: name.into(), form: Form::Scalar, members: vec![index], unit: "", reason: None }
 }
 
 /// The columns whose names differ from one in a component only.
@@ -81,8 +83,12 @@ fn components(
     report: &ColumnReport,
     taken: &[bool],
 ) -> Option<Group> {
-    ENDINGS.iter().find_map(|(endings, placeholder)| {
-        let (head, tail) = endings.iter().find_map(|ending| around(name, ending))?;
+    // The letter of a component may also stand elsewhere in the name: `w` in `screw_qx`.
+    let mut parted = ENDINGS.iter().flat_map(|(endings, placeholder)| {
+        let around_each = endings.iter().flat_map(move |ending| around(name, ending));
+        around_each.map(move |(head, tail)| (endings, placeholder, head, tail))
+    });
+    parted.find_map(|(endings, placeholder, head, tail)| {
         let member = |ending: &&str| {
             let at = *places.get(format!("{head}{ending}{tail}").as_str())?;
             columns.get(at).is_some_and(|(_, it)| it.unit == report.unit).then_some(at)
@@ -98,6 +104,7 @@ fn components(
             name: format!("{head} {tail}"),
             form,
             members,
+            unit: "",
             reason: None,
         })
     })
@@ -116,11 +123,12 @@ fn numbers_beside(endings: &[&str]) -> Vec<String> {
     before.into_iter().chain(after).map(wrap).collect()
 }
 
-/// A name around the last place where a component stands, which no letter follows: `p` and `` of `px`, `R_f` and `_world` of `R_fx_world`.
-fn around<'a>(name: &'a str, ending: &str) -> Option<(&'a str, &'a str)> {
-    let at = name.rfind(ending)?;
-    let (head, tail) = (name.get(..at)?, name.get(at + ending.len()..)?);
-    (!tail.starts_with(char::is_alphanumeric)).then_some((head, tail))
+/// A name around each place where a component stands, which no letter follows, the last one first: `p` and `` of `px`, `R_f` and `_world` of
+/// `R_fx_world`.
+fn around<'a>(name: &'a str, ending: &'a str) -> impl Iterator<Item = (&'a str, &'a str)> {
+    let places = name.rmatch_indices(ending);
+    let parted = places.filter_map(move |(at, _)| Some((name.get(..at)?, name.get(at + ending.len()..)?)));
+    parted.filter(|(_, tail)| !tail.starts_with(char::is_alphanumeric))
 }
 
 /// Arrays, `pose[0]` to `pose[6]` or `tcp_0` to `tcp_5`, whose elements their number and their values tell apart.
@@ -252,7 +260,14 @@ impl Array<'_> {
     fn vector(&self, at: usize) -> Group {
         let places = [at, at + 1, at + 2];
         let pattern = self.placeholder("xyz", &places);
-        Group { pattern, name: self.base.into(), form: Form::Vector, members: self.members(&places), reason: None }
+        Group {
+            pattern,
+            name: self.base.into(),
+            form: Form::Vector,
+            members: self.members(&places),
+            unit: "",
+            reason: None,
+        }
     }
 
     fn quaternion(&self, at: usize) -> Group {
@@ -266,7 +281,7 @@ impl Array<'_> {
         let pattern = self.placeholder(letters, &places);
         let other = self.placeholder(last, &places);
         let reason = Some(format!("{reason}; else `{other}`"));
-        Group { pattern, name: self.base.into(), form: Form::Quaternion, members, reason }
+        Group { pattern, name: self.base.into(), form: Form::Quaternion, members, unit: "", reason }
     }
 
     /// Whether w is the first of four elements, and why. A thing on a table turns about z alone.
@@ -294,7 +309,7 @@ impl Array<'_> {
     fn listed<const N: usize>(&self, places: [usize; N], form: Form) -> Group {
         let titles: Vec<String> = places.iter().map(|place| format!("\"{}\"", self.title(*place))).collect();
         let pattern = format!("[{}]", titles.join(", "));
-        Group { pattern, name: self.base.into(), form, members: self.members(&places), reason: None }
+        Group { pattern, name: self.base.into(), form, members: self.members(&places), unit: "", reason: None }
     }
 
     fn matrix(&self, places: [usize; 9], reason: &str) -> Group {

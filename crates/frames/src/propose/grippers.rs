@@ -92,7 +92,8 @@ pub fn grippers<'a>(
         let Some(first) = candidates.next() else { continue };
         let others: Vec<Part> = candidates.collect();
         let second = others.iter().find(|other| is_other_finger(&first, other)).cloned();
-        grippers.insert(side, gripper(&first, second.as_ref(), tools.get(&side).copied(), bodies));
+        let gripper = gripper(&first, second.as_ref(), tools.get(&side).copied(), bodies);
+        grippers.extend(gripper.map(|gripper| (side, gripper)));
         rest.extend(others);
     }
     (grippers, rest)
@@ -141,18 +142,8 @@ fn is_other_finger(one: &Part, other: &Part) -> bool {
     is_finger(one) && is_finger(other) && ours > 0.0 && (ours - theirs).abs() < 0.2 * ours
 }
 
-fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Body]) -> Gripper {
-    let [column] = part.members[..] else {
-        return Gripper {
-            closed: part.pattern.clone(),
-            reason: String::new(),
-            alternative: None,
-            opening: None,
-            held_m: None,
-            is_guess: true,
-            sheet: part.sheet.name.clone(),
-        };
-    };
+fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Body]) -> Option<Gripper> {
+    let column = part.members.first()?;
     let [low, high] = column.groups.unwrap_or([column.min, column.max]);
     let limit = short((low + high) / 2.0);
     let by_motion = is_low_closed(part, limit, tool, bodies);
@@ -193,7 +184,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
             },
         )
     });
-    Gripper {
+    Some(Gripper {
         closed: flag(is_low),
         reason: if is_flag {
             format!("closed where it is {closed_at}: {why}")
@@ -205,7 +196,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         opening: opening.filter(|_| is_low),
         is_guess: by_motion.is_none() && !says_closed,
         sheet: part.sheet.name.clone(),
-    }
+    })
 }
 
 /// How many fingers move as far as a column of one finger shows.

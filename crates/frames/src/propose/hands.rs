@@ -131,6 +131,7 @@ fn rank(part: &Part) -> Option<usize> {
         // `gripper0_eef` is better than `robot0_hand`; parts of a person are neither.
         Some(rank) if !words::is_part(&part.words) || rank < 5 => Some(rank),
         Some(_) => None,
-        None => key(&part.name).is_empty().then_some(UNNAMED),
+        // Numbers without a name count things.
+        None => (key(&part.name).is_empty() && !words::has_number(&part.name)).then_some(UNNAMED),
     }
 }

@@ -16,6 +16,7 @@ mod words;
 mod yaml_scalar;
 
 pub use column_groups::{Form, Group, groups};
+pub use yaml_scalar::quoted;
 
 use crate::inspect::{Inspection, ValueKind};
 use arms::Arm;
@@ -74,13 +75,19 @@ struct Survey<'a> {
     labels: Option<String>,
     /// Whether y points up in the log.
     is_y_up: bool,
+    /// Rotations that cannot be turned to z up, as a binding writes them.
+    unturned: Vec<String>,
+    /// Whether positions without a unit are in mm; none if all have one.
+    is_mm: Option<bool>,
     /// What nothing was found for.
     rest: Vec<Part<'a>>,
 }
 
 impl<'a> Survey<'a> {
     fn new(log: &'a Inspection) -> Self {
-        let (mut hands, rest) = hands::hands(parts::parts(log));
+        let parts = parts::parts(log);
+        let is_mm = parts.iter().find(|part| part.is_unitless_position()).map(|part| part.is_mm);
+        let (mut hands, rest) = hands::hands(parts);
         let (mut bodies, rest) = bodies::bodies(rest);
         let (contacts, mut rest) = contacts::contacts(rest, &bodies);
         hands::wrists(&mut hands, &mut rest, contacts.lines.is_empty());
@@ -98,13 +105,18 @@ impl<'a> Survey<'a> {
         let mechanism = rest.iter().position(is_angle).map(|at| rest.remove(at));
         let ups: Vec<usize> = bodies.iter().filter_map(Body::up).collect();
         let is_y_up = !ups.is_empty() && ups.iter().all(|axis| *axis == 1);
+        let mut unturned = vec![];
         if is_y_up {
-            // What three columns turn has no form in a binding with another axis up.
-            let is_kept = |rotation: &Part| rotation.members.len() != 3;
-            hands.values_mut().for_each(|hand| hand.rotation = hand.rotation.take().filter(is_kept));
-            bodies.iter_mut().for_each(|body| body.rotation = body.rotation.take().filter(is_kept));
+            let of_hands = hands.values_mut().map(|hand| &mut hand.rotation);
+            for rotation in of_hands.chain(bodies.iter_mut().map(|body| &mut body.rotation)) {
+                // What three columns turn has no form in a binding with another axis up.
+                if rotation.as_ref().is_some_and(|rotation| rotation.members.len() == 3) {
+                    unturned.extend(rotation.take().map(|rotation| rotation.columns()));
+                }
+            }
         }
-        Self { hands, grippers, arms, bodies, contacts, mechanism, labels: labels(log), is_y_up, rest }
+        let labels = labels(log);
+        Self { hands, grippers, arms, bodies, contacts, mechanism, labels, is_y_up, unturned, is_mm, rest }
     }
 
     /// A point with z up.

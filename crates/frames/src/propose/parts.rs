@@ -1,6 +1,6 @@
 //! What a log measures: each group of columns as a quantity, with its words and its values.
 
-use super::column_groups::{self, Form};
+use super::column_groups::{self, Form, Group};
 use super::words;
 use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
 use std::collections::BTreeSet;
@@ -25,8 +25,10 @@ const COUNTERS: [&str; 14] = [
     "rdtsequence",
 ];
 
-/// Angles beyond this are in degrees, rad.
-const MOST_RAD: f64 = 7.0;
+/// The share of positions that is in reach, …
+const USUAL: f64 = 0.9;
+/// … this far at most in m: what is beyond it is in mm.
+const FARTHEST_M: f64 = 20.0;
 
 /// What a group of columns measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,8 +60,10 @@ pub struct Part<'a> {
     pub words: Vec<String>,
     /// What it measures.
     pub quantity: Quantity,
-    /// The unit that the log has, or a name ends with; empty without one.
+    /// The unit that the log has, a name ends with or values of angles show; empty without one.
     pub unit: String,
+    /// Whether it is a position without a unit in a log whose positions are in mm.
+    pub is_mm: bool,
     /// Its columns, x y z or w x y z.
     pub members: Vec<&'a ColumnReport>,
     /// Its sheet.
@@ -69,30 +73,29 @@ pub struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// The factor to SI: of the unit, else by the values of positions: beyond 20 m they are in mm.
+    /// The factor to SI: of the unit, else that of all positions of the log.
     pub fn scale(&self) -> f64 {
-        const FARTHEST_M: f64 = 20.0;
-        if let (false, Ok((factor, _))) = (self.unit.is_empty(), compound(&self.unit)) {
-            return factor;
+        match compound(&self.unit) {
+            Ok((factor, _)) if !self.unit.is_empty() => factor,
+            _ if self.is_mm => 1e-3,
+            _ => 1.0,
         }
-        let most = self.members.iter().map(|column| column.min.abs().max(column.max.abs())).fold(0.0, f64::max);
-        if self.quantity == Quantity::Position && most > FARTHEST_M { 1e-3 } else { 1.0 }
     }
 
     /// As a binding names it, with the unit that its values show.
     pub fn columns(&self) -> String {
-        let unit = match self.quantity {
-            Quantity::Position if self.unit.is_empty() && self.scale() < 1.0 => "mm",
-            Quantity::Rotation if self.unit.is_empty() && self.is_beyond(MOST_RAD) => "deg",
+        let unit = match () {
+            () if self.is_mm => "mm",
             // The unit of a header need not be repeated.
-            _ if self.members.iter().any(|column| !column.unit.is_empty()) => "",
-            _ => &self.unit,
+            () if self.members.iter().any(|column| !column.unit.is_empty()) => "",
+            () => &self.unit,
         };
         if unit.is_empty() { self.pattern.clone() } else { format!("{} [{unit}]", self.pattern) }
     }
 
-    fn is_beyond(&self, limit: f64) -> bool {
-        self.members.iter().any(|column| column.min < -limit || column.max > limit)
+    /// Whether it is a position without a unit.
+    pub fn is_unitless_position(&self) -> bool {
+        self.quantity == Quantity::Position && self.unit.is_empty()
     }
 
     /// Whether it never changes.
@@ -141,7 +144,21 @@ impl Part<'_> {
 
 /// The groups of columns of a log.
 pub fn parts(log: &Inspection) -> Vec<Part<'_>> {
-    log.sheets.iter().flat_map(of_sheet).collect()
+    let mut parts: Vec<Part> = log.sheets.iter().flat_map(of_sheet).collect();
+    let is_mm = are_mm(&parts);
+    parts.iter_mut().filter(|part| part.is_unitless_position()).for_each(|part| part.is_mm = is_mm);
+    parts
+}
+
+/// Whether the positions of a log without a unit are in mm: few of them would be in reach in m.
+fn are_mm(parts: &[Part]) -> bool {
+    let mut norms: Vec<f64> = vec![];
+    for part in parts.iter().filter(|part| part.is_unitless_position()) {
+        let points = (0..part.rows()).filter_map(|row| part.position(row));
+        norms.extend(points.map(|[x, y, z]| (x * x + y * y + z * z).sqrt()));
+    }
+    norms.sort_by(f64::total_cmp);
+    norms.get((norms.len() as f64 * USUAL) as usize).is_some_and(|usual| *usual > FARTHEST_M)
 }
 
 /// The vector at the beginning of a table without names, by the name of the table: forces or the place of the tool.
@@ -150,7 +167,7 @@ fn unnamed(sheet: &SheetReport) -> Option<Part<'_>> {
     let [x, y, z, ..] = &sheet.columns[..] else { return None };
     let words = words::words(&sheet.name);
     let quantity = match () {
-        () if !sheet.columns.iter().all(is_number) => return None,
+        () if !sheet.columns.iter().all(is_number) || words::is_command(&words) => return None,
         () if words::has(&words, &["force", "forces", "torques", "wrench", "ft"]) => Quantity::Force,
         () if words::has(&words, &["pos", "pose", "position", "cart", "tcp"]) => Quantity::Position,
         () => return None,
@@ -162,6 +179,7 @@ fn unnamed(sheet: &SheetReport) -> Option<Part<'_>> {
         name,
         quantity,
         unit: String::new(),
+        is_mm: false,
         members: vec![x, y, z],
         sheet,
         reason: Some("the columns have no names: the first three by the name of the table".into()),
@@ -187,15 +205,18 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
             let full =
                 |text: &str| if sheet.name.is_empty() { text.to_string() } else { format!("{}.{text}", sheet.name) };
             let of_log = members.first().map_or("", |column| column.unit.as_str());
-            let unit = if of_log.is_empty() { unit_in_name(&group.name) } else { of_log };
+            let unit = if of_log.is_empty() { unit_in_name(&group) } else { of_log };
             let own = words::words(&group.name);
-            let quantity = quantity(group.form, unit, &own, &members);
-            let words = sheet_words.iter().cloned().chain(own).collect();
+            let words: Vec<String> = sheet_words.iter().chain(&own).cloned().collect();
+            // A topic of commands has the columns of what it commands.
+            let is_other = words::is_command(&words) || words::is_relative(&words);
+            let quantity = if is_other { Quantity::Other } else { quantity(group.form, unit, &own, &members) };
+            let unit = if unit.is_empty() { group.unit } else { unit };
             // A list names its columns in full.
             let pattern =
                 if group.pattern.starts_with('[') { in_full(&group.pattern, &full) } else { full(&group.pattern) };
             let (name, unit) = (full(&group.name), unit.to_string());
-            Part { pattern, name, words, quantity, unit, members, sheet, reason: group.reason }
+            Part { pattern, name, words, quantity, unit, is_mm: false, members, sheet, reason: group.reason }
         })
         .collect()
 }
@@ -227,15 +248,13 @@ fn quantity(form: Form, unit: &str, words: &[String], members: &[&ColumnReport])
         "linear",
         "angular",
         "imu",
-        "current",
         "effort",
         "jacobian",
         "qd",
     ]);
-    // From one thing to another: no place in the world.
-    let is_relative = says(&["to", "rel", "delta", "diff", "error", "offset"])
-        || words.iter().any(|word| word.starts_with("relative"));
-    if words::is_command(words) || is_rate || is_relative {
+    // `current_pose` is the pose at present.
+    let is_electrical = says(&["current"]) && (form == Form::Scalar || last(&["current"]));
+    if is_rate || is_electrical {
         return Quantity::Other;
     }
     match form {
@@ -256,8 +275,8 @@ fn quantity(form: Form, unit: &str, words: &[String], members: &[&ColumnReport])
     }
 }
 
-/// The unit that a name ends with, as of `tip_x_mm`; empty without one.
-fn unit_in_name(name: &str) -> &'static str {
+/// The unit that a name ends with, behind the component of a vector: `mm` of `tip_x_mm`, none of the torque `ft_mx`; empty without one.
+pub fn unit_in_name(group: &Group) -> &'static str {
     const UNITS: [(&str, &str); 9] = [
         ("_um", "um"),
         ("_mm", "mm"),
@@ -269,7 +288,9 @@ fn unit_in_name(name: &str) -> &'static str {
         ("_mN", "mN"),
         ("_Nm", "N m"),
     ];
-    UNITS.iter().find(|(ending, _)| name.trim_end().ends_with(ending)).map_or("", |(_, unit)| unit)
+    let behind = || group.pattern.rsplit_once('>').map_or("", |(_, behind)| behind);
+    let text = if group.form == Form::Scalar { &group.name } else { behind() };
+    UNITS.iter().find(|(ending, _)| text.trim_end().ends_with(ending)).map_or("", |(_, unit)| unit)
 }
 
 /// The columns of a sheet without elements of arrays by their places where it has them by their names, and without these names.

@@ -2,6 +2,7 @@
 
 use super::Survey;
 use super::bodies::{Body, edge};
+use super::yaml_scalar::scalar;
 use std::fmt::Write as _;
 
 /// Words for bodies that carry others.
@@ -16,7 +17,7 @@ pub fn scene(survey: &Survey) -> String {
     let has_gripper = !survey.grippers.is_empty();
     let (edge_m, why) = edge(survey.grippers.values().find_map(|gripper| gripper.held_m));
     for body in &survey.bodies {
-        let _ = writeln!(text, "  {}: {}", body.name, of_body(body, edge_m, why, has_gripper && !is_measured));
+        let _ = writeln!(text, "  {}: {}", scalar(&body.name), of_body(body, edge_m, why, has_gripper && !is_measured));
     }
     if survey.is_fixed_tool() {
         for side in survey.hands.keys().take(1) {
@@ -35,7 +36,7 @@ pub fn scene(survey: &Survey) -> String {
         return "# Guessed by `teachtree init`: nothing in the log shows where an object is (docs/scenes.md).\nbodies: {}\n".into();
     }
     for support in &survey.contacts.supports {
-        let _ = writeln!(text, "  {support}: {{role: support}}    # what touches it is carried by it");
+        let _ = writeln!(text, "  {}: {{role: support}}    # what touches it is carried by it", scalar(support));
     }
     let names_support = survey.bodies.iter().any(is_support);
     if !is_measured && !names_support && !survey.bodies.is_empty() {

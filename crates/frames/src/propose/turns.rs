@@ -1,29 +1,34 @@
 //! Three columns that turn something: a rotation vector, or roll, pitch and yaw. Names tell them apart, else values.
 
 use super::column_groups::{Form, Group};
+use super::parts::unit_in_name;
 use super::words;
 use crate::inspect::ColumnReport;
 use std::f64::consts::{FRAC_PI_2, TAU};
+use teachtree_base::units::compound;
 
 /// How far values may be beyond the bound of an angle.
 const SLACK: f64 = 1.02;
 /// The share of samples that are more than bad ones.
 const SHARE: f64 = 0.01;
 
-/// What values show.
+/// What most values show.
 struct Extent {
-    /// Longer than a rotation vector in rad.
+    /// Longer than a rotation vector in rad: in degrees, where the log has no unit.
     is_long: bool,
     /// The second is beyond the range of a pitch.
     is_beyond_pitch: bool,
 }
 
 impl Extent {
-    fn of(columns: &[(String, &ColumnReport)], members: &[usize]) -> Self {
+    /// The extent of columns in a unit of this factor to rad.
+    fn of(columns: &[(String, &ColumnReport)], members: &[usize], factor: f64) -> Self {
         let samples: Vec<&[f64]> =
             members.iter().filter_map(|at| columns.get(*at)).map(|(_, it)| it.samples.as_slice()).collect();
         let rows = samples.iter().map(|samples| samples.len()).min().unwrap_or_default();
-        let value = |axis: usize, row: usize| samples.get(axis).and_then(|it| it.get(row)).copied().unwrap_or(f64::NAN);
+        let value = |axis: usize, row: usize| {
+            samples.get(axis).and_then(|it| it.get(row)).map_or(f64::NAN, |value| value * factor)
+        };
         let is_often =
             |is: &dyn Fn(usize) -> bool| (0..rows).filter(|row| is(*row)).count() as f64 > SHARE * rows as f64;
         let norm = |row: usize| (0..3).map(|axis| value(axis, row).powi(2)).sum::<f64>().sqrt();
@@ -46,12 +51,16 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
     if group.form != Form::Vector || !(is_rotvec || is_rpy || is_r || is_named) {
         return group;
     }
-    let extent = Extent::of(columns, &group.members);
+    let of_log = group.members.first().and_then(|at| columns.get(*at)).map_or("", |(_, column)| column.unit.as_str());
+    let unit = if of_log.is_empty() { unit_in_name(&group) } else { of_log };
+    let factor = compound(unit).map_or(1.0, |(factor, _)| factor);
+    let extent = Extent::of(columns, &group.members, if unit.is_empty() { 1.0 } else { factor });
+    let is_in_degrees = extent.is_long && unit.is_empty();
     let is_of_ur = is_r || says(&["tcp", "ur"]);
     let (form, reason) = match () {
         () if is_rotvec => (Form::RotationVector, "a rotation vector by its name"),
         () if is_rpy => (Form::Angles, "roll, pitch and yaw by its name"),
-        () if extent.is_long => (Form::Angles, "angles in degrees, since they are beyond a turn in radians"),
+        () if extent.is_long => (Form::Angles, "roll, pitch and yaw"),
         () if extent.is_beyond_pitch => {
             (Form::RotationVector, "a rotation vector, since the second is beyond the range of a pitch")
         }
@@ -65,8 +74,14 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
     }
     .map(|placeholder| renamed(&group.pattern, placeholder));
     let is_certain = is_rotvec || is_rpy;
-    let reason = if is_certain { reason.to_string() } else { format!("{reason}; else `{other}`") };
-    Group { pattern, form, reason: Some(reason), ..group }
+    let degrees = if is_in_degrees { " in degrees, since they are beyond a turn in radians" } else { "" };
+    let alternative = if is_certain {
+        String::new()
+    } else {
+        format!("; else `{other}{}`", if is_in_degrees { " [deg]" } else { "" })
+    };
+    let reason = Some(format!("{reason}{degrees}{alternative}"));
+    Group { pattern, form, unit: if is_in_degrees { "deg" } else { "" }, reason, ..group }
 }
 
 /// A pattern with another placeholder for the same three columns.

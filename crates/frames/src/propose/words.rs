@@ -10,8 +10,33 @@ const TOOL: [&str; 14] = [
 /// Words for commands to a robot, which are not measurements.
 const COMMANDS: [&str; 11] =
     ["action", "actions", "cmd", "command", "commanded", "desired", "setpoint", "reference", "leader", "goal", "next"];
+/// Words for quantities of a robot: their targets are commands.
+const COMMANDED: [&str; 22] = [
+    "pose",
+    "poses",
+    "position",
+    "positions",
+    "pos",
+    "orientation",
+    "q",
+    "qd",
+    "qdd",
+    "joint",
+    "joints",
+    "velocity",
+    "vel",
+    "speed",
+    "current",
+    "wrench",
+    "force",
+    "torque",
+    "moment",
+    "effort",
+    "width",
+    "twist",
+];
 /// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
-const GENERIC: [&str; 51] = [
+const GENERIC: [&str; 53] = [
     "obs",
     "observation",
     "observations",
@@ -45,6 +70,8 @@ const GENERIC: [&str; 51] = [
     "xyz",
     "world",
     "actual",
+    "current",
+    "measured",
     "main",
     "body",
     "bodies",
@@ -99,8 +126,14 @@ pub fn has(words: &[String], known: &[&str]) -> bool {
 
 /// Whether a column is a command.
 pub fn is_command(words: &[String]) -> bool {
-    // A target may be an object, but not that of a tool.
-    has(words, &COMMANDS) || has(words, &["target"]) && has(words, &TOOL)
+    // A target may be an object, but not that of a tool or of a quantity.
+    has(words, &COMMANDS) || has(words, &["target"]) && (has(words, &TOOL) || has(words, &COMMANDED))
+}
+
+/// Whether a column is from one thing to another: no place in the world.
+pub fn is_relative(words: &[String]) -> bool {
+    has(words, &["to", "rel", "delta", "diff", "error", "offset"])
+        || words.iter().any(|word| word.starts_with("relative"))
 }
 
 /// The rank of the best word for a tool, 0 for the best.
@@ -157,9 +190,25 @@ pub fn finger(words: &[String]) -> Option<Finger> {
 
 /// The name of a body: what is left of a name without words for quantities.
 pub fn body(name: &str) -> Option<String> {
-    let left: Vec<&str> = tokens(name)
-        .filter(|token| !GENERIC.contains(&token.to_lowercase().as_str()) && !token.chars().all(|c| c.is_ascii_digit()))
-        .collect();
+    named(tokens(name).filter(|token| !is_number(token)))
+}
+
+/// The name of a body with the numbers in it: that of one of several.
+pub fn numbered_body(name: &str) -> Option<String> {
+    named(tokens(name))
+}
+
+/// Whether a number stands in a name.
+pub fn has_number(name: &str) -> bool {
+    tokens(name).any(is_number)
+}
+
+fn is_number(token: &str) -> bool {
+    token.chars().all(|c| c.is_ascii_digit())
+}
+
+fn named<'a>(tokens: impl Iterator<Item = &'a str>) -> Option<String> {
+    let left: Vec<&str> = tokens.filter(|token| !GENERIC.contains(&token.to_lowercase().as_str())).collect();
     let is_name = |text: &String| text.starts_with(|c: char| c.is_alphabetic());
     let name = Some(left.join("_")).filter(is_name)?;
     // These begin the names of other channels.

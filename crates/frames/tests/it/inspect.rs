@@ -40,6 +40,9 @@ fn columns_that_are_numbered_on_are_no_vector() {
     assert_eq!(plain(&["q_0", "q_1", "q_2", "q_3"]), ["q_0", "q_1", "q_2", "q_3"]);
     assert_eq!(plain(&["tip_x_mm", "tip_y_mm", "tip_z_mm", "comma"]), ["tip_<xyz>_mm", "comma"]);
     assert_eq!(plain(&["x", "y", "z", "Fx", "Fy", "Fz"]), ["<xyz>", "F<xyz>"]);
+    // Letters of a component elsewhere in the name.
+    assert_eq!(plain(&["box_max_x", "box_max_y", "box_max_z"]), ["box_max_<xyz>"]);
+    assert_eq!(plain(&["x_max", "y_max", "z_max"]), ["<xyz>_max"]);
 }
 
 /// The groups of an array with these elements behind a position.
@@ -62,6 +65,8 @@ fn the_norm_of_one_shows_a_rotation() {
     assert_eq!(named[1].0, "a<xyz>");
     let named = patterns(&[("qw", one), ("qx", zero), ("qy", zero), ("qz", turned)]);
     assert_eq!(named, [("q<wxyz>".into(), Form::Quaternion)]);
+    let named = patterns(&[("screw_qx", zero), ("screw_qy", zero), ("screw_qz", turned), ("screw_qw", one)]);
+    assert_eq!(named, [("screw_q<wxyz>".into(), Form::Quaternion)]);
 }
 
 #[test]

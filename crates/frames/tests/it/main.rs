@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "tests are read, not linked")]
 
 mod inspect;
+mod propose;
 mod shared;
 mod stream;
 
