@@ -24,18 +24,20 @@ fn recordings(py: Python<'_>, paths: Vec<PathBuf>, binding: Option<PathBuf>, eac
         .map_err(|found| error::to_python(py, &found))
 }
 
-/// A binding, a scene, rule files, a hand file and params.
-type Settings = (Option<PathBuf>, Option<PathBuf>, Vec<PathBuf>, Option<String>, Vec<(String, String)>);
+/// A binding, a scene, rule files, a hand file, params, and the expected tasks.
+type Settings = (Option<PathBuf>, Option<PathBuf>, Vec<PathBuf>, Option<String>, Vec<(String, String)>, Option<String>);
 
-/// The settings of `teachtree.yaml` for a log.
+/// The settings of `teachtree.yaml` for a log; with a binding of one's own, without what belongs to that of the file.
 #[pyfunction]
-fn project_settings(py: Python<'_>, log: PathBuf) -> PyResult<Settings> {
+fn project_settings(py: Python<'_>, log: PathBuf, has_binding: bool) -> PyResult<Settings> {
     let settings = wait::released(py, move || teachtree::ProjectSettings::of_log(&log))?
         .map_err(|found| error::to_python(py, &found))?;
+    let settings = if has_binding { settings.without_binding() } else { settings };
     let [binding, scene] = [settings.binding, settings.scene].map(|setting| setting.map(|setting| setting.value));
     let rules = settings.rules.map_or_else(Vec::new, |rules| rules.value);
     let params = settings.params.into_iter().map(|(param, setting)| (param, setting.value)).collect();
-    Ok((binding, scene, rules, settings.hand_file.map(|hand_file| hand_file.value), params))
+    let [hand_file, expect] = [settings.hand_file, settings.expect].map(|setting| setting.map(|setting| setting.value));
+    Ok((binding, scene, rules, hand_file, params, expect))
 }
 
 /// Runs the command line; the exit status.

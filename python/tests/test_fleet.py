@@ -274,6 +274,12 @@ def test_a_job_has_the_settings_of_a_project(tmp_path: Path) -> None:
     assert job == same
     other = fleet.Job(project=tmp_path / "a.csv", params={"hold_time": "300 ms"})
     assert other.params == {"hold_time": "300 ms"} and other.binding == job.binding
+    own = fleet.Job(project=tmp_path / "a.csv", binding=BINDING)
+    assert own.params == {} and own.rules == job.rules
+    (tmp_path / "teachtree.yaml").write_text(f"logs: {{'*.csv': {{{settings}, expect: hold}}}}\n")
+    expecting = fleet.Job(project=tmp_path / "a.csv")
+    assert expecting.expect == "hold" and expecting.digest != job.digest
+    assert expecting == fleet.Job(project=tmp_path / "b.csv", expect="hold") != fleet.Job(project=tmp_path / "b.csv", expect="hold x 2")
     with pytest.raises(teachtree.LogError, match="teachtree.yaml:1:"):
         (tmp_path / "teachtree.yaml").write_text("logs: [a]\n")
         fleet.Job(project=tmp_path / "a.csv")

@@ -10,7 +10,7 @@ use teachtree_base::error::InputError;
 use teachtree_frames::bind::BindingFile;
 use teachtree_frames::hand_file_of;
 use teachtree_language::{self as language, Request};
-use teachtree_session::files::{RecordingFile, recordings};
+use teachtree_session::files::{RecordingFile, label_file, recordings};
 use teachtree_session::{Analysis, Error, ErrorInternals, Log, RulesInternals};
 
 /// Options of commands that analyze recordings.
@@ -102,8 +102,9 @@ impl AnalysisArgs {
         let mut files: Vec<PathBuf> = source.binding.iter().chain(&source.scene).chain(&rules.rules).cloned().collect();
         let mut requests = vec![(rules.rules.clone(), self.hand_file(source.binding.as_deref()))];
         // What is wrong with the settings is reported where they are used.
-        for settings in logs.iter().filter_map(|log| source.settings(log).ok()) {
+        for (log, settings) in logs.iter().filter_map(|log| Some((log, source.settings(log).ok()?))) {
             files.extend(settings.files().filter(|file| file.is_file()).map(Path::to_path_buf));
+            files.extend(settings.labels.as_ref().and_then(|labels| label_file(&labels.value, log).ok()));
             let rules = settings.rules.map_or_else(Vec::new, |rules| rules.value);
             let hand_file = settings.hand_file.map(|hand_file| hand_file.value);
             let binding = settings.binding.map(|binding| binding.value);

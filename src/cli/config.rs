@@ -4,7 +4,6 @@ use super::analysis::{AnalysisArgs, ExpectArg};
 use super::{Failure, output};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree_base::error::InputError;
 use teachtree_frames::bind::BindingFile;
 use teachtree_logs::read::csv;
 use teachtree_logs::read::formats;
@@ -32,34 +31,45 @@ type Line = (&'static str, String, String);
 /// Runs `config`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let settings = args.analysis.source.settings(&args.log)?;
-    let log = args.analysis.read(&args.log)?;
-    let rules = args.analysis.rules.load(&log)?;
-    let mut lines = vec![project_line(&settings)];
+    let mut lines = vec![project_line(&settings, &args.log)];
     let binding = chosen(args.analysis.source.binding.as_ref(), "--binding", settings.binding.as_ref());
-    let scene = scene_line(args, &settings, binding.as_ref().map(|(path, _)| path.as_path()))?;
+    let scene = scene_line(args, &settings, binding.as_ref().map(|(path, _)| path.as_path()));
     lines.push(match &binding {
         Some((path, from)) => ("binding", path.display().to_string(), from.clone()),
         None => ("binding", "none".into(), "the columns have canonical names".into()),
     });
     lines.push(scene);
-    lines.push(rules_line(args, &settings, &rules));
+    lines.extend(named_rules(args, &settings));
+    let labels = settings.labels.as_ref().map(|labels| (labels.value.display().to_string(), labels.place.clone()));
+    lines.extend(labels.map(|(labels, from)| ("labels", labels, from)));
+    // What is wrong with the log or the rules is reported below the settings that lead to it.
+    output::print(&format!("{}\n{}", args.log.display(), text(lines)))?;
+    let log = args.analysis.read(&args.log)?;
+    let rules = args.analysis.rules.load(&log)?;
+    let mut lines: Vec<Line> = default_rules(args, &settings, &rules).into_iter().collect();
     if let Some((file, reason)) = rules.hand_model().as_deref().and_then(|model| model.split_once(", ")) {
         lines.push(("hand file", file.into(), reason.into()));
     }
     lines.extend(param_lines(args, &settings, &rules, binding.map(|(path, _)| path)));
     lines.extend(expect_line(args, &log));
-    let labels = settings.labels.as_ref().map(|labels| (labels.value.display().to_string(), labels.place.clone()));
-    lines.extend(labels.map(|(labels, from)| ("labels", labels, from)));
-    let mut text = format!("{}\n", args.log.display());
+    Ok(output::print(&text(lines))?)
+}
+
+fn text(lines: Vec<Line>) -> String {
+    let mut text = String::new();
     for (name, value, from) in lines {
         let _ = writeln!(text, "  {name:<13} {value}  ({from})");
     }
-    Ok(output::print(&text)?)
+    text
 }
 
-fn project_line(settings: &ProjectSettings) -> Line {
+fn project_line(settings: &ProjectSettings, log: &Path) -> Line {
     match &settings.file {
-        Some(file) => ("project file", file.display().to_string(), "the nearest one above the log".into()),
+        Some(file) => {
+            let place = if project_file::is_above(file, log) { "the log" } else { "this folder" };
+            let fits = if settings.has_entry { "" } else { "; no entry fits the log" };
+            ("project file", file.display().to_string(), format!("the nearest one above {place}{fits}"))
+        }
         None => ("project file", "none".into(), format!("no {} above the log or this folder", project_file::NAME)),
     }
 }
@@ -70,33 +80,38 @@ fn chosen(given: Option<&PathBuf>, option: &str, setting: Option<&Setting<PathBu
     given.map(|path| (path.clone(), option.to_string())).or_else(of_project)
 }
 
-fn scene_line(args: &Args, settings: &ProjectSettings, binding: Option<&Path>) -> Result<Line, InputError> {
+fn scene_line(args: &Args, settings: &ProjectSettings, binding: Option<&Path>) -> Line {
     let source = &args.analysis.source;
-    let setting = settings.scene.as_ref().filter(|_| source.binding.is_none());
-    if let Some((path, from)) = chosen(source.scene.as_ref(), "--scene", setting) {
-        return Ok(("scene", path.display().to_string(), from));
+    if let Some((path, from)) = chosen(source.scene.as_ref(), "--scene", settings.scene.as_ref()) {
+        return ("scene", path.display().to_string(), from);
     }
     if let Some(binding) = binding
-        && BindingFile::read(binding)?.binding.scene.is_some()
+        && BindingFile::read(binding).is_ok_and(|file| file.binding.scene.is_some())
     {
-        return Ok(("scene", binding.display().to_string(), "`scene` of the binding".into()));
+        return ("scene", binding.display().to_string(), "`scene` of the binding".into());
     }
-    Ok(match csv::scene_file_beside(&formats::without_episode(&args.log)) {
+    match csv::scene_file_beside(&formats::without_episode(&args.log)) {
         Some(path) => ("scene", path.display().to_string(), "beside the log".into()),
         None => ("scene", args.log.display().to_string(), "in the log".into()),
-    })
+    }
 }
 
-fn rules_line(args: &Args, settings: &ProjectSettings, rules: &Rules) -> Line {
+/// The rules that are named.
+fn named_rules(args: &Args, settings: &ProjectSettings) -> Option<Line> {
     let joined = |files: &[PathBuf]| files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ");
     match &settings.rules {
-        _ if !args.analysis.rules.rules.is_empty() => ("rules", joined(&args.analysis.rules.rules), "--rules".into()),
-        Some(files) => ("rules", joined(&files.value), files.place.clone()),
-        None => {
-            let files: Vec<&str> = rules.files().collect();
-            ("rules", files.join(", "), format!("by default for {}", hands(rules)))
+        _ if !args.analysis.rules.rules.is_empty() => {
+            Some(("rules", joined(&args.analysis.rules.rules), "--rules".into()))
         }
+        setting => setting.as_ref().map(|files| ("rules", joined(&files.value), files.place.clone())),
     }
+}
+
+/// The rules where none are named.
+fn default_rules(args: &Args, settings: &ProjectSettings, rules: &Rules) -> Option<Line> {
+    let files: Vec<&str> = rules.files().collect();
+    let line = || ("rules", files.join(", "), format!("by default for {}", hands(rules)));
+    named_rules(args, settings).is_none().then(line)
 }
 
 /// The number of hands that default rules are for.
@@ -112,8 +127,11 @@ fn param_lines(args: &Args, settings: &ProjectSettings, rules: &Rules, binding: 
         let of_binding = || binding.as_ref().map(|binding| binding.display().to_string()).unwrap_or_default();
         if is_given { "--set".into() } else { of_project.unwrap_or_else(of_binding) }
     };
-    let line = |(param, value): &(String, String)| ("param", format!("{param} = {value}"), from(param));
-    rules.params().iter().map(line).collect()
+    // The last value of a param counts.
+    let all = rules.params();
+    let is_last = |at: usize, param: &str| all.iter().skip(at + 1).all(|(later, _)| later != param);
+    let counting = all.iter().enumerate().filter(|(at, (param, _))| is_last(*at, param));
+    counting.map(|(_, (param, value))| ("param", format!("{param} = {value}"), from(param))).collect()
 }
 
 fn expect_line(args: &Args, log: &Log) -> Option<Line> {

@@ -68,6 +68,8 @@ enum Format {
 /// Runs `fit`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = args.truth.labeled_logs(&args.logs)?;
+    let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
+    args.analysis.checked_inputs(&logs, &places)?;
     let groups = args.hold_out.unwrap_or(logs.len().min(GROUPS));
     if args.hold_out.is_some() && !(2..=logs.len()).contains(&groups) {
         let message = format!("{groups} groups of {} recordings", logs.len());
@@ -191,10 +193,9 @@ fn print_fit(
 ) -> Result<(), InputError> {
     let files: Vec<String> = rules.sources.files.iter().map(|file| file.name.clone()).collect();
     if let (Some(path), Some(found)) = (&args.out, found) {
-        let source = &args.analysis.source;
-        let named = [&args.truth.labels, &source.binding, &source.scene].into_iter().flatten();
-        let inputs = logs.iter().chain(named).cloned().chain(files.iter().map(PathBuf::from));
-        output::write(path, &found.diff, &inputs.collect::<Vec<_>>())?;
+        let mut inputs = args.analysis.inputs(logs);
+        inputs.extend(args.truth.labels.iter().cloned().chain(files.iter().map(PathBuf::from)));
+        output::write(path, &found.diff, &inputs)?;
     }
     let diff = found.map(|found| found.diff.as_str());
     if args.form.format == Format::Json {

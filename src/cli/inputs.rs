@@ -23,7 +23,7 @@ pub fn read(kind: FileKind, path: &Path, text: &str) -> Result<String, InputErro
     match kind {
         FileKind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input)?,
         FileKind::Binding => BindingFile::parse(text.into(), name).map(drop)?,
-        FileKind::Project => ProjectFile::parse(path, text.into()).map(drop)?,
+        FileKind::Project => ProjectFile::parse(path, text.into())?.check()?,
         FileKind::Operator => teachtree_world::Operator::read(text, &name).map(drop)?,
         FileKind::Robot => {
             let robot = robot(&name, text, true)?;

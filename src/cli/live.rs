@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // A source that is not a file has the settings of the folder in which the program runs.
     let settings = given.settings(Path::new(&args.source))?;
     let binding = given.binding_of(Path::new(&args.source))?;
-    let of_project = settings.scene.as_ref().filter(|_| args.binding.is_none()).map(|scene| &scene.value);
+    let of_project = settings.scene.as_ref().map(|scene| &scene.value);
     let scene = args.scene.as_ref().or(of_project).map(Scene::open).transpose()?;
     let own = scene.as_ref().map(|scene| scene.inner().clone());
     let binder = binding.as_ref().map(|path| RowBinder::open(path, own, args.wait)).transpose()?;

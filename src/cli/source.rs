@@ -43,12 +43,16 @@ impl SourceArgs {
         Ok(())
     }
 
-    /// The settings of `teachtree.yaml` for a log.
+    /// The settings of `teachtree.yaml` for a log. A binding of these options replaces what belongs to that of the file.
     ///
     /// # Errors
     /// When the file cannot be read.
     pub fn settings(&self, log: &Path) -> Result<ProjectSettings, InputError> {
-        if self.is_alone { Ok(ProjectSettings::default()) } else { ProjectSettings::of(log) }
+        if self.is_alone {
+            return Ok(ProjectSettings::default());
+        }
+        let settings = ProjectSettings::of(log)?;
+        Ok(if self.binding.is_some() { settings.without_binding() } else { settings })
     }
 
     /// The binding of a log: of these options, else of `teachtree.yaml`.

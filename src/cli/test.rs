@@ -320,8 +320,7 @@ fn new_expectations(args: &Args, known: &[PathBuf]) -> Result<Vec<PathBuf>, Fail
             let settings = source.settings(&log)?;
             let of_project = |setting: &Option<Setting<PathBuf>>| setting.as_ref().map(|setting| setting.value.clone());
             let binding = source.binding.clone().or_else(|| of_project(&settings.binding));
-            let is_own = source.binding.is_some();
-            let scene = source.scene.clone().or_else(|| of_project(&settings.scene).filter(|_| !is_own));
+            let scene = source.scene.clone().or_else(|| of_project(&settings.scene));
             let of_rules = settings.rules.as_ref().filter(|_| rules.rules.is_empty()).map(|setting| &setting.value);
             let hand_file = rules.hand.file.as_ref().or(settings.hand_file.as_ref().map(|setting| &setting.value));
             binding.iter().for_each(|path| setting("binding", path));

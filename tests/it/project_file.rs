@@ -151,3 +151,106 @@ fn mistakes_have_their_place() {
     let checked = teachtree_in(folder.path(), &["check", "teachtree.yaml"]);
     assert_eq!(checked.status.code(), Some(2));
 }
+
+#[test]
+fn patterns_that_never_fit_are_refused() {
+    let folder = project();
+    let whole = folder.path().join("*.csv").display().to_string();
+    let mistakes = [
+        ("./*.csv", "write `/*.csv`"),
+        ("../*.csv", "write a `teachtree.yaml` in the folder above"),
+        ("jams/", "write `jams/**`"),
+        ("jams//*.csv", "write `jams/*.csv`"),
+        (whole.as_str(), "write `*.csv`"),
+        ("~/logs/*.csv", "write `*.csv`"),
+    ];
+    for (pattern, help) in mistakes {
+        let text = format!("logs: {{'{pattern}': {{expect: peg_in_hole}}}}");
+        fs::write(folder.path().join("teachtree.yaml"), text).unwrap();
+        let output = teachtree_in(folder.path(), &["config", "a.csv"]);
+        assert_eq!(output.status.code(), Some(2), "{pattern}");
+        let complained = complained(&output);
+        assert!(complained.contains(&format!("`{pattern}` never fits a log")), "{complained}");
+        assert!(complained.contains(help), "{complained}");
+    }
+}
+
+#[test]
+fn a_pattern_with_the_folder_of_the_file_leaves_out_those_below() {
+    let folder = project();
+    let text = "logs: {'/*.csv': {binding: lab/plug.binding.yaml}, '/jams/*.csv': {labels: jams}}";
+    fs::write(folder.path().join("teachtree.yaml"), text).unwrap();
+    let config = |log: &str| all_said(&teachtree_in(folder.path(), &["config", log]));
+    assert!(config("a.csv").contains("lab/plug.binding.yaml  (teachtree.yaml:1:28)"), "{}", config("a.csv"));
+    let below = config("jams/b.csv");
+    assert!(below.contains("binding       none") && below.contains("labels        jams  ("), "{below}");
+    fs::write(folder.path().join("teachtree.yaml"), "logs: {'*.tsv': {binding: lab/plug.binding.yaml}}").unwrap();
+    assert!(config("a.csv").contains("above the log; no entry fits the log"), "{}", config("a.csv"));
+}
+
+#[test]
+fn check_verifies_files_and_tasks() {
+    let folder = project();
+    let check = |text: &str| {
+        fs::write(folder.path().join("teachtree.yaml"), text).unwrap();
+        teachtree_in(folder.path(), &["check", "teachtree.yaml"])
+    };
+    let fine = check(PROJECT);
+    assert!(fine.status.success(), "{}", all_said(&fine));
+    let mistakes = [
+        ("logs: {'*.csv': {binding: none.yaml}}", "teachtree.yaml:1:27: there is no file `none.yaml`"),
+        ("logs: {'*.csv': {rules: [contact.rules, none.rules]}}", "teachtree.yaml:1:41: there is no file `none.rules`"),
+        ("logs: {'*.csv': {labels: none}}", "teachtree.yaml:1:26: there is no file `none`"),
+        ("logs: {'*.csv': {expect: peg_in_hol}}", "teachtree.yaml:1:26: "),
+    ];
+    for (text, wanted) in mistakes {
+        let output = check(text);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(complained(&output).contains(wanted), "{text}: {}", complained(&output));
+    }
+}
+
+#[test]
+fn a_binding_replaces_what_was_chosen_for_that_of_the_file() {
+    let folder = project();
+    let text = "logs: {'*.csv': {binding: none.yaml, hand_file: hand_gripper.rules, params: {touch_on: 2 N}, expect: peg_in_hole}}";
+    fs::write(folder.path().join("teachtree.yaml"), text).unwrap();
+    let found = analyzed(folder.path(), &["a.csv", "--binding", "lab/plug.binding.yaml"]);
+    assert_eq!(found["rules"]["hand_model"], "hand_gripper_wrist.rules, as `hand_file` in the binding says");
+    assert!(found["rules"]["params"].get("touch_on").is_none_or(|value| value != "2 N"), "{}", found["rules"]);
+    assert_eq!(found["outcome"]["expected"], "peg_in_hole");
+}
+
+#[test]
+fn own_rules_are_not_those_of_the_folder_in_which_the_program_runs() {
+    let folder = project();
+    let elsewhere = tempfile::tempdir().unwrap();
+    fs::write(elsewhere.path().join("own.rules"), "use \"contact.rules\"\nprimitive Tap\n").unwrap();
+    let text = "logs: {'*.csv': {binding: lab/plug.binding.yaml, rules: [own.rules]}}";
+    fs::write(folder.path().join("teachtree.yaml"), text).unwrap();
+    let log = folder.path().join("a.csv");
+    let refused = teachtree_in(elsewhere.path(), &["analyze", log.to_str().unwrap()]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(complained(&refused).contains("there is no rule file"), "{}", complained(&refused));
+    // What leads to it is printed first.
+    let config = teachtree_in(elsewhere.path(), &["config", log.to_str().unwrap()]);
+    assert!(said(&config).contains("own.rules  ("), "{}", all_said(&config));
+}
+
+#[test]
+fn all_logs_of_a_folder_do_not_name_the_folder() {
+    let folder = project();
+    fs::write(folder.path().join("teachtree.yaml"), "logs: {'*': {binding: lab/plug.binding.yaml}}").unwrap();
+    let output = teachtree_in(folder.path(), &["audit", "jams", "."]);
+    assert!(said(&output).contains("2 recordings"), "{}", all_said(&output));
+}
+
+#[test]
+fn files_of_the_project_are_not_overwritten() {
+    let folder = project();
+    for command in [["fit", "a.csv", "-o"], ["score", "a.csv", "-o"]] {
+        let refused = teachtree_in(folder.path(), &[&command[..], &["lab/plug.binding.yaml"]].concat());
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(complained(&refused).contains("is an input of this command"), "{}", complained(&refused));
+    }
+}

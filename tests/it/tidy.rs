@@ -32,7 +32,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("tungstenite", &["src/cli/live/", "crates/teaching/src/socket.rs"]),
     ("zenoh", &["src/cli/live/pubsub.rs"]),
     ("rayon", &["src/cli/", "crates/session/src/fitting.rs"]),
-    ("glob", &["crates/session/src/project_file.rs"]),
+    ("glob", &["crates/session/src/project_file/"]),
     ("similar", &["crates/session/src/patch.rs"]),
     ("httparse", &["crates/serve/src/http.rs"]),
     ("getrandom", &["crates/serve/src/server.rs"]),

@@ -128,7 +128,7 @@ pub fn recordings_within(
             if each {
                 return Ok(true);
             }
-            if binding.is_some() || ProjectSettings::of(folder)?.binding.is_some() {
+            if binding.is_some() || ProjectSettings::naming(folder)?.binding.is_some() {
                 return Ok(!formats::is_one_log(folder));
             }
             // A folder that cannot be one recording contains recordings.

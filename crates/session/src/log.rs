@@ -184,7 +184,7 @@ impl LogOptions {
 
     /// Takes what these options do not name from the nearest `teachtree.yaml` above the log, else above the folder in which the program runs: the
     /// binding and the scene, and for [`Rules::for_log`](super::Rules::for_log) rules, hand file, params and expected tasks (docs/project.md). A binding
-    /// of these options also replaces the scene of the file.
+    /// of these options also replaces the scene, the hand file and the params of the file, which were chosen for its binding.
     #[must_use]
     pub fn by_project(self) -> Self {
         Self { by_project: true, ..self }
@@ -244,7 +244,9 @@ impl LogOptions {
         if by_project {
             settings = ProjectSettings::of(&log).map_err(|error| Error::new(error, ErrorKind::Format))?;
         }
-        if binding.is_none() {
+        if binding.is_some() {
+            settings = settings.without_binding();
+        } else {
             scene = scene.or_else(|| settings.scene.as_ref().map(|scene| scene.value.clone()));
             binding = settings.binding.as_ref().map(|binding| binding.value.clone());
         }

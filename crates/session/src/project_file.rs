@@ -1,31 +1,34 @@
 //! `teachtree.yaml`: how the logs of a folder are read and analyzed, so that commands need no options for them. The nearest file above a log counts,
 //! else the nearest one above the folder in which the program runs.
 
+mod entry_checks;
+mod patterns;
+
 use super::error::Error;
 use crate::ErrorInternals;
-use glob::{MatchOptions, Pattern};
 use indexmap::IndexMap;
+use patterns::LogPattern;
 use serde::Deserialize;
 use std::path::{Component, Path, PathBuf};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::yaml;
 use teachtree_frames::bind::{Param, few_params};
+use teachtree_language::shipped;
 use teachtree_logs::read::{formats, text};
 
+pub use patterns::escaped;
 pub use teachtree_base::file_kind::PROJECT as NAME;
 
 /// The most entries of a file.
 const MAX_ENTRIES: usize = 256;
-/// `*` stands for a part of a name.
-const BY_PARTS: MatchOptions =
-    MatchOptions { case_sensitive: true, require_literal_separator: true, require_literal_leading_dot: false };
 
 /// A project file: the settings of the logs in a folder.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Project {
     /// The settings of logs, by a pattern of their paths from this file, such as `*.csv` or `jams/**`. A pattern without `/` is compared with the names
-    /// of logs in all folders. Of several entries that fit a log, each key counts in the last one that has it.
+    /// of logs in all folders, one that begins with `/` with paths from this file only. Of several entries that fit a log, each key counts in the last
+    /// one that has it.
     logs: IndexMap<String, Entry>,
 }
 
@@ -52,9 +55,10 @@ struct Entry {
     labels: Option<PathBuf>,
 }
 
-/// A name as a pattern that fits no other one.
-pub fn escaped(name: &str) -> String {
-    Pattern::escape(name)
+/// Whether a project file stands above a log rather than above the folder in which the program runs.
+pub fn is_above(file: &Path, log: &Path) -> bool {
+    let folder = absolute(file.parent().unwrap_or(Path::new("")));
+    absolute(&formats::without_episode(log)).starts_with(folder)
 }
 
 /// The schema of the file.
@@ -76,6 +80,8 @@ pub struct Setting<T> {
 pub struct ProjectSettings {
     /// The file, if there is one.
     pub file: Option<PathBuf>,
+    /// Whether an entry of it fits the log.
+    pub has_entry: bool,
     /// The binding.
     pub binding: Option<Setting<PathBuf>>,
     /// The scene.
@@ -98,7 +104,7 @@ pub struct ProjectFile {
     path: PathBuf,
     text: String,
     /// The entries with the patterns of their logs.
-    entries: Vec<(Pattern, Entry)>,
+    entries: Vec<(LogPattern, Entry)>,
 }
 
 impl ProjectSettings {
@@ -116,6 +122,21 @@ impl ProjectSettings {
     /// [`ErrorKind::Format`]: the nearest file cannot be read, at `file:line:column`.
     pub fn of_log(log: &Path) -> Result<Self, Error> {
         Self::of(log).map_err(|error| Error::new(error, ErrorKind::Format))
+    }
+
+    /// The settings of a folder, as [`of`](Self::of), that entries name: `*` alone and `**` at the end stand for logs in it.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn naming(folder: &Path) -> Result<Self, InputError> {
+        let of_file = |file: ProjectFile| file.settings_by(folder, &LogPattern::names_folders);
+        Ok(ProjectFile::above(folder)?.map_or_else(Self::default, of_file))
+    }
+
+    /// The settings beside a binding of another origin: what was chosen for the binding of the file is left out.
+    #[must_use]
+    pub fn without_binding(self) -> Self {
+        Self { binding: None, scene: None, hand_file: None, params: IndexMap::new(), ..self }
     }
 
     /// The files that the settings name, and the file itself.
@@ -163,53 +184,80 @@ impl ProjectFile {
         }
         let mut entries = Vec::with_capacity(logs.len());
         for (pattern, entry) in logs {
-            let glob = Pattern::new(&pattern).map_err(|error| {
-                let message = format!("`{pattern}` is not a pattern of paths: {}", error.msg);
-                let place = yaml::place(&text, &name, &["logs", &pattern]);
-                in_format(InputError::new(place, message)).help("write one such as `*.csv`, `jams/*.csv` or `runs/**`")
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let read = LogPattern::read(&pattern, folder).map_err(|error| {
+                in_format(InputError { place: yaml::place(&text, &name, &["logs", &pattern]), ..error })
             })?;
-            entries.push((glob, entry));
+            entries.push((read, entry));
         }
         Ok(Self { path: path.to_path_buf(), text, entries })
     }
 
+    /// The patterns with the bindings of their entries.
+    pub fn entries(&self) -> impl Iterator<Item = (&str, Option<&Path>)> {
+        self.entries.iter().map(|(pattern, entry)| (pattern.text.as_str(), entry.binding.as_deref()))
+    }
+
+    /// Checks that the files of all entries exist, and that their expected tasks are tasks of rules.
+    ///
+    /// # Errors
+    /// The first one that is not, at `file:line:column`.
+    pub fn check(&self) -> Result<(), InputError> {
+        entry_checks::check(self)
+    }
+
+    fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The place of a key of an entry.
+    fn place(&self, pattern: &LogPattern, keys: &[&str]) -> String {
+        let mut all = vec!["logs", pattern.text.as_str()];
+        all.extend(keys);
+        yaml::place(&self.text, &self.path.display().to_string(), &all)
+    }
+
+    /// A rule file or a hand file: one of the folder of this file, else a shipped one. It is never looked up in the folder in which the program runs.
+    fn rule_file(&self, name: &Path) -> PathBuf {
+        let own = self.folder().join(name);
+        let of_program = name.to_str().and_then(shipped).filter(|_| !own.is_file());
+        of_program.map_or(own, |(name, _)| name.into())
+    }
+
     /// The settings of a log.
     pub fn settings(&self, log: &Path) -> ProjectSettings {
-        let folder = self.path.parent().unwrap_or(Path::new(""));
+        self.settings_by(log, &|_| true)
+    }
+
+    /// The settings of a log by entries whose patterns count.
+    fn settings_by(&self, log: &Path, counts: &dyn Fn(&LogPattern) -> bool) -> ProjectSettings {
+        let folder = self.folder();
         let log = absolute(&formats::without_episode(log));
-        let name = Path::new(log.file_name().unwrap_or_default());
         let below = log.strip_prefix(absolute(folder)).ok().filter(|below| !below.as_os_str().is_empty());
-        let below = below.unwrap_or(name);
-        let file = self.path.display().to_string();
+        let below = below.unwrap_or(Path::new(log.file_name().unwrap_or_default()));
         let mut settings = ProjectSettings { file: Some(self.path.clone()), ..ProjectSettings::default() };
-        for (glob, entry) in &self.entries {
-            let pattern = glob.as_str();
-            if !glob.matches_path_with(if pattern.contains('/') { below } else { name }, BY_PARTS) {
-                continue;
-            }
-            let place = |key: &str| yaml::place(&self.text, &file, &["logs", pattern, key]);
+        for (pattern, entry) in self.entries.iter().filter(|(pattern, _)| counts(pattern) && pattern.fits(below)) {
+            settings.has_entry = true;
+            let place = |key: &str| self.place(pattern, &[key]);
             let path = |path: &Option<PathBuf>, key: &str| {
                 path.as_ref().map(|path| Setting { value: folder.join(path), place: place(key) })
             };
-            // A file that does not lie there is the name of a shipped one.
-            let named =
-                |name: &Path| Some(folder.join(name)).filter(|file| file.is_file()).unwrap_or_else(|| name.into());
             settings.binding = path(&entry.binding, "binding").or(settings.binding);
             settings.scene = path(&entry.scene, "scene").or(settings.scene);
             settings.labels = path(&entry.labels, "labels").or(settings.labels);
             if !entry.rules.is_empty() {
-                let value = entry.rules.iter().map(|rules| named(rules)).collect();
+                let value = entry.rules.iter().map(|rules| self.rule_file(rules)).collect();
                 settings.rules = Some(Setting { value, place: place("rules") });
             }
             if let Some(hand_file) = &entry.hand_file {
-                let value = named(Path::new(hand_file)).display().to_string();
+                let value = self.rule_file(Path::new(hand_file)).display().to_string();
                 settings.hand_file = Some(Setting { value, place: place("hand_file") });
             }
             if let Some(expect) = &entry.expect {
                 settings.expect = Some(Setting { value: expect.clone(), place: place("expect") });
             }
             for (param, value) in &entry.params {
-                let place = yaml::place(&self.text, &file, &["logs", pattern, "params", param]);
+                let place = self.place(pattern, &["params", param]);
                 settings.params.insert(param.clone(), Setting { value: value.clone(), place });
             }
         }

@@ -39,7 +39,8 @@ def storage(text: str) -> dict[str, Any]:
 
 
 def _job(args: argparse.Namespace) -> Job:
-    return Job(rules=args.rules, params=dict(args.set), hand=args.hand, binding=args.binding, scene=args.scene, project=args.project)
+    given = {"hand": args.hand, "binding": args.binding, "scene": args.scene, "expect": args.expect, "project": args.project}
+    return Job(rules=args.rules, params=dict(args.set), **given)
 
 
 def _run(args: argparse.Namespace) -> Ran:
@@ -73,6 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     what.add_argument("--hand", metavar="FILE", help="the hand file")
     what.add_argument("--binding", metavar="FILE", help="how the columns of foreign logs become channels")
     what.add_argument("--scene", metavar="FILE", help="a scene instead of the one that each log carries")
+    what.add_argument("--expect", metavar="TASKS", help="the tasks that each recording should contain: `peg_in_hole x 2, turn_screw`")
     what.add_argument("--project", metavar="LOG", help="take what is not named here from the teachtree.yaml of this recording")
     what.add_argument("--options", type=storage, default={}, metavar="JSON", help="storage options of fsspec")
     runs = commands.add_parser("run", parents=[what], help="analyze what is not done yet")

@@ -24,7 +24,8 @@ from .._rules import Rules
 class Job:
     """Rules, params and a binding for all recordings, with the contents of every file that they are read from, so that it can be sent anywhere.
 
-    ``project`` is a recording on this machine: what is not named is taken from the ``teachtree.yaml`` above it (docs/project.md).
+    ``project`` is a recording on this machine: what is not named is taken from the ``teachtree.yaml`` above it (docs/project.md). ``expect`` has the
+    tasks that each recording should contain, instead of those that the binding names.
 
     >>> import teachtree.fleet as fleet
     >>> one = fleet.Job(rules=["examples/hold.rules"], params={"hold_time": "200 ms"})
@@ -41,14 +42,16 @@ class Job:
         hand: str | os.PathLike[str] | None = None,
         binding: str | os.PathLike[str] | None = None,
         scene: str | os.PathLike[str] | None = None,
+        expect: str | None = None,
         project: str | os.PathLike[str] | None = None,
     ) -> None:
         if project is not None:
-            of_binding, of_scene, of_rules, of_hand, of_params = _teachtree.project_settings(project)
-            if binding is None:
-                binding, scene = of_binding, of_scene if scene is None else scene
+            of_project = _teachtree.project_settings(project, binding is not None)
+            of_binding, of_scene, of_rules, of_hand, of_params, of_expect = of_project
+            binding, scene = binding or of_binding, of_scene if scene is None else scene
             rules, hand = rules or of_rules, of_hand if hand is None else hand
             params = {**dict(of_params), **(params or {})}
+            expect = of_expect if expect is None else expect
         named = [rules] if isinstance(rules, (str, os.PathLike)) else list(rules)
         self.rules = [os.fspath(rule) for rule in named]
         """The rule files, as they were named."""
@@ -57,6 +60,8 @@ class Job:
         self.hand = None if hand is None else os.fspath(hand)
         self.binding = None if binding is None else os.fspath(binding)
         self.scene = None if scene is None else os.fspath(scene)
+        self.expect = expect
+        """The tasks that each recording should contain; ``None`` for those that the binding names."""
         # What is wrong with the job is reported here, not by every worker.
         for given in (self.binding, self.scene):
             if given is not None and not os.path.isfile(given):
@@ -79,7 +84,9 @@ class Job:
 
         self._named_rules = [place(rule) for rule in self.rules]
         self._single = [None if path is None else place(path) for path in (self.hand, self.binding, self.scene)]
-        digest = hashlib.sha256(json.dumps([__version__, self._named_rules, self._single, sorted(self.params.items())]).encode())
+        facts = [__version__, self._named_rules, self._single, sorted(self.params.items())]
+        facts.extend([] if expect is None else [expect])
+        digest = hashlib.sha256(json.dumps(facts).encode())
         for name, content in sorted(self._files.items()):
             digest.update(f"\0{name}\0{len(content)}\0".encode() + content)
         self.digest = digest.hexdigest()[:32]
@@ -89,7 +96,8 @@ class Job:
         """What stands beside the results: JSON."""
         facts = {"schema": "teachtree.fleet/1", "version": __version__, "digest": self.digest, "params": self.params}
         hand, binding, scene = self._single
-        return json.dumps({**facts, "rules": self._named_rules, "hand": hand, "binding": binding, "scene": scene}, indent=1) + "\n"
+        named = {"rules": self._named_rules, "hand": hand, "binding": binding, "scene": scene, "expect": self.expect}
+        return json.dumps({**facts, **named}, indent=1) + "\n"
 
     def ready(self) -> tuple[Rules, Binding | None, str | None]:
         """The rules, binding and scene on this machine: the files are written into a temporary folder, once per process."""
@@ -97,7 +105,8 @@ class Job:
 
     def analyze(self, log: Log) -> Analysis:
         """Analyzes a log that was opened with :meth:`ready`; the rules are loaded once per process, and once more for logs of two hands."""
-        return Analysis(_loaded(self, log).analyze(log._inner), log)
+        analysis = Analysis(_loaded(self, log).analyze(log._inner), log)
+        return analysis if self.expect is None else analysis.expecting(self.expect)
 
     def named(self, text: str) -> str:
         """An error's text with the names of the files instead of where they are on this machine."""

@@ -146,12 +146,12 @@ def _outliers(used: list[dict[str, Any]], tasks: list[dict[str, Any]], segments:
 
 def _reports(job: Job, logs: list[str], to: str, options: Mapping[str, Any] | None) -> dict[str, str]:
     links = {}
-    rules, binding, scene = job.ready()
+    _, binding, scene = job.ready()
     with Sources(options) as sources:
         for at, log in enumerate(logs, 1):
             name = f"report_{at:03}.html"
             try:
-                analysis = rules.analyze(Log(sources.local(log), binding=binding, scene=scene, project=False))
+                analysis = job.analyze(Log(sources.local(log), binding=binding, scene=scene, project=False))
             except (Error, OSError):
                 continue
             analysis.save(os.path.join(to, name))
