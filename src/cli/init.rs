@@ -1,25 +1,27 @@
 //! `teachtree init`: from a log of which nothing is known to files with which commands need no option, and a first analysis.
 
+mod entries;
+mod questions;
+
 use super::analyze::timeline;
 use super::{Failure, output};
-use std::collections::BTreeSet;
+use entries::{Alike, NewEntries};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
-use teachtree_frames::inspect::inspect;
-use teachtree_frames::propose::{Answers, Proposal, Question, propose};
+use teachtree_frames::propose::{Proposal, quoted};
+use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::atomic_write::Files;
-use teachtree_logs::names;
 use teachtree_logs::read::formats;
-use teachtree_session::files::all_logs;
+use teachtree_session::files::{all_logs, is_canonical};
 use teachtree_session::project_file;
 use teachtree_session::{Analysis, Log, Rules};
 
 /// Options of `init`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree init plug.csv\n  teachtree init my_set -o lab --yes\n  teachtree init recordings/ --force\nIt writes NAME.binding.yaml, NAME.scene.yaml, teachtree.yaml, NAME.analysis.json and NAME.report.html (docs/bindings.md).\nExit status: 0 analyzed, 1 written but not analyzed: the files need an edit, 2 bad usage or input."
+    after_help = "Examples:\n  teachtree init plug.csv\n  teachtree init my_set -o lab --yes\n  teachtree init recordings/ --force\nIt writes NAME.binding.yaml, NAME.scene.yaml, NAME.analysis.json and NAME.report.html, and an entry of teachtree.yaml (docs/bindings.md).\nExit status: 0 analyzed, 1 written but not analyzed: the files need an edit, 2 bad usage or input."
 )]
 pub struct Args {
     /// Recordings of any format, or folders of them; the first one shows what they are like
@@ -46,11 +48,8 @@ struct Places {
 }
 
 impl Places {
-    fn new(args: &Args, log: &Path) -> Self {
-        let file = formats::without_episode(log);
-        let beside = file.parent().unwrap_or(Path::new("")).to_path_buf();
-        let folder = args.out.clone().unwrap_or(beside);
-        let stem = formats::stem(&file);
+    fn new(folder: &Path, log: &Path) -> Self {
+        let stem = formats::stem(&formats::without_episode(log));
         let named = |ending: &str| folder.join(format!("{stem}.{ending}"));
         Self {
             binding: named("binding.yaml"),
@@ -61,13 +60,11 @@ impl Places {
         }
     }
 
-    fn all(&self) -> [&PathBuf; 5] {
-        [&self.binding, &self.scene, &self.project, &self.analysis, &self.report]
-    }
-
-    /// Refuses to overwrite a file.
-    fn refuse_existing(&self) -> Result<(), InputError> {
-        let there = self.all().into_iter().find(|place| place.symlink_metadata().is_ok());
+    /// Refuses to overwrite a file. The project file gets entries.
+    fn refuse_existing(&self, is_canonical: bool) -> Result<(), InputError> {
+        let guessed = [&self.binding, &self.scene].into_iter().filter(|_| !is_canonical);
+        let mut places = guessed.chain([&self.analysis, &self.report]);
+        let there = places.find(|place| place.symlink_metadata().is_ok());
         there.map_or(Ok(()), |place| {
             let error = InputError::new(place.display().to_string(), "is there already");
             Err(error.help("name another folder with `-o DIR`, or overwrite it with `--force`"))
@@ -75,39 +72,54 @@ impl Places {
     }
 }
 
+/// The folder that is written: that of the option, a folder of recordings that was named, else that of the first log.
+fn folder(args: &Args, log: &Path) -> PathBuf {
+    let file = formats::without_episode(log);
+    let is_below = |named: &&PathBuf| named.is_dir() && file.starts_with(named) && file != **named;
+    let beside = || file.parent().unwrap_or(Path::new("")).to_path_buf();
+    args.out.clone().or_else(|| args.logs.iter().find(is_below).cloned()).unwrap_or_else(beside)
+}
+
 /// Runs `init`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = logs(args)?;
     let Some(log) = logs.first() else { return Ok(()) };
-    let places = Places::new(args, log);
+    let folder = folder(args, log);
+    let places = Places::new(&folder, log);
+    let is_canonical = is_canonical(log, &AllowedFolders::default())?;
     if !args.force {
-        places.refuse_existing()?;
+        places.refuse_existing(is_canonical)?;
     }
-    let source = formats::open(log)?;
-    let canonical = source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
-    let proposal = if canonical { None } else { Some(proposed(args, log)?) };
+    let alike = Alike::new(&logs, &folder, args.out.is_some());
+    let binding = (!is_canonical).then_some(places.binding.as_path());
+    // What cannot be edited is refused before files are written.
+    NewEntries::new(&places.project, &alike, binding)?.text(&keys(binding.map(|_| &places), None, None))?;
+    let proposal = if is_canonical { None } else { Some(questions::proposed(log, !args.yes)?) };
     if let Some(folder) = &args.out {
         output::make_folder(folder)?;
     }
+    let mut written = Written { args, logs: &logs, places: vec![] };
     if let Some(proposal) = &proposal {
-        write(args, &[(&places.binding, proposal.binding.as_str()), (&places.scene, proposal.scene.as_str())], &logs)?;
+        written.write(&[(&places.binding, proposal.binding.as_str()), (&places.scene, proposal.scene.as_str())])?;
     }
     let rules = proposal.as_ref().and_then(|proposal| proposal.rules);
     let analyzed = analyzed(log, proposal.is_some().then_some(&places), rules);
-    let project = project(&places, &logs, proposal.as_ref(), analyzed.as_ref().ok());
-    write(args, &[(&places.project, project.as_str())], &logs)?;
+    let keys = keys(binding.map(|_| &places), rules, analyzed.as_ref().ok());
+    if let Some(text) = NewEntries::new(&places.project, &alike, binding)?.text(&keys)? {
+        written.write_project(&places.project, &text)?;
+    }
     let mut text = String::new();
     if let Some(proposal) = &proposal {
         text.push_str(&guesses(proposal));
     }
     if let Ok(analysis) = &analyzed {
         let (json, page) = (analysis.json(), analysis.html()?);
-        write(args, &[(&places.analysis, json.as_str()), (&places.report, page.as_str())], &logs)?;
+        written.write(&[(&places.analysis, json.as_str()), (&places.report, page.as_str())])?;
         let _ = writeln!(text, "{}", timeline(analysis, true).trim_end());
     }
-    let written: Vec<String> =
-        places.all().into_iter().filter(|place| place.is_file()).map(|place| place.display().to_string()).collect();
-    let _ = writeln!(text, "\nwritten: {}", written.join(", "));
+    text.push_str(&left_out(&alike, log));
+    let names: Vec<String> = written.places.iter().map(|place| place.display().to_string()).collect();
+    let _ = writeln!(text, "\nwritten: {}", names.join(", "));
     output::print(&text)?;
     match analyzed {
         Ok(_) => Ok(output::print(&next(args, log, &places))?),
@@ -116,6 +128,53 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             output::print(&next(args, log, &places))?;
             Err(Failure::Negative)
         }
+    }
+}
+
+/// The files that a run wrote.
+struct Written<'a> {
+    args: &'a Args,
+    logs: &'a [PathBuf],
+    places: Vec<PathBuf>,
+}
+
+impl Written<'_> {
+    /// Writes files that belong together.
+    fn write(&mut self, texts: &[(&PathBuf, &str)]) -> Result<(), InputError> {
+        let mut files = Files::default();
+        for (place, text) in texts {
+            // With `--force` a scene beside the log is written anew.
+            let inputs: &[PathBuf] = if self.args.force { &[] } else { self.logs };
+            output::add(&mut files, place, text, inputs)?;
+        }
+        files.commit()?;
+        self.places.extend(texts.iter().map(|(place, _)| (*place).clone()));
+        Ok(())
+    }
+
+    /// Writes the project file; a folder that is a log may contain it.
+    fn write_project(&mut self, place: &Path, text: &str) -> Result<(), InputError> {
+        output::write(place, text, &[])?;
+        self.places.push(place.to_path_buf());
+        Ok(())
+    }
+}
+
+/// The recordings that got no entry, as a line.
+fn left_out(alike: &Alike, log: &Path) -> String {
+    const MOST: usize = 10;
+    let names: Vec<String> = alike.left_out.iter().take(MOST).map(|file| file.display().to_string()).collect();
+    let more = match alike.left_out.len().saturating_sub(MOST) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    match names.is_empty() {
+        true => String::new(),
+        false => format!(
+            "left out: {}{more}: their columns differ from those of {}, or they are in another folder; run `init` for them\n",
+            names.join(", "),
+            log.display()
+        ),
     }
 }
 
@@ -138,59 +197,17 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
     Ok(logs)
 }
 
-/// Whether the tables of a folder have headers of their own: they are parts of one recording.
+/// Whether the tables of a folder have headers of their own: they are parts of one recording. Several recordings have one header mostly.
 fn have_other_headers(folder: &Path) -> bool {
+    const LEAST: usize = 3;
     let Ok(logs) = all_logs(&[folder.to_path_buf()]) else { return true };
-    let headers: BTreeSet<Vec<String>> =
-        logs.iter().filter_map(|log| formats::open(log).ok()).map(|source| source.header()).collect();
-    headers.len() > 1
-}
-
-/// The proposal for a log, with the answers of a person where there is one.
-fn proposed(args: &Args, log: &Path) -> Result<Proposal, Failure> {
-    let inspected = inspect(formats::open(log)?, None, None)?;
-    let first = propose(&inspected, &Answers::default());
-    let is_asked = !args.yes && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-    if !is_asked || first.questions.is_empty() {
-        return Ok(first);
+    let mut counts: BTreeMap<Vec<String>, usize> = BTreeMap::new();
+    for header in entries::sampled(&logs).filter_map(|log| entries::header(log)) {
+        *counts.entry(header).or_default() += 1;
     }
-    let mut answers = Answers::default();
-    for question in &first.questions {
-        match question {
-            Question::Rate(rate) => {
-                let answer = asked(&format!("The rows have no stamps. Rows in a second? [{rate}] "))?;
-                answers.rate_hz =
-                    Some(answer.parse().ok().filter(|rate: &f64| *rate > 0.0 && *rate <= 1e4).unwrap_or(*rate));
-            }
-            Question::Closed(side, closed, otherwise) => {
-                let answer = asked(&format!(
-                    "Is the {side} gripper closed when `{closed}`, and not when `{otherwise}`? [Y/n] "
-                ))?;
-                answers.is_reversed.insert(*side, answer.to_lowercase().starts_with('n'));
-            }
-        }
-    }
-    Ok(propose(&inspected, &answers))
-}
-
-/// Asks a person for a line.
-fn asked(question: &str) -> Result<String, InputError> {
-    output::complain(question);
-    let mut line = String::new();
-    let read = std::io::stdin().lock().read_line(&mut line);
-    read.map_err(|error| InputError::new("standard input", error.to_string()))?;
-    Ok(line.trim().to_string())
-}
-
-/// Writes files that belong together.
-fn write(args: &Args, texts: &[(&PathBuf, &str)], logs: &[PathBuf]) -> Result<(), InputError> {
-    let mut files = Files::default();
-    for (place, text) in texts {
-        // With `--force` a scene beside the log is written anew.
-        let inputs: &[PathBuf] = if args.force { &[] } else { logs };
-        output::add(&mut files, place, text, inputs)?;
-    }
-    files.commit()
+    let (all, most) = (counts.values().sum::<usize>(), counts.values().copied().max().unwrap_or_default());
+    let are_recordings = counts.len() == 1 || most >= LEAST && 2 * most > all;
+    !are_recordings
 }
 
 fn analyzed(log: &Path, places: Option<&Places>, rules: Option<&str>) -> Result<Analysis, Failure> {
@@ -204,59 +221,22 @@ fn analyzed(log: &Path, places: Option<&Places>, rules: Option<&str>) -> Result<
     Ok(rules.for_log(&log)?.analyze(&log)?)
 }
 
-/// The text of the project file.
-fn project(places: &Places, logs: &[PathBuf], proposal: Option<&Proposal>, analysis: Option<&Analysis>) -> String {
-    let mut text = String::from(
-        "# Written by `teachtree init`. Options override it; `teachtree config LOG` prints what holds (docs/project.md).\nlogs:\n",
-    );
-    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+/// The keys of an entry of the project file, a line each; canonical logs have neither binding nor scene.
+fn keys(places: Option<&Places>, rules: Option<&str>, analysis: Option<&Analysis>) -> Vec<String> {
+    let name = |path: &Path| quoted(&path.file_name().unwrap_or_default().to_string_lossy());
+    let mut keys = match places {
+        Some(places) => vec![format!("binding: {}", name(&places.binding)), format!("scene: {}", name(&places.scene))],
+        None => vec!["params: {}    # values of params, such as touch_on: 0.3 N".into()],
+    };
+    if let Some(rules) = rules {
+        keys.push(format!("rules: [{rules}]    # without failures: the place of the hand is not known"));
+    }
     let tasks: Vec<String> =
         analysis.iter().flat_map(|analysis| analysis.tasks()).map(|task| task.name().to_string()).collect();
-    for pattern in patterns(logs) {
-        let _ = writeln!(text, "  \"{}\":", pattern.replace('\\', "\\\\").replace('"', "\\\""));
-        if proposal.is_some() {
-            let _ =
-                writeln!(text, "    binding: \"{}\"\n    scene: \"{}\"", name(&places.binding), name(&places.scene));
-        } else {
-            text.push_str("    params: {}    # values of params, such as touch_on: 0.3 N\n");
-        }
-        if let Some(rules) = proposal.and_then(|proposal| proposal.rules) {
-            let _ = writeln!(text, "    rules: [{rules}]    # without failures: the place of the hand is not known");
-        }
-        if !tasks.is_empty() {
-            let _ = writeln!(text, "    # expect: {}    # the tasks that a recording should contain", tasks.join(", "));
-        }
+    if !tasks.is_empty() {
+        keys.push(format!("# expect: {}    # the tasks that a recording should contain", tasks.join(", ")));
     }
-    text
-}
-
-/// The patterns of the logs: their ending where all files of it in the folder have the columns of the first one.
-fn patterns(logs: &[PathBuf]) -> Vec<String> {
-    let files: BTreeSet<PathBuf> = logs.iter().map(|log| formats::without_episode(log)).collect();
-    let escaped = |file: &PathBuf| project_file::escaped(&file.file_name().unwrap_or_default().to_string_lossy());
-    let names: BTreeSet<String> = files.iter().map(escaped).collect();
-    let ending = |file: &PathBuf| file.extension().map(|it| it.to_string_lossy().into_owned());
-    let mut endings: Vec<String> = files.iter().filter_map(ending).collect();
-    endings.dedup();
-    let [ending] = &endings[..] else { return names.into_iter().collect() };
-    let is_file = files.iter().all(|file| file.is_file());
-    if is_file && are_alike(&files, ending) { vec![format!("*.{ending}")] } else { names.into_iter().collect() }
-}
-
-/// Whether all files of an ending beside some logs have the same columns.
-fn are_alike(files: &BTreeSet<PathBuf>, ending: &str) -> bool {
-    const MOST: usize = 100;
-    let folders: BTreeSet<&Path> = files.iter().filter_map(|file| file.parent()).collect();
-    let mut beside = vec![];
-    for folder in folders {
-        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let Ok(entries) = std::fs::read_dir(folder) else { return false };
-        let is_it = |path: &PathBuf| path.extension().is_some_and(|it| it == ending) && path.is_file();
-        beside.extend(entries.flatten().map(|entry| entry.path()).filter(is_it));
-    }
-    let header = |file: &PathBuf| formats::open(file).ok().map(|source| source.header());
-    let Some(first) = files.first().and_then(header) else { return false };
-    beside.len() <= MOST && beside.iter().all(|file| header(file).as_ref() == Some(&first))
+    keys
 }
 
 /// What was guessed, and what was not found.
@@ -275,7 +255,7 @@ fn guesses(proposal: &Proposal) -> String {
 
 /// The next three commands.
 fn next(args: &Args, log: &Path, places: &Places) -> String {
-    let quoted = |path: &Path| {
+    let shell = |path: &Path| {
         let text = path.display().to_string();
         let is_plain = text.chars().all(|c| c.is_alphanumeric() || "._-/".contains(c));
         if is_plain { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
@@ -284,11 +264,11 @@ fn next(args: &Args, log: &Path, places: &Places) -> String {
     let (go, log) = match &args.out {
         Some(folder) => {
             let whole = std::path::absolute(log).unwrap_or_else(|_| log.to_path_buf());
-            (format!("cd {} && ", quoted(folder)), quoted(&whole))
+            (format!("cd {} && ", shell(folder)), shell(&whole))
         }
-        None => (String::new(), quoted(log)),
+        None => (String::new(), shell(log)),
     };
-    let binding = quoted(&places.binding);
+    let binding = shell(&places.binding);
     let look = if places.report.is_file() {
         format!("{go}teachtree studio {log}")
     } else {

@@ -107,6 +107,83 @@ fn files_that_are_there_stay() {
     assert_eq!(fs::read(folder.path().join("plug.analysis.json")).unwrap(), first);
 }
 
+/// A table of a tool that moves, in a row for each of 60 samples.
+fn table(names: &[&str]) -> String {
+    let mut text = format!("time,{}\n", names.join(","));
+    for row in 0..60 {
+        let values: Vec<String> =
+            (0..names.len()).map(|at| format!("{:.4}", 0.3 + 0.1 * (f64::from(row) * 0.1 + at as f64).sin())).collect();
+        text.push_str(&format!("{:.2},{}\n", f64::from(row) * 0.02, values.join(",")));
+    }
+    text
+}
+
+const TOOL: [&str; 4] = ["tcp_x", "tcp_y", "tcp_z", "gripper_width"];
+const OTHER: [&str; 4] = ["ee_x", "ee_y", "ee_z", "opening"];
+
+#[test]
+fn equal_tables_are_one_entry() {
+    let folder = tempfile::tempdir().unwrap();
+    for number in 0..120 {
+        fs::write(folder.path().join(format!("run_{number:03}.csv")), table(&TOOL)).unwrap();
+    }
+    let output = teachtree_in(folder.path(), &["init", ".", "--yes"]);
+    assert_ne!(output.status.code(), Some(2), "{}", all_said(&output));
+    let project = fs::read_to_string(folder.path().join("teachtree.yaml")).unwrap();
+    assert_eq!(project.matches("binding:").count(), 1, "{project}");
+    assert!(project.contains("  \"/*.csv\":\n    binding: \"run_000.binding.yaml\"\n"), "{project}");
+}
+
+#[test]
+fn logs_with_other_columns_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("more")).unwrap();
+    for name in ["a.csv", "b.csv", "c.csv", "more/d.csv"] {
+        fs::write(folder.path().join(name), table(&TOOL)).unwrap();
+    }
+    fs::write(folder.path().join("z.csv"), table(&OTHER)).unwrap();
+    let output = teachtree_in(folder.path(), &["init", ".", "--yes"]);
+    assert_ne!(output.status.code(), Some(2), "{}", all_said(&output));
+    let project = fs::read_to_string(folder.path().join("teachtree.yaml")).unwrap();
+    for pattern in ["/a.csv", "/b.csv", "/c.csv", "/more/*.csv"] {
+        assert!(project.contains(&format!("  \"{pattern}\":\n")), "{project}");
+    }
+    assert!(!project.contains("z.csv"), "{project}");
+    assert!(said(&output).contains("left out: ./z.csv: their columns differ from those of "), "{}", said(&output));
+}
+
+#[test]
+fn another_log_gets_an_entry_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.csv"), table(&TOOL)).unwrap();
+    fs::write(folder.path().join("b.csv"), table(&OTHER)).unwrap();
+    let project = folder.path().join("teachtree.yaml");
+    fs::write(&project, "# mine\nlogs:    # all\n   '/other.csv':    # first\n      params: {touch_on: 2 N}").unwrap();
+    for log in ["a.csv", "b.csv"] {
+        let output = teachtree_in(folder.path(), &["init", log, "--yes"]);
+        assert_ne!(output.status.code(), Some(2), "{}", all_said(&output));
+        let found = fs::read_to_string(&project).unwrap();
+        assert!(
+            found.starts_with("# mine\nlogs:    # all\n   '/other.csv':    # first\n      params: {touch_on: 2 N}\n"),
+            "{found}"
+        );
+    }
+    let config = said(&teachtree_in(folder.path(), &["config", "b.csv"]));
+    assert!(config.contains("binding       b.binding.yaml"), "{config}");
+    // The same once more changes nothing, and what this run wrote is listed.
+    let before = fs::read_to_string(&project).unwrap();
+    let again = teachtree_in(folder.path(), &["init", "b.csv", "--yes", "--force"]);
+    assert_eq!(fs::read_to_string(&project).unwrap(), before);
+    let written = said(&again).lines().find(|line| line.starts_with("written: ")).unwrap().to_string();
+    assert!(written.contains("b.binding.yaml") && !written.contains("teachtree.yaml"), "{written}");
+    // A text of another form stays.
+    fs::write(&project, "logs: {'*.tsv': {}}\n").unwrap();
+    let refused = teachtree_in(folder.path(), &["init", "b.csv", "--yes", "--force"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(complained(&refused).contains("\"/b.csv\":"), "{}", complained(&refused));
+    assert_eq!(fs::read_to_string(&project).unwrap(), "logs: {'*.tsv': {}}\n");
+}
+
 /// The motion of the fixtures: closed from 3.5 s to 9 s, in the air from 3.8 s to 8.5 s.
 fn assert_pick_and_place(folder: &Path, log: &str, of_20_hz_s: f64) {
     let initialized = teachtree_in(folder, &["init", log, "--yes"]);
