@@ -69,6 +69,40 @@ fn operators_that_fail_show_their_failure() {
     }
 }
 
+/// Keeps the poses of bodies and the positions of fingertips.
+fn keep_poses(log: &Path) {
+    let text = std::fs::read_to_string(log).unwrap();
+    let is_pose = |title: &str| {
+        let name = title.split(' ').next().unwrap_or_default();
+        let is_position = name.contains(".position.") && !name.contains(".palm.");
+        name == "time" || is_position || name.contains(".rotation.") && !name.starts_with("contact.")
+    };
+    let kept: Vec<bool> = text.lines().next().unwrap().split(',').map(is_pose).collect();
+    let line = |line: &str| {
+        let cells = line.split(',').zip(&kept).filter(|(_, kept)| **kept).map(|(cell, _)| cell);
+        cells.collect::<Vec<&str>>().join(",") + "\n"
+    };
+    std::fs::write(log, text.lines().map(line).collect::<String>()).unwrap();
+}
+
+/// Without contacts, forces and openings: a hand that closes on nothing, or leaves its object, a carried object that hits a wall, and one that falls
+/// in a hand-over.
+#[test]
+fn poses_alone_show_failures() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scene, operator, seed, primitive) in [
+        ("pick_and_place", "pick_and_place_miss", "154", "Miss"),
+        ("pick_and_place", "pick_and_place_miss", "161", "Miss"),
+        ("pick_over_wall", "pick_over_wall_collision", "162", "Collision"),
+        ("hand_over_left_to_right", "hand_over_drop", "152", "Drop"),
+    ] {
+        run(folder.path(), &["teach", scene, operator, "--seed", seed, "-o", "log.csv"]);
+        keep_poses(&folder.path().join("log.csv"));
+        let found = analyzed(folder.path(), "log.csv", &["--hand", "hand_vision.rules"]);
+        assert_eq!(failures(&found), [primitive], "{operator} {seed}");
+    }
+}
+
 #[test]
 fn successes_show_no_failure() {
     let folder = tempfile::tempdir().unwrap();
@@ -87,6 +121,22 @@ fn successes_show_no_failure() {
             assert_eq!(failures(&found), [""; 0], "{scene} {hand}");
             assert_eq!(found["outcome"]["result"], "success", "{scene} {hand}");
         }
+    }
+}
+
+/// A press on a wall, a motion along it and fingers on top of a block are neither collisions nor misses.
+#[test]
+fn failures_leave_the_segments_of_successes_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let segments = |options: &[&str]| -> Vec<(String, String)> {
+        let found = analyzed(folder.path(), "log.csv", options);
+        let of_right = found["tracks"][0]["relabeled"].as_array().unwrap().iter();
+        of_right.map(|it| (it["primitive"].to_string(), it["start_s"].to_string())).collect()
+    };
+    for (scene, seed) in [("pick_and_follow", "1"), ("pick_and_press", "3"), ("pick_and_press", "7"), ("no_task", "3")]
+    {
+        run(folder.path(), &["teach", scene, scene, "--seed", seed, "-o", "log.csv"]);
+        assert_eq!(segments(&[]), segments(&["--rules", "contact.rules"]), "{scene} {seed}");
     }
 }
 

@@ -55,10 +55,10 @@ pub(super) fn relabel(labels: &mut [&'static str], failures: &[FailureInterval])
     for failure in failures {
         labels[failure.span.clone()].fill(failure.name);
     }
-    // Fingers that leave a falling object one after the other do not release it.
+    // Fingers that leave a falling object one after the other do not release it. An object that slips out of them is dropped.
     for run in runs(labels) {
         let before = run.start.checked_sub(1).map(|at| labels[at]);
-        if let (Some(before), Some(&"Drop"), "Release") = (before, labels.get(run.end), labels[run.start]) {
+        if let (Some(before), Some(&"Drop"), "Release" | "Slip") = (before, labels.get(run.end), labels[run.start]) {
             labels[run].fill(before);
         }
     }

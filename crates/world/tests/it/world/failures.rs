@@ -143,6 +143,15 @@ fn an_object_that_slips_is_still_held() {
     }
 }
 
+/// What slips out of the fingers is dropped.
+#[test]
+fn an_object_that_is_not_caught_is_dropped() {
+    let recording = taught("pick_and_place_slip", 160);
+    assert!(has_failed(&recording, "slip") && !intervals(&recording, "right", "Drop").is_empty());
+    assert!(intervals(&recording, "right", "Slip").is_empty());
+    assert_eq!(tasks(&recording, "right"), ["dropped"]);
+}
+
 /// The hand closes and opens again while the object stays in place.
 #[test]
 fn a_missed_object_stays() {
