@@ -22,7 +22,7 @@ pub struct SensorSet {
     logs: fn(&LogChannel<'_>) -> bool,
     /// The hand is a gripper: the log has its tool point instead of fingertips.
     gripper: bool,
-    object_poses: bool,
+    pub object_poses: bool,
 }
 
 /// Contacts with the light objects of these scenes have less than the 5 N of the rules. The objects weigh 0.4 N.

@@ -82,7 +82,7 @@ fn cell(results: &[&SensorResult], primitive: &str) -> String {
     }
     let occurred: Vec<bool> = detectable.iter().filter_map(|result| result.found).collect();
     let found = occurred.iter().filter(|found| **found).count();
-    let sound: Vec<&Vec<FoundFailure>> = detectable.iter().filter_map(|result| result.false_ones.as_ref()).collect();
+    let sound: Vec<&Vec<FoundFailure>> = results.iter().filter_map(|result| result.false_ones.as_ref()).collect();
     let wrong = sound.iter().filter(|found| found.iter().any(|failure| failure.primitive == primitive)).count();
     let undetectable = results.len() - detectable.len();
     let rest = if undetectable > 0 { format!("; undetectable in {undetectable}") } else { String::new() };

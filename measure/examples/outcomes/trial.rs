@@ -3,13 +3,18 @@
 use crate::sensors::SensorSet;
 use std::ops::Range;
 use std::path::PathBuf;
-use teachtree::{Analysis, TrackId};
+use teachtree::{Analysis, Observability, TrackId};
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 use teachtree_world::{self as world, Failure, FailurePlan, Operator};
 
 /// A failure is found if one of its kind is labeled within this time of it, s.
 const NEAR_S: f64 = 0.5;
+
+/// The jaws of a gripper are shut below this opening, m.
+const SHUT_M: f64 = 0.002;
+/// They have lost their object if they shut within this time after it, s.
+const SHUTS_S: f64 = 1.0;
 
 /// The primitives of failures.
 pub const PRIMITIVES: [&str; 6] = ["Jam", "Slip", "Drop", "Miss", "Collision", "Bump"];
@@ -130,15 +135,9 @@ impl LabeledRecording {
         let analysis = rules.analyze(&log).map_err(|error| error.to_string())?;
         let observability = rules.observability(&log).map_err(|error| error.to_string())?;
         let hand = self.truth.first().map_or(Side::Right, |(side, _)| *side);
-        let track = observability.tracks.iter().find(|track| track.track == TrackId::Hand(hand));
-        let undetectable = match track {
-            Some(track) if track.detectable.iter().any(|name| name == primitive) => None,
-            Some(track) => {
-                let mut reasons = track.undetectable.iter();
-                let reason = reasons.find(|reason| reason.primitives.iter().any(|name| name == primitive));
-                Some(reason.map_or_else(|| "the rules lack this primitive".into(), |found| found.reason.clone()))
-            }
-            None => Some(format!("the log lacks the {hand} hand")),
+        let undetectable = match set.object_poses || self.shows_without_poses(primitive) {
+            true => undetectable(&observability, hand, primitive),
+            false => Some("the jaws do not shut, and the poses of objects are unknown".into()),
         };
         let is_found = |(side, time): &(Side, Range<f64>)| {
             failures(&analysis).any(|found| {
@@ -151,6 +150,30 @@ impl LabeledRecording {
         let found = (!self.truth.is_empty()).then(|| self.truth.iter().any(is_found));
         Ok(SensorResult { undetectable, found, false_ones: None })
     }
+
+    /// Whether a gripper shows the failure although the poses of objects are unknown: its jaws shut where it misses an object, and soon after it has
+    /// dropped one.
+    fn shows_without_poses(&self, primitive: &str) -> bool {
+        let is_shut = |(side, time): &(Side, Range<f64>)| {
+            let opening = self.recording.columns.get(&format!("{side}.gripper.opening"));
+            let mut rows = self.recording.time.iter().zip(opening.into_iter().flat_map(|opening| &opening.values));
+            rows.any(|(at, opening)| *at >= time.start && *at < time.end + SHUTS_S && *opening < SHUT_M)
+        };
+        !["Drop", "Miss"].contains(&primitive) || self.truth.is_empty() || self.truth.iter().any(is_shut)
+    }
+}
+
+/// Why the rules cannot detect a primitive of a hand; `None` if they can.
+fn undetectable(observability: &Observability, hand: Side, primitive: &str) -> Option<String> {
+    let Some(track) = observability.tracks.iter().find(|track| track.track == TrackId::Hand(hand)) else {
+        return Some(format!("the log lacks the {hand} hand"));
+    };
+    if track.detectable.iter().any(|name| name == primitive) {
+        return None;
+    }
+    let mut reasons = track.undetectable.iter();
+    let reason = reasons.find(|reason| reason.primitives.iter().any(|name| name == primitive));
+    Some(reason.map_or_else(|| "the rules lack this primitive".into(), |found| found.reason.clone()))
 }
 
 /// The failures that the rules find in a recording with a sensor set.
@@ -201,6 +224,8 @@ fn has_task(recording: &Recording, task: &str) -> bool {
 fn primitive(failure: Failure, recording: &Recording) -> &'static str {
     match failure {
         Failure::Jam => "Jam",
+        // An object that is not caught is dropped.
+        Failure::Slip if intervals(recording, "Slip").is_empty() && !intervals(recording, "Drop").is_empty() => "Drop",
         Failure::Slip => "Slip",
         Failure::Drop => "Drop",
         Failure::Miss => "Miss",
