@@ -80,8 +80,8 @@ class OutcomeReason:
     """Why a recording has its outcome."""
 
     kind: str
-    """``succeeded``, ``mended``, ``failed``, ``missing``, ``not_measured``, ``no_task``, ``no_criterion`` or ``unseen_failure``
-    (docs/outcomes.md)."""
+    """``succeeded``, ``mended``, ``failed``, ``missing``, ``not_measured``, ``no_task``, ``no_criterion``, ``unseen_failure`` or
+    ``misread`` (docs/outcomes.md)."""
     track: str | None
     """The hand; ``None`` where it is about the recording."""
     task: str | None

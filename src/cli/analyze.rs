@@ -4,6 +4,7 @@ mod sinks;
 mod writers;
 
 use super::analysis::{AnalysisArgs, EachArg, ExpectArg};
+use super::fail_on::FailOnArg;
 use super::output_args::{FormatArg, OutArg};
 use super::parallel::{Issues, ParallelArgs};
 use super::{Failure, batch, output};
@@ -23,7 +24,7 @@ use writers::{Format, Usage};
 /// Options of `analyze`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze log.csv --expect 'peg_in_hole x 2, turn_screw'\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html\n  teachtree analyze 'set#*' --binding lab.binding.yaml --format json --out-dir analyses --resume\nExit status: 0 fine whatever the outcome, 1 a recording lacks what --expect names, 2 bad usage or input, 3 some recordings failed and the others are written."
+    after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze log.csv --expect 'peg_in_hole x 2, turn_screw'\n  teachtree analyze log.csv --fail-on failure,implausible_unit\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html\n  teachtree analyze 'set#*' --binding lab.binding.yaml --format json --out-dir analyses --resume\nExit status: 0 fine whatever the outcome, 1 a recording lacks what --expect names or has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are written."
 )]
 pub struct Args {
     /// Recordings of any format, or folders of them; `set#3`, `set#0..9`, `set#*` for episodes; `-` reads JSON lines and prints segments as they close
@@ -33,6 +34,8 @@ pub struct Args {
     pub analysis: AnalysisArgs,
     #[command(flatten)]
     pub expect: ExpectArg,
+    #[command(flatten)]
+    pub fail_on: FailOnArg,
     #[command(flatten)]
     pub form: FormatArg<Format>,
     /// Also report the confidence of boundaries and tasks, from runs with params a fifth smaller and larger
@@ -44,7 +47,7 @@ pub struct Args {
     #[arg(long, value_name = "FOLDER", conflicts_with = "out", conflicts_with_all = SinkArgs::files())]
     pub out_dir: Option<PathBuf>,
     /// Skip recordings whose file in `--out-dir` exists and was made from the same log, rules, params and version
-    #[arg(long, requires = "out_dir", conflicts_with = "expect")]
+    #[arg(long, requires = "out_dir", conflicts_with_all = ["expect", "fail_on"])]
     pub resume: bool,
     #[command(flatten)]
     each: EachArg,
@@ -102,12 +105,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.analysis.source.check(logs.len())?;
     let found = args.many.each("analyzing", &logs, |log| one(args, log, alone))?;
     let (mut out, mut files, mut issues) = (String::new(), Vec::new(), Issues::default());
-    let (mut done, mut failures, mut is_as_expected) = (0, Vec::new(), true);
+    let (mut done, mut failures, mut is_accepted) = (0, Vec::new(), true);
     for (log, found) in logs.iter().zip(found) {
         match found {
-            Ok(Output { text, kinds, files: of_log, is_as_expected: it }) => {
+            Ok(Output { text, kinds, files: of_log, is_accepted: it }) => {
                 done += 1;
-                is_as_expected &= it;
+                is_accepted &= it;
                 files.extend(of_log);
                 (writer.join)(&mut out, &text);
                 if writer.omits_issues && alone && !kinds.is_empty() {
@@ -131,7 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.out.print(&args.form, &out)?;
     issues.summary().iter().for_each(|summary| output::note(summary));
     Failure::some(failures, done)?;
-    if is_as_expected { Ok(()) } else { Err(Failure::Negative) }
+    if is_accepted { Ok(()) } else { Err(Failure::Negative) }
 }
 
 /// The output of a recording, and its warnings.
@@ -140,8 +143,8 @@ pub struct Output<'a> {
     /// The kinds of its issues, each with how many there are.
     pub kinds: BTreeMap<IssueKind, usize>,
     files: Vec<Content<'a>>,
-    /// Whether it contains what `--expect` names.
-    pub is_as_expected: bool,
+    /// Whether it contains what `--expect` names, and nothing that `--fail-on` names.
+    pub is_accepted: bool,
 }
 
 /// Analyzes a recording, the only one or one of several, and returns its output.
@@ -157,13 +160,14 @@ pub fn one<'a>(args: &'a Args, log: &Path, alone: bool) -> Result<Output<'a>, Fa
         args.expect.analyze(&args.analysis, &log)?
     };
     let is_as_expected = args.expect.expect.is_none() || analysis.outcome().is_as_expected == Some(true);
+    let is_accepted = is_as_expected && !args.fail_on.is_found(&analysis);
     let analysis = if args.confidence { analysis.with_confidence()? } else { analysis };
     let text = (args.form.format.writer().text)(&analysis, Usage { alone, is_printed })?;
     let mut kinds = BTreeMap::new();
     for issue in analysis.issues() {
         *kinds.entry(issue.kind).or_default() += 1;
     }
-    Ok(Output { text, kinds, files: args.sinks.contents(log, &analysis)?, is_as_expected })
+    Ok(Output { text, kinds, files: args.sinks.contents(log, &analysis)?, is_accepted })
 }
 
 /// An error about a folder that was taken for one recording in parts, with what else it may be.

@@ -50,8 +50,8 @@ enum BatchResult {
     Written {
         /// The kinds of its issues, each with their number.
         kinds: BTreeMap<IssueKind, usize>,
-        /// Whether it contains the tasks of `--expect`.
-        is_as_expected: bool,
+        /// Whether it contains the tasks of `--expect`, and nothing that `--fail-on` names.
+        is_accepted: bool,
     },
     Unchanged,
 }
@@ -78,7 +78,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
         {
             return Ok(BatchResult::Unchanged);
         }
-        let Output { text, kinds, is_as_expected, .. } = one(args, &found.log, true)?;
+        let Output { text, kinds, is_accepted, .. } = one(args, &found.log, true)?;
         out.parent().map_or(Ok(()), output::make_folder)?;
         atomic_write::write(out, |file| file.write_all(text.as_bytes()))?;
         if let Some(made_of) = made_of {
@@ -87,17 +87,17 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
             let log = found.log.display().to_string();
             list.add(ManifestEntry { schema: SCHEMA.into(), log, out: name, made_of, digest: digest.finish() })?;
         }
-        Ok::<_, Failure>(BatchResult::Written { kinds, is_as_expected })
+        Ok::<_, Failure>(BatchResult::Written { kinds, is_accepted })
     })?;
     list.finish()?;
     let (mut written, mut unchanged, mut issues, mut failures) = (0, 0, Issues::default(), Vec::new());
-    let mut is_as_expected = true;
+    let mut is_accepted = true;
     for ((found, _), result) in items.iter().zip(results) {
         match result {
             Ok(BatchResult::Unchanged) => unchanged += 1,
-            Ok(BatchResult::Written { kinds, is_as_expected: it }) => {
+            Ok(BatchResult::Written { kinds, is_accepted: it }) => {
                 written += 1;
-                is_as_expected &= it;
+                is_accepted &= it;
                 issues.add(&found.log, &kinds);
             }
             Err(failure) => failures.push(failure.of_log(&found.log)),
@@ -112,7 +112,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[RecordingFile]) -> Result<(), Fai
         of(failures.len(), "failed")
     ));
     Failure::some(failures, written + unchanged)?;
-    if is_as_expected { Ok(()) } else { Err(Failure::Negative) }
+    if is_accepted { Ok(()) } else { Err(Failure::Negative) }
 }
 
 /// The file of each recording.

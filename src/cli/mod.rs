@@ -18,6 +18,7 @@ mod demo;
 mod diff;
 mod explain;
 mod export;
+mod fail_on;
 mod fit;
 mod fmt;
 mod graph;

@@ -73,6 +73,110 @@ fn expected_tasks_decide_the_exit_status() {
     assert!(text.contains("`dragged` is a failure"), "{text}");
 }
 
+/// A gripper at a heavy tool takes a cube 60 mm below its tool point, carries it, puts it down, and is pushed aside with `pushed` N before it opens. `closed` is
+/// the flag of the gripper while it holds the cube; without it the log lacks the flag.
+fn cell(folder: &Path, closed: Option<bool>, pushed: f64) {
+    let ease = |t: f64, from: f64, to: f64| {
+        let share = ((t - from) / (to - from)).clamp(0.0, 1.0);
+        share * share * (3.0 - 2.0 * share)
+    };
+    let mut log = String::from("time,");
+    for name in ["right.tcp.position", "right.wrist.force", "cube.position"] {
+        ["x", "y", "z"].iter().for_each(|axis| log += &format!("{name}.{axis},"));
+    }
+    log += if closed.is_some() { "right.gripper.closed\n" } else { "right.label\n" };
+    for row in 0..1000 {
+        let t = f64::from(row) * 0.01;
+        let (along, up) = (0.4 * ease(t, 3.5, 5.0), 0.2 * (ease(t, 2.8, 3.4) - ease(t, 5.2, 6.0)));
+        let x = -0.3 * (1.0 - ease(t, 0.5, 1.5)) + along - 0.3 * ease(t, 7.0, 8.0);
+        let z = 0.16 - 0.1 * ease(t, 1.5, 2.0) + up + 0.2 * ease(t, 6.6, 7.0);
+        let weight = if (2.9..6.0).contains(&t) { 4.9 } else { 0.0 };
+        let aside = if (6.2..6.45).contains(&t) { pushed } else { 0.0 };
+        let noise = 0.05 * (f64::from(row) * 12.9).sin();
+        let is_held = (2.4..6.5).contains(&t);
+        let flag = closed.map_or(String::new(), |closed| u8::from(is_held && closed).to_string());
+        log += &format!(
+            "{t:.2},{x:.5},0,{z:.5},{:.4},{noise:.4},{},{along:.5},0,{up:.5},{flag}\n",
+            aside + noise,
+            -weight
+        );
+    }
+    std::fs::write(folder.join("cell.csv"), log).unwrap();
+    let cube = "cube: {role: object, mass: 500 g, parts: [{box: [50 mm, 50 mm, 50 mm]}]}";
+    let table = "table: {role: support, position: [0 mm, 0 mm, -50 mm], parts: [{box: [2 m, 2 m, 50 mm]}]}";
+    std::fs::write(folder.join("cell.scene.yaml"), format!("bodies:\n  {cube}\n  {table}\n")).unwrap();
+}
+
+#[test]
+fn a_gripper_whose_flag_is_wrong_or_absent_does_not_collide() {
+    let folder = tempfile::tempdir().unwrap();
+    let analyze = |options: &[&str]| {
+        let output = teachtree_in(folder.path(), &[&["analyze", "cell.csv", "--format", "json"], options].concat());
+        let found: Value = serde_json::from_str(&said(&output)).unwrap();
+        let tasks = found["tracks"][0]["tasks"].as_array().unwrap().iter();
+        let tasks: Vec<String> = tasks.map(|task| task["task"].as_str().unwrap().to_string()).collect();
+        (output.status.code(), tasks, found["outcome"].clone())
+    };
+    // A tool that moves in the air, or holds an object, reads this much.
+    cell(folder.path(), Some(true), 3.0);
+    let (_, tasks, outcome) = analyze(&[]);
+    assert_eq!((tasks.as_slice(), &outcome["result"]), (&["pick_and_place".to_string()][..], &"success".into()));
+    cell(folder.path(), Some(false), 3.0);
+    assert!(!analyze(&[]).1.contains(&"collided".to_string()));
+    // A hand that counts as empty, since its flag is wrong, is hit: whether that is a failure is unknown.
+    cell(folder.path(), Some(false), 8.0);
+    let (status, tasks, outcome) = analyze(&[]);
+    assert!(tasks.contains(&"collided".to_string()), "{tasks:?}");
+    assert_eq!(
+        (status, &outcome["result"], &outcome["reasons"][0]["kind"]),
+        (Some(0), &"unknown".into(), &"misread".into())
+    );
+    let message = outcome["reasons"][0]["message"].as_str().unwrap();
+    assert!(message.starts_with("constant_flag right.gripper.closed: the gripper is never closed"), "{message}");
+    // Nothing shows whether this hand holds something.
+    cell(folder.path(), None, 8.0);
+    assert!(!analyze(&[]).1.contains(&"collided".to_string()));
+}
+
+#[test]
+fn fail_on_names_outcomes_and_issues() {
+    let folder = tempfile::tempdir().unwrap();
+    let analyze = |more: &[&str]| run(folder.path(), &[&["analyze", "cell.csv", "--fail-on"], more].concat());
+    cell(folder.path(), Some(true), 0.0);
+    assert_eq!(analyze(&["failure,unknown,constant_flag"]).0, 0);
+    cell(folder.path(), Some(false), 0.0);
+    assert_eq!(analyze(&["failure"]).0, 0);
+    for kinds in ["unknown", "constant_flag", "failure,constant_flag"] {
+        assert_eq!(analyze(&[kinds]).0, 1, "{kinds}");
+        assert_eq!(analyze(&[kinds, "--out-dir", "out", "--format", "json"]).0, 1, "{kinds}");
+    }
+    let (status, text) = analyze(&["constant_flags"]);
+    assert_eq!(status, 2);
+    assert!(text.contains("did you mean `constant_flag`?"), "{text}");
+}
+
+/// An analysis of a position in mm that is read as m finds tasks, but they are not those of the recording.
+#[test]
+fn a_recording_in_a_wrong_unit_is_no_success() {
+    let folder = folder();
+    assert_eq!(outcome(folder.path(), &[])["result"], "success");
+    let path = folder.path().join("several.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let wrong: Vec<bool> = text.lines().next().unwrap().split(',').map(|name| name.contains(".position.")).collect();
+    let line = |(row, line): (usize, &str)| {
+        let cells = line.split(',').zip(&wrong).map(|(cell, wrong)| match cell.parse::<f64>() {
+            Ok(value) if *wrong && row > 0 => (value * 1e3).to_string(),
+            _ => cell.to_string(),
+        });
+        cells.collect::<Vec<String>>().join(",") + "\n"
+    };
+    std::fs::write(&path, text.lines().enumerate().map(line).collect::<String>()).unwrap();
+    let outcome = outcome(folder.path(), &[]);
+    assert_eq!(outcome["result"], "unknown", "{outcome}");
+    let message = outcome["reasons"].as_array().unwrap().last().unwrap()["message"].as_str().unwrap();
+    assert!(message.starts_with("implausible_unit "), "{outcome}");
+}
+
 #[test]
 fn a_binding_names_expected_tasks() {
     let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");

@@ -130,6 +130,9 @@ const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'s
 /// makes irrelevant.
 pub const DISTANCE_KNOWN: &str = "distance_known";
 
+/// Whether the log shows when a hand holds something.
+pub const GRASP_KNOWN: &str = "grasp_known";
+
 /// Every derived channel. `frames` computes exactly these; the language knows their types from here.
 pub const DERIVED: &[DerivedChannel] = &[
     hand(
@@ -229,6 +232,12 @@ pub const DERIVED: &[DerivedChannel] = &[
         Shape::Bool,
         Dimension::NONE,
         "the log has the positions of this hand's fingertips and of all objects, and no object is fixed to the hand; the same on all frames",
+    ),
+    hand(
+        GRASP_KNOWN,
+        Shape::Bool,
+        Dimension::NONE,
+        "the log has the contact or the force of one of this hand's fingertips, or the flag or the opening of its gripper; the same on all frames",
     ),
     hand("load", Shape::Scalar, Dimension::FORCE, "norm of the sum of this hand's finger forces on its target"),
     hand(

@@ -2,13 +2,14 @@
 //!
 //! - A success contains a named task that is not a failure, and each failure was mended: a later task brought the same object to the same target.
 //! - A failure contains a failed task that was not mended, or lacks an expected task.
-//! - The outcome is unknown if the recording has no named task, if the log lacks the quantities that detect a missing task, or if neither the rules nor an
-//!   expectation could show a failure.
+//! - The outcome is unknown if the recording has no named task, if the log lacks the quantities that detect a missing task, if its issues show that it is read
+//!   wrongly, or if neither the rules nor an expectation could show a failure.
 //!
 //! A task that is made of tasks counts instead of its parts.
 
 mod attempts;
 mod expected;
+mod misread;
 mod unmeasured;
 
 pub use attempts::number as number_attempts;
@@ -69,6 +70,8 @@ pub enum ReasonKind {
     NoCriterion,
     /// A failure that the recording cannot show.
     UnseenFailure,
+    /// An issue shows that the log is read wrongly.
+    Misread,
 }
 
 /// Why a recording has its outcome.
@@ -125,7 +128,10 @@ impl Outcome {
             OutcomeReason::of_recording(kind, Some(missing.name), message)
         }));
         let has = |kind: ReasonKind| reasons.iter().any(|reason| reason.kind == kind);
-        let result = if has(ReasonKind::Failed) || has(ReasonKind::Missing) {
+        let misread = misread::reasons(found, &results, !is_as_expected);
+        let result = if !misread.is_empty() {
+            OutcomeKind::Unknown
+        } else if has(ReasonKind::Failed) || has(ReasonKind::Missing) {
             OutcomeKind::Failure
         } else if has(ReasonKind::NotMeasured) || !has(ReasonKind::Succeeded) || !found.has_criterion() {
             OutcomeKind::Unknown
@@ -134,6 +140,7 @@ impl Outcome {
         };
         let has_task = has(ReasonKind::Succeeded);
         reasons.retain(|reason| reason.kind.supports(result));
+        reasons.extend(misread);
         if result == OutcomeKind::Unknown && reasons.is_empty() {
             reasons.push(if has_task { no_criterion() } else { no_task() });
         }
@@ -171,6 +178,7 @@ impl ReasonKind {
             Self::NoTask => "no_task",
             Self::NoCriterion => "no_criterion",
             Self::UnseenFailure => "unseen_failure",
+            Self::Misread => "misread",
         }
     }
 
@@ -180,7 +188,7 @@ impl ReasonKind {
             Self::Succeeded | Self::Mended | Self::UnseenFailure => result == OutcomeKind::Success,
             Self::Failed | Self::Missing => result == OutcomeKind::Failure,
             Self::NotMeasured => result != OutcomeKind::Success,
-            Self::NoTask | Self::NoCriterion => result == OutcomeKind::Unknown,
+            Self::NoTask | Self::NoCriterion | Self::Misread => result == OutcomeKind::Unknown,
         }
     }
 }

@@ -4,6 +4,7 @@ use teachtree_analysis::outcome::{ExpectedTasks, OutcomeKind, ReasonKind, Unmeas
 use teachtree_analysis::{Analysis, CompositeSpan, Subject, TaskSpan, Track, TrackId};
 use teachtree_base::hands::Side;
 use teachtree_language as language;
+use teachtree_logs::issue::{Issue, IssueKind};
 
 /// An analysis of one hand with these tasks of 1 s: name, object, target. A name with `!` is a failure.
 fn analysis(tasks: &[(&str, &str, &str)]) -> Analysis {
@@ -155,6 +156,34 @@ fn a_missing_task_that_the_log_cannot_show_is_no_failure() {
     // A success says which failures it could not see.
     analysis.expected = ExpectedTasks::default();
     assert_eq!(kinds(&analysis), [ReasonKind::Succeeded, ReasonKind::UnseenFailure]);
+}
+
+#[test]
+fn the_outcome_of_a_log_that_is_read_wrongly_is_unknown() {
+    let (place, insert, dropped) = (("place", "cube", ""), ("insert", "peg", "hole"), ("dropped!", "cube", ""));
+    let with = |kind: IssueKind, channel: &str, analysis: Analysis| {
+        let issue = Issue { kind, start_s: 0.0, end_s: 9.0, channel: channel.into(), message: "it is constant".into() };
+        let left = Track::new(TrackId::Hand(Side::Left));
+        let tracks = [analysis.tracks.as_slice(), &[left]].concat();
+        Analysis { issues: vec![issue], tracks, ..analysis }.outcome()
+    };
+    let (unit, flag) = (IssueKind::IMPLAUSIBLE_UNIT, IssueKind::CONSTANT_FLAG);
+    for tasks in [vec![place], vec![dropped], vec![]] {
+        let outcome = with(unit, "cube.position", analysis(&tasks));
+        assert_eq!(outcome.result, OutcomeKind::Unknown, "{tasks:?}");
+        assert!(outcome.sentence().ends_with("implausible_unit cube.position: it is constant"), "{outcome:?}");
+    }
+    let outcome = with(flag, "right.gripper.closed", analysis(&[dropped]));
+    let kinds: Vec<(ReasonKind, Option<TrackId>)> =
+        outcome.reasons.iter().map(|reason| (reason.kind, reason.track)).collect();
+    assert_eq!(kinds, [(ReasonKind::Misread, Some(TrackId::Hand(Side::Right)))]);
+    // The flag of the idle hand does not concern what the other hand did, or should have done.
+    let of_left = |analysis: Analysis| with(flag, "left.gripper.closed", analysis).result;
+    assert_eq!(of_left(analysis(&[place])), OutcomeKind::Success);
+    assert_eq!(of_left(expecting(&[place], "insert")), OutcomeKind::Failure);
+    assert_eq!(with(unit, "peg.position", expecting(&[place], "insert")).result, OutcomeKind::Unknown);
+    // Other issues are treated, or change little.
+    assert_eq!(with(IssueKind::GAP, "", analysis(&[insert])).result, OutcomeKind::Success);
 }
 
 #[test]

@@ -12,7 +12,9 @@ use nalgebra::{Point3, Vector3};
 use std::ops::Range;
 use teachtree_base::geometry::Solid;
 use teachtree_base::hands::{Finger, Side};
+use teachtree_base::log_channel::{FingerPart, LogChannel};
 use teachtree_base::scene::Body;
+use teachtree_logs::names;
 
 /// While nothing is touched, another object must be nearer than the target by this much to become the target, m: two objects at the
 /// same distance would otherwise take turns.
@@ -66,6 +68,18 @@ pub fn knows_distance(measured: &CleanLog, side: Side) -> bool {
         body.fixed_to != Some(side) && measured.vec3(&format!("{name}.position")).is_some()
     };
     placed.next().is_some() && !objects.is_empty() && objects.iter().all(is_known)
+}
+
+/// Whether the log shows when a hand holds something: it has the contact or the force of a fingertip, or the flag or the opening of a gripper.
+pub fn knows_grasp(measured: &CleanLog, side: Side) -> bool {
+    let channels = measured.columns.keys().filter_map(|column| LogChannel::parse(names::meaning(column)?.channel));
+    channels.into_iter().any(|channel| match channel {
+        LogChannel::GripperClosed(of) | LogChannel::GripperOpening(of) => of == side,
+        LogChannel::Finger(of, finger, FingerPart::Force | FingerPart::Contact) | LogChannel::Touch(of, finger, _) => {
+            of == side && finger != Finger::Palm
+        }
+        _ => false,
+    })
 }
 
 /// Whether a channel shows that a hand touches something: the flag or the force of a finger, or the flag of a gripper.

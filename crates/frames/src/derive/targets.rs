@@ -1,7 +1,7 @@
 //! The derived channels, one function each, from the tracks of the hands and the motion of the bodies.
 
 use super::contacts::{Contact, Contacts};
-use super::hands::{HandTrack, knows_distance};
+use super::hands::{HandTrack, knows_distance, knows_grasp};
 use super::motion::{Motion, slope, smoothed};
 use super::partner::Partner;
 use super::raw_channels::Slots;
@@ -11,7 +11,7 @@ use crate::clean::preprocess::{CleanLog, State};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use teachtree_base::channels::{DISTANCE_KNOWN, PARTNER, TARGET_INSIDE, TARGET_TOUCHED};
+use teachtree_base::channels::{DISTANCE_KNOWN, GRASP_KNOWN, PARTNER, TARGET_INSIDE, TARGET_TOUCHED};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::Body;
 
@@ -122,6 +122,7 @@ impl<'a> Derivation<'a> {
                 vec![vec![self.partners_of(track, |partner| flag(partner.is_some_and(|partner| partner.inside)))]]
             }
             DISTANCE_KNOWN => vec![vec![vec![flag(knows_distance(self.measured, track.side)); track.target.len()]]],
+            GRASP_KNOWN => vec![vec![vec![flag(knows_grasp(self.measured, track.side)); track.target.len()]]],
             "load" => {
                 let [x, y, z] = self.forces(track);
                 vec![vec![x.iter().zip(&y).zip(&z).map(|((x, y), z)| Vector3::new(*x, *y, *z).norm()).collect()]]

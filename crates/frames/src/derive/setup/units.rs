@@ -1,12 +1,14 @@
 //! Positions in another unit than they are read in, such as millimeters that are read as meters.
 //!
 //! A hand or an object that is too fast and too far for any arm is in a smaller unit. Where a hand carries an object, one of them may move a thousand times
-//! as far as the other one, in the same direction.
+//! as far as the other one, in the same direction. A gripper whose usual openings are all tiny, or huge, is in another unit.
 
 use super::co_motion::{CoMotion, MOVES, TOGETHER, steps};
 use super::median;
 use super::survey::{HandSamples, Survey};
+use crate::otsu;
 use nalgebra::Vector3;
+use std::ops::Range;
 use teachtree_base::scene::{Role, Scene};
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -24,6 +26,8 @@ const STEPS: usize = 3;
 const SHARE: f64 = 0.6;
 /// An object is fast in steps that are at least this share of its longest step.
 const FAST: f64 = 0.3;
+/// A gripper whose usual openings are smaller than the first length, or exceed the second one, is in another unit, m.
+const OPENINGS: Range<f64> = 1e-3..1.0;
 /// The units that are confused, in m.
 const UNITS: [(&str, f64); 2] = [("mm", 1e-3), ("cm", 1e-2)];
 
@@ -40,9 +44,9 @@ pub fn issues(scene: &Scene, survey: &Survey) -> Vec<Issue> {
     if !fast.is_empty() {
         return fast;
     }
+    let mut issues: Vec<Issue> = survey.hands.iter().filter_map(|hand| opening(survey, hand)).collect();
     let objects = objects(scene, survey);
     let pairs = survey.hands.iter().flat_map(|hand| objects.iter().map(move |object| (hand, *object)));
-    let mut issues: Vec<Issue> = vec![];
     for issue in pairs.filter_map(|(hand, object)| {
         other_scale(scene, survey, hand, object).or_else(|| out_of_reach(scene, survey, hand, object))
     }) {
@@ -125,6 +129,29 @@ fn too_fast(survey: &Survey, track: &Track) -> Option<Issue> {
         );
         over_all(survey, track.channel.clone(), message)
     })
+}
+
+/// A gripper whose usual openings, when it is open and when it is closed, are those of no gripper.
+fn opening(survey: &Survey, hand: &HandSamples) -> Option<Issue> {
+    let openings = hand.opening.iter().copied().filter(|opening| opening.is_finite()).collect();
+    let [closed, open] = otsu::clear_means(openings)?;
+    let (unit, read) = match open {
+        _ if OPENINGS.contains(&open) => return None,
+        ..1.0 => ("m", "mm or cm"),
+        _ => ("mm", "a larger unit"),
+    };
+    let message = format!(
+        "its usual openings are {} mm and {} mm: it is probably in {unit} and read in {read}; write the unit behind its column, ` [{unit}]`",
+        in_mm(closed),
+        in_mm(open)
+    );
+    Some(over_all(survey, format!("{}.gripper.opening", hand.side), message))
+}
+
+/// A length in mm, with as many digits as it takes to see small ones.
+fn in_mm(length: f64) -> String {
+    let decimals = if length.abs() < 1e-3 { 3 } else { 0 };
+    format!("{:.decimals$}", length * 1e3)
 }
 
 /// The channel of the positions of a hand in messages.

@@ -151,6 +151,28 @@ fn millimeters_that_are_read_as_meters_are_reported() {
     insta::assert_snapshot!(found.join("\n--\n"));
 }
 
+#[test]
+fn an_opening_of_no_gripper_is_reported() {
+    let opens_to = |width: f64| {
+        let mut log = plug_log();
+        let opening = |closed: &f64| if *closed > 0.5 { 0.3 * width } else { width };
+        let values = log.columns["right.gripper.closed"].values.iter().map(opening).collect();
+        log.columns.insert("right.gripper.opening".into(), Column { dimension: Dimension::LENGTH, values });
+        mistakes(&log)
+    };
+    for width in [2e-3, 0.08, 0.9] {
+        assert_eq!(opens_to(width), [""; 0], "{width} m");
+    }
+    let advice = "it is probably in m and read in mm or cm; write the unit behind its column, ` [m]`";
+    let small =
+        format!("implausible_unit right.gripper.opening: its usual openings are 0.024 mm and 0.080 mm: {advice}");
+    assert_eq!(opens_to(80e-6), [small]);
+    let advice = "it is probably in mm and read in a larger unit; write the unit behind its column, ` [mm]`";
+    let large =
+        format!("implausible_unit right.gripper.opening: its usual openings are 24000 mm and 80000 mm: {advice}");
+    assert_eq!(opens_to(80.0), [large]);
+}
+
 /// The mistakes of a recording in a scene with one body moved, m.
 fn moved(log: &Recording, body: &str, by: [f64; 3]) -> String {
     let mut log = log.clone();
