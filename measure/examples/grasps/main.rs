@@ -2,7 +2,8 @@
 //!
 //! `cargo example grasps -- generate` draws grasps that are known to be feasible and writes `tests/fixtures/grasps.json`
 //! with a reference for each; `… -- refer` keeps the grasps and looks for better references, which are never lowered;
-//! `… -- refer quality` or `manipulability` looks for those of one criterion. `cargo example grasps` maps them by each criterion and prints the results.
+//! `… -- refer quality` or `manipulability` looks for those of one criterion. `cargo example grasps` maps them by each criterion that has references and prints the
+//! results.
 //!
 //! The generator: a shape (box, cylinder or ball, randomly rotated) of 20 to 110 mm; two to five fingers, the thumb among them; a point
 //! on the surface for the thumb, and points for the fingers on the other side, 20 to 30 mm apart in a row; then up to 20 000 palm poses about
@@ -66,7 +67,11 @@ fn main() {
             let list = CRITERIA.iter().filter(chosen).fold(listed(), |list, criterion| refer(hand, list, criterion));
             write(&list);
         }
-        _ => CRITERIA.iter().for_each(|criterion| measure(hand, criterion)),
+        _ => {
+            let list = listed();
+            let has_references = |(_, _, key, _): &&Criterion| list.iter().all(|grasp| grasp[*key].is_number());
+            CRITERIA.iter().filter(has_references).for_each(|criterion| measure(hand, criterion));
+        }
     }
 }
 
