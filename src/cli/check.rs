@@ -27,6 +27,7 @@ use teachtree_frames::frames::{HandLayout, Layout};
 use teachtree_language::graph::{RequiredChannels, lower, required_channels};
 use teachtree_language::rules::TreeScope;
 use teachtree_language::{self as language, LoadedRules, Request, Rules, codes};
+use teachtree_session::RulesOptions;
 
 /// Options of `check`.
 #[derive(clap::Args)]
@@ -73,14 +74,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return page(code);
     }
     let (others, rules): (Vec<PathBuf>, Vec<PathBuf>) = args.files.iter().cloned().partition(|file| is_yaml(file));
+    let of_bindings = rules_of_bindings(args, &rules);
     let sets = if rules.is_empty() && !others.is_empty() { vec![] } else { sets(&rules)? };
     if args.form.format == Format::Text {
-        return in_text(args, &others, sets);
+        return in_text(args, &others, &of_bindings, sets);
     }
     let mut checked = Vec::new();
     let mut failures = Vec::new();
     for file in &others {
-        let found = other(file).err();
+        let found = other(file, &of_bindings).err();
         failures.extend(found.is_some().then_some(Failure::Negative));
         let findings = found.iter().map(Finding::of_yaml).collect();
         checked.push(CheckedInput { name: file.display().to_string(), findings });
@@ -89,7 +91,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let name = files.first().map_or_else(|| "the shipped rules".into(), |file| file.display().to_string());
         let loaded = load(args, files);
         failures.extend(loaded.rules.is_none().then_some(Failure::Negative));
-        let findings = loaded.diagnostics.iter().map(|found| Finding::of_rules(found, &loaded.sources)).collect();
+        let findings =
+            loaded.diagnostics.iter().map(|found| Finding::of_rules(found, &loaded.sources, &name)).collect();
         checked.push(CheckedInput { name, findings });
     }
     match args.form.format {
@@ -103,10 +106,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Prints the findings of YAML files and of rule sets as text.
-fn in_text(args: &Args, others: &[PathBuf], sets: Vec<Vec<PathBuf>>) -> Result<(), Failure> {
+fn in_text(
+    args: &Args,
+    others: &[PathBuf],
+    of_bindings: &RulesOptions,
+    sets: Vec<Vec<PathBuf>>,
+) -> Result<(), Failure> {
     let mut failures = Vec::new();
     for file in others {
-        match other(file) {
+        match other(file, of_bindings) {
             Ok(_) if is_quiet() => {}
             Ok(fine) => output::print(&fine)?,
             Err(error) => failures.push(error.into()),
@@ -123,15 +131,22 @@ fn load(args: &Args, files: Vec<PathBuf>) -> LoadedRules {
     language::load(&Request { files, hand_file, overrides, ..Request::default() })
 }
 
-/// Checks a YAML file; returns what it is.
-fn other(file: &Path) -> Result<String, InputError> {
+/// The rules by which bindings are checked: the files that are named with them, or those of the program.
+fn rules_of_bindings(args: &Args, files: &[PathBuf]) -> RulesOptions {
+    let rules = files.iter().filter(|file| !file.is_dir()).fold(RulesOptions::default(), RulesOptions::file);
+    let rules = args.hand.iter().fold(rules, RulesOptions::hand_file);
+    args.set.values.iter().fold(rules, |rules, (name, value)| rules.param(name, value))
+}
+
+/// Checks a YAML file, a binding by these rules; returns what it is.
+fn other(file: &Path, rules: &RulesOptions) -> Result<String, InputError> {
     let (place, text) = (file.display().to_string(), inputs::text(file)?);
     let Some(kind) = FileKind::of(file, &text) else {
         let message = "found none of the keys of a scene, an operator script, a binding or a robot file";
         return Err(InputError::new(place, message)
             .help("name it `NAME.scene.yaml`, `NAME.operator.yaml`, `NAME.binding.yaml` or `NAME.robot.yaml`"));
     };
-    let more = inputs::read(kind, file, &text)?;
+    let more = inputs::read(kind, file, &text, Some(rules.clone()))?;
     Ok(format!("{place}: {}{more}, without errors\n", kind.name()))
 }
 

@@ -1,28 +1,36 @@
 //! Reads YAML files that people write, scenes, operators, bindings, robots and project files, and reports what is wrong with them.
 
 use std::path::Path;
-use teachtree_base::error::InputError;
+use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::file_kind::FileKind;
 use teachtree_base::yaml;
+use teachtree_frames as stream;
 use teachtree_frames::bind::BindingFile;
 use teachtree_logs::read::text;
 use teachtree_robot::{self as robot, CollisionShape, Link, Oddity, Robot};
-use teachtree_session::ErrorInternals;
+use teachtree_session::binding_check::{self, BindingCheck};
 use teachtree_session::project_file::ProjectFile;
-use teachtree_session::{Error, Scene};
+use teachtree_session::{Error, ErrorInternals, RulesOptions, Scene};
 
 /// Maximum number of printed warnings about a URDF.
 const ODDITIES: usize = 8;
 
-/// Reads a text as a file of its kind; returns what there is to say of it.
+/// Reads a text as a file of its kind; bindings are checked by rules, if there are any. Returns what there is to say of it.
 ///
 /// # Errors
 /// The first thing that is wrong, at `file:line:column` where that is known.
-pub fn read(kind: FileKind, path: &Path, text: &str) -> Result<String, InputError> {
+pub fn read(kind: FileKind, path: &Path, text: &str, rules: Option<RulesOptions>) -> Result<String, InputError> {
     let name = path.display().to_string();
     match kind {
         FileKind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input)?,
-        FileKind::Binding => BindingFile::parse(text.into(), name).map(drop)?,
+        FileKind::Binding => {
+            let file = BindingFile::parse(text.into(), name)?;
+            let Some(rules) = rules else {
+                return stream::assume(path, &file).map(|_| String::new());
+            };
+            let checked = binding_check::check(path, &file, rules).map_err(|error| in_rules(path, &file, error))?;
+            return Ok(without_log(checked));
+        }
         FileKind::Project => ProjectFile::parse(path, text.into())?.check()?,
         FileKind::Operator => teachtree_world::Operator::read(text, &name).map(drop)?,
         FileKind::Robot => {
@@ -33,6 +41,32 @@ pub fn read(kind: FileKind, path: &Path, text: &str) -> Result<String, InputErro
         FileKind::Log | FileKind::Rules => {}
     }
     Ok(String::new())
+}
+
+/// An error about a binding and rules, at the line of the binding that names what the rules lack.
+fn in_rules(path: &Path, file: &BindingFile, error: Error) -> InputError {
+    if error.kind() != ErrorKind::Rules {
+        return error.into_input();
+    }
+    let error = error.into_input();
+    let is_named = |name: &&String| error.message.contains(&format!("`{name}`"));
+    let param = file.binding.params.keys().find(is_named).map(|name| file.place(&["params", name]));
+    let hand_file = file.binding.hand_file.iter().find(is_named).map(|_| file.place(&["hand_file"]));
+    let place = param.or(hand_file).unwrap_or_else(|| path.display().to_string());
+    let error = InputError { place, ..error };
+    if error.help.is_some() {
+        return error;
+    }
+    let own = format!("if it is for rules of your own, name these too: `teachtree check my.rules {}`", path.display());
+    error.help(own)
+}
+
+/// What of a binding could not be checked.
+fn without_log(checked: BindingCheck) -> String {
+    match checked {
+        BindingCheck::Whole => String::new(),
+        BindingCheck::Form => ", whose bodies and rules are checked with its log".into(),
+    }
 }
 
 /// How many convex pieces the meshes of a robot became.
@@ -96,6 +130,6 @@ pub fn wrong(path: &Path, text: &str) -> Option<InputError> {
     match FileKind::of(path, text)? {
         // An editor asks after each change: meshes would take too long.
         FileKind::Robot => robot(&path.display().to_string(), text, false).err(),
-        kind => read(kind, path, text).err(),
+        kind => read(kind, path, text, None).err(),
     }
 }

@@ -44,6 +44,31 @@ fn findings_are_written_as_sarif() {
     assert_eq!(log["runs"][0]["results"], Value::Array(vec![]));
 }
 
+/// GitHub shows only results with a location.
+#[test]
+fn each_result_of_sarif_has_a_location() {
+    let folder = rules();
+    for (name, text) in [("b.yaml", "channel: {}\n"), ("c.scene.yaml", "bodies: 3\n")] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    for (args, uri) in [
+        (&["missing.rules"][..], "missing.rules"),
+        (&["sound.rules", "missing.rules"], "missing.rules"),
+        (&["c.scene.yaml"], "c.scene.yaml"),
+        (&["missing.scene.yaml"], "missing.scene.yaml"),
+        (&["."], "./my%20throw.rules"),
+    ] {
+        let output = teachtree_in(folder.path(), &[&["check", "--format", "sarif"], args].concat());
+        let log: Value = serde_json::from_str(&said(&output)).unwrap();
+        let results = log["runs"][0]["results"].as_array().unwrap();
+        let uris: Vec<&Value> = results
+            .iter()
+            .map(|result| &result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"])
+            .collect();
+        assert!(!uris.is_empty() && uris.iter().all(|found| *found == uri), "{args:?}: {log}");
+    }
+}
+
 /// The tests of a JUnit document: name, class and the element in it.
 fn tests(document: &str) -> Vec<(String, String, Option<String>)> {
     let parsed = roxmltree::Document::parse(document).unwrap();

@@ -237,3 +237,103 @@ fn a_table_without_a_header_is_told_what_is_expected() {
         assert!(printed.contains("help: add a header, or name the columns by their numbers in a binding"), "{printed}");
     }
 }
+
+/// Two seconds of a gripper, at 20 Hz.
+fn gripper_log() -> String {
+    let row = |at: u32| format!("{:.2},{:.3},0,0.2,1,0,0,0,0,0,{at}\n", f64::from(at) / 20.0, f64::from(at) / 100.0);
+    let rows: String = (0..40).map(row).collect();
+    format!("time,x,y,z,qw,qx,qy,qz,fx,fy,w\n{rows}")
+}
+
+/// A binding of this log, with these channels and keys.
+fn binding(channels: &str, keys: &str) -> String {
+    format!(
+        "channels:\n  right.tcp.position: [x, y, z]\n  right.tcp.rotation: [qw, qx, qy, qz]\n  right.gripper.closed: \"w > 20\"\n{channels}\
+         {keys}scene:\n  bodies:\n    cube: {{role: object, mass: 50 g}}\n    table: {{role: support}}\n    box: {{role: socket}}\n"
+    )
+}
+
+/// What `analyze` refuses in a binding whatever the log contains, `check` refuses without the log, in the same words.
+#[test]
+fn check_refuses_a_binding_that_analyze_refuses() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = file(&folder, "log.csv", &gripper_log());
+    let path = folder.path().join("b.binding.yaml");
+    let path = path.to_str().unwrap();
+    let mut messages = Vec::new();
+    for (channels, keys) in [
+        ("  right.thunb.position: [x, y, z]\n", ""),
+        ("  right.gripper.openning: w\n", ""),
+        ("  cubes.position: [x, y, z]\n", ""),
+        ("  contact.cube.tabel: w\n", ""),
+        ("  cube: w\n", ""),
+        ("  cube.position: [x, y]\n", ""),
+        ("  cube.position: \"w > 3\"\n", ""),
+        ("  cube.rotation: [x, y, z, w]\n  cube.position: {at: [0 mm, 0 mm, 5 mm], of: left.palm}\n", ""),
+        ("  left.gripper.closed: {between: [left.thumb, left.index], below: 5 mm}\n", ""),
+        ("", "pads: {of: tcp, opening: gripper, axis: y}\n"),
+        ("", "sensors: {right.wrist.force: {tool: 400 g}}\n"),
+        ("  right.wrist.force: [fx, fy, z]\n", "sensors: {right.wrist.force: {tool: learned}}\n"),
+        ("  right.wrist.force: [fx, fy, z]\n", "sensors: {right.wrist.force: {frame: left.palm.rotation}}\n"),
+        ("  right.wrist.force: [fx, fy, z]\n", "sensors: {right.wrist.force: {time_offset: -20 ms}}\n"),
+        ("", "tare: {channels: [right.thumb.force], from: 0 s, to: 1 s}\n"),
+        ("", "places: {bock: {by: cube, when: rest}}\n"),
+        ("", "places: {box: {by: cube, when: first_contact}}\n"),
+        ("", "trust: [right.gripper.closed]\n"),
+        ("", "params: {near_onn: 30 mm}\n"),
+        ("", "hand_file: hand_griper.rules\n"),
+        ("", "expect: pick_and_plase\n"),
+        ("", "signals: {grasp: start of Grasb of cube}\n"),
+        ("", "start_signals: {grasp: start of Grasp of cup}\n"),
+    ] {
+        std::fs::write(path, binding(channels, keys)).unwrap();
+        let analyzed = complained(&teachtree(&["analyze", &log, "--binding", path]));
+        let output = teachtree(&["check", path]);
+        assert_eq!(output.status.code(), Some(2), "{channels}{keys}: {}{}", said(&output), complained(&output));
+        let checked = complained(&output);
+        let first = checked.lines().next().unwrap().replace(folder.path().to_str().unwrap(), "");
+        let (place, message) = first.strip_prefix("error: /").unwrap().split_once(": ").unwrap();
+        assert!(analyzed.contains(message), "{channels}{keys}: {checked}{analyzed}");
+        // Errors of rules have no place in the binding when a log is analyzed.
+        assert!(analyzed.contains(place) || analyzed.starts_with("error["), "{channels}{keys}: {checked}{analyzed}");
+        messages.push(first);
+    }
+    for part in [
+        "b.binding.yaml:5:3: `thunb` is no finger",
+        "no channel has this name; did you mean `right.gripper.opening`?",
+        "the scene has no body `cubes`; did you mean `cube`?",
+        "no channel `right.thumb.force` is bound",
+        "there is no param `near_onn` to override",
+        "the rules have no task `pick_and_plase`; did you mean `pick_and_place`?",
+    ] {
+        assert!(messages.iter().any(|message| message.contains(part)), "{part}: {messages:#?}");
+    }
+    // What the log decides is no error: names of columns, objects without columns, units that its header may have.
+    std::fs::write(path, binding("  <object>.position: [a, b, c]\n  right.gripper.opening: \"o [mm]\"\n", "")).unwrap();
+    assert_eq!(said(&teachtree(&["check", path])), format!("{path}: a binding, without errors\n"));
+    // Rules of one's own are named with the binding that is for them.
+    let rules = file(&folder, "own.rules", "use \"contact.rules\"\nparam lift = 3 mm \"how far\"\n");
+    std::fs::write(path, binding("", "params: {lift: 4 mm}\n")).unwrap();
+    assert!(complained(&teachtree(&["check", path])).contains("name these too: `teachtree check my.rules"));
+    let output = teachtree(&["check", &rules, path]);
+    assert!(output.status.success(), "{}{}", said(&output), complained(&output));
+}
+
+#[test]
+fn shipped_bindings_are_checked_without_their_logs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders = vec![root.join("demos"), root.join("examples")];
+    let mut checked = 0;
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.to_str().unwrap().ends_with(".binding.yaml") {
+                let output = teachtree(&["check", path.to_str().unwrap()]);
+                assert!(output.status.success(), "{}", complained(&output));
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 20, "{checked}");
+}

@@ -87,6 +87,8 @@ pub struct Diagnostic {
     pub severity: Severity,
     /// One self-contained line: lower case, no full stop, the author's words in backticks.
     pub message: String,
+    /// The file that it is about, where no place is in it because it cannot be read.
+    pub file: Option<String>,
     /// The places, the primary one first.
     pub labels: Vec<Label>,
     /// Reasons.
@@ -119,12 +121,19 @@ impl Diagnostic {
     /// Creates an error without a place.
     pub fn error(code: &'static str, message: impl Into<String>) -> Self {
         let (labels, notes, help) = (Vec::new(), Vec::new(), Vec::new());
-        Self { code, severity: Severity::Error, message: message.into(), labels, notes, help, fix: None }
+        Self { code, severity: Severity::Error, message: message.into(), file: None, labels, notes, help, fix: None }
     }
 
     /// Creates a warning without a place.
     pub fn warning(code: &'static str, message: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::error(code, message) }
+    }
+
+    /// Names the file that it is about.
+    #[must_use]
+    pub fn in_file(mut self, file: impl Into<String>) -> Self {
+        self.file = Some(file.into());
+        self
     }
 
     /// Adds a place; the first one added is the primary one.

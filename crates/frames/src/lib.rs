@@ -18,4 +18,4 @@ pub mod streams;
 
 pub use derive::frames;
 pub use derive::{averaging_lag, convex_gap, trusted};
-pub use open::{OpenRequest, OpenedLog, hand_file_of, open, open_memory, open_source};
+pub use open::{OpenRequest, OpenedLog, assume, hand_file_of, open, open_memory, open_source};

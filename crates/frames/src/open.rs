@@ -1,12 +1,13 @@
 //! Opening a log: a path in, a recording with the names that the rules know out, whatever the log looked like.
 
-use crate::bind::{Binding, BindingFile, bind};
+use crate::bind::{Binding, BindingFile, assumed_log, bind};
 use crate::clean::closed_grippers;
 use crate::clean::gap_filling;
 use crate::clean::spikes;
 use crate::derive;
 use crate::frames::Frames;
 use crate::hand_models::{self, HandModel};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::{ErrorKind, InputError};
@@ -14,7 +15,7 @@ use teachtree_base::file_kind::FileKind;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 use teachtree_logs::allowed_folders::LogFolders;
-use teachtree_logs::issue::Issue;
+use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::read::csv;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::table::{BagClock, Source};
@@ -55,6 +56,8 @@ pub struct OpenedLog {
     pub trust: Vec<String>,
     /// The tasks that the binding expects, with the place where it does.
     pub expect: Option<(String, String)>,
+    /// The columns of the flags in the binding, as they stand there, and as the opposite flags would, by channel.
+    pub turned_flags: BTreeMap<String, [String; 2]>,
     /// Channels of the binding with nearly the names of known ones, and the error that each is when no rule reads it.
     pub suspicious_channels: Vec<(String, InputError)>,
 }
@@ -85,6 +88,24 @@ fn swapped(error: InputError, request: &OpenRequest) -> InputError {
 /// The end of messages about other files in the place of a log.
 const NO_LOG: &str = "expected a log";
 
+/// A log that has each column that a binding names and no rows, in the scene of the binding or in one with each body that it mentions. What is refused of it
+/// is refused of every log.
+///
+/// # Errors
+/// What the binding contradicts itself in, at `file:line:column`.
+pub fn assume(binding: &Path, file: &BindingFile) -> Result<OpenedLog, InputError> {
+    let scene = file.binding.scene.clone().map_or_else(|| file.mentioned_bodies(), Ok)?;
+    let suspicious_channels = file.check(&scene)?;
+    let recording = assumed_log::recording(file, scene).map_err(|error| said(error, &suspicious_channels))?;
+    let read = csv::LoadedRecording { recording, issues: vec![], row_time: vec![] };
+    Ok(bound_log(PathBuf::from("the log"), read, binding, file.clone(), suspicious_channels))
+}
+
+/// The error about a name that nobody knows, in place of another one about the same place.
+fn said(error: InputError, suspicious_channels: &[(String, InputError)]) -> InputError {
+    suspicious_channels.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
+}
+
 /// Opens a log whose columns are known already.
 ///
 /// # Errors
@@ -111,36 +132,46 @@ fn opened(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputE
         (None, None, None) => csv::scene_beside(&log, &request.folders.beside)?,
     };
     let suspicious_channels = file.check(&scene).map_err(in_binding)?;
-    // Of a name that nobody knows, anything else that is wrong with it is no news.
-    let said = |error: InputError| {
-        suspicious_channels.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
-    };
-    let bound = bind(source, &file, scene).map_err(|error| in_binding(in_log(&log, said(error))))?;
-    let csv::LoadedRecording { mut recording, mut issues, row_time } = bound;
+    let bound = bind(source, &file, scene);
+    let mut read = bound.map_err(|error| in_binding(in_log(&log, said(error, &suspicious_channels))))?;
     let clock = clock.filter(|_| file.binding.has_stamps_of_log());
-    let expect = file.binding.expect.clone().map(|text| (text, file.place(&["expect"])));
-    let Binding { hand_file, params, trust, resample, time_offset, .. } = file.binding;
-    if resample.is_none() {
-        issues.extend(gap_filling::fill_gaps(&mut recording));
+    if file.binding.resample.is_none() {
+        read.issues.extend(gap_filling::fill_gaps(&mut read.recording));
     }
-    issues.extend(closed_grippers::learn(&mut recording));
+    read.issues.extend(closed_grippers::learn(&mut read.recording));
+    Ok(OpenedLog { clock, ..bound_log(log, read, binding, file, suspicious_channels) })
+}
+
+/// A recording with what its binding says beside the channels.
+fn bound_log(
+    log: PathBuf,
+    read: csv::LoadedRecording,
+    binding: &Path,
+    file: BindingFile,
+    suspicious_channels: Vec<(String, InputError)>,
+) -> OpenedLog {
+    let csv::LoadedRecording { recording, issues, row_time } = read;
+    let expect = file.binding.expect.clone().map(|text| (text, file.place(&["expect"])));
+    let turned_flags = file.turned_flags();
+    let Binding { hand_file, params, trust, time_offset, .. } = file.binding;
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
     // Zero stays zero, without a sign.
     let zero_stamp_s = 0.0 - time_offset.0;
     let params = params.into_iter().collect();
-    Ok(OpenedLog {
+    OpenedLog {
         log,
         recording,
         issues,
         row_time,
         zero_stamp_s,
-        clock,
+        clock: None,
         hand_file,
         params,
         trust,
         expect,
+        turned_flags,
         suspicious_channels,
-    })
+    }
 }
 
 /// Opens a log with canonical names that is in memory, its scene included: no file beside it is looked for. `log` is its name in messages.
@@ -174,6 +205,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
         params,
         trust,
         expect: None,
+        turned_flags: BTreeMap::new(),
         suspicious_channels,
     }
 }
@@ -195,19 +227,25 @@ impl OpenedLog {
         derive::sides(&self.recording.scene, self.recording.columns.keys().map(String::as_str))
     }
 
+    /// Refuses a channel of the binding with nearly the name of a known one, if rules with these channels do not read it.
+    ///
+    /// # Errors
+    /// The first one, with the known name.
+    pub fn check_channels(&self, channels: &[ChannelSpec]) -> Result<(), InputError> {
+        let unread = self.suspicious_channels.iter().find(|(channel, _)| !derive::reads(channels, channel));
+        unread.map_or(Ok(()), |(_, error)| Err(error.clone()))
+    }
+
     /// The frames that rules with these channels read; every issue of the log is among theirs.
     ///
     /// # Errors
     /// As [`frames`](crate::frames()), with the name of the log.
     pub fn frames(&self, channels: &[ChannelSpec]) -> Result<Frames, InputError> {
-        let unread = self.suspicious_channels.iter().find(|(channel, _)| !derive::reads(channels, channel));
-        if let Some((_, error)) = unread {
-            return Err(error.clone());
-        }
+        self.check_channels(channels)?;
         let mut frames = derive::frames_trusting(&self.recording, channels, &self.trust)
             .map_err(|error| in_log(&self.log, self.recording.spelling.of_error(error)))?;
         frames.row_time.clone_from(&self.row_time);
-        frames.issues = frames.issues.into_iter().map(|issue| self.spelled(issue)).collect();
+        frames.issues = frames.issues.into_iter().map(|issue| self.spelled(self.with_turned_flag(issue))).collect();
         // A binding looks at sensors before it corrects them; what it has found is found again where nothing was corrected.
         frames.issues.retain(|issue| !self.issues.contains(issue));
         frames.issues.splice(0..0, self.issues.iter().cloned());
@@ -222,6 +260,17 @@ impl OpenedLog {
     pub fn trusted(&self) -> Result<Recording, InputError> {
         derive::trusted(&self.recording, &self.trust)
             .map_err(|error| in_log(&self.log, self.recording.spelling.of_error(error)))
+    }
+
+    /// An issue with the line of the binding that turns a reversed flag.
+    fn with_turned_flag(&self, issue: Issue) -> Issue {
+        match self.turned_flags.get(&issue.channel).filter(|_| issue.kind == IssueKind::REVERSED_FLAG) {
+            Some([written, turned]) => {
+                let message = format!("{}, `{}: {turned}` for `{written}`", issue.message, issue.channel);
+                Issue { message, ..issue }
+            }
+            None => issue,
+        }
     }
 
     /// An issue with the names of channels as the user writes them.

@@ -14,12 +14,12 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::OnceLock;
 use teachtree_analysis::json::Meta;
-use teachtree_analysis::outcome::{ExpectedTasks, Outcome};
+use teachtree_analysis::outcome::Outcome;
 use teachtree_analysis::{
     self as analysis, Analysis as AnalysisResult, CompositeSpan, Confidence, Segment as Stretch, TaskSpan,
     Track as Lane, TrackId, explain,
 };
-use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_base::error::ErrorKind;
 use teachtree_base::meaning::Meaning;
 use teachtree_language::graph::lower;
 use teachtree_logs::issue::Issue;
@@ -69,10 +69,7 @@ impl Analysis {
     }
 
     fn expecting_at(mut self, tasks: &str, place: String, kind: ErrorKind) -> Result<Self, Error> {
-        let wrong = |message: String| Error::new(InputError::new(place.as_str(), message), kind);
-        let expected = ExpectedTasks::parse(tasks).map_err(wrong)?;
-        expected.check(self.rules.set()).map_err(wrong)?;
-        self.found.expected = expected;
+        self.found.expected = self.rules.expected_tasks(tasks, place, kind)?;
         Ok(self)
     }
 

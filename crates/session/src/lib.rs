@@ -5,6 +5,7 @@
 //! detect in a log. `cli` and `lsp` go through this crate.
 
 mod analysis;
+pub mod binding_check;
 mod confidence;
 mod error;
 mod explain;

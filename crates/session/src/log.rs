@@ -95,6 +95,11 @@ impl Log {
         Ok(Self::of(request, settings, opened))
     }
 
+    /// A log without rows, with the columns that a binding names.
+    pub(crate) fn assumed(request: OpenRequest, opened: OpenedLog) -> Self {
+        Self::of(request, ProjectSettings::default(), opened)
+    }
+
     pub(crate) fn open_source_with(
         source: Source,
         request: &OpenRequest,

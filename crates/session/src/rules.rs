@@ -7,12 +7,14 @@ use super::observability::{self, Observability};
 use super::project_file::ProjectSettings;
 use super::run;
 use super::signals;
-use crate::LogInternals;
+use crate::{ErrorInternals, LogInternals};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use teachtree_analysis::outcome::ExpectedTasks;
 use teachtree_base::diagnostic::Severity;
+use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_frames::hand_models::HandModel;
 use teachtree_language::graph::lower;
 use teachtree_language::{self as language, Request, SHIPPED};
@@ -130,6 +132,14 @@ impl Rules {
     pub(crate) fn of_channels() -> Result<Self, Error> {
         let texts = vec![("channels".into(), "use \"stream.rules\"\n".into())];
         Self::load(&Request { texts, ..Request::default() })
+    }
+
+    /// Reads tasks that a recording should contain: `peg_in_hole x 2, turn_screw`.
+    pub(crate) fn expected_tasks(&self, tasks: &str, place: String, kind: ErrorKind) -> Result<ExpectedTasks, Error> {
+        let wrong = |message: String| Error::new(InputError::new(place.as_str(), message), kind);
+        let expected = ExpectedTasks::parse(tasks).map_err(wrong)?;
+        expected.check(&self.0.rules).map_err(wrong)?;
+        Ok(expected)
     }
 
     pub(crate) fn load(request: &Request) -> Result<Self, Error> {

@@ -29,18 +29,24 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// A finding in rule files.
-    pub fn of_rules(found: &Diagnostic, sources: &Sources) -> Self {
+    /// A finding in rule files, of which `first` is the first one. A file that cannot be read has no lines; the finding is at its beginning.
+    pub fn of_rules(found: &Diagnostic, sources: &Sources, first: &str) -> Self {
         let place = |span: Span| {
             let (start, end) = sources.lines_and_columns(span);
             let file = sources.files.get(span.file as usize).map_or(String::new(), |file| file.name.clone());
             Place { file, start, end }
         };
+        let mut labels: Vec<(Place, String)> =
+            found.labels.iter().map(|label| (place(label.span), label.text.clone())).collect();
+        if labels.is_empty() {
+            let file = found.file.as_deref().unwrap_or(first).to_string();
+            labels.push((Place { file, start: (1, 1), end: (1, 1) }, String::new()));
+        }
         Self {
             code: found.code.to_string(),
             severity: found.severity,
             message: found.message.clone(),
-            labels: found.labels.iter().map(|label| (place(label.span), label.text.clone())).collect(),
+            labels,
             notes: found.notes.clone(),
             help: found.help.clone(),
             fix: found.fix.as_ref().map(|fix| (place(fix.span), fix.replacement.clone())),

@@ -76,8 +76,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
             );
         }
         None if shifted => {
-            let message = "a sensor with a time offset has stamps between the others".into();
-            return Err(file.error("sensors", message).help("say the common rate, such as `resample: 100 Hz`"));
+            return Err(unshared_stamps(file));
         }
         None => {}
     }
@@ -86,6 +85,12 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
     read.issues.extend(fixture_localization::learn(&mut read.recording, file)?);
     add_normals(&mut read.recording, file);
     Ok(read)
+}
+
+/// The error about a sensor with a time offset in a log that is not resampled.
+pub fn unshared_stamps(file: &BindingFile) -> InputError {
+    let message = "a sensor with a time offset has stamps between the others".into();
+    file.error("sensors", message).help("say the common rate, such as `resample: 100 Hz`")
 }
 
 /// Adds the normals of contacts as the binding says.

@@ -3,6 +3,7 @@
 use super::body_poses::{BodyPoses, columns, vector};
 use super::{BindingFile, Instant, Place};
 use crate::clean::preprocess;
+use crate::clean::unknown_columns::UnknownColumn;
 use nalgebra::Point3;
 use std::ops::Range;
 use teachtree_base::error::InputError;
@@ -27,6 +28,7 @@ const MOVED: f64 = 0.020;
 /// # Errors
 /// When a body or object is not in the scene, or nothing says when the two touch.
 pub fn learn(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
+    check(recording, file)?;
     let mut issues = vec![];
     for (name, place) in &file.binding.places {
         let found = find(recording, name, place, file)?;
@@ -48,6 +50,24 @@ pub fn learn(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>
     Ok(issues)
 }
 
+/// Checks that the scene has the bodies, and that a channel shows when they touch.
+///
+/// # Errors
+/// When a body is not in the scene, or nothing shows when two touch.
+pub fn check(recording: &Recording, file: &BindingFile) -> Result<(), InputError> {
+    for (name, place) in &file.binding.places {
+        for body in [name, &place.by] {
+            if !recording.scene.bodies.contains_key(body) {
+                return Err(file.error("places", UnknownColumn::Body(body).message(body, &recording.scene)));
+            }
+        }
+        if place.when == Instant::FirstContact {
+            touches(recording, name, place, file).map(drop)?;
+        }
+    }
+    Ok(())
+}
+
 /// The plug point of the object at the instant, reference frame, m.
 fn find(
     recording: &Recording,
@@ -55,11 +75,6 @@ fn find(
     place: &Place,
     file: &BindingFile,
 ) -> Result<Option<Point3<f64>>, InputError> {
-    for body in [name, &place.by] {
-        if !recording.scene.bodies.contains_key(body) {
-            return Err(file.error("places", format!("the scene has no body `{body}`")));
-        }
-    }
     let object = BodyPoses::new(recording, &place.by);
     let plug = |row: usize| Some(object.pose(row)? * object.body?.plug_point());
     let lasts = |rows: &Range<usize>, least_secs: f64| {

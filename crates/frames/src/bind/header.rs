@@ -75,6 +75,8 @@ pub struct Header {
     sheets: Vec<(String, usize)>,
     /// Sheets that cannot be read, with the reason.
     refused: Vec<(String, String)>,
+    /// Whether it is that of a log that nobody has seen: its columns may have units.
+    is_assumed: bool,
 }
 
 impl Header {
@@ -94,7 +96,14 @@ impl Header {
             columns.entry(name.to_string()).or_default().push(index);
             units.push(unit.map(str::to_string));
         }
-        Self { titles, columns, units, sheets, refused }
+        Self { titles, columns, units, sheets, refused, is_assumed: false }
+    }
+
+    /// The header of a log that has these columns, and may have units for them.
+    pub(super) fn assumed(names: Vec<String>) -> Self {
+        let columns = (0..).zip(&names).map(|(column, name)| (name.clone(), vec![column])).collect();
+        let (units, sheets) = (vec![None; names.len()], vec![(String::new(), names.len())]);
+        Self { titles: names, columns, units, sheets, refused: vec![], is_assumed: true }
     }
 
     /// Returns the time columns: the one that the binding names, otherwise one per sheet.
@@ -242,7 +251,7 @@ impl Header {
                 to_si
             }
             // A threshold in meters for values in millimeters would produce a constant flag without any message.
-            (None, None) if pattern.threshold.is_some() && dimension != Dimension::NONE => {
+            (None, None) if pattern.threshold.is_some() && dimension != Dimension::NONE && !self.is_assumed => {
                 return Err(format!(
                     "the column `{name}` has no unit to compare with the limit's, expected `{name} [unit]`"
                 ));
@@ -359,7 +368,7 @@ fn unknown_unit(unit: &str, name: &str, dimension: Dimension) -> String {
 }
 
 /// Returns all values of the placeholders of a name.
-fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<PlaceholderValues<'a>> {
+pub(super) fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<PlaceholderValues<'a>> {
     match (name.has_object(), name.has_other()) {
         (false, _) => vec![PlaceholderValues::default()],
         (true, false) => {

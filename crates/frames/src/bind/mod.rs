@@ -2,6 +2,7 @@
 
 mod apply;
 pub mod arm_models;
+pub mod assumed_log;
 mod body_poses;
 mod check;
 mod element_places;
@@ -43,11 +44,14 @@ use robots::{BoundRobot, Robot};
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Deserializer, de};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
+use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
 use teachtree_base::field_names::FieldNames;
 use teachtree_base::file_kind::FileKind;
+use teachtree_base::log_channel::LogChannel;
 use teachtree_base::quantity::{Force, Frequency, Mass, Time, above_zero};
 use teachtree_base::scene::Scene;
 use teachtree_base::short_number::ShortNumber;
@@ -362,6 +366,18 @@ impl BindingFile {
     /// The dimension of a joint of a robot.
     fn dimension_of_joint(&self, robot: &str, joint: &str) -> Dimension {
         self.trees.get(robot).map_or(Dimension::ANGLE, |bound| robots::dimension(&bound.tree, joint))
+    }
+
+    /// The columns of its flags, as they stand in it, and as the opposite flags would, by channel.
+    pub fn turned_flags(&self) -> BTreeMap<String, [String; 2]> {
+        let is_flag = |key: &str| LogChannel::parse(key).is_some_and(|channel| channel.shape() == Shape::Bool);
+        let flags = self.binding.channels.iter().filter_map(|(key, columns)| match columns {
+            Columns::Pattern(pattern) if is_flag(key) => {
+                Some((key.clone(), [pattern.written.clone(), pattern.turned()?]))
+            }
+            _ => None,
+        });
+        flags.collect()
     }
 
     /// The place `file:line:column` of the value at a path of keys.

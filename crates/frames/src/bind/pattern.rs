@@ -98,6 +98,8 @@ impl Representation {
 /// A column, or several that differ in an object and a component.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pattern {
+    /// As it stands in the binding.
+    pub written: String,
     /// The name as text and placeholders.
     pub name: Template,
     /// The unit in brackets; the header's own when left out, SI when that has none either.
@@ -341,8 +343,10 @@ impl Pattern {
     /// What was found that is no pattern.
     pub fn parse(text: &str) -> Result<Self, String> {
         if let Some(value) = text.trim_start().strip_prefix('=') {
-            return Ok(Self { constant: Some(number_with_unit(value)?), ..Self::of(Template::text(text)) });
+            let of = Self::of(Template::text(text));
+            return Ok(Self { constant: Some(number_with_unit(value)?), ..of });
         }
+        let written = text.to_string();
         let (text, threshold) = match (text.split_once(" > "), text.split_once(" < ")) {
             (Some((text, limit)), _) => (text, Some(Threshold::parse(true, limit)?)),
             (None, Some((text, limit))) => (text, Some(Threshold::parse(false, limit)?)),
@@ -354,13 +358,24 @@ impl Pattern {
         let title = Template::parse(name.trim())?;
         let (name, linear) = LinearForm::split(name)?;
         let (name, unit) = (Template::parse(name)?, unit.map(str::to_string));
-        Ok(Self { name, unit, sign, linear, title, optional, threshold, constant: None })
+        Ok(Self { written, name, unit, sign, linear, title, optional, threshold, constant: None })
     }
 
     /// The column of this name as it stands.
     pub(super) fn of(name: Template) -> Self {
-        let (unit, linear, title) = (None, None, name.clone());
-        Self { name, unit, sign: 1.0, linear, title, optional: false, threshold: None, constant: None }
+        let (written, unit, linear, title) = (name.fill(PlaceholderValues::default()), None, None, name.clone());
+        Self { written, name, unit, sign: 1.0, linear, title, optional: false, threshold: None, constant: None }
+    }
+
+    /// The opposite flag, as a binding has it; `None` of a constant.
+    pub fn turned(&self) -> Option<String> {
+        let (from, to) = match self.threshold {
+            None if self.constant.is_some() => return None,
+            None => return Some(format!("{} < 0.5", self.written)),
+            Some(threshold) if threshold.above => (" > ", " < "),
+            Some(_) => (" < ", " > "),
+        };
+        Some(self.written.replacen(from, to, 1))
     }
 
     /// The column, converted by this form into a unit; as it is if it says its own conversion or unit.

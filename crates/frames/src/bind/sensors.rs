@@ -31,6 +31,27 @@ pub fn check_bound(recording: &Recording, file: &BindingFile) -> Result<(), Inpu
     }
 }
 
+/// Checks that the corrections have the channels that they need.
+///
+/// # Errors
+/// When a channel is not bound, or has another form than the correction needs.
+pub fn check(recording: &Recording, file: &BindingFile) -> Result<(), InputError> {
+    for (channel, sensor) in &file.binding.sensors {
+        let rotation = rotation(recording, channel, sensor, file)?;
+        if matches!(sensor.tool, Some(ToolMass::Learned(_))) && rotation.is_none() {
+            return Err(needs_frame(file, channel));
+        }
+        if rotation.is_some() || sensor.tool.is_some() {
+            vectors(recording, channel, file)?;
+        }
+    }
+    Ok(())
+}
+
+fn needs_frame(file: &BindingFile, channel: &str) -> InputError {
+    file.error(channel, "`tool: learned` needs `frame`, the rotation that the sensor turns with".into())
+}
+
 /// Shifts the stamps of the sensors that have an offset; the log is then on the union of all stamps, to be resampled.
 ///
 /// # Errors
@@ -112,9 +133,7 @@ fn weigh_tools<'a>(
                 weigh(recording, channel, &Tool::of_mass(mass.0), rotation.as_deref(), file)?;
             }
             Some(ToolMass::Learned(_)) => {
-                let turns = rotation.as_deref().ok_or_else(|| {
-                    file.error(channel, "`tool: learned` needs `frame`, the rotation that the sensor turns with".into())
-                })?;
+                let turns = rotation.as_deref().ok_or_else(|| needs_frame(file, channel))?;
                 let gravity = recording.scene.gravity();
                 match tool::learned(&vectors(recording, channel, file)?, turns, gravity, Mounting::Known) {
                     Ok(found) => {

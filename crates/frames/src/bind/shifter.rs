@@ -3,6 +3,7 @@
 //! A row falls into parts, one for each offset. A part waits until no later row can have one before it.
 
 use super::BindingFile;
+use super::apply::unshared_stamps;
 use super::sensors::{check_bound, offset};
 use std::collections::VecDeque;
 use teachtree_base::error::InputError;
@@ -41,8 +42,7 @@ impl Shifter {
             return Ok(None);
         }
         if file.binding.resample.is_none() {
-            let message = "a sensor with a time offset has stamps between the others".into();
-            return Err(file.error("sensors", message).help("say the common rate, such as `resample: 100 Hz`"));
+            return Err(unshared_stamps(file));
         }
         let least = offsets().fold(0.0, |least: f64, (_, offset)| least.min(offset));
         Ok(Some(Self { least, is_checked: false, waiting: VecDeque::new(), last: f64::NEG_INFINITY }))

@@ -28,11 +28,10 @@ impl TareOffsets {
         let mut learned = Self::default();
         let Some(tare) = &file.binding.tare else { return Ok(learned) };
         let (rows, _) = counted(&recording.time, tare);
+        check(recording, file)?;
         for channel in &tare.channels {
-            let mut found = false;
             let mut variance = 0.0;
             for (name, column) in recording.columns.iter().filter(|(name, _)| is_of(name, channel)) {
-                found = true;
                 let values = column.values.get(rows.clone()).unwrap_or_default().iter().copied();
                 let rest: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
                 if rest.is_empty() {
@@ -48,9 +47,6 @@ impl TareOffsets {
                 let mean = rest.iter().sum::<f64>() / rest.len() as f64;
                 variance += rest.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rest.len() as f64;
                 learned.means.insert(name.clone(), mean);
-            }
-            if !found {
-                return Err(file.error("tare", format!("no channel `{channel}` is bound")));
             }
             if let Some(LogChannel::Finger(side, finger, FingerPart::Force)) = LogChannel::parse(channel) {
                 let noise = LogChannel::Finger(side, finger, FingerPart::Noise).to_string();
@@ -73,6 +69,18 @@ impl TareOffsets {
                 recording.columns.insert(name.clone(), Column { dimension: Dimension::FORCE, values });
             }
         }
+    }
+}
+
+/// Checks that the channels are bound.
+///
+/// # Errors
+/// When one is not.
+pub fn check(recording: &Recording, file: &BindingFile) -> Result<(), InputError> {
+    let is_bound = |channel: &String| recording.columns.keys().any(|name| is_of(name, channel));
+    match file.binding.tare.iter().flat_map(|tare| &tare.channels).find(|channel| !is_bound(channel)) {
+        Some(channel) => Err(file.error("tare", format!("no channel `{channel}` is bound"))),
+        None => Ok(()),
     }
 }
 

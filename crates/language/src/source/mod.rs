@@ -116,9 +116,9 @@ impl Loader {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("these come with the program: {}", known.join(", ")),
         };
-        self.findings.push(
-            Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", name.display())).help(help),
-        );
+        let name = name.display().to_string();
+        let finding = Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{name}`"));
+        self.findings.push(finding.in_file(name).help(help));
     }
 
     /// The shipped file of this name, or the one that stands for it: a file of the same name that was read already, or that lies beside
@@ -178,7 +178,7 @@ impl Loader {
                     Some(user) => {
                         finding.at(user, "this closes the circle").help("move what both need into a third file")
                     }
-                    None => finding,
+                    None => finding.in_file(shown),
                 });
                 return;
             }
@@ -251,6 +251,7 @@ impl Loader {
         self.root_unreadable = true;
         self.progress.insert(place, Progress::Done);
         let finding = Diagnostic::error(codes::UNREADABLE, format!("`{}`: {}", error.place, error.message));
+        let finding = finding.in_file(&error.place);
         self.findings.push(error.help.iter().fold(finding, |finding, help| finding.help(help)));
     }
 

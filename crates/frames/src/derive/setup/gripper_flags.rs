@@ -30,9 +30,8 @@ fn reversed(scene: &Scene, survey: &Survey, hand: &HandSamples) -> Option<Issue>
     let reason = carries_open(scene, survey, hand).or_else(|| closed_is_wider(hand))?;
     let [start_s, end_s] = survey.span;
     let channel = format!("{}.gripper.closed", hand.side);
-    let message = format!(
-        "{reason}: the flag is reversed, or its column or threshold is wrong; turn its comparison in the binding, such as `< 0.5` for `> 0.5`, or bind a flag as `column < 0.5`"
-    );
+    let message =
+        format!("{reason}: the column or the threshold of the flag is wrong, or the flag is reversed: turn it");
     Some(Issue { kind: IssueKind::REVERSED_FLAG, start_s, end_s, channel, message })
 }
 
