@@ -51,6 +51,7 @@ kinds! {
     CONSTANT_FLAG "constant_flag" "A contact lasts as long as the log, or a gripper never opens or closes.",
     DIFFERENT_FRAMES "different_frames" "Poses stand in different frames.",
     DISCONNECTED "disconnected" "The connection to the source of a live log broke, or is there again.",
+    DISTANT_TOOL_POINT "distant_tool_point" "The tool point stays far from what the gripper holds.",
     DUPLICATE_STAMP "duplicate_stamp" "Rows repeat the stamp of the row before.",
     GAP "gap" "Rows are missing.",
     HANGING_OBJECT "hanging_object" "An object hangs in the air at rest.",
@@ -90,6 +91,28 @@ impl IssueKind {
     /// The name, as outputs have it: `stuck_sensor`.
     pub const fn name(self) -> &'static str {
         self.0
+    }
+
+    /// Whether the binding, the scene or a sensor contradicts the recording, so that its labels may be wrong until that is mended.
+    pub fn is_of_setup(self) -> bool {
+        [
+            Self::CHANGED_ELEMENT,
+            Self::CHANGED_OFFSET,
+            Self::CONSTANT_FLAG,
+            Self::DIFFERENT_FRAMES,
+            Self::DISTANT_TOOL_POINT,
+            Self::HANGING_OBJECT,
+            Self::IMPLAUSIBLE_FORCE,
+            Self::IMPLAUSIBLE_POSITION,
+            Self::IMPLAUSIBLE_ROTATION,
+            Self::IMPLAUSIBLE_UNIT,
+            Self::IMPLAUSIBLE_VELOCITY,
+            Self::INCONSISTENT_HOLD,
+            Self::MISPLACED_SOCKET,
+            Self::OVERLAPPING_BODIES,
+            Self::REVERSED_FLAG,
+        ]
+        .contains(&self)
     }
 
     /// The kind of this name.

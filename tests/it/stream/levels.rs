@@ -112,6 +112,15 @@ fn a_sensor_that_never_reads_less_than_a_contact_wants_a_tare() {
 }
 
 #[test]
+fn the_weight_of_an_object_is_no_contact_whose_level_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    // A second group of 3 N.
+    let told = |binding: &str| issues(&analysis(folder.path(), &rubbing(3.0, 0.1), binding), "no_contact_level").len();
+    let with_cube = |mass: &str| format!("{WRIST}    cube: {{role: object, radius: 20 mm, mass: {mass}}}\n");
+    assert_eq!([told(WRIST), told(&with_cube("500 g")), told(&with_cube("300 g"))], [1, 1, 0]);
+}
+
+#[test]
 fn a_log_that_only_moves_is_not_in_contact() {
     let folder = tempfile::tempdir().unwrap();
     // Rest at 0.1 N, motion at 3 N: two groups, but no force that the rules take for contact.

@@ -10,6 +10,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::field_names::inside;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::LogChannel;
+use teachtree_base::scene::Role;
 use teachtree_base::short_number::ShortNumber;
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -117,6 +118,8 @@ pub fn read(
     Ok(columns)
 }
 
+/// A force that differs from a weight by less than this share of it is this weight: the object hangs still most of the time.
+const SAME_WEIGHT: f64 = 0.2;
 /// Where fingers are, in the rules.
 const POSITION: &str = "fingers.position";
 /// The channel of the force from which a finger is in contact, behind the finger's name.
@@ -153,7 +156,9 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
             otherwise
         }
         // A log without contact has two groups too, of resting and of moving: which of both it is nobody but the user knows.
-        Some(LearnedLevel::Level(level)) if level.usual > SMALL * otherwise => {
+        Some(LearnedLevel::Level(level))
+            if level.usual > SMALL * otherwise && !is_weight(measured, finger, level.usual) =>
+        {
             let message = format!(
                 "the readings fall into two groups, but those of the second, {:.2} N, are below the {} N from which on the rules see a contact; where they \
                  are one, bind `{finger}.level: = {:.2} N`",
@@ -166,6 +171,14 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
         }
         _ => otherwise,
     }
+}
+
+/// Whether a force at a wrist is the weight of an object of the scene, which the hand carries.
+fn is_weight(measured: &CleanLog, finger: &str, force: f64) -> bool {
+    let gravity = measured.scene.gravity().norm();
+    let objects = measured.scene.bodies.values().filter(|body| body.role == Role::Object);
+    let mut weights = objects.filter_map(|body| body.mass.map(|mass| mass.0 * gravity));
+    finger.ends_with(".palm") && weights.any(|weight| (force - weight).abs() < SAME_WEIGHT * weight)
 }
 
 /// Returns an issue for a fingertip whose readings show no level without contact, and nearly all of which are above the force at which contact ends.

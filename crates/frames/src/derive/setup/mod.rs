@@ -12,6 +12,7 @@ mod insertions;
 mod overlaps;
 mod rests;
 mod survey;
+mod tool_points;
 mod units;
 
 pub use survey::{Survey, grips};
@@ -27,6 +28,7 @@ pub fn issues(scene: &Scene, survey: &Survey) -> Vec<Issue> {
     }
     let mut issues = gripper_flags::issues(scene, survey);
     issues.extend(holds::issues(scene, survey));
+    issues.extend(tool_points::issues(scene, survey));
     issues.extend(insertions::issues(scene, survey));
     issues.extend(overlaps::issues(scene, survey));
     issues.extend(hanging::issues(scene, survey));

@@ -2,6 +2,8 @@
 
 use super::{ask, ask_contact};
 use crate::shared::recordings::recording;
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use std::f64::consts::PI;
 use std::path::Path;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::units::Dimension;
@@ -11,8 +13,9 @@ use teachtree_logs::read::csv;
 use teachtree_world::{shipped, teach};
 
 /// The kinds of these mistakes.
-const KINDS: [&str; 7] = [
+const KINDS: [&str; 8] = [
     "changed_offset",
+    "distant_tool_point",
     "hanging_object",
     "implausible_unit",
     "inconsistent_hold",
@@ -257,6 +260,49 @@ fn a_reversed_gripper_flag_is_reported() {
         found.push(mistakes(&opened.recording).join("\n"));
     }
     insta::assert_snapshot!(found.join("\n--\n"));
+}
+
+/// The recording with the tool point moved by a vector of its frame, m; the tool is turned about its z axis, which points downward, as it moves.
+fn tool_point_at(offset: [f64; 3], has_rotation: bool) -> String {
+    let mut log = plug_log();
+    let turn = |time: f64| {
+        Rotation3::from_axis_angle(&Vector3::z_axis(), time / 20.0) * Rotation3::from_axis_angle(&Vector3::x_axis(), PI)
+    };
+    let turns: Vec<Rotation3<f64>> = log.time.iter().map(|time| turn(*time)).collect();
+    for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+        let values = &mut log.columns[&format!("right.thumb.position.{letter}")].values;
+        values.iter_mut().zip(&turns).for_each(|(value, turn)| *value -= (turn * Vector3::from(offset))[axis]);
+    }
+    if has_rotation {
+        for (part, letter) in ["w", "x", "y", "z"].into_iter().enumerate() {
+            // nalgebra stores x y z w.
+            let value = |turn: &Rotation3<f64>| UnitQuaternion::from_rotation_matrix(turn).coords[(part + 3) % 4];
+            let column = Column { dimension: Dimension::NONE, values: turns.iter().map(value).collect() };
+            log.columns.insert(format!("right.palm.rotation.{letter}"), column);
+        }
+    }
+    mistakes(&log).join("\n")
+}
+
+#[test]
+fn a_flange_that_is_bound_as_the_tool_point_is_reported() {
+    let palm = "write `right.thumb.position: {at: [";
+    let reported = |offset: [f64; 3], has_rotation: bool, parts: &[&str]| {
+        let found = tool_point_at(offset, has_rotation);
+        assert!(
+            found.starts_with("distant_tool_point right.thumb.position: ") && found.lines().count() == 1,
+            "{found}"
+        );
+        parts.iter().for_each(|part| assert!(found.contains(part), "{part}: {found}"));
+    };
+    let distance = "stays 130 mm from the surface of `plug`";
+    reported([0.0, 0.0, 0.15], true, &[distance, &format!("{palm}0 mm, 0 mm, 160 mm], of: right.palm}}`")]);
+    reported([0.0, 0.0, 0.15], false, &[distance, "bind the rotation of the flange as `right.palm.rotation`", palm]);
+    reported([0.02, 0.0, 0.25], true, &["stays 230 mm", &format!("{palm}20 mm, 0 mm, 260 mm], of: right.palm}}`")]);
+    reported([0.0, 0.15, 0.0], true, &["its position or that of the object is in another frame"]);
+    // A fingertip may be so far from the surface.
+    assert_eq!(tool_point_at([0.0, 0.0, 0.05], true), "");
+    assert_eq!(tool_point_at([0.0; 3], true), "");
 }
 
 #[test]
