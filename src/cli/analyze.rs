@@ -6,7 +6,7 @@ mod writers;
 use super::analysis::{AnalysisArgs, EachArg, ExpectArg};
 use super::fail_on::FailOnArg;
 use super::output_args::{FormatArg, OutArg};
-use super::parallel::{Issues, ParallelArgs};
+use super::parallel::{Issues, ParallelArgs, counts};
 use super::{Failure, batch, output};
 use sinks::{Content, SinkArgs};
 use std::collections::BTreeMap;
@@ -163,10 +163,7 @@ pub fn one<'a>(args: &'a Args, log: &Path, alone: bool) -> Result<Output<'a>, Fa
     let is_accepted = is_as_expected && !args.fail_on.is_found(&analysis);
     let analysis = if args.confidence { analysis.with_confidence()? } else { analysis };
     let text = (args.form.format.writer().text)(&analysis, Usage { alone, is_printed })?;
-    let mut kinds = BTreeMap::new();
-    for issue in analysis.issues() {
-        *kinds.entry(issue.kind).or_default() += 1;
-    }
+    let kinds = counts(analysis.issues());
     Ok(Output { text, kinds, files: args.sinks.contents(log, &analysis)?, is_accepted })
 }
 

@@ -4,9 +4,10 @@ mod signals;
 
 use super::analysis::{AnalysisArgs, EachArg, ExpectArg};
 use super::output_args::{FormatArg, OutArg};
-use super::parallel::{LogResults, ParallelArgs, named_failures};
+use super::parallel::{Issues, LogResults, ParallelArgs, counts, named_failures};
 use super::{Failure, output};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::audit::{Facts, FindingKind, compare, failure_counts, task_counts, unchecked};
 use teachtree_analysis::json::{Meta, VERSION};
@@ -73,6 +74,8 @@ enum Format {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 #[value(rename_all = "snake_case")]
 enum KindArg {
+    /// The binding, the scene or a sensor contradicts the recording
+    Setup,
     /// A task failed, and no later attempt succeeded
     Failure,
     /// Nothing is handled, or nothing moves for long
@@ -87,23 +90,24 @@ enum KindArg {
     OutOfOrder,
     /// It has other steps than most, or takes much longer or shorter
     Unlike,
-    /// Without a binding: frames are missing between others, or at the end of a video
+    /// Frames are missing between others, or at the end of a video
     MissingFrames,
-    /// Without a binding: steps between stamps differ, or are not those of the rate
+    /// Steps between stamps differ, or are not those of the rate
     UnevenStamps,
-    /// Without a binding: rows or messages have one stamp
+    /// Rows or messages have one stamp
     EqualStamps,
-    /// Without a binding: stamps go back
+    /// Stamps go back
     StampsBack,
-    /// Without a binding: samples are far away from all others and from their neighbors
+    /// Samples are far away from all others and from their neighbors
     Spike,
-    /// Without a binding: a camera gives the same picture while things move
+    /// A camera gives the same picture while things move
     FrozenCamera,
 }
 
 impl KindArg {
     const fn kind(self) -> FindingKind {
         match self {
+            Self::Setup => FindingKind::Setup,
             Self::Failure => FindingKind::Failure,
             Self::Idle => FindingKind::Idle,
             Self::CutOff => FindingKind::CutOff,
@@ -143,12 +147,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let analysis = args.expect.analyze(&args.analysis, &opened)?;
         let carries = analysis.carries()?;
         let can_carry = |who: TrackId| carries.contains(&who);
-        let facts = Facts::new(analysis.found(), &opened.opened()?.recording, args.rest, &can_carry);
-        Ok((facts, analysis.meta().clone()))
+        let (found, opened) = (analysis.found(), opened.opened()?);
+        let (of_columns, unchecked) =
+            signals::of_columns(args.analysis.source.binding.as_deref(), opened, [found.start_s, found.end_s]);
+        let facts = Facts::new(found, &opened.recording, of_columns, args.rest, &can_carry);
+        Ok((facts, analysis.meta().clone(), unchecked))
     })?;
-    let meta = done.first().map(|(_, (_, meta))| meta.clone());
-    let done = done.into_iter().map(|(log, (facts, _))| (log, facts)).collect();
-    finish(args, done, failed, Checks { meta: meta.as_ref(), inputs: &inputs, unchecked: None })
+    let meta = done.first().map(|(_, (_, meta, _))| meta.clone());
+    let unchecked = done.iter().flat_map(|(_, (.., unchecked))| unchecked.iter().cloned()).collect();
+    let done = done.into_iter().map(|(log, (facts, ..))| (log, facts)).collect();
+    finish(args, done, failed, Checks { meta: meta.as_ref(), inputs: &inputs, unchecked })
 }
 
 /// How recordings were checked.
@@ -156,8 +164,8 @@ struct Checks<'a> {
     /// By which rules; nothing where there were none.
     meta: Option<&'a Meta>,
     inputs: &'a [PathBuf],
-    /// Checks that were left out; nothing where the recordings are to be compared.
-    unchecked: Option<Vec<String>>,
+    /// Checks of columns that were left out.
+    unchecked: BTreeSet<String>,
 }
 
 /// Compares the recordings and writes the audit.
@@ -174,10 +182,9 @@ fn finish(
         return Failure::some(failures, 0);
     }
     let (audited, mut all): (Vec<&PathBuf>, Vec<Facts>) = done.into_iter().unzip();
-    let (usual, unchecked) = match checks.unchecked {
-        Some(unchecked) => (Vec::new(), unchecked),
-        None => (compare(&mut all), unchecked(&all)),
-    };
+    // Recordings are compared by what rules find.
+    let usual = checks.meta.map_or(Vec::new(), |_| compare(&mut all));
+    let unchecked: Vec<String> = unchecked(&all).into_iter().chain(checks.unchecked).collect();
     let (tasks, failures_by_task) = (task_counts(&all), failure_counts(&all));
     let recordings: Vec<(String, Facts)> = audited.iter().map(|log| log.display().to_string()).zip(all).collect();
     let allowed: Vec<FindingKind> = args.allow.iter().map(|kind| kind.kind()).collect();
@@ -191,6 +198,9 @@ fn finish(
         allowed: &allowed,
     };
     write(args, &audit, &audited, checks.meta, checks.inputs)?;
+    let mut issues = Issues::default();
+    audited.iter().zip(&recordings).for_each(|(log, (_, facts))| issues.add(log, &counts(facts.other_issues())));
+    issues.summary().iter().for_each(|summary| output::note(summary));
     Failure::some(failures, recordings.len())?;
     let fails = |(_, facts): &(String, Facts)| {
         facts.findings.iter().any(|finding| args.fail_on.iter().any(|kind| kind.kind() == finding.kind))

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use teachtree_base::error::InputError;
-use teachtree_logs::issue::IssueKind;
+use teachtree_logs::issue::{Issue, IssueKind};
 
 /// Options of commands that work on many recordings.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -90,6 +90,13 @@ pub fn distinct_failures(failed: Vec<(&PathBuf, Failure)>) -> Vec<Failure> {
 /// How many issues of each kind the logs have.
 #[derive(Clone, Debug, Default)]
 pub struct Issues(BTreeMap<String, Kind>);
+
+/// How many issues of each kind there are.
+pub fn counts<'a>(issues: impl IntoIterator<Item = &'a Issue>) -> BTreeMap<IssueKind, usize> {
+    let mut counts = BTreeMap::new();
+    issues.into_iter().for_each(|issue| *counts.entry(issue.kind).or_default() += 1);
+    counts
+}
 
 /// The issues of one kind.
 #[derive(Clone, Debug)]

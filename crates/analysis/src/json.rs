@@ -98,13 +98,18 @@ fn document(analysis: &Analysis, meta: &Meta) -> Value {
         "rules": rules(meta),
         "outcome": outcome(&analysis.outcome()),
         "tracks": analysis.tracks.iter().map(track).collect::<Vec<_>>(),
-        "issues": analysis.issues.iter().map(|issue| json!({
-            "kind": issue.kind,
-            "start_s": issue.start_s,
-            "end_s": issue.end_s,
-            "channel": issue.channel,
-            "message": issue.message,
-        })).collect::<Vec<_>>(),
+        "issues": analysis.issues.iter().map(issue).collect::<Vec<_>>(),
+    })
+}
+
+/// An issue of the log.
+pub fn issue(issue: &Issue) -> Value {
+    json!({
+        "kind": issue.kind,
+        "start_s": issue.start_s,
+        "end_s": issue.end_s,
+        "channel": issue.channel,
+        "message": issue.message,
     })
 }
 

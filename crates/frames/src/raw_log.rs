@@ -19,6 +19,8 @@ pub struct RawLog {
     pub refused: Vec<(String, String)>,
     /// What of the log is missing, in words.
     pub missing: Option<String>,
+    /// The stamp from which those of a bag count, ns.
+    pub origin_ns: Option<i64>,
 }
 
 /// A table, its rows in the order of the file.
@@ -52,7 +54,7 @@ impl RawTable {
 pub fn read(path: &Path, folders: &AllowedFolders) -> Result<RawLog, InputError> {
     if bag::is_bag(path)? {
         let bag = RawBag::read(path, folders, &mut |_, shot| Ok(Ok(picture::digest(&shot.bytes))))?;
-        let mut log = of_bag(&bag).0;
+        let mut log = of_bag(&bag);
         for table in &mut log.tables {
             let shots = bag.topics.get(&table.name).map_or(&[][..], |topic| topic.pictures.as_slice());
             if !shots.is_empty() {
@@ -100,18 +102,18 @@ fn of_sheet(name: String, titles: &[String], numbers: Vec<Vec<f64>>) -> RawTable
     table
 }
 
-/// The topics of a bag without their pictures, and the stamp from which their stamps count, ns.
-pub fn of_bag<P>(bag: &RawBag<P>) -> (RawLog, i64) {
-    let mut log = RawLog { missing: bag.missing.clone(), ..RawLog::default() };
+/// The topics of a bag without their pictures.
+pub fn of_bag<P>(bag: &RawBag<P>) -> RawLog {
     let readable = bag.topics.values().filter(|topic| topic.refused.is_none());
     let origin = readable.flat_map(|topic| &topic.stamps_ns).min().copied().unwrap_or_default();
+    let mut log = RawLog { missing: bag.missing.clone(), origin_ns: Some(origin), ..RawLog::default() };
     for (name, topic) in &bag.topics {
         match &topic.refused {
             Some(why) => log.refused.push((name.clone(), why.clone())),
             None => log.tables.push(of_topic(name.clone(), topic, origin)),
         }
     }
-    (log, origin)
+    log
 }
 
 /// When a stamp is, s since the origin of a bag.

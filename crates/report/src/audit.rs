@@ -74,7 +74,7 @@ impl Audit<'_> {
             format!("{} of {all} {} good", self.good(), if all == 1 { "recording is" } else { "recordings are" });
         for (kind, count) in self.counts().into_iter().filter(|(_, count)| *count > 0) {
             let allowed = if self.allowed.contains(&kind) { " (allowed)" } else { "" };
-            let with = if kind.is_of_signals() { "with " } else { "" };
+            let with = if kind.is_counted_with() { "with " } else { "" };
             let _ = write!(text, ", {count} {with}{}{allowed}", kind.words());
         }
         if !self.failed.is_empty() {

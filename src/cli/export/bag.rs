@@ -120,7 +120,8 @@ impl Choice {
         })?;
         // Which topic sends first differs between recordings.
         bag.topics.sort_keys();
-        let (log, origin_ns) = raw_log::of_bag(&bag);
+        let log = raw_log::of_bag(&bag);
+        let origin_ns = log.origin_ns.unwrap_or_default();
         let in_bag = |error: InputError| InputError { place: format!("{}: {}", path.display(), error.place), ..error };
         let action = match self.action.as_slice() {
             [] => Streams::default(),

@@ -6,6 +6,7 @@
 
 mod compare;
 mod failures;
+mod issues;
 mod motion;
 pub mod signals;
 mod usual_tasks;
@@ -20,6 +21,7 @@ use motion::Motion;
 use serde::Serialize;
 use teachtree_base::meaning::Meaning;
 use teachtree_base::recording::Recording;
+use teachtree_logs::issue::Issue;
 
 /// Minimum number of recordings for which the majority defines the usual beginnings, endings and tasks.
 const FEWEST_HALVES: usize = 3;
@@ -30,6 +32,8 @@ const ORDERED: f64 = 0.8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
+    /// The binding, the scene or a sensor contradicts the recording.
+    Setup,
     /// A task failed, and no later attempt succeeded.
     Failure,
     /// Nothing is handled, or nothing moves for long.
@@ -61,7 +65,8 @@ pub enum FindingKind {
 
 impl FindingKind {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
+        Self::Setup,
         Self::Failure,
         Self::Idle,
         Self::CutOff,
@@ -80,6 +85,7 @@ impl FindingKind {
     /// `cut_off`, as in files and options.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Setup => "setup",
             Self::Failure => "failure",
             Self::Idle => "idle",
             Self::CutOff => "cut_off",
@@ -96,11 +102,12 @@ impl FindingKind {
         }
     }
 
-    /// Whether it is found without rules, in stamps, numbers and pictures.
-    pub const fn is_of_signals(self) -> bool {
+    /// Whether a recording is counted as one with it: `2 with spikes`, but `2 idle`.
+    pub const fn is_counted_with(self) -> bool {
         matches!(
             self,
-            Self::MissingFrames
+            Self::Setup
+                | Self::MissingFrames
                 | Self::UnevenStamps
                 | Self::EqualStamps
                 | Self::StampsBack
@@ -112,6 +119,7 @@ impl FindingKind {
     /// `cut off`, for people.
     pub const fn words(self) -> &'static str {
         match self {
+            Self::Setup => "wrong setup",
             Self::Failure => "failed",
             Self::Idle => "idle",
             Self::CutOff => "cut off",
@@ -190,6 +198,8 @@ pub struct Facts {
     pub lanes: Vec<(TrackId, Vec<DrawnSegment>)>,
     /// What is wrong with it, by kind.
     pub findings: Vec<Finding>,
+    /// The issues of the log that `analyze` reports; empty without rules.
+    pub issues: Vec<Issue>,
     tasks: Vec<Step>,
     primitives: Vec<Step>,
     /// The hands that are in the middle of something at its beginning or end. Whether that is wrong is seen among all recordings.
@@ -205,14 +215,23 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Those of a recording. Rests count from `rest_s` on, s; `can_carry` is whether the rules can detect in it that a hand carries an object.
-    pub fn new(found: &Analysis, recording: &Recording, rest_s: f64, can_carry: &dyn Fn(TrackId) -> bool) -> Self {
+    /// Those of a recording with these findings in its raw columns. Rests count from `rest_s` on, s; `can_carry` is whether the rules can detect in it that
+    /// a hand carries an object.
+    pub fn new(
+        found: &Analysis,
+        recording: &Recording,
+        of_columns: Vec<Finding>,
+        rest_s: f64,
+        can_carry: &dyn Fn(TrackId) -> bool,
+    ) -> Self {
         let motion = Motion::new(recording);
         let hands: Vec<&Track> = found.tracks.iter().filter(|track| track.who.side().is_some()).collect();
         let drawn = |it: &Segment| (it.start_s, it.end_s, it.primitive.clone(), it.does);
         let outcome = found.outcome();
         let mut findings = idle(found, &hands, &motion, rest_s);
         findings.extend(failures::findings(&outcome));
+        findings.extend(issues::findings(&found.issues, &of_columns));
+        findings.extend(of_columns);
         let (mut edges, mut has_unjudged_grasps) = (Vec::new(), false);
         for track in &hands {
             findings.extend(gaps(found, track));
@@ -244,6 +263,7 @@ impl Facts {
             end_s: found.end_s,
             lanes: hands.iter().map(|track| (track.who, track.relabeled.iter().map(drawn).collect())).collect(),
             findings,
+            issues: found.issues.clone(),
             tasks: steps(&|track| track.tasks.iter().map(task).collect()),
             primitives: steps(&|track| track.relabeled.iter().filter(|it| is_key(it)).map(primitive).collect()),
             edges,
@@ -261,6 +281,7 @@ impl Facts {
             end_s,
             lanes: Vec::new(),
             findings,
+            issues: Vec::new(),
             tasks: Vec::new(),
             primitives: Vec::new(),
             edges: Vec::new(),
@@ -269,6 +290,11 @@ impl Facts {
             has_expectation: false,
             has_unmeasured: false,
         }
+    }
+
+    /// The issues that are no findings.
+    pub fn other_issues(&self) -> impl Iterator<Item = &Issue> {
+        self.issues.iter().filter(|issue| !issues::is_finding(issue.kind))
     }
 
     /// How long it is, s.

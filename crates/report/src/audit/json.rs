@@ -3,7 +3,7 @@
 use super::Audit;
 use serde_json::{Map, Value, json};
 use teachtree_analysis::audit::Facts;
-use teachtree_analysis::json::{Meta, VERSION, printed};
+use teachtree_analysis::json::{Meta, VERSION, issue, printed};
 
 /// The name and version of the schema.
 const SCHEMA: &str = "teachtree.audit/1";
@@ -45,7 +45,8 @@ fn recording(audit: &Audit, name: &str, facts: &Facts) -> Value {
             Value::Object(value)
         })
         .collect();
+    let issues: Vec<Value> = facts.issues.iter().map(issue).collect();
     let tasks: Vec<&str> = facts.tasks().collect();
     json!({ "log": name, "good": audit.is_good(facts), "start_s": facts.start_s, "duration_s": facts.duration_s(),
-        "idle_share": facts.idle_share(), "tasks": tasks, "findings": findings })
+        "idle_share": facts.idle_share(), "tasks": tasks, "findings": findings, "issues": issues })
 }

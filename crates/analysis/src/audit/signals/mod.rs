@@ -15,6 +15,9 @@ use super::{Facts, Finding, FindingKind};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_frames::raw_log::{RawLog, RawTable};
 
+/// How far a finding may be outside of a recording on the same clock, s: rows before and behind the analyzed ones.
+const CLOCK: f64 = 1.0;
+
 /// What a data set says of an episode beside its rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EpisodeDeclaration {
@@ -32,28 +35,53 @@ pub fn facts(log: &RawLog, declared: &EpisodeDeclaration, rest_s: f64) -> (Facts
     let (start_s, end_s) = stamps().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), at| (a.min(at), b.max(at)));
     let (start_s, end_s) = if start_s <= end_s { (start_s, end_s) } else { (0.0, 0.0) };
     let motion = rests::Motion::of(log);
-    let mut findings = Vec::new();
-    findings.extend(log.missing.iter().map(|message| Finding::new(FindingKind::CutOff, message.clone())));
-    findings.extend(motion.as_ref().map_or(Vec::new(), |motion| motion.rests([start_s, end_s], rest_s)));
+    let (mut findings, mut unchecked) = (of_columns(log, declared, motion.as_ref()), unchecked(log));
+    match &motion {
+        Some(motion) => findings.extend(motion.rests([start_s, end_s], rest_s)),
+        None => unchecked.push("rests: no column changes as one that is measured does".into()),
+    }
+    findings.sort_by_key(|finding| finding.kind);
+    (Facts::of_signals([start_s, end_s], findings), unchecked)
+}
+
+/// The findings in the columns of a recording that rules also run on, and the checks that were left out. Its rests are judged by its channels.
+///
+/// `zero_s` is what the stamps show at the zero of the rules, s; `None` if they are on different clocks. A finding has no span if it would lie outside of the
+/// recording, `span_s`.
+pub fn findings(
+    log: &RawLog,
+    declared: &EpisodeDeclaration,
+    zero_s: Option<f64>,
+    span_s: [f64; 2],
+) -> (Vec<Finding>, Vec<String>) {
+    let on_time = |[start, end]: [f64; 2]| {
+        let zero_s = zero_s?;
+        let span = [start - zero_s, end - zero_s];
+        (span[0] > span_s[0] - CLOCK && span[1] < span_s[1] + CLOCK).then_some(span)
+    };
+    let found = of_columns(log, declared, rests::Motion::of(log).as_ref()).into_iter();
+    (found.map(|it| Finding { span_s: it.span_s.and_then(on_time), ..it }).collect(), unchecked(log))
+}
+
+/// All findings but rests.
+fn of_columns(log: &RawLog, declared: &EpisodeDeclaration, motion: Option<&rests::Motion>) -> Vec<Finding> {
+    let missing = log.missing.iter().map(|message| Finding::new(FindingKind::CutOff, message.clone()));
+    let mut findings: Vec<Finding> = missing.collect();
     for table in &log.tables {
         findings.extend(stamps::findings(table, declared));
         findings.extend(spikes::findings(table));
-        findings.extend(cameras::frozen(table, motion.as_ref()));
+        findings.extend(cameras::frozen(table, motion));
     }
     findings.extend(cameras::short_videos(log, declared));
-    findings.sort_by_key(|finding| finding.kind);
-    (Facts::of_signals([start_s, end_s], findings), unchecked(log, motion.is_some()))
+    findings
 }
 
-/// The checks that were left out, with the reason.
-fn unchecked(log: &RawLog, has_motion: bool) -> Vec<String> {
+/// The tables that are not checked, with the reason.
+fn unchecked(log: &RawLog) -> Vec<String> {
     let mut sentences: Vec<String> = log.refused.iter().map(|(name, why)| format!("{name}: {why}")).collect();
     for table in log.tables.iter().filter(|table| table.stamps_s.is_empty()) {
         let name = if table.name.is_empty() { "the table" } else { &table.name };
         sentences.push(format!("{name}: no column has stamps in numbers, by which gaps and rests are found"));
-    }
-    if !has_motion {
-        sentences.push("rests: no column changes as one that is measured does".into());
     }
     sentences
 }
