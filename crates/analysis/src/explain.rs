@@ -5,6 +5,7 @@ mod change;
 mod fact;
 mod reason;
 mod rows;
+mod shortfall;
 mod task;
 mod tree_trace;
 mod value;

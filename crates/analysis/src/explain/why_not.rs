@@ -1,12 +1,13 @@
-//! Why a primitive was not given: of all paths to it, on all frames asked about, the one that lacks least.
+//! Why a primitive was not given: of all paths to it, on all frames asked about, the one that lacks least ([`shortfall`](super::shortfall)).
 
 use super::reason::{EvalPoint, Reason, Reasons};
+use super::shortfall::{Shortfall, ShortfallMeter};
 use serde::Serialize;
 use std::ops::Range;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_engine::inspect::Inspector;
-use teachtree_language::rules::{Choice, Consequent, Expr, ExprKind, Label, LeafPath};
+use teachtree_language::rules::{Choice, Consequent, Label, LeafPath};
 
 /// The nearest path to a primitive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -51,17 +52,18 @@ pub(super) fn why_not(
         _ => false,
     };
     let ways: Vec<LeafPath> = tree.root.paths().into_iter().filter(|way| gives(way.choice)).collect();
-    let mut nearest: Option<(usize, usize, &LeafPath)> = None;
+    let mut nearest: Option<(Shortfall, usize, &LeafPath)> = None;
+    let mut meter = ShortfallMeter { inspector: &mut *inspector, side, at: at.clone() };
     for way in &ways {
-        let mut lacking = vec![0; at.len()];
+        let mut lacking = vec![Shortfall::default(); at.len()];
         for (_, condition, wanted) in &way.asked {
-            for (count, more) in lacking.iter_mut().zip(lacks(inspector, condition, *wanted, side, &at)?) {
-                *count += more;
+            for (sum, more) in lacking.iter_mut().zip(meter.of(condition, *wanted)?) {
+                *sum = sum.plus(more);
             }
         }
-        for (frame, count) in at.clone().zip(lacking) {
-            if nearest.is_none_or(|(least, ..)| count < least) {
-                nearest = Some((count, frame, way));
+        for (frame, lacks) in at.clone().zip(lacking) {
+            if nearest.is_none_or(|(least, ..)| lacks < least) {
+                nearest = Some((lacks, frame, way));
             }
         }
     }
@@ -86,36 +88,4 @@ pub(super) fn why_not(
         place: place(way.choice),
         missing,
     }))
-}
-
-/// How many parts of a condition would have to come out differently, on each frame.
-fn lacks<'a>(
-    inspector: &mut Inspector<'a>,
-    expr: &'a Expr,
-    wanted: bool,
-    side: Option<Side>,
-    at: &Range<usize>,
-) -> Result<Vec<usize>> {
-    match &expr.kind {
-        ExprKind::Not(inner) => lacks(inspector, inner, !wanted, side, at),
-        ExprKind::And(parts) | ExprKind::Or(parts) => {
-            let all = matches!(expr.kind, ExprKind::And(_)) == wanted;
-            let mut total: Option<Vec<usize>> = None;
-            for part in parts {
-                let one = lacks(inspector, part, wanted, side, at)?;
-                total = Some(match total {
-                    None => one,
-                    Some(so_far) => {
-                        so_far.into_iter().zip(one).map(|(a, b)| if all { a + b } else { a.min(b) }).collect()
-                    }
-                });
-            }
-            Ok(total.unwrap_or_else(|| vec![0; at.len()]))
-        }
-        _ => {
-            let start = inspector.leaves().frames.start;
-            let truth = inspector.truth(expr, side)?;
-            Ok(at.clone().map(|frame| usize::from(truth.holds(0, frame - start) != wanted)).collect())
-        }
-    }
 }
