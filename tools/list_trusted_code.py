@@ -1,4 +1,4 @@
-"""Lists the dependencies that run code while building (build scripts, procedural macros) or contain `unsafe`, and who audited them: docs/dependencies.md. The
+"""Lists the packages that the crates name, and the dependencies that run code while building (build scripts, procedural macros) or contain `unsafe`, and who audited them: docs/dependencies.md. The
 measurements of the crate mcap at the end of the page are constant.
 
     python3 tools/list_trusted_code.py > docs/dependencies.md                       # audits from their addresses
@@ -25,8 +25,11 @@ AUDITS = {
 # What must have been looked for. Google's criteria say how sure `unsafe` code is; 0 to 2 are accepted there.
 ENOUGH = {"safe-to-deploy", "ub-risk-0", "ub-risk-1", "ub-risk-1-thorough", "ub-risk-2", "ub-risk-2-thorough"}
 
+ROOT = pathlib.Path(__file__).parent.parent
+
 # What each direct dependency does here; others are named by the one that brings them.
 DOES = {
+    "allocation-counter": "memory that readers allocate, in tests",
     "annotate-snippets": "draws compiler messages",
     "arrow-array": "features that the wheel needs",
     "arrow-ipc": "the schema in Parquet files",
@@ -48,10 +51,12 @@ DOES = {
     "httparse": "requests to local pages",
     "indexmap": "tables in the order of their files",
     "indicatif": "progress bars",
+    "insta": "snapshots, in tests",
     "libc": "opening files without blocking",
     "lsp-server": "the language server",
     "gen-lsp-types": "the language server",
     "lz4_flex": "lz4 in MCAP, bags and Zarr",
+    "mcap": "bags by another writer, in tests",
     "memchr": "ends of lines in text logs",
     "mesh-loader": "meshes of robots",
     "nalgebra": "vectors and rotations",
@@ -61,13 +66,20 @@ DOES = {
     "parry3d-f64": "distances of shapes",
     "pest": "the grammar of rules",
     "pest_derive": "the grammar of rules",
+    "proptest": "random inputs, in tests",
+    "prost-reflect": "messages in protobuf",
     "pulp": "loops of the engine by processor",
     "rand": "simulated operators",
     "rand_chacha": "simulated operators",
     "rand_distr": "simulated operators",
     "rapier3d-f64": "the simulated environment",
     "rayon": "several recordings at once",
+    "rcgen": "the certificate of local pages with TLS",
+    "ring": "the fingerprint of that certificate",
     "roxmltree": "URDF and other XML",
+    "rusqlite": "ROS 2 bags in SQLite",
+    "rustls": "TLS of local pages",
+    "schemars": "schemas of YAML files",
     "serde": "types of YAML and JSON",
     "serde_json": "JSON",
     "serde_yaml": "YAML",
@@ -78,9 +90,13 @@ DOES = {
     "tempfile": "temporary files beside outputs",
     "terminal_size": "width of the terminal",
     "tungstenite": "WebSockets",
+    "zenoh": "live logs over Zenoh",
     "zip": "NPZ and zipped Zarr",
     "zstd": "zstd in MCAP and Zarr",
 }
+
+# Packages of features that are not on by default. Tests have these features, so `cargo metadata` lists them.
+OPTIONAL = {"rcgen", "ring", "rustls", "zenoh"}
 
 
 def metadata():
@@ -106,6 +122,8 @@ def used(metadata):
             todo += [dep for dep in below(id) if names[dep].startswith("teachtree")]
     for direct in sorted({dep for id in own for dep in below(id)} - own):
         if names[direct] not in DOES:
+            raise SystemExit(f"DOES in {__file__} lacks `{names[direct]}`")
+        if names[direct] in OPTIONAL:
             continue
         open_ids = [direct]
         while open_ids:
@@ -114,6 +132,27 @@ def used(metadata):
                 brings[id].add(names[direct])
                 open_ids.extend(below(id))
     return brings
+
+
+def direct():
+    """The packages that the manifests of the program and its crates name, each with the crates that do; in brackets if only their tests do."""
+    manifests = [ROOT / "Cargo.toml", *sorted((ROOT / "crates").glob("*/Cargo.toml"))]
+    renamed = tomllib.loads(manifests[0].read_text())["workspace"]["dependencies"]
+    users = {}
+    for manifest in manifests:
+        parsed = tomllib.loads(manifest.read_text())
+        tables = [parsed, *parsed.get("target", {}).values()]
+        code = {name for table in tables for key in ("dependencies", "build-dependencies") for name in table.get(key, {})}
+        for name in code | {name for table in tables for name in table.get("dev-dependencies", {})}:
+            if not name.startswith("teachtree"):
+                declared = renamed.get(name)
+                package = declared.get("package", name) if isinstance(declared, dict) else name
+                tests = name not in code
+                crate = "the program" if manifest.parent == ROOT else manifest.parent.name
+                users.setdefault(package, []).append(f"({crate})" if tests else crate)
+    if lacking := sorted(set(users) - set(DOES)):
+        raise SystemExit(f"DOES in {__file__} lacks {', '.join(lacking)}")
+    return [f"| {package} | {DOES[package]} | {', '.join(users[package])} |" for package in sorted(users)]
 
 
 def unsafe_count(package):
@@ -186,12 +225,25 @@ def main(arguments):
         who = audited(known.get(name, []), package["version"])
         rows.append(f"| {name} {package['version']} | {builds} | {unsafe or ''} | {does} | {who} |")
     wholly = sum(not row.endswith("|  |") and "| only " not in row for row in rows)
+    print(DIRECT + "\n".join(direct()) + "\n")
     print(HEAD.format(rows=len(rows), all=len(brings), audited=wholly, sources=", ".join(sorted(texts))))
     print("\n".join(rows))
     print(MCAP, end="")
 
 
-HEAD = """# Dependencies that are trusted
+DIRECT = """# Dependencies
+
+`cargo deny check` tests licenses, sources and advisories of all packages ([deny.toml](../deny.toml)).
+
+## Packages that the crates name
+
+The crates with a package in their tests alone are in brackets.
+
+| package | use | crates |
+|---|---|---|
+"""
+
+HEAD = """## Dependencies that are trusted
 
 Of the {all} packages that the program contains, these {rows} run code while they are built (a build script, a procedural macro) or contain `unsafe`. The table lists
 what each is used for. It is made by `python3 tools/list_trusted_code.py > docs/dependencies.md`. The count is that of the word in the sources of a package: parts
@@ -202,8 +254,6 @@ are {audited} packages. `only 1.2.3` is the last version to which audits lead. A
 audited no package.
 
 Features that are not on by default are left out: `zenoh`, and `tls`, whose rustls encrypts by ring, which contains C and assembly.
-
-`cargo deny check` tests licenses, sources and advisories of all packages ([deny.toml](../deny.toml)).
 
 | package | runs while built | `unsafe` | use | audited by |
 |---|---|---|---|---|"""

@@ -1,6 +1,7 @@
 //! The layering rules that manifests do not state: places of libraries in their crates, files that are opened, clocks.
 
 mod circles;
+mod dependencies;
 
 use std::path::{Path, PathBuf};
 
