@@ -27,7 +27,8 @@ pub fn friction_margin(contacts: &[Contact]) -> f64 {
     friction_needed(contacts).map_or(0.0, |needed| (1.0 - needed / FRICTION).max(0.0))
 }
 
-/// Returns the smallest coefficient of friction with which contacts hold the object; `None` if it exceeds [`MOST`], as for contacts on one side.
+/// Returns the smallest coefficient of friction with which contacts hold the object; `None` if it exceeds [`MOST`], as for contacts on one side, or if there are
+/// none.
 pub fn friction_needed(contacts: &[Contact]) -> Option<f64> {
     let balance = Balance::new(contacts)?;
     let mut forces = balance.within(MOST, &balance.some)?;
@@ -53,10 +54,15 @@ struct Balance {
 impl Balance {
     fn new(contacts: &[Contact]) -> Option<Self> {
         let count = contacts.len();
-        let middle = contacts.iter().map(|contact| contact.point.coords).sum::<Vector3<f64>>() / count.max(1) as f64;
+        let finite =
+            |contact: &Contact| contact.point.coords.iter().chain(&contact.normal).all(|number| number.is_finite());
+        if count == 0 || !contacts.iter().all(finite) {
+            return None;
+        }
+        let middle = contacts.iter().map(|contact| contact.point.coords).sum::<Vector3<f64>>() / count as f64;
         let arms: Vec<Vector3<f64>> = contacts.iter().map(|contact| contact.point.coords - middle).collect();
         // Moments count as forces at the mean distance of the contacts from their center.
-        let scale = (arms.iter().map(|arm| arm.norm()).sum::<f64>() / count.max(1) as f64).max(1e-9);
+        let scale = (arms.iter().map(|arm| arm.norm()).sum::<f64>() / count as f64).max(1e-9);
         let mut wrenches = DMatrix::zeros(7, 3 * count);
         for (at, (contact, arm)) in contacts.iter().zip(&arms).enumerate() {
             wrenches.fixed_view_mut::<3, 3>(0, 3 * at).fill_with_identity();
