@@ -22,6 +22,8 @@ const BESIDE_M: f64 = 1e-4;
 /// Pads may look this far off the line to the other jaw, degrees: those of sliding jaws always, those of turning jaws where they look best.
 const ASKEW_DEG: f64 = 1.0;
 const ASKEW_TURNING_DEG: f64 = 30.0;
+/// The tip of a turning jaw may move this far off the direction in which its pad looks half open, degrees.
+const ACROSS_DEG: f64 = 60.0;
 /// Jaws that open by less do not open, m.
 const LEAST_M: f64 = 1e-4;
 /// Number of shares at which turning jaws are tested.
@@ -152,7 +154,7 @@ impl Jaws {
         Ok(())
     }
 
-    /// Refuses turning jaws whose pads never face each other.
+    /// Refuses turning jaws whose pads never face each other, or pass each other.
     fn check_turning(&self) -> Result<(), (Finger, String)> {
         let stances: Vec<JawStance> = (0..=SAMPLES).map(|at| self.stance(at as f64 / SAMPLES as f64)).collect();
         for (index, jaw) in self.pair.iter().enumerate() {
@@ -160,6 +162,14 @@ impl Jaws {
             if off > ASKEW_TURNING_DEG {
                 let message = format!("has a pad that looks {off:.0} degrees off the line to the other jaw");
                 return Err((jaw.finger, message));
+            }
+            let [closed, half, open] = [0.0, 0.5, 1.0].map(|share| jaw.posture(share));
+            let across = (closed.tip - open.tip).angle(&half.pad).to_degrees();
+            if !jaw.model.dofs.is_empty() && across > ACROSS_DEG {
+                return Err((
+                    jaw.finger,
+                    format!("closes {across:.0} degrees off the direction in which its pad looks"),
+                ));
             }
         }
         Ok(())
