@@ -19,6 +19,7 @@ APART, PALM_APART = 0.012, 0.03
 LIFTED = (0.2, 0.45)
 IDLE = ((0.12, 0.05), (0.45, 0.4), (0.85, 0.9))
 SCANNED, REFINED, INSIDE, ALIKE = 7, 4, 0.02, 1e-9
+BESIDE = 0.02 / 2.0 ** np.arange(5)
 REACH = 0.25
 LEAST_ALIGNMENT = 0.1
 STARTS = 6
@@ -164,7 +165,24 @@ class Finger:
                 replace(~done & better, new, best),
                 replace(~done & ~right & better, best, replace(~done & right & ~better, new, high)),
             )
-        return best[1]
+        return self.top(bend, best[1])
+
+    def top(self, bend, best):
+        """The top of a parabola through the measures at the best angle of the free last joint and beside it."""
+        low, high = self.ranges[3]
+        fourth = best[0][:, 3]
+        found, left = best, best[1] < REACHED
+        for beside in BESIDE:
+            below, above = (self.bend_free(bend, fourth + by) for by in (-beside, beside))
+            inside = (low < fourth - beside) & (fourth + beside < high) & (below[1] < REACHED) & (above[1] < REACHED)
+            bent = below[2] + above[2] - 2 * best[2]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                shift = 0.5 * beside * (below[2] - above[2]) / bent
+            curved = (bent < 0) & (np.abs(shift) < beside)
+            top = self.bend_free(bend, fourth + np.where(curved, shift, 0))
+            found = choose(left & inside & curved & (top[1] < REACHED), top, found)
+            left &= ~inside
+        return found
 
     def candidate(self, bend, third, fourth):
         l2, l3, l4 = self.links

@@ -22,8 +22,10 @@ const REFINED: usize = 4;
 const INSIDE: f64 = 0.02;
 /// Where no angle reaches, those that come as near as this to each other are alike, m: the first is taken, and not what rounding makes of it.
 const ALIKE_M: f64 = 1e-9;
-/// Next to a known solution it is tried this far to either side, rad.
+/// A free last joint is then at the top of a parabola through the best angle and those this far to either side, rad. Where these do not reach, the distance is halved,
+/// at most this often.
 const BESIDE: f64 = 0.02;
+const HALVED: usize = 4;
 
 /// A finger of this form.
 #[derive(Clone, Debug)]
@@ -116,14 +118,7 @@ impl ClosedFormFinger {
 
     /// The same next to a point whose solution is known: a free last joint is looked for only about that.
     pub(crate) fn reach_near(&self, point: Point3<f64>, ranges: &[[f64; 2]], known: &IkSolution) -> IkSolution {
-        self.solve(point, ranges, &|bend| {
-            let [low, high] = ranges[3];
-            let at = |by: f64| {
-                let fourth = (known.angles[3] + by).clamp(low, high);
-                (fourth, self.bend_free(bend, AngleWithTrig::by(fourth)))
-            };
-            self.refine(bend, at(-BESIDE), at(0.0), at(BESIDE), 1)
-        })
+        self.solve(point, ranges, &|bend| self.top(bend, self.bend_free(bend, AngleWithTrig::by(known.angles[3]))))
     }
 
     fn solve(&self, point: Point3<f64>, ranges: &[[f64; 2]], scan: &dyn Fn(&BendPlane<'_>) -> Candidate) -> IkSolution {
@@ -173,7 +168,32 @@ impl ClosedFormFinger {
         let tried = self.scanned.map(|fourth| self.bend_free(bend, fourth));
         let top = (1..SCANNED).fold(0, |top, index| if tried[index].beats(&tried[top]) { index } else { top });
         let at = |index: usize| (self.scanned[index].angle, tried[index]);
-        self.refine(bend, at(top.saturating_sub(1)), at(top), at((top + 1).min(SCANNED - 1)), REFINED)
+        let best = self.refine(bend, at(top.saturating_sub(1)), at(top), at((top + 1).min(SCANNED - 1)), REFINED);
+        self.top(bend, best)
+    }
+
+    /// The top of the measure next to an angle of a free last joint. It changes steadily with the point, which the better one of two angles does not: slopes of what
+    /// depends on the angles need that.
+    fn top(&self, bend: &BendPlane<'_>, best: Candidate) -> Candidate {
+        if best.miss >= REACHED_M {
+            return best;
+        }
+        let fourth = best.angles[3];
+        let [low, high] = bend.ranges[3];
+        let mut beside = BESIDE;
+        for _ in 0..=HALVED {
+            let [below, above] = [-beside, beside].map(|by| self.bend_free(bend, AngleWithTrig::by(fourth + by)));
+            let inside = low < fourth - beside && fourth + beside < high;
+            if inside && [below, best, above].iter().all(|it| it.miss < REACHED_M) {
+                let bent = below.measure + above.measure - 2.0 * best.measure;
+                let shift = 0.5 * beside * (below.measure - above.measure) / bent;
+                let top = (bent < 0.0 && shift.abs() < beside)
+                    .then(|| self.bend_free(bend, AngleWithTrig::by(fourth + shift)));
+                return top.filter(|it| it.miss < REACHED_M).unwrap_or(best);
+            }
+            beside /= 2.0;
+        }
+        best
     }
 
     /// The best of what is between three angles of a free last joint, the middle one so far the best.
