@@ -74,15 +74,15 @@ fn alignment_is_a_cosine_and_has_its_slope() {
     assert_eq!(pad_alignment(-1.0, LARGEST_PAD_ANGLE).1, 0.0);
 }
 
-/// By manipulability alone, the thumb touches the cube of Kawasaki et al. (2014) with the edge of its tip.
+/// By manipulability alone, the thumb touches a box of 60 mm with the edge of its tip.
 #[test]
 fn quality_turns_pads_to_the_surface() {
     let robot = shipped("gifu_hand_iii_right");
     let hand = &robot.hands[&Side::Right];
-    let object = yaml::read("{role: object, mass: 50 g, parts: [{box: [120 mm, 120 mm, 120 mm]}]}", "shape").unwrap();
+    let object = yaml::read("{role: object, mass: 50 g, parts: [{box: [120 mm, 60 mm, 120 mm]}]}", "shape").unwrap();
     let at = |finger, x: f64, side: f64| Contact {
         finger,
-        point: Point3::new(x, side * 0.06, 0.03),
+        point: Point3::new(x, side * 0.03, 0.03),
         normal: Vector3::y() * side,
     };
     let contacts = vec![at(Finger::Thumb, 0.0, -1.0), at(Finger::Index, -0.011, 1.0), at(Finger::Middle, 0.011, 1.0)];
@@ -91,6 +91,8 @@ fn quality_turns_pads_to_the_surface() {
     let (alone, quality) = (by(GraspCriterion::Manipulability), by(GraspCriterion::Quality));
     let thumb = |grasp: &teachtree_robot::GraspCandidate| grasp.fingers[0].pad_angle.to_degrees();
     assert!(thumb(&alone) > 75.0 && thumb(&quality) < 65.0, "{} and {}", thumb(&alone), thumb(&quality));
+    let edge = GraspPlanner::new(hand).measure(&wanted, &alone.object_from_palm).unwrap();
+    assert!(quality.measure > 1.1 * edge, "{} and {edge}", quality.measure);
     // What the alignment costs of the rest.
     let rest = |grasp: &teachtree_robot::GraspCandidate| {
         let each = grasp.fingers.iter().map(|held| held.measure(GraspCriterion::Manipulability));
