@@ -149,7 +149,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let can_carry = |who: TrackId| carries.contains(&who);
         let (found, opened) = (analysis.found(), opened.opened()?);
         let (of_columns, unchecked) =
-            signals::of_columns(args.analysis.source.binding.as_deref(), opened, [found.start_s, found.end_s]);
+            signals::of_columns(args.analysis.source.binding_of(log)?.as_deref(), opened, [found.start_s, found.end_s]);
         let facts = Facts::new(found, &opened.recording, of_columns, args.rest, &can_carry);
         Ok((facts, analysis.meta().clone(), unchecked))
     })?;

@@ -206,8 +206,8 @@ fn quality(mapped: &MappedGrasp) -> String {
     parts.push(format!("freedom from joint limits {}", each(&|finger| finger.freedom, 2)));
     parts.push(format!("pads {} degrees from the normal", each(&|finger| finger.pad_angle_deg, 0)));
     parts.extend(mapped.friction_margin.map(|margin| match margin {
-        0.0 => "contacts do not hold by the assumed friction".into(),
-        margin => format!("friction may be {:.0} % smaller", margin * 100.0),
+        0.0 => "the contacts can push the object but not hold it".into(),
+        margin => format!("holds with {:.0} % less friction too", margin * 100.0),
     }));
     parts.join("; ")
 }

@@ -312,7 +312,7 @@ fn check_refuses_a_binding_that_analyze_refuses() {
     std::fs::write(path, binding("  <object>.position: [a, b, c]\n  right.gripper.opening: \"o [mm]\"\n", "")).unwrap();
     assert_eq!(said(&teachtree(&["check", path])), format!("{path}: a binding, without errors\n"));
     // Rules of one's own are named with the binding that is for them.
-    let rules = file(&folder, "own.rules", "use \"contact.rules\"\nparam lift = 3 mm \"how far\"\n");
+    let rules = file(&folder, "own.rules", "use \"contact.rules\"\nparam lift = 3 mm in 1 mm .. 10 mm\n");
     std::fs::write(path, binding("", "params: {lift: 4 mm}\n")).unwrap();
     assert!(complained(&teachtree(&["check", path])).contains("name these too: `teachtree check my.rules"));
     let output = teachtree(&["check", &rules, path]);

@@ -77,24 +77,24 @@ pub(super) fn of_columns(binding: Option<&Path>, opened: &OpenedLog, span_s: [f6
     (found, unchecked)
 }
 
-/// Whether a binding says of a finding that it is none: a jump at an impact, and stamps that the log is resampled from.
+/// Whether a binding says of a finding that it is none: a spike in a column that is not bound or that may jump, and stamps that the log is resampled from.
 fn is_expected(file: &BindingFile, opened: &OpenedLog, finding: &Finding) -> bool {
     let is_bridged = |[start, end]: [f64; 2]| end - start <= file.binding.bridge.0;
     match finding.kind {
-        FindingKind::Spike => finding.column.as_deref().is_some_and(|column| jumps(file, opened, column)),
+        FindingKind::Spike => finding.column.as_deref().is_some_and(|column| !is_continuous(file, opened, column)),
         FindingKind::UnevenStamps => file.binding.resample.is_some(),
         FindingKind::MissingFrames => file.binding.resample.is_some() && finding.span_s.is_some_and(is_bridged),
         _ => false,
     }
 }
 
-/// What an impact changes within a sample.
-const JUMPING: [&str; 4] = ["force", "torque", "velocity", "angular_velocity"];
+/// Quantities that change within a sample: at an impact, and where a quaternion changes its sign.
+const JUMPING: [&str; 5] = ["force", "torque", "velocity", "angular_velocity", "rotation"];
 
-/// Whether a column is bound as a quantity that an impact changes within a sample.
-fn jumps(file: &BindingFile, opened: &OpenedLog, column: &str) -> bool {
+/// Whether a column is bound as a quantity that has no jumps.
+fn is_continuous(file: &BindingFile, opened: &OpenedLog, column: &str) -> bool {
     let objects: Vec<&str> = opened.recording.scene.bodies.keys().map(String::as_str).collect();
-    let is_jumping = |key: &str| key.rsplit('.').next().is_some_and(|quantity| JUMPING.contains(&quantity));
-    let jumping = file.binding.channels.iter().filter(|(key, _)| is_jumping(key));
-    jumping.flat_map(|(_, columns)| columns.patterns()).any(|pattern| pattern.fits(column, &objects))
+    let jumps = |key: &str| key.rsplit('.').next().is_some_and(|quantity| JUMPING.contains(&quantity));
+    let continuous = file.binding.channels.iter().filter(|(key, _)| !jumps(key));
+    continuous.flat_map(|(_, columns)| columns.patterns()).any(|pattern| pattern.fits(column, &objects))
 }
