@@ -113,7 +113,8 @@ fn far_gripper(folder: &std::path::Path) {
         log += &format!("{time},1,0,{height},{},1,0,0\n", u8::from((4.0..6.0).contains(&time)));
     }
     std::fs::write(folder.join("log.csv"), log).unwrap();
-    let binding = "channels: {right.tcp.position: [x, y, z], right.gripper.closed: w > 0.5, cube.position: [cx, cy, cz]}
+    let binding =
+        "channels: {right.tcp.position: [x, y, z], right.gripper.closed: w > 0.5, cube.position: [cx, cy, cz]}
 scene: {bodies: {cube: {role: object, radius: 35 mm}}}
 ";
     std::fs::write(folder.join("b.yaml"), binding).unwrap();

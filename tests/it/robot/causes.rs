@@ -92,7 +92,7 @@ fn an_object_that_is_too_heavy_slips_and_is_lost() {
 #[test]
 fn an_object_that_is_dropped_on_its_way_is_said() {
     let bench = Bench::new("pick_and_place");
-    bench.change("scene.yaml", "mass: 40 g", "mass: 220 g");
+    bench.change("scene.yaml", "mass: 40 g", "mass: 120 g");
     let text = read_to_string(bench.path("commands.json")).unwrap();
     let mut commands = Commands::read(&text, "commands.json").unwrap();
     let carried = commands.tasks[0].segments.iter_mut().find(|segment| segment.primitive == "Translate").unwrap();

@@ -104,7 +104,7 @@ fn grippers_put_a_peg_into_its_hole_though_it_hangs_as_on_a_hinge() {
 
 #[test]
 fn a_gripper_presses_with_its_palm_where_its_jaws_cannot() {
-    let (_, [made, done], tasks) = carried_out("stamp", "1", "parallel_jaw");
+    let (_, [made, done], tasks) = carried_out("stamp", "4", "parallel_jaw");
     assert_eq!((made.0, done.0), (Some(0), Some(0)), "{}{}", made.1, done.1);
     // Forces are within their profile, and the same rules find that it was pressed.
     assert!(!done.1.contains("outside"), "{}", done.1);

@@ -7,19 +7,19 @@ use teachtree_command::Commands;
 
 /// Records a shipped operator and retargets the recording. Returns the output and the file names of the recording, the commands and the robot's
 /// recording.
-fn retargeted(scene: &str, seed: &str, folder: &tempfile::TempDir) -> (Output, [String; 3]) {
+fn retargeted(scene: &str, seed: &str, grasps: &str, folder: &tempfile::TempDir) -> (Output, [String; 3]) {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let files = ["log.csv", "commands.json", "robot.csv"].map(path);
     let taught = teachtree(&["teach", scene, scene, "--seed", seed, "-o", &files[0]]);
     assert!(taught.status.success(), "{}", all_said(&taught));
-    (teachtree(&["retarget", &files[0], "-o", &files[1]]), files)
+    (teachtree(&["retarget", &files[0], "--grasps", grasps, "-o", &files[1]]), files)
 }
 
-/// The path of this operator leads the arm to a joint limit.
+/// The path of this operator leads the arm to a joint limit, with the grasp of the largest manipulability.
 #[test]
 fn retarget_refuses_a_path_that_the_arm_cannot_follow() {
     let folder = tempfile::tempdir().unwrap();
-    let (output, [_, commands, robot]) = retargeted("peg_in_hole_tight", "7003", &folder);
+    let (output, [_, commands, robot]) = retargeted("peg_in_hole_tight", "7003", "manipulability", &folder);
     assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
     let text = said(&output);
     let refusal = text.split("refused  ").nth(1).unwrap_or_else(|| panic!("{text}"));
@@ -42,7 +42,7 @@ fn retarget_refuses_a_path_that_the_arm_cannot_follow() {
 #[test]
 fn an_object_that_does_not_land_ends_its_task() {
     let folder = tempfile::tempdir().unwrap();
-    let (output, [log, file, robot]) = retargeted("independent", "7002", &folder);
+    let (output, [log, file, robot]) = retargeted("independent", "7002", "quality", &folder);
     let text = std::fs::read_to_string(&file).unwrap();
     let commands = Commands::read(&text, &file).unwrap();
     let task = commands.tasks.iter().find(|task| task.object == "left_box").unwrap();
