@@ -6,7 +6,7 @@ from typing import Any, final
 
 _Path = str | os.PathLike[str]
 
-__all__ = ["Analysis", "Calibration", "Live", "Log", "Rules", "RulesOptions", "Table", "__version__", "command_line", "recordings"]
+__all__ = ["Analysis", "Calibration", "Live", "Log", "Rules", "RulesOptions", "Table", "__version__", "command_line", "project_settings", "recordings"]
 __version__: str
 
 @final
