@@ -17,15 +17,17 @@ debootstrap --variant=minbase --include=python3,python3-venv bookworm "$root" "$
     skip "no Debian root from $mirror"
 }
 rm -f "$root.log"
-cp "$wheel" "$root/tmp/"
+cp "$wheel" "$root/opt/"
 # No network is used from here on: `--no-index`.
 chroot "$root" /bin/sh -euc "
-    ! command -v cc gcc clang rustc
-    python3 -m venv /tmp/venv
-    /tmp/venv/bin/pip install --quiet --no-index '/tmp/$(basename "$wheel")'
-    cd /tmp
-    /tmp/venv/bin/teachtree demo
+    for compiler in cc gcc clang rustc; do
+        if command -v \$compiler; then exit 1; fi
+    done
+    python3 -m venv /opt/venv
+    /opt/venv/bin/pip install --quiet --no-index '/opt/$(basename "$wheel")'
+    cd /opt
+    /opt/venv/bin/teachtree demo
     test -s teachtree-demo/report.html
-    /tmp/venv/bin/python -c 'import teachtree; print(teachtree.analyze(\"teachtree-demo/demonstration.csv\"))'
+    /opt/venv/bin/python -c 'import teachtree; print(teachtree.analyze(\"teachtree-demo/demonstration.csv\"))'
 "
 echo "holds: $(basename "$wheel") runs on a bare Debian 12"

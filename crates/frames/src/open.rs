@@ -101,7 +101,7 @@ pub fn assume(binding: &Path, file: &BindingFile) -> Result<OpenedLog, InputErro
     Ok(bound_log(PathBuf::from("the log"), read, binding, file.clone(), suspicious_channels))
 }
 
-/// The error about a name that nobody knows, in place of another one about the same place.
+/// The error about an unknown name, in place of another error about the same place.
 fn said(error: InputError, suspicious_channels: &[(String, InputError)]) -> InputError {
     suspicious_channels.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
 }

@@ -292,7 +292,7 @@ impl Facts {
         }
     }
 
-    /// The issues that are no findings.
+    /// The issues that are not findings.
     pub fn other_issues(&self) -> impl Iterator<Item = &Issue> {
         self.issues.iter().filter(|issue| !issues::is_finding(issue.kind))
     }

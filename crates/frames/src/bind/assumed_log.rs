@@ -14,7 +14,7 @@ use teachtree_logs::read::table::Table;
 
 /// The most components that a channel has: those of a rotation matrix.
 const COMPONENTS: usize = 9;
-/// A body of which only the role is known.
+/// A body with a known role and no known shape.
 const BODY: &str = "role: object";
 /// The name of a body that stands for `<object>` where no scene is known.
 const OBJECT: &str = "object";
@@ -23,7 +23,7 @@ impl BindingFile {
     /// A scene with each body that the binding mentions, for a binding that has none.
     ///
     /// # Errors
-    /// When a body cannot be read of which only the role is known.
+    /// When a body with nothing but a role cannot be read.
     pub fn mentioned_bodies(&self) -> Result<Scene, InputError> {
         let object: Body = yaml::read(BODY, "the scene")?;
         let placeholders = PlaceholderValues { object: OBJECT, other: OBJECT, component: 0 };

@@ -75,7 +75,7 @@ pub struct Header {
     sheets: Vec<(String, usize)>,
     /// Sheets that cannot be read, with the reason.
     refused: Vec<(String, String)>,
-    /// Whether it is that of a log that nobody has seen: its columns may have units.
+    /// Whether it is the header of an assumed log, whose columns may have units.
     is_assumed: bool,
 }
 

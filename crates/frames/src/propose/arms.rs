@@ -44,7 +44,7 @@ pub struct Arm {
     pub sheet: String,
 }
 
-/// The arms of hands of which no point is measured, and the parts that are of none of them.
+/// The arms of hands without a measured point, and the parts that belong to none of them.
 pub fn arms<'a>(
     parts: Vec<Part<'a>>,
     grippers: &BTreeMap<Side, Gripper>,
