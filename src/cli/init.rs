@@ -1,4 +1,4 @@
-//! `teachtree init`: from a log of which nothing is known to files with which commands need no option, and a first analysis.
+//! `teachtree init`: writes the files with which a log needs no options, and a first analysis.
 
 mod entries;
 mod questions;
@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         output::make_folder(folder)?;
     }
-    let mut written = Written { args, logs: &logs, places: vec![] };
+    let mut written = WrittenFiles { args, logs: &logs, places: vec![] };
     if let Some(proposal) = &proposal {
         written.write(&[(&places.binding, proposal.binding.as_str()), (&places.scene, proposal.scene.as_str())])?;
     }
@@ -132,13 +132,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// The files that a run wrote.
-struct Written<'a> {
+struct WrittenFiles<'a> {
     args: &'a Args,
     logs: &'a [PathBuf],
     places: Vec<PathBuf>,
 }
 
-impl Written<'_> {
+impl WrittenFiles<'_> {
     /// Writes files that belong together.
     fn write(&mut self, texts: &[(&PathBuf, &str)]) -> Result<(), InputError> {
         let mut files = Files::default();

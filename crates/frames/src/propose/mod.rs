@@ -1,4 +1,4 @@
-//! A binding and a scene for a log of which nothing is known but its columns: each guess from names, units and values has its reason as a comment, and
+//! A binding and a scene for a log with unknown columns: each guess from names, units and values has its reason as a comment, and
 //! where another one is likely, that as a comment too.
 
 mod arms;
@@ -171,7 +171,7 @@ pub fn propose(log: &Inspection, answers: &Answers) -> Proposal {
     }
 }
 
-/// Rules without failures for hands of which no place is known: each grasp would seem to miss.
+/// Rules without failures, for hands without a known position: each grasp would seem to miss.
 fn rules(survey: &Survey) -> Option<&'static str> {
     let without_failures = if survey.grippers.len() > 1 { "bimanual.rules" } else { "contact.rules" };
     (!survey.has_point()).then_some(without_failures)

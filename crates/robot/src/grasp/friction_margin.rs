@@ -16,7 +16,7 @@ const MOST: f64 = 2.0 * FRICTION;
 const BISECTIONS: usize = 9;
 /// Number of iterations for one coefficient.
 const ITERATIONS: usize = 200;
-/// Forces of which the normal parts have the sum 1 are in balance if a balance is nearer than this, divided by the number of contacts.
+/// Forces whose normal parts add up to 1 are in balance if the nearest balance is closer than this, divided by the number of contacts.
 const BALANCED: f64 = 2e-3;
 /// Relative size below which a singular value is zero.
 const SINGULAR: f64 = 1e-9;

@@ -90,7 +90,7 @@ impl Jaws {
     /// their motors (`dofs` of the robot) give it.
     ///
     /// # Errors
-    /// The finger because of which such fingers are no gripper, and why.
+    /// The finger that prevents a gripper, and the reason.
     pub(crate) fn of(
         fingers: &mut [FingerModel],
         palm: &[CollisionShape],
