@@ -9,6 +9,13 @@ step() { printf '\n== %s (%s s)\n' "$*" "$SECONDS"; }
 step "kills, full disks, two programs at once"
 TEACHTREE_KILLS=5 cargo test --test it -- faults::
 
+if python3 -c 'import distributed, pytest, teachtree' 2>/dev/null; then
+    step "a fleet on Dask whose workers are killed"
+    pytest python/tests/test_fleet.py -k killed_at
+else
+    step "killed workers are skipped: they need the Python package, pytest and distributed"
+fi
+
 step "damaged files, and rows that cannot be"
 PROPTEST_CASES=1000 cargo test --test it -- no_damage_to never_panics::
 
