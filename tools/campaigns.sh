@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The short forms of the campaigns of docs/reliability.md: ten minutes in all once everything is built. Fuzzing needs `cargo fuzz` and a nightly toolchain, and
-# is skipped without them; faults of files need `strace`, and are skipped likewise.
+# The short forms of the campaigns of docs/measurements/reliability.md: ten minutes in all once everything is built. Fuzzing needs `cargo fuzz` and a
+# nightly toolchain, faults of files need `strace`; a campaign whose tools are missing is skipped.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

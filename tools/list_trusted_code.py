@@ -1,8 +1,8 @@
-"""Lists the packages that the crates name, and the dependencies that run code while building (build scripts, procedural macros) or contain `unsafe`, and who audited them: docs/dependencies.md. The
-measurements of the crate mcap at the end of the page are constant.
+"""Writes docs/measurements/dependencies.md: the packages that the crates name, and the dependencies that run code while they are built (build scripts,
+procedural macros) or contain `unsafe`, with their auditors. The measurements of the crate mcap at the end of the page are constant.
 
-    python3 tools/list_trusted_code.py > docs/dependencies.md                       # audits from their addresses
-    python3 tools/list_trusted_code.py NAME=AUDITS.toml … > docs/dependencies.md    # audits from files
+    python3 tools/list_trusted_code.py > docs/measurements/dependencies.md                       # audits from their addresses
+    python3 tools/list_trusted_code.py NAME=AUDITS.toml … > docs/measurements/dependencies.md    # audits from files
 
 Dependencies of the program with its default features on Linux, without those of tests. `unsafe` is counted in sources, comments left out. A version is audited
 where published audits of `cargo vet` lead to it: that of a whole version, and those of the differences after it.
@@ -246,7 +246,7 @@ The crates with a package in their tests alone are in brackets.
 HEAD = """## Dependencies that are trusted
 
 Of the {all} packages that the program contains, these {rows} run code while they are built (a build script, a procedural macro) or contain `unsafe`. The table lists
-what each is used for. It is made by `python3 tools/list_trusted_code.py > docs/dependencies.md`. The count is that of the word in the sources of a package: parts
+what each is used for. It is made by `python3 tools/list_trusted_code.py > docs/measurements/dependencies.md`. The count is that of the word in the sources of a package: parts
 that are compiled on other systems or with other features are included. teachtree forbids `unsafe` in its own code.
 
 *Audited by* names those whose published audits ({sources}, for `cargo vet`) lead to this version, each difference included; these

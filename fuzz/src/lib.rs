@@ -1,6 +1,6 @@
 //! What the fuzz targets run: a function for each kind of input, bytes in, nothing out. A panic, a hang and an excess of memory are faults.
 //!
-//! How they are run, and how far they came: docs/reliability.md.
+//! How they are run, and how far they came: docs/measurements/reliability.md.
 
 pub mod language;
 pub mod logs;

@@ -81,7 +81,7 @@ fn peak(path: &Path, scene: &Path, in_memory: bool) -> u64 {
     used.bytes_max
 }
 
-/// The bounds of docs/reliability.md.
+/// The bounds of docs/measurements/reliability.md.
 #[test]
 fn memory_of_readers_is_a_multiple_of_their_input() {
     let folder = tempfile::tempdir().unwrap();

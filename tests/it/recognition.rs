@@ -1,4 +1,5 @@
-//! What the harness of docs/recognition.md does to recordings (`measure/examples/recognition`): every change can be undone, and changes what it says.
+//! What the harness of docs/measurements/recognition.md does to recordings (`measure/examples/recognition`): every change can be undone, and changes
+//! what it says.
 
 #[path = "../../measure/examples/recognition/transforms.rs"]
 mod transforms;

@@ -1,4 +1,4 @@
-//! `cargo example recognition -- 1..200 1001..1050` writes docs/recognition.md: every shipped task, demonstrated by many simulated
+//! `cargo example recognition -- 1..200 1001..1050` writes docs/measurements/recognition.md: every shipped task, demonstrated by many simulated
 //! operators and analyzed with one set of rules. Recordings stay in memory; the page does not depend on the number of threads.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 
@@ -43,7 +43,7 @@ struct Args {
     /// The scenes with two hands instead of those with one
     #[arg(long)]
     both_hands: bool,
-    /// The page to write; default docs/recognition.md, or docs/recognition_both_hands.md
+    /// The page to write; default docs/measurements/recognition.md, or docs/measurements/recognition_both_hands.md
     #[arg(long, short)]
     out: Option<PathBuf>,
 }
@@ -93,9 +93,9 @@ fn run(args: &Args) -> Result<(), String> {
         ("pooled", pooled.clone()),
     ];
     let (page, place) = if args.both_hands {
-        (PAGE_OF_BOTH_HANDS, "docs/recognition_both_hands.md")
+        (PAGE_OF_BOTH_HANDS, "docs/measurements/recognition_both_hands.md")
     } else {
-        (PAGE, "docs/recognition.md")
+        (PAGE, "docs/measurements/recognition.md")
     };
     let out = args.out.clone().unwrap_or_else(|| place.into());
     let page = parts.iter().fold(page.to_string(), |page, (name, part)| page.replace(&format!("{{{{{name}}}}}"), part));

@@ -1,4 +1,4 @@
-//! docs/dependencies.md lists the packages that the manifests name, each with its crates.
+//! docs/measurements/dependencies.md lists the packages that the manifests name, each with its crates.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -50,7 +50,7 @@ fn the_page_lists_each_package_that_a_manifest_names() {
             expected.entry(package).or_default().push(user);
         }
     }
-    let page = std::fs::read_to_string(root.join("docs/dependencies.md")).unwrap();
+    let page = std::fs::read_to_string(root.join("docs/measurements/dependencies.md")).unwrap();
     let table = page.split("\n## ").find(|section| section.starts_with("Packages that the crates name")).unwrap();
     let rows = table.lines().filter(|line| line.starts_with("| ")).skip(1).map(|line| {
         let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();

@@ -169,7 +169,7 @@ pub fn damaged(path: &Path) {
 }
 
 proptest! {
-    // PROPTEST_CASES=20000 is the long form (docs/reliability.md).
+    // PROPTEST_CASES=20000 is the long form (docs/measurements/reliability.md).
     #![proptest_config(ProptestConfig { cases: ProptestConfig::default().cases.max(200), ..ProptestConfig::default() })]
 
     #[test]
