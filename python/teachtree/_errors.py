@@ -17,7 +17,7 @@ class Diagnostic:
     """
 
     code: str
-    """Such as ``E201``; docs/codes.md explains each."""
+    """Such as ``E201``; docs/reference/codes.md explains each."""
     severity: str
     """``"error"`` or ``"warning"``."""
     message: str

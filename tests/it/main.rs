@@ -27,6 +27,7 @@ mod faults;
 mod fit;
 mod foreign;
 mod frame_table;
+mod generated_pages;
 mod gripper;
 mod hostile;
 mod init;

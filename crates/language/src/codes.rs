@@ -2,7 +2,7 @@
 //! A code is never reused.
 
 /// The pages, one a code: a heading `## E101`, and what there is to say.
-const PAGES: &str = include_str!("../../../docs/codes.md");
+const PAGES: &str = include_str!("../../../docs/reference/codes.md");
 
 /// The page of a code, as Markdown with its heading; `None` for what is no code.
 pub fn page(code: &str) -> Option<&'static str> {

@@ -108,7 +108,7 @@ impl Diagnostic {
         of_it.map(|found| Self { found: found.clone(), sources: Arc::clone(sources) }).collect()
     }
 
-    /// The code, such as `E201`; docs/codes.md explains each.
+    /// The code, such as `E201`; docs/reference/codes.md explains each.
     pub fn code(&self) -> &str {
         self.found.code
     }

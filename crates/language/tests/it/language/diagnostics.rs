@@ -191,7 +191,7 @@ fn a_missing_file_is_one_report() {
 /// What `check` reports of the example on a page is what the page shows. With `TEACHTREE_WRITE_PAGES` set the pages are written.
 #[test]
 fn pages_show_what_is_reported() {
-    let mut pages = std::fs::read_to_string(Path::new(crate::ROOT).join("docs/codes.md")).unwrap();
+    let mut pages = std::fs::read_to_string(Path::new(crate::ROOT).join("docs/reference/codes.md")).unwrap();
     let shown = |page: &str| {
         let (_, rest) = page.split_once("```rules\n")?;
         let (example, rest) = rest.split_once("```\n")?;
@@ -212,7 +212,7 @@ fn pages_show_what_is_reported() {
         }
     }
     if std::env::var_os("TEACHTREE_WRITE_PAGES").is_some() {
-        std::fs::write(Path::new(crate::ROOT).join("docs/codes.md"), pages).unwrap();
+        std::fs::write(Path::new(crate::ROOT).join("docs/reference/codes.md"), pages).unwrap();
     }
 }
 
@@ -221,7 +221,7 @@ fn pages_show_what_is_reported() {
 fn each_code_has_a_page_whose_example_shows_it() {
     let mut examples = 0;
     for (code, _) in codes::ALL {
-        let page = codes::page(code).unwrap_or_else(|| panic!("{code} has no page in docs/codes.md"));
+        let page = codes::page(code).unwrap_or_else(|| panic!("{code} has no page in docs/reference/codes.md"));
         assert!(!page.is_empty() && !page.contains("## "), "{code}");
         let Some(example) = page.split("```rules\n").nth(1).and_then(|rest| rest.split("\n```").next()) else {
             continue;
