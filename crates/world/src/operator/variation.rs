@@ -1,4 +1,4 @@
-//! Human variation: how operators differ from each other and from themselves (docs/variation.md). Everything is drawn from the seed, in the order of
+//! Human variation: how operators differ from each other and from themselves (docs/scenes.md). Everything is drawn from the seed, in the order of
 //! the script.
 //!
 //! Each number is the size of a difference; 0, the default of most, is a machine. [`Variation::human`] is the model of operators.
