@@ -306,7 +306,7 @@ fn boundary(log: &str, binding: &str, step: &str) -> f64 {
 }
 
 /// The signals of robosuite's recordings beside the conditions of MimicGen's environments, evaluated on the recorded contacts and poses. At 20 Hz, two
-/// frames are 100 ms. Two are farther away, for reasons that docs/datasets.md gives: a grasp of 190 ms that is given up, and a nut that is let go above its place.
+/// frames are 100 ms. Two are farther away, for the reasons in docs/measurements/signals.md.
 #[test]
 fn signals_are_near_the_conditions_of_mimicgens_environments() {
     let mut rows = vec![];
@@ -360,9 +360,14 @@ fn signals_are_near_the_conditions_of_mimicgens_environments() {
             recorded.rises(|row| recorded.on_peg(nut, at, row)),
         );
     }
-    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/datasets.md")).unwrap();
+    let page =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/measurements/signals.md")).unwrap();
     let table: Vec<&str> = rows.iter().map(|(row, _)| row.as_str()).collect();
-    assert!(page.contains(&table.join("\n")), "docs/datasets.md has another table than\n{}", table.join("\n"));
+    assert!(
+        page.contains(&table.join("\n")),
+        "docs/measurements/signals.md has another table than\n{}",
+        table.join("\n")
+    );
     let far: Vec<&str> = rows.iter().filter(|(_, apart)| apart.abs() > 0.1001).map(|(row, _)| row.as_str()).collect();
     assert_eq!((rows.len(), far.len()), (12, 2), "{far:#?}");
     assert_eq!(json!(rows.iter().filter(|(_, apart)| apart.abs() < 0.0501).count()), json!(8));
