@@ -23,7 +23,7 @@ pytest.importorskip("fsspec")
 import teachtree.fleet as fleet  # noqa: E402
 
 BINDING = "demos/robosuite/panda_lift.binding.yaml"
-# A short run; the figures of docs/fleet.md are of `TEACHTREE_RECORDINGS=2000 TEACHTREE_KILLS=20`.
+# A short run; the figures of docs/measurements/fleet.md are of `TEACHTREE_RECORDINGS=2000 TEACHTREE_KILLS=20`.
 RECORDINGS = int(os.environ.get("TEACHTREE_RECORDINGS", "400"))
 KILLS = int(os.environ.get("TEACHTREE_KILLS", "3"))
 # What two runs may have differently.
