@@ -1,4 +1,4 @@
-"""Measures how long after a row was sent its label arrives, over two WebSockets of this machine: docs/live.md.
+"""Measures how long after a row was sent its label arrives, over two WebSockets of this machine: docs/measurements/live.md.
 
     python3 tools/measure_live_latency.py target/release/teachtree pick_and_place --rules prompt.rules --seconds 120
 
