@@ -1,4 +1,4 @@
-//! `cargo example robot -- 1..20` prints the table of docs/robot.md: the robot with two arms executes the demonstrations of simulated
+//! `cargo example robot -- 1..20` prints a table of docs/measurements/robot.md: the robot with two arms executes the demonstrations of simulated
 //! operators in their scenes. Further arguments:
 //!
 //! - `peg`: only scenes whose names contain `peg`, or the one with that name;

@@ -230,7 +230,7 @@ fn nested(name: &str, files: RobotFiles<'_>, depth: usize) -> Result<Robot, Inpu
         let known: Vec<_> = shipped::names().map(|name| format!("`{name}`")).collect();
         return Err(InputError::new(name, "is no shipped robot, and no file that ends in .yaml").help(
             if name.ends_with(".urdf") {
-                "name the URDF and its fingertips in a YAML file: docs/robot.md".into()
+                "name the URDF and its fingertips in a YAML file: docs/robot_files.md".into()
             } else if let Some(near) = nearest(name, shipped::names()) {
                 format!("did you mean `{near}`?")
             } else {

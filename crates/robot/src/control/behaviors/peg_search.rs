@@ -18,7 +18,7 @@ use teachtree_command::{HoleGeometry, Task, hole_of};
 /// A hole is looked for so far about the place where it is expected, m.
 pub const WITHIN_M: f64 = 0.004;
 
-/// Gains and thresholds of the search; ours, tuned on the tight shipped holes with offsets of up to 4 mm (docs/robot.md, Simulating).
+/// Gains and thresholds of the search; ours, tuned on the tight shipped holes with offsets of up to 4 mm (docs/robot.md, Peg search).
 #[derive(Clone, Copy, Debug)]
 struct Gains {
     /// The way between turns of the spiral as a share of the clearance to every side; twice that is the most.
