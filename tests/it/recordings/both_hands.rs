@@ -171,7 +171,7 @@ fn a_hand_over_to_the_other_side_is_reported_with_the_hands_exchanged() {
     }
 }
 
-/// Segmental F1 at 50 % overlap of the seven surgemes, and of five of which two are two each (docs/bindings.md).
+/// Segmental F1 at 50 % overlap of the seven surgemes, and of five of which two are two each (docs/measurements/recordings.md).
 #[test]
 fn surgemes_are_reported_by_a_rule_set_of_their_own() {
     let logs: Vec<String> = ["S2_T1", "S2_T3", "S3_T6", "S4_T1", "S4_T4", "S4_T5"]
