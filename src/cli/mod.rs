@@ -86,7 +86,7 @@ enum Command {
     /// Write bags as a data set: episodes, at one rate, with labels, tasks and success
     #[command(subcommand)]
     Export(export::Target),
-    /// Report the recordings of a set that should not be trained on: wrong setups, failures, idle, cut off, failed grasps, lacking a task, out of order, unlike the others, missing frames, uneven or equal stamps, stamps going back, spikes, frozen cameras
+    /// Report the recordings of a set that should not be trained on, with the reasons
     Audit(audit::Args),
     /// Label a log while it is being made: segments and tasks as they close
     Live(live::Args),

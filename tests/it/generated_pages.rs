@@ -1,5 +1,6 @@
-//! The page whose lower part is generated: docs/reference/formats.md from the schemas of outputs.
+//! Pages whose lower parts are generated: docs/reference/commands.md from `-h`, docs/reference/formats.md from the schemas of outputs.
 
+use crate::program::{program, said};
 use crate::schemas::schemas;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -19,6 +20,40 @@ fn compare(page: &str, generated: &str) {
     } else {
         assert!(text == wanted, "{page} is out of date; its line `Generated below` has the command that writes it");
     }
+}
+
+#[test]
+fn the_page_of_commands_has_the_help_of_each() {
+    let mut page = String::new();
+    let names = help(&mut page, &[]);
+    assert!(names.len() > 25, "{names:?}");
+    for name in &names {
+        for part in help(&mut page, &[name]) {
+            help(&mut page, &[name, &part]);
+        }
+    }
+    compare("docs/reference/commands.md", &page);
+}
+
+/// Writes the section of a command. Returns the names of its subcommands.
+fn help(page: &mut String, command: &[&str]) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let output = program(root, &[command, &["-h"]].concat()).env("COLUMNS", "120").output().unwrap();
+    assert!(output.status.success(), "{command:?}");
+    let text = said(&output);
+    // The first section has the options of all commands.
+    let shown = |part: &&str| command.is_empty() || !part.starts_with("Options of all commands:");
+    let is_option_of_all = |line: &str| line.starts_with("  -h, --help") || line.starts_with("  -V, --version");
+    let parts: Vec<&str> = text.trim().split("\n\n").filter(shown).collect();
+    let lines: Vec<String> = parts.join("\n\n").lines().map(|line| line.trim_end().to_string()).collect();
+    let kept: Vec<&str> = lines.iter().map(String::as_str).filter(|line| !is_option_of_all(line)).collect();
+    let title = if command.is_empty() { "teachtree".into() } else { command.join(" ") };
+    let _ = write!(page, "\n## {title}\n\n```text\n{}\n```\n", kept.join("\n").trim());
+    let options = kept.iter().position(|line| *line == "Options:").unwrap_or(kept.len());
+    let list = if command.is_empty() { Some(0) } else { kept.iter().position(|line| *line == "Commands:") };
+    let names =
+        kept[list.unwrap_or(options)..options].iter().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    names.filter(|name| !name.is_empty() && *name != "help").map(str::to_string).collect()
 }
 
 #[test]
