@@ -100,6 +100,39 @@ fn pages_of_examples_show_what_the_program_prints() {
     }
 }
 
+/// Runs the commands of the tutorial in their order, in a folder with the files that it shows.
+#[test]
+fn the_tutorial_shows_what_the_program_prints() {
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/tutorial.md")).unwrap();
+    let folder = copied(&root().join("plug_into_socket"));
+    std::fs::remove_file(folder.path().join("plug.binding.yaml")).unwrap();
+    let (mut output, mut commands) = (String::new(), 0);
+    for (kind, text) in blocks(&page) {
+        match kind {
+            "sh" => {
+                output.clear();
+                for line in text.lines().filter(|line| line.starts_with("teachtree ")) {
+                    let arguments = arguments(line);
+                    let run = teachtree_in(folder.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+                    output += &all_said(&run);
+                    assert!(run.status.success(), "{line}\n{output}");
+                    commands += 1;
+                }
+            }
+            "text" => {
+                if let Some(line) = lacking(&output, text) {
+                    panic!("docs/tutorial.md: `{line}` is not in the output\n{output}");
+                }
+            }
+            _ => {
+                let name = text.lines().next().unwrap().trim_start_matches(['#', '/', ' ']);
+                std::fs::write(folder.path().join(name), text).unwrap();
+            }
+        }
+    }
+    assert!(commands >= 12, "only {commands} commands");
+}
+
 /// A page may leave out keys of its binding, and may not have others.
 #[test]
 fn bindings_on_pages_of_examples_are_those_of_the_files() {
