@@ -188,7 +188,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if file::is_there(&args.data) {
         file::open(&args.data)?;
     }
-    Err(InputError::new(place, "is no data set, expected the folder of a LeRobot set, or an HDF5 file").into())
+    Err(InputError::new(place, "is not a data set, expected the folder of a LeRobot set, or an HDF5 file").into())
 }
 
 /// Refuses options of other destinations than the one at a place of the table.

@@ -109,8 +109,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match &binder {
         Some(binder) if kind.has_topics() => binder.check_topics()?,
         None if kind.has_topics() => {
-            let error =
-                InputError::new(&args.source, "has topics, and nothing says which of their fields are which channels");
+            let error = InputError::new(&args.source, "has topics, whose fields need a binding to channels");
             return Err(error.help("name a binding with --binding (docs/bindings.md)").into());
         }
         _ => {}

@@ -3,7 +3,7 @@
 //! Exit status: 0 fine, 1 the answer is no (a failed check), 2 bad usage or input, 3 bad input of some recordings, the others are done; 4 and more, classes of faults of a
 //! robot's execution.
 
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the floor that prints")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "the only module that prints")]
 
 mod agree;
 mod analysis;
@@ -178,7 +178,7 @@ impl Failure {
     /// The same, found while something was read that named the cause.
     fn named_in(self, file: &str) -> Self {
         match self {
-            Self::Text(text) => Self::Text(format!("{file}: what it names cannot be used\n{text}")),
+            Self::Text(text) => Self::Text(format!("{file}: a file that it names cannot be used\n{text}")),
             other => other,
         }
     }

@@ -359,8 +359,8 @@ fn what_cannot_be_annotated_is_refused_and_nothing_is_written() {
     let before = all_files(folder.path());
     for (set, out, more, message) in [
         ("none", "new", &[][..], "none: there is no such file"),
-        ("file.txt", "new", &[], "is no data set"),
-        ("there", "new", &[], "is no data set"),
+        ("file.txt", "new", &[], "is not a data set"),
+        ("there", "new", &[], "is not a data set"),
         ("old", "new", &["--legacy"], "episode_000000.parquet"),
         ("set", "there", &[], "there: is there already"),
         ("set", "b.yaml", &[], "b.yaml: is there already"),

@@ -343,7 +343,7 @@ fn a_binding_may_name_failures() {
 
 /// The joint trajectory of commands, checked by differences of its own.
 pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
-    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
+    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is not a shipped robot"))).unwrap();
     let made = trajectory(commands, &robot, &world::scene(scene).unwrap(), None).unwrap();
     assert_eq!(made.slowed.iter().flat_map(|slowed| &slowed.tasks).count(), commands.tasks.len());
     // What a controller makes of it that joins positions and velocities by cubic polynomials; numbers are written with six decimals.

@@ -220,7 +220,7 @@ fn broken_expectations_are_bad_input() {
     assert!(all_said(&nothing).contains("there are no expectations"), "{}", all_said(&nothing));
     for (text, wanted) in [
         ("tolerance: 20 ms\n", "does not say which log it is about"),
-        ("log: a.csv\ntolerance: wide\n", "a.expect:2: `wide` is no tolerance"),
+        ("log: a.csv\ntolerance: wide\n", "a.expect:2: `wide` is not a tolerance"),
         ("log: a.csv\ntrack right\n  Grasp 1\n", "a.expect:3: expected a segment"),
         ("log: a.csv\ntrack upper\n", "a.expect:2: there is no track `upper`"),
         ("log: a.csv\ncolour: red\n", "a.expect:2: there is no setting `colour`"),

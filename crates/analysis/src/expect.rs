@@ -174,7 +174,7 @@ impl Expectation {
             }
             "tolerance" => {
                 self.tolerance_s =
-                    tolerance(&value).ok_or_else(|| format!("`{value}` is no tolerance such as `20 ms`"))?
+                    tolerance(&value).ok_or_else(|| format!("`{value}` is not a tolerance such as `20 ms`"))?
             }
             other => return Err(format!("there is no setting `{other}`")),
         }

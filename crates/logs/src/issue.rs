@@ -83,7 +83,7 @@ kinds! {
     LEARNED_WEIGHT "learned_weight" "What a tool weighs and the bias of its sensor are learned from the log and subtracted.",
     UNEVEN_STEP "uneven_step" "The steps of the stamps differ.",
     UNREAD_PART "unread_part" "A part of a robot description is not read as it stands.",
-    UNREADABLE_ROW "unreadable_row" "A line of a live log is no row.",
+    UNREADABLE_ROW "unreadable_row" "A line of a live log is not a row.",
     UNKNOWN_CHANNEL "unknown_channel" "A column has a name that no rule knows.",
 }
 

@@ -75,7 +75,9 @@ fn well_formed(symbol: &Symbol, name: &str) -> Answer<()> {
         return Ok(());
     }
     Err(RequestError::failed(if symbol.kind == Kind::Primitive {
-        format!("`{name}` is no name of a primitive: a capital letter, then letters, digits and `_`, such as `Grasp`")
+        format!(
+            "`{name}` is not a name of a primitive: a capital letter, then letters, digits and `_`, such as `Grasp`"
+        )
     } else if !name.is_empty() && is_name(&format!("{name}_")) {
         format!("`{name}` is a word of the language")
     } else {

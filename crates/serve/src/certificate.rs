@@ -94,7 +94,7 @@ impl Certificate {
             Error::InconsistentKeys(_) => "the key is not the one of this certificate".to_string(),
             error => format!("the certificate cannot be used: {error}"),
         };
-        let name = ServerName::try_from(host.to_string()).map_err(|_| format!("`{host}` is no name of a host"))?;
+        let name = ServerName::try_from(host.to_string()).map_err(|_| format!("`{host}` is not a name of a host"))?;
         let parsed = ParsedCertificate::try_from(first).map_err(unusable)?;
         verify_server_name(&parsed, &name).map_err(|error| match error {
             Error::InvalidCertificate(

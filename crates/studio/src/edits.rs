@@ -103,7 +103,7 @@ impl Studio {
         let mut texts = BTreeMap::new();
         for (name, text) in sent.files {
             let Some(was) = base.get(&name) else {
-                return Err(argument(InputError::new(name, "is no file of the rules")));
+                return Err(argument(InputError::new(name, "is not a file of the rules")));
             };
             if text.len() as u64 > MAX_BYTES {
                 let message = format!("found a text of {} bytes, at most {MAX_BYTES} are read", text.len());

@@ -81,7 +81,7 @@ pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Exp
     let recording = studio.recordings.get(at).ok_or_else(|| Error::internal("there is no such recording"))?;
     let folder = without_episode(&recording.log);
     if !is_set(&folder) {
-        let error = InputError::new(recording.log.display().to_string(), "is no episode of a LeRobot set");
+        let error = InputError::new(recording.log.display().to_string(), "is not an episode of a LeRobot set");
         return Err(argument(error.help("the other recordings are exported for ELAN")).into());
     }
     let file = folder.join(FILE);

@@ -32,7 +32,7 @@ pub fn overrides(rules: &Rules, values: &BTreeMap<String, f64>) -> Result<BTreeM
     let own = |(name, value): (&String, &f64)| {
         let wrong = |message: String| InputError::new(format!("param {name}"), message);
         let site = sites.iter().find(|site| site.name == *name);
-        let site = site.ok_or_else(|| wrong("is no param of the rules with a range".into()))?;
+        let site = site.ok_or_else(|| wrong("is not a param of the rules with a range".into()))?;
         let (low, high) = site.range;
         if !(low..=high).contains(value) {
             return Err(wrong(format!("found {value} {}, expected {low} to {high}", site.unit)));
@@ -72,7 +72,7 @@ pub fn save(
     let changes: Vec<(&ParamSite, String)> =
         sites.iter().filter_map(|site| Some((site, values.get(&site.name)?.clone()))).collect();
     if let Some(name) = values.keys().find(|name| !sites.iter().any(|site| site.name == **name)) {
-        return Err(InputError::new(format!("param {name}"), "is no param of the rules with a range"));
+        return Err(InputError::new(format!("param {name}"), "is not a param of the rules with a range"));
     }
     let rewritten: BTreeMap<usize, String> = param_sites::rewritten(now, &changes).into_iter().collect();
     let mut files = Files::default();

@@ -100,7 +100,7 @@ fn find(
     let names = texts.clone().map(|(name, _)| name);
     texts.find(|(shipped, _)| *shipped == name).map(|(_, text)| text).ok_or_else(|| {
         let known: Vec<_> = names.clone().map(|name| format!("`{name}`")).collect();
-        InputError::new(name, format!("is no shipped {what}, and no file that ends in .yaml or .yml")).help(
+        InputError::new(name, format!("is neither a shipped {what} nor a file that ends in .yaml or .yml")).help(
             match nearest(name, names) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("shipped are {}", known.join(", ")),

@@ -116,7 +116,7 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     let (robots, wanted): (Vec<&String>, Vec<&String>) =
         wanted.iter().partition(|word| robot::names().any(|name| name == word.as_str()));
     let robot = robots.first().map_or("both_hands", |name| name.as_str());
-    let robot = robot::open(robot, &|file| Err(InputError::new(file, "is no shipped robot")))
+    let robot = robot::open(robot, &|file| Err(InputError::new(file, "is not a shipped robot")))
         .map_err(|error| error.to_string())?;
     println!(
         "| scene | operators | done | largest error of those done | forces kept | same tasks | not done |\n|---|---|---|---|---|---|---|"

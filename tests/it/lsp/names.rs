@@ -154,7 +154,7 @@ fn a_name_that_cannot_be_changed_is_refused_with_the_reason() {
         ("a|way and", "Away", "`Away` is no name: a small letter"),
         ("a|way and", "a way", "`a way` is no name"),
         ("a|way and", "", "`` is no name"),
-        ("=> H|over", "hover", "`hover` is no name of a primitive"),
+        ("=> H|over", "hover", "`hover` is not a name of a primitive"),
         ("=> H|over", "Grasp", "`Grasp` is a primitive already"),
         ("task h|over =", "push", "`push` is a task already"),
         ("e|xtend", "x", "nothing here has a name that can be changed"),

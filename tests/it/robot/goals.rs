@@ -20,7 +20,7 @@ fn made(posture: Option<&str>) -> Result<JointTrajectory, InputError> {
     let output = teachtree(&["retarget", &log, "--robot", "arm_with_gripper", "-o", &commands]);
     assert!(output.status.success(), "{}", all_said(&output));
     let commands = Commands::read(&std::fs::read_to_string(&commands).unwrap(), "commands.json").unwrap();
-    let robot = robot::open("arm_with_gripper", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
+    let robot = robot::open("arm_with_gripper", &|file| Err(InputError::new(file, "is not a shipped robot"))).unwrap();
     let posture = posture.map(|text| Posture::read(text, "posture.yaml").unwrap());
     trajectory(&commands, &robot, &world::scene(scene).unwrap(), posture.as_ref())
 }

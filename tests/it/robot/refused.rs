@@ -24,7 +24,7 @@ fn retarget_refuses_a_path_that_the_arm_cannot_follow() {
     let text = said(&output);
     let refusal = text.split("refused  ").nth(1).unwrap_or_else(|| panic!("{text}"));
     assert!(
-        refusal.starts_with("task 1 (peg_in_hole): the arm cannot bring the palm along the whole way: in "),
+        refusal.starts_with("task 1 (peg_in_hole): the arm cannot move the palm along the whole path: in "),
         "{text}"
     );
     for part in [" mm in the reference frame", " degrees are missing", "`at:`"] {

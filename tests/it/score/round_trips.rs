@@ -252,7 +252,7 @@ fn files_of_elan_by_others_are_read_and_bad_ones_refused() {
     }
     let good = foreign("gesture", "Grasp", slot);
     for (text, message) in [
-        ("<a>".into(), "l.eaf: is no file of ELAN"),
+        ("<a>".into(), "l.eaf: is not a file of ELAN"),
         ("<a/>".into(), "found the element `a`, expected `ANNOTATION_DOCUMENT`"),
         (good.replace("milliseconds", "PAL-frames"), "found times in `PAL-frames`, expected milliseconds"),
         (good.replace("\"2100\"", "\"soon\""), "found `soon` as the time of `ts2`"),

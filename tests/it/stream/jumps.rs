@@ -99,7 +99,7 @@ fn a_quaternion_of_another_length_is_reported_and_changes_no_task() {
     assert_eq!(segments(folder.path(), "damaged.csv", &bound), wanted);
     let json = ["analyze", "damaged.csv", "--format", "json"];
     let printed = said(&teachtree_in(folder.path(), &[&json[..], &bound].concat()));
-    assert!(printed.contains("1 sample is no rotation: it is 852731 long"), "{printed}");
+    assert!(printed.contains("1 sample is not a rotation: it is 852731 long"), "{printed}");
 }
 
 /// A binding reads the same log in other units, turned angles and at another rate.

@@ -102,8 +102,8 @@ fn shipped_and_unknown_files_are_not_changed() {
     assert!(shown["files"].as_array().unwrap().iter().all(|file| file["own"] == false), "{shown}");
     for (name, message) in [
         ("rules/single_hand.rules", "comes with the program"),
-        ("../lift.yaml", "is no file of the rules"),
-        ("lift.yaml", "is no file of the rules"),
+        ("../lift.yaml", "is not a file of the rules"),
+        ("lift.yaml", "is not a file of the rules"),
     ] {
         let body = json!({ "version": shown["version"], "files": { name: "// nothing\n" } });
         let refused = studio.change("PUT", "api/recording/0/rules", &body);
@@ -278,7 +278,7 @@ fn a_file_that_is_newly_used_is_edited_at_once() {
         studio.change("PUT", "api/recording/0/rules", &json!({ "version": version, "files": files })).json()
     };
     let unused = put(json!({ "lift.rules": LIFT }));
-    assert!(unused["error"].as_str().unwrap().contains("is no file of the rules"), "{unused}");
+    assert!(unused["error"].as_str().unwrap().contains("is not a file of the rules"), "{unused}");
     let found = put(json!({ "mine.rules": uses }));
     assert_eq!(found["findings"][0]["file"], "lift.rules", "{found}");
     assert_eq!(

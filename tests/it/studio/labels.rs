@@ -158,7 +158,7 @@ fn params_run_at_once_and_are_written_when_asked() {
     for (values, message) in [
         (json!({ "near_on": 5.0 }), "expected 10 to 200"),
         (json!({ "near_on": 100.0 }), "wrong order"),
-        (json!({ "far_on": 1.0 }), "is no param"),
+        (json!({ "far_on": 1.0 }), "is not a param"),
     ] {
         let refused = studio.change("POST", "api/recording/0/params", &values);
         assert_eq!(refused.status, 422);

@@ -85,7 +85,7 @@ impl NameMap {
         for (foreign, name) in ours {
             if !known.primitives.contains(name) && !known.tasks.contains(name) {
                 let message =
-                    format!("`{foreign}` is mapped to `{name}`, which is no primitive and no task of the rules");
+                    format!("`{foreign}` is mapped to `{name}`, which is neither a primitive nor a task of the rules");
                 return Err(known.advise(InputError::new(place, message), name));
             }
         }

@@ -48,7 +48,7 @@ fn leaves(truth: &Truth, rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, 
                 };
                 let label = label.ok_or_else(|| {
                     let message =
-                        format!("`{}` is no primitive of the rules, so the truth cannot be relabeled", span.name());
+                        format!("`{}` is not a primitive of the rules, so the truth cannot be relabeled", span.name());
                     InputError::new("the truth", message).help("leave out --relabel-truth")
                 })?;
                 // A span over a gap is two.

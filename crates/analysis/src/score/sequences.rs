@@ -40,11 +40,11 @@ impl Sequences {
             let sequences: Vec<Vec<String>> =
                 lines.iter().map(|line| line.split_whitespace().map(str::to_string).collect()).collect();
             if !known.tasks.contains(&task) {
-                let message = format!("`{task}` is no task of the rules");
+                let message = format!("`{task}` is not a task of the rules");
                 return Err(known.advise(InputError::new(file, message), &task));
             }
             if let Some(name) = sequences.iter().flatten().find(|name| !known.primitives.contains(name)) {
-                let message = format!("`{name}` in the sequence of `{task}` is no primitive of the rules");
+                let message = format!("`{name}` in the sequence of `{task}` is not a primitive of the rules");
                 return Err(known.advise(InputError::new(file, message), name));
             }
             if sequences.is_empty() || sequences.iter().any(Vec::is_empty) {

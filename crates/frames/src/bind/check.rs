@@ -48,7 +48,7 @@ impl BindingFile {
             let is_force = matches!(LogChannel::parse(channel), Some(LogChannel::Finger(_, _, FingerPart::Force)));
             if !is_force {
                 let message =
-                    format!("`{channel}` is no force of a finger, expected a channel such as `right.thumb.force`");
+                    format!("`{channel}` is not a force of a finger, expected a channel such as `right.thumb.force`");
                 return Err(self.error("trust", message));
             }
         }

@@ -43,7 +43,7 @@ pub fn learn(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>
                 Instant::FirstContact => "never touches it where its position is measured",
                 Instant::Rest => "never comes to rest elsewhere than it began",
             };
-            let message = format!("`{}` {lacks}; nothing is told to be in its sockets", place.by);
+            let message = format!("`{}` {lacks}; no object is found in its sockets", place.by);
             issues.push(preprocess::over_all(&recording.time, IssueKind::UNKNOWN_PLACE, name, message));
         }
     }

@@ -298,7 +298,7 @@ impl Header {
             let (representation, dimension) = representation_of(&channel, columns)?;
             let flag = is_flag(&channel);
             if !flag && columns.patterns().iter().any(|pattern| pattern.threshold.is_some()) {
-                return Err(format!("`{channel}` is no flag, only flags have a threshold"));
+                return Err(format!("`{channel}` is not a flag; only flags have a threshold"));
             }
             // The object placeholder is on the right-hand side only: the columns of all objects are combined.
             let joined: Vec<PlaceholderValues> =
@@ -397,7 +397,7 @@ fn representation_of(channel: &str, columns: &Columns) -> Result<(Representation
             let (side, rest) = channel.split_once('.').unwrap_or((channel, ""));
             if Side::from_name(side).is_none() || rest.is_empty() {
                 return Err(format!(
-                    "`{channel}` is no channel, expected a name such as `right.thumb.force`, `<object>.position`, `contact.<object>.table.force`"
+                    "`{channel}` is not a channel, expected a name such as `right.thumb.force`, `<object>.position`, `contact.<object>.table.force`"
                 ));
             }
             let unit = columns.patterns().first().and_then(|pattern| pattern.unit.as_deref()).unwrap_or_default();

@@ -16,7 +16,7 @@ use teachtree_base::units::Dimension;
 /// When the key is no position, or the pose of the frame is not bound.
 pub fn place(recording: &mut Recording, file: &BindingFile, key: &str, offset: &OffsetPoint) -> Result<(), InputError> {
     if !LogChannel::parse(key).is_some_and(|it| it.shape() == Shape::Vec3 && it.dimension() == Dimension::LENGTH) {
-        let message = format!("`{key}` is no position, expected a channel such as `right.thumb.position`");
+        let message = format!("`{key}` is not a position, expected a channel such as `right.thumb.position`");
         return Err(file.error(key, message));
     }
     let part = |quantity: &str, letter: &str| {

@@ -407,7 +407,7 @@ pub fn measure(
         let message = if is_flag {
             "is a flag, expected a limit such as `below: 30 mm`"
         } else {
-            "is no flag, only flags have a limit"
+            "is not a flag; only flags have a limit"
         };
         return Err(file.error(key, format!("`{key}` {message}")));
     }

@@ -52,7 +52,7 @@ pub fn weigh(
 /// The vectors of a channel, row by row.
 pub fn vectors(recording: &Recording, channel: &str, file: &BindingFile) -> Result<Vec<Vector3<f64>>, InputError> {
     let [x, y, z] = columns(recording, &channel, ["x", "y", "z"])
-        .ok_or_else(|| file.error(channel, format!("`{channel}` is no vector, it has no frame and bears no tool")))?;
+        .ok_or_else(|| file.error(channel, format!("`{channel}` is not a vector: it has no frame and no tool")))?;
     Ok(x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect())
 }
 

@@ -490,9 +490,9 @@ pub(crate) fn of_other_length(
     [length, usual]: [f64; 2],
 ) -> Issue {
     let samples = if count == 1 {
-        "1 sample is no rotation: it".into()
+        "1 sample is not a rotation: it".into()
     } else {
-        format!("{count} samples are no rotations: the first")
+        format!("{count} samples are not rotations: the first")
     };
     let rounded = |value: f64| ShortNumber((value * 1e3).round() / 1e3);
     let message = format!(

@@ -94,7 +94,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
         }
         let mean_hz = (1.0 / step).round().max(1.0);
         return Err(InputError::new("the log", message).help(format!(
-            "give a binding with `resample: {mean_hz} Hz`; it bridges steps up to 100 ms, `bridge` says another length"
+            "give a binding with `resample: {mean_hz} Hz`; it bridges steps up to 100 ms, `bridge` sets another length"
         )));
     }
     issues.append(&mut gaps);

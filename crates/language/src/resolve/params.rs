@@ -88,7 +88,7 @@ impl Resolver {
     fn override_of(&mut self, name: &str, text: &str, wanted: Dimension, range: Option<(f64, f64)>) -> Option<f64> {
         let message = format!("the override `{name}={text}`");
         let Some((value, dimension, bare)) = parse::quantity(text) else {
-            let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("{message} is no number with a unit"));
+            let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("{message} is not a number with a unit"));
             self.report(finding.help(format!("`{name}` is {wanted}")));
             return None;
         };

@@ -184,7 +184,7 @@ impl<'a> GraspContext<'a> {
         let object = scene
             .bodies
             .get(&task.object)
-            .ok_or_else(|| refuse(format!("is about `{}`, which is no body of the scene", task.object)))?;
+            .ok_or_else(|| refuse(format!("is about `{}`, which is not a body of the scene", task.object)))?;
         let surroundings = Surroundings::sunk(scene, SUNK_M).with_room(ROOM_M);
         let planner = GraspPlanner::with_criterion(hand, criterion);
         Ok(Self { robot, hand, planner, object, scene, surroundings })

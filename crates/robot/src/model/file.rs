@@ -228,7 +228,7 @@ fn nested(name: &str, files: RobotFiles<'_>, depth: usize) -> Result<Robot, Inpu
     }
     if !(name.ends_with(".yaml") || name.ends_with(".yml")) {
         let known: Vec<_> = shipped::names().map(|name| format!("`{name}`")).collect();
-        return Err(InputError::new(name, "is no shipped robot, and no file that ends in .yaml").help(
+        return Err(InputError::new(name, "is neither a shipped robot nor a file that ends in .yaml").help(
             if name.ends_with(".urdf") {
                 "name the URDF and its fingertips in a YAML file: docs/robot_files.md".into()
             } else if let Some(near) = nearest(name, shipped::names()) {
@@ -246,7 +246,7 @@ fn nested(name: &str, files: RobotFiles<'_>, depth: usize) -> Result<Robot, Inpu
 /// # Errors
 /// What is wrong with it, at its line.
 pub fn read(text: &str, file: &str) -> Result<Robot, InputError> {
-    let text_of = |part: &str| Err(InputError::new(part, "is no shipped robot"));
+    let text_of = |part: &str| Err(InputError::new(part, "is not a shipped robot"));
     from_text(text, file, RobotFiles { text_of: &text_of, bytes_of: None }, 0)
 }
 
@@ -362,7 +362,7 @@ fn single(file: RobotFile, places: &SourceMap<'_>) -> Result<Robot, InputError> 
     for (at, (name, joint)) in joints.iter().enumerate() {
         for (end, link) in [("parent", &joint.parent), ("child", &joint.child)] {
             if !links.iter().any(|(known, _)| known == link) {
-                return Err(places.error("joints", name, format!("has the {end} `{link}`, which is no link")));
+                return Err(places.error("joints", name, format!("has the {end} `{link}`, which is not a link")));
             }
         }
         if joint.child == root {

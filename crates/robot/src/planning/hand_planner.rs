@@ -168,9 +168,9 @@ impl HandPlanner {
         place: &PoseLookup<'_>,
     ) -> Result<Plan<'t>, InputError> {
         let object = &tasks[number].object;
-        let lacks = || at_task(tasks, number, format!("is about `{object}`, which is no body of the scene"));
+        let lacks = || at_task(tasks, number, format!("is about `{object}`, which is not a body of the scene"));
         if let Some(into) = tasks[number].into.as_ref().filter(|into| place(&into.body).is_none()) {
-            return Err(at_task(tasks, number, format!("goes into `{}`, which is no body of the scene", into.body)));
+            return Err(at_task(tasks, number, format!("goes into `{}`, which is not a body of the scene", into.body)));
         }
         let found = found(tasks, group, number, &place(object).ok_or_else(lacks)?);
         let insertions = insertions(tasks, group, number, &self.scene);

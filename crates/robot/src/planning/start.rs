@@ -59,7 +59,7 @@ impl Start {
         }
         if postures.is_empty() {
             let place = place_of(&target.palm);
-            return Err(format!("begins with the palm at {place}; the arm cannot bring it along the whole way"));
+            return Err(format!("begins with the palm at {place}; the arm cannot move it along the whole path"));
         }
         let fingers: Vec<JointPositions> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
         let starts = postures.into_iter().map(|mut q| {
@@ -121,6 +121,6 @@ fn missed(robot: &Robot, hand: &HandModel, plan: &Plan<'_>, from_s: f64, way: &[
     let (place, m, rad) = (place_of(way.get(pose)?), missing.m * 1e3, missing.rad.to_degrees());
     let joint = at_limit.map_or_else(String::new, |dof| format!(", with `{}` at its limit", robot.tree.dofs[dof].name));
     Some(format!(
-        "the arm cannot bring the palm along the whole way: in {primitive} the palm is to be at {place}, and {m:.1} mm and {rad:.1} degrees are missing{joint}"
+        "the arm cannot move the palm along the whole path: in {primitive} the palm is to be at {place}, and {m:.1} mm and {rad:.1} degrees are missing{joint}"
     ))
 }

@@ -126,7 +126,7 @@ pub fn trajectory(
     let sides = sides(commands, robot)?;
     let mut places: BTreeMap<&str, Isometry3<f64>> = BTreeMap::new();
     for (number, task) in tasks.iter().enumerate() {
-        let lacks = || at_task(tasks, number, format!("is about `{}`, which is no body of the scene", task.object));
+        let lacks = || at_task(tasks, number, format!("is about `{}`, which is not a body of the scene", task.object));
         let body = scene.bodies.get(&task.object).ok_or_else(lacks)?;
         places.insert(&task.object, body.pose());
     }

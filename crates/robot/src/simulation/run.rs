@@ -122,7 +122,8 @@ impl<'t> Simulation<'t> {
         }
         let mut bodies = Vec::new();
         for (number, task) in tasks.iter().enumerate() {
-            let lacks = || at_task(tasks, number, format!("is about `{}`, which is no body of the scene", task.object));
+            let lacks =
+                || at_task(tasks, number, format!("is about `{}`, which is not a body of the scene", task.object));
             bodies.push(own.bodies.get_index_of(&task.object).ok_or_else(lacks)?);
         }
         for _ in 0..SETTLING {

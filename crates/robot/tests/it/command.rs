@@ -88,7 +88,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
 #[test]
 fn commands_of_another_robot_are_refused() {
     let commands = mapped("pick_and_place", 3);
-    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
+    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is not a shipped robot"))).unwrap();
     let scene = world::scene("pick_and_place").unwrap();
     let printed = |commands: &Commands| trajectory(commands, &robot, &scene, None).unwrap_err().to_string();
     let mut other = commands.clone();
@@ -101,7 +101,11 @@ fn commands_of_another_robot_are_refused() {
     let mut elsewhere = commands.clone();
     elsewhere.tasks[0].into =
         Some(teachtree_command::HoleBody { body: "moon".into(), pose: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] });
-    assert!(printed(&elsewhere).contains("goes into `moon`, which is no body of the scene"), "{}", printed(&elsewhere));
+    assert!(
+        printed(&elsewhere).contains("goes into `moon`, which is not a body of the scene"),
+        "{}",
+        printed(&elsewhere)
+    );
     let mut bent = commands;
     let mapped = bent.tasks[0].grasps[0].mapped.as_mut().unwrap();
     mapped.joints.insert("right_hand/index_2".into(), 9.0);
@@ -111,7 +115,7 @@ fn commands_of_another_robot_are_refused() {
 /// The commands of an operator's demonstration in a shipped scene, with the grasps of the robot with both hands.
 pub fn mapped(scene: &str, seed: u64) -> Commands {
     let mut commands = commanded(scene, seed);
-    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
+    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is not a shipped robot"))).unwrap();
     robot::map(&mut commands, &robot, &world::scene(scene).unwrap()).unwrap();
     commands
 }

@@ -116,7 +116,7 @@ impl Feed {
     /// Takes a line. A line that is no row is an issue.
     ///
     /// # Errors
-    /// Too many lines in a row are no rows; there is no scene; the calibration fails; as [`Live::push`].
+    /// Too many lines in a row are not rows; there is no scene; the calibration fails; as [`Live::push`].
     pub fn line(&mut self, line: &[u8]) -> Result<Vec<LiveEvent>, Error> {
         self.line += 1;
         // A byte order mark.
@@ -239,7 +239,7 @@ impl Feed {
             Err(LineError::Line(message)) => {
                 self.bad += 1;
                 if self.bad > MOST_BAD {
-                    return Err(self.error(format!("more than {MOST_BAD} {what}s in a row are no rows; {message}")));
+                    return Err(self.error(format!("more than {MOST_BAD} {what}s in a row are not rows; {message}")));
                 }
                 Ok(self.issue(IssueKind::UNREADABLE_ROW, format!("{what} {number} is left out: {message}")))
             }

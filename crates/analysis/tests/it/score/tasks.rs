@@ -75,10 +75,10 @@ fn the_sequence_of_a_task_is_that_of_its_time() {
     assert_eq!(tally.task_sequences(), Share { right: 1, of: 2 });
     assert_eq!(tally.task_pairs()[1].true_sequence.join(" "), "Move Push Release");
     let refused = |text: &str| Sequences::read(text, "s.yaml", &known).unwrap_err().to_string();
-    assert_eq!(refused("pik: Move"), "s.yaml: `pik` is no task of the rules\n  help: did you mean `pick`?");
+    assert_eq!(refused("pik: Move"), "s.yaml: `pik` is not a task of the rules\n  help: did you mean `pick`?");
     assert_eq!(
         refused("pick: Move Gras"),
-        "s.yaml: `Gras` in the sequence of `pick` is no primitive of the rules\n  help: did you mean `Grasp`?"
+        "s.yaml: `Gras` in the sequence of `pick` is not a primitive of the rules\n  help: did you mean `Grasp`?"
     );
     assert!(refused("pick: Move\npick: Grasp").contains("the key `pick` is there twice"));
     assert_eq!(refused("pick: []"), "s.yaml: the sequence of `pick` is empty");

@@ -58,7 +58,7 @@ fn constants_and_points_that_cannot_be_are_refused() {
         ("  right.thumb.position: {at: [0 m, 0 N, 0 m], of: right.palm}", "N"),
         (
             "  right.palm.position: h<xyz>\n  right.palm.rotation: [hr, hp, hw]\n  right.thumb.force: {at: [0 m, 0 m, 0 m], of: right.palm}",
-            "`right.thumb.force` is no position",
+            "`right.thumb.force` is not a position",
         ),
     ] {
         let error = opened(folder.path(), channels).unwrap_err();

@@ -106,7 +106,7 @@ fn each_fault_of_a_robot_is_one_error_with_its_place() {
             "right.gripper.force: {link: arm.hand}",
             "is neither a position nor a rotation",
         ),
-        ("less: 5 mm", "below: 5 mm", "`right.gripper.opening` is no flag, only flags have a limit"),
+        ("less: 5 mm", "below: 5 mm", "`right.gripper.opening` is not a flag; only flags have a limit"),
         (", below: 30 mm", "", "`right.gripper.closed` is a flag, expected a limit such as `below: 30 mm`"),
         (
             "between: [right.thumb, right.index], less",

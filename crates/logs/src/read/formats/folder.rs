@@ -28,7 +28,7 @@ pub fn open(path: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Res
         return Err(InputError::new(
             name,
             format!(
-                "this folder is no data set with an episode {episode}: there is no meta/info.json and no Zarr store"
+                "this folder is not a data set with an episode {episode}: there is no meta/info.json and no Zarr store"
             ),
         ));
     }
@@ -119,7 +119,10 @@ pub(super) fn files(folder: &Path, folders: &AllowedFolders) -> Result<Vec<PathB
             files.push(path);
         }
         if files.len() > MAX_FILES {
-            return Err(InputError::new(name, format!("the folder holds more than {MAX_FILES} files, it is no log")));
+            return Err(InputError::new(
+                name,
+                format!("the folder holds more than {MAX_FILES} files; it is not a log"),
+            ));
         }
     }
     files.sort();

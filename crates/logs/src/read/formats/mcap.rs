@@ -95,11 +95,11 @@ fn record(bytes: &mut impl Read) -> Result<Option<(u8, Vec<u8>)>, Fault> {
     bytes.by_ref().take(9).read_to_end(&mut head).map_err(unreadable)?;
     let (kind, length) = match head.as_slice() {
         [] => return Ok(None),
-        [0, ..] => return Err(Fault::Damaged("a record says that it is of the kind 0".into())),
+        [0, ..] => return Err(Fault::Damaged("a record has the invalid opcode 0".into())),
         [kind, length @ ..] => (*kind, length.try_into().map(u64::from_le_bytes).map_err(|_| Fault::Truncated)?),
     };
     if length > MAX_RECORD {
-        return Err(Fault::Damaged(format!("a record says that it has {length} bytes, at most {MAX_RECORD} are read")));
+        return Err(Fault::Damaged(format!("a record declares {length} bytes, at most {MAX_RECORD} are read")));
     }
     let mut body = vec![];
     bytes.take(length).read_to_end(&mut body).map_err(unreadable)?;
@@ -161,7 +161,7 @@ fn decompressed(chunk: &[u8]) -> Result<Vec<u8>, Fault> {
     };
     // No sum at all is written as zero.
     if sum != 0 && sum != crc32fast::hash(&plain) {
-        return Err(Fault::Damaged("a chunk is damaged: its check sum is another one".into()));
+        return Err(Fault::Damaged("a chunk is damaged: its check sum is wrong".into()));
     }
     Ok(plain)
 }

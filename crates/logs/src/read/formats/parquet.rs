@@ -166,7 +166,7 @@ impl ParquetTable {
             return Err(InputError::new(name, format!("found {found} columns, at most {MAX_COLUMNS} are read")));
         }
         let rows = usize::try_from(metadata.num_rows())
-            .map_err(|_| InputError::new(name, "it says that it has less than no rows"))?;
+            .map_err(|_| InputError::new(name, "it declares a negative number of rows"))?;
         // Of such a place the library is sure that it cannot be.
         let mut chunks = reader.metadata().row_groups().iter().flat_map(RowGroupMetaData::columns);
         if chunks.any(|chunk| {
@@ -205,7 +205,7 @@ impl ParquetTable {
             let group = reader.get_row_group(group).map_err(damaged)?;
             let rows_here = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
             if before.saturating_add(rows_here) > all {
-                let message = format!("its parts have more rows than the {all} that it says it has");
+                let message = format!("its row groups have more rows than the declared {all}");
                 return Err(InputError::new(&name, message));
             }
             let (first, last) = (range.start.max(before), range.end.min(before + rows_here));

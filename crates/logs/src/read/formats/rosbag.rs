@@ -160,7 +160,7 @@ fn block(bytes: &mut impl Read, may_end: bool) -> Result<Option<Vec<u8>>, Fault>
         Err(_) => return Err(Fault::Truncated),
     };
     if length > MAX_RECORD {
-        return Err(Fault::Damaged(format!("a record says that it has {length} bytes, at most {MAX_RECORD} are read")));
+        return Err(Fault::Damaged(format!("a record declares {length} bytes, at most {MAX_RECORD} are read")));
     }
     let mut block = vec![];
     bytes.take(u64::from(length)).read_to_end(&mut block).map_err(|error| Fault::Damaged(error.to_string()))?;

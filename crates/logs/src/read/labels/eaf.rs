@@ -37,8 +37,8 @@ pub(super) fn read(path: &Path) -> Result<Vec<Interval>, InputError> {
     let wrong = |message: String| InputError::new(&file, message);
     let text = text::read(path, MAX_BYTES)?;
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let document =
-        Document::parse_with_options(&text, options).map_err(|error| wrong(format!("is no file of ELAN: {error}")))?;
+    let document = Document::parse_with_options(&text, options)
+        .map_err(|error| wrong(format!("is not a file of ELAN: {error}")))?;
     let root = document.root_element();
     if !root.has_tag_name("ANNOTATION_DOCUMENT") {
         let name = root.tag_name().name();

@@ -18,7 +18,7 @@ pub(super) fn rename_joints(
         if robot.tree.dof(&joint).is_none() {
             let near = nearest(&joint, robot.tree.dofs.iter().map(|dof| dof.name.as_str()));
             let help = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            return Err(refuse(format!("is no joint that moves by itself{help}")));
+            return Err(refuse(format!("is not a joint that moves by itself{help}")));
         }
         if name.trim().is_empty() {
             return Err(refuse("has an empty name, expected that of the joint at its controller".into()));

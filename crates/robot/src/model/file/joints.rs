@@ -124,7 +124,7 @@ pub(super) fn limit(
         }
         let joint = tree.links.iter().filter_map(|link| link.joint.as_ref()).find(|joint| joint.name == *name);
         let joint = joint.filter(|joint| tree.dofs.get(joint.dof).is_some_and(|dof| dof.name == *name));
-        let joint = joint.ok_or_else(|| refuse("is no joint of the URDF that is driven by itself".into()))?;
+        let joint = joint.ok_or_else(|| refuse("is not a driven joint of the URDF".into()))?;
         let turns = joint.kind == JointKind::Revolute;
         let acceleration =
             limit_of(turns, "acceleration", [own.acceleration.map(|it| it.0), own.slide_acceleration.map(|it| it.0)])
@@ -169,7 +169,7 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &SourceMap<'_>)
                 return Err(refuse("is coupled, and has limits of its own".into()));
             }
             match joints.iter().find(|(other, _)| **other == coupled.to) {
-                None => return Err(refuse(format!("is coupled to `{}`, which is no joint", coupled.to))),
+                None => return Err(refuse(format!("is coupled to `{}`, which is not a joint", coupled.to))),
                 Some((_, other)) if other.coupled.is_some() => {
                     return Err(refuse(format!("is coupled to `{}`, which is coupled itself", coupled.to)));
                 }

@@ -165,7 +165,7 @@ impl<'a> Reader<'a> {
                         let mut rest = corners.as_slice();
                         for count in &counts {
                             let Some((face, after)) = rest.split_at_checked(*count) else {
-                                return Err("`p` has fewer corners than `vcount` says".into());
+                                return Err("`p` has fewer corners than `vcount` declares".into());
                             };
                             fan(face);
                             rest = after;

@@ -42,7 +42,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, InputError> {
         return Err(damaged("it has no triangles".into()));
     }
     if mesh.points.iter().any(|point| point.iter().any(|part| !part.is_finite())) {
-        return Err(damaged("it has a coordinate that is no number".into()));
+        return Err(damaged("it has a coordinate that is not a number".into()));
     }
     Ok(mesh)
 }

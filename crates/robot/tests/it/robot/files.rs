@@ -29,7 +29,7 @@ fn the_shipped_robots_can_be_read_and_an_unknown_name_lists_them() {
         assert!(!shipped(name).tree.links.is_empty(), "{name}");
     }
     let error = robot::open("gifu", &|_| unreachable!()).unwrap_err().to_string();
-    assert!(error.contains("`gifu_hand_iii_right`") && error.contains("no shipped robot"), "{error}");
+    assert!(error.contains("`gifu_hand_iii_right`") && error.contains("neither a shipped robot"), "{error}");
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn joints_of_parts_keep_the_names_of_their_urdf() {
     assert_eq!([name(&two, "a/finger_1"), name(&two, "b/finger_1")], ["left_finger", "right_finger"]);
     assert_eq!(two.limb(teachtree_base::hands::Side::Left).unwrap().controller_name("a/finger_1"), "left_finger");
     let unknown = of_parts(&["a"], "joint_names:\n  a/finger_3: finger\n").unwrap_err();
-    assert!(unknown.contains("parts.yaml:5: `a/finger_3` is no joint that moves by itself"), "{unknown}");
+    assert!(unknown.contains("parts.yaml:5: `a/finger_3` is not a joint that moves by itself"), "{unknown}");
     assert!(unknown.contains("did you mean `a/finger_1`?"), "{unknown}");
     let same = of_parts(&["a", "b"], "joint_names: {a/finger_1: finger, b/finger_1: finger}\n").unwrap_err();
     assert!(same.contains("`b/finger_1` is called `finger`, as `a/finger_1` is"), "{same}");

@@ -27,7 +27,7 @@ fn a_urdf_is_placed_and_limited_by_the_file_beside_it() {
     }
     let error = |more: &str| open(more).unwrap_err().to_string();
     let none = error("limits:\n  elbow: {acceleration: 15 rad/s^2, source: ours}\n");
-    assert!(none.contains("own.yaml:4") && none.contains("is no joint of the URDF"), "{none}");
+    assert!(none.contains("own.yaml:4") && none.contains("is not a driven joint of the URDF"), "{none}");
     let slides = error(&format!("limits:\n  {joint}: {{slide_acceleration: 1 m/s^2, source: ours}}\n"));
     assert!(slides.contains("turns, expected `acceleration`, found `slide_acceleration`"), "{slides}");
     let limited = open(&format!("limits:\n  {joint}: {{jerk: 500 rad/s^3, source: ours}}\n")).unwrap();

@@ -238,7 +238,7 @@ fn a_flag_is_made_by_a_threshold() {
     let wrong = |channel: &str| bound_text("log.csv", text, &format!("channels: {{{channel}}}\n")).unwrap_err();
     insta::assert_snapshot!(wrong("right.gripper.closed: opening < 30 N"), @"binding.yaml:1:12: `mm` is a length (m), expected a force (N)");
     insta::assert_snapshot!(wrong("right.gripper.closed: pad < 30 mm"), @"binding.yaml:1:12: the column `pad` has no unit to compare with the limit's, expected `pad [unit]`");
-    insta::assert_snapshot!(wrong("right.gripper.opening: opening < 30 mm"), @"binding.yaml:1:12: `right.gripper.opening` is no flag, only flags have a threshold");
+    insta::assert_snapshot!(wrong("right.gripper.opening: opening < 30 mm"), @"binding.yaml:1:12: `right.gripper.opening` is not a flag; only flags have a threshold");
 }
 
 /// A wrist sensor that is upright first and lies on its side then, with a tool of 1 kg, a bias of 0.5 N, and a push on an object of 3 N along x.

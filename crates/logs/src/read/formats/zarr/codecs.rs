@@ -76,7 +76,7 @@ impl Codec {
                 let at = bytes.len().checked_sub(4).ok_or("is too short for its check sum")?;
                 let (bytes, sum) = bytes.split_at_checked(at).unwrap_or_default();
                 if crc32c(bytes).to_le_bytes() != sum {
-                    return Err("has another check sum than it says".into());
+                    return Err("has a wrong check sum".into());
                 }
                 Ok(bytes.to_vec())
             }

@@ -43,7 +43,7 @@ impl Shards {
         if self.has_sum {
             let (entries, sum) = index.split_at_checked(length.saturating_sub(4)).unwrap_or_default();
             if crc32c(entries).to_le_bytes() != sum {
-                return Err("has an index with another check sum than it says".into());
+                return Err("has an index with a wrong check sum".into());
             }
             index = entries;
         }

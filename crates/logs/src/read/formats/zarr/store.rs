@@ -195,7 +195,7 @@ impl Store {
             let path = path?;
             *seen += 1;
             if *seen > MAX_FILES {
-                let message = format!("has more than {MAX_FILES} files, the most that are looked at");
+                let message = format!("has more than {MAX_FILES} files, the most that are read");
                 return Err(InputError::new(&self.place, message));
             }
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
