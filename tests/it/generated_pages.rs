@@ -23,6 +23,7 @@ fn compare(page: &str, generated: &str) {
 }
 
 #[test]
+#[cfg_attr(feature = "zenoh", ignore = "the page has the default features")]
 fn the_page_of_commands_has_the_help_of_each() {
     let mut page = String::new();
     let names = help(&mut page, &[]);
