@@ -8,7 +8,7 @@ use super::number::number;
 use super::{Analysis, Track};
 use std::fmt::Write as _;
 
-/// What the format demands and nobody reads.
+/// The date that the format requires; no program reads it.
 const DATE: &str = "1970-01-01T00:00:00+00:00";
 
 /// An annotation: from when to when, ms, and what.

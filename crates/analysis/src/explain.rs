@@ -61,7 +61,7 @@ pub struct Explanation {
     pub partner: Option<String>,
     /// When that leaf began, s.
     pub since_s: f64,
-    /// The choices that were looked at, from the root to the leaf.
+    /// The evaluated choices, from the root to the leaf.
     pub path: Vec<Step>,
     /// The latches that the path read, by name.
     pub latches: Vec<LatchState>,
@@ -79,7 +79,7 @@ pub struct Explanation {
     pub why_not: Option<NearestPath>,
 }
 
-/// A choice that was looked at.
+/// An evaluated choice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
     /// How deep its branch lies; 0 at the root.

@@ -9,15 +9,15 @@ use teachtree_engine::semantics::samples;
 use teachtree_language::ops::TemporalOperator;
 use teachtree_language::rules::{Branch, Consequent, Constant, Expr, ExprKind, Function, Hand};
 
-/// How far around a boundary a quantity is looked at, s.
+/// Half-width of the interval around a boundary in which a quantity is examined, s.
 const AROUND_SECS: f64 = 0.1;
 /// Signals and latches that are opened one within the other.
 const MAX_DEPTH: usize = 12;
 /// Frames of a window in which a turn is looked for.
 const MAX_WINDOW: usize = 4096;
-/// Fingers or bodies of an array that are looked at.
+/// Maximum number of fingers or bodies of an array.
 const MAX_SLOTS: usize = 256;
-/// A normal deviation is so many times the median of what scatters normally, and a second difference scatters by the root of 6 as much.
+/// Standard deviation of a normal distribution over its median absolute deviation; the second difference of white noise has √6 of its deviation.
 const DEVIATIONS: f64 = 1.4826;
 
 type Result<T> = std::result::Result<T, InputError>;

@@ -64,7 +64,7 @@ fn asks_distance(rules: &Rules) -> bool {
     { keys }.any(|key| asks(key, POSITION)) || rules.relabels.iter().any(|rule| rule.kind.shorter_way().is_some())
 }
 
-/// How many frames are looked at together.
+/// Number of frames in a group.
 const TOGETHER: usize = 4096;
 
 /// What the log says about the target of one hand.
@@ -177,7 +177,7 @@ impl<'a> Measures<'a> {
     }
 }
 
-/// Frames in groups that are looked at together.
+/// Returns the frames in groups.
 pub(super) fn together(frames: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
     let end = frames.end;
     frames.clone().step_by(TOGETHER).map(move |start| start..(start + TOGETHER).min(end))

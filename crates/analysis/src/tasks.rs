@@ -61,8 +61,8 @@ pub(super) fn recognize(rules: &Rules, lane: &[LabeledSpan], measures: &Measures
     with_touches_before(named, &lane)
 }
 
-/// Gives a touch that came to nothing to the task that follows it without a new first primitive: whoever fumbles at an object
-/// before the grasp is at that task already.
+/// Gives a touch that came to nothing to the task that follows it without a new first primitive: a failed touch
+/// before the grasp belongs to that task.
 fn with_touches_before(named: Vec<NamedSpan>, lane: &Lane) -> Vec<NamedSpan> {
     let mut kept: Vec<NamedSpan> = Vec::with_capacity(named.len());
     for mut next in named {

@@ -1,5 +1,5 @@
 //! The force of a grasp that a log does not tell. The flags of a gripper say that its jaws touch; how hard they press is often not measured, or comes from a
-//! solver that reports nothing in most frames. A robot needs a force all the same: one that holds the object with a margin.
+//! solver that reports nothing in most frames. A robot nevertheless needs a force that holds the object with a margin.
 
 use super::FRICTION;
 use super::schema::Contact;

@@ -27,8 +27,8 @@ const STANDS_M: f64 = 0.005;
 const WAITS_M: f64 = 0.005;
 /// From there it comes to the operator's depth within this time, s.
 const CATCHES_UP_S: f64 = 0.4;
-/// A hole is as wide as it is this far behind its rim, m; a peg that begins below its rim is looked at farther behind. It is looked at in so many directions,
-/// along each in so many steps until a wall is as near as this, m; what is farther away, m, is none of its walls.
+/// Depths below the rim at which the width of a hole is measured, m; the deeper ones serve pegs that begin below the rim. The width is measured along
+/// `RAYS` directions; a search along a direction has a maximum number of steps, ends at a distance from a wall, m, and ignores walls farther away, m.
 const BEHIND_M: [f64; 3] = [0.003, 0.012, 0.024];
 const RAYS: u32 = 32;
 const MARCHES: usize = 60;
@@ -182,7 +182,7 @@ pub fn hole_of(
     Some(HoleGeometry { rim: place.frame.rim, axis: place.frame.axis, plug, clearance })
 }
 
-/// How much wider a hole is than what goes in, m: shapes are looked at just behind the rim, what is solid there from within. It is the other way round
+/// How much wider a hole is than what goes in, m: shapes are sampled just below the rim, solid ones from within. It is the other way round
 /// where something hollow goes onto a pole. Each of them: body, point on its axis, axis.
 fn clearance(
     scene: &Scene,

@@ -8,7 +8,7 @@ use teachtree_base::scene::Body;
 
 /// An object was moved that is farther than this from where it was when the hand first touched it, m and rad: what a robot leaves elsewhere by as much is not done.
 const MOVED: (f64, f64) = (0.005, 0.052);
-/// It is looked at so long after the last touch, s, or when the task ends.
+/// Time after the last touch at which its pose is compared, s; the end of the task if that is earlier.
 const RESTS_S: f64 = 0.2;
 
 /// What a hand did in a task to the objects that it touched and that the task is not about, where it moved them alone, and they did not just come along with the

@@ -14,7 +14,7 @@ const SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 const SHARES_FROM_MIDDLE: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// A face goes on where the surface is no farther than this, m.
 const FLAT_M: f64 = 0.0005;
-/// From pad to pad the surface is looked for in at most so many steps, until it is as near as this, m.
+/// Maximum number of steps of the search for the surface between the pads, and the distance at which it ends, m.
 const MARCHES: usize = 100;
 const ON_SURFACE_M: f64 = 1e-6;
 /// So far to each side of a point it is looked in which direction the surface is, m.

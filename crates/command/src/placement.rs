@@ -28,7 +28,7 @@ const HELD_ON_S: f64 = 0.3;
 struct PlacementTimes {
     /// From when on another hand puts something into it: what comes along with it does so only then.
     entered_s: Option<f64>,
-    /// When nobody moves it any more.
+    /// When the last motion of the object ends, s.
     ends_s: f64,
 }
 

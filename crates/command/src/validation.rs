@@ -23,7 +23,7 @@ const BESIDE_M: f64 = 10.0;
 const MOST_OPENED_M: f64 = 0.1;
 /// How far numbers that were written with six decimals may be from a unit length.
 const ROUNDED: f64 = 1e-3;
-/// Times that are nearer than this are the same, s; a list may have so many samples more or fewer than its duration asks for.
+/// Times closer than this are equal, s; the number of samples of a list may differ by this many from its duration.
 const SAME_S: f64 = 2e-3;
 const SPARE_SAMPLES: f64 = 2.0;
 /// A task may end this much later than the last of it, s.

@@ -74,7 +74,7 @@ impl Mesh {
         best
     }
 
-    /// The mesh with one corner in each cell of a grid, which has so many cells along the longest edge.
+    /// The mesh with one corner in each cell of a grid, which has `cells` cells along the longest edge.
     fn clustered(&self, cells: u32) -> Self {
         let [low, high] = self.bounds();
         let edge = ((high - low).max() / f64::from(cells)).max(f64::MIN_POSITIVE);

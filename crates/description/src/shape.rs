@@ -10,7 +10,7 @@ use std::sync::Arc;
 use teachtree_base::quantity::Length;
 use teachtree_base::scene::{Body, Part, Shape};
 
-/// Gaps take at most so many steps to and fro, until a step is shorter than this, m.
+/// Maximum number of alternating steps of the search for a gap.
 const STEPS: usize = 200;
 /// A step that is shorter ends the search for a gap, m.
 pub const SHORT_M: f64 = 1e-6;

@@ -428,7 +428,7 @@ impl<'a> Reference<'a> {
                 for at in last(frames(within)?) {
                     let holds = self.value(condition, this, at)?;
                     let held = match at.checked_sub(1) {
-                        // Each frame is looked at as it was then: the memory of all of them began on one frame.
+                        // Each frame is evaluated as of that time: the memory of all frames began on one frame.
                         Some(before) if at > beginning => self.value(condition, this, before)?,
                         _ => Value::Bool(false),
                     };

@@ -64,7 +64,7 @@ fn joined(summary: Summary, one: f64, other: f64) -> f64 {
 }
 
 impl Aggregation {
-    /// What is made of so many samples that were put together.
+    /// Returns the result for `count` combined samples.
     #[inline(always)]
     fn result(self, joined: f64, count: u64) -> f64 {
         match self.summary {

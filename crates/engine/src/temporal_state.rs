@@ -11,7 +11,7 @@ pub enum PastOperator {
     For(u32),
     /// True on at least one of the last frames.
     WithinLast(u32),
-    /// It began on so many of the last frames; `times` is at least 1.
+    /// It began on at least `times` of the last frames; `times` is at least 1.
     AtLeast {
         /// How often.
         times: u32,
@@ -70,14 +70,14 @@ pub enum State {
     For(Option<u64>),
     /// `within last`.
     WithinLast {
-        /// Whether it held on the frame that was looked at last, and so on all that were skipped since.
+        /// Whether it held on the last evaluated frame, and therefore on all skipped frames since.
         held: bool,
         /// One past the last frame for which one on which it held is near enough.
         until: u64,
     },
     /// `at least times within last`.
     AtLeast {
-        /// Whether it held on the frame that was looked at last.
+        /// Whether it held on the last evaluated frame.
         held: bool,
         /// For each of the last `times` beginnings, one past the last frame for which it counts; 0 for none.
         ends: Box<[u64]>,

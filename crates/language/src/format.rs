@@ -11,7 +11,7 @@ use teachtree_base::diagnostic::Diagnostic;
 
 /// Blanks a brace.
 const INDENT: usize = 2;
-/// Blanks are only ever taken away after the first pass, so passes end; this bounds them all the same.
+/// Maximum number of passes. Passes after the first one only remove blanks, so they end earlier.
 const MAX_PASSES: usize = 100;
 /// Lines above and below among which columns may stand below each other.
 const NEAR: usize = 20;

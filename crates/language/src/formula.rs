@@ -68,7 +68,7 @@ enum Quantity {
 struct Number {
     /// By which equal ones are known; shared, since a search copies what it knows at every step.
     key: Rc<str>,
-    /// As its author wrote it, with its dimension; `None` for what nobody wrote.
+    /// As its author wrote it, with its dimension; `None` if it is derived.
     shown: Option<(String, Dimension)>,
     /// Where it always lies, unless it is not a number.
     natural: Interval,

@@ -5,7 +5,7 @@
 //! or a loss of power can still do so: a *marker* beside the log says so from before the first rename until after the last one, and logs with a marker are
 //! refused ([`refuse_unfinished`]).
 //!
-//! A temporary file is locked while its program lives. The next program that writes to a folder removes those that nobody holds.
+//! A temporary file is locked while its program lives. The next program that writes to a folder removes unlocked ones.
 
 use crate::allowed_folders::AllowedFolders;
 use crate::allowed_folders::PinnedPath;
@@ -390,7 +390,7 @@ impl TemporaryFile {
         }
         loop {
             let file = builder.tempfile_in(folder)?;
-            // Some file systems have no locks. Where there are, another program may have taken the file for one that nobody holds.
+            // Some file systems have no locks. On others, another program may have removed the file before it was locked.
             let taken = matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock));
             if !taken && file.path().exists() {
                 state.temporary.insert(file.path().to_path_buf());

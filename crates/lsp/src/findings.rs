@@ -102,7 +102,7 @@ fn place(library: &Library, rule_set: &RuleSet, finding: &Finding) -> Span {
     let asked_for = (0..).zip(&rule_set.paths).find(|(_, path)| is_users(path.as_deref())).map_or(0, |(file, _)| file);
     let places = finding.labels.iter().map(|label| label.span);
     let own = places.clone().find(|span| is_users(rule_set.path(span.file)));
-    // Where nothing of the user's is looked at, what comes with the program is.
+    // Without a place in the user's files, a place in a shipped file is taken.
     let any = places.into_iter().next().filter(|_| !is_users(rule_set.path(asked_for)));
     own.or(any).unwrap_or(Span { file: asked_for, start: 0, end: 0 })
 }

@@ -1,5 +1,5 @@
-//! The open files and what the compiler says of them. An open file that another open file uses is looked at together with that one; all
-//! others are looked at alone, each with what it uses. What is not saved yet takes the place of what is on disk.
+//! The open files and what the compiler says of them. An open file that another open file uses is compiled with that one; all
+//! others are compiled alone, each with the files that it uses. What is not saved yet takes the place of what is on disk.
 
 use super::library::Library;
 use super::lines::Lines;
@@ -64,7 +64,7 @@ pub struct Workspace {
     pub hand_file: Option<String>,
     /// Params that are overridden.
     pub overrides: Vec<(String, String)>,
-    /// What has been looked at since the last change.
+    /// The rule sets compiled since the last change.
     rule_sets: Option<Vec<Rc<RuleSet>>>,
 }
 
@@ -103,7 +103,7 @@ impl RuleSet {
 }
 
 impl Workspace {
-    /// Forgets what was looked at: something has changed.
+    /// Discards the compiled rule sets after a change.
     pub fn change(&mut self) {
         self.rule_sets = None;
     }

@@ -43,7 +43,7 @@ pub(super) fn scale<'v>(curves: impl Iterator<Item = &'v [f64]> + Clone, also: &
     let mut scale = Scale { least: whole.least, greatest: whole.greatest, left: false };
     let [above, below] =
         [whole.greatest - usual.greatest, usual.least - whole.least].map(|out| length > 0.0 && out > length);
-    // What goes out only a little, as the tip of a peak that lasts, belongs to the scale all the same.
+    // A value slightly outside, such as the tip of a peak that lasts, belongs to the scale.
     let (low, high) = (usual.least - LITTLE * length, usual.greatest + LITTLE * length);
     let near = usual.with(curves.flatten().copied().filter(|value| (low..=high).contains(value)));
     if above {
@@ -85,7 +85,7 @@ fn lasting(curve: &[f64], sign: f64, rate_hz: f64) -> Option<f64> {
     Some(sign * common.max(held))
 }
 
-/// The greatest value that is reached or exceeded in so many frames without a break.
+/// Returns the greatest value that is reached or exceeded in `frames` consecutive frames.
 fn held(values: impl Iterator<Item = f64>, frames: usize) -> f64 {
     // The frames that may yet be the least of their window, values ascending.
     let mut window: VecDeque<(usize, f64)> = VecDeque::new();

@@ -144,7 +144,7 @@ pub struct ValueAxis {
 }
 
 impl ValueAxis {
-    /// An axis for curves at so many frames a second that holds zero and all but rare and brief values, and is at least `shortest` long.
+    /// Returns an axis for curves at a number of frames a second that contains zero and all but rare and brief values, and is at least `shortest` long.
     pub fn new<'v>(
         top: f64,
         bottom: f64,

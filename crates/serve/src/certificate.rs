@@ -29,7 +29,7 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Makes one that nobody else has signed, and keeps it in memory.
+    /// Makes a self-signed certificate and keeps it in memory.
     ///
     /// # Errors
     /// When the system gives no random numbers.
@@ -37,7 +37,7 @@ impl Certificate {
         Self::of(&pem(host)?, host)
     }
 
-    /// Makes one that nobody else has signed, and writes it into a new file, with its key: only the user may read it.
+    /// Makes a self-signed certificate and writes it into a new file, with its key, that only the user may read.
     ///
     /// # Errors
     /// When the file is there already or cannot be written.

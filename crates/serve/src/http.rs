@@ -233,7 +233,7 @@ impl Connection {
     }
 }
 
-/// The part of a file with so many bytes, `[start, end)`; `None` where it has none of them.
+/// Returns the part of a file of `whole` bytes, `[start, end)`; `None` if the range is empty.
 fn part_of(range: Range, whole: u64) -> Option<(u64, u64)> {
     let (start, end) = match range {
         Range::From(start, last) => (start, last.map_or(whole, |last| last.saturating_add(1).min(whole))),

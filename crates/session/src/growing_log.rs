@@ -25,7 +25,7 @@ use teachtree_logs::read::table::Source;
 
 /// The log is analyzed when it has grown by this much, s.
 const LOOK_SECS: f64 = 0.25;
-/// And by one frame in so many.
+/// And by a share of one in this many frames.
 const LOOK_SHARE: usize = 32;
 /// How long before the end of the log a segment must have closed to be reported, s: longer than the rules look ahead.
 const SURE_SECS: f64 = 1.0;

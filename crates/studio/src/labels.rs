@@ -6,7 +6,7 @@
 //! ```
 //!
 //! A line that a person set is `pinned`: no program changes it. Lines that are not came from elsewhere, or are the tasks beside one that a person set,
-//! since tasks are listed in full. The file has a version, its digest: whoever saves says which version was changed, and is refused where it is another one.
+//! since tasks are listed in full. The file has a version, its digest. A save names the version that it changes, and is refused if the file has another one.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -156,8 +156,7 @@ fn version(text: &str) -> String {
     digest.finish()
 }
 
-/// Writes the labels of a recording in the place of version `base`; no lines are no file. The caller sees to it that nobody else of this program saves at the
-/// same time.
+/// Writes the labels of a recording in the place of version `base`; no lines are no file. The caller ensures that no other thread saves at the same time.
 ///
 /// # Errors
 /// The file has another version, a line is invalid, or the file cannot be written or is outside of the folders.

@@ -1,7 +1,7 @@
 //! A recording in memory: by the rules of the files, and by the rules of now.
 //!
-//! Rules that have errors, or that need a channel which the recording lacks, do not run. The recording is shown all the same, without segments, with what can
-//! be said of such rules: their files, and the names that they declare.
+//! Rules that have errors, or that need a channel which the recording lacks, do not run. The recording is shown nevertheless, without segments, with the
+//! files of such rules and the names that they declare.
 
 use super::labels::{self, Labels};
 use super::rule_comparison::OtherAnalysis;

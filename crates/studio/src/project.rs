@@ -56,7 +56,7 @@ pub struct Studio {
     state: Mutex<State>,
     /// There is something to analyze.
     pub(super) wake: Condvar,
-    /// Held by whoever writes labels or rules.
+    /// Held while labels or rules are written.
     pub(super) saving: Mutex<()>,
     /// The fit.
     pub(super) fitting: Mutex<FitState>,

@@ -17,7 +17,7 @@ enum Job {
 }
 
 impl Studio {
-    /// Starts the threads that fill in the list; one processor is left to whoever uses the page.
+    /// Starts the threads that fill in the list; one processor is left for the page.
     pub fn work(self: &Arc<Self>) {
         let threads =
             std::thread::available_parallelism().map_or(1, NonZero::get).saturating_sub(1).clamp(1, MAX_THREADS);
@@ -27,7 +27,7 @@ impl Studio {
             std::thread::spawn(move || {
                 loop {
                     let job = studio.next_job();
-                    // A panic is a bug; the other recordings are analyzed all the same.
+                    // A panic is a bug; the other recordings are analyzed nevertheless.
                     let done = catch_unwind(AssertUnwindSafe(|| studio.run(job)));
                     studio.finish(job, done.is_ok());
                 }

@@ -38,7 +38,7 @@ pub enum Message {
         /// x y z, m, and w x y z.
         palm: Option<[f64; 7]>,
     },
-    /// Forces from now on, every so many milliseconds.
+    /// Forces from now on, at this period.
     Forces {
         every_ms: u64,
     },

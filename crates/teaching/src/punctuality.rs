@@ -4,7 +4,7 @@ use std::time::Duration;
 
 /// A step is punctual when it is late by less.
 const PUNCTUAL: Duration = Duration::from_millis(1);
-/// Lateness is counted in bins of so many µs, up to the last one.
+/// Width of the bins of lateness, µs, and their number.
 const BIN_US: u64 = 10;
 const BINS: usize = 2000;
 

@@ -17,7 +17,7 @@ use teachtree_world::{MOST_STEPS, TeleopWorld};
 const STEP: Duration = Duration::from_millis(1);
 /// Time that is given up when it is behind by so much.
 const MOST_BEHIND: Duration = Duration::from_millis(100);
-/// Rows that were undone are labeled again so many at a step.
+/// Number of undone rows that are labeled again in a step.
 const ROWS_A_STEP: usize = 40;
 
 /// Steps the world until the program ends.
@@ -119,7 +119,7 @@ fn step(
             now.forces = work.felt(hand);
             now.is_silent = work.is_silent(hand);
         }
-        // The table of how late steps were is looked at now and then only.
+        // The table of lateness is evaluated rarely.
         if newest.step % 128 == 1 {
             newest.servo = ServoTiming {
                 steps: punctuality.steps,

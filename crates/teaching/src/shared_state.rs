@@ -172,7 +172,7 @@ impl Teaching {
         self.changed.notify_all();
     }
 
-    /// Waits for a state that is at least so many steps behind the last one, though not for long; `None` while there is none.
+    /// Waits briefly for a state at or after `step`; `None` while there is none.
     pub(super) fn state_after(&self, step: u64) -> Option<StateSnapshot> {
         let newest = lock(&self.newest);
         let waited = self.changed.wait_timeout_while(newest, Duration::from_millis(100), |newest| newest.step < step);

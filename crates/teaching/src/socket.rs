@@ -16,7 +16,7 @@ use tungstenite::{Message as Frame, WebSocket};
 const MAX_MESSAGE: usize = 4096;
 /// How long a message may take to be sent.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// States are sent every so many steps, labels and recordings at most every so many.
+/// Period of states, and shortest period of labels and recordings, in steps.
 const STATE_STEPS: u64 = 16;
 const LABEL_STEPS: u64 = 80;
 
@@ -29,7 +29,7 @@ pub(super) fn accept(key: &str) -> String {
 #[derive(Default)]
 struct Connection {
     is_gone: AtomicBool,
-    /// Forces are sent every so many steps; 0 for never.
+    /// Period of forces, in steps; 0 for never.
     forces_every: AtomicU64,
     /// Why the last message that was refused was.
     complaint: Mutex<Option<String>>,

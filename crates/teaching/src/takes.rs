@@ -98,7 +98,7 @@ impl Takes {
     }
 }
 
-/// Poses of objects and hands, every so many rows.
+/// Returns poses of objects and hands, one in `SHOWN_EVERY` rows.
 fn replay(recording: &Recording) -> Value {
     let rows: Vec<usize> = (0..recording.time.len()).step_by(SHOWN_EVERY).collect();
     let column = |name: String, row: usize| {

@@ -16,7 +16,7 @@ pub(super) fn dispatcher() -> QueryDispatcherChain<RollingDispatcher, DefaultQue
     RollingDispatcher.chain(DefaultQueryDispatcher)
 }
 
-/// Answers nothing itself: it lets go of what is known of contacts that roll, and leaves the rest to whoever is asked next.
+/// Answers nothing itself: it discards the cached manifold of rolling contacts, and leaves the rest to the next dispatcher.
 pub(super) struct RollingDispatcher;
 
 /// A contact is of this step while the bodies have not turned by more since it was made, rad: what lies still keeps its contacts, and what rolls is pushed on

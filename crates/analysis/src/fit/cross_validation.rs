@@ -97,7 +97,7 @@ fn bound(numbers: &[f64]) -> (f64, f64) {
     (mean, mean - student(freedom) * error)
 }
 
-/// The 95 % quantile of Student's t with so many degrees of freedom.
+/// Returns the 95 % quantile of Student's t with `freedom` degrees of freedom.
 fn student(freedom: usize) -> f64 {
     const TABLE: [f64; 10] = [6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895, 1.860, 1.833, 1.812];
     const NORMAL: f64 = 1.645;

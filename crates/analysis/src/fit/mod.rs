@@ -108,7 +108,7 @@ impl FitParam {
     }
 }
 
-/// A value to so many significant digits.
+/// Returns a value rounded to `digits` significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{:.*e}", digits.saturating_sub(1), value).parse().unwrap_or(value)
 }

@@ -1,6 +1,6 @@
 //! The search: one param after the other, over its whole range, until none brings anything more.
 //!
-//! The objective of a threshold is a staircase: gradients are zero or nowhere. So every line is looked at in even steps from end to end, then more
+//! The objective of a threshold is a staircase: gradients are zero or nowhere. Therefore each line is sampled in even steps from end to end, then more
 //! finely around the best; of a plateau the middle is taken, which is as far as can be from where it gets worse.
 
 use super::{Objectives, ParamVector, Space, mean, rounded};
@@ -11,7 +11,7 @@ pub const MIN_GAIN: f64 = 0.002;
 const TIE: f64 = 0.001;
 /// Steps over a range.
 const STEPS: usize = 8;
-/// How often the neighbourhood of the best is looked at more finely.
+/// Number of refinements around the best value.
 const REFINED: usize = 2;
 /// Rounds over all params, at most.
 const SWEEPS: usize = 4;

@@ -1,6 +1,6 @@
 //! Conditions over a block of frames as bits, 64 frames a word, and the operators with memory on them.
 //!
-//! Bits beyond the end of a block are garbage: whoever looks at single bits masks them away ([`frames_of`]).
+//! Bits beyond the end of a block are garbage: readers of single bits mask them ([`frames_of`]).
 //! A *restart* bit makes its frame the first one: what came before is forgotten.
 
 /// The most frames that are evaluated at once.
@@ -198,7 +198,7 @@ impl NumberDelay {
         }
     }
 
-    /// Moves a block through whose outcome nobody asks for.
+    /// Advances the state by a block without returning its result.
     pub fn pass(&mut self, numbers: &[f64]) {
         // Only what is still inside afterwards counts.
         let frames = self.ring.len();

@@ -69,7 +69,7 @@ impl<'a> Block<'a> {
         self.earlier(at, 0).unwrap_or(&ZEROS[..self.len])
     }
 
-    /// The column so many frames before, when it is known.
+    /// Returns the column `frames` frames earlier, if it is known.
     #[inline(always)]
     fn earlier(&self, at: u32, frames: usize) -> Option<&'a [f64]> {
         let start = self.start.checked_sub(frames).filter(|_| frames <= self.known)?;

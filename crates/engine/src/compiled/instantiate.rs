@@ -211,7 +211,7 @@ impl<'a> Instantiation<'a> {
         trees
     }
 
-    /// Whether the value of this hand exists in the log; a value of nobody always does.
+    /// Whether the value of this hand exists in the log; a value of no hand always does.
     fn present(&self, side: Option<Side>) -> bool {
         side.is_none_or(|side| self.plan.layout.hand(side).is_some())
     }

@@ -54,7 +54,7 @@ pub fn position(len: usize) -> u32 {
     len as u32
 }
 
-/// A vector, or the difference of two that nobody else needs.
+/// A vector, or the difference of two vectors without other users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Vector {
     /// Its components.

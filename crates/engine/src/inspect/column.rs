@@ -75,7 +75,7 @@ impl Bits {
 #[derive(Clone, Debug)]
 pub struct ConditionColumn {
     is_array: bool,
-    /// By slot; the bit of a frame stands so many bits later.
+    /// By slot: bits, and the offset of the bit of a frame.
     slots: Vec<(Rc<Bits>, usize)>,
 }
 

@@ -1,6 +1,6 @@
 //! The inspector: which value any expression of the rules had on every frame of a stretch, for explanations and coverage.
 //!
-//! It is made for a log whose leaves are known already, so a run that nobody asks about pays nothing for it. The expressions are evaluated by the columns
+//! It is made for a log whose leaves are known already, so a run without questions pays nothing for it. The expressions are evaluated by the columns
 //! of the compiled evaluator, `from` as a column too; all conditions of a tree and their parts are evaluated together, when the first one is asked for.
 
 mod column;

@@ -2,7 +2,7 @@
 //! [`super::compiled::evaluator`], frame for frame, and allocates nothing after it was made.
 //!
 //! Numbers and comparisons are worked out on every frame (`sources`). What is made of conditions (`events`) changes only when a comparison does,
-//! or when a window that is open comes to its end, and nobody looks at it before: on most frames nothing happens.
+//! or when an open window ends, and is not evaluated before: most frames cause no work.
 
 mod events;
 mod ranks;

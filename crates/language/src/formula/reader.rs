@@ -43,8 +43,8 @@ impl<'a> Reader<'a> {
         reader
     }
 
-    /// Reads conditions as if signals that are constants could come out either way: so a hand file states what its hardware cannot measure,
-    /// and a tree that asks for it all the same is as it should be.
+    /// Reads conditions as if signals that are constants could come out either way: a hand file declares constants for quantities that its hardware cannot
+    /// measure, and a tree may read them nevertheless.
     pub fn with_open_constants(rules: &'a Rules) -> Self {
         Self { opens_constants: false, ..Self::new(rules) }
     }

@@ -65,7 +65,7 @@ fn needed<'r>(rules: &'r Rules, read: impl IntoIterator<Item = (&'r Expr, Hand)>
     for (expr, this) in read {
         signals_of(expr, this, &mut needed);
     }
-    // A signal reads earlier ones only, so from the last to the first each is complete when it is looked at.
+    // A signal reads earlier ones only, so in reverse order each is complete when it is visited.
     for (at, signal) in rules.signals.iter().enumerate().rev() {
         let at = u32::try_from(at).unwrap_or(u32::MAX);
         let users: Vec<Hand> =

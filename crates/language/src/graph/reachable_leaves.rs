@@ -121,7 +121,7 @@ impl<F: Fn(ChannelId, Hand) -> AbstractValue, P: Fn(FingerPick, Hand) -> bool> W
         known
     }
 
-    /// What sets a latch of this hand, or of nobody.
+    /// Returns the condition that sets a latch of this hand, or of no hand.
     fn of_hand(&mut self, id: ValueId, hand: Hand) -> AbstractValue {
         let own = self.this;
         self.this = hand.seen_from(own);

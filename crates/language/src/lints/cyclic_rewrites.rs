@@ -8,7 +8,7 @@ use crate::rules::{Label, Labels, RelabelKind, RelabelRule, Rules, TaskId, TreeS
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::diagnostic::Diagnostic;
 
-/// Pairs of rules that are looked at.
+/// Maximum number of pairs of rules that are examined.
 const MAX_PAIRS: usize = 100_000;
 
 /// Two rules that undo each other.

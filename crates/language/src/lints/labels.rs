@@ -9,7 +9,7 @@ use crate::rules::{
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::diagnostic::Diagnostic;
 
-/// Relabeling rules, and primitives, beyond which nothing is said: no person writes so many.
+/// Maximum number of relabeling rules, and of primitives, for which these lints run.
 const MAX_RULES: usize = 400;
 
 /// The labels that can occur.

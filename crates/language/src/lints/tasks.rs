@@ -6,7 +6,7 @@ use crate::rules::{Constant, Key, Pattern, Rules, Task};
 use std::collections::BTreeSet;
 use teachtree_base::diagnostic::Diagnostic;
 
-/// Tasks that are looked at.
+/// Maximum number of tasks that are examined.
 const MAX_TASKS: usize = 1000;
 
 /// Warns of tasks that an earlier one always wins over, when one of the two stands in one of the `named` files.

@@ -36,7 +36,7 @@ impl Summary {
     }
 }
 
-/// Which samples are looked at, up to the current one. The duration and the condition are as the layer has them.
+/// The samples up to the current one over which a summary is computed. The types of duration and condition depend on the layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Samples<D, C> {
     /// `over last 200 ms`: the last `n`, as far as they are there; `n` is how many the duration has.

@@ -1,5 +1,5 @@
 //! What may stand where an author is writing, as the grammar says it: the text up to there is read with a sign behind it that fits nowhere,
-//! and what pest expected instead of that sign is the answer. What follows is not looked at, so it may be as broken as it likes.
+//! and what pest expected instead of that sign is the answer. The text that follows is not read and may contain errors.
 
 use super::grammar::{Grammar, MAX_TOKENS, Rule};
 use super::scan::{HAND_WORDS, ITEM_WORDS, Kind, Scan};
@@ -191,7 +191,7 @@ fn meant(rule: Rule, head: &str, before: &str, place: &str) -> Option<Candidate>
         | Rule::choice
         | Rule::duration
         | Rule::reference => Candidate::Value,
-        // A new name is nobody's.
+        // A new name has no candidates.
         Rule::primitive_name if head == "primitive" && before != "is" => return None,
         Rule::meaning_name => Candidate::Meaning,
         Rule::path if head == "extend" => Candidate::Tree,

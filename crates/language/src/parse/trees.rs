@@ -109,7 +109,7 @@ impl Parser<'_> {
                     if self.scan.word(at + 1) == ":" {
                         self.broken.push(self.scan.word(at).to_string());
                     }
-                    // Kept, so that nobody finds the branch incomplete because of it.
+                    // Kept, so that the branch is not reported as incomplete.
                     let span = self.scan.span(head.start, head.end);
                     choices.push(Choice { name: None, condition: None, then: Consequent::Broken, span });
                 }

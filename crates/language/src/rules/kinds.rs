@@ -46,7 +46,7 @@ impl Rules {
     /// A primitive, what it is a kind of, and so on up to a root.
     pub fn lineage(&self, primitive: PrimitiveId) -> impl Iterator<Item = &Primitive> {
         let first = self.primitives.get(primitive.index());
-        // A circle was reported: whoever looks at incomplete rules does not follow it for ever.
+        // A circle was reported; the bound ends the search in such incomplete rules.
         let above = |one: &&Primitive| self.primitives.get(one.is?.index());
         std::iter::successors(first, above).take(MOST_KINDS + 1)
     }

@@ -37,7 +37,7 @@ enum Place {
 /// What is known of a file that was asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Progress {
-    /// It is being read: whoever uses it now closes a circle.
+    /// It is being read: a `use` of it now closes a circle.
     Open,
     /// It is read.
     Done,

@@ -256,7 +256,7 @@ impl Resolver {
                         Some(anchor) => finding.fix("name a choice of the other file", later.anchor_span, anchor),
                         None => finding.help("name a choice of the other file with `before` or `after`"),
                     };
-                    // Whoever wrote one of the two files can name a choice of the other; whoever uses both gives their order.
+                    // The author of one of the two files can name a choice of the other; a file that uses both gives their order.
                     let by_author = self.named.contains(&file) && !self.named.contains(&other.anchor_span.file);
                     let names = self.rules.sources.files.get(file as usize);
                     let names = names.zip(self.rules.sources.files.get(other.anchor_span.file as usize));

@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 /// Steps of all proofs about a tree.
 const MAX_STEPS: usize = 300_000;
-/// Pieces of all formulas of a tree; beyond them only what is written in the branch itself is looked at.
+/// Maximum size of all formulas of a tree; beyond it, only the conditions of the branch itself are examined.
 const MAX_SIZE: usize = 300_000;
 /// How a leaf is called that another file may bring.
 const OTHER: &str = "another primitive";

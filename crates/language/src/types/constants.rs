@@ -60,7 +60,7 @@ impl Resolver {
         None
     }
 
-    /// Gives examples for a number that has no unit. Not a fix: which unit is meant, nobody knows but the author.
+    /// Gives examples for a number that has no unit. Not a fix: only the author knows the intended unit.
     pub fn with_units(&self, finding: Diagnostic, number: Span, wanted: Dimension) -> Diagnostic {
         let number = self.rules.sources.text(number).trim_matches(['(', ')', ' ']);
         let examples: Vec<String> = example_units(wanted).iter().map(|unit| format!("`{number} {unit}`")).collect();

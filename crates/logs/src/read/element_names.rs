@@ -60,7 +60,7 @@ impl<'a> ElementPlace<'a> {
 /// What is known of the named elements of a table.
 #[derive(Clone, Debug, Default)]
 pub struct ElementNames {
-    /// Number of columns that were looked at.
+    /// Number of columns that were examined.
     seen: usize,
     /// The columns of elements with the columns of their names, by array.
     arrays: BTreeMap<String, Vec<NamedColumn>>,

@@ -314,7 +314,7 @@ fn shown(cell: &str) -> String {
     cell.chars().take(40).collect()
 }
 
-/// Sorts intervals of one track and kind by start and takes them apart. Returns how much time has labels that contradict each other, s; it is nobody's.
+/// Sorts intervals of one track and kind by start and takes them apart. Returns the time with contradicting labels, s, which belongs to no label.
 fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (String, String)> {
     let mut cuts: Vec<f64> = intervals.iter().flat_map(|interval| [interval.start_s, interval.end_s]).collect();
     cuts.sort_by(f64::total_cmp);

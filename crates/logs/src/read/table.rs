@@ -32,7 +32,7 @@ pub fn check_size(place: &str, rows: usize, columns: usize) -> Result<(), InputE
     check_cells(place, rows, rows.saturating_mul(columns))
 }
 
-/// Refuses a table of so many cells in all that does not fit in memory.
+/// Refuses a table that does not fit in memory.
 ///
 /// # Errors
 /// When it has more than [`MAX_NUMBERS`].
@@ -186,7 +186,7 @@ pub enum ColumnRequest {
     Time(f64),
     /// Numbers; the factor makes them SI. An empty cell is NaN, a text is an error.
     Number(f64),
-    /// Numbers of a column that nobody may ask for: a text is NaN.
+    /// Numbers of an optional column: a text is NaN.
     Optional(f64),
     /// Numbers, and beside them the first [`SEEN`] different texts: to see what a column is like.
     Sniff,

@@ -35,7 +35,7 @@ pub struct Decimation {
 /// What is kept of a curve.
 #[derive(Clone, Copy, Debug)]
 pub enum DecimationMode {
-    /// A line within the bound where it fits into about so many knots, else bands.
+    /// A line within the bound if it fits into about this many knots, else bands.
     Knots(usize),
     /// A line within the bound, however long.
     Line,

@@ -102,7 +102,7 @@ impl KnotBudget {
     }
 }
 
-/// The hands of the log, then nobody.
+/// Returns the hands of the log, then `None`.
 fn owners(frames: &Frames) -> Vec<Option<Side>> {
     frames.layout.hands.iter().map(|hand| Some(hand.side)).chain([None]).collect()
 }

@@ -181,13 +181,13 @@ fn lane(leaves: &mut Leaves, side: Option<Side>) -> &mut Vec<Run> {
     }
 }
 
-/// The leaves that an evaluator has not given out, as though the log ended here.
+/// Returns the leaves that an evaluator has not returned yet, as if the log ended here.
 fn open_leaves(evaluator: &mut Evaluator, each: &mut dyn FnMut(Option<Side>, Run)) {
     let sides = sides(evaluator);
     evaluator.aside(|ended| ended.finish(&mut |tree, run| each(sides.get(tree).copied().flatten(), run)));
 }
 
-/// The leaf of each tree at the newest frame, as though the log ended with it, from an evaluator that has taken the frames before the newest ones.
+/// Returns the leaf of each tree at the newest frame, as if the log ended with it, from an evaluator that has taken the frames before the newest ones.
 pub fn last_leaves(evaluator: &mut Evaluator, chunk: &LiveChunk) -> BTreeMap<Option<Side>, Option<Label>> {
     let sides = sides(evaluator);
     let mut last = BTreeMap::new();

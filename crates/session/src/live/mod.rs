@@ -35,7 +35,7 @@ use teachtree_language::rules::Label;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::read::table::ColumnRequest;
 
-/// How often the newest frames are looked at, and how often segments and tasks are looked for, s.
+/// Period at which the newest frames are labeled, and at which segments and tasks are sought, s.
 const LOOK_SECS: [f64; 2] = [0.02, 0.1];
 /// The same where no frame waits for later ones, and none is derived twice.
 const PROMPT_LOOK_SECS: [f64; 2] = [0.004, 0.02];
@@ -129,7 +129,7 @@ pub struct Live {
     /// The first frame of the stretch, from the beginning of the log.
     stretch: usize,
     rate_hz: f64,
-    /// When the newest frames were looked at, and when segments and tasks were looked for, in frames.
+    /// When the newest frames were last labeled, and segments and tasks last sought, in frames.
     looked: usize,
     found: usize,
     /// The channels that tasks read later.

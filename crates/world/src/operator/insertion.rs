@@ -30,7 +30,7 @@ const CIRCLING_HZ: f64 = 1.5;
 const CIRCLING: f64 = 0.5;
 /// Who has missed the hole feels the rim for this long, s, before the hand is lifted.
 const PUZZLED_S: f64 = 0.35;
-/// A plug that is in and does not move on for this long, s, is in as far as it goes; nobody tries for longer than `PATIENCE_S`.
+/// A plug that is in and does not move on for this long, s, is in as far as it goes; the operator gives up after `PATIENCE_S`.
 const STUCK_S: f64 = 0.4;
 const PATIENCE_S: f64 = 20.0;
 /// Who puts a plug into a hole holds it at least as tight as this, N, and turns the hand against its tilt: this fast, 1/s, and at most, rad/s.

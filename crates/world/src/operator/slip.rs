@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3};
 /// How fast the fingers let go, and how fast they catch, m/s.
 const LOOSENING: f64 = 0.010;
 const CATCHING: f64 = 0.060;
-/// A caught object is squeezed harder by this than before, and nobody catches for longer than `CATCHING_S`, s.
+/// Factor of the squeeze of a caught object, and the longest time in which an object is caught, s.
 const FIRMER: f64 = 1.3;
 const CATCHING_S: f64 = 0.5;
 /// An object that has not been felt for this long, s, or has fallen this far, m, is gone.

@@ -21,7 +21,7 @@ pub const FARTHEST_M: f64 = 5.0;
 const FASTEST: f64 = 3.0;
 const CATCHING_UP: f64 = 0.4;
 const CAUGHT_M: f64 = 0.004;
-/// A message is spread over at most so many steps.
+/// Maximum number of steps over which a message is spread.
 const MOST_SPREAD: u64 = 60;
 
 /// A led palm: how fast it goes, m/s, how soon it is there, 1/s, how fast it may change its pace, m/s², and turn, rad/s.

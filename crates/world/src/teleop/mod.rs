@@ -19,13 +19,13 @@ use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Role, Scene};
 
-/// A recording ends after so many steps.
+/// Maximum number of steps of a recording.
 pub const MOST_STEPS: usize = 300_000;
 /// Hands that touch no object for this many steps have let go of it.
 const LET_GO_STEPS: usize = 300;
 /// So many places to go back to are kept.
 const MOST_SAVED: usize = 64;
-/// Recordings are rounded to so many decimals of SI units, as those of the shipped operators.
+/// Decimals of SI values in recordings, as those of the shipped operators.
 const DECIMALS: u8 = 6;
 
 /// The virtual environment of a person.

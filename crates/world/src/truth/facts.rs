@@ -148,7 +148,7 @@ fn derive_insertions(facts: &mut [Facts]) {
     }
 }
 
-/// A motion that must lead somewhere to be one: whoever takes hold of an object or lets it go bumps it.
+/// A motion that counts only if it leads somewhere: a hand that grasps or releases an object bumps it.
 struct MotionFilter {
     moves: fn(&mut Facts) -> &mut bool,
     /// When this is asked of it.

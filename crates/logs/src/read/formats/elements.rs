@@ -10,7 +10,7 @@ enum Kind {
     /// Also truth values.
     Unsigned,
     Float,
-    /// Dates and spans of time, as integers of so many seconds.
+    /// Dates and durations, as integers in units of this many seconds.
     Time(f64),
     Bytes,
     Unicode,

@@ -10,7 +10,7 @@ use std::fmt;
 use teachtree_base::json::message_of;
 use teachtree_base::log_channel::LogChannel;
 
-/// A value in which no object has a key twice: of two values that one name has, nobody knows which is meant.
+/// A value in which no object has a key twice: of two values with one name, the intended one is unknown.
 pub struct UniqueKeys(pub Value);
 
 impl<'de> Deserialize<'de> for UniqueKeys {

@@ -308,7 +308,7 @@ struct Leaf {
     /// One list of values a place of a list; one for a plain column.
     places: Vec<Vec<f64>>,
     texts: Option<Vec<String>>,
-    /// Whether nobody wants it.
+    /// Whether no reader wants it.
     unread: bool,
 }
 

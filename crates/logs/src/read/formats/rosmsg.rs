@@ -401,7 +401,7 @@ impl Decoder<'_> {
         let nanos = self.bytes.unsigned(4)? as i64;
         // Messages of Foxglove have no header.
         if self.path.ends_with("header.stamp") || self.path == "timestamp" {
-            // A stamp that nobody set is none.
+            // A zero stamp was not set.
             self.stamp = self.stamp.or(Some(seconds * NANOS + nanos).filter(|stamp| *stamp != 0));
         }
         if self.path != "header.stamp" && !self.muted {

@@ -201,7 +201,7 @@ impl Container {
         self.arrays.iter().filter(own).filter_map(named).map(name).collect()
     }
 
-    /// The rows of a recording in an array with so many.
+    /// Returns the rows of a recording in an array of `rows` rows.
     fn window(&self, chosen: Option<usize>, rows: usize) -> Range<usize> {
         match (&self.kind, chosen) {
             // An array that is shorter than the episodes has no row for each sample.

@@ -142,7 +142,7 @@ impl<'a> Writer<'a> {
     /// A file with these channels, topic and type each; among the records of another one where there is one.
     ///
     /// # Errors
-    /// When it cannot be written, or the original has no numbers left for so many channels.
+    /// When it cannot be written, or the original has no numbers left for these channels.
     pub fn new(
         out: &'a mut dyn Write,
         channels: &[(String, Ros2Type)],

@@ -95,7 +95,7 @@ fn unpacked(from: impl Read, most: usize) -> Result<Vec<u8>, String> {
     if unpacked.len() > most { Err(too_long(most)) } else { Ok(unpacked) }
 }
 
-/// Unpacks frames of zstd into at most so many bytes.
+/// Unpacks frames of zstd into at most `most` bytes.
 pub(super) fn zstd(bytes: &[u8], most: usize) -> Result<Vec<u8>, String> {
     let unpacked = zstd::bulk::decompress(bytes, most);
     unpacked.map_err(|error| format!("cannot be unpacked: {error}"))

@@ -11,7 +11,7 @@ use teachtree_base::error::InputError;
 
 /// The files that describe a store, a group or an array, of both versions.
 const METADATA: [&str; 4] = ["zarr.json", ".zgroup", ".zarray", ".zmetadata"];
-/// How deep groups may be nested, and how many files and folders are looked at.
+/// Maximum depth of groups, and maximum number of files and folders.
 const DEEPEST: usize = 12;
 const MAX_FILES: usize = 1 << 22;
 /// The longest description that is read, in bytes.
@@ -162,7 +162,7 @@ impl Store {
         Err(InputError::new(&self.place, format!("found more than {MAX_COLUMNS} arrays, the most that are read")))
     }
 
-    /// Finds the arrays in a group. What is in an array is not looked at.
+    /// Finds the arrays in a group, without reading their contents.
     fn arrays_in(
         &self,
         folder: &Path,
