@@ -93,7 +93,7 @@ def test_a_row_of_another_length_is_refused(demonstration: Path) -> None:
 def test_a_column_that_is_there_twice_is_refused(demonstration: Path) -> None:
     columns, _ = rows(demonstration)
     calibration = teachtree.Calibration(teachtree.Rules(), teachtree.Log(demonstration))
-    with pytest.raises(teachtree.Error, match="column time: the column is there twice"):
+    with pytest.raises(teachtree.Error, match="column time: the column occurs twice"):
         teachtree.Live(calibration, [columns[0].split(" ")[0], *columns, columns[0].split(" ")[0]], scene=demonstration.with_suffix(".scene.yaml"))
-    with pytest.raises(teachtree.Error, match="the column is there twice"):
+    with pytest.raises(teachtree.Error, match="the column occurs twice"):
         teachtree.Live(calibration, [*columns, columns[5]], scene=demonstration.with_suffix(".scene.yaml"))

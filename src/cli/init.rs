@@ -66,7 +66,7 @@ impl Places {
         let mut places = guessed.chain([&self.analysis, &self.report]);
         let there = places.find(|place| place.symlink_metadata().is_ok());
         there.map_or(Ok(()), |place| {
-            let error = InputError::new(place.display().to_string(), "is there already");
+            let error = InputError::new(place.display().to_string(), "exists already");
             Err(error.help("name another folder with `-o DIR`, or overwrite it with `--force`"))
         })
     }

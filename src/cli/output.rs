@@ -111,7 +111,7 @@ pub fn refuse_existing(copy: &Path) -> Result<(), InputError> {
     if copy.symlink_metadata().is_err() {
         return Ok(());
     }
-    let error = InputError::new(copy.display().to_string(), "is there already, expected the name of a new copy");
+    let error = InputError::new(copy.display().to_string(), "exists already, expected the name of a new copy");
     Err(error.help("name another one, or delete it first"))
 }
 

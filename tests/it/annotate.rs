@@ -362,8 +362,8 @@ fn what_cannot_be_annotated_is_refused_and_nothing_is_written() {
         ("file.txt", "new", &[], "is not a data set"),
         ("there", "new", &[], "is not a data set"),
         ("old", "new", &["--legacy"], "episode_000000.parquet"),
-        ("set", "there", &[], "there: is there already"),
-        ("set", "b.yaml", &[], "b.yaml: is there already"),
+        ("set", "there", &[], "there: exists already"),
+        ("set", "b.yaml", &[], "b.yaml: exists already"),
         ("set", "set/copy", &[], "set/copy: is in set, which is copied"),
         ("set", "no/new", &[], "no: there is no such folder"),
         ("set", "new", &["--words", "grasp"], "expected `{name}`"),
@@ -518,7 +518,7 @@ fn labels_begin_with_their_frame_where_stamps_have_64_bits() {
     for words in found.values() {
         assert_eq!(words, &expected);
     }
-    // A stamp that is there twice cannot be told from itself; LeRobot refuses two labels at it.
+    // A stamp that occurs twice cannot be told from itself; LeRobot refuses two labels at it.
     let found = copied("twice", &[0.0, 0.05, 0.05, 0.1]).unwrap();
     let expected = ["plan 0", "plan 2", "plan 2", "plan 3"].map(|words| Some(words.to_string()));
     assert_eq!(found[&0], expected);

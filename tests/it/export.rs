@@ -274,7 +274,7 @@ fn what_cannot_be_exported_is_refused() {
     for (args, message) in [
         (&["log.mcap", "-o", "set"][..], "expected the task of the episodes"),
         (&["log.mcap", "-o", "set", "--cut", "tasks"], "tasks are found by rules, found no binding"),
-        (&["log.mcap", "-o", "there", task[0], task[1]], "is there already"),
+        (&["log.mcap", "-o", "there", task[0], task[1]], "exists already"),
         (&["log.csv", "-o", "set", task[0], task[1]], "is not a bag, expected an MCAP file or a bag of ROS 1 or ROS 2"),
         (
             &["log.mcap", "-o", "set", task[0], task[1], "--state", "/joint"],

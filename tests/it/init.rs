@@ -95,7 +95,7 @@ fn files_that_are_there_stay() {
     fs::write(&edited, "channels: {}    # mine\n").unwrap();
     let refused = teachtree_in(folder.path(), &["init", "plug.csv", "--yes"]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(complained(&refused).contains("plug.binding.yaml: is there already"), "{}", complained(&refused));
+    assert!(complained(&refused).contains("plug.binding.yaml: exists already"), "{}", complained(&refused));
     assert_eq!(fs::read_to_string(&edited).unwrap(), "channels: {}    # mine\n");
     assert!(!folder.path().join("teachtree.yaml").exists());
     let forced = teachtree_in(folder.path(), &["init", "plug.csv", "--yes", "--force"]);

@@ -192,7 +192,7 @@ fn specifications_that_cannot_be_made_are_refused_and_nothing_is_written() {
         (&["--task-spec", "task.txt"][..], "ends in `.txt`, expected `.json` for MimicGen or `.yaml` for AutoData"),
         (&["--task-spec", "b.yaml"], "b.yaml"),
         (&["--task-spec", "no/task.json"], "no"),
-        (&["--task-spec", "old.json"], "old.json: is there already, expected the name of a new file"),
+        (&["--task-spec", "old.json"], "old.json: exists already, expected the name of a new file"),
         (
             &[
                 "--task-spec",

@@ -143,7 +143,7 @@ fn what_cannot_be_a_signal_is_refused_and_nothing_is_written() {
         ("lift.hdf5", &["--signal", "a=start of Grasp by both"], "expected `left` or `right`, found `both`"),
         ("lift.hdf5", &["--signal", "a=start of Grsp"], "did you mean `Grasp`?"),
         ("lift.hdf5", &["--signal", "a=start of Grasp of cub"], "did you mean `cube`?"),
-        ("lift.hdf5", &["--signal", "a=start of Grasp", "--signal", "a=end of Grasp"], "is there twice"),
+        ("lift.hdf5", &["--signal", "a=start of Grasp", "--signal", "a=end of Grasp"], "occurs twice"),
         (
             "lift.hdf5",
             &["--signal", "a=start of Grasp", "--words", "{name}"],

@@ -180,7 +180,7 @@ pub(crate) fn in_plain_words(message: &str) -> String {
             if wanted.is_empty() { wanted } else { format!(", expected {wanted}") }
         );
     }
-    for (kind, says) in [("missing field ", "is missing"), ("duplicate field ", "is there twice")] {
+    for (kind, says) in [("missing field ", "is missing"), ("duplicate field ", "occurs twice")] {
         if let Some((path, rest)) = mark(kind) {
             return format!("{path}the key {} {says}", rest.get(kind.len()..).unwrap_or_default());
         }

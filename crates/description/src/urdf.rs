@@ -252,7 +252,7 @@ impl<'a> Reader<'a> {
         for node in children(root, "link") {
             let name = self.name(node, "name")?;
             if links.iter().any(|(_, known)| *known == name) {
-                let error = self.error(node, format!("the link `{name}` is there twice"));
+                let error = self.error(node, format!("the link `{name}` occurs twice"));
                 self.note("", name, error, Some("the first one counts"))?;
                 continue;
             }
@@ -283,7 +283,7 @@ impl<'a> Reader<'a> {
             let message = if let Some(link) = lacks {
                 format!("the joint names the unknown link `{link}`")
             } else if joints.iter().any(|(other, ..)| other.attribute("name") == Some(name)) {
-                format!("the joint `{name}` is there twice")
+                format!("the joint `{name}` occurs twice")
             } else if joints.iter().any(|(_, _, other)| *other == child) {
                 format!("the link `{child}` hangs at two joints")
             } else {

@@ -177,7 +177,7 @@ impl AllowedFolders {
 
 fn leads_nowhere(path: &Path) -> InputError {
     let to = std::fs::read_link(path).unwrap_or_default();
-    let message = format!("is a link to {}, which is not there", to.display());
+    let message = format!("is a link to {}, which does not exist", to.display());
     InputError::new(path.display().to_string(), message).help("delete the link, or put the file in its place")
 }
 

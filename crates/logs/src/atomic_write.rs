@@ -93,7 +93,7 @@ impl Folder {
     /// When there is something, or the folder cannot be made.
     pub fn new(target: &Path) -> std::result::Result<Self, InputError> {
         if target.symlink_metadata().is_ok() {
-            let message = "is there already, expected the name of a new folder";
+            let message = "exists already, expected the name of a new folder";
             return Err(
                 InputError::new(target.display().to_string(), message).help("name another one, or delete it first")
             );

@@ -295,7 +295,7 @@ fn source(name: &str, columns: impl IntoIterator<Item = Column>) -> Result<Sourc
         let rows = cells.rows();
         let wrong = |message: String| InputError::new(format!("{name} column {title}"), message);
         if memory.columns().contains_key(&title) {
-            return Err(wrong("the column is there twice".into()).help("keep one of them, or rename the other"));
+            return Err(wrong("the column occurs twice".into()).help("keep one of them, or rename the other"));
         }
         if memory.rows() != rows && !memory.columns().is_empty() {
             let message = format!("expected {} values as in the columns before, found {rows}", memory.rows());

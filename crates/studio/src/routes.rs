@@ -122,7 +122,7 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
             match written {
                 Ok(path) => Ok(Response::json(&json!({ "file": path.display().to_string() }))),
                 Err(export::ExportError::FileExists(path)) => {
-                    Ok(Response::refused(409, &format!("{} is there already", path.display())))
+                    Ok(Response::refused(409, &format!("{} exists already", path.display())))
                 }
                 Err(export::ExportError::Failed(error)) => Err(error),
             }

@@ -154,7 +154,7 @@ fn wanted(own: &Hdf5, args: &Args) -> Result<Vec<Signal>, InputError> {
             })?;
             let signal = Signal::read(option.into(), name.trim(), step.trim(), starts)?;
             if wanted.iter().any(|known| known.name == signal.name && known.starts == starts) {
-                return Err(wrong(format!("the signal `{}` is there twice", signal.name)));
+                return Err(wrong(format!("the signal `{}` occurs twice", signal.name)));
             }
             wanted.push(signal);
         }

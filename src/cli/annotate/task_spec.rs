@@ -84,7 +84,7 @@ impl<'a> TaskSpec<'a> {
         output::refuse_inputs(path, &args.analysis.inputs(std::slice::from_ref(&args.data)))?;
         output::refuse_one_for_two(&[path, &args.out])?;
         if path.symlink_metadata().is_ok() {
-            let error = InputError::new(place, "is there already, expected the name of a new file");
+            let error = InputError::new(place, "exists already, expected the name of a new file");
             return Err(error.help("name another one, or delete it first: what was edited in it would be lost"));
         }
         super::folder_above(path)?;

@@ -259,7 +259,7 @@ fn files_of_elan_by_others_are_read_and_bad_ones_refused() {
         (foreign("gesture", "Grasp", ""), "l.eaf annotation a2: has no time"),
         (foreign("gesture", "Grab", slot), "l.eaf annotation a2: found `Grab`, expected a primitive of the rules"),
         (good.replace("ANNOTATION_REF=\"a1\"", "ANNOTATION_REF=\"a3\""), "refers to others more than 16 deep"),
-        (good.replace("ANNOTATION_REF=\"a1\"", "ANNOTATION_REF=\"a9\""), "refers to `a9`, which is not there"),
+        (good.replace("ANNOTATION_REF=\"a1\"", "ANNOTATION_REF=\"a9\""), "refers to `a9`, which does not exist"),
         (good.replace("Tasks_Right", "what"), "the tiers `gesture` and `what` name no track"),
         (good.replace("\"2350\"", "\"1000\""), "ends before it starts, at 1000 ms after 2100 ms"),
     ] {

@@ -205,7 +205,7 @@ fn corrected_labels_go_to_elan_and_to_lerobot() {
     // What a person corrected in ELAN stays until it is to be replaced.
     std::fs::write(folder.path().join("logs/a.eaf"), "corrected").unwrap();
     let kept = studio.change("POST", "api/recording/0/export/elan", &json!({}));
-    assert_eq!((kept.status, kept.json()["error"].as_str().unwrap()), (409, "logs/a.eaf is there already"));
+    assert_eq!((kept.status, kept.json()["error"].as_str().unwrap()), (409, "logs/a.eaf exists already"));
     let read = || std::fs::read_to_string(folder.path().join("logs/a.eaf")).unwrap();
     assert_eq!(read(), "corrected");
     assert_eq!(studio.change("POST", "api/recording/0/export/elan", &json!({ "replace": true })).status, 200);

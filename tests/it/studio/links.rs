@@ -59,7 +59,7 @@ fn links_out_of_the_folder_are_neither_written_nor_shown() {
     assert_eq!((&row["name"], &row["status"]), (&json!("d"), &json!("failed")));
     assert!(row["error"].as_str().unwrap().contains("logs/d.csv: leads out of logs"), "{row}");
     // Labels, read and written.
-    let nowhere = "logs/a.labels.csv: is a link to ../planted.csv, which is not there";
+    let nowhere = "logs/a.labels.csv: is a link to ../planted.csv, which does not exist";
     refused(studio.get_with("api/recording/0/labels", ""), nowhere);
     refused(studio.change("PUT", "api/recording/0/labels", &labels()), nowhere);
     let others = "logs/b.labels.csv: leads out of logs";
@@ -71,7 +71,7 @@ fn links_out_of_the_folder_are_neither_written_nor_shown() {
     let replace = json!({ "replace": true });
     refused(
         studio.change("POST", "api/recording/0/export/elan", &replace),
-        "logs/a.eaf: is a link to ../planted.eaf, which is not there",
+        "logs/a.eaf: is a link to ../planted.eaf, which does not exist",
     );
     std::fs::remove_file(path("logs/b.labels.csv")).unwrap();
     refused(studio.change("POST", "api/recording/1/export/elan", &replace), "logs/b.eaf: leads out of logs");
@@ -79,7 +79,7 @@ fn links_out_of_the_folder_are_neither_written_nor_shown() {
     for range in ["", "Range: bytes=0-2\r\n"] {
         refused(studio.get_with("video/0/0", range), "logs/a.mp4: leads out of logs");
     }
-    refused(studio.get_with("video/1/0", ""), "logs/b.webm: is a link to /nonexistent, which is not there");
+    refused(studio.get_with("video/1/0", ""), "logs/b.webm: is a link to /nonexistent, which does not exist");
     assert!(!path("planted.csv").exists() && !path("planted.eaf").exists());
     assert_eq!(std::fs::read_to_string(path("secret.txt")).unwrap(), SECRET);
     assert!(std::fs::read_to_string(path("others.csv")).unwrap().contains("SECRET"));
@@ -309,7 +309,7 @@ fn files_beside_a_log_are_not_read_outside_of_its_folders() {
     opened(LogFolders::default()).unwrap();
     std::fs::remove_file(path("logs/a.scene.yaml")).unwrap();
     symlink("nowhere", path("logs/a.scene.yaml")).unwrap();
-    refused("a.scene.yaml: is a link to nowhere, which is not there");
+    refused("a.scene.yaml: is a link to nowhere, which does not exist");
     std::fs::remove_file(path("logs/a.scene.yaml")).unwrap();
     pipe(&path("logs/a.scene.yaml"));
     refused("a.scene.yaml: found a pipe, expected a file");

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 /// The begin and end of this search's errors.
-const DUPLICATE: [&str; 2] = ["the key `", "is there twice"];
+const DUPLICATE: [&str; 2] = ["the key `", "occurs twice"];
 const TOO_LARGE: [&str; 2] = ["the text", "its aliases are written out"];
 /// Limit of the number of values; a text without aliases has fewer.
 const MAX_VALUES: usize = MAX_BYTES;

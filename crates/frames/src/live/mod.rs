@@ -28,7 +28,7 @@ pub fn wanted<S: AsRef<str>>(titles: &[S]) -> Result<(Vec<WantedColumn>, FieldNa
     for title in titles {
         if header.columns().contains_key(title.as_ref()) {
             let place = format!("the rows column {}", title.as_ref());
-            let error = InputError::new(place, "the column is there twice");
+            let error = InputError::new(place, "the column occurs twice");
             return Err(error.help("keep one of them, or rename the other"));
         }
         header.push_column(title.as_ref().to_string(), Cells::Numbers(vec![]));

@@ -487,7 +487,7 @@ fn made_hand(robot: &Robot, file: HandFile, places: &SourceMap<'_>) -> Result<Ha
         let link = robot
             .tree
             .link(&file.link)
-            .ok_or_else(|| refuse(name, format!("ends at the link `{}`, which is not there", file.link)))?;
+            .ok_or_else(|| refuse(name, format!("ends at the link `{}`, which does not exist", file.link)))?;
         if file.source.trim().is_empty() {
             return Err(refuse(name, "has an empty `source`".into()));
         }

@@ -489,7 +489,7 @@ fn header(line: &[u8], binder: Option<&RowBinder>) -> Result<Vec<String>, String
     let mut seen = BTreeMap::new();
     for (at, title) in header.iter().enumerate() {
         if let Some(first) = seen.insert(title, at) {
-            return Err(format!("the column `{title}` is there twice, as columns {} and {}", first + 1, at + 1));
+            return Err(format!("the column `{title}` occurs twice, as columns {} and {}", first + 1, at + 1));
         }
     }
     // A binding says which column has the stamps.

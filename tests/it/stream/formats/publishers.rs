@@ -70,8 +70,8 @@ fn an_element_that_is_twice_in_a_message_is_refused() {
     let cube = || (10..16).map(|half| (half, vec![("cube", x(half))]));
     let fingers = || (10..16).map(|half| (half, vec![("finger", x(half)), ("elbow", 1.0), ("finger", 0.0)]));
     let finger = || (10..16).map(|half| (half, vec![("finger", x(half))]));
-    let of_cube = "`/tf` cannot be read: message 1: `transforms.cube` is there twice";
-    let of_finger = "`/joint_states` cannot be read: message 1: `position.finger` is there twice";
+    let of_cube = "`/tf` cannot be read: message 1: `transforms.cube` occurs twice";
+    let of_finger = "`/joint_states` cannot be read: message 1: `position.finger` occurs twice";
     for (topics, why) in
         [([poses(cubes()), joints(finger())], of_cube), ([poses(cube()), joints(fingers())], of_finger)]
     {

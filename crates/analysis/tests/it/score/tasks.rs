@@ -80,7 +80,7 @@ fn the_sequence_of_a_task_is_that_of_its_time() {
         refused("pick: Move Gras"),
         "s.yaml: `Gras` in the sequence of `pick` is not a primitive of the rules\n  help: did you mean `Grasp`?"
     );
-    assert!(refused("pick: Move\npick: Grasp").contains("the key `pick` is there twice"));
+    assert!(refused("pick: Move\npick: Grasp").contains("the key `pick` occurs twice"));
     assert_eq!(refused("pick: []"), "s.yaml: the sequence of `pick` is empty");
     assert!(refused("pick: 3").contains("expected lines such as"), "{}", refused("pick: 3"));
 }

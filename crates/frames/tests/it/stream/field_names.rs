@@ -167,7 +167,7 @@ fn a_log_with_both_names_of_a_channel_is_refused() {
     ]);
     let request = OpenRequest { log: folder.path().join("log.csv"), ..OpenRequest::default() };
     let error = open(&request).unwrap_err().to_string();
-    assert!(error.contains("column right.thumb.position.x: the column is there twice, as columns 2 and 3"), "{error}");
+    assert!(error.contains("column right.thumb.position.x: the column occurs twice, as columns 2 and 3"), "{error}");
 }
 
 /// Rules may declare a channel under the name of the field, whatever the log calls it.

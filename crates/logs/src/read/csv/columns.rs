@@ -74,7 +74,7 @@ pub fn wanted(source: &Source, clock: &StampSource) -> Result<(Vec<WantedColumn>
         .map_err(|message| InputError::new(place(name), message))?;
         let inside = spelling.take(name);
         if let Some(first) = seen.get_index_of(&inside) {
-            let message = format!("the column is there twice, as columns {} and {}", first + 1, wants.len() + 1);
+            let message = format!("the column occurs twice, as columns {} and {}", first + 1, wants.len() + 1);
             return Err(InputError::new(place(name), message).help("keep one of them, or rename the other"));
         }
         seen.insert(inside, dimension);

@@ -64,7 +64,7 @@ impl<'de> Visitor<'de> for UniqueVisitor {
         let mut object = Map::new();
         while let Some(key) = entries.next_key::<String>()? {
             if object.contains_key(&key) {
-                return Err(A::Error::custom(format!("the key `{key}` is there twice")));
+                return Err(A::Error::custom(format!("the key `{key}` occurs twice")));
             }
             let UniqueKeys(value) = entries.next_value()?;
             object.insert(key, value);
@@ -150,5 +150,5 @@ fn spread(value: &Value, path: &mut String, row: &mut InMemoryTable, depth: usiz
             true
         }
     };
-    if is_new { Ok(()) } else { Err(format!("`{path}` is there twice, as one key and as nested ones").into()) }
+    if is_new { Ok(()) } else { Err(format!("`{path}` occurs twice, as one key and as nested ones").into()) }
 }

@@ -114,12 +114,12 @@ impl Dataset {
     }
 
     fn text(&self, key: &str) -> Result<&str, InputError> {
-        self.info.get(key).and_then(Value::as_str).ok_or_else(|| self.wrong(format!("the text `{key}` is not there")))
+        self.info.get(key).and_then(Value::as_str).ok_or_else(|| self.wrong(format!("the text `{key}` is missing")))
     }
 
     fn count(&self, key: &str) -> Result<usize, InputError> {
         let number = self.info.get(key).and_then(Value::as_u64).and_then(|number| usize::try_from(number).ok());
-        number.ok_or_else(|| self.wrong(format!("the number `{key}` is not there")))
+        number.ok_or_else(|| self.wrong(format!("the number `{key}` is missing")))
     }
 
     /// The episode that a text behind `#` names.
@@ -191,7 +191,7 @@ impl Dataset {
             for column in wanted {
                 match list.columns().get(column) {
                     Some(Cells::Numbers(values)) => columns.push(values),
-                    _ => return Err(InputError::new(name, format!("the column `{column}` is not there"))),
+                    _ => return Err(InputError::new(name, format!("the column `{column}` is missing"))),
                 }
             }
             let [episodes, chunks, files] = columns.as_slice() else { continue };

@@ -105,7 +105,7 @@ impl ChunkReader for SizedFile {
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
         if start.checked_add(length as u64).is_none_or(|end| end > self.length) {
-            return Err(ParquetError::EOF(format!("{length} bytes from byte {start} on are not there")));
+            return Err(ParquetError::EOF(format!("{length} bytes from byte {start} on are missing")));
         }
         let mut bytes = vec![0; length];
         let mut file = self.file.try_clone()?;

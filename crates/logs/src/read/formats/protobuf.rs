@@ -110,7 +110,7 @@ fn spread(value: &Value, path: &mut String, row: &mut InMemoryTable, depth: usiz
         // Images and clouds of points; what a map has differs from message to message.
         Value::List(_) | Value::Bytes(_) | Value::Map(_) => true,
     };
-    if is_new { Ok(()) } else { Err(format!("`{path}` is there twice").into()) }
+    if is_new { Ok(()) } else { Err(format!("`{path}` occurs twice").into()) }
 }
 
 /// The stamp in the field at a path, ns: `seconds` and `nanos`, or `sec` and `nsec` or `nanosec`.

@@ -54,7 +54,7 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
     }
     let place = |row: u64| format!("{file} row {row}");
     if header.markers.is_empty() {
-        return Err(InputError::new(&file, "the line MARKER_NAMES is not there, or names no marker"));
+        return Err(InputError::new(&file, "the line MARKER_NAMES is missing, or names no marker"));
     }
     let leading: Vec<&str> = header
         .titles

@@ -250,7 +250,7 @@ impl Names {
 
 /// The error for an element that occurs twice in a message: its value is ambiguous.
 fn twice(path: &str) -> Failure {
-    Failure::Message(format!("`{path}` is there twice"))
+    Failure::Message(format!("`{path}` occurs twice"))
 }
 
 /// A message on its way into a row.

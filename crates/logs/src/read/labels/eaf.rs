@@ -142,7 +142,7 @@ impl Times<'_> {
             }
             match self.parents.get(id) {
                 Some(parent) => id = parent,
-                None => return Err(format!("refers to `{id}`, which is not there")),
+                None => return Err(format!("refers to `{id}`, which does not exist")),
             }
         }
         Err(format!("refers to others more than {DEEPEST} deep"))

@@ -62,7 +62,7 @@ impl<'a> Reader<'a> {
     fn target(&self, node: Node<'a, 'a>, key: &str) -> Result<Node<'a, 'a>, String> {
         let name = node.attribute(key).unwrap_or_default();
         let found = name.strip_prefix('#').and_then(|id| self.ids.get(id)).copied();
-        found.ok_or_else(|| format!("`{}` names `{name}`, which is not there", node.tag_name().name()))
+        found.ok_or_else(|| format!("`{}` names `{name}`, which does not exist", node.tag_name().name()))
     }
 
     /// A node of the scene with all that is below it.

@@ -48,7 +48,7 @@ impl Packages<'_> {
             tried.push(format!("`{}`", path.display()));
         }
         let error =
-            refuse(format!("`{file}` is not there: {} does not exist", tried.first().map_or("it", String::as_str)));
+            refuse(format!("`{file}` is missing: {} does not exist", tried.first().map_or("it", String::as_str)));
         Err(match package.and_then(|rest| rest.split('/').next()) {
             Some(package) => {
                 error.help(format!("say where the package is in the robot file: `packages: {{{package}: FOLDER}}`"))

@@ -99,7 +99,7 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
     assert!(wrong("upper=\"0.4\"", "upper=\"-0.5\"").contains("`spread` goes from -0.4 to -0.5"));
     assert!(wrong("<parent link=\"f1\"/>", "<parent link=\"f3\"/>").contains("the unknown link `f3`"));
     assert!(wrong("joint=\"bend\"", "joint=\"bent\"").contains("`curl` mimics `bent`"));
-    assert!(wrong("name=\"curl\"", "name=\"bend\"").contains("the joint `bend` is there twice"));
+    assert!(wrong("name=\"curl\"", "name=\"bend\"").contains("the joint `bend` occurs twice"));
     assert!(wrong("xyz=\"0.05 0 0\"", "xyz=\"0.05 0,0 0\"").contains("`xyz` is `0.05 0,0 0`, expected three numbers"));
     // A moment that is more than the other two together is balanced, as files of well-known hands want it.
     let balanced: &'static str = Box::leak(urdf.replace("ixx=\"1e-3\"", "ixx=\"4e-3\"").into_boxed_str());

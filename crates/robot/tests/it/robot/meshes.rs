@@ -199,7 +199,7 @@ fn what_is_wrong_with_a_mesh_is_said_at_the_line_of_the_urdf() {
         ("m.dae", cyclic.as_bytes(), &["nodes are more than 64 deep"]),
         ("m.glb", b"", &["expected a file that ends in one of `.stl`, `.obj`, `.dae`"]),
         ("m.stl", &binary_stl(&large), &["`m.stl` is 80 m long", "scale=\"0.001 0.001 0.001\""]),
-        ("gone.stl", b"", &["`gone.stl` is not there"]),
+        ("gone.stl", b"", &["`gone.stl` is missing"]),
     ];
     for (file, bytes, wanted) in cases {
         let path = format!("robots/{}", file.replace("gone", "other"));

@@ -90,10 +90,10 @@ fn what_is_said_twice_is_refused_at_its_line() {
         refused("{\"scene\": {\"bodies\": {}}, \"time\": 0}\n"),
     ];
     let wanted = [
-        "log.jsonl row 2: the key `right.thumb.noise` is there twice",
-        "log.jsonl row 2: the key `noise` is there twice",
-        "log.jsonl row 2: `right.thumb.noise` is there twice, as one key and as nested ones",
-        "log.jsonl row 2: the key `time` is there twice",
+        "log.jsonl row 2: the key `right.thumb.noise` occurs twice",
+        "log.jsonl row 2: the key `noise` occurs twice",
+        "log.jsonl row 2: `right.thumb.noise` occurs twice, as one key and as nested ones",
+        "log.jsonl row 2: the key `time` occurs twice",
         "log.jsonl row 2: found a `scene`, expected it in the first line only",
         "log.jsonl row 2: found a `scene`, expected it in the first line only",
         "log.jsonl row 1: found a `scene` beside other keys, expected it in a line of its own",

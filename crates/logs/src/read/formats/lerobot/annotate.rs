@@ -337,7 +337,7 @@ impl AnnotationTarget {
         let mut new = self.set.info.clone();
         let place = self.set.place.clone();
         let features = new.get_mut("features").and_then(Value::as_object_mut);
-        let features = features.ok_or_else(|| InputError::new(&place, "the object `features` is not there"))?;
+        let features = features.ok_or_else(|| InputError::new(&place, "the object `features` is missing"))?;
         for (name, feature) in &changes.features {
             features.insert(name.clone(), feature.clone());
         }
@@ -435,7 +435,7 @@ fn episode_columns(file: File, path: &Path, new: &[EpisodeColumn]) -> Result<Vec
 /// The episode of each row.
 fn episodes_of(column: Option<&Cells>, name: &str) -> Result<Vec<usize>, InputError> {
     let Some(Cells::Numbers(numbers)) = column else {
-        return Err(InputError::new(name, "the column `episode_index` is not there"));
+        return Err(InputError::new(name, "the column `episode_index` is missing"));
     };
     let whole = |number: &f64| (0.0..1e9).contains(number).then_some(number.round() as usize);
     let all = numbers.iter().map(whole).collect::<Option<_>>();
@@ -447,7 +447,7 @@ fn read_stamps(file: File, name: &str, stamps: &mut BTreeMap<usize, Vec<f64>>) -
     let memory = parquet::read(file, name, |column| ["episode_index", "timestamp"].contains(&column))?;
     let column = |wanted: &str| match memory.columns().get(wanted) {
         Some(Cells::Numbers(numbers)) => Ok(numbers),
-        _ => Err(InputError::new(name, format!("the column `{wanted}` is not there"))),
+        _ => Err(InputError::new(name, format!("the column `{wanted}` is missing"))),
     };
     let mut new = BTreeSet::new();
     for (episode, stamp) in column("episode_index")?.iter().zip(column("timestamp")?) {
