@@ -230,12 +230,12 @@ fn what_says_nothing_is_refused() {
         "use \"contact.rules\"\nprimitive Lofted\nextend single_hand before carried { lifted and not supported and not walled => Lofted }\n",
     );
     let checked = all_said(&teachtree_in(folder.path(), &["check", "mine.rules"]));
-    assert!(checked.contains("warning[W203]: nothing says what a hand does in `Lofted`"), "{checked}");
+    assert!(checked.contains("warning[W203]: no action is declared for `Lofted`"), "{checked}");
     teachtree_in(folder.path(), &["teach", "pick_and_place", "pick_and_place", "--variation", "0", "-o", "shown.csv"]);
     let output =
         teachtree_in(folder.path(), &["retarget", "shown.csv", "--rules", "mine.rules", "-o", "commands.json"]);
     let said = all_said(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("nothing says what a hand does in `Lofted`"), "{said}");
+    assert!(said.contains("no action is declared for `Lofted`"), "{said}");
     assert!(!folder.path().join("commands.json").exists());
 }

@@ -314,7 +314,7 @@ fn block<'a>(
             .and_then(|_| inspector.leaf(None, frame))
             .is_some_and(|label| rules.label_name(label) == raw.primitive);
         let what = if covered {
-            "the tree over both hands speaks for this hand here".to_string()
+            "the tree over both hands labels this hand here".to_string()
         } else {
             format!("the leaf {leaf} lasted {}, which is too short to settle", fact::time(lasted))
         };

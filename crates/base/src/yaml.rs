@@ -33,7 +33,7 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         return Err(InputError::new(file, format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len())));
     }
     if let Some((line, column)) = too_deep(text) {
-        let message = format!("the brackets stand more than {MAX_DEPTH} deep in each other");
+        let message = format!("brackets are nested more than {MAX_DEPTH} deep");
         return Err(InputError::new(format!("{file}:{line}:{column}"), message));
     }
     let mut documents = serde_yaml::Deserializer::from_str(text);

@@ -170,11 +170,11 @@ fn check_meanings(span: &TaskSpan, log: &str) -> Result<(), InputError> {
     let Some(unsaid) = span.segments.iter().find(|segment| segment.does.is_none()) else { return Ok(()) };
     let name = unsaid.primitive.split('(').next().unwrap_or_default();
     let message = format!(
-        "nothing says what a hand does in `{name}`, at {:.3} s in the task `{}`: no robot can carry it out",
+        "no action is declared for `{name}`, at {:.3} s in the task `{}`: no robot can carry it out",
         unsaid.start_s, span.task
     );
     Err(InputError::new(log, message).help(format!(
-        "say it in the rules: what it is a kind of, such as `primitive {name} is …`, or what a hand does, such as `primitive {name} does carry`"
+        "declare in the rules a kind, such as `primitive {name} is …`, or an action, such as `primitive {name} does carry`"
     )))
 }
 

@@ -63,11 +63,11 @@ codes! {
     WRONG_SIDE = "E214";
     /// an override does not fit
     BAD_OVERRIDE = "E215";
-    /// a primitive is a kind of another one and says what a hand does
+    /// a primitive is a kind of another one and declares an action
     KIND_WITH_MEANING = "E216";
     /// primitives are kinds of each other in a circle
     CIRCULAR_KINDS = "E217";
-    /// no hand does what a primitive says
+    /// the action of a primitive is unknown
     UNKNOWN_MEANING = "E218";
 
     /// two quantities of different kinds are compared
@@ -141,7 +141,7 @@ codes! {
     UNUSED = "W201";
     /// a comment allows what is not there
     IDLE_ALLOW = "W202";
-    /// nothing says what a hand does in a primitive
+    /// no action is declared for a primitive
     NO_MEANING = "W203";
     /// a condition never holds
     NEVER_HOLDS = "W301";
@@ -153,7 +153,7 @@ codes! {
     ZERO_DIVISOR = "W304";
     /// a latch on `from` does not outlast the settling
     LATCH_RACES_SETTLING = "W401";
-    /// nothing says how a tree goes on after a new primitive
+    /// a branch does not define the leaf after a new primitive
     FORGOTTEN_FROM = "W402";
     /// there is no tree
     NO_TREE = "W403";

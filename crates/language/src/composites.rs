@@ -48,7 +48,7 @@ impl Resolver {
                 let text = &name.text;
                 self.report(
                     Diagnostic::error(codes::SAME_PARTS, format!("`{text}+` has another `{text}` beside it"))
-                        .at(name.span, "where the run ends is not said")
+                        .at(name.span, "the end of the run is ambiguous")
                         .help(format!("`{text}+` alone is one or more of them")),
                 );
                 continue;

@@ -100,11 +100,9 @@ impl Resolver {
         let findings: Vec<Diagnostic> = left_out
             .map(|(primitive, _)| {
                 let name = &primitive.name;
-                Diagnostic::warning(codes::NO_MEANING, format!("nothing says what a hand does in `{name}`"))
+                Diagnostic::warning(codes::NO_MEANING, format!("no action is declared for `{name}`"))
                     .at(primitive.span, "a robot cannot carry it out")
-                    .help(format!(
-                        "say what it is a kind of, such as `{name} is Translate`, or what a hand does: `{name} does carry`"
-                    ))
+                    .help(format!("declare a kind, such as `{name} is Translate`, or an action: `{name} does carry`"))
             })
             .collect();
         self.findings.extend(findings);

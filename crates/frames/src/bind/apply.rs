@@ -72,7 +72,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
         None if merged > 1 => {
             let message = format!("the bound columns are of {merged} sheets with stamps of their own");
             return Err(
-                InputError::new(place, message).help("say the common rate in the binding, such as `resample: 100 Hz`")
+                InputError::new(place, message).help("name the common rate in the binding, such as `resample: 100 Hz`")
             );
         }
         None if shifted => {
@@ -90,7 +90,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
 /// The error about a sensor with a time offset in a log that is not resampled.
 pub fn unshared_stamps(file: &BindingFile) -> InputError {
     let message = "a sensor with a time offset has stamps between the others".into();
-    file.error("sensors", message).help("say the common rate, such as `resample: 100 Hz`")
+    file.error("sensors", message).help("name the common rate, such as `resample: 100 Hz`")
 }
 
 /// Adds the normals of contacts as the binding says.

@@ -451,7 +451,7 @@ pub fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap
             while let Some((name, Value(value))) = entries.next_entry()? {
                 if params.len() == MAX_PARAMS {
                     let message = format!(
-                        "`{name}` is one parameter too many, a file overrides at most {MAX_PARAMS}: what more logs need belongs into the rules"
+                        "`{name}` is one parameter too many, a file overrides at most {MAX_PARAMS}: values that more logs need belong in the rules"
                     );
                     return Err(de::Error::custom(message));
                 }

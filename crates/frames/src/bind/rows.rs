@@ -370,7 +370,7 @@ impl RowBinder {
         let used = used.count();
         if used > 1 && self.resampler.is_none() {
             let message = format!("the bound columns are of {used} topics with stamps of their own");
-            return Err(self.file.error("channels", message).help("say the common rate, such as `resample: 100 Hz`"));
+            return Err(self.file.error("channels", message).help("name the common rate, such as `resample: 100 Hz`"));
         }
         self.join.mark(is_wanted);
         self.beginning.is_over |= used <= 1 && self.shifter.is_none();

@@ -63,7 +63,7 @@ impl Resolver {
     fn missing_from_warning(&self, new: usize, choice: &Choice, next: &Choice, condition: &Expr) -> Diagnostic {
         let name = self.rules.primitives.get(new).map_or("", |primitive| primitive.name.as_str());
         let leaf = gives(next).map_or("…".to_string(), |label| self.rules.label_name(label));
-        Diagnostic::warning(codes::FORGOTTEN_FROM, format!("nothing says how this branch goes on after `{name}`"))
+        Diagnostic::warning(codes::FORGOTTEN_FROM, format!("this branch does not define the leaf after `{name}`"))
             .at(choice.span, format!("on the frame after, the leaf before is `{name}`"))
             .at(condition.span, "this asks for other leaves")
             .help(format!("say what may follow it, such as `from({name}) and … => {leaf}` behind it"))

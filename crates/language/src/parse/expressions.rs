@@ -206,7 +206,7 @@ impl Builder<'_, '_, '_> {
             let word = words.first().copied().unwrap_or_default();
             self.findings.push(
                 Diagnostic::error(codes::BARE_WINDOW, format!("`{word}` takes a condition in parentheses"))
-                    .at(condition.span, "it is not clear how much of the condition is meant")
+                    .at(condition.span, "the extent of the condition is ambiguous")
                     .help(format!("put the whole condition into parentheses: `(moving and near) {word} …`")),
             );
             return None;

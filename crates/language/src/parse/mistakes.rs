@@ -97,7 +97,7 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     ];
     if expects(&primitive) && lower_case {
         if before == "is" && Meaning::from_name(word).is_some() {
-            let help = "what a hand does is said by `does`";
+            let help = "an action is declared by `does`";
             return finding.fix(help, scan.span(found - 1, found + 1), format!("does {word}"));
         }
         let (first, rest) = word.split_at(1);

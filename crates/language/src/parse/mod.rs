@@ -205,7 +205,7 @@ impl<'a> Parser<'a> {
             return next;
         }
         if level == Level::Hand && self.scan.begins_item(at) {
-            let message = format!("`{word}` does not belong into `for each hand`");
+            let message = format!("`{word}` does not belong in `for each hand`");
             let finding = Diagnostic::error(codes::NO_DECLARATION, message).at(place, "only signals and latches do");
             self.findings.push(finding.help("move it out of the braces"));
             return next;

@@ -34,7 +34,7 @@ impl Resolver {
                 self.report(finding);
             }
             if let (Some(above), Some(does)) = (&primitive.is, &primitive.does) {
-                let message = format!("`{}` is a kind of `{}` and says what a hand does", name.text, above.text);
+                let message = format!("`{}` is a kind of `{}` and declares an action", name.text, above.text);
                 let (is, root) = (above.text.clone(), name.text.clone());
                 self.report(
                     Diagnostic::error(codes::KIND_WITH_MEANING, message)
@@ -77,17 +77,17 @@ impl Resolver {
         let meaning = Meaning::from_name(&word.text);
         if meaning.is_none() {
             let known = || Meaning::ALL.into_iter().map(Meaning::name);
-            let finding = Diagnostic::error(codes::UNKNOWN_MEANING, format!("no hand does `{}`", word.text))
-                .at(word.span, "expected a word for what a hand does");
+            let finding = Diagnostic::error(codes::UNKNOWN_MEANING, format!("there is no action `{}`", word.text))
+                .at(word.span, "expected an action");
             if self.rules.primitive(&word.text).is_some() {
                 self.report(
-                    finding.help(format!("a kind of a primitive is said by `is`: `primitive … is {}`", word.text)),
+                    finding.help(format!("a kind of a primitive is declared by `is`: `primitive … is {}`", word.text)),
                 );
                 return None;
             }
             self.report(match nearest(&word.text, known()) {
                 Some(near) => finding.fix(format!("did you mean `{near}`?"), word.span, near),
-                None => finding.help(format!("a hand does one of {}", known().collect::<Vec<_>>().join(", "))),
+                None => finding.help(format!("actions are {}", known().collect::<Vec<_>>().join(", "))),
             });
         }
         meaning
@@ -112,7 +112,7 @@ impl Resolver {
                     let above = circle.get((at + 1) % circle.len()).map_or("", |above| above.name.as_str());
                     finding = finding.at(one.span, format!("is a kind of `{above}`"));
                 }
-                self.report(finding.help("let one of them say what a hand does: `primitive … does carry`"));
+                self.report(finding.help("declare an action for one of them: `primitive … does carry`"));
                 for id in path.iter().skip(first) {
                     if let Some(one) = self.rules.primitives.get_mut(id.index()) {
                         one.is = None;

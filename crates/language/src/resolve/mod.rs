@@ -129,7 +129,7 @@ impl Resolver {
         }
         let does = Meaning::ALL.into_iter().map(Meaning::name).find(|does| does.eq_ignore_ascii_case(word));
         if let Some(does) = does.filter(|_| kind == "primitive") {
-            self.report(finding.help(format!("what a hand does is said by `does`: `primitive … does {does}`")));
+            self.report(finding.help(format!("an action is declared by `does`: `primitive … does {does}`")));
             return;
         }
         let finding = match nearest(word, known.iter().map(String::as_str)) {

@@ -250,7 +250,7 @@ impl Resolver {
                 if !exclusive {
                     let message = format!("two files extend `{}` at the same place", later.place.text());
                     let finding = Diagnostic::error(codes::EXTENSION_CLASH, message)
-                        .at(later.anchor_span, "which one comes first is not said")
+                        .at(later.anchor_span, "the order of both is undefined")
                         .at(other.anchor_span, "the other file");
                     let finding = match self.beside(&later.anchor, theirs) {
                         Some(anchor) => finding.fix("name a choice of the other file", later.anchor_span, anchor),

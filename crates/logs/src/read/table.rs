@@ -335,7 +335,7 @@ fn merged(parts: Vec<(usize, Table)>, width: usize, file: &str) -> Result<Table,
     }
     let columns = parts.iter().flat_map(|(_, table)| &table.numbers).filter(|column| !column.is_empty()).count();
     check_size(file, time.len(), columns)
-        .map_err(|error| InputError { message: format!("laid on one time base: {}", error.message), ..error })?;
+        .map_err(|error| InputError { message: format!("placed on one time base: {}", error.message), ..error })?;
     let sheets = stamps.len();
     let mut whole = Table { numbers: vec![vec![]; width], texts: vec![vec![]; width], sheets, ..Table::default() };
     for (start, table) in parts {

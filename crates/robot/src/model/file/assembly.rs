@@ -22,7 +22,7 @@ pub(super) fn assembly(
 ) -> Result<Robot, InputError> {
     let refuse = |part: &str, message: String| places.error("parts", part, message);
     if depth >= MAX_DEPTH {
-        return Err(refuse("", format!("stand more than {MAX_DEPTH} deep in each other")));
+        return Err(refuse("", format!("are nested more than {MAX_DEPTH} deep")));
     }
     let mut links = vec![Link::massless("world", Vec::new())];
     let (tree, joint_names) = (KinematicTree::default(), BTreeMap::new());

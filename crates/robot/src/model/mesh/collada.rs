@@ -68,7 +68,7 @@ impl<'a> Reader<'a> {
     /// A node of the scene with all that is below it.
     fn node(&mut self, node: Node<'a, 'a>, above: &Matrix4<f64>, depth: usize) -> Result<(), String> {
         if depth > MAX_DEPTH {
-            return Err(format!("its nodes are more than {MAX_DEPTH} deep in each other"));
+            return Err(format!("its nodes are nested more than {MAX_DEPTH} deep"));
         }
         // Instances of instances may be many.
         self.visited += 1;

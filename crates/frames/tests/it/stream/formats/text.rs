@@ -171,7 +171,7 @@ channels:
     assert!(recording.time.len() > 4 && values(&recording, "right.palm.force.x")[0].is_nan());
     insta::assert_snapshot!(bound(&log, binding).unwrap_err(), @r"
     run: the bound columns are of 2 sheets with stamps of their own
-      help: say the common rate in the binding, such as `resample: 100 Hz`
+      help: name the common rate in the binding, such as `resample: 100 Hz`
     ");
     // One of them alone needs no common rate.
     let alone = "time: 1\nchannels: {right.palm.force: force.<xyz=2 3 4>}\n";
