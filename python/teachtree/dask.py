@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from asyncio import CancelledError
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -15,13 +16,14 @@ from .fleet._run import Rows, counted, failed
 
 
 def run(
-    sources: Iterable[str | os.PathLike[str] | fleet.Recording], job: fleet.Job, out: str, *, client: Client, **given: Any
+    sources: Iterable[str | os.PathLike[str] | fleet.Recording], job: fleet.Job, out: str, *, client: Client, patience: float = 300.0, **given: Any
 ) -> fleet.Ran:
     """Does what is not done yet on the workers of ``client``; what else is ``given`` is that of :func:`teachtree.fleet.plan`.
 
     A worker that ends is no loss: Dask gives its shards to others. A shard that ends every worker that it runs on, as one that needs more memory than
     they have, is divided. A recording that does it alone, when nothing else of this run is on the cluster, is a row of ``manifest`` with the code
-    ``killed``.
+    ``killed``. A cluster that loses its last worker and has none for ``patience`` seconds ends the run with a ``RuntimeError``; what was written stays,
+    and the same call goes on from there.
     """
     todo = fleet.plan(sources, job, out, **given)
     options = given.get("options")
@@ -35,7 +37,7 @@ def run(
         # Dask holds the end of a worker against each shard that waited there, so a recording is blamed only after it ran with no other.
         suspects: list[fleet.Shard] = []
         alone: Future | None = None
-        for future in waiting:
+        for future in _completed(waiting, client, patience):
             shard = of.pop(future)
             parts: list[fleet.Shard] = []
             try:
@@ -63,3 +65,24 @@ def run(
             yield found
 
     return counted(rows(), len(todo), todo.skipped)
+
+
+def _completed(waiting: as_completed, client: Client, patience: float) -> Iterator[Future]:
+    """Yields the futures as they complete, while the cluster has workers or has not had any yet."""
+    had_workers, last_seen, next_look = False, 0.0, 0.0
+    while not waiting.is_empty():
+        if waiting.has_ready():
+            yield next(waiting)
+            continue
+        time.sleep(0.05)
+        now = time.monotonic()
+        if now < next_look:
+            continue
+        next_look = now + 5.0
+        if client.nthreads():
+            had_workers, last_seen = True, now
+        elif had_workers and now > last_seen + patience:
+            raise RuntimeError(
+                f"the cluster has had no worker for {now - last_seen:.0f} s: its workers ended and were not started again. "
+                "Start workers and call this again; recordings that are done are skipped"
+            )

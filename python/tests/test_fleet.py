@@ -407,12 +407,34 @@ def test_a_recording_that_ends_its_workers_is_a_row(tmp_path: Path, job: fleet.J
     assert [Path(row["log"]).name for row in manifest if row["code"] == "killed"] == ["piece_0002.csv"]
 
 
+def test_a_cluster_that_lost_its_workers_ends_the_run(tmp_path: Path, job: fleet.Job) -> None:
+    distributed = pytest.importorskip("distributed")
+    import teachtree.dask
+
+    folder = short(tmp_path / "set", 6)
+    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None)
+    with cluster, distributed.Client(cluster) as client:
+        client.run(_busy)
+        lost = threading.Timer(7.0, cluster.scale, (0,))
+        lost.start()
+        with pytest.raises(RuntimeError, match="no worker for"):
+            teachtree.dask.run([folder], job, str(tmp_path / "out"), client=client, patience=1.0, shard_size=1)
+        lost.join()
+
+
+def _busy() -> None:
+    """Lets a worker never end a recording."""
+    fleet.Job.analyze = lambda self, log: time.sleep(3600)  # type: ignore[assignment,method-assign,misc,return-value]
+
+
 def _deadly() -> None:
     """Lets a worker die of one recording, as if the system took its memory."""
     analyze = fleet.Job.analyze
 
     def dying(self: fleet.Job, log: teachtree.Log) -> teachtree.Analysis:
         if log.name.endswith("piece_0002.csv"):
+            # Dask does not start a worker again that ends before its start is complete.
+            time.sleep(2.0)
             os.kill(os.getpid(), signal.SIGKILL)
         return analyze(self, log)
 
