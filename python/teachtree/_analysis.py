@@ -1,4 +1,4 @@
-"""What rules found in a log."""
+"""The result of rules on a log."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Explanation:
 
     def __init__(self, text: str, data: str) -> None:
         self.text = text
-        """The text for people."""
+        """The text that the command line prints."""
         self.json = data
         """``teachtree.explain/1`` (docs/formats.md)."""
 
@@ -45,13 +45,13 @@ class Score:
 
     def __init__(self, text: str, data: str, svg: str, warnings: Sequence[str]) -> None:
         self.text = text
-        """Tables for people."""
+        """The tables that the command line prints."""
         self.json = data
         """``teachtree.score/1`` (docs/formats.md)."""
         self.svg = svg
         """Confusions and boundary errors as a picture."""
         self.warnings = tuple(warnings)
-        """What is to be said about the labels."""
+        """Remarks about the labels."""
 
     @property
     def data(self) -> dict[str, Any]:
@@ -77,15 +77,15 @@ class Score:
 
 @dataclass(frozen=True)
 class OutcomeReason:
-    """Why a recording has its outcome."""
+    """A reason of an outcome."""
 
     kind: str
     """``succeeded``, ``mended``, ``failed``, ``missing``, ``not_measured``, ``no_task``, ``no_criterion``, ``unseen_failure`` or
     ``misread`` (docs/outcomes.md)."""
     track: str | None
-    """The hand; ``None`` where it is about the recording."""
+    """The hand; ``None`` if the reason concerns the recording."""
     task: str | None
-    """The task; ``None`` where it is about none."""
+    """The task; ``None`` if the reason concerns no task."""
     start_s: float | None
     """When the task starts, s."""
     end_s: float | None
@@ -106,9 +106,9 @@ class RecordingOutcome:
     attempts: int
     """The most attempts at one object and target; 0 without a task."""
     expected: str | None
-    """The tasks that the recording should contain; ``None`` where nothing is expected."""
+    """The tasks that the recording should contain; ``None`` without an expectation."""
     as_expected: bool | None
-    """Whether it contains them; ``None`` where nothing is expected."""
+    """Whether it contains them; ``None`` without an expectation."""
     text: str
     """The result with its first reasons, in words."""
     reasons: tuple[OutcomeReason, ...]
@@ -119,7 +119,7 @@ class RecordingOutcome:
 
 
 class Analysis:
-    """What rules found in a log: segments, tasks, issues, values per frame, reasons.
+    """The result of rules on a log: segments, tasks, issues, values per frame, reasons.
 
     >>> import teachtree
     >>> analysis = teachtree.analyze("demos/robosuite/lift_demo_1.csv", binding="demos/robosuite/panda_lift.binding.yaml")
@@ -171,12 +171,12 @@ class Analysis:
         return RecordingOutcome(result, attempts, expected, as_expected, text, tuple(OutcomeReason(*reason) for reason in reasons))
 
     def expecting(self, tasks: str) -> Analysis:
-        """The same, expected to contain these tasks in order, ``"peg_in_hole x 2, turn_screw"``, instead of those that the binding names."""
+        """The same analysis with other expected tasks, in order: ``"peg_in_hole x 2, turn_screw"``."""
         return Analysis(self._inner.expecting(tasks), self.log)
 
     @property
     def issues(self) -> Table:
-        """What was wrong with the log and how it was treated; for a log with a binding also what cannot be detected in it."""
+        """Faults of the log and their treatment; with a binding also the primitives that cannot be detected."""
         return Table(self._inner.issues())
 
     def frames(self, signals: Sequence[str] = ()) -> Table:
@@ -208,7 +208,7 @@ class Analysis:
         return Score(*self._inner.score(labels, track, map))
 
     def with_confidence(self) -> Analysis:
-        """The same with how sure each boundary and task is (docs/formats.md); takes about fifteen times as long as the analysis."""
+        """The same analysis with the confidence of each boundary and task (docs/formats.md); takes about fifteen times as long."""
         return Analysis(self._inner.with_confidence(), self.log)
 
     def json(self) -> str:
@@ -216,7 +216,7 @@ class Analysis:
         return self._inner.json()
 
     def json_line(self) -> str:
-        """The same on one line, for files with an analysis per line."""
+        """The same document on one line, for JSON lines."""
         return self._inner.json_line()
 
     @property
@@ -276,7 +276,7 @@ class Analysis:
         return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
 
     def save(self, path: Path) -> None:
-        """Writes a form of it by the ending of the name: ``.json``, ``.csv`` or ``.html``, whole or not at all."""
+        """Writes the analysis as ``.json``, ``.csv`` or ``.html``, by the ending of the name; a file is complete or absent."""
         ending = os.path.splitext(os.fspath(path))[1]
         forms = {".json": self.json, ".csv": self.csv, ".html": self.html}
         if ending not in forms:

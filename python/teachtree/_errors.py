@@ -29,9 +29,9 @@ class Diagnostic:
     end: tuple[int, int] | None
     """Line and column behind the last character."""
     notes: tuple[str, ...]
-    """Why it is so."""
+    """Notes: the reasons."""
     help: tuple[str, ...]
-    """What to do about it."""
+    """Advice."""
     rendered: str
     """The text that the command line prints."""
 
@@ -40,7 +40,7 @@ class Diagnostic:
 
 
 class Error(Exception):
-    """Why something could not be done. ``str()`` gives the whole text: place, message and advice.
+    """The error of a call. ``str()`` gives the whole text: place, message and advice.
 
     >>> import teachtree
     >>> try:
@@ -63,11 +63,11 @@ class Error(Exception):
         self.kind = kind
         """``io``, ``format``, ``binding``, ``scene``, ``rules``, ``mismatch``, ``argument`` or ``internal`` (docs/embedding.md)."""
         self.place = place
-        """Where: ``demo.csv row 12 column right.thumb.force.x``, ``tap.rules:12:5``."""
+        """The place: ``demo.csv row 12 column right.thumb.force.x``, ``tap.rules:12:5``."""
         self.message = message or rendered
-        """What was expected and what was found."""
+        """The expected and the found value."""
         self.help = help
-        """What to do about it, if anything can be advised."""
+        """Advice, or ``None``."""
         self.diagnostics = diagnostics
         """Each mistake in rule files; empty for other errors."""
         self.rendered = rendered
@@ -111,10 +111,10 @@ _KINDS: dict[str, type[Error]] = {
 
 
 def diagnostic(fields: dict[str, Any]) -> Diagnostic:
-    """A diagnostic of what the extension passes."""
+    """Makes a diagnostic from the data of the extension."""
     return Diagnostic(**{**fields, "notes": tuple(fields["notes"]), "help": tuple(fields["help"])})
 
 
 def build(kind: str, place: str, message: str, help: str | None, rendered: str, found: list[dict[str, Any]]) -> Error:
-    """The exception of an error of the extension."""
+    """Makes the exception of an error of the extension."""
     return _KINDS.get(kind, Error)(rendered, kind, place, message, help, tuple(map(diagnostic, found)))

@@ -1,4 +1,4 @@
-"""Rules that run on a log while it is being made."""
+"""Rules that run on a log while it is recorded."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ._rules import Rules
 
 @dataclass(frozen=True)
 class Event:
-    """Something new about a live log."""
+    """An event of a live log."""
 
     sequence: int
-    """0, 1, 2, …: an event that is missing shows."""
+    """0, 1, 2, …: a gap shows a missing event."""
     name: str
     """``label``: the primitive of a track at the newest frame, if the log ended there; ``segment``, ``task``: one that has closed; ``issue``."""
     final: bool
@@ -39,12 +39,12 @@ class Event:
 
     @property
     def confidence(self) -> float | None:
-        """How sure a label is, with ``Live(…, confidence=True)``: 0.5 when it begins, 1 once it has stood long enough (docs/live.md)."""
+        """The confidence of a label, with ``Live(…, confidence=True)``: from 0.5 at its start to 1 (docs/live.md)."""
         return self.data.get("confidence")
 
 
 class Calibration:
-    """What offline analysis learns from a whole log, learned from the beginning of one: rate, bias and contact level of sensors, contacts.
+    """The properties that an analysis learns from a log: rate, bias and contact level of sensors, contacts.
 
     ``whole`` learns from all of ``log`` as its analysis does: the final events then are those of the analysis.
     """
@@ -73,7 +73,7 @@ class Calibration:
 
 
 class Live:
-    """A log that is being made: rows go in, events come out, in constant memory.
+    """A log that is being recorded: takes rows and returns events, in constant memory.
 
     ``columns`` are the names of the values of a row, as in docs/logs.md, ``time`` among them; ``scene`` has the bodies and hands.
     With ``confidence`` labels have their confidence, and are repeated when it changes.
@@ -94,17 +94,17 @@ class Live:
         self._inner = _teachtree.Live(calibration._rules, list(columns), scene.text, calibration._inner, confidence)
 
     def push(self, row: Any) -> list[Event]:
-        """Takes a row: a sequence of numbers, or faster an array of doubles. What was not measured is NaN."""
+        """Takes a row: a sequence of numbers, or faster an array of doubles. A missing value is NaN."""
         lines = self._inner.push(row)
         return [_event(line) for line in lines] if lines else []
 
     def finish(self) -> list[Event]:
-        """Ends the log: all segments and tasks that are left."""
+        """Ends the log and returns the remaining segments and tasks."""
         return [_event(line) for line in self._inner.finish()]
 
     @property
     def lag_s(self) -> float | None:
-        """By how much segments lag behind the newest row, besides what relabeling and tasks need; known once some rows were pushed."""
+        """The delay of segments, s, without relabeling and tasks; ``None`` before the first rows."""
         return self._inner.lag_s
 
 

@@ -107,7 +107,7 @@ class Log:
         return self._inner.hands
 
     def read(self) -> Log:
-        """Reads the rows of a file into memory: worth it before several analyses of it. Returns itself."""
+        """Reads the rows of a file into memory, which speeds up several analyses. Returns itself."""
         self._inner.read()
         return self
 
@@ -116,7 +116,7 @@ class Log:
 
 
 def opened(log: Log | Any, binding: Binding | Path | None = None) -> Log:
-    """A log, or what one is made of."""
+    """Returns a log, made of its argument if necessary."""
     if isinstance(log, Log) and binding is not None:
         raise _argument("binding", "the log is open already, by its own binding", "write `Log(…, binding=…)`")
     return log if isinstance(log, Log) else Log(log, binding=binding)

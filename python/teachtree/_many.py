@@ -17,14 +17,14 @@ from ._rules import Rules
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one of many recordings."""
+    """The result of one of many recordings."""
 
     path: str
     """The recording."""
     analysis: Analysis | None
-    """What was found; ``None`` where the recording cannot be used."""
+    """The analysis; ``None`` if the recording cannot be used."""
     error: Error | None
-    """Why it cannot."""
+    """The error; ``None`` if the recording was analyzed."""
 
 
 def analyze(log: Log | Any, *, rules: Rules | None = None, binding: Binding | Path | None = None) -> Analysis:

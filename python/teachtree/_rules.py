@@ -1,4 +1,4 @@
-"""Rules: what the primitives and tasks are that are looked for."""
+"""Rules: definitions of primitives and tasks."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ._log import Binding, Log, Path, opened
 
 @dataclass(frozen=True)
 class Detectable:
-    """What rules can detect in a track of a log."""
+    """The primitives that rules can detect in a track of a log."""
 
     track: str
     """``left``, ``right`` or ``both``."""
     primitives: tuple[str, ...]
     """The primitives that can be detected."""
     undetectable: Mapping[str, tuple[str, ...]]
-    """Those that cannot, by reason: what the log lacks."""
+    """The primitives that cannot be detected, by reason: a missing channel."""
 
 
 class Rules:
