@@ -29,15 +29,15 @@ pub struct Args {
     one: PathBuf,
     /// The labels of the second person
     other: PathBuf,
-    /// The recordings that both labeled; a folder stands for all logs in it, `set#*` for all episodes of a data set
+    /// The recordings that both labeled; a folder stands for all its logs, `set#*` for all episodes of a data set
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
     track: LabelTrackArg,
-    /// Fail when Cohen's kappa of primitives, all recordings together, is less than this
+    /// Fail when Cohen's kappa of primitives over all recordings is below this
     #[arg(long, value_name = "KAPPA", value_parser = kappa)]
     min_kappa: Option<f64>,
-    /// From the names that stand in the files to those that are compared: a YAML file, or `S1=Move,S2=Grasp,S9=mask`
+    /// Mapping of the names in the files to the names that are compared: a YAML file, or `S1=Move,S2=Grasp,S9=mask`
     #[arg(long, value_name = "MAP")]
     map: Option<String>,
     #[command(flatten)]

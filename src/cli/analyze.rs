@@ -38,15 +38,15 @@ pub struct Args {
     pub fail_on: FailOnArg,
     #[command(flatten)]
     pub form: FormatArg<Format>,
-    /// Also report the confidence of boundaries and tasks, from runs with params a fifth smaller and larger
+    /// Also report the confidence of boundaries and tasks, from runs with params 20 % smaller and larger
     #[arg(long)]
     pub confidence: bool,
     #[command(flatten)]
     out: OutArg,
-    /// Write a file for each recording into this folder, named as the recording
+    /// Write a file for each recording, named like the recording, into this folder
     #[arg(long, value_name = "FOLDER", conflicts_with = "out", conflicts_with_all = SinkArgs::files())]
     pub out_dir: Option<PathBuf>,
-    /// Skip recordings whose file in `--out-dir` exists and was made from the same log, rules, params and version
+    /// Skip recordings whose file in `--out-dir` was made from the same log, rules, params and version
     #[arg(long, requires = "out_dir", conflicts_with_all = ["expect", "fail_on"])]
     pub resume: bool,
     #[command(flatten)]

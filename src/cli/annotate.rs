@@ -27,27 +27,27 @@ use teachtree_session::{AnalysisInternals, Log};
 /// Options of `annotate`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --rules my_failures.rules --failures write\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding with_signals.binding.yaml --task-spec task.json\nThe set itself is never changed. Recordings that are failures are left out unless --failures write. Where outcomes are known, by --expect or rules with failures, success fields are written too. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
+    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --rules my_failures.rules --failures write\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding with_signals.binding.yaml --task-spec task.json\nThe set itself is never changed. Recordings that are failures are left out unless --failures write. With --expect or rules with failures, success fields are written too. Existing labels are kept; existing labels of a style to be written are an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
 )]
 pub struct Args {
     /// A LeRobot set of version 2.0 to 3.0, or an HDF5 file of many recordings
     #[arg(value_name = "SET")]
     data: PathBuf,
-    /// Where to write the copy: a new name
+    /// Path of the copy, which must not exist
     #[arg(long, short, value_name = "COPY")]
     out: PathBuf,
     #[command(flatten)]
     analysis: AnalysisArgs,
     #[command(flatten)]
     expect: ExpectArg,
-    /// Recordings that are failures: leave them out, or write their labels and signals as of the others
+    /// Recordings that are failures: leave them out, or write their labels and signals like those of others
     #[arg(long, value_enum, value_name = "HOW", default_value = "skip")]
     failures: FailuresArg,
     #[command(flatten)]
     lerobot: LeRobot,
     #[command(flatten)]
     hdf5: Hdf5,
-    /// Leave existing labels of the written styles, signals of the written names, and success fields out of the copy
+    /// Replace existing labels of the written styles, signals of the written names, and success fields in the copy
     #[arg(long)]
     replace: bool,
     #[command(flatten)]

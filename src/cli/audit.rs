@@ -21,7 +21,7 @@ use teachtree_session::{AnalysisInternals, LogInternals};
 /// Options of `audit`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree audit recordings/\n  teachtree audit my_set bags/*.mcap\n  teachtree audit my_set --binding arm.binding.yaml --page audit.html --keep keep.json\n  teachtree audit my_set --binding arm.binding.yaml --rules my_failures.rules --expect 'peg_in_hole x 2' --fail-on failure\n  teachtree audit demos.hdf5 --binding sim.binding.yaml --mask masked.hdf5\n  teachtree audit recordings/ --allow unlike --fail-on idle,cut_off --format csv -o findings.csv\nWithout a binding, recordings with columns of other names are audited by their stamps, numbers and pictures.\nExit status: 0 fine, 1 a recording has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are audited."
+    after_help = "Examples:\n  teachtree audit recordings/\n  teachtree audit my_set bags/*.mcap\n  teachtree audit my_set --binding arm.binding.yaml --page audit.html --keep keep.json\n  teachtree audit my_set --binding arm.binding.yaml --rules my_failures.rules --expect 'peg_in_hole x 2' --fail-on failure\n  teachtree audit demos.hdf5 --binding sim.binding.yaml --mask masked.hdf5\n  teachtree audit recordings/ --allow unlike --fail-on idle,cut_off --format csv -o findings.csv\nWithout a binding, recordings with foreign columns are audited by their stamps, values and images.\nExit status: 0 fine, 1 a recording has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are audited."
 )]
 pub struct Args {
     /// Recordings, folders of them, LeRobot sets, HDF5 files; `set#0..9` for some episodes
@@ -38,19 +38,19 @@ pub struct Args {
     /// Also write a page for browsers, with the segments of each recording
     #[arg(long, value_name = "FILE.html")]
     page: Option<PathBuf>,
-    /// Also write a list of the good recordings: numbers of episodes of a LeRobot set, names of others; JSON if the name ends in .json, else a line each
+    /// Also write a list of the good recordings: episode numbers of a LeRobot set, else names; JSON if the name ends in .json, else one a line
     #[arg(long, value_name = "FILE")]
     keep: Option<PathBuf>,
     /// One HDF5 file: also write a copy of it with the names of the good recordings in `mask/teachtree_audit`
     #[arg(long, value_name = "COPY.hdf5")]
     mask: Option<PathBuf>,
-    /// Findings that do not keep a recording from being good
+    /// Findings that a good recording may have
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',')]
     allow: Vec<KindArg>,
     /// Findings with which the exit status is 1
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',')]
     fail_on: Vec<KindArg>,
-    /// The shortest time without motion that counts as a rest, s
+    /// Minimum time without motion that counts as a rest, s
     #[arg(long, value_name = "SECONDS", default_value = "3", value_parser = seconds)]
     rest: f64,
     #[command(flatten)]

@@ -35,8 +35,8 @@ use teachtree_session::RulesOptions;
     after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check rules/                   every rule file of a folder\n  teachtree check cell.scene.yaml lab.binding.yaml\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub\n  teachtree check rules/ --format sarif > teachtree.sarif"
 )]
 pub struct Args {
-    /// Rule files, read together; folders, whose rule files are checked one by one; scenes, operator scripts, bindings and robot files (YAML); the
-    /// shipped `contact.rules` and `failures.rules` when left out
+    /// Rule files, read together; folders, whose rule files are checked one by one; scenes, operator scripts, bindings and robot files (YAML); by default the
+    /// shipped `contact.rules` and `failures.rules`
     files: Vec<PathBuf>,
     /// The hand file that implements the abstract signals
     #[arg(long, value_name = "FILE")]

@@ -28,7 +28,7 @@ pub struct Args {
     /// The left hand picks up a box and passes it to the right hand, which puts it down
     #[arg(long)]
     both_hands: bool,
-    /// The folder to write; `teachtree-demo`, or `teachtree-demo-both-hands`, when left out
+    /// Output folder; by default `teachtree-demo`, or `teachtree-demo-both-hands`
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Random seed of the simulated operator

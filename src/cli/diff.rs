@@ -30,7 +30,7 @@ pub struct Args {
     one: PathBuf,
     /// The second rules
     other: PathBuf,
-    /// Recordings on which both are run; a folder stands for all logs in it, `set#*` for all episodes of a data set
+    /// Recordings on which both are run; a folder stands for all its logs, `set#*` for all episodes of a data set
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]

@@ -20,10 +20,10 @@ pub struct Args {
     /// The time in the recording, `3.41s` or `3410ms`, or an interval, `3.2s..3.6s`
     #[arg(long, value_name = "TIME", value_parser = times)]
     at: (f64, f64),
-    /// The track to explain; all tracks when left out
+    /// The track to explain; by default all tracks
     #[arg(long, value_enum, value_name = "TRACK")]
     track: Option<TrackArg>,
-    /// The primitive that was expected: the nearest path to it, and what was missing
+    /// The expected primitive: print the nearest path to it, and the conditions that fail
     #[arg(long, value_name = "PRIMITIVE")]
     why_not: Option<String>,
     #[command(flatten)]

@@ -25,19 +25,19 @@ const GROUPS: usize = 8;
 /// Options of `fit`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree fit recordings/ --rules tap.rules\n  teachtree fit recordings/ --rules tap.rules --params tap_time,tap_force -o tap.patch\n  teachtree fit a.csv b.csv c.csv d.csv --binding lab.binding.yaml --labels labels/ --track right\n  patch -p0 < tap.patch\nThe patch comes only where recordings that were held out bear it out. Rule files are never written.\nExit status: 0 there is a patch, 1 there is none, 2 bad input."
+    after_help = "Examples:\n  teachtree fit recordings/ --rules tap.rules\n  teachtree fit recordings/ --rules tap.rules --params tap_time,tap_force -o tap.patch\n  teachtree fit a.csv b.csv c.csv d.csv --binding lab.binding.yaml --labels labels/ --track right\n  patch -p0 < tap.patch\nA patch is printed only if held-out recordings confirm it. Rule files are never written.\nExit status: 0 there is a patch, 1 there is none, 2 bad input."
 )]
 pub struct Args {
-    /// Labeled recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
+    /// Labeled recordings; a folder stands for all its logs, `set#*` for all episodes of a data set
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// The params to change; all that have a range when left out
+    /// The params to fit; by default all with a range
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     params: Vec<String>,
-    /// The number of groups in which recordings are held out; when left out one for each recording, at most 8
+    /// Number of groups for cross-validation; by default one for each recording, at most 8
     #[arg(long, value_name = "GROUPS")]
     hold_out: Option<usize>,
-    /// Write a patch even where held-out recordings do not confirm it, or are too few
+    /// Write a patch even if held-out recordings do not confirm it or are too few
     #[arg(long)]
     anyway: bool,
     /// Compare segments before relabeling with the truth
@@ -51,7 +51,7 @@ pub struct Args {
     many: ParallelArgs,
     #[command(flatten)]
     form: FormatArg<Format>,
-    /// Where to write the patch; standard output when left out
+    /// Output file of the patch; by default standard output
     #[arg(long, short, value_name = "FILE.patch")]
     out: Option<PathBuf>,
 }

@@ -15,7 +15,7 @@ use teachtree_logs::read::text;
 /// Options of `fmt`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree fmt tap.rules          write it in the one style\n  teachtree fmt --check rules/     list the files that are not; exit status 1 when there are any\n  teachtree fmt - < tap.rules      from standard input to standard output"
+    after_help = "Examples:\n  teachtree fmt tap.rules          format the file\n  teachtree fmt --check rules/     list unformatted files; exit status 1 if there are any\n  teachtree fmt - < tap.rules      from standard input to standard output"
 )]
 pub struct Args {
     /// Rule files, and folders of them; `-` for standard input

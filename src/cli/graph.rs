@@ -25,22 +25,22 @@ use teachtree_session::{AnalysisInternals, RulesInternals};
     after_help = "Examples:\n  teachtree graph\n  teachtree graph tap.rules --format svg -o tap.svg\n  teachtree graph --log demonstration.csv --at 8.5s --format svg -o at.svg\n  teachtree graph tap.rules --transitions --format mermaid\n  teachtree graph --transitions --log demonstration.csv"
 )]
 pub struct Args {
-    /// Rule files; when left out the shipped `contact.rules`, for a log of two hands `bimanual.rules`, and `failures.rules`
+    /// Rule files; by default the shipped `contact.rules`, or `bimanual.rules` for a log of two hands, and `failures.rules`
     files: Vec<PathBuf>,
-    /// Which leaf can follow which, instead of the trees
+    /// Draw which leaf can follow which, instead of the trees
     #[arg(long)]
     transitions: bool,
     #[command(flatten)]
     form: FormatArg<Format>,
     #[command(flatten)]
     out: OutArg,
-    /// A recording: what was taken at a time is marked, what followed what is counted
+    /// A recording: its path through the tree at `--at` is marked, its transitions are counted
     #[arg(long, value_name = "LOG")]
     log: Option<PathBuf>,
     /// The time in the recording, `3.41s` or `3410ms`
     #[arg(long, value_name = "TIME", value_parser = time, requires = "log")]
     at: Option<f64>,
-    /// The tree of this track; all trees when left out
+    /// The track whose tree is drawn; by default all trees
     #[arg(long, value_enum, value_name = "TRACK", requires = "log")]
     track: Option<TrackArg>,
     #[command(flatten)]
@@ -49,7 +49,7 @@ pub struct Args {
     set: SetArg,
     #[command(flatten)]
     source: SourceArgs,
-    /// What the engine runs instead: shared values and two-way tests, as text
+    /// Print the compiled form that the engine runs: shared values and two-way tests, as text
     #[arg(long, conflicts_with_all = ["transitions", "log", "format"])]
     compiled: bool,
 }

@@ -64,7 +64,7 @@ pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<(), F
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  teachtree man | man -l -\n  teachtree man analyze > teachtree-analyze.1")]
 pub struct ManArgs {
-    /// The command; the overview when left out
+    /// The command; by default the overview
     command: Option<String>,
 }
 

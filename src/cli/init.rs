@@ -24,16 +24,16 @@ use teachtree_session::{Analysis, Log, Rules};
     after_help = "Examples:\n  teachtree init plug.csv\n  teachtree init my_set -o lab --yes\n  teachtree init recordings/ --force\nIt writes NAME.binding.yaml, NAME.scene.yaml, NAME.analysis.json and NAME.report.html, and an entry of teachtree.yaml (docs/bindings.md).\nExit status: 0 analyzed, 1 written but not analyzed: the files need an edit, 2 bad usage or input."
 )]
 pub struct Args {
-    /// Recordings of any format, or folders of them; the first one shows what they are like
+    /// Recordings of any format, or folders of recordings; the guesses are made from the first one
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// The folder to write; that of the log when left out
+    /// Output folder; by default the folder of the log
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Ask nothing, also in a terminal
+    /// Accept all guesses without questions
     #[arg(long, short)]
     yes: bool,
-    /// Overwrite files that are there
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
 }

@@ -23,7 +23,7 @@ use teachtree_session::{Calibration, Error, Observability, TrackObservability};
     after_help = "Examples:\n  teachtree inspect log.mcap\n  teachtree inspect log.csv --binding lab.binding.yaml --format json"
 )]
 pub struct Args {
-    /// A recording of any format; `set#0..9` or `set#*` for several episodes, one after the other
+    /// A recording of any format; `set#0..9` or `set#*` for several episodes
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -31,7 +31,7 @@ pub struct Args {
     /// Replaced by `init`
     #[arg(long, value_name = "FILE", hide = true)]
     skeleton: Option<PathBuf>,
-    /// Write what an analysis learns of the rate and of the sensors, for `live --calibration`
+    /// Write the calibration of rate and sensors, for `live --calibration`
     #[arg(long, value_name = "FILE.json")]
     calibrate: Option<PathBuf>,
     #[command(flatten)]

@@ -87,7 +87,7 @@ enum Format {
     after_help = "Examples:\n  teachtree show contact.rules > my.rules\n  teachtree show pick_and_place.operator.yaml\n  teachtree show sawyer_stack.binding.yaml"
 )]
 pub struct ShowArgs {
-    /// A file of `teachtree list`; its ending may be left out where no other has the name
+    /// A file of `teachtree list`; the extension is optional if the name is unique
     name: String,
 }
 

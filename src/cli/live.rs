@@ -46,32 +46,31 @@ pub struct Args {
     /// The scene; else the first line of JSON lines, or the file beside a file
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// How the columns of the log become channels (docs/bindings.md); each row, or message of a topic, is bound when it comes
+    /// Binding file that maps the columns of the log to channels (docs/bindings.md), row by row or message by message
     #[arg(long, value_name = "FILE")]
     binding: Option<PathBuf>,
-    /// Read an MCAP file on while it is being written
+    /// Continue to read an MCAP file while it is being written
     #[arg(long)]
     follow: bool,
-    /// How long a topic of the binding is awaited, by the stamps of the others
+    /// How long frames wait for a topic of the binding, by the stamps of the other topics
     #[arg(long, value_name = "SECONDS", default_value_t = WAIT_S, value_parser = seconds)]
     wait: f64,
-    /// Learn the rate and the sensors from the first seconds of the log
+    /// Calibrate rate and sensors from the first seconds of the log
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = seconds)]
     calibrate: f64,
-    /// Take them from a file of `inspect --calibrate`, or from a recording with the same columns
+    /// Read the calibration from a file of `inspect --calibrate`, or calibrate from a recording with the same columns
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
-    /// Serve labels, tasks and all events to viewers and controllers by the Foxglove protocol, on this port of this machine, or on an address such as
-    /// 0.0.0.0:8766
+    /// Serve labels, tasks and all events to viewers and controllers by the Foxglove protocol, on this local port, or on an address such as 0.0.0.0:8766
     #[arg(long, value_name = "PORT", value_parser = server::address)]
     serve: Option<std::net::SocketAddr>,
-    /// A site whose pages may read the labels, such as https://app.foxglove.dev; may be repeated. Programs and pages of this machine always may
+    /// A site whose pages may read the labels, such as https://app.foxglove.dev; may be repeated. Programs and pages of this machine always can
     #[arg(long, value_name = "ORIGIN", requires = "serve", value_parser = server::origin)]
     serve_origin: Vec<String>,
     #[cfg(feature = "zenoh")]
     #[command(flatten)]
     zenoh: pubsub::ZenohArgs,
-    /// Also report the confidence of each label, by how long it has stood, and the label again when that changes
+    /// Also report the confidence of each label, from its age, and report the label again when its confidence changes
     #[arg(long)]
     confidence: bool,
     #[command(flatten)]

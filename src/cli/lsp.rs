@@ -16,13 +16,13 @@ pub struct Args {
     /// The recording whose values hover shows
     #[arg(long, value_name = "LOG")]
     log: Option<PathBuf>,
-    /// The time in it, `3.41s` or `3410ms`; its beginning when left out
+    /// The time in the recording, `3.41s` or `3410ms`; by default its beginning
     #[arg(long, value_name = "TIME", value_parser = check_time)]
     at: Option<String>,
-    /// How the columns of a foreign recording become channels
+    /// Binding file that maps the columns of a foreign recording to channels
     #[arg(long, value_name = "FILE")]
     binding: Option<PathBuf>,
-    /// A scene instead of the one that the recording carries
+    /// Scene file; replaces the scene of the recording
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     #[command(flatten)]

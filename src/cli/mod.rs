@@ -71,28 +71,28 @@ struct Cli {
 enum Command {
     /// Run the full pipeline on built-in example files; writes a folder
     Demo(demo::Args),
-    /// Report all errors and likely mistakes of rule files, and what running them costs
+    /// Report all errors and likely mistakes of rule files, and their cost at run time
     Check(check::Args),
     /// Guess the binding and the scene of a log, write them with a project file, and analyze it
     Init(init::Args),
     /// List the columns of a log and the primitives that can be detected in it
     Inspect(inspect::Args),
-    /// Print how a log is read and analyzed, and where each setting is from: options, `teachtree.yaml`, the binding
+    /// Print the settings of a log and the source of each: options, `teachtree.yaml`, the binding
     Config(config::Args),
     /// Segment recordings into primitives and name their tasks
     Analyze(analyze::Args),
-    /// Write the labels of all recordings of a data set into a copy of it: words for LeRobot, signals for MimicGen
+    /// Label a copy of a data set: words for LeRobot, signals for MimicGen
     Annotate(annotate::Args),
-    /// Write bags as a data set: episodes, at one rate, with labels, tasks and success
+    /// Convert bags to a data set: episodes, at one rate, with labels, tasks and success
     #[command(subcommand)]
     Export(export::Target),
-    /// Report the recordings of a set that should not be trained on, with the reasons
+    /// Report recordings of a set that are unfit for training, with the reasons
     Audit(audit::Args),
-    /// Label a log while it is being made: segments and tasks as they close
+    /// Label a log while it is recorded: segments and tasks as they close
     Live(live::Args),
-    /// Explain why a recording has its labels at a time, and why not others
+    /// Explain the labels of a recording at a time, and why others were not given
     Explain(explain::Args),
-    /// Open a local page to look at recordings, correct what was found, and tune the rules
+    /// Open a local page to view recordings, correct labels and tune rules
     Studio(studio::Args),
     /// Compare recordings with their expectation files; coverage and mutation of the rules
     Test(test::Args),
@@ -115,13 +115,13 @@ enum Command {
     Diff(diff::Args),
     /// Format rule files
     Fmt(fmt::Args),
-    /// Draw the trees of rule files, or the transitions between primitives; mark what a recording took
+    /// Draw the trees of rule files, or the transitions between primitives; mark the path of a recording
     Graph(graph::Args),
     /// Run the language server for editors: diagnostics, hover, names, completion
     Lsp(lsp::Args),
-    /// List the rules, scenes, operators, robots and bindings that are in the program
+    /// List the shipped rules, scenes, operators, robots and bindings
     List(list::ListArgs),
-    /// Print a file that is in the program
+    /// Print a shipped file
     Show(list::ShowArgs),
     /// Print the completion script of a shell
     Completions(help::CompletionsArgs),

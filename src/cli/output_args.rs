@@ -10,7 +10,7 @@ use teachtree_logs::atomic_write::Files;
 /// The form of an output, among those of the command.
 #[derive(clap::Args, Clone, Debug)]
 pub struct FormatArg<F: ValueEnum + Send + Sync + 'static> {
-    /// What to write
+    /// Output format
     #[arg(long, value_enum, default_value = "text")]
     pub format: F,
 }
@@ -29,7 +29,7 @@ impl<F: ValueEnum + Send + Sync + 'static> FormatArg<F> {
 /// The file of an output.
 #[derive(clap::Args, Clone, Debug)]
 pub struct OutArg {
-    /// Where to write it; standard output when left out
+    /// Output file; by default standard output
     #[arg(long = "out", short = 'o', id = "out", value_name = "FILE")]
     pub file: Option<PathBuf>,
 }

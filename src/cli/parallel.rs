@@ -14,7 +14,7 @@ use teachtree_logs::issue::{Issue, IssueKind};
 /// Options of commands that work on many recordings.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct ParallelArgs {
-    /// The most recordings to work on at a time; the number of cores when left out
+    /// Maximum number of recordings analyzed in parallel; by default the number of cores
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: Option<u16>,
 }

@@ -17,7 +17,7 @@ use teachtree_session::RulesInternals;
     after_help = "Examples:\n  teachtree prove additive single_hand.rules contact.rules\n  teachtree prove additive contact.rules tap.rules --hand hand_flags.rules\nExit status: 0 proved, 1 not proved, 2 bad input."
 )]
 pub struct Args {
-    /// What is to be proved
+    /// The claim to prove
     #[arg(value_enum)]
     claim: Claim,
     /// The rules that are extended

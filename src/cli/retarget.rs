@@ -22,7 +22,7 @@ use teachtree_session::{AnalysisInternals, LogInternals, RulesInternals};
   teachtree retarget demonstration.csv --robot both_hands -o commands.json
   teachtree retarget demonstration.csv --robot gifu_hand_iii_right --format csv -o commands.csv
 
-Exit status: 0 commands for every task are written; 1 no task was found, and nothing is written, or the robot cannot take a grasp or cannot go a way: the reason is printed, and `simulate` refuses such commands; 2 bad input.")]
+Exit status: 0 commands for every task are written; 1 no task is recognized and nothing is written, or the robot cannot take a grasp or follow a path: the reason is printed, and `simulate` refuses such commands; 2 bad input.")]
 pub struct Args {
     /// A recording of any format
     #[arg(value_name = "LOG")]
@@ -30,15 +30,15 @@ pub struct Args {
     /// A shipped robot by name, or a robot file
     #[arg(long, value_name = "ROBOT", default_value = "both_hands")]
     robot: String,
-    /// What makes a grasp of a hand good; grippers have their own measure
+    /// The measure by which grasps of a hand are ranked; grippers have their own measure
     #[arg(long, value_enum, default_value_t = Grasps::Quality)]
     grasps: Grasps,
     #[command(flatten)]
     analysis: AnalysisArgs,
-    /// What to write
+    /// Output format
     #[arg(long, value_enum, default_value_t = Format::Json)]
     format: Format,
-    /// Where to write the commands
+    /// Output file of the commands
     #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
 }

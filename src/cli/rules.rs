@@ -22,7 +22,7 @@ pub struct SetArg {
 /// Options that name rules.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct RuleArgs {
-    /// Rule files; when left out the shipped `contact.rules`, for logs of two hands `bimanual.rules`, and `failures.rules`
+    /// Rule files; by default the shipped `contact.rules`, or `bimanual.rules` for logs of two hands, and `failures.rules`
     #[arg(long = "rules", value_name = "FILE")]
     pub rules: Vec<PathBuf>,
     #[command(flatten)]

@@ -19,7 +19,7 @@ use teachtree_session::{AnalysisInternals, LabelsInternals, LogInternals, RulesI
     after_help = "Examples:\n  teachtree score demonstration.csv\n  teachtree score recordings/ --format json -o score.json --picture score.svg\n  teachtree score S2_T1.csv --binding yumi.binding.yaml --labels S2_T1_segments.csv --track right --map 'S1=Move|Approach,S2=Grasp,S9=mask'\n  teachtree score 'set#*' --binding lab.binding.yaml --labels labels/ --track right --min-f1 85"
 )]
 pub struct Args {
-    /// Recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
+    /// Recordings; a folder stands for all its logs, `set#*` for all episodes of a data set
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -28,22 +28,22 @@ pub struct Args {
     analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
-    /// Relabel the truth by the same rules before relabeled segments are compared with it
+    /// Relabel the truth by the same rules before the comparison with relabeled segments
     #[arg(long)]
     relabel_truth: bool,
-    /// The sequences that tasks should have, instead of those of the truth: YAML, `task: Move Approach …`
+    /// The expected sequences of tasks, instead of those of the truth: YAML, `task: Move Approach …`
     #[arg(long, value_name = "FILE")]
     sequences: Option<PathBuf>,
     /// Also score the segments before relabeling
     #[arg(long)]
     raw: bool,
-    /// Fail when the frames right, all recordings together, are less than this, in percent
+    /// Fail when frame accuracy over all recordings is below this, in percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     min_accuracy: Option<f64>,
-    /// Fail when F1 at an overlap of 50 % is less than this, in percent
+    /// Fail when F1 at an overlap of 50 % is below this, in percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     min_f1: Option<f64>,
-    /// Fail when the edit score is less than this, in percent
+    /// Fail when the edit score is below this, in percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     min_edit: Option<f64>,
     #[command(flatten)]

@@ -39,31 +39,31 @@ pub struct Args {
     /// The commands that `teachtree retarget` wrote
     #[arg(value_name = "COMMANDS")]
     commands: PathBuf,
-    /// A shipped robot by name, or a robot file; the one that the commands were made for
+    /// A shipped robot by name, or a robot file; must be the robot of the commands
     #[arg(long, value_name = "ROBOT", default_value = "both_hands")]
     robot: String,
-    /// A shipped scene by name, or a scene file; objects may stand elsewhere than they were demonstrated
+    /// A shipped scene by name, or a scene file; objects may stand elsewhere than in the demonstration
     #[arg(long, value_name = "SCENE")]
     scene: String,
-    /// Rule files that are to find the commanded tasks in the robot's recording too
+    /// Rule files that must recognize the commanded tasks in the robot's recording
     #[arg(long, value_name = "FILE")]
     rules: Vec<PathBuf>,
-    /// Where to write the recording, its scene beside it
+    /// Output file of the recording; its scene is written beside it
     #[arg(long, short, value_name = "LOG")]
     out: PathBuf,
-    /// Where to write what the joints are to do, with the fields of trajectory_msgs/JointTrajectory, within the limits of the robot
+    /// Output file of the joint trajectory within the limits of the robot, with the fields of trajectory_msgs/JointTrajectory
     #[arg(long, value_name = "FILE")]
     trajectory: Option<PathBuf>,
-    /// Where to write the same in parts, one for each arm and hand: a folder of goals for `ros2 action send_goal --stdin`
+    /// Output folder of the same trajectory as goals for `ros2 action send_goal --stdin`, one for each arm and hand
     #[arg(long, value_name = "FOLDER")]
     goals: Option<PathBuf>,
-    /// The posture from which trajectory and goals begin, as `ros2 topic echo --once /joint_states` prints it
+    /// The posture at which the trajectory and the goals begin, as `ros2 topic echo --once /joint_states` prints it
     #[arg(long, value_name = "FILE")]
     posture: Option<PathBuf>,
-    /// Where to write a page of what the robot did, to be played: pictures, forces, joints, manipulability
+    /// Output file of a page that replays the execution: pictures, forces, joints, manipulability
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Faults for which the exit status is not 0
+    /// Faults with which the exit status is not 0
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',', default_values_t = [FailOn::NotDone, FailOn::Collisions, FailOn::NotRecognized])]
     fail_on: Vec<FailOn>,
     #[command(flatten)]

@@ -12,10 +12,10 @@ use teachtree_session::{Error, Log, LogOptions};
 /// Options for reading a log.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct SourceArgs {
-    /// How the columns of foreign logs become channels
+    /// Binding file that maps the columns of foreign logs to channels
     #[arg(long, value_name = "FILE")]
     pub binding: Option<PathBuf>,
-    /// A scene instead of the one that each log carries
+    /// Scene file; replaces the scene of each log
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
     /// Whether `teachtree.yaml` is left out: these options are all that there is.

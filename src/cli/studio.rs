@@ -13,29 +13,29 @@ use teachtree_studio::{Options, Studio};
 /// Options of `studio`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree studio recordings/ --rules my.rules\n  teachtree studio my_set --binding arm.binding.yaml\n  teachtree studio recordings/ --rules new.rules --against old.rules\n  teachtree studio demonstration.csv --no-open --port 8000\n\nThe page is on this machine only, under the address that is printed; Ctrl-C ends it. How to use it: docs/studio.md"
+    after_help = "Examples:\n  teachtree studio recordings/ --rules my.rules\n  teachtree studio my_set --binding arm.binding.yaml\n  teachtree studio recordings/ --rules new.rules --against old.rules\n  teachtree studio demonstration.csv --no-open --port 8000\n\nThe page is served on this machine only, at the printed address; Ctrl-C ends it. Guide: docs/studio.md"
 )]
 pub struct Args {
-    /// Recordings; a folder, a data set or an HDF5 file stands for all in it; the folder in which the command runs when left out
+    /// Recordings; a folder, a data set or an HDF5 file stands for all its recordings; by default the current folder
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
     rules: RuleArgs,
-    /// Other rule files: their lanes stand below those of the rules, differences are marked and counted; may be repeated
+    /// Rule files to compare with: their lanes are below those of the rules, differences are marked and counted; may be repeated
     #[arg(long, value_name = "FILE")]
     against: Vec<PathBuf>,
     #[command(flatten)]
     source: SourceArgs,
-    /// With --binding: each file of a folder is a recording, instead of a part of one
+    /// With --binding: treat each file of a folder as a recording, not as a part of one
     #[arg(long)]
     each: bool,
-    /// The port of the page; any that is free when left out
+    /// The port of the page; by default any free port
     #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
     port: u16,
-    /// Who corrects labels; the name of the user when left out
+    /// The name of the person who corrects labels; by default the user name
     #[arg(long, value_name = "NAME")]
     by: Option<String>,
-    /// Only print the address, do not open a browser
+    /// Print the address without opening a browser
     #[arg(long)]
     no_open: bool,
 }

@@ -32,20 +32,20 @@ pub struct Args {
     /// A shipped operator by name, or an operator file
     #[arg(required_unless_present = "live")]
     operator: Option<String>,
-    /// Where to write the recording, its scene beside it; with `--seeds` a folder; with `--live` never over a file that is there
+    /// Output file of the recording, or folder with `--seeds`; its scene is written beside it. `--live` never replaces a file
     #[arg(long, short, value_name = "LOG")]
     #[arg(required_unless_present = "live")]
     out: Option<PathBuf>,
     /// Random seed; equal seeds give identical recordings
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Several simulated operators: the first and the last seed, such as `1..200`; files are named after the operator and the seed
+    /// The first and the last seed of several simulated operators, such as `1..200`; files are named after the operator and the seed
     #[arg(long, value_name = "FIRST..LAST", value_parser = seeds, conflicts_with = "seed")]
     seeds: Option<(u64, u64)>,
-    /// How much the simulated operator varies: 0 like a machine, 1 as in the operator file
+    /// Factor of the simulated operator's variation: 0 for none, 1 as in the operator file
     #[arg(long, alias = "noise", value_name = "FACTOR", value_parser = factor, default_value_t = 1.0)]
     variation: f64,
-    /// The robot that will perform the task, by name or a robot file: gives the operator virtual hands of that robot's size
+    /// The robot that will perform the task, by name or a robot file; the operator gets virtual hands of its size
     #[arg(long, value_name = "ROBOT")]
     robot: Option<String>,
     #[command(flatten)]

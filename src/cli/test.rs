@@ -29,31 +29,31 @@ const ENDING: &str = "expect";
 /// Options of `test`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               add what is missing, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update --replace  accept what is found in one of them\n  teachtree test logs/ --pending              write what was found beside, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate\n  teachtree test logs/ --format junit > teachtree.xml"
+    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               add what is missing, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update --replace  accept the results of one recording\n  teachtree test logs/ --pending              write results to NAME.expect.new, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate\n  teachtree test logs/ --format junit > teachtree.xml"
 )]
 pub struct Args {
-    /// Folders with expectations, or expectation files; this folder when left out
+    /// Expectation files, or folders with expectation files
     #[arg(value_name = "PATH", default_value = ".")]
     paths: Vec<PathBuf>,
-    /// Add what no line expects; logs in the named folders that have no expectation get one, with the rules and binding given here
+    /// Add results that no line expects; write an expectation file, with the rules and binding given here, for each log in the named folders that has none
     #[arg(long)]
     update: bool,
-    /// With `--update`: replace lines that are not met by the result, unless they are `pinned`
+    /// With `--update`: replace lines that the result does not meet, except `pinned` ones
     #[arg(long, requires = "update")]
     replace: bool,
-    /// Write the results that differ as `NAME.expect.new`, to be reviewed with `cargo insta review --workspace-root . --extensions expect`
+    /// Write results that differ to `NAME.expect.new`, for review with `cargo insta review --workspace-root . --extensions expect`
     #[arg(long, conflicts_with = "update")]
     pending: bool,
-    /// Say which choices are never taken, and which conditions are never true or never false while they are asked
+    /// Report choices that are never taken, and conditions that are never true or never false when evaluated
     #[arg(long)]
     coverage: bool,
-    /// Fail when less than this share of them is seen, in percent
+    /// Fail when coverage is below this, in percent
     #[arg(long, value_name = "PERCENT")]
     min_coverage: Option<f64>,
-    /// Change comparisons, thresholds and times one by one, and list the changes that no expectation notices
+    /// Change comparisons, thresholds and times one by one, and list the changes that no expectation detects
     #[arg(long)]
     mutate: bool,
-    /// Coverage and mutation of this rule file alone, such as your extension of the shipped rules; may be repeated
+    /// Coverage and mutation of this rule file only, such as an extension of the shipped rules; may be repeated
     #[arg(long, value_name = "FILE.rules")]
     only: Vec<String>,
     #[command(flatten)]

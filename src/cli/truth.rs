@@ -37,7 +37,7 @@ impl From<TrackArg> for TrackId {
 /// The track of labels.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub struct LabelTrackArg {
-    /// The track of labels that have no column `track`
+    /// The track of labels without a column `track`
     #[arg(long, value_enum, value_name = "TRACK")]
     track: Option<TrackArg>,
 }
@@ -56,7 +56,7 @@ pub struct TruthArgs {
     pub labels: Option<PathBuf>,
     #[command(flatten)]
     pub track: LabelTrackArg,
-    /// From foreign names to ours: a YAML file, or `S1=Move|Approach,S2=Grasp,S9=mask`
+    /// Mapping of foreign names to names of the rules: a YAML file, or `S1=Move|Approach,S2=Grasp,S9=mask`
     #[arg(long, value_name = "MAP")]
     pub map: Option<String>,
 }

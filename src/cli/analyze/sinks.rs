@@ -24,10 +24,10 @@ pub struct SinkArgs {
     /// Signals, latches and channels of the rules whose values are added to the files of `--frames`, `--mcap` and `--trace`
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     signals: Vec<String>,
-    /// Also write labels, signals and poses for viewers, and beside it a layout for Foxglove (one recording only)
+    /// Also write labels, signals and poses for viewers, and a layout for Foxglove beside the file (one recording only)
     #[arg(long, value_name = "FILE.mcap")]
     mcap: Option<PathBuf>,
-    /// Also copy all messages of the log, an MCAP file, into the file of `--mcap`, so that it can replace the log
+    /// Also copy all messages of the log, an MCAP file, into the file of `--mcap`, which can then replace the log
     #[arg(long, requires = "mcap")]
     into: bool,
     /// Also write segments and tasks as events for Perfetto or `about:tracing`, a thread for each track (one recording only)

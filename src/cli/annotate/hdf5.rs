@@ -22,10 +22,11 @@ use teachtree_session::{AnalysisInternals, LogInternals};
 /// Options of HDF5 files.
 #[derive(clap::Args)]
 pub struct Hdf5 {
-    /// HDF5: a signal by which a part of a demonstration ends: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated; the `signals` of the binding when left out
+    /// HDF5: a signal that ends a subtask: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated; by default the `signals` of
+    /// the binding
     #[arg(long, value_name = "NAME=STEP")]
     signal: Vec<String>,
-    /// HDF5: a signal by which a part begins, in the layout of Isaac Lab Mimic; may be repeated; the `start_signals` of the binding when left out
+    /// HDF5: a signal that starts a subtask, in the layout of Isaac Lab Mimic; may be repeated; by default the `start_signals` of the binding
     #[arg(long, value_name = "NAME=STEP")]
     start_signal: Vec<String>,
     /// HDF5: write the specification of the task for a data generator: `.json` for MimicGen, `.yaml` for AutoData
@@ -34,7 +35,7 @@ pub struct Hdf5 {
     /// HDF5: the name of a body of the scene in the file, for --task-spec; may be repeated
     #[arg(long, value_name = "BODY=NAME", value_parser = name_and_value)]
     pub(super) object_ref: Vec<(String, String)>,
-    /// HDF5: the layout of the signals; when left out the one of the file, else MimicGen's
+    /// HDF5: the layout of the signals; by default that of the file, else MimicGen's
     #[arg(long, value_enum)]
     layout: Option<LayoutArg>,
 }

@@ -25,13 +25,14 @@ const LISTED: usize = 30;
 /// Options of LeRobot sets.
 #[derive(clap::Args)]
 pub struct LeRobot {
-    /// LeRobot: the labels to write, both when left out
+    /// LeRobot: the labels to write; by default both
     #[arg(long, value_enum, value_name = "STYLE")]
     style: Vec<StyleArg>,
-    /// LeRobot: how labels are worded; a table of words in place of lines of the shipped `words.yaml`, `NAME=TEMPLATE` for one primitive, task or body, or `TEMPLATE` for all names, such as `{name}[ {object}][ ({partner})]`, `{hand}` for the hand; may be repeated
+    /// LeRobot: wording of labels: a YAML file whose lines replace those of the shipped `words.yaml`, `NAME=TEMPLATE` for one primitive, task or body, or
+    /// `TEMPLATE` for all names, such as `{name}[ {object}][ ({partner})]`, with `{hand}` for the hand; may be repeated
     #[arg(long, value_name = "TEMPLATE|FILE.yaml")]
     words: Vec<String>,
-    /// LeRobot: write `language_persistent`, as when no other form is named
+    /// LeRobot: write `language_persistent`; the default when no other form is named
     #[arg(long)]
     language: bool,
     /// LeRobot: write `meta/subtasks.parquet` and the column `subtask_index`, as lerobot 0.4.4 to 0.5 reads them: the tasks, or the primitives with `--style motion`

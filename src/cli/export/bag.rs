@@ -82,13 +82,13 @@ pub struct OpenBag {
 /// What of a bag is exported.
 #[derive(clap::Args)]
 pub struct Choice {
-    /// Columns of `observation.state`: `/joint_states` for all of a topic, `/joint_states.position` for some; positions of joints and poses when left out
+    /// Columns of `observation.state`: `/joint_states` for all of a topic, `/joint_states.position` for some; by default positions of joints and poses
     #[arg(long, value_name = "COLUMNS")]
     state: Vec<String>,
-    /// Columns of `action`, as `--state`; `next` for the state of the next frame. Without it the set has no actions
+    /// Columns of `action`, as for `--state`, or `next` for the state of the next frame; by default the set has no actions
     #[arg(long, value_name = "COLUMNS")]
     action: Vec<String>,
-    /// Topics with pictures; all when left out, `none` for none
+    /// Topics with images; by default all, `none` for none
     #[arg(long, value_name = "TOPIC")]
     camera: Vec<String>,
 }

@@ -29,16 +29,16 @@ pub enum Cut {
 pub struct CutArgs {
     #[command(flatten)]
     pub analysis: AnalysisArgs,
-    /// Where to cut: by tasks when left out and a binding or rules are given, else at rests
+    /// How bags are cut into episodes; by default at tasks with a binding or rules, else at rests
     #[arg(long, value_enum, value_name = "HOW")]
     cut: Option<Cut>,
-    /// The shortest time without motion that ends an episode, s
+    /// Minimum time without motion that ends an episode, s
     #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = seconds)]
     rest: f64,
-    /// How much of the time before and after it an episode has, s
+    /// Time before and after the motion that an episode includes, s
     #[arg(long, value_name = "SECONDS", default_value = "0.5", value_parser = margin)]
     margin: f64,
-    /// How labels are worded, as of `annotate`; may be repeated
+    /// Wording of labels, as for `annotate`; may be repeated
     #[arg(long, value_name = "TEMPLATE|FILE.yaml")]
     pub words: Vec<String>,
 }

@@ -18,13 +18,13 @@ use teachtree_session::Analysis;
 /// Options of `export lerobot`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree export lerobot bags/*.mcap -o my_set --task 'put the cube in the box'\n  teachtree export lerobot session_1 session_2 -o my_set --binding arm.binding.yaml --fps 20\n  teachtree export lerobot bag.mcap -o my_set --state /joint_states.position --action /commands --camera /wrist/compressed --task wipe\nA bag is an MCAP file, a bag of ROS 1, or a folder or `.db3` file of ROS 2. With a binding, each task that the rules find is an episode, with labels in words and `next.success`; without one, an episode is what moves from rest to rest.\nExit status: 0 fine, 2 bad usage or input, 3 some bags failed and the others are in the set."
+    after_help = "Examples:\n  teachtree export lerobot bags/*.mcap -o my_set --task 'put the cube in the box'\n  teachtree export lerobot session_1 session_2 -o my_set --binding arm.binding.yaml --fps 20\n  teachtree export lerobot bag.mcap -o my_set --state /joint_states.position --action /commands --camera /wrist/compressed --task wipe\nA bag is an MCAP file, a bag of ROS 1, or a folder or `.db3` file of ROS 2. With a binding, each recognized task is an episode, with labels in words and `next.success`; without one, each motion between rests is an episode.\nExit status: 0 fine, 2 bad usage or input, 3 some bags failed and the others are in the set."
 )]
 pub struct Args {
-    /// Bags, in the order of their episodes
+    /// Bags, in the order of the episodes
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
-    /// Where to write the set: a new name
+    /// Path of the set, which must not exist
     #[arg(long, short, value_name = "SET")]
     out: PathBuf,
     #[command(flatten)]
@@ -32,12 +32,12 @@ pub struct Args {
     /// Frames per second
     #[arg(long, value_name = "HZ", default_value = "30", value_parser = clap::value_parser!(u32).range(1..=1000))]
     fps: u32,
-    /// What is done in the episodes, in words, instead of the words of the tasks that are found
+    /// Description of the task of all episodes, instead of the words of the recognized tasks
     #[arg(long, value_name = "TEXT")]
     task: Option<String>,
     #[command(flatten)]
     choice: Choice,
-    /// What the set calls the robot
+    /// Name of the robot in the set
     #[arg(long, value_name = "NAME")]
     robot: Option<String>,
 }

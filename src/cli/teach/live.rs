@@ -28,22 +28,22 @@ const LAST_WAIT: usize = 600;
 /// Options of `teach --live`.
 #[derive(clap::Args)]
 pub struct LiveArgs {
-    /// Teach by hand: open a page of this machine on which you move the hands (docs/teaching.md)
+    /// Teach by hand: open a local page on which you move the hands (docs/teaching.md)
     #[arg(long, conflicts_with_all = ["operator", "seed", "seeds", "variation"])]
     pub live: bool,
-    /// With --live: the port of the page; any that is free when left out
+    /// With --live: the port of the page; by default any free port
     #[arg(long, value_name = "PORT")]
     port: Option<u16>,
-    /// With --live: only print the address, do not open a browser
+    /// With --live: print the address without opening a browser
     #[arg(long)]
     no_open: bool,
-    /// With --live: rule files that label what is recorded; the shipped ones when left out
+    /// With --live: rule files that label the recording; by default the shipped ones
     #[arg(long = "rules", value_name = "FILE")]
     rules: Vec<PathBuf>,
-    /// With --live: the folder of the npm package @mediapipe/hands; the page then follows your hands by a camera
+    /// With --live: the folder of the npm package @mediapipe/hands; the page then tracks your hands with a camera
     #[arg(long, value_name = "FOLDER")]
     camera: Option<PathBuf>,
-    /// With --live: the address under which a proxy on this machine shows the page to others with TLS, such as https://teach.example.org
+    /// With --live: the public address of a proxy on this machine that serves the page with TLS, such as https://teach.example.org
     #[arg(long, value_name = "ORIGIN", value_parser = origin, conflicts_with = "host")]
     behind: Option<String>,
     #[command(flatten)]

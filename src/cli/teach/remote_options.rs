@@ -7,13 +7,13 @@ use teachtree_serve::{Host, Server};
 /// Options of a page that other machines open.
 #[derive(clap::Args)]
 pub struct RemoteArgs {
-    /// With --live: serve the page with TLS to other machines, which reach this one by this name or address
+    /// With --live: serve the page with TLS to other machines, under this name or address of this machine
     #[arg(long, value_name = "HOST", value_parser = Host::parse)]
     host: Option<Host>,
-    /// With --host: the file in PEM of the certificate and its key; where there is none, one is made for the host. In memory when left out
+    /// With --host: PEM file of the certificate and its key; created for the host if missing. By default the certificate is kept in memory
     #[arg(long, value_name = "FILE", requires = "host")]
     certificate: Option<PathBuf>,
-    /// With --certificate: the file in PEM of the key, where it is another one
+    /// With --certificate: PEM file of the key, if separate
     #[arg(long, value_name = "FILE", requires = "certificate")]
     key: Option<PathBuf>,
 }
