@@ -181,7 +181,7 @@ fn known(path: &Path, source: &SourceArgs) -> Result<CalibrationSource, Failure>
 struct Reader {
     lines: Receiver<SourceEvent>,
     waiting: Arc<AtomicUsize>,
-    /// When so many lines or messages wait, the newest frames are not labeled, until only so many do.
+    /// Numbers of waiting lines or messages at which labeling of the newest frames stops and restarts.
     late: [usize; 2],
     /// Whether the source does not wait for us.
     is_timed: bool,

@@ -120,7 +120,7 @@ impl ActivityIndicator {
 impl Drop for ActivityIndicator {
     fn drop(&mut self) {
         if let Some((stop, watching)) = self.0.take() {
-            // Either the thread is told, or it is gone.
+            // The thread gets the message, or it has ended.
             let _ = stop.send(());
             let _ = watching.join();
         }

@@ -144,7 +144,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let source = SourceArgs { is_alone: true, ..SourceArgs::default() };
     let analysis = AnalysisArgs { rules: RuleArgs::of_files(&args.rules, None), source };
     if !args.rules.is_empty() {
-        // A mistake in them is told before the robot begins.
+        // A mistake in them is reported before the robot begins.
         analysis.rules.options().load()?;
     }
     let mut inputs = analysis.inputs(std::slice::from_ref(&args.commands));

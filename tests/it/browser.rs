@@ -64,7 +64,7 @@ impl Connection {
     /// Starts a browser; `None`, with a message, where none is installed.
     fn start(flags: &[&str]) -> Option<Arc<Self>> {
         let Some(program) = installed().filter(|_| cfg!(unix)) else {
-            // Past the capture of the harness: whoever runs the tests shall see it.
+            // Past the capture of the harness, so that it is always visible.
             let _ = writeln!(std::io::stderr(), "skipped: no Chromium is installed to open pages with");
             return None;
         };

@@ -89,7 +89,7 @@ fn what_a_person_wrote_is_not_replaced_unasked() {
     let accepted = std::fs::read_to_string(&path).unwrap();
     assert!(accepted.contains("10.984 .. 11.684\n") && accepted.contains("  # the fingers close here\n"), "{accepted}");
     assert_eq!(run(&[]).status.code(), Some(0));
-    // A track that nobody expected is added as a whole.
+    // A track without expectations is added as a whole.
     let (head, _) = text.split_once("\ntrack").unwrap();
     std::fs::write(&path, head).unwrap();
     assert_eq!(run(&["--update"]).status.code(), Some(0));
@@ -198,7 +198,7 @@ fn mutation_says_which_changes_nothing_notices() {
         let at = format!("rules/single_hand.rules:{}:", place(name));
         printed.lines().any(|line| line.contains(&at) && line.contains(change))
     };
-    // Nothing is inserted here, so nobody notices another depth; but without `touching` nothing is as it was.
+    // Without an insertion, another depth changes nothing; without `touching` everything changes.
     assert!(line("signal inserted", "the thresholds halved"), "{printed}");
     assert!(!line("signal touching", "the comparison turned round"), "{printed}");
     // Each of them is followed by the kind of recording that would notice it.

@@ -59,7 +59,7 @@ fn says_skipped(why: &str) {
     says(&format!("skipped: {why}"));
 }
 
-/// Past the capture of the harness: whoever runs the tests shall see it.
+/// Past the capture of the harness, so that it is always visible.
 fn says(text: &str) {
     use std::io::Write as _;
     let _ = writeln!(std::io::stderr(), "{text}");

@@ -4,7 +4,7 @@ use crate::live_log::{Rows, demonstration};
 use std::io::Write as _;
 use teachtree::{Calibration, Live, Rules};
 
-/// The looks of `Live` and the sums of derived channels are in step again after so many rows.
+/// Number of rows after which the evaluations of `Live` and the sums of derived channels are in step again.
 const IN_STEP: usize = 3200;
 
 /// A demonstration that is repeated without a gap.

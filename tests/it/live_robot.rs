@@ -267,7 +267,7 @@ fn a_robot_is_followed_over_connections_that_break() {
     let folder = tempfile::tempdir().unwrap();
     let all = messages("SawyerNutAssembly_demo_1.csv");
     let at = |secs: u64| all.iter().position(|message| message.recorded_ns >= BEGIN_NS + secs * 1_000_000_000).unwrap();
-    // Messages between these are published while nobody is connected.
+    // Messages between these are published without a connection.
     let cuts = [(at(10), at(12)), (at(24), at(25))];
     let kept = [&all[..cuts[0].0], &all[cuts[0].1..cuts[1].0], &all[cuts[1].1..]];
     let path = folder.path().join("log.mcap");
@@ -316,7 +316,7 @@ fn refused(args: &[&str]) -> String {
 fn what_is_no_robot_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let binding = binding("sawyer_lift.binding.yaml", folder.path());
-    // A port that nobody has, and one where something else answers.
+    // A port without a listener, and one where another program answers.
     let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let other = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = other.local_addr().unwrap().port();

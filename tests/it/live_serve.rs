@@ -148,7 +148,7 @@ fn viewers_and_controllers_get_every_event_once() {
     assert_eq!(of_topic(controller, "/teachtree/events"), printed);
 }
 
-/// Who comes late sees what is so now, and then what is new; what is no client, or stays silent, keeps nobody from being served.
+/// A late client gets the present state, then the news; other connections, and silent ones, do not block clients.
 #[test]
 fn who_comes_late_sees_what_is_so_now() {
     let Some(python) = python_with("websockets", "websockets") else { return };

@@ -95,7 +95,7 @@ if leaves_after >= 0:
     read(f"?after={last};session={id}", last, -1)
 "#;
 
-/// An endpoint that nobody has.
+/// An endpoint without a listener.
 fn endpoint() -> String {
     format!("tcp/{}", TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap())
 }

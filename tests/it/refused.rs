@@ -26,7 +26,7 @@ fn refused(args: &[&str]) -> String {
     printed
 }
 
-/// What is no thing on a table is reported at its line, by whoever simulates the scene.
+/// A scene that cannot be simulated is reported at the line of the fault, by all commands that simulate it.
 #[test]
 fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
     let folder = tempfile::tempdir().unwrap();
@@ -76,7 +76,7 @@ fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
     }
 }
 
-/// A scene inside a binding is looked at as one in a file is, and told of at its line in the binding.
+/// A scene inside a binding is checked like one in a file, and reported at its line in the binding.
 #[test]
 fn a_scene_in_a_binding_is_checked() {
     let folder = tempfile::tempdir().unwrap();

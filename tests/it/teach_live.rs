@@ -109,7 +109,7 @@ impl Device {
         }
     }
 
-    /// Moves the fingertips along a way in so many seconds of the world, by the times in the messages of the program.
+    /// Moves the fingertips along a path in a number of simulated seconds, by the times in the messages of the program.
     /// Returns the last forces.
     fn go(&mut self, seconds: f64, from: (Vector3<f64>, f64), to: (Vector3<f64>, f64)) -> Value {
         self.go_until(seconds, from, to, |_| false).1

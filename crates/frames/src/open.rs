@@ -25,7 +25,7 @@ use teachtree_logs::read::table::{BagClock, Source};
 pub struct OpenRequest {
     /// The log.
     pub log: PathBuf,
-    /// The binding that describes a foreign log; the log is canonical when left out.
+    /// The binding that describes a foreign log; by default the log is canonical.
     pub binding: Option<PathBuf>,
     /// A scene instead of the one that the log or the binding carries.
     pub scene: Option<PathBuf>,

@@ -1,4 +1,4 @@
-//! The server's loop: a message in, whoever answers it asked, answers and diagnostics out.
+//! The server's loop: reads messages, dispatches them, and writes answers and diagnostics.
 
 use super::recording::Recording;
 use super::settings::Settings;
@@ -181,7 +181,7 @@ impl<W: Write> Server<W> {
 
     /// Answers a request about rule files. Of its parameters only what is needed is read.
     fn dispatch(&mut self, method: &str, params: Value) -> Answer<Value> {
-        // Of other files only what is wrong with them is told.
+        // Other files only get diagnostics.
         let uri = params.pointer("/textDocument/uri").and_then(Value::as_str);
         if uri.is_some_and(|uri| is_yaml(&uri::path_of(uri))) {
             return Ok(Value::Null);

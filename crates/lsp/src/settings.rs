@@ -11,7 +11,7 @@ use teachtree_base::units;
 pub struct Settings {
     /// The recording whose values are shown.
     pub log: Option<PathBuf>,
-    /// The time in it, such as `2.5s`; its beginning when left out.
+    /// The time in the recording, such as `2.5s`; by default its beginning.
     pub at: Option<String>,
     /// How its columns become channels.
     pub binding: Option<PathBuf>,

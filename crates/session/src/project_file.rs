@@ -38,7 +38,7 @@ struct Project {
 struct Entry {
     /// The binding, as `--binding`.
     binding: Option<PathBuf>,
-    /// A scene instead of the one that each log carries, as `--scene`.
+    /// Scene file; replaces the scene of each log, as `--scene`.
     scene: Option<PathBuf>,
     /// Rule files, as `--rules`.
     #[serde(default)]

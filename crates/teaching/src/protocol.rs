@@ -46,7 +46,7 @@ pub enum Message {
     Stop,
     Undo,
     Reset,
-    /// Lets the robot perform a recording, the last one when left out.
+    /// Lets the robot perform a recording, by default the last one.
     Robot {
         take: Option<usize>,
     },

@@ -69,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     what = argparse.ArgumentParser(add_help=False)
     what.add_argument("--out", required=True, metavar="URL", help="the folder of results, on a disk or in an object store")
-    what.add_argument("--rules", action="append", default=[], metavar="FILE", help="rule files; the shipped ones when left out")
+    what.add_argument("--rules", action="append", default=[], metavar="FILE", help="rule files; by default the shipped ones")
     what.add_argument("--set", action="append", type=pair, default=[], metavar="NAME=VALUE", help="a param, such as touch_on=0.1N")
     what.add_argument("--hand", metavar="FILE", help="the hand file")
     what.add_argument("--binding", metavar="FILE", help="how the columns of foreign logs become channels")

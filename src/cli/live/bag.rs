@@ -9,12 +9,12 @@ use teachtree_base::error::InputError;
 use teachtree_frames::bind::TopicFilter;
 use teachtree_logs::read::formats::mcap;
 
-/// How often a file is looked at for what was added.
+/// Interval at which a file is checked for new data.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Sends the messages of a file to its end.
 pub fn play(file: File, name: &str, topics: &TopicFilter, followed: bool, outlet: &Outlet) {
-    // What nobody takes any more ends the reading.
+    // Reading ends when the consumer is gone.
     let gone = || InputError::new(name, "nobody reads it any more");
     let each = &mut |topic: &str, reading: &_, recorded_ns: i64, bytes: &[u8]| {
         if !topics.may_name(topic) || outlet.send(message(topic, reading, recorded_ns, bytes)) {

@@ -28,11 +28,11 @@ pub const PROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 const MAX_MESSAGE: usize = 64 << 20;
 /// How long a connection may take to be made.
 const CONNECTING: Duration = Duration::from_secs(5);
-/// How often an idle connection is looked at.
+/// Interval of the checks of an idle connection.
 const LOOK: Duration = Duration::from_secs(1);
-/// After so many looks the other side is asked whether it is there …
+/// Number of checks after which a ping is sent …
 const IDLE_LOOKS: usize = 5;
-/// … and after so many it is not.
+/// … and after which the connection is lost.
 const GONE_LOOKS: usize = 15;
 /// How long a topic that the binding names may take to be advertised at first.
 const ADVERTISING: Duration = Duration::from_secs(5);

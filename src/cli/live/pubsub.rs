@@ -93,7 +93,7 @@ impl ZenohArgs {
         let list = |endpoints: &[EndPoint]| {
             serde_json::Value::from_iter(endpoints.iter().map(ToString::to_string)).to_string()
         };
-        // A router passes everything on to a client, and a client that reaches nobody is an error.
+        // A router forwards everything to a client, and a client without a router is an error.
         let mode = if self.zenoh_listen.is_empty() { "client" } else { "peer" };
         config.insert_json5("mode", &format!("\"{mode}\""))?;
         config.insert_json5("connect/endpoints", &list(&self.zenoh_connect))?;

@@ -1,4 +1,4 @@
-//! Where rows and messages of a live log come from. A source reads in a thread of its own, and waits, or leaves out and counts, while nobody takes what it sends.
+//! Sources of rows and messages of a live log. A source reads in its own thread. While its consumer is busy, it waits, or drops rows and counts them.
 
 use super::bag;
 use std::fs::File;
@@ -23,7 +23,7 @@ pub enum SourceEvent {
     Line(Vec<u8>),
     /// A line that is too long was left out.
     TooLong,
-    /// Lines or messages that nobody waited for.
+    /// Lines or messages that were dropped.
     Lost(u64),
     /// A message: its topic, its stamp, ns, and its fields as a row.
     Message(String, i64, Box<InMemoryTable>),
@@ -138,7 +138,7 @@ impl Kind {
         }
     }
 
-    /// When so many wait, the newest frames are not labeled, until only so many do.
+    /// Numbers of waiting rows at which labeling of the newest frames stops and restarts.
     pub fn late(self) -> [usize; 2] {
         if self.has_topics() { [4096, 512] } else { [128, 16] }
     }
@@ -204,7 +204,7 @@ pub fn message(topic: &str, reading: &MessageDecoder, recorded_ns: i64, bytes: &
     }
 }
 
-/// Sends the lines of a stream to its end, waiting where nobody takes them.
+/// Sends the lines of a stream to its end; waits while the consumer is busy.
 fn read(mut bytes: impl BufRead, name: &str, outlet: &Outlet) {
     loop {
         let mut line = vec![];

@@ -173,7 +173,7 @@ impl Editor {
         self.tell("textDocument/didClose", json!({ "textDocument": { "uri": uri } }));
     }
 
-    /// The diagnostics of a file when all changes so far have been looked at.
+    /// The diagnostics of a file after all changes so far.
     pub fn findings(&mut self, name: &str) -> Vec<Value> {
         // Diagnostics come when there is nothing else to do. Behind an answer they are of all changes before it; saving brings some.
         let uri = self.uri(name);

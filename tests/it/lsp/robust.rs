@@ -56,7 +56,7 @@ fn what_is_no_message_is_said_and_skipped() {
     let answer = editor.next();
     assert_eq!((&answer["id"], &answer["error"]["code"]), (&json!("a"), &json!(-32601)), "{answer}");
     is_well(&mut editor);
-    // The last message: its length is a lie, and nobody takes that much memory.
+    // The last message has a false length; the server does not allocate it.
     editor.send(b"Content-Length: 99999999999999999\r\n\r\n{}");
     assert_eq!(editor.exit_status(), 1);
 }
@@ -105,7 +105,7 @@ fn wrong_parameters_are_refused() {
     }
     editor.tell("textDocument/didOpen", json!({ "textDocument": 1 }));
     editor.tell("textDocument/didChange", json!(null));
-    // A change that is no whole text, which nobody asked for, changes nothing.
+    // A partial change, which the server does not support, changes nothing.
     let part = json!({ "range": { "start": { "line": 0, "character": 0 }, "end": { "line": 9, "character": 0 } }, "text": "" });
     let document = json!({ "uri": uri, "version": 3 });
     editor.tell("textDocument/didChange", json!({ "textDocument": document, "contentChanges": [part] }));

@@ -107,7 +107,7 @@ fn lanes_hold_what_was_found() {
     no_complaints(&browser);
 }
 
-/// A gripper that closes and opens 300 times: bars that nobody could hit are one drawing, and a table has the rows that are looked for.
+/// A gripper that closes and opens 300 times: bars too narrow to click are one drawing, and a table has the filtered rows.
 #[test]
 fn a_long_recording_has_few_elements() {
     let write = |folder: &Path| {

@@ -40,7 +40,7 @@ fn rules_find_the_commanded_task_in_the_recording_of_the_robot_or_the_answer_is_
     let document: Value = serde_json::from_str(&said(&output)).unwrap();
     assert_eq!((&document["tasks"][0]["done"], &document["tasks"][0]["recognized"]), (&true.into(), &false.into()));
 
-    // A mistake in the rules is told before the robot moves.
+    // A mistake in the rules is reported before the robot moves.
     write(path("wrong.rules"), "use \"contact.rules\"\nprimitive Flip is Carry\n").unwrap();
     std::fs::remove_file(&robot).unwrap();
     let output = simulate(&["--rules", &path("wrong.rules")]);

@@ -3,7 +3,7 @@
 use crate::program::{complained, demonstrate, said, teachtree};
 use teachtree_robot::control::behaviors::peg_search::WITHIN_M;
 
-/// The holder stands elsewhere than it was taught and nobody says so: 2 mm away the hole is found, 8 mm away it is not, and the program says that.
+/// The holder is not at its taught place and the scene is not updated: at 2 mm the hole is found, at 8 mm it is not, and the program reports that.
 #[test]
 fn a_hole_that_is_not_where_it_is_expected_is_felt_for() {
     let folder = tempfile::tempdir().unwrap();

@@ -157,7 +157,7 @@ fn an_empty_gripper_that_bumps_into_something_meets_nothing() {
 #[test]
 fn a_held_thing_that_meets_a_surface_while_the_hand_travels_follows_it() {
     let (tasks, segments) = found(&carried(0.0, 7.0), 0.05);
-    // Without the position of the thing nobody knows how far it went along the surface.
+    // Without the position of the object, its distance along the surface is unknown.
     assert_eq!(tasks, ["pick_and_place"], "{segments:?}");
     assert_begins(&segments, "Follow", 7.0);
 }

@@ -25,7 +25,7 @@ fn labels_are_saved_beside_the_recording_and_scored() {
          right,primitive,Move,12,13.5,pinned,mika,2026-05-04T09:30:00Z\n\
          right,primitive,Approach,13.5,20.7,pinned,mika,2026-05-04T09:30:00Z\n"
     );
-    // What the page is told next is what was saved.
+    // The next message to the page is the saved state.
     let again = studio.get("api/recording/1/labels");
     assert_eq!(again["version"], saved.json()["version"]);
     assert_eq!(again["lines"][1], line("Approach", 13.5, 20.7));
@@ -72,7 +72,7 @@ fn two_windows_do_not_lose_each_others_labels() {
     };
     let first = put(&json!(""), "Move");
     assert_eq!(first.status, 200);
-    // The second window has not seen what the first one saved: it is told, with what is there.
+    // The second window has not seen the first one's labels: it gets an error with the saved ones.
     let second = put(&json!(""), "Grasp");
     assert_eq!(second.status, 409);
     assert_eq!(second.json()["lines"][0]["label"], "Move");
@@ -113,7 +113,7 @@ fn wrong_labels_are_refused_and_nothing_is_written() {
         assert!(answer.json()["error"].as_str().unwrap().contains(message), "{lines}: {}", answer.json());
     }
     assert!(!folder.path().join("logs/a.labels.csv").exists());
-    // Labels that cannot be read are told, and the recording is shown all the same.
+    // Unreadable labels are reported, and the recording is shown nevertheless.
     std::fs::write(folder.path().join("logs/c7.labels.csv"), "track,label,start_s,end_s\nright,Move,x,13\n").unwrap();
     let shown = studio.get("api/recording/2");
     assert!(shown["label_error"].as_str().unwrap().contains("row 2 column start_s"), "{}", shown["label_error"]);

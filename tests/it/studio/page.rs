@@ -411,7 +411,7 @@ fn moves_of_a_boundary_by_keys_are_undone_together() {
     let Some((mut browser, _studio)) = visited(folder.path(), &OPENED) else { return };
     browser.click("[data-at='1']");
     opened(&mut browser, "b");
-    // Time is told, so that a slow machine has the same pauses.
+    // Times are explicit, so that a slow machine has the same pauses.
     let at = |browser: &mut Browser, time: u32| browser.eval(&format!("performance.now = () => {time}; 0"));
     let start = |browser: &mut Browser| {
         browser.eval("document.querySelector(\"[data-edge='0 primitive 1 0']\").getAttribute('aria-valuenow')")

@@ -7,7 +7,7 @@ use teachtree_base::recording::Recording;
 use teachtree_logs::read::formats;
 use teachtree_world::TeleopWorld;
 
-/// A whole pick and place by tracked fingertips, with a message every so many steps.
+/// A complete pick and place by tracked fingertips, with a message at every n-th step.
 fn by_device(every: usize) -> Recording {
     let scene = pick_and_place();
     let mut work = TeleopWorld::new(&scene).unwrap();

@@ -87,7 +87,7 @@ fn damaged(numbers: &mut SplitMix64, values: &[f64], row: usize) -> (String, f64
     }
 }
 
-/// Damages so many cells of a recording, one at a time, in columns whose names end as given.
+/// Damages a number of cells of a recording, one at a time, in columns whose names end as given.
 fn campaign(program: &Program, plain: &Recording, cells: usize, seed: u64, only: &str) -> Counts {
     let folder = tempfile::tempdir().unwrap();
     let wanted = program.run(folder.path(), plain).unwrap();

@@ -14,7 +14,7 @@ use teachtree_base::hands::Side;
 use teachtree_frames::frames::Frames;
 use teachtree_language::graph::{Graph, ValueId};
 
-/// Bytes that states between blocks may take; where there would be more, only every so manyth is kept.
+/// Maximum memory of the states between blocks, bytes; above it, states are kept at larger distances.
 const MAX_STATES: usize = 64 << 20;
 
 /// A run over one stretch.

@@ -1,4 +1,4 @@
-//! What a binding says against the scene and the rules: bodies that are not there, channels that nobody reads.
+//! Check of a binding against the scene and the rules: missing bodies, channels without a reader.
 
 use super::{BindingFile, PlaceholderValues, Template};
 use crate::clean::unknown_columns::UnknownColumn;

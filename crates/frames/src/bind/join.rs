@@ -171,7 +171,7 @@ impl TopicJoin {
         let writer = topic.writers.of(&columns, Writer::merge);
         writer.is_partial |= is_partial;
         if time_s <= newest_s || time_s <= given_s {
-            // What is sent once only may be sent again to whoever connects anew.
+            // A message that is sent once may be repeated to new subscribers.
             if messages == 1 && time_s == newest_s || !is_bound {
                 return PushOutcome::Late(None);
             }

@@ -90,16 +90,16 @@ pub struct Binding {
     /// What is added to every stamp.
     #[serde(default)]
     pub time_offset: Time,
-    /// The even rate to bring the log to; as it is when left out.
+    /// The even rate to which the log is resampled; by default the log is not resampled.
     #[serde(default)]
     pub resample: Option<Frequency>,
     /// The longest step, and the longest drop-out of a pose, that resampling bridges.
     #[serde(default = "bridge")]
     pub bridge: Time,
-    /// The frame of the log's transforms in which poses count; the one that they have in common when left out.
+    /// The frame of the log's transforms in which poses are expressed; by default their nearest common ancestor.
     #[serde(default)]
     pub frame: Option<String>,
-    /// The columns of each channel; the columns have canonical names when left out.
+    /// The columns of each channel; by default the columns have canonical names.
     #[serde(default)]
     pub channels: IndexMap<String, Columns>,
     /// Where contacts without a logged normal get it from.
@@ -132,7 +132,7 @@ pub struct Binding {
     /// Signals by which parts begin.
     #[serde(default)]
     pub start_signals: IndexMap<String, String>,
-    /// The bodies and hands; beside the log when left out.
+    /// The bodies and hands; by default the scene file beside the log.
     #[serde(default)]
     pub scene: Option<Scene>,
 }

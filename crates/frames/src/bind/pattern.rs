@@ -102,7 +102,7 @@ pub struct Pattern {
     pub written: String,
     /// The name as text and placeholders.
     pub name: Template,
-    /// The unit in brackets; the header's own when left out, SI when that has none either.
+    /// The unit in brackets; by default that of the header, else SI.
     pub unit: Option<String>,
     /// -1 when the pattern begins with `-`.
     pub sign: f64,

@@ -28,7 +28,7 @@ use teachtree_logs::read::text;
 
 /// The largest URDF file, in bytes.
 const MAX_BYTES: u64 = 4 << 20;
-/// A joint may be this far beyond its limits, rad or m, in this share of the samples, of at least so many.
+/// A joint may be beyond its limits by this, rad or m, in this share of the samples, at a minimum number of samples.
 const BEYOND: [f64; 2] = [0.3, 0.02];
 const SHARE: f64 = 0.05;
 const FEWEST: usize = 20;
@@ -43,7 +43,7 @@ pub struct Robot {
     /// An arm that comes with the program; or `urdf`.
     #[serde(default)]
     pub model: Option<ArmModel>,
-    /// The columns of the joints that move; other joints stay at zero. For `so101` those of LeRobot when left out.
+    /// The columns of the joints that move; other joints stay at zero. For `so101`, the default is the columns of LeRobot.
     #[serde(default)]
     pub joints: Option<JointColumns>,
     /// The column of the joint of the gripper of a `model`, beside one text for all joints of the arm.

@@ -20,7 +20,7 @@ const TURNED: f64 = 2.5;
 /// … in this time, s.
 const WITHIN: f64 = 0.1;
 
-/// This share of a log's samples is more than its bad ones, and so are so many at its beginning.
+/// Bad samples are fewer than this share of a log, and fewer than this number at its beginning.
 const SHARE: f64 = 0.01;
 const FIRST: usize = 3;
 

@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Matrix3x4, Matrix4, UnitQuaternion, Vector3, Vector4};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// How many samples are looked at.
+/// Maximum number of samples of the fit.
 const LOOKED_AT: usize = 4000;
 /// Steps of the fit; it is settled long before.
 const STEPS: usize = 50;

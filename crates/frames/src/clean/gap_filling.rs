@@ -21,7 +21,7 @@ pub fn any(time: &[f64]) -> bool {
     !lost(time).is_empty()
 }
 
-/// Holes of one row, or of up to [`BRIDGED_SECS`], in a log that is otherwise even; none in one with so many that its rate changes.
+/// Holes of one row, or of up to [`BRIDGED_SECS`], in a log that is otherwise even; none if they are so frequent that the rate changes.
 fn lost(time: &[f64]) -> Vec<LostRows> {
     let Ok(step) = believable_step(time) else { return vec![] };
     let longest = (BRIDGED_SECS / step * (1.0 + 1e-6)).floor().max(1.0);

@@ -1,6 +1,6 @@
 //! What was measured, made fit for the rules: a recording in, its trusted columns on an even time base out.
 //!
-//! Columns that nobody knows are left aside, dead force sensors read zero, short drop-outs are bridged, rows in which a value is missing
+//! Unknown columns are ignored, dead force sensors read zero, short drop-outs are bridged, rows in which a value is missing
 //! become gaps.
 //! Each of these is an issue (docs/logs.md).
 

@@ -73,10 +73,10 @@ pub(crate) fn is_other_length(length: f64, usual: f64) -> bool {
     length > usual * OTHER_LENGTH || length < usual / OTHER_LENGTH
 }
 
-/// How many rows are looked at together.
+/// Number of rows that are checked together.
 const CHUNK: usize = 1024;
 
-/// What a channel measures, of those that are looked at.
+/// The quantity of a checked channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Quantity {
     Position,
@@ -92,7 +92,7 @@ pub(crate) enum Quantity {
 }
 
 impl Quantity {
-    /// Fingertips, palms and bodies are looked at, and the forces between bodies.
+    /// Fingertips, palms, bodies and the forces between bodies are checked.
     fn of(shape: Shape, dimension: Dimension, bodies: [Option<&str>; 2]) -> Option<Self> {
         match (shape, dimension) {
             (Shape::Vec3, Dimension::LENGTH) => Some(Self::Position),
@@ -223,7 +223,7 @@ impl Spike {
 }
 
 impl SpikeDetector {
-    /// Of a channel that is looked at.
+    /// The detector of a channel; `None` if the channel is not checked.
     pub fn of(channel: &str) -> Option<Self> {
         let channel = LogChannel::parse(channel)?;
         Quantity::of(channel.shape(), channel.dimension(), channel.bodies()).map(Self::new)
@@ -261,7 +261,7 @@ impl SpikeDetector {
         found
     }
 
-    /// Whether the last rows that it looked at, when they were the last of all, are not out either.
+    /// Whether the last checked rows are within limits if the log ends with them.
     pub fn finish(&self) -> bool {
         self.at_the_end().is_none()
     }
@@ -387,7 +387,7 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
     let first = |name: &String| {
         names::meaning(name).filter(|meaning| meaning.component == 0).map(|meaning| meaning.channel.to_string())
     };
-    // What the scene does not know is read by nobody.
+    // Columns that the scene does not know have no reader.
     let known = recording.columns.keys().filter(|name| UnknownColumn::of(name, &recording.scene).is_none());
     let looked_at =
         known.filter_map(first).filter_map(|channel| SpikeDetector::of(&channel).map(|detector| (channel, detector)));

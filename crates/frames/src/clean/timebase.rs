@@ -1,8 +1,8 @@
 //! The even time base: rows in, gap-free stretches of frames out.
 //!
 //! Durations in rules become numbers of samples, so the step must be even. A step longer than [`GAP_STEPS`] ends a stretch. A few odd
-//! steps are reported; more than [`ODD_SHARE`] of them, and the log is refused with the advice to resample. So is one with so many gaps that its
-//! rate changes, or with a rate that no hand is recorded at: its stamps are in another unit.
+//! steps are reported; if they are more than [`ODD_SHARE`], the log is refused with the advice to resample. A log is also refused if its gaps
+//! are so frequent that its rate changes, or if its rate is implausible for a hand: its stamps are in another unit.
 
 use std::ops::Range;
 use teachtree_base::error::InputError;
@@ -19,7 +19,7 @@ pub const ODD_SHARE: f64 = 0.01;
 /// A stamp that is nearer to one of 32 bits was rounded to it, as a share of the distance of two such stamps.
 const ROUNDED_WITHIN: f64 = 1e-2;
 
-/// This many gaps are looked at as a share of the steps; fewer are gaps, however short the log.
+/// From this number of gaps on, their share of the steps is checked; fewer are gaps in a log of any length.
 pub(crate) const MANY_GAPS: usize = 10;
 /// The shortest and the longest step that is believed, s.
 const STEPS: Range<f64> = 1e-4..1.0;

@@ -1,4 +1,4 @@
-//! Columns that nobody knows: which they are, and what may have been meant.
+//! Unknown columns, with the names that were probably meant.
 
 use crate::clean::preprocess::over_all;
 use teachtree_base::field_names;

@@ -85,7 +85,7 @@ fn compare_one(
     }
 }
 
-/// The frames that are looked at, each with the stretch that it is in.
+/// The evaluated frames, each with its stretch.
 fn looks<'a>(measured: &'a CleanLog) -> impl Iterator<Item = (usize, &'a Range<usize>)> {
     let (step, core) = (every(measured), measured.window.as_ref().map(|window| window.core.clone()));
     measured.stretches.iter().flat_map(move |stretch| {

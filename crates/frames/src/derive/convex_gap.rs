@@ -13,12 +13,12 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use teachtree_base::geometry::pose;
 use teachtree_base::scene::{Body, Part, Shape};
 
-/// Shapes farther apart than this are not looked at closely, m.
+/// The gap of shapes farther apart than this is not refined, m.
 pub const NEAR: f64 = 0.010;
 /// The refinement ends at steps of this angle, rad: less than 10 µm for what a hand can hold.
 const FINEST: f64 = 1e-5;
 
-/// A gap that is known this well needs no refinement, m; so many points are tried to get there.
+/// A gap with a smaller error is not refined, m; maximum number of points for that.
 const EXACT: f64 = 1e-6;
 const APPROACHES: usize = 64;
 
@@ -56,7 +56,7 @@ pub fn gaps(
     let mut narrowest = f64::INFINITY;
     let mut gaps = Vec::new();
     for (index, (part, other), rough) in roughly {
-        // Gaps only grow when looked at closely: from here on, none is narrow enough.
+        // Refinement only widens gaps: all others are too wide.
         if rough.width > narrowest.max(wanted) {
             break;
         }
@@ -109,7 +109,7 @@ impl ConvexPart {
         best
     }
 
-    /// The same gap looked at closely, where a cylinder has part in it.
+    /// The refined gap, if one shape is a cylinder.
     fn refined(&self, other: &Self, rough: Gap) -> Gap {
         let refines = matches!(
             (self.shape, other.shape),

@@ -22,7 +22,7 @@ use teachtree_logs::names;
 const LEVEL: &str = "fingers.level";
 /// A fingertip this far from every object feels nothing, m.
 const FAR: f64 = 0.030;
-/// How many of the samples are looked at, and how many of them must be far.
+/// Number of samples that are evaluated, and minimum number of them far from objects.
 const LOOKED_AT: usize = 2000;
 const FAR_ENOUGH: usize = 20;
 /// A bias counts when it is this many standard errors of its mean, and no sensor is off by more than this, N.
@@ -37,7 +37,7 @@ const BIASED: f64 = 0.05;
 const STEADY: f64 = 4.0;
 const QUIET: f64 = 1e-6;
 
-/// The frames that are looked at, each with the one after it.
+/// The evaluated frames, each with the next frame.
 pub fn samples(frames: usize) -> impl Iterator<Item = [usize; 2]> {
     let stride = frames.div_ceil(LOOKED_AT).max(1);
     (0..frames).step_by(stride).map(move |frame| [frame, (frame + 1).min(frames - 1)])

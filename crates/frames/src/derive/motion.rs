@@ -15,7 +15,7 @@ use teachtree_base::scene::Body as SceneBody;
 /// Width of each of the two averages, s: the longest period of a tremor.
 pub const TREMOR_SECS: f64 = 0.125;
 
-/// Sums are taken from every so many frames of a stretch on.
+/// Sums restart after this number of frames of a stretch.
 pub const ANCHOR: usize = 128;
 
 /// How many frames before and after a frame have a part in what is derived of it, at most; a multiple of [`ANCHOR`].
@@ -29,7 +29,7 @@ pub fn ahead(rate_hz: f64) -> usize {
     2 * reach + 2
 }
 
-/// How many times a second what needs no more is looked at.
+/// The rate at which slow quantities are evaluated, Hz.
 const LOOKS: f64 = 25.0;
 
 /// Every how many frames that is: a power of two, so that windows of a log have the same ones.
@@ -285,7 +285,7 @@ fn average(values: &[f64], reach: usize, means: &mut Vec<f64>) {
     if values.iter().all(|value| *value == 0.0) {
         return means.resize(means.len() + values.len(), 0.0);
     }
-    // Sums begin anew every so many values, so that neither their errors grow nor a part of a log is averaged otherwise than the whole.
+    // Sums restart at fixed distances: their errors stay small, and a part of a log has the same averages as the whole.
     let mut sums = vec![0.0; values.len() + 1];
     let (groups, rest) = values.as_chunks::<ANCHOR>();
     let (group_sums, rest_sums) = sums.split_at_mut(groups.len() * ANCHOR);

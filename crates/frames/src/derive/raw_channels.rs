@@ -20,7 +20,7 @@ pub type Array = Vec<Vec<f64>>;
 /// The columns of a channel: for each slot one column a component.
 pub type Slots = Vec<Vec<Vec<f64>>>;
 
-/// Reads a raw channel of a hand, or of nobody.
+/// Reads a raw channel of a hand, or one without a hand.
 ///
 /// # Errors
 /// When the log lacks a channel that is needed, or has it in another dimension.
@@ -155,7 +155,7 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
             issues.push(measured.over_all(IssueKind::NO_CONTACT_LEVEL, &force, message));
             otherwise
         }
-        // A log without contact has two groups too, of resting and of moving: which of both it is nobody but the user knows.
+        // A log without contact has two groups too, of rest and of motion: only the user can tell which of both it is.
         Some(LearnedLevel::Level(level))
             if level.usual > SMALL * otherwise && !is_weight(measured, finger, level.usual) =>
         {
@@ -271,7 +271,7 @@ fn lacking(measured: &CleanLog, spec: &ChannelSpec, side: Option<Side>, instead:
     let mut has = measured.channels();
     let all = has.len();
     has.truncate(24);
-    // What is lacking may be there under a name that nobody knows.
+    // The missing channel may be in the log under an unknown name.
     let ignored = measured.issues.iter().find(|issue| issue.kind == IssueKind::UNKNOWN_CHANNEL);
     let more = if all > has.len() { format!(" and {} more", all - has.len()) } else { String::new() };
     // A live log shows its openings too late to learn the limit from them.

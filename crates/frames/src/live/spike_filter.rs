@@ -38,7 +38,7 @@ pub struct SpikeFilter {
     most: usize,
 }
 
-/// A channel that is looked at.
+/// A checked channel.
 struct Channel {
     name: String,
     columns: Vec<usize>,

@@ -1,4 +1,4 @@
-//! Names in expressions: params, signals, latches, channels and their components, of a hand or of nobody.
+//! Names in expressions: params, signals, latches, channels and their components, with or without a hand.
 
 use super::{Scope, describe, scalar};
 use crate::codes;

@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use teachtree_base::hands::Finger;
 use teachtree_command::GraspCriterion;
 
-/// So many grasps that an arm can go with are looked at for one with which it is clear.
+/// Maximum number of grasps within reach of the arm that are checked for clearance.
 const LOOKED_AT: usize = 12;
 
 /// At how many places of the object's way palm or arm meet something when the palm is at this pose in the frame of the object; `None` where the arm cannot go.

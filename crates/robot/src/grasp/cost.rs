@@ -30,7 +30,7 @@ const UNCROSSED_M: f64 = 0.004;
 /// The bars of one finger, palm frame.
 type SphereRows = Vec<SphereRow>;
 
-/// How often a search looked at a pose.
+/// Number of evaluations of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SearchEffort {
     /// The cost of a pose.

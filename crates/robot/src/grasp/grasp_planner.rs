@@ -17,16 +17,16 @@ use teachtree_command::GraspCriterion;
 
 /// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
 const AWAY_M: [f64; 2] = [0.001, 0.003];
-/// So many of the best poses are leant over, and so many candidates are kept.
+/// Number of the best poses that are tilted, and number of candidates that are kept.
 const LEANT: usize = 3;
 const CANDIDATES: usize = 40;
-/// These differ by more than this, m.
+/// The minimum distance between candidates, m.
 const APART_M: f64 = 0.005;
-/// Where grasps of many kinds are wanted, so many poses that differ by more than this, m, are improved by so many steps.
+/// For grasps of many kinds: number of poses, their minimum distance, m, and steps of improvement.
 const SPREAD: usize = 600;
 const SPREAD_M: f64 = 0.010;
 const IMPROVED: usize = 12;
-/// So many poses share what is known of the cost.
+/// Number of poses that are evaluated together.
 const AT_ONCE: usize = 32;
 /// What pushes is held to no pose, and the best ones are all alike: those on the way to them count too.
 const PUSHING: [usize; 3] = [IMPROVED, 3, 0];
@@ -249,7 +249,7 @@ impl<'a> GraspPlanner<'a> {
         Ok(grasps?.into_iter().flatten().collect())
     }
 
-    /// A pose after so many steps of improvement, and what it costs: the measure, and whatever is violated or not well clear.
+    /// Improves a pose by a number of steps; returns it with its cost: the measure, violations, and clearances that are too small.
     ///
     /// # Errors
     /// A finger that the hand does not have.

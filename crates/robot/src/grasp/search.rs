@@ -1,4 +1,4 @@
-//! The search over poses of the palm: many starts are looked at, some are improved, the best is polished.
+//! The search over poses of the palm: many starts are evaluated, some are improved, the best is polished.
 //!
 //! Improving is a quasi-Newton descent (BFGS) in six coordinates about the current pose: a shift of the
 //! middle of the contacts in m, and a turn about it in units of 0.1 m / rad, so that both move fingertips alike.
@@ -8,11 +8,11 @@ use super::grasp_request::GraspRequest;
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 use teachtree_base::hands::Finger;
 
-/// So many times the contacts are approached from each start, without a look at anything else; then again, from the better half.
+/// Number of steps toward the contacts from each start, by the contacts only; repeated from the better half.
 const FITTED: usize = 2;
-/// Descents go on in rounds: so many, the cheapest, by so many steps more.
+/// Descents go on in rounds: number of the cheapest poses, and number of further steps.
 const ROUNDS: [(usize, usize); 3] = [(24, 4), (10, 8), (4, 60)];
-/// So many of the best are begun anew in the end.
+/// Number of the best poses from which the descent restarts at the end.
 const RENEWED: usize = 2;
 /// How far a pose is leant over, rad.
 const ROLLS: [f64; 7] = [0.0, -0.4, 0.4, -0.8, 0.8, -1.2, 1.2];
@@ -102,7 +102,7 @@ pub(super) fn leant(cost: &Cost<'_>, request: &GraspRequest<'_>, pose: &Isometry
     leant.collect()
 }
 
-/// A pose after so many steps, and what it costs.
+/// Improves a pose by a number of steps; returns its cost and the pose.
 pub(super) fn improved(cost: &Cost<'_>, pose: &Isometry3<f64>, steps: usize) -> (f64, Isometry3<f64>) {
     let mut descent = Descent::new(*pose, cost.of(pose));
     descent.run(cost, &cost.middle(), steps);

@@ -22,7 +22,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQu
 use std::f64::consts::TAU;
 use teachtree_command::FRICTION;
 
-/// So many turns about the line are looked at: every 3 degrees.
+/// Number of rotations about the line that are evaluated: every 3 degrees.
 const TURNS: usize = 120;
 /// Measures that differ by less are alike, and the first one is taken: not what rounding makes of them.
 const ALIKE: f64 = 1e-9;
@@ -39,7 +39,7 @@ pub(super) fn best(
     clearest(reached).ok_or(NoGrasp::ArmOutOfReach)
 }
 
-/// All poses of the palm for a gripper that were looked at and leave room, best first.
+/// All evaluated poses of the palm for a gripper without collision, best first.
 pub(super) fn all(hand: &HandModel, jaws: &Jaws, request: &GraspRequest<'_>) -> Result<Vec<GraspCandidate>, NoGrasp> {
     let two_finger = TwoFingerGrasp::new(jaws, &request.contacts)?;
     let shapes = Shapes::new(hand, request);

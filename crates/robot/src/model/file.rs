@@ -47,7 +47,7 @@ const MAX_DEPTH: usize = 4;
 struct RobotFile {
     /// A name to show.
     name: String,
-    /// The link that stands still; the only one that is no child when left out.
+    /// The fixed link; by default the only link that is not a child.
     #[serde(default)]
     root: Option<String>,
     /// The links by name.
@@ -154,7 +154,7 @@ struct FingerFile {
     radius: Length,
     /// The direction out of its pad, frame of the link.
     pad: [f64; 3],
-    /// The radius of a disc of its area, for a pad that is flat; a soft fingertip when left out.
+    /// The radius of a disc of the same area, for a flat pad; by default a soft fingertip.
     #[serde(default)]
     pad_radius: Option<Length>,
     /// The largest force that it presses with.
@@ -172,7 +172,7 @@ struct PartFile {
     /// The side of its hand, for a hand that both sides may have, such as a gripper.
     #[serde(default)]
     side: Option<Side>,
-    /// The link that it stands on, `part.link`; the ground when left out.
+    /// The link on which it is mounted, `part.link`; by default the ground.
     #[serde(default)]
     on: Option<String>,
     /// Where its root is there.

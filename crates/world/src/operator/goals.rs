@@ -188,7 +188,7 @@ pub struct Turn {
     pub angle: Angle,
     /// Largest angular speed.
     pub speed: AngularSpeed,
-    /// The direction of the axis in the world; upward when left out.
+    /// The direction of the axis in the world; by default upward.
     #[serde(default = "upward")]
     pub about: [f64; 3],
 }

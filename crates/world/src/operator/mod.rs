@@ -52,7 +52,7 @@ const FORCE_SCALES: RangeInclusive<f64> = 0.1..=20.0;
 pub struct Operator {
     /// A name to show.
     pub name: String,
-    /// How operators differ, and how one operator differs from run to run; a machine when left out.
+    /// How operators differ, and how one operator differs from run to run; by default no variation.
     #[serde(default, deserialize_with = "variation::read")]
     #[schemars(with = "variation::VariationText")]
     pub variation: Variation,
@@ -81,7 +81,7 @@ pub struct Operator {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MeasurementSpec {
-    /// Values are rounded to this many decimals, in SI; kept to the last bit when left out.
+    /// Number of decimals to which values are rounded, in SI; by default values are not rounded.
     pub decimals: Option<u8>,
     /// Whether each fingertip's contact with an object is recorded as a flag, as a virtual environment knows it.
     pub contact_flags: bool,
@@ -99,7 +99,7 @@ pub struct Grip {
     pub object: String,
     /// Contact points on its surface, object frame. Fingers that are not named stay tucked under the palm.
     pub contacts: IndexMap<Finger, [Length; 3]>,
-    /// Where the palm is, object frame; 100 mm above the middle of the contact points when left out.
+    /// The position of the palm, object frame; by default 100 mm above the middle of the contact points.
     #[serde(default)]
     pub palm: Option<[Length; 3]>,
     /// The object is round about its upright axis there: the fingers come from where they always come from, however it is turned.

@@ -62,7 +62,7 @@ fn publishers_of_elements_that_are_not_bound_repeat_nothing() {
     assert!(issues[0].message.starts_with("1 row repeats the time stamp"), "{issues:?}");
 }
 
-/// Of two values that one name has in a message, nobody knows which is meant.
+/// Two values of one name in a message are ambiguous.
 #[test]
 fn an_element_that_is_twice_in_a_message_is_refused() {
     let x = f64::from;

@@ -179,7 +179,7 @@ fn quantiles_go_straight_between_values() {
 
 #[test]
 fn masked_time_is_cut_out() {
-    // Two of the six labeled seconds are wrong; nobody says what is right from 2 to 4 s.
+    // Two of the six labeled seconds are wrong; 2 to 4 s are not labeled.
     let tally = tally("Move 2 - 2 Grasp 2 Place 2", "Move 4.5 Grasp 2 Place 1.5");
     near(Some(tally.scored_s()), 6.0);
     near(tally.accuracy(), 5.0 / 6.0);

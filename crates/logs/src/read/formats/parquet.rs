@@ -144,7 +144,7 @@ struct ParquetTable {
     /// The columns that are wanted, by their place in the file.
     leaves: Vec<(usize, Leaf)>,
     rows: usize,
-    /// The rows that are wanted; all when left out.
+    /// The selected rows; by default all.
     range: Option<Range<usize>>,
 }
 

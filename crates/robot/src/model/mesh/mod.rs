@@ -20,13 +20,13 @@ use teachtree_description::tree::KinematicTree;
 
 /// The largest file of a mesh, bytes.
 pub const MAX_BYTES: u64 = 64 << 20;
-/// The files of one robot have so many triangles together at most.
+/// Maximum number of triangles in all files of a robot.
 const MAX_TRIANGLES: usize = 4 << 20;
-/// So many meshes of one robot are taken apart at most; each takes up to some tenths of a second.
+/// Maximum number of meshes of a robot that are decomposed; each takes up to some tenths of a second.
 const MAX_TAKEN_APART: usize = 100;
 /// A mesh is at most this long, m: a longer one is in other units.
 const MAX_LENGTH_M: f64 = 5.0;
-/// A robot is drawn with so many triangles at most, a link with so many.
+/// Maximum number of triangles in the drawing of a robot, and of a link.
 const MAX_DRAWN: usize = 16_000;
 const MAX_DRAWN_OF_LINK: usize = 1_500;
 

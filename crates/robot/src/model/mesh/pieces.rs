@@ -22,9 +22,9 @@ const RESOLUTION: u32 = 32;
 const CONCAVITY: f64 = 0.03;
 /// It is halved until there are twice as many parts as this, at most.
 const HALVED_TO: u32 = 4;
-/// Triangles are compared with so many voxels at most; a mesh that takes more is one piece.
+/// Maximum number of comparisons of triangles with voxels; a mesh that needs more is one piece.
 const MAX_COMPARED: f64 = 1.6e7;
-/// A hull has so many corners, or misses nothing by more than this, m.
+/// Maximum number of corners of a hull, and the error below which fewer suffice, m.
 const MAX_CORNERS: usize = 64;
 const MISSES_M: f64 = 3e-4;
 /// A piece that misses more is a box, m.

@@ -106,7 +106,7 @@ fn columns_without_names_are_bound_by_number() {
     assert_eq!(values(&recording, "right.palm.position.y"), [0.002, 0.005, 0.008]);
 }
 
-/// However the text is cut into pieces while it is read: it is longer than what is looked at first, and than what a core takes at a time.
+/// However the text is cut into pieces while it is read: it is longer than the part that is read first, and than what a core takes at a time.
 #[test]
 fn a_long_table_with_blanks_is_read_to_its_end() {
     let row = |row: usize| {

@@ -61,7 +61,7 @@ pub struct Signals {
 
 /// What is written.
 pub struct Request<'a> {
-    /// Whose layout; that which the file has, or MimicGen's, when left out.
+    /// The layout; by default that of the file, else MimicGen's.
     pub layout: Option<Layout>,
     /// The signals of each recording, by its name.
     pub signals: &'a BTreeMap<String, Signals>,

@@ -36,7 +36,7 @@ const FILES: usize = 1000;
 pub struct Features {
     /// Frames per second.
     pub fps: u32,
-    /// What the set calls the robot.
+    /// Name of the robot in the set.
     pub robot: Option<String>,
     /// The names of the numbers in `observation.state`.
     pub state: Vec<String>,
