@@ -1,5 +1,5 @@
 //! What is shown of long work on a terminal: a bar where it is known how much there is to do, else a sign that the program is at work and for how long.
-//! Nothing of it is shown where standard error is no terminal.
+//! Nothing of it is shown where standard error is not a terminal.
 
 use super::print_args::is_quiet;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -60,7 +60,7 @@ impl Progress {
         let mut shown = shown();
         shown.clear();
         shown.bars += 1;
-        // `indicatif` hides the bar itself when standard error is no terminal.
+        // `indicatif` hides the bar itself when standard error is not a terminal.
         let target = if is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(STEPS), target);
         if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent:>3} %  {elapsed}") {

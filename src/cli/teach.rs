@@ -215,7 +215,7 @@ fn open(scene: &str, operator: &str) -> Result<(Scene, Operator), InputError> {
     Ok((scene, operator))
 }
 
-/// The text of a file; `None` for what is no path but the name of something shipped.
+/// The text of a file; `None` for what is not a path but the name of something shipped.
 fn read(name: &str) -> Result<Option<String>, InputError> {
     if !is_yaml(name) {
         return Ok(None);

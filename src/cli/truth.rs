@@ -141,7 +141,7 @@ pub fn lacks_labels(labels: &Path, log: &Path) -> bool {
     labels.is_dir() && !formats::is_set(labels) && label_file(labels, log).is_err()
 }
 
-/// Those recordings that have a label file in a folder; all where it is no folder of label files.
+/// Those recordings that have a label file in a folder; all where it is not a folder of label files.
 ///
 /// # Errors
 /// When none has one.

@@ -528,7 +528,7 @@ fn labels_begin_with_their_frame_where_stamps_have_64_bits() {
     assert!(!folder.path().join("late").exists());
 }
 
-/// A file that grows beyond what may be written, as on a full disk, is no damage of the set: the destination is named.
+/// A file that grows beyond what may be written, as on a full disk, is not damage of the set: the destination is named.
 #[cfg(unix)]
 #[test]
 fn a_full_destination_is_named_with_the_cause() {

@@ -249,7 +249,7 @@ fn the_good_recordings_of_a_file_are_listed_in_a_copy_of_it() {
     let before = std::fs::read(path("lift.hdf5")).unwrap();
     let audit =
         |more: &[&str]| teachtree_in(folder.path(), &[&["audit", "lift.hdf5", "--binding", "b.yaml"], more].concat());
-    // One recording waits for seconds; both begin with a closed gripper, which is no failed grasp, and end with the cube in the air.
+    // One recording waits for seconds; both begin with a closed gripper, which is not a failed grasp, and end with the cube in the air.
     let output = audit(&["--allow", "cut_off", "--mask", "masked.hdf5"]);
     assert!(output.status.success(), "{}", all_said(&output));
     assert!(

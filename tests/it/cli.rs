@@ -120,7 +120,7 @@ fn the_same_seed_records_the_same_bytes_and_another_seed_others() {
     assert!(first != record("other.csv", "8"));
 }
 
-/// The name of a shipped scene is no file: what is called like it may be taught again.
+/// The name of a shipped scene is not a file: what is called like it may be taught again.
 #[test]
 fn a_recording_called_like_its_scene_is_taught_twice() {
     let folder = tempfile::tempdir().unwrap();
@@ -161,7 +161,7 @@ fn a_real_recording_has_its_two_insertions_where_they_were() {
             assert!((found - gold).abs() <= TOLERANCE, "{primitive} at {found}, expected {gold}");
         }
     }
-    // The aborted touch (9.85 to 10.92 s) is no grasp.
+    // The aborted touch (9.85 to 10.92 s) is not a grasp.
     let raw = analysis["tracks"][0]["segments"].as_array().unwrap();
     let early = raw.iter().filter(|segment| segment["start_s"].as_f64().unwrap() < 12.0);
     assert!(early.clone().count() > 0);

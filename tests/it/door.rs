@@ -184,7 +184,7 @@ fn diagnostics_are_data_and_a_text() {
     assert_eq!(error.place(), "mine.rules:2:11");
     assert!(error.to_string().contains("2 | primitive Grasp"), "{error}");
     assert_eq!(found.to_string(), error.to_string());
-    // A warning is no error.
+    // A warning is not an error.
     let rules = Rules::options().text("mine.rules", "use \"contact.rules\"\nparam idle = 1 s\n").load().unwrap();
     let [warning] = rules.warnings() else { panic!("{:?}", rules.warnings()) };
     assert_eq!((warning.severity(), warning.file()), (Severity::Warning, Some("mine.rules")));

@@ -176,7 +176,7 @@ fn coverage_says_what_no_recording_shows() {
     assert_eq!(output.status.code(), Some(1));
     let printed = all_said(&output);
     assert!(printed.contains("FAILED   coverage is"), "{printed}");
-    // The lift is no insertion, and its object is carried.
+    // The lift is not an insertion, and its object is carried.
     assert!(printed.contains("never true  inserted   rules/single_hand.rules:"), "{printed}");
     assert!(printed.contains("never taken screwing => Turn   rules/single_hand.rules:"), "{printed}");
     assert!(!printed.contains("carried: not supported and not walled => Translate"), "{printed}");

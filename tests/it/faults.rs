@@ -213,7 +213,7 @@ fn a_full_disk_leaves_what_was_there() {
             let (seen, hidden) = files(folder.path());
             assert!(hidden.is_empty(), "{inject}: {hidden:?}");
             match output.status.code() {
-                // What was hit was no file, or there are fewer such calls; the message itself can be what is not written.
+                // What was hit was not a file, or there are fewer such calls; the message itself can be what is not written.
                 Some(0) => {
                     assert!(seen == new, "{inject}");
                     put(folder.path(), &old);

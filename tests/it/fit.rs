@@ -115,7 +115,7 @@ fn a_wrong_param_is_found_and_held_out_recordings_are_better() {
     let value = |name: &str| param(name)["after"].as_f64().unwrap();
     assert!((80.0..=115.0).contains(&value("run_on")), "{found}");
     assert!((45.0..=70.0).contains(&value("run_off")), "{found}");
-    // What is computed from others is no number to be changed.
+    // What is computed from others is not a number to be changed.
     assert!(!found["params"].as_array().unwrap().iter().any(|one| one["param"] == "twice"));
     for one in found["params"].as_array().unwrap() {
         let of = |key: &str| one[key].as_f64().unwrap();

@@ -1,5 +1,5 @@
 //! The page of `teach --live` with a camera: the hand that MediaPipe Hands finds in its pictures leads the hand of the scene. Skipped with a message where there
-//! is no browser, or no MediaPipe.
+//! is no browser or MediaPipe.
 
 use crate::browser::Browser;
 use crate::program::{complained, teachtree_in};

@@ -122,7 +122,7 @@ impl Agreement {
         of_frames.chain(self.boundaries.keys().map(String::as_str)).collect()
     }
 
-    /// Frames to which both gave the same label; what is no label of [`of_label`](Self::of_label) does not count.
+    /// Frames to which both gave the same label; what is not a label of [`of_label`](Self::of_label) does not count.
     pub fn same(&self) -> usize {
         self.frames.iter().filter(|((one, other), _)| one == other && !one.is_empty()).map(|(_, count)| count).sum()
     }

@@ -9,7 +9,7 @@ const SAME_TURN_RAD: f64 = 1e-9;
 /// A pose as seven numbers: position x y z, m, and quaternion w x y z.
 pub type PoseArray = [f64; 7];
 
-/// Returns the pose of a position, m, and a quaternion w x y z; a quaternion without direction is no rotation.
+/// Returns the pose of a position, m, and a quaternion w x y z; a quaternion without direction is not a rotation.
 #[inline]
 pub fn pose(position: [f64; 3], rotation: [f64; 4]) -> Isometry3<f64> {
     let [x, y, z] = position;

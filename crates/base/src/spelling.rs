@@ -1,6 +1,6 @@
 //! The known name nearest to an unknown one, for `did you mean`.
 
-/// Longer names are not compared: they are no typing errors, and the comparison takes the product of the lengths.
+/// Longer names are not compared: they are not typing errors, and the comparison takes the product of the lengths.
 const LONGEST: usize = 100;
 
 /// The known word that is nearest to `word`, if one is near: at most a third of its letters are wrong, and at least one is right.

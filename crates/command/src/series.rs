@@ -135,7 +135,7 @@ impl Series {
             });
         }
         let wanted = object.clone();
-        // What tells touches by flags is no hand whose fingertips feel where they touch.
+        // What tells touches by flags is not a hand whose fingertips feel where they touch.
         let flat_pads =
             fingers.len() == 2 && fingers.iter().all(|it| flags(recording, (side, it.finger), name).is_some());
         (!fingers.is_empty()).then_some(Self {

@@ -14,7 +14,7 @@ const INTO_M: f64 = 0.0006;
 const FARTHEST_M: f64 = 0.0015;
 /// Within this time, s.
 const LEANS_S: f64 = 0.1;
-/// What carries the object is no wall: its normal is steeper than this.
+/// What carries the object is not a wall: its normal is steeper than this.
 const UPWARDS: f64 = 0.5;
 
 /// Leans the object against the wall along which it is pushed, while it is.

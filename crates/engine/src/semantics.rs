@@ -76,7 +76,7 @@ pub const fn absent(shape: Shape) -> f64 {
     }
 }
 
-/// How many slots a channel of a hand has in a log: 1 when it is no array, 0 when it is an array of a hand that the log lacks.
+/// How many slots a channel of a hand has in a log: 1 when it is not an array, 0 when it is an array of a hand that the log lacks.
 pub fn slots(layout: &Layout, axis: Option<Axis>, side: Option<Side>) -> usize {
     let hand = side.and_then(|side| layout.hand(side));
     match axis {

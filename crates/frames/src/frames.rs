@@ -97,7 +97,7 @@ impl Frames {
         let start = time(frames.start).map_or(self.row_time.len(), before);
         let end = match (time(frames.end), frames.end.checked_sub(1).and_then(time)) {
             (Some(next), _) if !ends => before(next),
-            // What follows a stretch is no part of it.
+            // Frames after a stretch are not part of it.
             (_, Some(last)) => self.row_time.partition_point(|row| *row <= last),
             _ => start,
         };

@@ -226,7 +226,7 @@ impl Case {
 
     /// Narrows the numbers that one number is compared with by what is known of it; false when nothing of one is left.
     fn compare(&mut self) -> bool {
-        // Each bound may wander along all differences; stopping before it has is no mistake.
+        // Each bound may wander along all differences; stopping before it has is not a mistake.
         for _ in 0..=self.differences.len() {
             let mut changed = false;
             for ((one, other), difference) in self.differences.iter().filter(|(_, difference)| !difference.undefined) {

@@ -149,7 +149,7 @@ impl Index {
         self.mentions.iter().rfind(near).copied()
     }
 
-    /// The thing of this kind and name; `tree` is empty for what is no choice.
+    /// The thing of this kind and name; `tree` is empty for what is not a choice.
     pub fn find(&self, kind: Kind, tree: &str, name: &str) -> Option<usize> {
         self.by_name.get(&(kind.space(), tree.to_string(), name.to_string())).copied()
     }

@@ -181,7 +181,7 @@ pub struct Primitive {
     pub sided: bool,
     /// The primitive that it is a kind of.
     pub is: Option<PrimitiveId>,
-    /// What a hand does in it, if it is no kind of another one; of a sided one, the hand of its side.
+    /// What a hand does in it, if it is not a kind of another one; of a sided one, the hand of its side.
     pub does: Option<Meaning>,
     /// What the other hand does in a sided one, if that is something else.
     pub other: Option<Meaning>,

@@ -73,7 +73,7 @@ pub enum HandPrefix {
 }
 
 impl HandPrefix {
-    /// The words that are no hand by name.
+    /// The prefixes other than `left` and `right`.
     pub const WORDS: [&str; 3] = ["other", "either", "both"];
 
     /// The hands that a word stands for.

@@ -37,7 +37,7 @@ fn state() -> MutexGuard<'static, State> {
     STATE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Fills a file, so that it is there whole or not at all. A link is followed; what is no file, such as a pipe or a device, is written into.
+/// Fills a file, so that it is there whole or not at all. A link is followed; pipes and devices are written to directly.
 ///
 /// # Errors
 /// When the place cannot be written.
@@ -190,7 +190,7 @@ enum Content {
 }
 
 impl Files {
-    /// Writes a file, which is put in its place by [`commit`](Self::commit). What is no file, such as a pipe, is written into at once.
+    /// Writes a file, which is put in its place by [`commit`](Self::commit). Pipes and devices are written to at once.
     ///
     /// # Errors
     /// When the place cannot be written.

@@ -55,7 +55,7 @@ pub fn is_body_name(name: &str) -> bool {
         && !name.contains(|c: char| c == '.' || c == ',' || c.is_whitespace() || c.is_control())
 }
 
-/// Splits `right.thumb.force.x [mN]` into name and unit; the unit is `None` when it is left out. The place in a list, `state[3]`, is no unit.
+/// Splits `right.thumb.force.x [mN]` into name and unit; the unit is `None` when it is left out. The place in a list, `state[3]`, is not a unit.
 pub fn split_unit(header: &str) -> (&str, Option<&str>) {
     let header = header.trim();
     let is_place = |text: &str| text.contains('<') || text.bytes().all(|byte| byte.is_ascii_digit());

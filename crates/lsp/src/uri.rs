@@ -1,4 +1,4 @@
-//! Paths and URIs. What is no file, such as a text that was never saved, gets a path that no file has: its URI.
+//! Paths and URIs. A text without a file, such as one that was never saved, gets a path that no file has: its URI.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ pub fn uri_of(path: &Path) -> String {
     uri
 }
 
-/// `%20` and the like as the bytes that they are; what is no such number stays.
+/// `%20` and the like as the bytes that they are; other text stays.
 fn decoded(text: &str) -> String {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text;

@@ -54,7 +54,7 @@ pub struct Spot {
 pub struct Workspace {
     /// The open files, by path.
     pub open: BTreeMap<PathBuf, Document>,
-    /// The open files that are no rules, by path.
+    /// The open files that are not rules, by path.
     pub others: BTreeMap<PathBuf, Document>,
     /// The folders that the editor shows.
     pub folders: Vec<PathBuf>,

@@ -109,7 +109,7 @@ impl Phrasing {
     /// The same with the lines of a table in YAML, `NAME: TEMPLATE`, in the place of those of the same names; `file` is its name in messages.
     ///
     /// # Errors
-    /// A text that is no such table, or a template that is wrong, at its line.
+    /// A text that is not such a table, or a template that is wrong, at its line.
     pub fn with_table(mut self, text: &str, file: &str) -> Result<Self, InputError> {
         let lines: BTreeMap<String, String> = yaml::read(text, file)?;
         for (name, words) in lines {

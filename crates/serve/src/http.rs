@@ -110,7 +110,7 @@ pub struct Connection {
 pub enum RequestFailure {
     /// The other side is gone, or silent.
     Closed,
-    /// It sent what is no request that is taken here.
+    /// It sent something other than a supported request.
     Refused(Response),
 }
 

@@ -156,7 +156,7 @@ fn version(text: &str) -> String {
     digest.finish()
 }
 
-/// Writes the labels of a recording in the place of version `base`; no lines are no file. The caller ensures that no other thread saves at the same time.
+/// Writes the labels of a recording in the place of version `base`; without lines, removes the file. The caller prevents concurrent writes.
 ///
 /// # Errors
 /// The file has another version, a line is invalid, or the file cannot be written or is outside of the folders.

@@ -39,7 +39,7 @@ pub fn overrides(rules: &Rules, values: &BTreeMap<String, f64>) -> Result<BTreeM
         }
         Ok((name.clone(), written(site, *value)))
     };
-    // What is as in the file is no override.
+    // What is as in the file is not an override.
     let changed = values.iter().filter(|(name, value)| {
         !sites.iter().any(|site| site.name == **name && site.value.to_bits() == value.to_bits())
     });

@@ -70,7 +70,7 @@ pub fn begin(address: SocketAddr, origins: &[String], hub: &Arc<Hub>) -> Result<
             let (hub, origins) = (Arc::clone(&hub), Arc::clone(&origins));
             if hub.enter(MOST_CLIENTS) {
                 thread::spawn(move || {
-                    // A client that goes, or says nothing that is understood, is no news.
+                    // A client that goes, or says nothing that is understood, is not news.
                     let _ = serve(stream, &origins, &hub);
                     hub.leave();
                 });

@@ -128,7 +128,7 @@ fn what_begins_or_ends_a_log_and_cannot_be_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let plain = taught();
     formats::write(&plain, &folder.path().join("plain.csv")).unwrap();
-    // What is not measured is no part of a segment: the first begins a little later, the last ends a little sooner.
+    // Unmeasured frames are not part of a segment: the first begins a little later, the last ends a little sooner.
     let names = |log: &str| {
         let name = |line: &String| line.split(',').take(3).map(String::from).collect::<Vec<_>>();
         segments(folder.path(), log, &[]).iter().map(name).collect::<Vec<_>>()

@@ -41,7 +41,7 @@ fn labels_are_saved_beside_the_recording_and_scored() {
     }
     assert!(row["score"]["accuracy"].as_f64().unwrap() < 1.0);
     assert_eq!(row["labels"], 2);
-    // No lines are no file.
+    // Without lines, the file is removed.
     let base = &again["version"];
     let emptied = studio.change("PUT", "api/recording/1/labels", &json!({ "base": base, "lines": [] }));
     assert_eq!((emptied.status, file.exists()), (200, false));

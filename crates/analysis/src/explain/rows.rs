@@ -11,7 +11,7 @@ use teachtree_language::rules::{Expr, ExprKind, Hand};
 /// One number per frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// The finger or body that it is of; empty for what is no array.
+    /// The finger or body that it is of; empty for other values than arrays.
     pub slot: String,
     /// The component of a vector or rotation, such as `x`; empty for a single number.
     pub component: &'static str,

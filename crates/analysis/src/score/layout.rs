@@ -36,7 +36,7 @@ pub(super) struct LabeledSpan {
     pub end_s: f64,
     /// Start and end by the clock, s.
     pub clock_s: (f64, f64),
-    /// Whether it begins where the scored time does, or after something that was cut out: then its start is no boundary.
+    /// Whether it begins where the scored time does, or after something that was cut out: then its start is not a boundary.
     pub cut: bool,
 }
 

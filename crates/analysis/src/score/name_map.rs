@@ -38,7 +38,7 @@ impl NameMap {
     /// Reads a map from YAML; `file` is its name in errors.
     ///
     /// # Errors
-    /// What is no map from names to names.
+    /// Text other than a map from names to names.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
         let map: IndexMap<Name, Names> = yaml::read(text, file).map_err(|error| {
             error.help("a map has lines such as `S1: [Move, Approach]`, `S2: Grasp` and `S9: mask`")
@@ -61,7 +61,7 @@ impl NameMap {
     /// Reads a map from pairs such as `S1=Move|Approach,S2=Grasp,S9=mask`.
     ///
     /// # Errors
-    /// What is no pair.
+    /// Text other than a pair.
     pub fn of_pairs(text: &str) -> Result<Self, InputError> {
         let mut entries = IndexMap::new();
         for pair in text.split(',') {

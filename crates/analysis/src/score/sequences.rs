@@ -25,7 +25,7 @@ impl Sequences {
     /// Reads sequences from YAML: for each task a line of primitives, or a list of such lines. `file` is its name in errors.
     ///
     /// # Errors
-    /// What is no such map, and names that the rules do not have.
+    /// Text other than such a map, and names that the rules do not have.
     pub fn read(text: &str, file: &str, known: &KnownNames) -> Result<Self, InputError> {
         let lines: IndexMap<String, Lines> = yaml::read(text, file).map_err(|error| {
             let line = "pick_and_place: Move Approach Grasp Translate Place Release";

@@ -110,7 +110,7 @@ enum Item {
     Tally(u32),
 }
 
-/// A value: for each slot its components; a value that is no array has one slot.
+/// A value: for each slot its components; a value that is not an array has one slot.
 #[derive(Clone, Debug)]
 struct Slots(Vec<Vec<Item>>);
 

@@ -152,7 +152,7 @@ impl Sources {
             Step::Number(id) => {
                 let out = place(plan, id);
                 match &plan.numbers[id.index()].0 {
-                    // These are no steps; the sum of nothing does nothing.
+                    // These are not steps; the sum of nothing does nothing.
                     Number::Input(_) | Number::Constant(_) => Batch::Sum(Vec::new()),
                     Number::Negate(a) => Batch::Negate(vec![(at(a), out)]),
                     Number::Abs(a) => Batch::Abs(vec![(at(a), out)]),

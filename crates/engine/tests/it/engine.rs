@@ -229,7 +229,7 @@ fn thresholds_take_no_columns() {
     assert!(asked.bytes_max < 4000 * 4096, "{} bytes", asked.bytes_max);
 }
 
-/// The random cases are no walk-over: they reach many different leaves and all kinds of operators.
+/// The random cases are not trivial: they reach many different leaves and all kinds of operators.
 #[test]
 fn random_cases_are_worth_testing() {
     let mut changes = 0;

@@ -14,7 +14,7 @@ impl BindingFile {
     /// nearly those of known channels.
     ///
     /// # Errors
-    /// When a channel names a body that the scene lacks, or something is trusted that is no force of a finger.
+    /// When a channel names a body that the scene lacks, or something is trusted that is not a force of a finger.
     pub fn check(&self, scene: &Scene) -> Result<Vec<(String, InputError)>, InputError> {
         let objects: Vec<&str> =
             scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();

@@ -53,7 +53,7 @@ impl BodyPoses<'_> {
     fn normal_towards(&self, other: &Self, row: usize, force: Vector3<f64>) -> Option<Vector3<f64>> {
         let body = self.body?;
         match body.role {
-            // A support bears from below: what comes from its side, or from above, is no part of it, such as the links of a robot that a log
+            // A support bears from below: what comes from its side, or from above, is not a part of it, such as the links of a robot that a log
             // names like the table. With a normal that points down it neither carries nor stands beside.
             Role::Support if force.z < BEARS * force.norm() => Some(-Vector3::z()),
             Role::Support => Some(Vector3::z()),

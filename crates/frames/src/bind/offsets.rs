@@ -13,7 +13,7 @@ use teachtree_base::units::Dimension;
 /// Adds the position of a point that moves with a frame, to be bound under `key`.
 ///
 /// # Errors
-/// When the key is no position, or the pose of the frame is not bound.
+/// When the key is not a position, or the pose of the frame is not bound.
 pub fn place(recording: &mut Recording, file: &BindingFile, key: &str, offset: &OffsetPoint) -> Result<(), InputError> {
     if !LogChannel::parse(key).is_some_and(|it| it.shape() == Shape::Vec3 && it.dimension() == Dimension::LENGTH) {
         let message = format!("`{key}` is not a position, expected a channel such as `right.thumb.position`");

@@ -73,7 +73,7 @@ pub enum Representation {
 }
 
 impl Representation {
-    /// What the columns are called behind the name of the channel; those that are no quaternion are temporary.
+    /// What the columns are called behind the name of the channel; those that are not of a quaternion are temporary.
     pub fn components(self) -> &'static [&'static str] {
         match self {
             Self::Scalar => Shape::Scalar.components(),
@@ -340,7 +340,7 @@ impl Pattern {
     /// Reads a pattern.
     ///
     /// # Errors
-    /// What was found that is no pattern.
+    /// The text that is not a pattern.
     pub fn parse(text: &str) -> Result<Self, String> {
         if let Some(value) = text.trim_start().strip_prefix('=') {
             let of = Self::of(Template::text(text));

@@ -15,7 +15,7 @@ use teachtree_logs::names::{self, ColumnMeaning};
 /// The most frames that resampling makes.
 pub const MAX_FRAMES: usize = 100_000_000;
 
-/// So many usual steps of a log are no gap, whatever the binding says.
+/// A gap is longer than this number of usual steps of a log, whatever the binding says.
 pub const BRIDGED_STEPS: f64 = 1.5;
 /// Stamps are written with a few digits: a new sample this near before an old one, in steps, is at it.
 pub const AT: f64 = 1e-6;

@@ -31,7 +31,7 @@ const RESOLUTION: f64 = 0.02;
 
 /// The smallest singular value of a tool that turns about one axis, as a share of the largest one.
 const ONE_AXIS: f64 = 0.05;
-/// A mass is known where its standard deviation is below this, kg: the weight of less is no contact.
+/// A mass is known where its standard deviation is below this, kg: the weight of less is not contact.
 const KNOWN_KG: f64 = 0.075;
 /// The same as a share of the mass.
 const KNOWN_SHARE: f64 = 0.15;

@@ -5,7 +5,7 @@
 //! square root of the force, since a larger force scatters more). The rest is the median of the first group, and forces count from there.
 //!
 //! A surface that bears a part of a tool's weight makes the reading of a biased sensor smaller, and the groups change places. A recording begins and ends
-//! without contact: where an end is in the group of contact and the rest is no small part of its force, the groups are looked for again from what the ends read.
+//! without contact: if an end is in the group of contact, and the rest is more than a small part of its force, the split is repeated from the ends' readings.
 //!
 //! The split is not a threshold if the groups are not [clear](crate::otsu::OtsuSplit::is_clear). Where there are several kinds of contact, the weakest
 //! one decides ([`contact_kinds`](super::contact_kinds)).

@@ -41,7 +41,7 @@ const STEADY: f64 = 0.05;
 const KNOT_SECS: f64 = 2.5;
 const KNOTS: f64 = 100.0;
 const IN_KNOT: usize = 8;
-/// A smaller change of the rest is no drift, in N and as a multiple of the standard error of a rest.
+/// A smaller change of the rest is not drift, in N and as a multiple of the standard error of a rest.
 const DRIFT: f64 = 0.02;
 const SIGNIFICANT: f64 = 6.0;
 /// The share of readings below the force that is reported where no level is found.
@@ -201,7 +201,7 @@ fn drifting(readings: &[Reading], group: &[bool]) -> Option<Vec<Rest>> {
         error = error.max(usual / (chunk.len() as f64).sqrt());
         rest.push(middle);
     }
-    // A contact that fills an interval is no rest: the middle one of three neighbors counts.
+    // A contact that fills an interval is not a rest: the middle one of three neighbors counts.
     let middle = |around: &[Rest]| median_vector(around.iter().map(|rest| &rest.force));
     let middles: Vec<Vector3<f64>> = rest.windows(3).filter_map(middle).collect();
     rest.iter_mut().skip(1).zip(middles).for_each(|(rest, middle)| rest.force = middle);

@@ -90,7 +90,7 @@ pub struct Window<'a> {
 pub struct Touches {
     /// The bodies that it may touch.
     pub pairs: Vec<TouchPair>,
-    /// The least force of the balance of forces that is no noise, N; `None` where the balance does not come out.
+    /// The least force of the balance of forces that is not noise, N; `None` where the balance does not come out.
     pub noise: Option<f64>,
     /// The supports whose contacts with it are known as flags.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -167,7 +167,7 @@ impl<'a> CleanLog<'a> {
     /// `trust` count as they are, however long they stay constant.
     ///
     /// # Errors
-    /// When a column is not as long as the time, a vector lacks a component, a flag is no flag, or the time base is unusable.
+    /// When a column is not as long as the time, a vector lacks a component, a flag is not a flag, or the time base is unusable.
     pub fn new(recording: &'a Recording, trust: &[String], asked: impl Fn(&str) -> bool) -> Result<Self, InputError> {
         let time = &recording.time;
         let (mut unknown, mut columns) = (vec![], Columns::new());

@@ -2,7 +2,7 @@
 //!
 //! A marker that is taken for another, a bit that tips on the way: one such sample would be a fingertip elsewhere, a blow or a turn. It is
 //! made unmeasured where a log is opened, before anything is computed from its neighbours, and goes the way of every other drop-out. So are the
-//! first one or two of a log and the last ones, where a device sends zeros before it sees anything. What changes amid a log and stays is no such
+//! first one or two of a log and the last ones, where a device sends zeros before it sees anything. What changes amid a log and stays is not such a
 //! sample, nor is a blow that lasts: those were measured.
 //!
 //! A velocity may change at once, in an impact, and a low limit is wanted for it: one sample in 1 kHz of a few m/s is enough to move an average. So
@@ -68,7 +68,7 @@ const LONE_SPIN: Limits = Limits::new(20.0, 5000.0, 1, 0.5);
 /// How many times as long as usual a quaternion must be, or as short. Those that were averaged or interpolated between turns are a little short.
 const OTHER_LENGTH: f64 = 1.25;
 
-/// Whether a quaternion of this length is no rotation where others have the usual one.
+/// Whether a quaternion of this length is not a rotation where others have the usual one.
 pub(crate) fn is_other_length(length: f64, usual: f64) -> bool {
     length > usual * OTHER_LENGTH || length < usual / OTHER_LENGTH
 }
@@ -126,7 +126,7 @@ impl Quantity {
         }
     }
 
-    /// A sample; `None` of what is not measured, or cannot be by itself: that is no neighbour.
+    /// A sample; `None` of what is not measured, or cannot be by itself: that is not a neighbour.
     fn sample(self, row: usize, time: f64, mut value: [f64; 4]) -> Option<Sample> {
         if !value.iter().all(|value| value.abs() <= LARGEST) {
             return None;

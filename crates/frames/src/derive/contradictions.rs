@@ -36,7 +36,7 @@ pub struct VelocityComparison {
     /// In how many the difference was above the limit, and its sum over these.
     differs: usize,
     difference: Vector3<f64>,
-    /// The sum of all differences, none counted as longer than five limits: a body that was set elsewhere is no offset.
+    /// The sum of all differences, none counted as longer than five limits: a body that was set elsewhere is not an offset.
     bounded: Vector3<f64>,
     /// Sums of the logged times the real velocity and of the squared real one, over the looks in which the body moves.
     product: f64,

@@ -32,7 +32,7 @@ const LARGEST: f64 = 0.5;
 const REPORTED: f64 = teachtree_base::contact_threshold::OFF_N;
 /// The least bias that is reported where no channel gives the position of the fingertip, N.
 const BIASED: f64 = 0.05;
-/// What scatters by more than this times its scatter from sample to sample, and by more than this, N², is no noise: the hand does touch
+/// What scatters by more than this times its scatter from sample to sample, and by more than this, N², is not noise: the hand does touch
 /// something, and the places in the log are not what they seem.
 const STEADY: f64 = 4.0;
 const QUIET: f64 = 1e-6;

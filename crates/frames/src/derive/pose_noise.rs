@@ -2,7 +2,7 @@
 //!
 //! Neighboring second differences of such noise have the covariance `-4 s²`, with its standard deviation `s`. Motion bends the same way for several
 //! samples, so its covariance is not negative; the median over short blocks leaves out jerks. A velocity that is differentiated from noisy
-//! positions is not zero at rest: up to [`PositionNoise::limit`] it is no motion.
+//! positions is not zero at rest: up to [`PositionNoise::limit`] it is not motion.
 
 use super::motion;
 use crate::clean::preprocess::{CleanLog, PositionNoise};
@@ -12,7 +12,7 @@ use teachtree_base::scene::Role;
 const BLOCK: usize = 32;
 /// The fewest blocks that show a noise.
 const FEWEST: usize = 4;
-/// A speed below this many standard deviations of its noise is no motion.
+/// A speed below this many standard deviations of its noise is not motion.
 const ABOVE_NOISE: f64 = 4.0;
 /// Noise that makes less than this speed in all, m/s, moves nothing: the rules' slowest motion is twice as fast.
 const NEGLIGIBLE: f64 = 2.5e-3;

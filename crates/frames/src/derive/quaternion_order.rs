@@ -1,7 +1,7 @@
 //! Quaternions whose columns are in another order than they are read in: where the scene gives the orientation of a body, its first sample decides.
 //!
 //! A body that is turned by half a turn about an upright axis reads, in another order, as one that is not turned. So the scene has to be
-//! about this log: a body that it gives no place, or another place than the log, is no evidence.
+//! about this log: a body that it gives no place, or another place than the log, is not evidence.
 
 use super::motion::vector;
 use crate::clean::preprocess::CleanLog;

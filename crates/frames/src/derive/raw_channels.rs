@@ -231,7 +231,7 @@ fn is_tool(fingers: &[Finger]) -> bool {
     fingers.len() == 2 && [Finger::Thumb, Finger::Palm].iter().all(|finger| fingers.contains(finger))
 }
 
-/// Whether this is where a palm is. It is no fingertip: rules about fingertips do without it.
+/// Whether this is where a palm is. It is not a fingertip: rules about fingertips do without it.
 fn is_palm(slot: &str) -> bool {
     slot.ends_with(".palm.position")
 }

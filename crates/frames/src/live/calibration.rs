@@ -82,7 +82,7 @@ impl Calibration {
     /// Reads a file; `file` is its name in errors.
     ///
     /// # Errors
-    /// It is no calibration.
+    /// The file is not a calibration.
     pub fn parse(text: &str, file: &str) -> Result<Self, InputError> {
         let read: Self = json::read(text, file)?;
         if RATES.contains(&read.rate_hz) {

@@ -1,5 +1,5 @@
 //! Samples that cannot be, in rows one at a time: out and back within one or two rows, as of a whole log ([`crate::clean::spikes`]), and quaternions
-//! that are no rotations. They become unmeasured.
+//! that are not rotations. They become unmeasured.
 //!
 //! A row waits only while one of its samples is far from the one before, until later rows show whether it was out: two rows at most, and four where a log
 //! begins.

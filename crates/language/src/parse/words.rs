@@ -92,7 +92,7 @@ fn word(rule: Rule) -> &'static str {
     }
 }
 
-/// The words for a rule that is no word of the language.
+/// The words for a rule that is not a word of the language.
 const fn described(rule: Rule) -> &'static str {
     match rule {
         Rule::anchor => "`first`, `last`, `before` or `after`",

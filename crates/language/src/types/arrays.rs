@@ -46,7 +46,7 @@ impl Resolver {
         if expr.ty.shape == Shape::Vec3 { Some(()) } else { self.want(expr, Shape::Scalar, who) }
     }
 
-    /// Reports when an expression is no array.
+    /// Reports when an expression is not an array.
     pub(super) fn want_array(&mut self, expr: &Expr, function: &str) -> Option<()> {
         if expr.ty.axis.is_some() {
             return Some(());

@@ -84,7 +84,7 @@ impl Resolver {
         None
     }
 
-    /// Reports a duration that is no time ahead, or longer than what is remembered.
+    /// Reports a duration that is not a time ahead, or longer than what is remembered.
     pub fn want_duration(&mut self, duration: &Constant) -> Option<()> {
         let wanted = match duration.value {
             short if short <= 0.0 => "a duration is longer than nothing",

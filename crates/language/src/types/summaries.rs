@@ -103,7 +103,7 @@ impl Resolver {
         });
     }
 
-    /// Reports when what stands before a window is no condition.
+    /// Reports when what stands before a window is not a condition.
     pub(super) fn want_watched(&mut self, watched: &Expr, window: &str) -> Option<()> {
         if matches!(watched.ty.shape, Shape::Scalar | Shape::Vec3) {
             self.report(

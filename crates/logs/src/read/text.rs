@@ -1,4 +1,4 @@
-//! Reading the text or the bytes of a file, whole and up to a limit: a device that never ends is no file.
+//! Reading the text or the bytes of a file, whole and up to a limit: a device that never ends is not a file.
 
 use super::file;
 use std::fs::File;

@@ -20,7 +20,7 @@ const KNOTS: usize = 200_000;
 const FRAMES: usize = 20_000;
 /// How many times that many knots a page holds at most.
 const TIMES: usize = 8;
-/// With fewer knots it is no curve.
+/// With fewer knots it is not a curve.
 const KNOTS_OF_ONE: usize = 600;
 /// The quantities that are shown first get this many times as many knots.
 const FIRST: usize = 2;

@@ -23,7 +23,7 @@ const KNOTS: usize = 120_000;
 const FRAMES: usize = 20_000;
 /// How many times that many knots a page holds at most.
 const TIMES: usize = 8;
-/// Less than this is no force, N: what never has more is not drawn.
+/// The minimum force, N: a contact that never exceeds it is not drawn.
 const LEAST_FORCE: f64 = 1e-3;
 /// A hand that changes its target more often has none.
 const MAX_TARGETS: usize = 2000;

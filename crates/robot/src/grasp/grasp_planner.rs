@@ -279,7 +279,7 @@ impl<'a> GraspPlanner<'a> {
     }
 
     /// The pose that copies the demonstrated one: the hand half closed in the middle of its ranges, laid over the demonstrated contacts. What it is
-    /// worth without any search is what the search is compared with; `None` where the fingers do not reach, and for a gripper, which is no copy of a hand.
+    /// worth without any search is what the search is compared with; `None` where the fingers do not reach, and for a gripper, which is not a copy of a hand.
     pub fn copied(&self, request: &GraspRequest<'_>) -> Option<f64> {
         if self.hand.jaws.is_some() {
             return None;

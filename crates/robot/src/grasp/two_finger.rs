@@ -91,7 +91,7 @@ impl<'a> TwoFingerGrasp<'a> {
         let along = Unit::try_new(way, 1e-6).ok_or(NoGrasp::TooNarrow(opening, least))?;
         let leans = [(one, along.into_inner()), (two, -along.into_inner())]
             .map(|(contact, inward)| inward.angle(&-contact.normal));
-        // How far jaws open is no question where contacts do not oppose each other.
+        // How far jaws open is not a question where contacts do not oppose each other.
         if let Some((contact, lean)) = [one, two].into_iter().zip(leans).find(|(_, lean)| squarely(*lean) <= 0.0) {
             return Err(NoGrasp::SlipsOff(contact.finger, lean));
         }

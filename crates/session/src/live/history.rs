@@ -115,7 +115,7 @@ impl History {
         None
     }
 
-    /// A leaf at a frame that is no rest, if there is one; `None` where the leaves are not known.
+    /// A leaf at a frame that is not a rest, if there is one; `None` where the leaves are not known.
     fn not_at_rest(&self, rests: &BTreeMap<Side, Label>, frame: usize) -> Option<Option<Run>> {
         let at = |runs: &[Run], open: &[Run]| {
             let known = runs

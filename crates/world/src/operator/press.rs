@@ -26,7 +26,7 @@ pub(super) struct PressMotion {
 impl PressMotion {
     /// The velocity that is wanted now, m/s, and whether it has been pressed for long enough.
     pub(super) fn step(&mut self, grip: &HandGrip, felt: &SensorSample) -> (Vector3<f64>, bool) {
-        // What the fingers carry in the air is no pressing.
+        // What the fingers carry in the air is not pressing.
         let pressed = felt.total().dot(&self.toward);
         if pressed > NOTICED * self.force && grip.squeeze.is_some() {
             self.pressed.get_or_insert(0.0);

@@ -31,7 +31,7 @@ const DECIMALS: u8 = 6;
 /// The virtual environment of a person.
 pub struct TeleopWorld {
     scene: Scene,
-    /// Of each body, N; 0 of what is no object.
+    /// Of each body, N; 0 if it is not an object.
     weights: Vec<f64>,
     state: State,
     initial: State,

@@ -132,7 +132,7 @@ fn smooth(facts: &[Facts]) -> Vec<f64> {
     (0..facts.len()).map(mean).collect()
 }
 
-/// Gives what is too short to its neighbour; a Fit between two Translates is a fluctuation; two independent carries are no coordination.
+/// Gives what is too short to its neighbour; a Fit between two Translates is a fluctuation; two independent carries are not coordination.
 fn clean(labels: &mut [&'static str]) {
     for run in runs(labels) {
         if run.len() < SHORTEST && run.end < labels.len() {

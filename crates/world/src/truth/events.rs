@@ -5,7 +5,7 @@ use super::world_state::WorldState;
 use teachtree_base::recording::Event;
 use teachtree_base::scene::Scene;
 
-/// A contact that is made or lost for less than this, ms, is no event.
+/// The minimum duration of a contact or of its loss that is an event, ms.
 const BLIP: usize = 20;
 
 /// Contacts made and lost, between fingertips and bodies and between bodies.

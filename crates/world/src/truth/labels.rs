@@ -135,7 +135,7 @@ pub(super) fn leaving(facts: &[Facts]) -> Vec<bool> {
             }
         }
     }
-    // The first moments with all fingers on are no departure yet.
+    // The first moments with all fingers on are not yet a departure.
     for run in runs(&leaving).into_iter().filter(|run| leaving[run.start]).collect::<Vec<_>>() {
         let most = facts[run.start].fingers;
         let departure = run.clone().find(|&next| facts[next].fingers < most).unwrap_or(run.end);

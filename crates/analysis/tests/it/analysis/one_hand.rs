@@ -194,7 +194,7 @@ fn a_gap_cuts_a_task_in_two() {
 
 #[test]
 fn settling_counts_samples_at_the_rate() {
-    // 50 ms at 100 Hz are 5 frames: a Slide of 4 is no segment, one of 5 is, and a short one at the end is dropped.
+    // 50 ms at 100 Hz are 5 frames: a Slide of 4 is not a segment, one of 5 is, and a short one at the end is dropped.
     let rules = chapter();
     let raw = |text: &str| names(&one_hand(&rules, text).tracks[0].segments);
     assert_eq!(raw("Move 10 Slide 4 Move 10"), "Move");

@@ -65,7 +65,7 @@ fn boundaries_are_starts_that_stand_for_each_other() {
         .iter()
         .map(|boundary| (boundary.after.clone(), boundary.by_contact, (boundary.late_s.unwrap() * 1e3).round() as i64))
         .collect();
-    // The start of the recording is no boundary.
+    // The start of the recording is not a boundary.
     assert_eq!(starts, [("Approach".into(), false, 10), ("Grasp".into(), true, 180), ("Translate".into(), true, 30)]);
     let all = tally.boundary_errors();
     near(all.median_s(), 0.030);
@@ -213,7 +213,7 @@ fn each_of_several_alternatives_is_right() {
 
 #[test]
 fn a_segment_over_the_end_of_its_alternatives_is_still_one() {
-    // The Move goes on for 0.2 s after the truth grasps; it is no second, false Move.
+    // The Move goes on for 0.2 s after the truth grasps; it is not a second, false Move.
     let tally = tally("Move|Approach 2 Grasp 2", "Approach 1 Move 1.2 Grasp 1.8");
     assert_eq!(tally.sequences, Share { right: 1, of: 1 });
     near(tally.precision("Move|Approach"), 2.0 / 2.2);
@@ -247,7 +247,7 @@ fn coordination_is_scored_where_the_hands_are() {
     let tally = rows(&truth, &analysis).remove(0).tally;
     near(Some(tally.scored_s()), 9.0);
     near(tally.accuracy(), 8.0 / 9.0);
-    // What is not done is no segment.
+    // Primitives that do not occur have no segment.
     assert_eq!(tally.segments.keys().collect::<Vec<_>>(), ["Pass"]);
     near(tally.boundary_errors().median_s(), 0.5);
 }

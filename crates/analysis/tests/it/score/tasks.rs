@@ -41,7 +41,7 @@ fn what_is_named_where_nothing_is_counts_as_false() {
     assert_eq!(pairs(&named), [(NONE, "pick"), (NONE, "push")]);
     assert_eq!(named.false_tasks(), 2);
     assert_eq!(named.tasks_found(), Share { right: 0, of: 0 });
-    // Something was handled, and no task was named: that is no false task.
+    // Something was handled, and no task was named: that is not a false task.
     let unknown = tally("", "unknown 4");
     assert_eq!(pairs(&unknown), [(NONE, UNKNOWN)]);
     assert_eq!(unknown.false_tasks(), 0);

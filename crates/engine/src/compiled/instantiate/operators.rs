@@ -263,7 +263,7 @@ impl Instantiation<'_> {
     }
 }
 
-/// The value of the first argument, which is no vector.
+/// The value of the first argument, which is not a vector.
 fn single(args: &[&[Item]]) -> Result<Item, InputError> {
     let item = args.first().and_then(|arg| arg.first()).copied();
     item.ok_or_else(|| internal("an operator lacks its argument"))

@@ -21,7 +21,7 @@ fn grows_linearly(name: &str, short: usize, rules: impl Fn(usize) -> String) {
     for layer in 0..2 {
         let (first, second) = (two[layer] - one[layer], four[layer] - two[layer]);
         assert!(first >= short, "{name}: what is asked vanished: {one:?}, {two:?}, {four:?} nodes");
-        // One node more or less at an end is no growth.
+        // One node more or less at an end is not growth.
         assert!(second <= 2 * first + 4, "{name}: {one:?}, {two:?}, {four:?} nodes");
     }
 }

@@ -123,7 +123,7 @@ fn degrees_that_are_read_as_radians_are_reported() {
     assert_eq!(angles(folder, "", |time| (170.0 + 10.0 * time) % 360.0 - 180.0).len(), 1);
     assert_eq!(angles(folder, " [deg]", turned), [""; 0]);
     assert_eq!(angles(folder, " [deg]", |time| 720.0 * time), [""; 0]);
-    // A bad sample is no degree.
+    // A bad sample is not a degree.
     for bad_s in [0.0, 0.5] {
         let printed = angles(folder, "", |time| if time == bad_s { 90.0 } else { 0.3 });
         assert!(printed.iter().all(|line| line.starts_with("impossible_jump ")), "{printed:?}");

@@ -50,7 +50,7 @@ impl ArrayColumns {
         titles
     }
 
-    /// The columns of these values, row by row. A matrix that is no pose is not measured.
+    /// The columns of these values, row by row. A matrix that is not a pose is not measured.
     pub fn columns(&self, values: &[f64]) -> Vec<Vec<f64>> {
         let places: usize = self.dimensions.iter().product();
         let width = if self.poses { places * 16 } else { places };

@@ -62,7 +62,7 @@ impl Element {
     /// An element by the name that version 3 of Zarr gives it: `float64`.
     ///
     /// # Errors
-    /// What it is, if it is no number.
+    /// What it is, if it is not a number.
     pub fn of_zarr_3(name: &str, big_endian: bool) -> Result<Self, String> {
         let (kind, size) = match name {
             "bool" | "uint8" => (Kind::Unsigned, 1),

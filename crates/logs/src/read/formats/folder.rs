@@ -51,7 +51,7 @@ pub fn open(path: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Res
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let place = path.display().to_string();
         let bytes = folders.open(&path)?;
-        // A file that is no table does not keep the others from being read.
+        // A file that is not a table does not keep the others from being read.
         match delimited_text::source(Box::new(BufReader::new(bytes)), place) {
             Ok(source) => sheets.extend(source.sheets.into_iter().map(|sheet| Sheet { name: stem.clone(), ..sheet })),
             Err(error) => refused.push((stem, error.message)),

@@ -73,7 +73,7 @@ impl<'de> Visitor<'de> for UniqueVisitor {
     }
 }
 
-/// What is wrong with a text that is no such value.
+/// The fault of a text that is not such a value.
 pub fn fault(error: &serde_json::Error) -> String {
     if error.is_data() { message_of(error) } else { format!("found no JSON object: {}", message_of(error)) }
 }

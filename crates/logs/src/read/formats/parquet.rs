@@ -320,7 +320,7 @@ impl Leaf {
         if max_rep > 1 {
             return None;
         }
-        // What LeRobot says in words is no channel.
+        // What LeRobot says in words is not a channel.
         if parts.first().is_some_and(|name| name.starts_with("language_")) && parts.len() > 1 {
             return None;
         }

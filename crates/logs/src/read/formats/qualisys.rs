@@ -122,7 +122,7 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
     Ok(source)
 }
 
-/// The numbers of a row; a delimiter too many at its end is no column.
+/// The numbers of a row; a delimiter too many at its end is not a column.
 fn values(text: &str, width: usize) -> Result<Vec<f64>, String> {
     let mut cells: Vec<&str> = text.split('\t').collect();
     if cells.len() == width + 1 && cells.last().is_some_and(|cell| cell.trim().is_empty()) {

@@ -4,7 +4,7 @@
 //! ROS 2 messages are CDR, plain, of either version and byte order. A nested field is called by its path, `wrench.force.x`, and an element
 //! of an array by its place, `poses[0].position.x`; arrays longer than [`MAX_ARRAY`] (images, point clouds) are passed over.
 //!
-//! Where a message says what its elements are called, the place is no name, since it differs from message to message: joints are called
+//! Where a message says what its elements are called, the place is not a name, since it differs from message to message: joints are called
 //! as in the array `name` beside them, `position.finger_joint`, and transforms by their child frame, `transforms.cube.transform`. A message in which a
 //! name occurs twice is refused.
 
@@ -75,7 +75,7 @@ impl Definition {
     /// Reads a definition; `name` is that of the type, such as `geometry_msgs/msg/WrenchStamped`.
     ///
     /// # Errors
-    /// What it says that is no definition.
+    /// The text of it that is not a definition.
     pub fn parse(name: &str, text: &str, wire: WireFormat) -> Result<Self, String> {
         if text.len() > MAX_DEFINITION {
             return Err(format!("its definition has {} bytes, at most {MAX_DEFINITION} are read", text.len()));

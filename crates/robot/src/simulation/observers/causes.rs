@@ -16,7 +16,7 @@ use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::Scene;
 use teachtree_world::{Observation, TipState};
 
-/// What lasts for less is no cause, s.
+/// The minimum duration of a cause, s.
 const LASTS_S: f64 = 0.1;
 /// The same of an object that touches nothing, s: it falls by 10 mm meanwhile.
 const FALLS_S: f64 = 0.045;

@@ -362,7 +362,7 @@ fn angles_and_matrices_become_quaternions() {
         let [of_angles, of_matrix] =
             ["cube", "right.palm"].map(|of| values(&recording, &format!("{of}.rotation.{letter}")));
         assert!((of_angles[0] - 0.5).abs() < 1e-12 && (of_matrix[0] - 0.5).abs() < 1e-9, "{letter}");
-        // What is no rotation was not measured.
+        // Values other than a rotation are unmeasured.
         assert!(of_matrix[1].is_nan());
     }
     assert!(!recording.columns.keys().any(|name| name.ends_with("roll") || name.ends_with("m00")));

@@ -98,7 +98,7 @@ impl McapContents {
 /// The files of a log whose records can be copied: an MCAP file, or those of a bag of ROS 2 in a folder.
 ///
 /// # Errors
-/// When the log is no such file.
+/// When the log is not such a file.
 pub fn files_of(log: &Path) -> std::result::Result<Vec<PathBuf>, InputError> {
     if folder::is_bag(log) {
         let path = log.join("metadata.yaml");

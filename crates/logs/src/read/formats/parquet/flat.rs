@@ -1,11 +1,11 @@
-//! Numbers of columns that are no lists, decoded straight behind those that are there.
+//! Numbers of columns that are not lists, decoded straight behind those that are there.
 
 use super::BATCH;
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::DataType;
 use ::parquet::errors::ParquetError;
 
-/// Reads numbers of a column that is no list, behind those that are there; how many.
+/// Reads numbers of a column that is not a list, behind those that are there; how many.
 pub(super) fn flat(
     reader: &mut ColumnReader,
     max_def: i16,

@@ -196,7 +196,7 @@ fn pairs(known: Vec<KeyValue>, columns: &[Column], keys: &[(&str, String)]) -> V
     pairs
 }
 
-/// The feature list of `datasets` with the columns; `None` for what is no such list.
+/// The feature list of `datasets` with the columns; `None` for other text.
 fn with_features(text: &str, columns: &[Column]) -> Option<String> {
     let mut whole: Value = serde_json::from_str(text).ok()?;
     let features = whole.get_mut("info")?.get_mut("features")?.as_object_mut()?;

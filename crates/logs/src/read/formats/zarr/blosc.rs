@@ -117,7 +117,7 @@ fn unshuffle(block: &[u8], element: usize, into: &mut Vec<u8>) {
     into.extend_from_slice(block.get(count * element..).unwrap_or_default());
 }
 
-/// Puts bits that were sorted by their place in an element back. Blocks whose number of elements is no multiple of eight are as they were.
+/// Puts bits that were sorted by their place in an element back. Blocks whose number of elements is not a multiple of eight are as they were.
 fn unshuffle_bits(block: &[u8], element: usize, into: &mut Vec<u8>) {
     let count = block.len() / element;
     if !count.is_multiple_of(8) {

@@ -55,7 +55,7 @@ pub type Atoms = BTreeMap<usize, Vec<Atom>>;
 /// Reads a file.
 ///
 /// # Errors
-/// When it cannot be read, or is no such file.
+/// When it cannot be read, or is not such a file.
 pub fn read(path: &Path) -> Result<Atoms, InputError> {
     atoms_of(&file::open(path)?, path)
 }
