@@ -28,7 +28,7 @@ pub struct Args {
     analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
-    /// Relabel the truth by the same rules before the comparison with relabeled segments
+    /// Relabel the truth by the same rules before relabeled segments are compared with it
     #[arg(long)]
     relabel_truth: bool,
     /// The expected sequences of tasks, instead of those of the truth: YAML, `task: Move Approach …`
