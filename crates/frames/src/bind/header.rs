@@ -13,7 +13,7 @@ use teachtree_base::log_channel::LogChannel;
 use teachtree_base::spelling::nearest;
 use teachtree_base::units::{Dimension, compound};
 use teachtree_logs::names;
-use teachtree_logs::read::table::Source;
+use teachtree_logs::read::table::{NAME_TIME, Source};
 
 /// One canonical column and its source terms.
 pub(super) struct BoundColumn {
@@ -77,13 +77,15 @@ pub struct Header {
     refused: Vec<(String, String)>,
     /// Whether it is the header of an assumed log, whose columns may have units.
     is_assumed: bool,
+    /// Whether the first column of each sheet has the stamps of messages.
+    has_stamps: bool,
 }
 
 impl Header {
     /// The header of a log.
     pub fn new(source: &Source) -> Self {
         let sheets = source.sheets.iter().map(|sheet| (sheet.name.clone(), sheet.header.len())).collect();
-        Self::of(source.header(), sheets, source.refused.clone())
+        Self { has_stamps: source.clock.is_some(), ..Self::of(source.header(), sheets, source.refused.clone()) }
     }
 
     /// Creates a header from the full names of all columns, the name and number of columns of each sheet, and the unreadable sheets with their
@@ -96,14 +98,14 @@ impl Header {
             columns.entry(name.to_string()).or_default().push(index);
             units.push(unit.map(str::to_string));
         }
-        Self { titles, columns, units, sheets, refused, is_assumed: false }
+        Self { titles, columns, units, sheets, refused, is_assumed: false, has_stamps: false }
     }
 
     /// The header of a log that has these columns, and may have units for them.
     pub(super) fn assumed(names: Vec<String>) -> Self {
         let columns = (0..).zip(&names).map(|(column, name)| (name.clone(), vec![column])).collect();
         let (units, sheets) = (vec![None; names.len()], vec![(String::new(), names.len())]);
-        Self { titles: names, columns, units, sheets, refused: vec![], is_assumed: true }
+        Self { titles: names, columns, units, sheets, refused: vec![], is_assumed: true, has_stamps: false }
     }
 
     /// Returns the time columns: the one that the binding names, otherwise one per sheet.
@@ -127,7 +129,7 @@ impl Header {
                 Err(file
                     .error("time", format!("the log has no column `{name}`; did you mean `time: {}`?", stamps.title)))
             }
-            None => Err(file.error("time", self.lacks(&name))),
+            None => Err(file.error("time", self.lacks(&name)).help(NAME_TIME)),
         }
     }
 
@@ -147,6 +149,10 @@ impl Header {
         }
         if found.len() < 2 {
             return Ok(found.pop());
+        }
+        // A field of a message may be called as the stamps are.
+        if let Some(stamps) = found.first().filter(|at| self.has_stamps && self.number(**at) == 1) {
+            return Ok(Some(*stamps));
         }
         let numbers: Vec<String> = found.iter().map(|at| self.number(*at).to_string()).collect();
         Err(format!(

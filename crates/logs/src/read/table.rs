@@ -59,6 +59,10 @@ pub fn check_rows(place: &str, rows: usize) -> Result<(), InputError> {
         .help("cut the log into parts"))
 }
 
+/// The advice about a log in which no column is known to have the stamps.
+pub const NAME_TIME: &str =
+    "name it in a binding as `time: <column>`, or say `rate: 100 Hz` when the rows are evenly spaced";
+
 /// A log whose columns are known.
 pub struct Source {
     /// The name of the file in messages.
@@ -290,9 +294,7 @@ impl Source {
             }
             if rate_hz.is_none() && !wants.iter().any(|want| matches!(want, ColumnRequest::Time(_))) {
                 let place = if alone { self.file } else { format!("{} sheet {}", self.file, sheet.name) };
-                return Err(InputError::new(place, "no column holds the time").help(
-                    "name it in a binding as `time: <column>`, or say `rate: 100 Hz` when the rows are evenly spaced",
-                ));
+                return Err(InputError::new(place, "no column holds the time").help(NAME_TIME));
             }
             let table = sheet.rows.read(&sheet.header, wants, rate_hz);
             let mut table = table.map_err(|error| error.or_kind(ErrorKind::Format))?;

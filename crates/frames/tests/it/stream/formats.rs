@@ -7,6 +7,7 @@ mod damaged;
 mod joined;
 mod lines;
 mod messages;
+mod promises;
 mod storages;
 mod stores;
 mod text;
