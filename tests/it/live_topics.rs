@@ -187,6 +187,31 @@ fn topics_are_joined_as_in_the_whole_bag() {
     assert!(tasks >= 3, "only {tasks} tasks were compared");
 }
 
+/// The camera stands in a frame of its own, which one message of `/tf_static` connects with that of the arm.
+#[test]
+fn poses_in_different_frames_are_composed_as_in_the_whole_bag() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/ros2_bag");
+    let text = std::fs::read_to_string(example.join("insertion.binding.yaml")).unwrap();
+    // A live log needs the flag.
+    let width = "/joint_states.position.gripper_width";
+    let closed = format!("{width}\n  right.gripper.closed: {width} [m] < 43 mm");
+    let binding = folder.path().join("bag.binding.yaml");
+    let path = example.join("insertion/insertion.mcap").display().to_string();
+    for frame in ["frame: base_link\n", ""] {
+        assert!(text.contains("frame: base_link\n") && text.contains(width));
+        let text = text.replace(width, &closed).replace("frame: base_link\n", frame);
+        std::fs::write(&binding, text).unwrap();
+        let binding = binding.display().to_string();
+        let wanted = analyzed(&path, &binding);
+        assert!(wanted.segments.iter().any(|segment| segment.contains("Insert")), "{:?}", wanted.segments);
+        let (found, issues) = live(&[&path, "--binding", &binding, "--calibration", &path]);
+        assert_eq!(found, wanted, "{issues:?}");
+        let told = issues.iter().filter(|issue| issue.starts_with("different_frames"));
+        assert_eq!(told.count(), usize::from(frame.is_empty()), "{issues:?}");
+    }
+}
+
 /// Two drivers on one topic, each with a part of the joints, use the same stamps: their messages with equal stamps form one row.
 #[test]
 fn messages_with_equal_stamps_and_different_joints_form_one_row() {

@@ -46,6 +46,7 @@ mod live_program;
 mod live_robot;
 mod live_serve;
 mod live_topics;
+mod live_values;
 #[cfg(feature = "zenoh")]
 mod live_zenoh;
 mod lsp;

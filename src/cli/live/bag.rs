@@ -17,7 +17,7 @@ pub fn play(file: File, name: &str, topics: &TopicFilter, followed: bool, outlet
     // Reading ends when the consumer is gone.
     let gone = || InputError::new(name, "nobody reads it any more");
     let each = &mut |topic: &str, reading: &_, recorded_ns: i64, bytes: &[u8]| {
-        if !topics.may_name(topic) || outlet.send(message(topic, reading, recorded_ns, bytes)) {
+        if !topics.takes(topic) || outlet.send(message(topic, reading, recorded_ns, bytes)) {
             Ok(())
         } else {
             Err(gone())

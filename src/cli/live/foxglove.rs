@@ -186,7 +186,7 @@ impl FoxgloveSource {
             if outlet.stops() {
                 return ConnectionEnd::Gone;
             }
-            if session.subscribed.is_empty() && is_late.load(Ordering::Relaxed) {
+            if !session.has_named() && is_late.load(Ordering::Relaxed) {
                 return ConnectionEnd::Failed(session.nothing());
             }
             let read = socket.read();
@@ -268,7 +268,7 @@ impl ConnectionState<'_> {
             if self.topics.len() < 10_000 {
                 self.topics.insert(format!("{} ({})", channel.topic, channel.kind()));
             }
-            if !self.robot.topics.may_name(&channel.topic) {
+            if !self.robot.topics.takes(&channel.topic) {
                 continue;
             }
             match channel.reading() {
@@ -302,6 +302,12 @@ impl ConnectionState<'_> {
             }
             Err(TrySendError::Disconnected(_)) => Err(ConnectionEnd::Gone),
         }
+    }
+
+    /// Whether a topic that the binding may name is subscribed to.
+    fn has_named(&self) -> bool {
+        let mut topics = self.subscribed.values().filter_map(|id| self.channels.get(id));
+        topics.any(|(topic, _)| self.robot.topics.may_name(topic))
     }
 
     fn send(&self, sent: SourceEvent, outlet: &Outlet) -> Result<(), ConnectionEnd> {

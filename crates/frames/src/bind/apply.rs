@@ -3,6 +3,7 @@
 use super::element_places::{self, BoundPlace, PlaceWatch};
 use super::fixture_localization;
 use super::frame_composition::FrameComposition;
+use super::frame_tree::FrameTree;
 use super::header::{BoundColumn, Header, Term};
 use super::normals::normals_by_role;
 use super::offsets;
@@ -11,6 +12,7 @@ use super::pattern::Columns;
 use super::resample::resample;
 use super::robots;
 use super::rotations;
+use super::sampled_transform::SampledTransform;
 use super::sensors;
 use super::sources::{self, ColumnSource};
 use super::{BindingFile, Normals};
@@ -140,7 +142,7 @@ fn shift(time: &mut [f64], row_time: &mut [f64], file: &BindingFile) {
 fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(LoadedRecording, usize), InputError> {
     let header = Header::new(&source);
     let mut bound = BoundColumns::of(&header, file, scene)?;
-    bound.frames = FrameComposition::of(&source, &header, file, &bound.bound, &mut bound.wants)?;
+    bound.find_frames(&FrameTree::of(&source, &header), &header, file)?;
     let mut table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
     shift(&mut table.time, &mut table.row_time, file);
     table.issues.extend(PlaceWatch::default().look(&bound.places, &table.time, &table.texts));
@@ -163,8 +165,8 @@ pub struct BoundColumns {
     pub sources: Vec<ColumnSource>,
     /// The places in arrays whose elements have names.
     pub places: Vec<BoundPlace>,
-    /// The poses that stand in another frame than the one in which poses count. Rows of a live log are not composed.
-    frames: FrameComposition,
+    /// The poses that stand in another frame than the one in which poses count.
+    pub frames: FrameComposition,
 }
 
 impl BoundColumns {
@@ -234,11 +236,37 @@ impl BoundColumns {
         Ok(Self { bound, labels, wants, in_radians, sources, places, frames: FrameComposition::default() })
     }
 
-    /// The channels of rows.
+    /// Looks up the transforms by which bound poses are composed.
+    ///
+    /// # Errors
+    /// When a pose cannot be composed.
+    pub fn find_frames(&mut self, tree: &FrameTree, header: &Header, file: &BindingFile) -> Result<(), InputError> {
+        self.frames = FrameComposition::of(tree, &tree.poses(&self.bound, header), file, &mut self.wants)?;
+        Ok(())
+    }
+
+    /// The channels of a whole log.
+    ///
+    /// # Errors
+    /// As [`apply_row`](Self::apply_row).
+    pub fn apply(&self, table: Table, file: &BindingFile) -> Result<LoadedRecording, InputError> {
+        let transforms = self.frames.sampled(&table.time, &table.numbers, file.binding.bridge.0);
+        let reported = self.frames.issue(&table.time);
+        let mut read = self.apply_row(table, file, &transforms)?;
+        read.issues.extend(reported);
+        Ok(read)
+    }
+
+    /// The channels of rows; `transforms` are those of the [frames](Self::frames).
     ///
     /// # Errors
     /// When two columns are bound to one channel, or the frame of a point is not bound.
-    pub fn apply(&self, table: Table, file: &BindingFile) -> Result<LoadedRecording, InputError> {
+    pub fn apply_row(
+        &self,
+        table: Table,
+        file: &BindingFile,
+        transforms: &[SampledTransform],
+    ) -> Result<LoadedRecording, InputError> {
         let Table { time, numbers, mut texts, mut issues, row_time, .. } = table;
         let mut recording = Recording { time, ..Recording::default() };
         for bound in &self.bound {
@@ -249,7 +277,7 @@ impl BoundColumns {
         }
         issues.extend(self.in_radians.iter().filter_map(|channel| rotations::beyond_a_turn(&recording, channel)));
         rotations::to_quaternions(&mut recording);
-        issues.extend(self.frames.compose(&mut recording, &numbers, file.binding.bridge.0));
+        self.frames.compose(&mut recording, transforms);
         issues.extend(robots::place(&mut recording, file)?);
         for (key, columns) in &file.binding.channels {
             if let Columns::OffsetPoint(offset) = columns {

@@ -14,11 +14,14 @@ const FRAME: [&str; 3] = ["header.frame_id", "parent_frame_id", "frame_id"];
 /// Where a transform has its position and its rotation: in ROS, and in Foxglove's schemas.
 const PARTS: [[&str; 2]; 2] = [["transform.translation", "transform.rotation"], ["translation", "rotation"]];
 
+/// How many different names of a column are told apart: more than one is one too many.
+pub const MOST_NAMES: usize = 2;
+
 /// The frames of a log.
 #[derive(Default)]
 pub struct FrameTree {
     transforms: Vec<Transform>,
-    /// The texts of the columns that name frames, by column: at most two, since more than one is one too many.
+    /// The texts of the columns that name frames, by column: at most [`MOST_NAMES`].
     texts: Vec<(usize, Vec<String>)>,
 }
 
@@ -50,17 +53,22 @@ pub struct FramedPose {
 impl FrameTree {
     /// The frames of a log in memory; of other logs none are known.
     pub fn of(source: &Source, header: &Header) -> Self {
-        let columns = source.sheets.iter().flat_map(|sheet| (0..sheet.header.len()).map(move |column| (sheet, column)));
-        let mut texts = vec![];
-        for (at, (sheet, column)) in columns.enumerate() {
-            let name = header.title(at);
-            let is_frame = FRAME.iter().any(|frame| ends_with(name, frame)) || ends_with(name, "child_frame_id");
-            let found = if is_frame { sheet.rows.distinct_texts(column, 2) } else { vec![] };
-            if !found.is_empty() {
-                texts.push((at, found.iter().map(|frame| frame.trim_start_matches('/').to_string()).collect()));
-            }
-        }
-        let mut tree = Self { transforms: vec![], texts };
+        let sheets = source.sheets.iter();
+        let columns: Vec<_> =
+            sheets.flat_map(|sheet| (0..sheet.header.len()).map(move |column| (sheet, column))).collect();
+        Self::new(header, |at| {
+            columns.get(at).map_or_else(Vec::new, |(sheet, column)| sheet.rows.distinct_texts(*column, MOST_NAMES))
+        })
+    }
+
+    /// The frames of a log; `texts` returns up to [`MOST_NAMES`] different texts of a column.
+    pub fn new(header: &Header, texts: impl Fn(usize) -> Vec<String>) -> Self {
+        let columns = (0..header.titles.len()).filter(|at| names_frame(header.title(*at)));
+        let named = columns.map(|at| {
+            let frames = texts(at).iter().map(|frame| frame.trim_start_matches('/').to_string()).collect::<Vec<_>>();
+            (at, frames)
+        });
+        let mut tree = Self { transforms: vec![], texts: named.filter(|(_, frames)| !frames.is_empty()).collect() };
         tree.transforms = tree.texts.iter().filter_map(|(at, parents)| tree.transform(header, *at, parents)).collect();
         tree
     }
@@ -169,6 +177,11 @@ impl FrameTree {
     pub fn is_empty(&self) -> bool {
         self.transforms.is_empty()
     }
+}
+
+/// Whether a column of this name has the names of frames.
+pub fn names_frame(title: &str) -> bool {
+    FRAME.iter().any(|frame| ends_with(title, frame)) || ends_with(title, "child_frame_id")
 }
 
 /// Whether a name is this field, or has it as its last part.

@@ -245,13 +245,14 @@ impl Group {
 
 /// The median of the last steps.
 #[derive(Default)]
-struct UsualStep {
+pub(super) struct UsualStep {
     steps: VecDeque<f64>,
     sorted: Vec<f64>,
 }
 
 impl UsualStep {
-    fn push(&mut self, step: f64) {
+    /// Takes a step, s.
+    pub fn push(&mut self, step: f64) {
         if self.steps.len() >= STEPS
             && let Some(old) = self.steps.pop_front()
         {
@@ -263,7 +264,7 @@ impl UsualStep {
     }
 
     /// The median, s; 0 without any.
-    fn usual(&self) -> f64 {
+    pub fn usual(&self) -> f64 {
         self.sorted.get(self.sorted.len() / 2).copied().unwrap_or_default()
     }
 }

@@ -5,14 +5,19 @@
 
 use super::apply::{BoundColumns, add_normals};
 use super::element_places::PlaceWatch;
+use super::frame_tree::FrameTree;
 use super::header::Header;
 use super::join::{PushOutcome, TopicJoin, Value};
+use super::live_frames::{FrameNames, LiveFrames};
+use super::live_limits;
 use super::resampler::{ResampledRow, Resampler};
 use super::shifter::Shifter;
 use super::sources::SourceSpikeFilter;
 use super::start_trimmer::StartTrimmer;
 use super::tare::{FirstRows, TareOffsets};
-use super::{BindingFile, Columns, Pattern, PlaceholderValues, ToolMass, robots, sensors};
+use super::topic_filter::TopicFilter;
+use super::{BindingFile, Columns, Pattern, PlaceholderValues, robots, sensors};
+use crate::clean::untracked_bodies::LostBodies;
 use crate::open::hand_file_of;
 use std::borrow::Cow;
 use std::path::Path;
@@ -31,10 +36,8 @@ use teachtree_logs::read::table::{ColumnRequest, Source, Table, date_time};
 pub const WAIT_S: f64 = 1.0;
 /// How many times as long what a binding names is awaited at the beginning.
 const FIRST_WAIT: f64 = 10.0;
-/// The longest step that is bridged, s: its rows come at once.
-const MAX_BRIDGE_S: f64 = 60.0;
-/// The longest time that rows wait for what channels read at rest, s.
-const MAX_TARE_S: f64 = 60.0;
+/// How the columns of elements of an array of transforms begin.
+const TRANSFORMS: &str = "transforms.";
 
 /// A binding that takes row by row.
 pub struct RowBinder {
@@ -51,9 +54,16 @@ pub struct RowBinder {
     place_watch: PlaceWatch,
     /// The spike filter for columns that are computed from others.
     spike_filter: Option<SourceSpikeFilter>,
+    /// The names of frames so far, and the rows that wait for transforms between them.
+    frame_names: FrameNames,
+    frames: LiveFrames,
+    /// What was found of the frames, and whether it is to be reported.
+    found_frames: Option<String>,
+    has_new_frames: bool,
     /// Where some sensor has an offset; there is a resampler then.
     shifter: Option<Shifter>,
     resampler: Option<Resampler>,
+    lost_bodies: LostBodies,
     beginning: StartTrimmer,
     /// What channels read at rest; until it is known rows wait.
     rest: Option<TareOffsets>,
@@ -73,18 +83,6 @@ pub struct BoundRows {
     pub fault: Option<InputError>,
 }
 
-/// Which topics a binding may name.
-#[derive(Clone, Debug)]
-pub struct TopicFilter(Vec<String>);
-
-impl TopicFilter {
-    /// Whether columns of this topic may be bound.
-    pub fn may_name(&self, topic: &str) -> bool {
-        let prefix = format!("{topic}.");
-        self.0.iter().any(|start| start.starts_with(&prefix) || prefix.starts_with(start.as_str()))
-    }
-}
-
 impl RowBinder {
     /// Reads a binding; `scene` replaces its own. Topics are awaited for `wait_s`.
     ///
@@ -93,31 +91,7 @@ impl RowBinder {
     pub fn open(path: &Path, scene: Option<Scene>, wait_s: f64) -> Result<Self, InputError> {
         let file = BindingFile::read(path)?;
         let binding = &file.binding;
-        let whole = |key: &str, fix: &str| {
-            Err(file.error(key, format!("`{key}` needs the whole log, and a live log is bound row by row")).help(fix))
-        };
-        if binding.rate.is_some() {
-            return whole("rate", "send a stamp with each row, and name its column as `time`");
-        }
-        if binding.resample.is_some() && binding.bridge.0 > MAX_BRIDGE_S {
-            let message = format!("found {} s, a live log is bridged over {MAX_BRIDGE_S} s at most", binding.bridge.0);
-            return Err(file.error("bridge", message));
-        }
-        if let Some(tare) = binding.tare.as_ref().filter(|tare| tare.to.0 > MAX_TARE_S) {
-            let message = format!("`to`: found {} s, rows of a live log wait for {MAX_TARE_S} s at most", tare.to.0);
-            return Err(file.error("tare", message));
-        }
-        if binding.frame.is_some() {
-            return whole("frame", "send poses that stand in one frame");
-        }
-        if !binding.places.is_empty() {
-            return whole("places", "give the bodies their positions in the scene");
-        }
-        for (channel, sensor) in &binding.sensors {
-            if matches!(sensor.tool, Some(ToolMass::Learned(_))) {
-                return whole(channel, "give the mass of the tool, such as `tool: 430 g`");
-            }
-        }
+        live_limits::check(&file)?;
         let scene = scene.or_else(|| binding.scene.clone()).ok_or_else(|| {
             InputError::new(path.display().to_string(), "has no `scene`").help("name a scene with --scene")
         })?;
@@ -138,8 +112,13 @@ impl RowBinder {
             bound: None,
             place_watch: PlaceWatch::default(),
             spike_filter: None,
+            frame_names: FrameNames::default(),
+            frames: LiveFrames::default(),
+            found_frames: None,
+            has_new_frames: false,
             shifter,
             resampler,
+            lost_bodies: LostBodies::default(),
             beginning,
             rest,
             waiting,
@@ -178,9 +157,9 @@ impl RowBinder {
         Ok(())
     }
 
-    /// Which topics may have columns that are bound.
+    /// Which topics are read.
     pub fn topics(&self) -> TopicFilter {
-        TopicFilter(self.patterns().map(|pattern| pattern.name.start().to_string()).collect())
+        TopicFilter::new(self.patterns().map(|pattern| pattern.name.start().to_string()).collect())
     }
 
     /// The name of the column that has the stamps of rows.
@@ -188,10 +167,13 @@ impl RowBinder {
         self.file.binding.time.name.fill(PlaceholderValues::default())
     }
 
-    /// Whether a column is bound, or canonical where no channel is bound.
+    /// Whether a column is bound or of a transform between frames; canonical where no channel is bound.
     pub fn reads(&self, title: &str) -> bool {
         if self.file.binding.channels.is_empty() {
             return names::is_canonical(title);
+        }
+        if title.contains(TRANSFORMS) {
+            return true;
         }
         let objects = self.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
         let objects: Vec<&str> = objects.map(|(name, _)| name.as_str()).collect();
@@ -239,9 +221,10 @@ impl RowBinder {
             return self.bind_canonical(row);
         }
         let mut made = BoundRows::default();
-        if self.join.learn("", row)? || self.bound.is_none() {
+        let has_new_frames = self.frame_names.learn("", row);
+        if self.join.learn("", row)? || has_new_frames || self.bound.is_none() {
             self.release(&mut made)?;
-            self.find_columns()?;
+            self.find_columns(false)?;
         }
         let stamp = self.stamp(row)?;
         self.take("", stamp + self.file.binding.time_offset.0, row, &mut made)?;
@@ -255,17 +238,18 @@ impl RowBinder {
     pub fn bind_message(&mut self, topic: &str, time_s: f64, row: &InMemoryTable) -> Result<BoundRows, InputError> {
         let row = &*self.with_names(topic, row)?;
         let mut made = BoundRows::default();
-        if self.join.learn(topic, row)? {
+        let has_new_frames = self.frame_names.learn(topic, row);
+        if self.join.learn(topic, row)? || has_new_frames {
             self.release(&mut made)?;
             self.bound = None;
         }
         let waits_s = self.join.waits_s();
         self.take(topic, time_s + self.file.binding.time_offset.0, row, &mut made)?;
         if self.bound.is_none() {
-            match self.find_columns() {
-                Ok(()) => self.make(false, &mut made)?,
+            match self.find_columns(waits_s <= self.wait_s) {
+                Ok(()) if self.bound.is_some() => self.make(false, &mut made)?,
                 Err(error) if waits_s > self.wait_s * FIRST_WAIT => return Err(error),
-                Err(_) => self.join.forget_oldest(),
+                _ => self.join.forget_oldest(),
             }
         }
         Ok(made)
@@ -287,7 +271,7 @@ impl RowBinder {
     /// As [`bind`](Self::bind).
     pub fn finish(&mut self) -> Result<BoundRows, InputError> {
         if self.bound.is_none() && !self.join.topics().is_empty() {
-            self.find_columns()?;
+            self.find_columns(false)?;
         }
         let mut made = self.interrupt()?;
         self.settle(true, &mut made)?;
@@ -300,12 +284,15 @@ impl RowBinder {
     /// As [`bind`](Self::bind).
     pub fn interrupt(&mut self) -> Result<BoundRows, InputError> {
         let mut made = BoundRows::default();
-        if self.bound.is_none() && !self.join.topics().is_empty() && self.find_columns().is_err() {
+        if self.bound.is_none() && !self.join.topics().is_empty() && self.find_columns(false).is_err() {
             self.join.restart();
             return Ok(made);
         }
         self.make(true, &mut made)?;
         self.release(&mut made)?;
+        if let Some(bound) = &self.bound {
+            self.frames = LiveFrames::new(&bound.frames, self.file.binding.bridge.0);
+        }
         if let Some(resampler) = &mut self.resampler {
             let mut rows = vec![];
             for row in self.shifter.iter_mut().flat_map(Shifter::finish) {
@@ -335,8 +322,8 @@ impl RowBinder {
         Ok(made)
     }
 
-    /// Looks up the columns that the binding names among those that have come.
-    fn find_columns(&mut self) -> Result<(), InputError> {
+    /// Looks up the columns that the binding names among those that have come; none are known yet where a transform between their frames `may_come`.
+    fn find_columns(&mut self, may_come: bool) -> Result<(), InputError> {
         let mut titles = vec![];
         for (name, topic) in self.join.topics() {
             let title = |title: &String| if name.is_empty() { title.clone() } else { format!("{name}.{title}") };
@@ -346,10 +333,15 @@ impl RowBinder {
         let refused = self.refused.iter().filter(|(topic, _)| !self.join.topics().contains_key(topic));
         let header = Header::of(titles, sheets, refused.cloned().collect());
         let is_of_topics = !self.join.topics().contains_key("");
-        let bound = match is_of_topics {
+        let mut bound = match is_of_topics {
             true => BoundColumns::of_stamped(&header, &self.file, &self.scene)?,
             false => BoundColumns::of(&header, &self.file, &self.scene)?,
         };
+        let names = |at: usize| header.titles.get(at).map_or_else(Vec::new, |title| self.frame_names.of(title));
+        bound.find_frames(&FrameTree::new(&header, names), &header, &self.file)?;
+        if may_come && bound.frames.is_unconnected {
+            return Ok(());
+        }
         let mut first = 0;
         let ranges: Vec<std::ops::Range<usize>> = self
             .join
@@ -375,6 +367,9 @@ impl RowBinder {
         self.join.mark(is_wanted);
         self.beginning.is_over |= used <= 1 && self.shifter.is_none();
         self.spike_filter = SourceSpikeFilter::new(&bound.sources, used.max(1));
+        self.has_new_frames |= self.found_frames != bound.frames.report;
+        self.found_frames.clone_from(&bound.frames.report);
+        self.frames = LiveFrames::new(&bound.frames, self.file.binding.bridge.0);
         self.bound = Some(bound);
         Ok(())
     }
@@ -458,19 +453,36 @@ impl RowBinder {
         Ok(())
     }
 
-    /// Releases the rows that wait for the spike filter.
+    /// Releases the rows that wait for the spike filter and for transforms.
     fn release(&mut self, made: &mut BoundRows) -> Result<(), InputError> {
-        let Some(spike_filter) = &mut self.spike_filter else { return Ok(()) };
-        let (rows, issues) = spike_filter.finish();
-        made.issues.extend(issues);
-        self.apply(rows, made)
+        if let Some(spike_filter) = &mut self.spike_filter {
+            let (rows, issues) = spike_filter.finish();
+            made.issues.extend(issues);
+            self.apply(rows, made)?;
+        }
+        self.compose(true, made)
     }
 
-    /// Computes the channels of rows from their columns.
+    /// Takes rows whose spikes are out.
     fn apply(&mut self, rows: Vec<Table>, made: &mut BoundRows) -> Result<(), InputError> {
         for row in rows {
+            self.frames.push(row);
+            self.compose(false, made)?;
+        }
+        Ok(())
+    }
+
+    /// Computes the channels of rows from their columns, once the transforms between frames are known.
+    fn compose(&mut self, ends: bool, made: &mut BoundRows) -> Result<(), InputError> {
+        while let Some(row) = self.frames.next(ends) {
             let Some(bound) = &self.bound else { return Ok(()) };
-            let LoadedRecording { recording, issues, .. } = bound.apply(row, &self.file)?;
+            let stamp = row.time.first().copied().unwrap_or_default();
+            if std::mem::take(&mut self.has_new_frames) {
+                made.issues.extend(bound.frames.issue(&[stamp]));
+            }
+            let LoadedRecording { recording, issues, .. } =
+                bound.apply_row(row, &self.file, self.frames.transforms())?;
+            self.frames.forget(stamp);
             made.issues.extend(issues);
             self.bound_row(recording, made)?;
         }
@@ -478,10 +490,12 @@ impl RowBinder {
     }
 
     /// Takes a recording of one row, at its own stamp.
-    fn bound_row(&mut self, recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+    fn bound_row(&mut self, mut recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
         let Some(resampler) = &mut self.resampler else {
             return self.finished_row(recording, made);
         };
+        // Before positions are interpolated.
+        made.issues.extend(self.lost_bodies.unmeasure(&mut recording));
         let shifted = match &mut self.shifter {
             Some(shifter) => match shifter.push(recording, &self.file) {
                 Ok(rows) => rows,

@@ -14,6 +14,10 @@ use teachtree_logs::names;
 /// A step to the origin or from it that is longer than this is none of a hand, m.
 const JUMP_M: f64 = 0.05;
 
+/// The columns of the pose of a body, behind its name.
+const PARTS: [&str; 7] =
+    ["position.x", "position.y", "position.z", "rotation.w", "rotation.x", "rotation.y", "rotation.z"];
+
 /// The channels of positions whose zeros mark lost bodies.
 pub fn is_position(channel: &str) -> bool {
     names::meaning(&format!("{channel}.x"))
@@ -45,8 +49,7 @@ pub fn unmeasure(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
         );
         issues.push(Issue { message, ..interval(time, channel, &(first.start..last.end)) });
         let body = channel.strip_suffix("position").unwrap_or(channel);
-        let parts = ["position.x", "position.y", "position.z", "rotation.w", "rotation.x", "rotation.y", "rotation.z"];
-        for part in parts {
+        for part in PARTS {
             let Some((_, values)) = columns.get_mut(format!("{body}{part}").as_str()) else { continue };
             let values = values.to_mut();
             for rows in &lost {
@@ -112,6 +115,50 @@ fn lost(columns: &Columns, channel: &str) -> Vec<Range<usize>> {
         !is_whole && is_away_or_none(before) && is_away_or_none(rows.get(last + 1))
     });
     runs
+}
+
+/// Bodies that a live log has lost, from row to row.
+#[derive(Default)]
+pub struct LostBodies {
+    /// The positions that were last measured away from the origin, by channel.
+    away: BTreeSet<String>,
+}
+
+impl LostBodies {
+    /// Makes the positions of the only row of a recording unmeasured that are the origin after one elsewhere, with the rotation of the body.
+    pub fn unmeasure(&mut self, recording: &mut Recording) -> Vec<Issue> {
+        let channels: Vec<String> = recording
+            .columns
+            .keys()
+            .filter_map(|name| name.strip_suffix(".x"))
+            .filter(|channel| is_position(channel))
+            .map(str::to_string)
+            .collect();
+        let mut issues = vec![];
+        for channel in channels {
+            let value = |name: String| recording.columns.get(&name).and_then(|column| column.values.first()).copied();
+            let position = ["x", "y", "z"].map(|letter| value(format!("{channel}.{letter}")).unwrap_or(f64::NAN));
+            if position.iter().any(|part| part.is_nan()) {
+                continue;
+            }
+            if !is_origin(position) || !self.away.contains(&channel) {
+                if is_away(position) {
+                    self.away.insert(channel)
+                } else {
+                    self.away.remove(&channel)
+                };
+                continue;
+            }
+            let body = channel.strip_suffix("position").unwrap_or(&channel);
+            for part in PARTS {
+                let column = recording.columns.get_mut(&format!("{body}{part}"));
+                column.into_iter().for_each(|column| column.values.fill(f64::NAN));
+            }
+            let message = "a position that is exactly 0 0 0, a step from where the body was, is that of a lost body, and is not measured";
+            issues.push(Issue { message: message.into(), ..interval(&recording.time, &channel, &(0..1)) });
+        }
+        issues
+    }
 }
 
 /// Looks for steps to the origin or from it, block by block.

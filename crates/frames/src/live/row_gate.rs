@@ -6,12 +6,16 @@
 use crate::clean::dropouts::{self, BRIDGED_SECS, fill, moves};
 use crate::clean::preprocess::channel_of;
 use crate::clean::timebase::{EVEN_WITHIN, GAP_STEPS, ODD_SHARE};
+use crate::clean::untracked_bodies::{self, is_origin, is_position};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
 use teachtree_logs::read::stamp_order::{Order, StampOrder, set_back};
 
+/// Why values of another unit, and of a lost body, were not measured.
+const LARGE: &str = "; values beyond 1e6 in SI units are in another unit, or counts";
+const LOST: &str = "; a position that is exactly 0 0 0 is that of a lost body";
 /// The steps of so many frames are compared with that of the calibration.
 const PACED_FRAMES: usize = 1000;
 
@@ -22,6 +26,8 @@ struct Channel {
     columns: Vec<usize>,
     /// Whether it changes evenly between samples.
     moves: bool,
+    /// Whether it is a position that was last measured away from the origin: a tracker has lost a body that is exactly there in the next row.
+    is_away: Option<bool>,
 }
 
 /// Turns rows into frames.
@@ -88,7 +94,8 @@ impl RowGate {
                 Some(channel) => channel.columns.push(at),
                 None => {
                     let moves = names::meaning(column).is_some_and(|it| moves(it.dimension, it.shape));
-                    channels.push(Channel { name: name.to_string(), columns: vec![at], moves });
+                    let is_away = is_position(name).then_some(false);
+                    channels.push(Channel { name: name.to_string(), columns: vec![at], moves, is_away });
                 }
             }
         }
@@ -117,8 +124,8 @@ impl RowGate {
         if !time_s.is_finite() || self.is_late(time_s, &mut admitted) {
             return admitted;
         }
-        if let Some(column) = self.unmeasured(values) {
-            self.left_out(time_s, column, &mut admitted);
+        if let Some((column, why)) = self.unmeasured(values) {
+            self.left_out(time_s, column, why, &mut admitted);
             return admitted;
         }
         admitted.is_frame = true;
@@ -159,12 +166,12 @@ impl RowGate {
     }
 
     /// Leaves a row out in which a column was not measured. The stretch ends as soon as the rows that are missing cannot be bridged.
-    fn left_out(&mut self, time_s: f64, column: usize, admitted: &mut GateOutcome) {
+    fn left_out(&mut self, time_s: f64, column: usize, why: &str, admitted: &mut GateOutcome) {
         self.lacking = Some(column);
         let Some((before_s, _)) = &self.last else { return };
         if ((time_s - before_s) / self.step_s).round() > self.longest {
             let message = format!(
-                "no complete rows since {} s, longer than can be bridged; everything restarts with the next one",
+                "no complete rows since {} s, longer than can be bridged{why}; everything restarts with the next one",
                 ShortNumber(*before_s)
             );
             admitted.issues.push(issue(IssueKind::NOT_A_NUMBER, *before_s, time_s, self.channel(column), message));
@@ -232,20 +239,34 @@ impl RowGate {
         own.map_or("", |channel| channel.name.as_str())
     }
 
-    /// The first column with a value that cannot have been measured.
-    fn unmeasured(&self, values: &[f64]) -> Option<usize> {
+    /// The first column with a value that cannot have been measured, and why, where more is known.
+    fn unmeasured(&mut self, values: &[f64]) -> Option<(usize, &'static str)> {
         let possible = |(value, (largest, flag)): (&f64, &(f64, bool))| {
             value.abs() <= *largest && (!flag || *value == 0.0 || *value == 1.0)
         };
-        let bad = values.iter().zip(&self.bounds).position(|it| !possible(it));
-        bad.or_else(|| {
-            let rotations = self.channels.iter().filter(|channel| channel.columns.len() == 4);
-            let is_one = |channel: &&Channel| {
-                let squares = channel.columns.iter().filter_map(|at| values.get(*at)).map(|value| value * value);
-                squares.sum::<f64>().sqrt() > dropouts::NO_ROTATION
-            };
-            rotations.into_iter().find(|channel| !is_one(channel)).and_then(|channel| channel.columns.first().copied())
-        })
+        if let Some(bad) = values.iter().zip(&self.bounds).position(|it| !possible(it)) {
+            let is_large = values.get(bad).is_some_and(|value| value.is_finite() && value.abs() > dropouts::LARGEST);
+            return Some((bad, if is_large { LARGE } else { "" }));
+        }
+        let mut found = None;
+        for channel in &mut self.channels {
+            let parts = || channel.columns.iter().filter_map(|at| values.get(*at).copied());
+            let at = channel.columns.first().copied();
+            if let Some(is_away) = &mut channel.is_away {
+                let mut position = [0.0; 3];
+                position.iter_mut().zip(parts()).for_each(|(slot, part)| *slot = part);
+                if *is_away && is_origin(position) {
+                    found = found.or(at.map(|at| (at, LOST)));
+                } else {
+                    *is_away = untracked_bodies::is_away(position);
+                }
+            }
+            let is_turned = || parts().map(|value| value * value).sum::<f64>().sqrt() > dropouts::NO_ROTATION;
+            if channel.columns.len() == 4 && !is_turned() {
+                found = found.or(at.map(|at| (at, "")));
+            }
+        }
+        found
     }
 
     /// Frames between two: poses and velocities on a straight line, forces and flags held.

@@ -71,6 +71,15 @@ impl StampOrder {
     }
 }
 
+/// The advice about stamps of too few digits.
+pub const MORE_DIGITS: &str = "stamps need more digits than the step between rows is long";
+
+/// Formats the message about stamps of too few digits: many rows repeat the stamp of one that was kept; `None` for fewer.
+pub fn too_few_digits(repeated: usize, kept: usize) -> Option<String> {
+    let rows = repeated + kept;
+    (kept > 0 && rows >= ROUNDED * kept).then(|| format!("about {} rows share each time stamp", rows / kept))
+}
+
 /// Formats the message about a clock that was set back.
 pub fn set_back(from_s: f64, to_s: f64, then: &str) -> String {
     let [from, to] = [from_s, to_s].map(|time| ShortNumber((time * 1e6).round() / 1e6));
@@ -136,16 +145,11 @@ impl Stamps {
         let Some((count, row, start_s, end_s)) = self.repeated else { return Ok(None) };
         if self.kept == 1 {
             let message = format!("all {} rows have the same time stamp", count + 1);
-            return Err(
-                InputError::new(place, message).help("stamps need more digits than the step between rows is long")
-            );
+            return Err(InputError::new(place, message).help(MORE_DIGITS));
         }
-        let rows = count + self.kept;
-        if rows >= ROUNDED * self.kept {
-            let message = format!("about {} rows share each time stamp", rows / self.kept);
-            return Err(InputError::new(place, message).help(
-                "stamps need more digits than the step between rows is long; if the steps are even, a binding with their `rate` replaces them",
-            ));
+        if let Some(message) = too_few_digits(count, self.kept) {
+            return Err(InputError::new(place, message)
+                .help(format!("{MORE_DIGITS}; if the steps are even, a binding with their `rate` replaces them")));
         }
         let rows = if count == 1 { "row repeats" } else { "rows repeat" };
         let message = format!(

@@ -431,6 +431,7 @@ impl Feed {
             let error = InputError::new(&self.options.name, format!("found no rows{first}"));
             return Err(Error::new(error, ErrorKind::Format));
         }
+        beginning.check().map_err(|error| Error::new(error, ErrorKind::Format))?;
         let (rows, scene) = (beginning.rows, self.find_scene()?.clone());
         let header = rows.header();
         let source = Source {

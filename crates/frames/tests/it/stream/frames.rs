@@ -4,7 +4,10 @@ use crate::shared::bags;
 use crate::shared::files::{SCENE, bound, bound_text, values};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
-use teachtree_frames::bind::{BindingFile, RowBinder};
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::units::Dimension;
+use teachtree_frames::bind::{BoundRows, RowBinder};
+use teachtree_logs::read::memory_table::InMemoryTable;
 
 fn at(position: [f64; 3], axis: Vector3<f64>, angle: f64) -> Isometry3<f64> {
     let rotation = UnitQuaternion::from_axis_angle(&nalgebra::Unit::new_normalize(axis), angle);
@@ -63,7 +66,7 @@ channels:
 ";
 
 /// Whether a position and a rotation of a log are those of a pose, in each row.
-fn are(log: &teachtree_base::recording::Recording, body: &str, wanted: impl Fn(f64) -> Isometry3<f64>, within: f64) {
+fn are(log: &Recording, body: &str, wanted: impl Fn(f64) -> Isometry3<f64>, within: f64) {
     let part = |name: &str, row: usize| values(log, &format!("{body}.{name}"))[row];
     for (row, time) in log.time.iter().enumerate() {
         let wanted = wanted(*time);
@@ -189,12 +192,93 @@ channels:
     are(&log, "cube", |time| world_from_camera() * camera_from_cube(time), 2e-4);
 }
 
-#[test]
-fn a_live_log_has_no_frame_to_compose_to() {
+/// The messages of topics, in the order in which they come: when, s, the topic, the frame, the child of a transform, and the pose.
+fn live_messages(camera_in: &str) -> Vec<(f64, &'static str, String, &'static str, Isometry3<f64>)> {
+    let mut messages = vec![
+        (0.0, "/tf_static", "world".to_string(), "base", world_from_base()),
+        (0.0, "/mast", camera_in.to_string(), "camera", world_from_camera()),
+    ];
+    for row in 0..200 {
+        let time = 0.01 + 0.02 * f64::from(row);
+        messages.push((time, "/tf", "base".into(), "wrist", base_from_wrist(time)));
+        messages.push((time + 0.007, "/tool", "wrist".into(), "tool", wrist_from_tool()));
+        messages.push((time + 0.009, "/cube", "camera".into(), "", camera_from_cube(time + 0.009)));
+    }
+    messages
+}
+
+const LIVE: &str = "
+resample: 25 Hz
+channels:
+  right.palm.position: /tool.transforms.tool.transform.translation.<xyz>
+  right.palm.rotation: /tool.transforms.tool.transform.rotation.<wxyz>
+  cube.position: /cube.position.<xyz>
+  cube.rotation: /cube.rotation.<wxyz>
+";
+
+/// What is made of these messages as they come: rows as a recording, and messages of issues.
+fn live(camera_in: &str, binding: &str) -> Result<(Recording, Vec<String>), String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("b.yaml");
-    std::fs::write(&path, format!("frame: base{CHANNELS}{SCENE}")).unwrap();
-    assert!(BindingFile::read(&path).is_ok());
-    let error = RowBinder::open(&path, None, 1.0).map(|_| ()).unwrap_err().to_string();
-    assert!(error.contains("`frame` needs the whole log"), "{error}");
+    std::fs::write(&path, format!("{binding}{SCENE}")).unwrap();
+    let mut binder = RowBinder::open(&path, None, 1.0).map_err(|error| error.to_string())?;
+    let (mut log, mut issues) = (Recording::default(), vec![]);
+    let none = || Column { dimension: Dimension::NONE, values: vec![] };
+    let mut take = |bound: BoundRows| {
+        issues.extend(bound.issues.into_iter().map(|issue| issue.message));
+        for row in bound.rows {
+            for (name, cells) in row.columns() {
+                let value = cells.numbers().unwrap()[0];
+                match name.as_str() {
+                    "time" => log.time.push(value),
+                    _ => log.columns.entry(name.clone()).or_insert_with(none).values.push(value),
+                }
+            }
+        }
+    };
+    for (time, topic, parent, child, pose) in live_messages(camera_in) {
+        let (path, parts) = match child {
+            "" => (String::new(), ["position", "rotation"]),
+            child => (format!("transforms.{child}."), ["transform.translation", "transform.rotation"]),
+        };
+        let (t, q) = (pose.translation.vector, pose.rotation);
+        let mut row = InMemoryTable::new("log");
+        row.begin_row().unwrap();
+        row.put_text(&format!("{path}header.frame_id"), &parent).unwrap();
+        let [position, rotation] = parts;
+        for (part, letter, value) in [(position, "x", t.x), (position, "y", t.y), (position, "z", t.z)]
+            .into_iter()
+            .chain([(rotation, "w", q.w), (rotation, "x", q.i), (rotation, "y", q.j), (rotation, "z", q.k)])
+        {
+            row.put(&format!("{path}{part}.{letter}"), value).unwrap();
+        }
+        take(binder.bind_message(topic, time, &row).map_err(|error| error.to_string())?);
+    }
+    take(binder.finish().map_err(|error| error.to_string())?);
+    Ok((log, issues))
+}
+
+/// The messages of the arm lie between those of the tool; the transforms that hang the arm and the camera are sent once.
+#[test]
+fn poses_of_a_live_log_are_composed() {
+    let (log, issues) = live("world", LIVE).unwrap();
+    assert!(log.time.len() > 90, "{}", log.time.len());
+    are(&log, "right.palm", |time| world_from_base() * base_from_wrist(time) * wrist_from_tool(), 2e-4);
+    are(&log, "cube", |time| world_from_camera() * camera_from_cube(time), 2e-4);
+    let told: Vec<&String> = issues.iter().filter(|issue| issue.contains("different frames")).collect();
+    assert_eq!(told.len(), 1, "{issues:?}");
+    assert!(told[0].contains("all count in `world`"), "{told:?}");
+    let (log, issues) = live("world", &format!("frame: world{LIVE}")).unwrap();
+    are(&log, "cube", |time| world_from_camera() * camera_from_cube(time), 2e-4);
+    assert!(issues.iter().all(|issue| !issue.contains("frames")), "{issues:?}");
+}
+
+#[test]
+fn frames_of_a_live_log_that_nothing_connects_are_reported_once() {
+    let (log, issues) = live("mast", LIVE).unwrap();
+    are(&log, "cube", camera_from_cube, 2e-4);
+    let told: Vec<&String> = issues.iter().filter(|issue| issue.contains("no transform of the log connects")).collect();
+    assert_eq!(told.len(), 1, "{issues:?}");
+    let error = live("world", &format!("frame: map{LIVE}")).map(|_| ()).unwrap_err();
+    assert!(error.contains("which no transform of the log connects with `map`"), "{error}");
 }
