@@ -10,7 +10,7 @@ use teachtree_logs::read::text;
 use teachtree_robot::{self as robot, CollisionShape, Link, Oddity, Robot};
 use teachtree_session::binding_check::{self, BindingCheck};
 use teachtree_session::project_file::ProjectFile;
-use teachtree_session::{Error, ErrorInternals, RulesOptions, Scene};
+use teachtree_session::{Error, ErrorInternals, RulesOptions, Scene, SceneInternals};
 
 /// Maximum number of printed warnings about a URDF.
 const ODDITIES: usize = 8;
@@ -22,7 +22,10 @@ const ODDITIES: usize = 8;
 pub fn read(kind: FileKind, path: &Path, text: &str, rules: Option<RulesOptions>) -> Result<String, InputError> {
     let name = path.display().to_string();
     match kind {
-        FileKind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input)?,
+        FileKind::Scene => {
+            let scene = Scene::parse(&name, text).map_err(Error::into_input)?;
+            return Ok(misplaced(&scene, text, &name));
+        }
         FileKind::Binding => {
             let file = BindingFile::parse(text.into(), name)?;
             let Some(rules) = rules else {
@@ -67,6 +70,16 @@ fn without_log(checked: BindingCheck) -> String {
         BindingCheck::Whole => String::new(),
         BindingCheck::Form => ", whose bodies and rules are checked with its log".into(),
     }
+}
+
+/// The bodies that a scene places wrongly, with their lines.
+fn misplaced(scene: &Scene, text: &str, name: &str) -> String {
+    let found = stream::misplacements(scene.inner()).into_iter();
+    let warnings = found.map(|stream::Misplacement { body, message }| {
+        let place = yaml::place(text, name, &["bodies", &body, "position"]);
+        format!("\n  warning: {place}: {message}")
+    });
+    warnings.collect()
 }
 
 /// How many convex pieces the meshes of a robot became.

@@ -337,3 +337,55 @@ fn shipped_bindings_are_checked_without_their_logs() {
     }
     assert!(checked > 20, "{checked}");
 }
+
+/// `check` of a scene, without its path.
+fn checked(folder: &tempfile::TempDir, scene: &str) -> String {
+    let path = file(folder, "cell.scene.yaml", scene);
+    let output = teachtree(&["check", &path]);
+    assert!(output.status.success(), "{}", complained(&output));
+    said(&output).replace(&path, "cell.scene.yaml")
+}
+
+#[test]
+fn check_reports_bodies_that_a_scene_places_wrongly() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = shipped("scenes/pick_and_place.yaml");
+    let sound = checked(&folder, &scene);
+    assert_eq!(sound, "cell.scene.yaml: a scene, without errors\n");
+    let place = |from: &str, to: &str| {
+        assert!(scene.contains(from), "{scene}");
+        checked(&folder, &scene.replacen(from, to, 1))
+    };
+    let body = scene.lines().find(|line| line.contains("role: object")).unwrap();
+    let position = body.split("position: ").nth(1).unwrap().split(']').next().unwrap();
+    let parts: Vec<f64> = position
+        .trim_start_matches('[')
+        .split(',')
+        .map(|part| part.trim().trim_end_matches(" mm").parse().unwrap())
+        .collect();
+    let [x, y, z] = parts[..] else { panic!("{position}") };
+    let low = place(position, &format!("[{x} mm, {y} mm, {} mm", z - 12.0));
+    assert!(low.contains("cell.scene.yaml:") && low.contains("it begins 12 mm inside `base`"), "{low}");
+    // What is advised is right.
+    let advised = low.split("`position: ").nth(1).unwrap().split(']').next().unwrap();
+    assert_eq!(place(position, advised), sound);
+    let far = place(position, &format!("[{x} m, {y} m, {z} m"));
+    assert!(far.contains("from every other body, out of reach of a hand"), "{far}");
+    let advised = far.split("`position: ").nth(1).unwrap().split(']').next().unwrap();
+    assert_eq!(place(position, advised), sound);
+}
+
+#[test]
+fn shipped_scenes_place_their_bodies_rightly() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folders = ["scenes", "demos/robosuite", "tests/fixtures/logs"].map(|folder| root.join(folder));
+    let files = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap()).map(|entry| entry.unwrap().path());
+    let scenes: Vec<String> = files
+        .filter(|path| path.extension().is_some_and(|it| it == "yaml"))
+        .map(|path| path.display().to_string())
+        .collect();
+    assert!(scenes.len() > 40, "{}", scenes.len());
+    let output = teachtree(&[&["check"], &scenes.iter().map(String::as_str).collect::<Vec<_>>()[..]].concat());
+    assert!(output.status.success(), "{}", complained(&output));
+    assert!(!said(&output).contains("warning"), "{}", said(&output));
+}

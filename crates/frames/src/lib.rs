@@ -17,5 +17,5 @@ pub mod streaming;
 pub mod streams;
 
 pub use derive::frames;
-pub use derive::{averaging_lag, convex_gap, trusted};
+pub use derive::{Misplacement, averaging_lag, convex_gap, misplacements, trusted};
 pub use open::{OpenRequest, OpenedLog, assume, hand_file_of, open, open_memory, open_source};

@@ -29,6 +29,7 @@ pub(super) use balance::balanced;
 use motion::Motion;
 pub(super) use motion::{ANCHOR, ahead as averaged, padding};
 use raw_channels::Slots;
+pub use setup::placement::{Misplacement, misplacements};
 use std::collections::{BTreeMap, BTreeSet};
 use targets::Derivation;
 use teachtree_base::channels::{Axis, ChannelSpec, Fallback, Shape, derived};

@@ -10,6 +10,7 @@ mod hanging;
 mod holds;
 mod insertions;
 mod overlaps;
+pub mod placement;
 mod rests;
 mod survey;
 mod tool_points;
