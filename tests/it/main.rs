@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "tests are read, not linked")]
 
 mod accessibility;
+mod advice;
 mod annotate;
 mod annotate_forms;
 mod audit;

@@ -168,9 +168,15 @@ impl<'a> TaskSpec<'a> {
         if in_order > 0 {
             return Ok(gaps);
         }
-        let why = wrong.unwrap_or_else(|| "none has all of them".into());
+        let (why, help) = match wrong {
+            Some(why) => (why, "name the signals in the order in which the parts end"),
+            None => (
+                "none has all of them".into(),
+                "leave out the signals that they lack: without --task-spec, `annotate` lists them",
+            ),
+        };
         let message = format!("no demonstration has the signals one after the other: {why}");
-        Err(self.wrong(message).help("name the signals in the order in which the parts end"))
+        Err(self.wrong(message).help(help))
     }
 
     /// A part, with the body that it is relative to as most demonstrations have it.

@@ -277,7 +277,9 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
         let mut built = Robot { name: parsed.name, tree, hands: IndexMap::new(), joint_names, oddities };
         if let Some(hand) = parsed.hand {
             let side = hand.side;
-            let made = made_hand(&built, hand, &places)?;
+            let links: Vec<String> = hand.fingers.values().map(|finger| finger.link.clone()).collect();
+            // A finger may not move since its joint was not read.
+            let made = made_hand(&built, hand, &places).map_err(|error| built.oddity_above(&links).unwrap_or(error))?;
             built.hands.insert(side, made);
         }
         built

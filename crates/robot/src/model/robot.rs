@@ -34,6 +34,19 @@ impl Robot {
         self.oddities.iter().find(matters).map_or(Ok(()), |oddity| Err(oddity.error.clone()))
     }
 
+    /// What is odd about a link that is one of these, or that one of these hangs on.
+    pub(crate) fn oddity_above(&self, links: &[String]) -> Option<InputError> {
+        let mut above: Vec<usize> = links.iter().filter_map(|name| self.tree.link(name)).collect();
+        let mut names = vec![];
+        while let Some(at) = above.pop() {
+            let Some(link) = self.tree.links.get(at) else { continue };
+            names.push(link.name.as_str());
+            above.extend((at > 0).then_some(link.parent));
+        }
+        let matters = |oddity: &&Oddity| names.contains(&oddity.link.as_str());
+        self.oddities.iter().find(matters).map(|oddity| oddity.error.clone())
+    }
+
     /// The name of a joint of the tree at its controller.
     pub fn controller_name<'a>(&'a self, joint: &'a str) -> &'a str {
         self.joint_names.get(joint).map_or(joint, String::as_str)
