@@ -4,7 +4,7 @@
     python3 -m venv venv && venv/bin/pip install pandas pyarrow polars h5py hdf5storage zarr rosbags mcap mcap-ros2-support foxglove-sdk
     venv/bin/python tools/check_writers.py target/release/teachtree
 
-Prints a row of the table in docs/logs.md for each: format, writer and version, and how the writer is called. Libraries that are not installed are left out, and named.
+Prints a row of the table in docs/measurements/recordings.md for each: format, writer and version, and how the writer is called. Libraries that are not installed are left out, and named.
 """
 
 import importlib
