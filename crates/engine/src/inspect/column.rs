@@ -94,6 +94,15 @@ impl ConditionColumn {
         self.slots.get(slot).is_some_and(|(bits, delay)| frame + delay < bits.len && get(&bits.words, frame + delay))
     }
 
+    /// The bits of a slot on the first `len` frames of the stretch, 64 frames a word, the first one lowest; bits beyond them are zero.
+    pub fn words(&self, slot: usize, len: usize) -> Vec<u64> {
+        let Some((bits, delay)) = self.slots.get(slot) else { return vec![0; len.div_ceil(64)] };
+        let (skip, shift) = (delay / 64, delay % 64);
+        let at = |word: usize| bits.words.get(word + skip).copied().unwrap_or(0);
+        let next = |word: usize| if shift > 0 { at(word + 1) << (64 - shift) } else { 0 };
+        (0..len.div_ceil(64)).map(|word| (at(word) >> shift | next(word)) & frames_of(len, word)).collect()
+    }
+
     /// The last frame before this one on which a slot is otherwise than `holds`.
     pub fn last_otherwise(&self, slot: usize, frame: usize, holds: bool) -> Option<usize> {
         let (bits, delay) = self.slots.get(slot)?;

@@ -94,6 +94,25 @@ impl<'a> Inspector<'a> {
         Ok(self.replay(run)?.truth(output))
     }
 
+    /// On which frames of the stretch many conditions hold, each in a declaration of a hand or of none. They are evaluated together and not kept.
+    ///
+    /// # Errors
+    /// As [`Inspector::column`].
+    pub fn truths(&self, conditions: &[(&Expr, Option<Side>)]) -> Result<Vec<ConditionColumn>> {
+        let replay = self.evaluate(conditions)?;
+        Ok((0..conditions.len()).map(|output| replay.truth(output)).collect())
+    }
+
+    /// What many expressions are on every frame of the stretch, as [`truths`](Self::truths).
+    ///
+    /// # Errors
+    /// As [`Inspector::column`].
+    pub fn columns(&self, expressions: &[(&Expr, Option<Side>)]) -> Result<Vec<Column>> {
+        let mut replay = self.evaluate(expressions)?;
+        let all = 0..self.leaves.frames.len();
+        Ok((0..expressions.len()).map(|output| replay.column(output, all.clone())).collect())
+    }
+
     /// Whether a single condition of the rules holds on a frame of the log.
     ///
     /// # Errors
