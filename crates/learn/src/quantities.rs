@@ -1,0 +1,238 @@
+//! The vocabulary of learned rules: quantities of a hand, and the conditions on them, as texts of the rule language.
+//!
+//! A template is such a text with two marks: `@` stands before each name of a hand and becomes `other.` or nothing, `#` becomes a threshold or a duration.
+
+use std::collections::BTreeSet;
+
+/// The unit in which thresholds are written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Unit {
+    name: &'static str,
+    /// The value of 1 SI unit.
+    pub per_si: f64,
+}
+
+const MM: Unit = Unit { name: "mm", per_si: 1e3 };
+const MM_PER_S: Unit = Unit { name: "mm/s", per_si: 1e3 };
+const NEWTON: Unit = Unit { name: "N", per_si: 1.0 };
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Place,
+    Condition,
+    Number(Unit),
+}
+
+/// A signal.
+struct Quantity {
+    name: &'static str,
+    definition: &'static str,
+    kind: Kind,
+    /// The channel that it reads and `stream.rules` does not declare: its declaration and its default.
+    channel: Option<(&'static str, &'static str)>,
+}
+
+const fn quantity(name: &'static str, definition: &'static str, kind: Kind) -> Quantity {
+    Quantity { name, definition, kind, channel: None }
+}
+
+/// The quantities of each hand; each reads only earlier ones. Those that a log does not measure are constant, and constant conditions are left out.
+const OF_HAND: &[Quantity] = &[
+    Quantity {
+        channel: Some(("gripper.closed : bool", "false")),
+        ..quantity("closed", "gripper.closed", Kind::Condition)
+    },
+    quantity("touching", "any(fingers.contact)", Kind::Condition),
+    quantity("place", "mean(fingers.position)", Kind::Place),
+    quantity("height", "place.z", Kind::Number(MM)),
+    quantity("speed", "norm(rate(place, 500 ms))", Kind::Number(MM_PER_S)),
+    quantity("climb", "rate(height, 500 ms)", Kind::Number(MM_PER_S)),
+    quantity("force", "norm(sum(fingers.force))", Kind::Number(NEWTON)),
+    Quantity {
+        channel: Some(("gripper.opening : scalar m", "1 m")),
+        ..quantity("opening", "gripper.opening", Kind::Number(MM))
+    },
+    quantity("distance", "norm(place - target.position)", Kind::Number(MM)),
+    quantity("object_speed", "norm(target.velocity)", Kind::Number(MM_PER_S)),
+    quantity("depth", "target.depth", Kind::Number(MM)),
+];
+
+/// The distance between the two hands.
+const APART: Quantity =
+    quantity("apart", "norm(mean(left.fingers.position) - mean(right.fingers.position))", Kind::Number(MM));
+
+/// Durations of windows around events.
+const EVENT_WINDOWS: [&str; 9] = ["300 ms", "500 ms", "800 ms", "1.2 s", "1.8 s", "2.5 s", "3.5 s", "5 s", "7 s"];
+/// Durations of windows in which a number passes a threshold.
+const NUMBER_WINDOWS: [&str; 3] = ["1 s", "2 s", "4 s"];
+
+/// A number that is compared with thresholds.
+#[derive(Clone, Debug)]
+pub(crate) struct Number {
+    pub template: String,
+    pub unit: Unit,
+    /// Whether it is compared within windows, too.
+    windows: bool,
+}
+
+/// Conditions that differ in one threshold or duration only.
+#[derive(Clone, Debug)]
+pub(crate) struct Family {
+    pub template: String,
+    pub steps: Steps,
+}
+
+/// What `#` stands for in a family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Steps {
+    /// Nothing.
+    Single,
+    /// The durations around events.
+    Durations,
+    /// The thresholds of a number, by position.
+    Thresholds(usize),
+}
+
+impl Steps {
+    /// The texts of the steps, given the thresholds of all numbers in their units.
+    pub fn texts(self, numbers: &[Number], thresholds: &[Vec<f64>]) -> Vec<String> {
+        match self {
+            Self::Single => vec![String::new()],
+            Self::Durations => EVENT_WINDOWS.map(String::from).to_vec(),
+            Self::Thresholds(number) => {
+                let unit = numbers.get(number).map_or("", |number| number.unit.name);
+                thresholds.get(number).into_iter().flatten().map(|value| format!("{value} {unit}")).collect()
+            }
+        }
+    }
+}
+
+/// The numbers that are compared with thresholds.
+pub(crate) fn numbers(two_hands: bool) -> Vec<Number> {
+    let mut numbers = Vec::new();
+    for quantity in OF_HAND.iter().chain(two_hands.then_some(&APART)) {
+        let mark = if quantity.name == APART.name { "" } else { "@" };
+        if let Kind::Number(unit) = quantity.kind {
+            numbers.push(Number { template: format!("{mark}{}", quantity.name), unit, windows: true });
+        }
+    }
+    for condition in conditions() {
+        let mut add = |template: String| numbers.push(Number { template, unit: MM, windows: false });
+        for since in [format!("@{condition}"), format!("not @{condition}")] {
+            add(format!("@height - earliest(@height since {since})"));
+            add(format!("norm(@place - earliest(@place since {since}))"));
+            add(format!("earliest(@height since {since})"));
+            if two_hands {
+                add(format!("earliest(apart since {since})"));
+            }
+        }
+    }
+    numbers
+}
+
+fn conditions() -> impl Iterator<Item = &'static str> {
+    OF_HAND.iter().filter(|quantity| quantity.kind == Kind::Condition).map(|quantity| quantity.name)
+}
+
+/// All families, plain ones first.
+pub(crate) fn families(numbers: &[Number]) -> Vec<Family> {
+    let mut families = Vec::new();
+    let mut add = |template: String, steps| families.push(Family { template, steps });
+    for condition in conditions() {
+        add(format!("@{condition}"), Steps::Single);
+        add(format!("not @{condition}"), Steps::Single);
+    }
+    for (at, Number { template, .. }) in numbers.iter().enumerate() {
+        add(format!("{template} > #"), Steps::Thresholds(at));
+        add(format!("{template} < #"), Steps::Thresholds(at));
+    }
+    for condition in conditions() {
+        for event in ["rises", "falls"] {
+            for when in ["last", "next"] {
+                add(format!("({event}(@{condition})) within {when} #"), Steps::Durations);
+                add(format!("not ({event}(@{condition})) within {when} #"), Steps::Durations);
+            }
+        }
+    }
+    for (at, Number { template, .. }) in numbers.iter().enumerate().filter(|(_, number)| number.windows) {
+        for window in NUMBER_WINDOWS {
+            for when in ["last", "next"] {
+                for sign in [">", "<"] {
+                    add(format!("({template} {sign} #) within {when} {window}"), Steps::Thresholds(at));
+                    add(format!("not ({template} {sign} #) within {when} {window}"), Steps::Thresholds(at));
+                }
+            }
+        }
+    }
+    families
+}
+
+/// A template as a text of the language.
+pub(crate) fn spelled(template: &str, other: bool, step: &str) -> String {
+    template.replace('@', if other { "other." } else { "" }).replace('#', step)
+}
+
+/// Whether a template has a form for the other hand.
+pub(crate) fn has_other(template: &str) -> bool {
+    template.contains('@')
+}
+
+/// The names in a text.
+fn names(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|letter: char| !letter.is_alphanumeric() && letter != '_')
+}
+
+/// The declarations of quantities.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Declarations {
+    /// Channels of each hand, as in `stream`.
+    pub channels: Vec<String>,
+    /// Signals of no hand.
+    pub shared: Vec<String>,
+    /// Signals of each hand.
+    pub signals: Vec<String>,
+}
+
+impl Declarations {
+    /// All of them, with optional channels.
+    pub fn all(two_hands: bool) -> Self {
+        let channel = |(declared, default): (&str, &str)| format!("optional {declared} = {default}");
+        Self {
+            channels: OF_HAND.iter().filter_map(|quantity| quantity.channel).map(channel).collect(),
+            shared: two_hands.then(|| signal(&APART)).into_iter().collect(),
+            signals: OF_HAND.iter().map(signal).collect(),
+        }
+    }
+
+    /// Those that some conditions read, with required channels.
+    pub fn of<'t>(conditions: impl Iterator<Item = &'t str>) -> Self {
+        let mut used: BTreeSet<&str> = conditions.flat_map(names).collect();
+        let mut found = Self::default();
+        for quantity in OF_HAND.iter().rev() {
+            if used.contains(quantity.name) {
+                found.channels.extend(quantity.channel.map(|(declared, _)| declared.to_string()));
+                found.signals.push(signal(quantity));
+                used.extend(names(quantity.definition));
+            }
+        }
+        found.channels.reverse();
+        found.signals.reverse();
+        found.shared.extend(used.contains(APART.name).then(|| signal(&APART)));
+        found
+    }
+
+    /// A rule text with these declarations and more signals of each hand, without a tree.
+    pub fn text(&self, more: impl Iterator<Item = String>) -> String {
+        let channels = self.channels.join("\n");
+        let shared = self.shared.join("\n");
+        let signals: Vec<String> = self.signals.iter().cloned().chain(more).collect();
+        format!(
+            "use \"stream.rules\"\nstream {{ for each hand {{\n{channels}\n}} }}\n{shared}\nfor each hand {{\n{}\n}}\n",
+            signals.join("\n")
+        )
+    }
+}
+
+fn signal(quantity: &Quantity) -> String {
+    format!("signal {} = {}", quantity.name, quantity.definition)
+}

@@ -1,0 +1,142 @@
+//! The candidates and the choice between them: every method learns from all groups but some, and is measured on those.
+
+use super::bank::Bank;
+use super::guards::guards;
+use super::model::{Model, guard};
+use super::objective::Counts;
+use super::search::Search;
+use super::tree::tree;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use teachtree_engine::runs::Run;
+
+/// The most times that groups are held out.
+const FOLDS: usize = 10;
+/// Rules of a model, at most: a file of 40 lines has no more.
+const MOST_RULES: usize = 9;
+
+/// How a candidate is learned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Method {
+    Guards,
+    GuardsSearched,
+    Tree,
+    TreeSearched,
+}
+
+impl Method {
+    /// The methods for a bank.
+    fn all(bank: &Bank) -> &'static [Self] {
+        if bank.slots == 1 {
+            &[Self::Guards, Self::GuardsSearched, Self::Tree, Self::TreeSearched]
+        } else {
+            &[Self::Guards, Self::GuardsSearched]
+        }
+    }
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Guards => "guards",
+            Self::GuardsSearched => "guards, searched",
+            Self::Tree => "tree",
+            Self::TreeSearched => "tree, searched",
+        }
+    }
+}
+
+/// The models of all methods, in their order.
+fn fit(bank: &Bank, tracks: &[usize]) -> Vec<Model> {
+    let mut models: Vec<Model> = Vec::new();
+    for method in Method::all(bank) {
+        let searched = || models.last().cloned().map(|model| Search::run(bank, tracks, model, MOST_RULES));
+        let model = match method {
+            Method::Guards => Some(guards(bank, tracks, MOST_RULES)),
+            Method::Tree => Some(tree(bank, tracks, MOST_RULES)),
+            Method::GuardsSearched | Method::TreeSearched => searched(),
+        };
+        models.extend(model);
+    }
+    models
+}
+
+/// The labels that a model gives some tracks.
+pub(crate) fn labels(bank: &Bank, model: &Model, tracks: &[usize]) -> Vec<Vec<Run>> {
+    let guards: Vec<Vec<u64>> = model.rules.iter().map(|rule| guard(bank, &rule.atoms, tracks)).collect();
+    tracks.iter().map(|track| model.run(&guards, &bank.tracks[*track])).collect()
+}
+
+/// A method with what it has learned from all tracks, and what it gives those that are held out.
+pub(crate) struct Fitted {
+    pub method: Method,
+    pub model: Model,
+    /// By track.
+    pub held_out: Vec<Vec<Run>>,
+}
+
+/// The fold in which a track is held out.
+fn fold(bank: &Bank, track: usize) -> usize {
+    bank.tracks[track].group % FOLDS
+}
+
+/// Learns by each method, from all tracks and without each fold. `shown` receives the share that is done, 0 to 1.
+pub(crate) fn fitted(bank: &Bank, shown: &(dyn Fn(f64) + Sync)) -> Vec<Fitted> {
+    let all: Vec<usize> = (0..bank.tracks.len()).collect();
+    let folds = bank.tracks.iter().map(|track| track.group + 1).max().unwrap_or(0).min(FOLDS);
+    let done = AtomicUsize::new(0);
+    let learned: Vec<Vec<Model>> = (0..=folds)
+        .into_par_iter()
+        .map(|held| {
+            // No track has the last number: that is the model of all.
+            let others: Vec<usize> = all.iter().copied().filter(|track| fold(bank, *track) != held).collect();
+            let models = fit(bank, &others);
+            shown((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / (folds + 1) as f64);
+            models
+        })
+        .collect();
+    let of_method = |(at, method): (usize, &Method)| {
+        let model = learned.last()?.get(at)?.clone();
+        let mut held_out = vec![Vec::new(); all.len()];
+        for (held, models) in learned.iter().enumerate().take(folds) {
+            let tracks: Vec<usize> = all.iter().copied().filter(|track| fold(bank, *track) == held).collect();
+            for (track, runs) in tracks.iter().zip(labels(bank, models.get(at)?, &tracks)) {
+                held_out[*track] = runs;
+            }
+        }
+        Some(Fitted { method: *method, model, held_out })
+    };
+    Method::all(bank).iter().enumerate().filter_map(of_method).collect()
+}
+
+/// How right the labels of all tracks are: together, and by fold.
+pub(crate) struct Measured {
+    pub all: Counts,
+    folds: Vec<Counts>,
+}
+
+/// Measures the labels of all tracks.
+pub(crate) fn measured(bank: &Bank, labels: &[Vec<Run>]) -> Measured {
+    let mut measured = Measured { all: Counts::default(), folds: vec![Counts::default(); FOLDS] };
+    for (at, (track, labels)) in bank.tracks.iter().zip(labels).enumerate() {
+        let counts = track.truth.compare(labels);
+        measured.all += counts;
+        measured.folds[fold(bank, at)] += counts;
+    }
+    measured
+}
+
+/// The simplest of some candidates, by size, that is within one standard error of the best: the mean over folds by which its F1 is less does not exceed the
+/// standard error of that mean.
+pub(crate) fn simplest(candidates: &[(usize, &Measured)]) -> Option<usize> {
+    let best =
+        candidates.iter().map(|(_, it)| *it).reduce(|best, it| if it.all.f1() > best.all.f1() { it } else { best })?;
+    let is_near = |measured: &Measured| {
+        let used = best.folds.iter().zip(&measured.folds).filter(|(best, _)| **best != Counts::default());
+        let lost: Vec<f64> = used.map(|(best, it)| best.f1() - it.f1()).collect();
+        let count = lost.len() as f64;
+        let mean = lost.iter().sum::<f64>() / count.max(1.0);
+        let squares: f64 = lost.iter().map(|lost| (lost - mean) * (lost - mean)).sum();
+        mean <= (squares / (count - 1.0).max(1.0) / count.max(1.0)).sqrt()
+    };
+    let near = candidates.iter().enumerate().filter(|(_, (_, measured))| is_near(measured));
+    near.min_by_key(|(at, (size, _))| (*size, *at)).map(|(at, _)| at)
+}

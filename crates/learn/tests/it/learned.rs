@@ -1,0 +1,158 @@
+//! Rule files that were learned, loaded and run by the engine.
+
+use crate::synthetic::{RATE_HZ, Synthetic};
+use proptest::prelude::*;
+use rayon::ThreadPoolBuilder;
+use teachtree_base::hands::TrackId;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_engine::runs::{Run, settle};
+use teachtree_language::graph::lower;
+use teachtree_language::rules::{Rules, TreeScope};
+use teachtree_language::{Request, load};
+use teachtree_learn::{Demonstration, Learned, MOST_LINES, learn};
+
+fn names() -> Vec<String> {
+    ["Wait", "Hold", "PickUp"].map(String::from).to_vec()
+}
+
+fn learned(recordings: &[Synthetic]) -> Learned {
+    let demonstrations: Vec<Demonstration> = recordings.iter().map(Synthetic::demonstration).collect();
+    learn(&demonstrations, &names(), &|_| ()).unwrap()
+}
+
+fn refused(recordings: &[Synthetic], names: &[String]) -> String {
+    let demonstrations: Vec<Demonstration> = recordings.iter().map(Synthetic::demonstration).collect();
+    learn(&demonstrations, names, &|_| ()).unwrap_err().to_string()
+}
+
+fn loaded(text: &str) -> Rules {
+    let request =
+        Request { texts: vec![("learned.rules".into(), text.into())], needs_tree: true, ..Request::default() };
+    let loaded = load(&request);
+    assert!(loaded.diagnostics.is_empty(), "{text}\n{:?}", loaded.diagnostics);
+    loaded.rules.unwrap()
+}
+
+/// The settled labels of each labeled stretch, as the engine has them by a rule file; frames count from the start of the stretch.
+fn by_engine(text: &str, recordings: &[Synthetic]) -> Vec<Vec<Run>> {
+    let rules = loaded(text);
+    let graph = lower(&rules);
+    let mut all = Vec::new();
+    for recording in recordings {
+        let scope = if recording.who == TrackId::Both { TreeScope::BothHands } else { TreeScope::EachHand };
+        let settle_s = rules.tree(scope).unwrap().settle.as_ref().map_or(0.0, |settle| settle.value);
+        let frames = recording.frames(&rules.channels);
+        for leaves in evaluate(&graph, &frames).unwrap() {
+            let start = leaves.frames.start;
+            if recording.labels[leaves.frames.clone()].iter().all(Option::is_none) {
+                continue;
+            }
+            let of_track = recording.who.side().map_or(&leaves.both, |side| &leaves.hands[&side]);
+            let moved = |run: Run| Run { start: run.start - start, end: run.end - start, ..run };
+            let settled = settle(of_track, (settle_s * RATE_HZ).round() as usize);
+            all.push(settled.into_iter().map(moved).collect());
+        }
+    }
+    all
+}
+
+fn cycles(make: impl Fn(u64, usize) -> Synthetic, groups: usize) -> Vec<Synthetic> {
+    (0..2 * groups).map(|at| make(at as u64, at / 2)).collect()
+}
+
+#[test]
+fn planted_rules_of_one_hand_are_found() {
+    let recordings = cycles(Synthetic::cycles, 4);
+    let learned = learned(&recordings);
+    let chosen = &learned.candidates[learned.chosen];
+    assert!(chosen.f1 > 0.99, "{learned:#?}");
+    assert!(chosen.accuracy > 0.99, "{learned:#?}");
+    assert_eq!(learned.boundaries.1, 3);
+    assert!(learned.text.contains("closed"), "{}", learned.text);
+    assert_eq!(by_engine(&learned.text, &recordings), learned.labels);
+}
+
+#[test]
+fn planted_rules_of_either_hand_are_found() {
+    let recordings = cycles(Synthetic::of_both, 4);
+    let learned = learned(&recordings);
+    assert!(learned.candidates[learned.chosen].f1 > 0.95, "{learned:#?}");
+    assert!(learned.text.contains("either."), "{}", learned.text);
+    assert_eq!(by_engine(&learned.text, &recordings), learned.labels);
+}
+
+#[test]
+fn a_file_is_short_and_each_learned_line_has_its_evidence() {
+    let recordings = cycles(Synthetic::cycles, 4);
+    let text = learned(&recordings).text;
+    assert!(text.lines().count() <= MOST_LINES, "{text}");
+    let choices: Vec<&str> = text.lines().filter(|line| line.contains("_begins") && line.contains("=>")).collect();
+    assert!(!choices.is_empty());
+    for line in &choices {
+        assert!(line.contains("// learned: "), "{line}");
+    }
+    // 48 cycles: each is begun by all but the first label, which the 8 recordings begin with.
+    let pick_up = choices.iter().find(|line| line.contains("=> PickUp")).unwrap();
+    assert!(pick_up.contains("48 boundaries of 4 groups, held out 48 of 48, median 0.0 s late"), "{text}");
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let recordings = cycles(Synthetic::of_both, 3);
+    let with = |threads: usize| {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| learned(&recordings))
+    };
+    let one = with(1);
+    assert_eq!(one, with(4));
+    assert_eq!(one, with(4));
+}
+
+/// Rules that are right already are not replaced.
+#[test]
+fn present_rules_that_are_better_stay() {
+    let mut recordings = cycles(Synthetic::of_noise_of_one_hand, 4);
+    for recording in &mut recordings {
+        recording.present = Some(recording.labels.iter().map(|label| label.unwrap_or(0)).collect());
+    }
+    let good = learned(&recordings);
+    assert!(!good.is_better(), "{good:#?}");
+    assert!((good.candidates[0].f1 - 1.0).abs() < 1e-9, "{good:#?}");
+    for recording in &mut recordings {
+        recording.present = Some(vec![7; recording.labels.len()]);
+    }
+    let bad = learned(&recordings);
+    assert!(bad.is_better(), "{bad:#?}");
+    assert!(bad.candidates[0].f1 < 1e-9, "{bad:#?}");
+}
+
+#[test]
+fn what_nothing_can_be_learned_from_is_refused() {
+    let one_group: Vec<Synthetic> = (0..3).map(|seed| Synthetic::cycles(seed, 0)).collect();
+    assert!(refused(&one_group, &names()).contains("are of 1 group, expected at least 2"));
+    let two_groups = cycles(Synthetic::cycles, 2);
+    assert!(refused(&two_groups, &names()[..1]).contains("have 1 names, expected 2 to 32"));
+    let mut mixed = two_groups.clone();
+    mixed[0] = Synthetic::of_both(0, 0);
+    assert!(refused(&mixed, &names()).contains("of single hands and of both hands together"));
+    let of_one = |made: Synthetic| Synthetic { who: TrackId::Both, ..made };
+    let lacks: Vec<Synthetic> = two_groups.iter().cloned().map(of_one).collect();
+    assert!(refused(&lacks, &names()).contains("measures one hand"));
+    let constant = |made: Synthetic| Synthetic { labels: vec![Some(0); made.labels.len()], ..made };
+    let constant: Vec<Synthetic> = two_groups.into_iter().map(constant).collect();
+    assert!(refused(&constant, &names()).contains("no label follows another one"));
+}
+
+proptest! {
+    // A case learns from six recordings.
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Also of labels that no rule explains.
+    #[test]
+    fn a_file_gives_the_labels_that_the_learner_computed(seed in any::<u32>(), both in any::<bool>()) {
+        let make = if both { Synthetic::of_noise_of_both } else { Synthetic::of_noise_of_one_hand };
+        let recordings: Vec<Synthetic> = (0..6).map(|at| make(u64::from(seed) + at as u64, at / 2)).collect();
+        let learned = learned(&recordings);
+        prop_assert_eq!(by_engine(&learned.text, &recordings), learned.labels);
+    }
+}
