@@ -30,6 +30,7 @@ mod foreign;
 mod frame_table;
 mod generated_pages;
 mod gripper;
+mod gripper_hold;
 mod hostile;
 mod init;
 mod input_schemas;

@@ -266,7 +266,8 @@ scene: {bodies: {}}
         let segments = found["tracks"][0]["relabeled"].as_array().unwrap().iter();
         segments.filter(|it| it["primitive"] == "Grasp").map(|it| it["start_s"].as_f64().unwrap()).collect()
     };
-    assert_eq!(grasps(binding), [12.0]);
+    // Jaws that jump come to rest with the next row.
+    assert_eq!(grasps(binding), [12.02]);
     // Without the opening a closed gripper holds something.
     assert_eq!(grasps(&binding.replace("  right.gripper.opening: opening [mm]\n", "")), [4.0, 12.0]);
 }

@@ -14,6 +14,7 @@ shipped![
     "contact.rules",
     "bimanual.rules",
     "failures.rules",
+    "jaws.rules",
     "hand_force.rules",
     "hand_flags.rules",
     "contact_times.rules",
