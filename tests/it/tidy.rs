@@ -32,7 +32,10 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("libc", &["crates/logs/src/read/file.rs"]),
     ("tungstenite", &["src/cli/live/", "crates/teaching/src/socket.rs"]),
     ("zenoh", &["src/cli/live/pubsub.rs"]),
-    ("rayon", &["src/cli/", "crates/session/src/fitting.rs", "crates/learn/src/bank.rs", "crates/learn/src/validation.rs"]),
+    (
+        "rayon",
+        &["src/cli/", "crates/session/src/fitting.rs", "crates/learn/src/bank.rs", "crates/learn/src/validation.rs"],
+    ),
     ("glob", &["crates/session/src/project_file/"]),
     ("similar", &["crates/session/src/patch.rs"]),
     ("httparse", &["crates/serve/src/http.rs"]),
