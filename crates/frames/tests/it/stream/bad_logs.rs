@@ -130,7 +130,7 @@ fn brackets_that_stand_too_deep_are_refused_at_once() {
         std::fs::write(&binding, text).unwrap();
         let log = fixture("bindings/foreign.csv");
         let error = open(&OpenRequest { log, binding: Some(binding.clone()), ..OpenRequest::default() }).unwrap_err();
-        let too_deep = error.message == "the brackets stand more than 64 deep in each other";
+        let too_deep = error.message == "brackets are nested more than 64 deep";
         // Brackets in quotes are text.
         assert_eq!(too_deep, !place.is_empty(), "{error}");
         assert!(error.place.contains(place), "{error}");

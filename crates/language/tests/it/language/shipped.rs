@@ -70,6 +70,7 @@ fn nothing_named_is_the_contact_rules_with_forces_and_failures() {
             "rules/single_hand.rules",
             "rules/stream.rules",
             "rules/failures.rules",
+            "rules/jaws.rules",
             "rules/hand_force.rules"
         ]
     );

@@ -142,7 +142,10 @@ fn rows_without_stamps_have_a_rate() {
     let text = "px,py,pz\n1,2,3\n4,5,6\n";
     let (recording, _) = bound_text("log.csv", text, &format!("rate: 100 Hz\n{PALM}")).unwrap();
     assert_eq!(recording.time, [0.0, 0.01]);
-    insta::assert_snapshot!(bound_text("log.csv", text, PALM).unwrap_err(), @"binding.yaml: the log has no column `time`");
+    insta::assert_snapshot!(bound_text("log.csv", text, PALM).unwrap_err(), @"
+    binding.yaml: the log has no column `time`
+      help: name it in a binding as `time: <column>`, or say `rate: 100 Hz` when the rows are evenly spaced
+    ");
 }
 
 #[test]
