@@ -205,8 +205,8 @@ fn column<'a>(log: &'a mut Columns, name: &str) -> &'a mut Vec<f64> {
     &mut log.iter_mut().find(|(known, _)| *known == name).unwrap().1
 }
 
-/// Arrays have no order of their own: a number names another one.
-const ARRAYS: &str = "100 rows, 50 Hz, cube ";
+/// Arrays have no order of their own, and the stamps of messages are their first column: a number names another column.
+const OTHER: &str = "100 rows, 50 Hz, cube ";
 
 fn take_out(log: &mut Columns, rows: std::ops::Range<usize>) {
     log.iter_mut().for_each(|(_, values)| drop(values.drain(rows.clone())));
@@ -260,7 +260,8 @@ fn promises() -> Vec<Promise> {
             },
             CHANNELS,
             "`rate: 50 Hz` replaces them",
-            &[],
+            // Stamps of messages are whole ns.
+            &[("MCAP", "`resample: 50 Hz`")],
         ),
         of("a lost row", |log| take_out(log, 50..51), CHANNELS, "missing_row", &[]),
         of("a gap", |log| take_out(log, 50..70), CHANNELS, "gap", &[]),
@@ -308,7 +309,7 @@ fn promises() -> Vec<Promise> {
             |_| {},
             &swapped("[@cx, @cy, @cz]", "[\"5\", \"6\", \"7\"]"),
             whole,
-            &[("Zarr", ARRAYS), ("HDF5", ARRAYS)],
+            &[("Zarr", OTHER), ("HDF5", OTHER), ("MCAP", OTHER)],
         ),
         of("a pattern of components", |_| {}, &swapped("[@cx, @cy, @cz]", "@c<xyz>"), whole, &[]),
         of("a mean", |_| {}, &swapped("[@cx, @cy, @cz]", "{mean: [@c<xyz>, @c<xyz>]}"), whole, &[]),
