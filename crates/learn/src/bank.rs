@@ -2,7 +2,7 @@
 //! what they mean in a rule file.
 
 use super::objective::{Span, Truth};
-use super::quantities::{Declarations, Family, Number, families, has_other, numbers, spelled};
+use super::quantities::{Declarations, Family, Measured, Number, families, has_other, numbers, spelled};
 use super::{Demonstration, LabeledSpan};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -150,8 +150,11 @@ struct Vocabulary {
 
 impl Vocabulary {
     fn new(demonstrations: &[Demonstration], two_hands: bool, slots: usize) -> Result<Self, InputError> {
-        let declarations = Declarations::all(two_hands);
-        let numbers = numbers(two_hands);
+        let contacts = loaded(&Declarations::all(Measured { two_hands, contacts: true }).text(std::iter::empty()))?;
+        let has_contacts = |one: &Demonstration| (one.frames)(&contacts.channels).is_ok();
+        let measured = Measured { two_hands, contacts: demonstrations.par_iter().all(has_contacts) };
+        let declarations = Declarations::all(measured);
+        let numbers = numbers(measured);
         let signal = |(at, text): (usize, String)| format!("signal atom_{at} = {text}");
         let texts = numbers.iter().map(|number| spelled(&number.template, false, ""));
         let rules = loaded(&declarations.text(texts.enumerate().map(signal)))?;
@@ -162,7 +165,7 @@ impl Vocabulary {
             .enumerate()
             .map(|(at, number)| thresholds(sampled.iter().flat_map(|one| &one.values[at]).copied(), number))
             .collect();
-        let families = families(&numbers);
+        let families = families(&numbers, measured);
         let (mut conditions, mut of_family) = (Vec::new(), Vec::new());
         for family in &families {
             let start = conditions.len();

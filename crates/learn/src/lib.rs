@@ -174,7 +174,7 @@ fn wrong(message: &str) -> InputError {
 /// Refuses what nothing can be learned from; returns whether the labels are of both hands together.
 fn checked(demonstrations: &[Demonstration], names: &[String]) -> Result<bool, InputError> {
     if !(2..=MOST_LABELS).contains(&names.len()) {
-        return Err(wrong(&format!("have {} names, expected 2 to {MOST_LABELS}", names.len()))
+        return Err(wrong(&format!("the number of names is {}, expected 2 to {MOST_LABELS}", names.len()))
             .help("map labels to other names with --map, `NAME=mask` leaves one out"));
     }
     let groups: BTreeSet<usize> = demonstrations.iter().map(|demonstration| demonstration.group).collect();

@@ -42,7 +42,7 @@ const OF_HAND: &[Quantity] = &[
         channel: Some(("gripper.closed : bool", "false")),
         ..quantity("closed", "gripper.closed", Kind::Condition)
     },
-    quantity("touching", "any(fingers.contact)", Kind::Condition),
+    quantity("touching", CONTACTS, Kind::Condition),
     quantity("place", "mean(fingers.position)", Kind::Place),
     quantity("height", "place.z", Kind::Number(MM)),
     quantity("speed", "norm(rate(place, 500 ms))", Kind::Number(MM_PER_S)),
@@ -56,6 +56,27 @@ const OF_HAND: &[Quantity] = &[
     quantity("object_speed", "norm(target.velocity)", Kind::Number(MM_PER_S)),
     quantity("depth", "target.depth", Kind::Number(MM)),
 ];
+
+/// What all recordings measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Measured {
+    pub two_hands: bool,
+    /// The contacts of fingers, or the forces that they follow from.
+    pub contacts: bool,
+}
+
+impl Measured {
+    fn quantities(self) -> impl Iterator<Item = &'static Quantity> {
+        OF_HAND.iter().filter(move |quantity| self.contacts || quantity.definition != CONTACTS)
+    }
+
+    fn conditions(self) -> impl Iterator<Item = &'static str> {
+        self.quantities().filter(|quantity| quantity.kind == Kind::Condition).map(|quantity| quantity.name)
+    }
+}
+
+/// What only recordings of contacts or forces can give: `fingers.contact` has no constant default.
+const CONTACTS: &str = "any(fingers.contact)";
 
 /// The distance between the two hands.
 const APART: Quantity =
@@ -108,15 +129,16 @@ impl Steps {
 }
 
 /// The numbers that are compared with thresholds.
-pub(crate) fn numbers(two_hands: bool) -> Vec<Number> {
+pub(crate) fn numbers(measured: Measured) -> Vec<Number> {
     let mut numbers = Vec::new();
-    for quantity in OF_HAND.iter().chain(two_hands.then_some(&APART)) {
+    let two_hands = measured.two_hands;
+    for quantity in measured.quantities().chain(two_hands.then_some(&APART)) {
         let mark = if quantity.name == APART.name { "" } else { "@" };
         if let Kind::Number(unit) = quantity.kind {
             numbers.push(Number { template: format!("{mark}{}", quantity.name), unit, windows: true });
         }
     }
-    for condition in conditions() {
+    for condition in measured.conditions() {
         let mut add = |template: String| numbers.push(Number { template, unit: MM, windows: false });
         for since in [format!("@{condition}"), format!("not @{condition}")] {
             add(format!("@height - earliest(@height since {since})"));
@@ -130,15 +152,11 @@ pub(crate) fn numbers(two_hands: bool) -> Vec<Number> {
     numbers
 }
 
-fn conditions() -> impl Iterator<Item = &'static str> {
-    OF_HAND.iter().filter(|quantity| quantity.kind == Kind::Condition).map(|quantity| quantity.name)
-}
-
 /// All families, plain ones first.
-pub(crate) fn families(numbers: &[Number]) -> Vec<Family> {
+pub(crate) fn families(numbers: &[Number], measured: Measured) -> Vec<Family> {
     let mut families = Vec::new();
     let mut add = |template: String, steps| families.push(Family { template, steps });
-    for condition in conditions() {
+    for condition in measured.conditions() {
         add(format!("@{condition}"), Steps::Single);
         add(format!("not @{condition}"), Steps::Single);
     }
@@ -146,7 +164,7 @@ pub(crate) fn families(numbers: &[Number]) -> Vec<Family> {
         add(format!("{template} > #"), Steps::Thresholds(at));
         add(format!("{template} < #"), Steps::Thresholds(at));
     }
-    for condition in conditions() {
+    for condition in measured.conditions() {
         for event in ["rises", "falls"] {
             for when in ["last", "next"] {
                 add(format!("({event}(@{condition})) within {when} #"), Steps::Durations);
@@ -195,12 +213,12 @@ pub(crate) struct Declarations {
 
 impl Declarations {
     /// All of them, with optional channels.
-    pub fn all(two_hands: bool) -> Self {
+    pub fn all(measured: Measured) -> Self {
         let channel = |(declared, default): (&str, &str)| format!("optional {declared} = {default}");
         Self {
-            channels: OF_HAND.iter().filter_map(|quantity| quantity.channel).map(channel).collect(),
-            shared: two_hands.then(|| signal(&APART)).into_iter().collect(),
-            signals: OF_HAND.iter().map(signal).collect(),
+            channels: measured.quantities().filter_map(|quantity| quantity.channel).map(channel).collect(),
+            shared: measured.two_hands.then(|| signal(&APART)).into_iter().collect(),
+            signals: measured.quantities().map(signal).collect(),
         }
     }
 

@@ -131,7 +131,7 @@ fn what_nothing_can_be_learned_from_is_refused() {
     let one_group: Vec<Synthetic> = (0..3).map(|seed| Synthetic::cycles(seed, 0)).collect();
     assert!(refused(&one_group, &names()).contains("are of 1 group, expected at least 2"));
     let two_groups = cycles(Synthetic::cycles, 2);
-    assert!(refused(&two_groups, &names()[..1]).contains("have 1 names, expected 2 to 32"));
+    assert!(refused(&two_groups, &names()[..1]).contains("the number of names is 1, expected 2 to 32"));
     let mut mixed = two_groups.clone();
     mixed[0] = Synthetic::of_both(0, 0);
     assert!(refused(&mixed, &names()).contains("of single hands and of both hands together"));

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use teachtree_base::channels::{Axis, ChannelSpec};
+use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side, TrackId};
 use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
 use teachtree_learn::{Demonstration, LabeledSpan, LabeledTrack};
@@ -165,7 +166,11 @@ impl Synthetic {
             name: format!("recording of group {}", self.group),
             group: self.group,
             hands: self.hands.keys().copied().collect(),
-            frames: Box::new(|channels| Ok(self.frames(channels))),
+            frames: Box::new(|channels| match channels.iter().find(|channel| channel.name == "fingers.contact") {
+                // As a log of positions alone is refused by rules that read contacts.
+                Some(_) if self.who == TrackId::Both => Err(InputError::new("a log", "has no `fingers.contact`")),
+                _ => Ok(self.frames(channels)),
+            }),
             tracks: vec![LabeledTrack { who: self.who, spans: spans(&self.labels), present }],
         }
     }
