@@ -84,6 +84,14 @@ impl AnalysisArgs {
         Ok(is_given || settings.binding.is_some() || settings.rules.is_some() || settings.expect.is_some())
     }
 
+    /// Whether rules are named for a log, by these options or by `teachtree.yaml`.
+    ///
+    /// # Errors
+    /// When that file cannot be read.
+    pub fn has_present_rules(&self, log: &Path) -> Result<bool, InputError> {
+        Ok(!self.rules.rules.is_empty() || self.source.settings(log)?.rules.is_some())
+    }
+
     /// Opens a log and reads it into memory.
     pub fn read(&self, log: &Path) -> Result<Log, Error> {
         let log = self.source.open(log)?;

@@ -14,7 +14,7 @@ const GROUPS: &[(&str, &[&str])] = &[
             "studio",
         ],
     ),
-    ("Write rules", &["check", "fmt", "graph", "test", "fit", "prove", "diff"]),
+    ("Write rules", &["check", "fmt", "graph", "test", "fit", "learn", "prove", "diff"]),
     ("Robot", &["teach", "retarget", "simulate"]),
     ("Tools", &["config", "list", "show", "lsp", "completions", "man"]),
 ];

@@ -27,6 +27,7 @@ mod init;
 mod inputs;
 mod inspect;
 mod junit;
+mod learn;
 mod list;
 mod live;
 mod lsp;
@@ -102,6 +103,8 @@ enum Command {
     Agree(agree::Args),
     /// Fit parameters to labeled recordings, validate on held-out ones, print a patch
     Fit(fit::Args),
+    /// Learn a rule file from labeled recordings, validate on held-out groups of them
+    Learn(learn::Args),
     /// Record a simulated demonstration
     Teach(teach::Args),
     /// Turn a recording into commands for a robot: trajectories, forces and grasps
@@ -342,6 +345,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Agree(args) => agree::run(args),
         Command::Studio(args) => studio::run(args),
         Command::Fit(args) => fit::run(args),
+        Command::Learn(args) => learn::run(args),
         Command::Teach(args) => teach::run(args),
         Command::Retarget(args) => retarget::run(args),
         Command::Simulate(args) => simulate::run(args),

@@ -36,6 +36,7 @@ mod init;
 mod input_schemas;
 mod inspect;
 mod labeled_bags;
+mod learn;
 #[cfg(unix)]
 mod links;
 mod live;

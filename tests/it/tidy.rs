@@ -36,6 +36,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
         "rayon",
         &["src/cli/", "crates/session/src/fitting.rs", "crates/learn/src/bank.rs", "crates/learn/src/validation.rs"],
     ),
+    ("regex_lite", &["src/cli/learn/groups.rs"]),
     ("glob", &["crates/session/src/project_file/"]),
     ("similar", &["crates/session/src/patch.rs"]),
     ("httparse", &["crates/serve/src/http.rs"]),

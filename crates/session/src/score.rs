@@ -15,7 +15,7 @@ use teachtree_analysis::score::{self, KnownNames, NameMap, Stage, Truth};
 use teachtree_analysis::{Analysis as AnalysisResult, TrackId};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_frames::OpenedLog;
-use teachtree_logs::read::labels;
+use teachtree_logs::read::labels::{self, LabelKind};
 use teachtree_logs::read::text;
 use teachtree_report as report;
 
@@ -164,6 +164,14 @@ pub trait LabelsInternals: Sized {
         map: &NameMap,
         known: &KnownNames,
     ) -> Result<(Truth, Vec<String>), InputError>;
+    /// The truth of a recording in the names of its labels, which no rules need to have, and warnings about the labels; `only` is the track of labels that
+    /// name none.
+    fn of_any_names(
+        &self,
+        opened: &OpenedLog,
+        only: Option<TrackId>,
+        map: &NameMap,
+    ) -> Result<(Truth, Vec<String>), InputError>;
 }
 
 impl LabelsInternals for Labels {
@@ -187,11 +195,36 @@ impl LabelsInternals for Labels {
         map.check(known, self.map.as_deref().unwrap_or_default())?;
         let Some(path) = &self.file else { return Ok((own_truth(opened, map)?, Vec::new())) };
         let labels = read_labels(&label_file(path, &opened.log)?, opened, map, known)?;
-        let mut warnings = Vec::new();
-        if labels.contradicted_s > 0.0 {
-            let time = fixed(labels.contradicted_s, 3);
-            warnings.push(format!("{}: {time} s have two labels that differ; they are not scored", labels.file));
-        }
-        Ok((Truth::of_labels(&labels, self.track.or(analysis.only()), map, known)?, warnings))
+        let truth = Truth::of_labels(&labels, self.track.or(analysis.only()), map, known)?;
+        Ok((truth, contradictions(&labels)))
     }
+
+    fn of_any_names(
+        &self,
+        opened: &OpenedLog,
+        only: Option<TrackId>,
+        map: &NameMap,
+    ) -> Result<(Truth, Vec<String>), InputError> {
+        let Some(path) = &self.file else { return Ok((own_truth(opened, map)?, Vec::new())) };
+        let labels = read_labels(&label_file(path, &opened.log)?, opened, map, &KnownNames::default())?;
+        let names = |kind: LabelKind| {
+            let of_kind = labels.intervals.iter().filter(move |interval| interval.kind == kind);
+            of_kind.map(|interval| interval.name.clone()).collect()
+        };
+        let known = KnownNames {
+            primitives: names(LabelKind::Primitive),
+            tasks: names(LabelKind::Task),
+            ..KnownNames::default()
+        };
+        Ok((Truth::of_labels(&labels, self.track.or(only), map, &known)?, contradictions(&labels)))
+    }
+}
+
+/// The warning about labels that differ at one time.
+fn contradictions(labels: &labels::Labels) -> Vec<String> {
+    if labels.contradicted_s > 0.0 {
+        let time = fixed(labels.contradicted_s, 3);
+        return vec![format!("{}: {time} s have two labels that differ; they are not scored", labels.file)];
+    }
+    Vec::new()
 }

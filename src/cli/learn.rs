@@ -1,0 +1,209 @@
+//! `teachtree learn`: a rule file learned from labeled recordings, measured on groups of recordings that were held out.
+
+mod groups;
+
+use super::analysis::AnalysisArgs;
+use super::parallel::{LogResults, ParallelArgs, distinct_failures};
+use super::print_args::is_quiet;
+use super::progress::Progress;
+use super::truth::TruthArgs;
+use super::{Failure, output};
+use groups::Groups;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use teachtree_analysis::score::name_map::SEPARATE;
+use teachtree_analysis::score::{NameMap, TrackTruth, Truth};
+use teachtree_analysis::{Analysis, Track, TrackId};
+use teachtree_base::error::InputError;
+use teachtree_language::is_primitive;
+use teachtree_learn::{Demonstration, FEW_GROUPS, LabeledSpan, LabeledTrack, Learned, learn};
+use teachtree_session::{AnalysisInternals, LabelsInternals, Log, LogInternals};
+
+/// Options of `learn`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\nWithout -o the rules are printed. The file is written only where it is better than the rules of --rules on recordings that were held out.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
+)]
+pub struct Args {
+    /// Labeled recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// What recordings of one group have in common in their names, such as the person: a regular expression, of which the first group of parentheses counts
+    #[arg(long, value_name = "REGEX")]
+    group_by: Option<String>,
+    /// Write rules even where they are not better than those of --rules
+    #[arg(long)]
+    anyway: bool,
+    #[command(flatten)]
+    truth: TruthArgs,
+    #[command(flatten)]
+    analysis: AnalysisArgs,
+    #[command(flatten)]
+    many: ParallelArgs,
+    /// Where to write the rules; standard output when left out
+    #[arg(long, short, value_name = "FILE.rules")]
+    out: Option<PathBuf>,
+}
+
+/// Runs `learn`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let logs = args.truth.labeled_logs(&args.logs)?;
+    let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
+    args.analysis.checked_inputs(&logs, &places)?;
+    let groups = Groups::new(&logs, args.group_by.as_deref())?;
+    let map = args.truth.names()?;
+    args.analysis.source.check(logs.len())?;
+    let LogResults { done, failed } = args.many.each_log("reading", &logs, |log| read(args, log, &map))?;
+    Failure::all(distinct_failures(failed))?;
+    let recordings: Vec<LabeledLog> = done.into_iter().map(|(_, recording)| recording).collect();
+    recordings.iter().flat_map(|recording| &recording.warnings).for_each(|warning| output::warn(warning));
+    let names = names(&recordings)?;
+    let demonstrations: Result<Vec<Demonstration>, Failure> =
+        recordings.iter().zip(&groups.of_logs).map(|(one, group)| one.demonstration(*group, &names)).collect();
+    let learned = learned(args, &demonstrations?, &names)?;
+    print(args, &logs, &groups, &learned)?;
+    if args.anyway || learned.is_better() { Ok(()) } else { Err(Failure::Negative) }
+}
+
+fn learned(args: &Args, demonstrations: &[Demonstration], names: &[String]) -> Result<Learned, Failure> {
+    let progress = (!is_quiet()).then(|| Progress::new("learning"));
+    let shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
+    let learned = args.many.each("learning", &[()], |_| learn(demonstrations, names, &shown))?.pop();
+    drop(progress);
+    Ok(learned.unwrap_or_else(|| Err(InputError::new("the command line", "there are no recordings")))?)
+}
+
+/// A recording with its labels.
+struct LabeledLog {
+    log: Log,
+    truth: Truth,
+    /// What the present rules find in it.
+    present: Option<Analysis>,
+    warnings: Vec<String>,
+}
+
+fn read(args: &Args, log: &Path, map: &NameMap) -> Result<LabeledLog, Failure> {
+    let has_rules = args.analysis.has_present_rules(log)?;
+    let log = args.analysis.read(log)?;
+    let only = match log.hands().as_slice() {
+        [hand] => Some(TrackId::Hand(*hand)),
+        _ => None,
+    };
+    let (truth, warnings) = args.truth.of_log(log.path())?.of_any_names(log.opened()?, only, map)?;
+    let present = has_rules.then(|| args.analysis.analyze(&log)).transpose()?;
+    let present = present.map(|analysis| analysis.found().clone());
+    Ok(LabeledLog { log, truth, present, warnings })
+}
+
+/// The names of all labels, in the order in which they first occur.
+fn names(recordings: &[LabeledLog]) -> Result<Vec<String>, InputError> {
+    let mut names: Vec<String> = Vec::new();
+    for LabeledLog { log, truth, .. } in recordings {
+        for span in truth.tracks.iter().flat_map(|track| &track.primitives) {
+            let wrong = |message: String| InputError::new(log.name(), message);
+            let [name] = span.names.as_slice() else {
+                return Err(wrong(format!("found `{}`, expected one name for each label", span.name()))
+                    .help("map each label to one name: `--map S1=Move`"));
+            };
+            if name == SEPARATE || !is_primitive(name) {
+                return Err(wrong(format!(
+                    "found the label `{name}`, expected the name of a primitive, such as `Grasp`"
+                ))
+                .help(format!(
+                    "map it to a name, or leave its time out: `--map '{name}=Grasp'`, `--map '{name}=mask'`"
+                )));
+            }
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+    }
+    Ok(names)
+}
+
+impl LabeledLog {
+    fn demonstration(&self, group: usize, names: &[String]) -> Result<Demonstration<'_>, Failure> {
+        let opened = self.log.opened()?;
+        let tracks = self.truth.tracks.iter().filter(|track| !track.primitives.is_empty());
+        Ok(Demonstration {
+            name: self.log.name(),
+            group,
+            hands: self.log.hands(),
+            frames: Box::new(move |channels| opened.frames(channels)),
+            tracks: tracks.map(|track| self.track(track, names)).collect(),
+        })
+    }
+
+    fn track(&self, truth: &TrackTruth, names: &[String]) -> LabeledTrack {
+        let position = |name: &str| names.iter().position(|known| known == name).unwrap_or(names.len());
+        let labels = truth.primitives.iter().map(|span| {
+            let label = span.names.first().map_or(names.len(), |name| position(name));
+            LabeledSpan { label, start_s: span.start_s, end_s: span.end_s }
+        });
+        let present = |(found, track): (&Analysis, &Track)| -> Vec<LabeledSpan> {
+            let is_label = |name: &str| names.iter().any(|known| known == name);
+            let segments = track.relabeled.iter().map(|segment| LabeledSpan {
+                label: position(found.primitives.counts_for(&segment.primitive, is_label)),
+                start_s: segment.start_s,
+                end_s: segment.end_s,
+            });
+            segments.collect()
+        };
+        let found = self.present.as_ref().and_then(|found| Some((found, found.track(truth.who)?)));
+        LabeledTrack { who: truth.who, spans: labels.collect(), present: found.map(present) }
+    }
+}
+
+fn print(args: &Args, logs: &[PathBuf], groups: &Groups, learned: &Learned) -> Result<(), InputError> {
+    let is_written = args.anyway || learned.is_better();
+    if let (Some(path), true) = (&args.out, is_written) {
+        let mut inputs = args.analysis.inputs(logs);
+        inputs.extend(args.truth.labels.iter().cloned());
+        output::write(path, &learned.text, &inputs)?;
+    }
+    if groups.names.len() < FEW_GROUPS {
+        output::warn(&format!(
+            "{} groups: learned rules may not hold for other people or setups; {FEW_GROUPS} groups or more show whether they do",
+            groups.names.len()
+        ));
+    }
+    output::print(&table(args, logs.len(), groups, learned, is_written))?;
+    if args.out.is_none() && is_written { output::print_data(&format!("\n{}", learned.text)) } else { Ok(()) }
+}
+
+fn table(args: &Args, logs: usize, groups: &Groups, learned: &Learned, is_written: bool) -> String {
+    let (boundaries, kinds) = learned.boundaries;
+    let mut text = format!(
+        "{logs} recordings in {} groups ({}); {boundaries} boundaries of {kinds} kinds; {} conditions\n\n",
+        groups.names.len(),
+        groups.origin,
+        learned.conditions
+    );
+    let _ = writeln!(text, "{:<20}{:>16}{:>9}{:>7}", "candidate", "held out: F1@50", "frames", "lines");
+    for (at, candidate) in learned.candidates.iter().enumerate() {
+        let [f1, frames] = [candidate.f1, candidate.accuracy].map(|part| format!("{:.1} %", part * 100.0));
+        let lines = candidate.lines.map_or(String::new(), |lines| lines.to_string());
+        let mark = if at != learned.chosen {
+            ""
+        } else if is_written {
+            "   written"
+        } else {
+            "   chosen"
+        };
+        let _ = writeln!(text, "{:<20}{f1:>16}{frames:>9}{lines:>7}{mark}", candidate.name);
+    }
+    let place = args.out.as_ref().map_or("standard output".into(), |path| path.display().to_string());
+    let _ = match (is_written, learned.is_better()) {
+        (true, true) => {
+            writeln!(text, "\nwritten to {place}: the simplest candidate within one standard error of the best")
+        }
+        (true, false) => {
+            writeln!(text, "\nwritten to {place} as --anyway asks: it is not better than the present rules")
+        }
+        (false, _) => writeln!(
+            text,
+            "\nnothing is written: no candidate is better than the present rules; --anyway writes the chosen one"
+        ),
+    };
+    text
+}
