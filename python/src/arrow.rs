@@ -105,8 +105,8 @@ pub fn stream_of(table: &Bound<'_, PyAny>) -> PyResult<RecordBatchStreamReader> 
     let capsule = capsule.cast::<PyCapsule>()?;
     let pointer = capsule.pointer_checked(Some(STREAM))?.cast::<FFI_ArrowArrayStream>();
     #[allow(unsafe_code, reason = "the interface is one of C; there is no other way in")]
-    // SAFETY: a capsule of this name holds such a struct (Arrow PyCapsule interface), which lives as long as the capsule. What it holds is moved
-    // out, and an empty struct stays, as the interface wants it; the interpreter is attached, so that nobody else reads it meanwhile.
+    // SAFETY: a capsule of this name holds such a struct (Arrow PyCapsule interface), which lives as long as the capsule. The stream is moved out and an empty
+    // struct stays, as the interface requires. The interpreter is attached, so that no other thread reads the struct meanwhile.
     let stream = unsafe { FFI_ArrowArrayStream::from_raw(pointer.as_ptr()) };
     RecordBatchStreamReader::try_new(stream).map_err(|error| {
         let help = "pass a new table or reader; a reader can be read once";

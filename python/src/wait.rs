@@ -6,7 +6,7 @@ use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-/// How often Python's signals are looked at.
+/// Interval between checks of Python's signals.
 const TICK: Duration = Duration::from_millis(20);
 
 /// Does `work` on a thread of its own, without the interpreter's lock.

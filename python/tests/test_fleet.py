@@ -162,7 +162,7 @@ def test_mistakes_in_a_job_are_reported_before_any_work(tmp_path: Path, job: fle
         fleet.run([tmp_path / "no_such_folder"], job, str(tmp_path / "out"))
     with pytest.raises(teachtree.ArgumentError, match="there are no results of the job"):
         fleet.diff(str(tmp_path / "out"), job, job)
-    # Results inside of a folder of recordings are no recordings.
+    # Results inside a folder of recordings are not recordings.
     folder = short(tmp_path / "set", 2)
     assert fleet.run([folder], job, str(folder / "out")) == fleet.Ran(2, 0, 0)
     assert fleet.run([folder], job, str(folder / "out")) == fleet.Ran(0, 0, 2)

@@ -12,10 +12,10 @@ use teachtree_logs::read::progress;
 
 /// How often the sign of work is drawn.
 const TICK: Duration = Duration::from_millis(100);
-/// After how many of these with nothing else on the terminal it appears.
+/// Number of ticks without other output after which the progress appears.
 const PATIENCE: u32 = 10;
 
-/// What is on the terminal. Whoever draws or prints holds it.
+/// The state of the terminal. Code that draws or prints holds the lock.
 static SHOWN: Mutex<ProgressState> = Mutex::new(ProgressState { bars: 0, ticks: 0, sign: None });
 
 struct ProgressState {

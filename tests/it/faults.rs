@@ -374,7 +374,7 @@ fn a_reader_that_goes_away_is_no_error() {
         let output = process.wait_with_output().unwrap();
         assert_eq!((output.status.code(), complained(&output).as_str()), (Some(0), ""), "{args:?}");
     }
-    // Nobody reads what went wrong either.
+    // Standard error is closed too.
     let mut process =
         program(folder.path(), &["analyze", "none.csv"]).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
     drop(process.stderr.take());

@@ -325,7 +325,7 @@ fn check_tells_programs_and_explains_codes() {
     );
     let rules = "tests/fixtures/diagnostics/undoing_rules.rules";
     let github = teachtree_in(root, &["check", rules, "--format", "github"]);
-    assert!(github.status.success(), "warnings are no errors");
+    assert!(github.status.success(), "warnings are not errors");
     assert!(
         all_said(&github).contains("title=W409::two rules undo each other%0Afor instance "),
         "{}",

@@ -54,13 +54,13 @@ pub struct Composites {
     first: usize,
 }
 
-/// What is known of the tasks that wait.
+/// How far the waiting tasks match a rule.
 enum MatchState {
-    /// They are something else.
+    /// The tasks cannot match.
     Mismatch,
-    /// They may become it.
+    /// Later tasks may complete the match.
     Partial,
-    /// So many of them are it; whether the next one belongs to it too is open.
+    /// The number of matching tasks, and whether the next task may extend the match.
     Complete(usize, bool),
 }
 

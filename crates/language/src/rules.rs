@@ -112,7 +112,7 @@ pub enum Hand {
     Other,
     /// A hand by name: `left.load`.
     Named(Side),
-    /// Nobody's: a value that is not declared per hand.
+    /// No hand: the value is not declared per hand.
     Nobody,
 }
 

@@ -136,7 +136,7 @@ impl Folder {
     /// # Errors
     /// When it cannot be put there; then it is gone.
     pub fn commit(self) -> std::result::Result<(), InputError> {
-        // Whoever wants to end the program waits for this.
+        // The lock delays the end of the program until the files are in place.
         let mut state = state();
         let folder = self.path();
         sync(&folder);
@@ -299,7 +299,7 @@ impl Files {
 
     /// Puts all files in place after moving the previous ones to temporary paths.
     fn replace(self, aside: &[(PathBuf, TemporaryFile)]) -> std::result::Result<(), InputError> {
-        // Whoever wants to end the program waits for this.
+        // The lock delays the end of the program until the files are in place.
         let mut state = state();
         let mut moved = Vec::new();
         let moving = || {

@@ -1,7 +1,7 @@
 //! Robots: their files, their kinematics, and how their hands take hold of what the operator held.
 //!
 //! A robot file becomes a [`Robot`], a tree of links with hands on it. Nothing here knows a rule, and nothing opens a file:
-//! whoever reads robots hands their texts in.
+//! callers pass the texts of robot files in.
 //!
 //! The directories are layers, and each names only those before it:
 //! [`kinematics`], [`model`], [`dynamics`], [`grasp`], [`planning`], [`control`], [`simulation`].

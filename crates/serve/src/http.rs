@@ -1,7 +1,7 @@
 //! HTTP/1.1 as far as a page on this machine needs it: a request in, a response out, both bounded.
 //!
-//! A head has at most 16 KiB and 64 fields, a body its `Content-Length` and at most 8 MiB; bodies in chunks are refused. Whoever sends nothing for half a
-//! minute is hung up on.
+//! A head has at most 16 KiB and 64 fields. A body has its `Content-Length` and at most 8 MiB; chunked bodies are refused. A connection that sends nothing for
+//! half a minute is closed.
 
 use crate::duplex_stream::DuplexStream;
 use std::fs::File;
@@ -56,7 +56,7 @@ pub struct Request {
 pub enum Range {
     /// From this byte to that one, or the end.
     From(u64, Option<u64>),
-    /// So many bytes at the end.
+    /// The last bytes, by their number.
     Last(u64),
 }
 

@@ -1,7 +1,7 @@
 //! Rule files in the editor of the page: their texts, what is wrong with them, and the rules with texts that are not written yet.
 //!
-//! The texts belong to the studio, as params do: every window shows the same ones. Whoever changes them says which version was changed, and is refused where
-//! it is another one. Texts with errors stay in the page; the last ones without are those that run.
+//! The texts belong to the studio, as params do: every window shows the same ones. A change names the version that it was made to, and is refused if the studio
+//! has another version. Texts with errors stay in the page; analyses use the last texts without errors.
 
 use super::project::Studio;
 use super::tuning;

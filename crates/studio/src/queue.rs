@@ -1,4 +1,4 @@
-//! What is analyzed next while nobody waits: first every recording by the rules of now, then how sure each task is.
+//! The background queue: analyzes every recording by the current rules, then the confidence of each task.
 
 use super::project::{State, Studio};
 use std::num::NonZero;

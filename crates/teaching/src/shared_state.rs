@@ -39,7 +39,7 @@ pub(super) struct HandInputs {
     of_device: [Option<u64>; 2],
 }
 
-/// So many steps after its last message the hand of a device may be led by a page.
+/// Number of steps without a message of a device after which a page may control its hand.
 const DEVICE_STEPS: u64 = 2000;
 
 /// A button.

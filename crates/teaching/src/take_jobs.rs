@@ -8,12 +8,12 @@ use teachtree_logs::read::formats;
 use teachtree_session::Log;
 use teachtree_world::RawRecording;
 
-/// So many recordings of one run.
+/// Maximum number of recordings of one run.
 const MOST_TAKES: usize = 1000;
-/// So many names are tried for a recording.
+/// Maximum number of file names that are tried for a recording.
 const MOST_NAMES: usize = 10_000;
 
-/// The first of these names at which nothing is: `taught.csv`, `taught_2.csv`, …
+/// Returns the first free file name of `taught.csv`, `taught_2.csv`, …
 fn free_path(out: &Path, takes: &[Take], inputs: &[PathBuf]) -> Option<PathBuf> {
     let stem = out.file_stem()?.to_string_lossy().into_owned();
     let names = (1..=MOST_NAMES).map(|number| {

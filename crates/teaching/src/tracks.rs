@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use teachtree_session::LiveEvent;
 
-/// So many segments and tasks of a track are kept to show.
+/// Maximum number of segments and tasks of a track that are kept for display.
 const MOST_SHOWN: usize = 400;
 
 /// The appearance of a primitive.

@@ -9,7 +9,7 @@ use std::time::Instant;
 use teachtree::{Calibration, Column, Live, Log, Rules, Scene};
 use teachtree_world::{shipped, teach};
 
-/// The number of rows; a recording is repeated until it has so many.
+/// The number of rows; a recording is repeated until it has this number.
 const ROWS: usize = 60_000;
 const ROUNDS: usize = 5;
 

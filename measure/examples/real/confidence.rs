@@ -87,7 +87,7 @@ pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<Confiden
     Ok(sure)
 }
 
-/// Gives `each` the name of a scene, a seed and what the simulated operator of that seed does there: all scenes of one hand, so many seeds each.
+/// Calls `each` with a scene's name, a seed and the demonstration of that seed, for all scenes of one hand and `seeds` seeds each.
 pub fn demonstrations(
     seeds: u64,
     each: &mut dyn FnMut(&str, u64, Recording) -> Result<(), String>,

@@ -31,16 +31,16 @@ struct Args {
     /// Also a line for each recording
     #[arg(long)]
     each: bool,
-    /// How often boundaries of which confidence are right, instead, on the recordings and on so many simulated operators of each scene
+    /// Measure how often boundaries of each confidence are right, on the recordings and on SEEDS simulated operators of each scene
     #[arg(long, value_name = "SEEDS")]
     confidence: Option<u64>,
-    /// How often labels of newest frames of which confidence are right, instead, on the recordings and on so many simulated operators of each scene
+    /// Measure how often labels of the newest frames of each confidence are right, on the recordings and on SEEDS simulated operators of each scene
     #[arg(long, value_name = "SEEDS")]
     live: Option<u64>,
-    /// How much worse it gets when the recordings are changed as another laboratory would have made them, instead
+    /// Measure how much worse the results get for variants of the recordings, as another laboratory would have made them
     #[arg(long)]
     variants: bool,
-    /// How the figures spread over so many draws of all values of the rules, each within 30 %, and over the recordings, instead
+    /// Measure the spread of the figures over DRAWS random draws of all values of the rules, each within 30 %, and over the recordings
     #[arg(long, value_name = "DRAWS")]
     spread: Option<u64>,
     /// Only the variants whose name contains this

@@ -48,7 +48,7 @@ pub struct RecordingResult {
     pub covered: Option<(&'static str, f64, f64)>,
     /// The tasks that were found, by hand.
     pub tasks: Vec<String>,
-    /// What was found, for whoever wants to see.
+    /// The result as text, for `--each`.
     pub printed: String,
 }
 

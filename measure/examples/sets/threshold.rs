@@ -12,7 +12,7 @@ use teachtree_base::recording::Recording;
 pub struct Threshold {
     /// The channel of each track. A vector counts by its norm, a scalar by its value.
     channels: BTreeMap<TrackName, String>,
-    /// The channel counts from its mean in so many seconds from the start.
+    /// Subtracts from the channel its mean over this time from the start, s.
     change_from: Option<f64>,
     /// Its change per second counts.
     #[serde(default)]

@@ -57,7 +57,7 @@ enum ConnectionEnd {
     Broken(String),
     /// Nothing will come of it.
     Failed(InputError),
-    /// Nobody takes what it sends.
+    /// The receiver is gone.
     Gone,
 }
 

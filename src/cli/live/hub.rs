@@ -178,9 +178,9 @@ impl Hub {
         self.changed.notify_all();
     }
 
-    /// Wakes those that wait.
+    /// Wakes the waiting threads.
     pub fn wake(&self) {
-        // Whoever is about to wait has the lock.
+        // A thread that is about to wait holds the lock.
         drop(self.state());
         self.changed.notify_all();
     }

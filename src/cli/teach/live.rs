@@ -114,7 +114,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let punctuality = ended.recv().unwrap_or_default();
             let waits = (0..LAST_WAIT).take_while(|_| teaching.is_writing());
             waits.for_each(|_| std::thread::sleep(Duration::from_millis(100)));
-            // Nobody may read it any more.
+            // The reader of the output may be gone.
             let _ = output::print(&format_summary(&teaching, &punctuality));
             let lost = teaching.is_writing() || !teaching.troubles().is_empty();
             let _nothing_is_written = atomic_write::abort_writes();

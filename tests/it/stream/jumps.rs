@@ -153,7 +153,7 @@ fn what_begins_or_ends_a_log_and_cannot_be_is_reported() {
     }
     let mut log = plain.clone();
     (0..3).for_each(|at| add(&mut log, "right.thumb.position.x", at, 0.3));
-    assert_eq!(jumps(folder.path(), &log), [], "three samples are no slip");
+    assert_eq!(jumps(folder.path(), &log), [], "three samples are not a spike");
 }
 
 /// The shipped capture with one wrong cell in one marker of a body: the labels equal those of the unchanged file.

@@ -64,7 +64,7 @@ pub fn flip_flop(set: &[u64], keep: &[u64], len: usize, memory: &mut bool, out: 
     }
 }
 
-/// So many ones from a bit on.
+/// Returns a word with `len` ones from the bit `start` on.
 pub const fn ones(start: u64, len: u64) -> u64 {
     if len == 0 { 0 } else { (u64::MAX >> (64 - len)) << start }
 }

@@ -148,7 +148,7 @@ pub enum Condition {
     And(Vec<BitId>),
     /// At least one of them; false of none.
     Or(Vec<BitId>),
-    /// So many of them at least; more than one and less than all.
+    /// At least this number of the bits, which is more than one and less than all of them.
     AtLeast(Vec<BitId>, u32),
     /// A flip-flop: set, else kept.
     FlipFlop {

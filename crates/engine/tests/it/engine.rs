@@ -97,7 +97,7 @@ fn written_out(mut rules: Rules) -> Rules {
     rules
 }
 
-/// So many programs as `PROGRAMS` says, from `SEED` on, on all cores.
+/// Runs `PROGRAMS` random programs, from `SEED` on, on all cores.
 #[test]
 #[ignore = "minutes: `PROGRAMS=1000000 cargo test --release -p teachtree-engine -- --ignored --nocapture many_programs`"]
 fn many_programs_and_logs() {

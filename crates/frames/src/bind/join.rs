@@ -85,14 +85,14 @@ impl Writer {
     }
 }
 
-/// What becomes of a message.
+/// The result of pushing a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PushOutcome {
-    /// It waits for its row.
+    /// The message waits for its row.
     Kept,
-    /// It is left out, with an issue for the first of several.
+    /// The message is too late and is left out. The first of several such messages has an issue.
     Late(Option<Issue>),
-    /// So many came too late that the clock was set back: the message is to be pushed anew after a restart.
+    /// Too many messages were late: the clock was set back. The caller restarts and pushes the message again.
     SetBack(Issue),
 }
 

@@ -75,9 +75,9 @@ pub const MAX_RATE_HZ: f64 = 10_000.0;
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Binding {
-    /// What log this is, for people.
+    /// A description of the log for readers of the file.
     #[serde(default)]
-    #[allow(dead_code, reason = "the key is for whoever reads the file")]
+    #[allow(dead_code, reason = "the key is for readers of the file")]
     about: String,
     /// The file of the rules that implements the trees' abstract signals for this hardware.
     #[serde(default)]

@@ -14,9 +14,9 @@ use teachtree_base::recording::{Column, Recording};
 use teachtree_base::units::Dimension;
 use teachtree_logs::names;
 
-/// The usual step is known from so many rows on …
+/// Minimum number of rows from which the usual step is estimated.
 const FIRST_ROWS: usize = 8;
-/// … and is the median of so many steps.
+/// Number of steps whose median is the usual step.
 const STEPS: usize = 255;
 
 /// Brings rows to an even rate.

@@ -215,7 +215,7 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
             "if the stamps are in {unit}, say `time [{unit}]` in the header or in a binding; without a unit they are in s"
         )
     } else {
-        // So many thousands too short: what is called `us` may be ms.
+        // The steps are too short by a power of 1000: stamps declared in `us` may be in ms.
         let names: Vec<&str> = ["s"].into_iter().chain(UNITS.map(|(name, _)| name)).collect();
         let thousands = names.iter().position(|name| *name == unit).unwrap_or_default();
         let pairs = names.iter().skip(thousands).zip(&names);

@@ -10,10 +10,10 @@ use teachtree_base::spelling::nearest;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names::{self, ColumnMeaning};
 
-/// Channels listed one by one; more are summed up: such a log is none of ours.
+/// Maximum number of channels that are listed one by one. A log with more of them is a foreign log, and they are summarized.
 const LISTED: usize = 20;
 
-/// So many bodies are listed in a message.
+/// Maximum number of bodies that a message lists.
 const FEW: usize = 12;
 
 /// Why a column is not known.

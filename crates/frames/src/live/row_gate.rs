@@ -16,7 +16,7 @@ use teachtree_logs::read::stamp_order::{Order, StampOrder, set_back};
 /// Why values of another unit, and of a lost body, were not measured.
 const LARGE: &str = "; values beyond 1e6 in SI units are in another unit, or counts";
 const LOST: &str = "; a position that is exactly 0 0 0 is that of a lost body";
-/// The steps of so many frames are compared with that of the calibration.
+/// Number of frames whose steps are compared with the step of the calibration.
 const PACED_FRAMES: usize = 1000;
 
 /// The columns of one channel.

@@ -15,7 +15,7 @@ static DECLARED: LazyLock<Vec<(&str, BTreeSet<String>)>> =
 pub fn missing_use(name: &str, sources: &Sources) -> Option<&'static str> {
     let is_read = |file: &str| sources.files.iter().any(|source| Path::new(&source.name).ends_with(file));
     let (file, _) = DECLARED.iter().find(|(file, names)| names.contains(name) && !is_read(file))?;
-    // Whoever wants the tree of one hand hardly wants only its white cells.
+    // Rules that refer to the tree of one hand usually need its contact signals too.
     Some(if *file == "single_hand.rules" && !is_read("contact.rules") { "contact.rules" } else { file })
 }
 

@@ -1,7 +1,7 @@
-//! What an arm is to keep clear of: the bodies of a scene, and its own links.
+//! Obstacles of an arm: the bodies of a scene, and its own links.
 //!
-//! Of an arm count the links that it moves, from its first joint to the palm, and where it is said so the fingers. Of its own links two are looked at where at least `JOINTS_BETWEEN` joints are
-//! between them: nearer ones meet at their joints.
+//! The links of an arm are those that it moves, from its first joint to the palm, and on request the fingers. Two of its own links are checked against each
+//! other if at least `JOINTS_BETWEEN` joints are between them: nearer links meet at their joints.
 
 use super::arm_distance::PlacedShape;
 use nalgebra::{Isometry3, Point3};
@@ -9,29 +9,29 @@ use teachtree_base::scene::{Role, Scene};
 use teachtree_description::shape::{CollisionShape, SHORT_M, solids};
 use teachtree_description::tree::KinematicTree;
 
-/// Links with fewer joints between them are not held against each other.
+/// Links with fewer joints between them are not checked against each other.
 const JOINTS_BETWEEN: usize = 3;
 
-/// A demonstrated pose goes a little into what carries the object: ways are held against fixed bodies that are lowered by this, m.
+/// The distance by which fixed bodies are lowered for collision checks, m: demonstrated poses penetrate the support of an object a little.
 pub(crate) const SUNK_M: f64 = 0.002;
 
 /// The shapes of bodies that stand still, reference frame.
 #[derive(Clone, Debug, Default)]
 pub struct Surroundings {
     shapes: Vec<CollisionShape>,
-    /// What is nearer than this meets them, m.
+    /// Shapes that are nearer than this collide, m.
     room: f64,
 }
 
 impl Surroundings {
-    /// Returns those of the fixed bodies of a scene.
+    /// Returns the shapes of the fixed bodies of a scene.
     pub fn fixed(scene: &Scene) -> Self {
         let fixed = scene.bodies.values().filter(|body| body.role != Role::Object);
         let shapes = fixed.flat_map(|body| solids(body).into_iter().map(|it| it.moved(&body.pose()))).collect();
         Self { shapes, room: 0.0 }
     }
 
-    /// Returns the same lowered by so much, m: demonstrated poses go a little into what carries an object.
+    /// Returns the same shapes lowered by `by`, m: demonstrated poses penetrate the support of an object a little.
     pub(crate) fn sunk(scene: &Scene, by: f64) -> Self {
         Self::fixed(scene).moved(&Isometry3::from(-scene.up() * by))
     }

@@ -22,28 +22,28 @@ pub struct Cause {
 /// Where something was that kept an object from where it should be.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CausePlace {
-    /// The link of the robot: that with the fingertip, or that which the joint moves; `None` where it is about the object alone.
+    /// The link with the fingertip, or the link that the joint moves. `None` if the cause concerns only the object.
     pub link: Option<String>,
-    /// The body that the link touches or should touch; for the object, the body that it presses against most.
+    /// The body that the link touches or should touch. For an object, the body with the largest contact force.
     pub contact: Option<String>,
 }
 
 /// Kinds of causes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FailureCause {
-    /// A joint is at its limit, and the palm or fingertip that it moves so far from where it should be, m and rad.
+    /// A joint is at its limit; the pose errors of the palm or fingertip that it moves, m and rad.
     JointAtLimit(String, Option<Finger>, f64, f64),
-    /// A motor gives less than it is asked for, by so many N m, or N where it slides.
+    /// A motor gives less than the commanded torque; the shortfall, N m (N for a prismatic joint).
     TorqueMissing(String, f64, JointKind),
-    /// A fingertip has moved so far along the surface that it holds, m.
+    /// A fingertip has slipped along the held surface by this distance, m.
     ContactSlipped(Finger, f64),
-    /// A fingertip that held the object touches it no more.
+    /// A fingertip that held the object has lost contact.
     ContactLost(Finger),
-    /// The object was held, and touches nothing now.
+    /// The object was held and now has no contact.
     Dropped,
-    /// The hole was not within this distance of where it was expected, m.
+    /// The search found no hole within this distance of the expected position, m.
     HoleMissed(f64),
-    /// The object is off its way for good, by so much in the end, m and rad.
+    /// The object left its path and did not return; the final errors, m and rad.
     LeftWay(f64, f64),
 }
 

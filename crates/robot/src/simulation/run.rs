@@ -25,7 +25,7 @@ use teachtree_world::{Fingertips, Observation, STEP_S, World};
 
 /// The scene comes to rest for this many steps before the robot begins, and after a task.
 const SETTLING: usize = 300;
-/// Progress is reported once in so many steps.
+/// Number of steps from one progress report to the next.
 const REPORTED: usize = 500;
 
 /// What a robot made of commands.

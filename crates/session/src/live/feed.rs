@@ -19,9 +19,9 @@ use teachtree_logs::read::formats::jsonl::{Line, Lines, push};
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
 use teachtree_logs::read::table::Source;
 
-/// The most lines in a row that are no rows: then it is no log.
+/// Maximum number of consecutive lines that are not rows; an input with more is not a log.
 const MOST_BAD: usize = 1000;
-/// What a line with a scene contains.
+/// The text by which a line with a scene is found.
 const SCENE_KEY: &[u8] = b"\"scene\"";
 
 /// What a live log is made of.

@@ -436,7 +436,7 @@ impl Live {
             self.event(inner);
         }
         let most = frames(KEPT_SECS, self.rate_hz);
-        // Where the history was cut, frames are no longer where they were found.
+        // A cut of the history shifts the indices of frames.
         if !ends && self.history.first == first && self.history.len() > most {
             let before = self.history.len() - most / 2;
             let [start_s, end_s] = [0, before].map(|frame| self.history.time_s(frame).unwrap_or_default());

@@ -10,18 +10,18 @@ use teachtree_base::quantity::Length;
 use teachtree_base::scene::{Hand, Scene};
 use teachtree_base::spelling::nearest;
 
-/// The palm is above the middle of the contact points by this, m.
+/// The height of the palm above the middle of the contact points, m.
 const PALM_ABOVE_M: f64 = 0.100;
-/// What a hand takes a body to weigh of which it knows nothing, N.
+/// The weight that a hand assumes for an unknown body, N.
 const LEAST_WEIGHT_N: f64 = 1e-3;
-/// Fingers are on one side of an object whose normals are nearer to each other than this cosine; on a flat face they are the same. A point that is
-/// moved along a face or a round side stays on it while the surface is as near as this, m, and has turned less than this cosine.
+/// Minimum cosine between the normals of fingers on one side of an object. `FLAT` is the same for fingers on a flat face. A point that moves along a face or a
+/// round side stays on it while the surface is within `ON_FACE_M` or `ON_ROUND_M` (m), and the cosine between the normals is at least `TURNED`.
 const ONE_SIDE: f64 = 0.25;
 const FLAT: f64 = 0.999;
 const ON_FACE_M: f64 = 1e-4;
 const ON_ROUND_M: f64 = 4e-3;
 const TURNED: f64 = 0.85;
-/// So many distances are tried of fingers that would leave the face.
+/// Number of distances that are tried for fingers that would leave the face.
 const SPREADS: u32 = 20;
 
 /// A point of a surface and the unit normal out of it.

@@ -35,7 +35,7 @@ const TIGHTEST: f64 = 0.010;
 const STRENGTH_STREAM: u64 = 4;
 /// No motion is tried for longer, s.
 const PATIENCE_S: f64 = 25.0;
-/// Nobody stands still, or waits for the other hand, for longer than this, s.
+/// Maximum time for which a hand stands still or waits for the other hand, s.
 const LONGEST_WAIT_S: f64 = 120.0;
 /// A hand that feels nothing for this long, s, of what it should hold has lost it, and goes back for it; but not more often than this.
 const LOST_S: f64 = 0.2;
@@ -373,8 +373,7 @@ impl<'a> Performer<'a> {
     }
 }
 
-/// The velocity with which a hand that holds something still gives way to what it feels beyond the weight, m/s. Nobody leans on what is set
-/// down, however heavy it is.
+/// Returns the velocity with which a holding hand yields to forces beyond the weight, m/s: a hand does not press on an object that it has set down.
 fn yielding(felt: Option<&SensorSample>, grip: &HandGrip) -> Vector3<f64> {
     let Some((felt, _)) = felt.zip(grip.squeeze) else { return Vector3::zeros() };
     let force = felt.total();

@@ -23,7 +23,7 @@ use teachtree_base::scene::{Role, Scene};
 pub const MOST_STEPS: usize = 300_000;
 /// Hands that touch no object for this many steps have let go of it.
 const LET_GO_STEPS: usize = 300;
-/// So many places to go back to are kept.
+/// Maximum number of saved states that are kept.
 const MOST_SAVED: usize = 64;
 /// Decimals of SI values in recordings, as those of the shipped operators.
 const DECIMALS: u8 = 6;

@@ -28,7 +28,7 @@ fn what_is_proved_holds_on_logs() {
     assert!(adds > 40 && same > 20 && neither > 40, "{adds} {same} {neither}");
 }
 
-/// So many pairs of rule sets as `PROGRAMS` says, from `SEED` on, on all cores.
+/// Checks `PROGRAMS` random pairs of rule sets, from `SEED` on, on all cores.
 #[test]
 #[ignore = "minutes: `PROGRAMS=100000 cargo test --release -p teachtree-engine -- --ignored --nocapture many_proofs`"]
 fn many_proofs_hold_on_logs() {

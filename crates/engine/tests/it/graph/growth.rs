@@ -26,7 +26,7 @@ fn grows_linearly(name: &str, short: usize, rules: impl Fn(usize) -> String) {
     }
 }
 
-/// So many bools that a log carries, and a tree that asks for a condition.
+/// Returns rules with `bools` boolean channels and a tree that tests `condition`.
 fn asked(declarations: &str, bools: usize, condition: &str) -> String {
     let mut rules = String::from("stream { for each hand { speed : scalar m/s ");
     for at in 0..bools {

@@ -278,7 +278,7 @@ fn spread(dtype: &DType, name: String, offset: &mut usize, mut dimensions: Vec<u
     }
 }
 
-/// So many bytes of the values of an array.
+/// Reads the first `size` bytes of the values of an array.
 fn data(place: &str, bytes: &mut dyn Read, header: &Header, size: usize) -> Result<Vec<u8>, InputError> {
     let failed = |error: std::io::Error| InputError::new(place, format!("cannot be read: {error}"));
     std::io::copy(&mut bytes.take(header.length as u64), &mut std::io::sink()).map_err(failed)?;

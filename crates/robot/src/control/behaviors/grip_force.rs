@@ -1,5 +1,5 @@
-//! Grip force: forces within what the hand may press with, and the slip reflex. A hand that feels an object about to slip holds it more firmly, as humans do.
-//! People who hold with the least force that will do feel each slip coming; a robot that copied their forces without that would lose what they held.
+//! Grip force: limits of the finger forces, and the slip reflex. A hand that feels an object about to slip holds it more firmly, as humans do. People hold with
+//! little more than the least sufficient force because they feel each slip early. A robot that copied their forces without this reflex would drop objects.
 
 use crate::control::behavior::{Behavior, GripForceTotals, HandObservation, Progress, holds};
 use crate::model::hand::HandModel;
@@ -14,16 +14,16 @@ use teachtree_world::TipState;
 struct Gains {
     /// A fingertip is about to slip when it feels more than this share of friction along the surface.
     about_to_slip: f64,
-    /// Lighter touches are not heeded, N.
+    /// Contact forces below this are ignored, N.
     felt_n: f64,
-    /// How fast a hand holds more firmly while it feels that, and how fast it gives that up afterwards, 1/s.
+    /// The rates at which the extra force rises while a fingertip is about to slip and falls afterwards, 1/s.
     rises: f64,
     falls: f64,
-    /// At most how much more firmly, as a share.
+    /// The maximum extra force, as a share of the commanded forces.
     most: f64,
-    /// No fingertip is asked for more than this by the reflex, N: the touch law's ceiling is above it.
+    /// The maximum force of a fingertip that the reflex commands, N; the limit of the touch law is above it.
     hardest_n: f64,
-    /// Nor for more than this share of what it may press with, whoever asks: forces are not as exact as that.
+    /// The maximum share of a finger's force limit that any command uses, because forces are inexact.
     share: f64,
 }
 
@@ -33,20 +33,20 @@ impl Default for Gains {
     }
 }
 
-/// How much more firmly than in the demonstration a hand holds.
+/// The slip reflex of a hand.
 #[derive(Clone, Debug)]
 pub(crate) struct GripForce {
     gains: Gains,
-    /// What each finger may press with, N.
+    /// The force limit of each finger, N.
     limits: Vec<(Finger, f64)>,
-    /// As a share of the commanded forces.
+    /// The extra force, as a share of the commanded forces.
     more: f64,
     /// The grip force of the last step.
     grip: Option<GripForceTotals>,
 }
 
 impl GripForce {
-    /// The grip force of a hand that has felt no slip yet.
+    /// Returns the grip force of a hand before any slip.
     pub(super) fn new(hand: &HandModel) -> Self {
         let limits = hand.fingers.iter().map(|finger| (finger.finger, finger.force)).collect();
         Self { gains: Gains::default(), limits, more: 0.0, grip: None }
@@ -54,8 +54,8 @@ impl GripForce {
 }
 
 impl Behavior for GripForce {
-    /// Scales all forces uniformly to what the hand may press with, so that they stay in balance; then adds normal force, all fingers alike, to those that hold
-    /// between thumb and fingers when one is about to slip.
+    /// Scales all forces uniformly to the hand's limits, so that they stay in balance. When one of the fingertips that hold between thumb and fingers is about
+    /// to slip, adds the same normal force to each of them.
     fn apply(&mut self, sensed: &HandObservation<'_>, target: &mut Target, dt_s: f64) -> Progress {
         let gains = self.gains;
         let limit =

@@ -63,7 +63,7 @@ impl Collision {
     }
 }
 
-/// One step in so many is looked at.
+/// Number of steps from one distance measurement to the next.
 const LOOKED_AT: usize = 10;
 
 /// Where two arms came nearest to each other so far, and what each went through.

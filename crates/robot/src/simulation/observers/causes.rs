@@ -39,7 +39,7 @@ pub(in crate::simulation) struct Causes {
 }
 
 impl Causes {
-    /// Returns the causes of so many tasks in a scene, before any step.
+    /// Returns the empty causes of `tasks` tasks in a scene.
     pub(in crate::simulation) fn new(scene: &Scene, tasks: usize) -> Self {
         let bodies = scene.bodies.keys().cloned().collect();
         Self { tasks: (0..tasks).map(|_| TaskWatch::default()).collect(), bodies }

@@ -25,14 +25,14 @@ pub struct TaskOutcome {
     pub side: Side,
     /// The object.
     pub object: String,
-    /// How far the object is from where the demonstration left it, m; when another hand took it on, from where that one left it. In a hole, the play that it
-    /// has there does not count.
+    /// The distance of the object from its final position in the demonstration, m. If another hand took it over, from the position at the handover. Play in a hole
+    /// does not count.
     pub off: f64,
-    /// How far it is turned from there, rad; about the axis of a hole that it is in as it should, it may be.
+    /// The angle from that orientation, rad. An object that is correctly in a hole may turn about the axis of the hole.
     pub turned: f64,
-    /// How far it leans from how it stood there, rad.
+    /// The tilt from that orientation, rad.
     pub leaning: f64,
-    /// How fast it still moves when it is looked at, m/s.
+    /// The speed of the object when it is judged, m/s.
     pub speed: f64,
     /// The largest distance of the palm from its planned path, m; the path is that of the commands, moved with objects and holes to where they were seen, before any
     /// correction by a behavior.
@@ -41,15 +41,15 @@ pub struct TaskOutcome {
     pub largest_force: f64,
     /// The comparison of the contact forces with the commanded ones.
     pub forces: Forces,
-    /// What came of feeling for a hole that was not where it was expected; `None` where that was not needed.
+    /// The result of the search for a hole; `None` if no search was needed.
     pub searched: Option<SearchResult>,
-    /// When the object fell off for good, s of the recording: it is far below everything then, and nothing more is done with it.
+    /// The time at which the object fell far below the scene, s of the recording. No later command moves it.
     pub fell_s: Option<f64>,
     /// Maximum penetration depth of the links during the task, m.
     pub collision_m: f64,
-    /// Whether the object is where the operator left it.
+    /// Whether the object is at the operator's final pose.
     pub done: bool,
-    /// What kept it from there, in order of time; empty when it is there.
+    /// The causes of the failure, in order of time; empty for a success.
     pub causes: Vec<Cause>,
 }
 
@@ -114,7 +114,7 @@ pub(in crate::simulation) struct Findings {
 }
 
 impl Judge {
-    /// The judge of so many tasks, before any step.
+    /// Returns the judge of `tasks` tasks, before any step.
     pub(in crate::simulation) fn new(tasks: usize) -> Self {
         Self { tasks: vec![Tally::default(); tasks] }
     }

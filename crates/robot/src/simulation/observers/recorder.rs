@@ -8,9 +8,9 @@ use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
 use teachtree_world::{MeasurementSpec, Observation, STEP_S, recorded};
 
-/// One step in so many is recorded: 250 a second.
+/// Number of steps from one recorded step to the next: 250 are recorded in a second.
 pub const RECORDED: usize = 4;
-/// Values are kept to this many to one unit.
+/// Values are rounded to this fraction of a unit.
 const UNIT: f64 = 1e7;
 
 /// Gathers rows.

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use teachtree_base::scene::Scene;
 use teachtree_world::{BodyState, TipState};
 
-/// One step in so many is traced: 100 a second.
+/// Number of steps from one traced step to the next: 100 are traced in a second.
 const TRACED: usize = 10;
 
 /// The trace so far.

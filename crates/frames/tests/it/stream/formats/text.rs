@@ -419,7 +419,7 @@ fn lines_about_the_recording_and_units_stand_above_the_numbers() {
     ");
 }
 
-/// So many rows that several cores read them.
+/// Number of rows that is large enough for parallel reading.
 const MANY: usize = 60_000;
 
 /// A text of many rows whose cells tell their row, with some lines otherwise.
