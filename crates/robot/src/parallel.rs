@@ -1,11 +1,11 @@
-//! The same done for many things, on as many threads as there are processors.
+//! A parallel map, on as many threads as there are processors.
 
 use std::thread;
 
-/// More threads than this are not begun.
+/// Maximum number of threads.
 const MOST: usize = 8;
 
-/// Returns what `of` makes of each item, in their order: how many threads there are makes no difference to it.
+/// Returns the result of `of` for each item, in their order. The number of threads does not affect the results.
 pub fn each<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let threads = thread::available_parallelism().map_or(1, usize::from).min(MOST);
     let part = |items: &[T]| items.iter().map(&of).collect::<Vec<R>>();
@@ -14,7 +14,7 @@ pub fn each<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R
         let parts = items.chunks(items.len().div_ceil(threads).max(1));
         let begun: Vec<_> =
             parts.map(|items| (items, thread::Builder::new().spawn_scoped(scope, move || part(items)))).collect();
-        // Without another thread this one does it.
+        // If no thread can be started, the current thread does the work.
         let ended = begun.into_iter().flat_map(|(items, begun)| match begun {
             Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
             Err(_) => part(items),

@@ -1,4 +1,4 @@
-//! Behaviors of a hand: what it does by what it senses, beside what was demonstrated.
+//! Behaviors of a hand: corrections of its targets by sensor feedback.
 //!
 //! A behavior is one file with a type that corrects the target of each step. To add one: write the file, and name it in [`super::behaviors`].
 
@@ -8,24 +8,24 @@ use std::fmt;
 use teachtree_base::hands::Finger;
 use teachtree_world::TipState;
 
-/// A finger takes part in holding from this force on, N.
+/// The minimum force of a finger that takes part in holding, N.
 pub(crate) const HOLDS_N: f64 = 0.1;
 
-/// What a hand senses in a step, and what of its task bears on that.
+/// The sensor values of a hand in a step, and the state of its task.
 pub(crate) struct HandObservation<'a> {
     /// Index of the task.
     pub(crate) task: usize,
-    /// Where the object is seen, reference frame.
+    /// The seen pose of the object, reference frame.
     pub(crate) object: Isometry3<f64>,
     /// Index of the object among the bodies of the scene.
     pub(crate) body: usize,
-    /// The fingertips as they are felt.
+    /// The sensed states of the fingertips.
     pub(crate) tips: &'a [TipState],
-    /// From where the hole of the task was demonstrated to where it is seen, reference frame.
+    /// The transform from the demonstrated pose of the hole to its seen pose, reference frame.
     pub(crate) hole_off: Isometry3<f64>,
-    /// Whether the object is being put in.
+    /// Whether the object is being inserted.
     pub(crate) inserts: bool,
-    /// Whether another hand holds the object as well.
+    /// Whether another hand holds the object too.
     pub(crate) shared: bool,
 }
 
@@ -36,18 +36,18 @@ impl HandObservation<'_> {
     }
 }
 
-/// Whether the plan goes on.
+/// Whether the plan advances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Progress {
-    /// It does.
+    /// The plan advances.
     Continue,
-    /// Time stands still for all hands.
+    /// The plans of all hands wait.
     Wait,
 }
 
-/// A behavior of one hand, with what it remembers.
+/// A behavior of one hand, with its state.
 pub(crate) trait Behavior {
-    /// Corrects the target of a step of `dt_s`, s, by what is sensed, and returns whether the plan goes on.
+    /// Corrects the target of a step of `dt_s`, s, by the sensor values, and returns whether the plan advances.
     fn apply(&mut self, sensed: &HandObservation<'_>, target: &mut Target, dt_s: f64) -> Progress;
 
     /// Returns the current grip force, if the behavior controls it and the hand holds an object.
@@ -72,16 +72,16 @@ pub(crate) struct GripForceTotals {
     pub(crate) raised: f64,
 }
 
-/// What came of a search.
+/// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SearchResult {
-    /// The hole was so far from where it was expected, m.
+    /// The hole was found at this distance from its expected position, m.
     Found(f64),
-    /// It was not within this distance of there, m.
+    /// No hole was found within this distance of its expected position, m.
     NotWithin(f64),
 }
 
-/// As a message for the user.
+/// Formats the result as a message.
 impl fmt::Display for SearchResult {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -91,7 +91,7 @@ impl fmt::Display for SearchResult {
     }
 }
 
-/// Returns whether a target is to hold an object between thumb and fingers.
+/// Returns whether a target holds an object between thumb and fingers.
 pub(crate) fn holds(target: &Target) -> bool {
     let presses = |thumb: bool| {
         let mut those = target.tips.iter().filter(|(finger, ..)| (*finger == Finger::Thumb) == thumb);

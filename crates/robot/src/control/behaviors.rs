@@ -14,8 +14,8 @@ use pose_correction::PoseCorrection;
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
 
-/// Returns the behaviors of a hand at the beginning of a group of tasks, in the order in which they correct a target: each sees the target as the one before
-/// has left it.
+/// Returns the behaviors of a hand at the beginning of a group of tasks. They correct a target in this order; each receives the target with the corrections of
+/// the behaviors before it.
 pub(crate) fn behaviors(hand: &HandModel, tasks: &[Task], scene: &Scene) -> Vec<Box<dyn Behavior>> {
     vec![
         Box::new(PegSearch::new(tasks, scene)),

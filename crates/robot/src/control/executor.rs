@@ -13,20 +13,20 @@ use crate::planning::start::Start;
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use teachtree_world::{HandMotion, HandMover, STEP_S, TipMotion, TipWrench, TouchLaw};
 
-/// Fingers that take no part go where they are out of the way, rad/s.
+/// The speed at which idle fingers move out of the way, rad/s.
 const IDLE_RAD_S: f64 = 2.0;
 /// A robot that follows targets.
 pub struct Executor {
     robot: Robot,
     hand: HandModel,
-    /// Where it is and how it moves.
+    /// Its configuration and rates.
     pub motion: Motion,
     posture: DynamicsTerms,
     controller: Controller,
     /// The desired values of all degrees of freedom; those of the arm are used.
     wanted: Vec<f64>,
     palm: Isometry3<f64>,
-    /// How far the arm's inverse kinematics stays from that.
+    /// The residual of the arm's inverse kinematics.
     missed: PoseError,
     before: Option<Target>,
     torques: DVector<f64>,
@@ -35,7 +35,7 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// A robot at rest at its start; `gravity` is in the reference frame, m/s².
+    /// Returns a robot at rest at its start; `gravity` is in the reference frame, m/s².
     pub fn new(robot: Robot, hand: HandModel, start: Start, gravity: Vector3<f64>) -> Self {
         let Start { q, root, fingers, palm } = start;
         let motion = Motion::new(root, DVector::from_vec(q.clone()), gravity);
@@ -58,22 +58,22 @@ impl Executor {
         }
     }
 
-    /// The values of all degrees of freedom that are wanted now.
+    /// Returns the desired values of all degrees of freedom.
     pub fn wanted(&self) -> Vec<f64> {
         self.wanted.clone()
     }
 
-    /// What it is.
+    /// Returns the model of the robot.
     pub fn robot(&self) -> &Robot {
         &self.robot
     }
 
-    /// Where its links are, reference frame.
+    /// Returns the poses of its links, reference frame.
     pub fn poses(&self) -> &[Isometry3<f64>] {
         &self.posture.poses
     }
 
-    /// Where the palm is.
+    /// Returns the pose of the palm, reference frame.
     pub fn palm(&self) -> Isometry3<f64> {
         self.posture.poses[self.hand.palm]
     }
@@ -83,17 +83,17 @@ impl Executor {
         self.palm
     }
 
-    /// How far from the last commanded pose the joints leave the palm that are wanted for it.
+    /// Returns the error of the palm at the desired joint positions against the last commanded pose.
     pub(crate) fn missed(&self) -> PoseError {
         self.missed
     }
 
-    /// How much more than it gives a motor was asked for in the last step, N m or N.
+    /// Returns the torque (N m) or force (N) by which the last command exceeded the limit of a motor.
     pub(crate) fn lacking(&self, dof: usize) -> f64 {
         self.controller.lacking(dof)
     }
 
-    /// Decides what its motors do in the next millisecond to come to a target; `exerted` are the forces of its fingertips, as they are measured, N.
+    /// Sets the motor commands of the next millisecond for a target; `exerted` are the measured forces of its fingertips, N.
     pub fn set_target(&mut self, target: &Target, exerted: &[Vector3<f64>]) {
         let law = self.hand.fingers.first().map_or_else(TouchLaw::default, touch_law);
         let yielded = self.hand.jaws.as_ref().map(|jaws| self.yielding.apply(target, (jaws, &law), exerted, STEP_S));
@@ -137,7 +137,7 @@ impl Executor {
                     }
                     Some((_, position, force)) => {
                         *idle = finger.angles(self.motion.q.as_slice());
-                        // The pad gives way under the force that it is to exert.
+                        // The pad deforms under the commanded force.
                         let stiffness = touch_law(finger).stiffness;
                         let given = |force: Vector3<f64>| force / stiffness;
                         let earlier = of(&before).map_or(position, |(_, at, force)| at + given(force));
@@ -161,7 +161,7 @@ impl Executor {
         );
     }
 
-    /// Carries a hand without an arm to where its palm is wanted.
+    /// Moves a hand without an arm to the commanded pose of its palm.
     fn carry(&mut self, target: &Target) {
         let palm_from_root = self.palm_from_root();
         let root = target.palm * palm_from_root;
@@ -199,7 +199,7 @@ impl Executor {
     }
 }
 
-/// The law by which a finger touches.
+/// Returns the contact law of a finger.
 fn touch_law(finger: &FingerModel) -> TouchLaw {
     let law = TouchLaw::default();
     finger.pad_radius.map_or(law, |radius| law.with_pad(radius))

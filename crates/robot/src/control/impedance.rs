@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The integral stops where the torque is at its limit (anti-windup). Force feedback acts only in contact, on the low-passed force.
-//! INVARIANT (limits last): whatever leaves is finite and within the torques of the motors. What is wanted or felt and is not a number is not heeded: a
-//! joint stays where it is, a finger does nothing, and nothing of it is remembered.
+//! INVARIANT (limits last): all returned torques are finite and within the limits of the motors. Targets and measurements that are not numbers are ignored: the
+//! joint keeps its position, the finger gives no torque, and the state of the controller does not change.
 
 use crate::dynamics::motion::{DynamicsTerms, Motion};
 use crate::kinematics::finger::FingerModel;
@@ -34,9 +34,9 @@ pub struct Gains {
     pub force_feedback: f64,
     /// Cut-off of the measured force, Hz.
     pub force_hz: f64,
-    /// A position error pulls with this force at most, N.
+    /// The maximum force from a position error, N.
     pub pull: f64,
-    /// What holds the null space of a redundant finger, N m/rad.
+    /// The stiffness in the null space of a redundant finger, N m/rad.
     pub posture: f64,
 }
 
@@ -56,14 +56,14 @@ impl Default for Gains {
     }
 }
 
-/// What a fingertip is to do now.
+/// The target of a fingertip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipTarget {
-    /// Where its centre is to be, reference frame, m.
+    /// The position of its center, reference frame, m.
     pub position: Point3<f64>,
-    /// Its velocity, m/s.
+    /// The velocity of its center, reference frame, m/s.
     pub velocity: Vector3<f64>,
-    /// The force that it is to exert, N, reference frame.
+    /// The commanded force, reference frame, N.
     pub force: Vector3<f64>,
     /// Joint positions that a redundant finger prefers.
     pub posture: JointPositions,
@@ -80,39 +80,39 @@ fn is_finite(vector: &Vector3<f64>) -> bool {
     vector.iter().all(|part| part.is_finite())
 }
 
-/// What a finger is to do now.
+/// The target of a finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FingerTarget {
     /// Impedance control.
     Tip(TipTarget),
-    /// It keeps these angles.
+    /// Joint control to these angles.
     Idle(JointPositions),
 }
 
-/// The controllers of an arm and a hand, with what they remember.
+/// The controllers of an arm and a hand, with their state.
 #[derive(Clone, Debug)]
 pub struct Controller {
     gains: Gains,
     integral: DVector<f64>,
     felt: Vec<Vector3<f64>>,
-    /// What the law asked for in the last step beyond what the motors give, N m or N.
+    /// The part of the last command that exceeded the limits of the motors, N m or N.
     lacking: DVector<f64>,
 }
 
 impl Controller {
-    /// Controllers of a robot whose hand has `fingers` fingers.
+    /// Returns the controllers of a robot whose hand has `fingers` fingers.
     pub fn new(tree: &KinematicTree, fingers: usize, gains: Gains) -> Self {
         let none = DVector::zeros(tree.dofs.len());
         Self { gains, integral: none.clone(), felt: vec![Vector3::zeros(); fingers], lacking: none }
     }
 
-    /// How much more than it gives a motor was asked for in the last step, N m or N.
+    /// Returns the torque (N m) or force (N) by which the last command exceeded the limit of a motor.
     pub(crate) fn lacking(&self, dof: usize) -> f64 {
         self.lacking[dof].abs()
     }
 
-    /// The torques of this step. `arm` has the desired values and rates of the arm's degrees of freedom; `exerted` the forces that the
-    /// fingertips exert as they are measured, N, reference frame.
+    /// Returns the torques of this step. `arm` has the desired values and rates of the arm's degrees of freedom; `exerted` the measured forces of the
+    /// fingertips, reference frame, N.
     #[allow(clippy::too_many_arguments, reason = "what a controller reads")]
     pub fn torques(
         &mut self,
@@ -144,7 +144,7 @@ impl Controller {
                     if measured != Vector3::zeros() && target.force != Vector3::zeros() {
                         force += gains.force_feedback * (target.force - *felt);
                     }
-                    // No tip presses harder than it may.
+                    // The force of each tip is limited.
                     let force = force * (finger.force / force.norm().max(1e-12)).min(1.0);
                     posture.add_wrench_within(tree, hand.palm, finger.tip_link, point, force, &mut torques);
                     if finger.dofs.len() > 3 {
@@ -167,8 +167,7 @@ impl Controller {
         given
     }
 
-    /// Adds the torques of the arm: those that give its joints the accelerations of the PID law, each with the inertia that it shares with the others, and
-    /// those against friction.
+    /// Adds the torques of the arm: the mass matrix times the accelerations of the PID law, and the friction compensation.
     #[allow(clippy::too_many_arguments, reason = "what a controller reads")]
     fn move_arm(
         &mut self,
@@ -195,7 +194,7 @@ impl Controller {
         }
         let integral = &self.integral + &errors * dt;
         let whole = &*torques + &posture.mass * (&accelerations + &integral * gains.arm_integral);
-        // Anti-windup: no more is gathered in the direction in which the motor can do no more.
+        // Anti-windup: the integral does not grow in the direction in which the motor is at its limit.
         for &dof in dofs {
             if whole[dof].abs() < tree.dofs[dof].torque || whole[dof].signum() != errors[dof].signum() {
                 self.integral[dof] = integral[dof];
@@ -207,7 +206,7 @@ impl Controller {
         }
     }
 
-    /// A weak spring and damper towards preferred angles, in the motions that leave the tip where it is.
+    /// Adds a weak spring and damper towards preferred angles, projected into the null space of the tip position.
     fn hold_null_space(
         &self,
         motion: &Motion,
@@ -235,7 +234,7 @@ impl Controller {
     }
 }
 
-/// Torques that motors can give; what is not a number is none.
+/// Returns the torques within the limits of the motors; zero in place of values that are not numbers.
 pub fn limited(tree: &KinematicTree, mut torques: DVector<f64>) -> DVector<f64> {
     for (torque, dof) in torques.iter_mut().zip(&tree.dofs) {
         *torque = if torque.is_finite() { torque.clamp(-dof.torque, dof.torque) } else { 0.0 };
@@ -244,7 +243,7 @@ pub fn limited(tree: &KinematicTree, mut torques: DVector<f64>) -> DVector<f64> 
 }
 
 impl DynamicsTerms {
-    /// What motors of a finger give for a force at its tip: `Jᵀ f` over the joints between the palm and the tip.
+    /// Adds the torques of a finger for a force at its tip: `Jᵀ f` over the joints between the palm and the tip.
     fn add_wrench_within(
         &self,
         tree: &KinematicTree,

@@ -1,13 +1,13 @@
-//! Palm compliance: the palm of a gripper gives way to forces, and presses with them, where its jaws cannot.
+//! Palm compliance: admittance control of a gripper's palm in the directions in which its jaws cannot control forces.
 //!
-//! A finger exerts force in all directions by itself; a jaw only along its line, and across that the arm holds it as firmly as it can. So that a gripper presses
-//! a stamp down, or gives way at the rim of a hole, as fingers do, its palm follows the force that is missing like a spring (admittance control):
+//! A finger controls its force in all directions; a jaw only along its line of motion, and the arm holds it stiffly across that line. The palm therefore moves
+//! by the missing force like a spring, so that a gripper can press a stamp down or yield at the rim of a hole:
 //!
 //! ```text
-//! ẋ = (f_d - f - K x) / D        x: shift of the palm, f_d, f: sums of what the jaws are to exert and exert, without what jaws with a motor each do themselves
+//! ẋ = (f_d - f - K x) / D        x: shift of the palm, f_d, f: sums of commanded and exerted jaw forces, without those that jaws with a motor each control
 //! ```
 //!
-//! which is what impedance control of two fingertips comes to, docs/sources.md, Control: `K = 2 K_p / (1 + K_f)`.
+//! `K = 2 K_p / (1 + K_f)` is the equivalent stiffness of two fingertips under impedance control (docs/sources.md, Control).
 
 use crate::control::impedance::Gains;
 use crate::model::gripper::{Jaw, Jaws};
@@ -15,12 +15,12 @@ use crate::planning::plan::Target;
 use nalgebra::{Translation3, Vector3};
 use teachtree_world::TouchLaw;
 
-/// D along the line of the jaws and across it, as times the stiffness of both contacts, s: the force follows within this time, slower than arms do.
+/// D over the stiffness of both contacts, along the line of the jaws and across it, s. This is the time constant of the force; it is slower than the arm.
 const FOLLOWS_S: [f64; 2] = [0.08, 0.114];
-/// The palm gives way no farther, m.
+/// The maximum shift of the palm, m.
 const MOST_M: f64 = 0.02;
 
-/// The line from the thumb to the other jaw as far open as the target has them, palm frame.
+/// Returns the line from the thumb to the other jaw at the opening of the target, palm frame.
 fn line_of(jaws: &Jaws, target: &Target) -> Vector3<f64> {
     let tip = |jaw: &Jaw| target.tips.iter().find(|(finger, ..)| *finger == jaw.finger).map(|(_, tip, _)| *tip);
     let [thumb, other] = [&jaws.pair[0], &jaws.pair[1]];
@@ -29,14 +29,14 @@ fn line_of(jaws: &Jaws, target: &Target) -> Vector3<f64> {
     jaws.stance(share).along.into_inner()
 }
 
-/// How far a palm gives way, reference frame, m.
+/// The shift of a palm, reference frame, m.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PalmCompliance {
     shift: Vector3<f64>,
 }
 
 impl PalmCompliance {
-    /// A target shifted by what the forces of the fingertips, N, are not as they are to be, after a step of `dt`, s.
+    /// Returns a target, shifted by the force error of the fingertips (N) over a step of `dt` (s).
     pub(crate) fn apply(
         &mut self,
         target: &Target,

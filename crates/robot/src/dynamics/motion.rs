@@ -11,13 +11,13 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Isometry3, Matrix3, Point3, Vector3};
 use teachtree_description::tree::{JointKind, KinematicTree};
 
-/// Dry friction is full from about this speed on, rad/s.
+/// The speed above which dry friction is nearly constant, rad/s.
 const FULL_FRICTION: f64 = 0.02;
 
 /// A robot in motion.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// Where the root is, `world_from_root`.
+    /// The pose of the root, `world_from_root`.
     pub root: Isometry3<f64>,
     /// Velocity of the root, m/s, reference frame.
     pub root_velocity: Vector3<f64>,
@@ -30,7 +30,7 @@ pub struct Motion {
     gravity: Vector3<f64>,
 }
 
-/// What depends on the posture alone; made once a step.
+/// The terms that depend on configuration and rates; computed once a step.
 pub struct DynamicsTerms {
     /// Poses of the links, reference frame.
     pub poses: Vec<Isometry3<f64>>,
@@ -45,13 +45,13 @@ pub struct DynamicsTerms {
 }
 
 impl Motion {
-    /// A robot at rest.
+    /// Returns a robot at rest.
     pub fn new(root: Isometry3<f64>, q: DVector<f64>, gravity: Vector3<f64>) -> Self {
         let rates = DVector::zeros(q.len());
         Self { root, root_velocity: Vector3::zeros(), root_spin: Vector3::zeros(), q, rates, gravity }
     }
 
-    /// Kinematics and masses at the present posture; `dt` is the step that friction is reckoned with.
+    /// Returns kinematics and mass matrix of the current configuration; `dt` is the step of the implicit friction, s.
     pub fn posture(&self, tree: &KinematicTree, dt: f64) -> DynamicsTerms {
         let n = tree.dofs.len();
         let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(tree.links.len());
@@ -138,7 +138,7 @@ impl Motion {
         DynamicsTerms { poses, velocities, mass, gravity, bias, factor: Cholesky::new(damped) }
     }
 
-    /// Goes on by `dt` under motor torques and generalised forces from outside.
+    /// Advances by `dt` (s) under motor torques and external generalized forces.
     pub fn step(
         &mut self,
         tree: &KinematicTree,
@@ -167,14 +167,14 @@ impl Motion {
 }
 
 impl DynamicsTerms {
-    /// Position, velocity and angular velocity of a point that is fixed to a link, reference frame.
+    /// Returns position, velocity and angular velocity of a point that is fixed to a link, reference frame.
     pub fn point(&self, link: usize, in_link: Point3<f64>) -> (Point3<f64>, Vector3<f64>, Vector3<f64>) {
         let point = self.poses[link] * in_link;
         let (velocity, spin) = self.velocities[link];
         (point, velocity + spin.cross(&(point.coords - self.poses[link].translation.vector)), spin)
     }
 
-    /// Adds to generalised forces what a force (N) at a point and a torque (N m) on a link do; reference frame.
+    /// Adds the effect of a force (N) at a point and a torque (N m) on a link to generalized forces; reference frame.
     pub fn add_wrench(
         &self,
         tree: &KinematicTree,

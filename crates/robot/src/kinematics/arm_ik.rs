@@ -1,23 +1,23 @@
-//! The arm's inverse kinematics: the palm to a pose, and along a way.
+//! The arm's inverse kinematics: for a pose of the palm, and along a path.
 
 use super::surroundings::{ArmLinks, Surroundings};
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 use teachtree_description::tree::KinematicTree;
 
-/// Damps the steps where the arm is nearly singular; no joint goes farther in one step, rad or m.
+/// The damping of the steps near singularities, and the maximum step of a joint, rad or m.
 const DAMPING: f64 = 1e-5;
 const STEP: f64 = 0.2;
-/// What may be missing along a way: a joint that just comes to its limit is no reason not to go.
+/// The accepted error along a path. It admits a path on which a joint just reaches its limit.
 const REACHED: PoseError = PoseError { m: 1e-3, rad: 1e-2 };
-/// A pose is reached exactly when less than this is missing, m and rad.
+/// The maximum error of an exactly reached pose, m and rad.
 const EXACT: f64 = 1e-7;
 /// A joint within this distance (rad or m) of its limit counts as at the limit.
 const AT_LIMIT: f64 = 1e-3;
 /// Postures that differ by less are the same, rad or m.
 const SAME: f64 = 1e-4;
-/// Irrational steps spread the starts evenly.
+/// Irrational increments distribute the start postures evenly.
 const STEPS: [f64; 6] = [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044];
-/// Iterations from one pose of a way to the next.
+/// Number of iterations from one pose of a path to the next.
 const FOLLOWING: usize = 12;
 
 /// An arm: a palm on a tree of links and the degrees of freedom that move it.
@@ -31,14 +31,14 @@ pub struct Arm<'a> {
     pub dofs: &'a [usize],
 }
 
-/// A posture from which an arm can bring its palm along a way.
+/// A posture from which an arm can move its palm along a path.
 #[derive(Clone, Debug)]
 pub struct PathPosture {
     /// The values of all degrees of freedom.
     pub q: Vec<f64>,
-    /// At how many poses of the way its links meet the surroundings or each other.
+    /// Number of poses of the path at which its links collide with the surroundings or each other.
     pub met: usize,
-    /// How far the joint is from the middle of its range that is farthest at any of the poses, 1 at a limit.
+    /// The largest distance of a joint from the middle of its range over all poses, 1 at a limit.
     pub off_middle: f64,
 }
 
@@ -53,7 +53,7 @@ pub struct PathFailure {
     pub at_limit: Option<usize>,
 }
 
-/// How far one pose is from another.
+/// The error between two poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseError {
     /// The distance of the origins, m.
@@ -63,15 +63,15 @@ pub struct PoseError {
 }
 
 impl PoseError {
-    /// Whether no part of it is more than this.
+    /// Whether both parts are at most those of `most`.
     pub fn is_within(&self, most: &Self) -> bool {
         self.m <= most.m && self.rad <= most.rad
     }
 }
 
 impl Arm<'_> {
-    /// Brings the palm to a pose (reference frame, of which `root` is the pose of the root) by damped least squares from the present values `q` of all degrees
-    /// of freedom, and moves only those of the arm. Returns what is missing at the end.
+    /// Moves the palm to a pose by damped least squares and returns the remaining error. `q` has the start values of all degrees of freedom; only those of the
+    /// arm change. `root` is the pose of the root; both poses are in the reference frame.
     pub fn inverse_kinematics(
         &self,
         root: &Isometry3<f64>,
@@ -103,8 +103,9 @@ impl Arm<'_> {
         missing
     }
 
-    /// Looks for postures from which the arm can bring the palm along a whole way, from several starts that are the same ones each time. Joints that are not
-    /// the arm's stay as in `q`.
+    /// Searches postures from which the arm can move the palm along a whole path, from several fixed start postures. Joints outside the arm keep their values
+    /// in
+    /// `q`.
     pub fn postures_along(
         &self,
         root: &Isometry3<f64>,
@@ -126,7 +127,7 @@ impl Arm<'_> {
             if !self.inverse_kinematics(root, first, &mut tried, iterations).is_within(&REACHED) {
                 return None;
             }
-            // Starts that come to the same posture go the same way.
+            // Starts that converge to the same posture have the same result.
             let same = |other: &Vec<f64>| tried.iter().zip(other).all(|(one, other)| (one - other).abs() < SAME);
             if begun.iter().any(same) {
                 return None;
@@ -191,13 +192,13 @@ impl Arm<'_> {
         start
     }
 
-    /// Whether the palm can be brought along a way from a posture `q` at its beginning; `root` is the pose of the root.
+    /// Whether the palm can follow a path from a posture `q` at its beginning; `root` is the pose of the root.
     pub(crate) fn follows(&self, root: &Isometry3<f64>, way: &[Isometry3<f64>], q: &[f64]) -> bool {
         let mut q = q.to_vec();
         way.iter().all(|palm| self.inverse_kinematics(root, palm, &mut q, FOLLOWING).is_within(&REACHED))
     }
 
-    /// How far the joint is from the middle of its range that is farthest, 1 at a limit.
+    /// Returns the largest distance of a joint from the middle of its range, 1 at a limit.
     fn off_middle(&self, q: &[f64]) -> f64 {
         let off = self.dofs.iter().map(|&dof| {
             let [low, high] = self.tree.dofs[dof].range;

@@ -13,17 +13,17 @@
 use super::joint_positions::{IkSolution, JointPositions, MAX_DOFS, REACHED_M};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-/// How exactly axes must meet and be parallel.
+/// The tolerance for axes that meet (m) and are parallel.
 const EXACT: f64 = 1e-6;
-/// A free last joint is tried at this many angles over its range, and then this often where a parabola through the best three has its top.
+/// Number of angles over its range at which a free last joint is tried, and number of refinements by a parabola through the best three.
 const SCANNED: usize = 7;
 const REFINED: usize = 4;
-/// The top of a parabola is kept this far from the angles that are known, as a share of the bracket.
+/// The minimum distance of a parabola's maximum from the known angles, as a share of the bracket.
 const INSIDE: f64 = 0.02;
-/// Where no angle reaches, those that come as near as this to each other are alike, m: the first is taken, and not what rounding makes of it.
+/// Residuals of unreachable points that differ by less are equal, m. The first angle is then chosen, so that rounding does not affect the result.
 const ALIKE_M: f64 = 1e-9;
-/// A free last joint is then at the top of a parabola through the best angle and those this far to either side, rad. Where these do not reach, the distance is halved,
-/// at most this often.
+/// A free last joint is at the maximum of a parabola through the best angle and the angles at this distance on both sides, rad. If these do not reach the
+/// point, the distance is halved, up to the number of times of the next constant.
 const BESIDE: f64 = 0.02;
 const HALVED: usize = 4;
 
@@ -35,7 +35,7 @@ pub(crate) struct ClosedFormFinger {
     sign: f64,
     /// L2, L3, L4.
     links: [f64; 3],
-    /// Whether the last joint turns as far as the one before.
+    /// Whether the last joint is coupled to the joint before it, with equal angles.
     coupled: bool,
     /// The angles at which a free last joint is tried.
     scanned: [AngleWithTrig; SCANNED],
@@ -55,7 +55,7 @@ impl AngleWithTrig {
         Self { angle, sin, cos }
     }
 
-    /// The angle of this cosine, or the nearest within the range.
+    /// Returns the angle of this cosine, or the nearest one within the range.
     fn of_cosine(cos: f64, [low, high]: [f64; 2]) -> Self {
         let cos = cos.clamp(-1.0, 1.0);
         Self { angle: cos.acos(), sin: (1.0 - cos * cos).sqrt(), cos }.within([low, high])
@@ -67,7 +67,7 @@ impl AngleWithTrig {
 }
 
 impl ClosedFormFinger {
-    /// The form of a finger, if it has one: origins and axes of its joints at rest (palm frame), what drives them, and the tip.
+    /// Returns the closed form of a finger, if it has one. Arguments are the origins and axes of its joints at rest (palm frame), their drives, and the tip.
     pub(crate) fn of(
         joints: &[(Point3<f64>, Vector3<f64>)],
         drives: &[(usize, f64)],
@@ -86,7 +86,7 @@ impl ClosedFormFinger {
         let meets = (o2 - o1).cross(&a1).norm() < EXACT;
         let square = a1.dot(&a2).abs() < EXACT && a1.dot(&x).abs() < EXACT && a2.dot(&x).abs() < EXACT;
         let parallel = (a3 - a2).norm() < EXACT && (a4 - a2).norm() < EXACT;
-        // Bending beyond straight has two solutions, which the branch below does not look for.
+        // A finger that bends beyond straight has two solutions, which the branch below does not search.
         let bends = ranges.iter().skip(2).all(|[low, high]| *low >= -EXACT && *high <= 3.0);
         if !(straight && meets && square && parallel && bends) {
             return None;
@@ -111,12 +111,12 @@ impl ClosedFormFinger {
         })
     }
 
-    /// The best angles by measure that reach the point, or angles that come near.
+    /// Returns the angles of the best quality that reach the point, or angles near it.
     pub(crate) fn ik(&self, point: Point3<f64>, ranges: &[[f64; 2]]) -> IkSolution {
         self.solve(point, ranges, &|bend| self.scan(bend))
     }
 
-    /// The same next to a point whose solution is known: a free last joint is looked for only about that.
+    /// Like `ik`, for a point near one with a known solution: a free last joint is searched only near that solution.
     pub(crate) fn reach_near(&self, point: Point3<f64>, ranges: &[[f64; 2]], known: &IkSolution) -> IkSolution {
         self.solve(point, ranges, &|bend| self.top(bend, self.bend_free(bend, AngleWithTrig::by(known.angles[3]))))
     }
@@ -128,7 +128,7 @@ impl ClosedFormFinger {
         // A finger that does not reach straight may bend back over its base.
         for (phi, r) in [(p.y.atan2(p.x), across), ((-p.y).atan2(-p.x), -across)] {
             let first = (self.sign * phi).clamp(ranges[0][0], ranges[0][1]);
-            // What turning the first joint less far leaves: the point's foot in the plane, and its height above it.
+            // If the first joint is at its limit: the projection of the point onto the plane, and its height above the plane.
             let off = phi - self.sign * first;
             let (beside, foot) = if off == 0.0 { (0.0, r) } else { (r * off.sin(), r * off.cos()) };
             let bend = BendPlane { first, r: foot, z: p.z, beside, ranges };
@@ -163,7 +163,7 @@ impl ClosedFormFinger {
         self.candidate(bend, third.within(bend.ranges[2]), fourth)
     }
 
-    /// The best angle of a free last joint.
+    /// Returns the best angle of a free last joint.
     fn scan(&self, bend: &BendPlane<'_>) -> Candidate {
         let tried = self.scanned.map(|fourth| self.bend_free(bend, fourth));
         let top = (1..SCANNED).fold(0, |top, index| if tried[index].beats(&tried[top]) { index } else { top });
@@ -172,8 +172,8 @@ impl ClosedFormFinger {
         self.top(bend, best)
     }
 
-    /// The top of the measure next to an angle of a free last joint. It changes steadily with the point, which the better one of two angles does not: slopes of what
-    /// depends on the angles need that.
+    /// Returns the maximum of the quality near an angle of a free last joint. The maximum is continuous in the point, unlike the better of two sampled angles;
+    /// gradients need that.
     fn top(&self, bend: &BendPlane<'_>, best: Candidate) -> Candidate {
         if best.miss >= REACHED_M {
             return best;
@@ -196,7 +196,7 @@ impl ClosedFormFinger {
         best
     }
 
-    /// The best of what is between three angles of a free last joint, the middle one so far the best.
+    /// Returns the best angle between three angles of a free last joint, of which the middle one is the best so far.
     fn refine(
         &self,
         bend: &BendPlane<'_>,
@@ -214,7 +214,7 @@ impl ClosedFormFinger {
                     - above * above * (low.1.measure - best.1.measure);
                 let edge = INSIDE * (high.0 - low.0);
                 let next = best.0 - 0.5 * slope / bent;
-                // Not onto what is known already.
+                // A known angle gives no new information.
                 let next = next.clamp(low.0 + edge, high.0 - edge);
                 if (next - best.0).abs() < 1e-9 {
                     break;
@@ -237,14 +237,14 @@ impl ClosedFormFinger {
         best.1
     }
 
-    /// A bend of the third and fourth joint with the second one turned to the point as far as it goes.
+    /// Returns the candidate for angles of the third and fourth joint; the second joint turns to the point as far as its range allows.
     fn candidate(&self, bend: &BendPlane<'_>, third: AngleWithTrig, fourth: AngleWithTrig) -> Candidate {
         let [l2, l3, l4] = self.links;
         let &BendPlane { first, r, z, beside, ranges } = bend;
         let (s34, c34) =
             (third.sin * fourth.cos + third.cos * fourth.sin, third.cos * fourth.cos - third.sin * fourth.sin);
         let (tip_r, tip_z) = (l2 + l3 * third.cos + l4 * c34, l3 * third.sin + l4 * s34);
-        // From where the tip is at θ2 = 0 to where the point is.
+        // The rotation from the tip at θ2 = 0 to the point.
         let (across, along) = (z * tip_r - r * tip_z, r * tip_r + z * tip_z);
         let wanted = across.atan2(along);
         let second = wanted.clamp(ranges[1][0], ranges[1][1]);
@@ -256,7 +256,7 @@ impl ClosedFormFinger {
         };
         let (at_r, at_z) = (c2 * tip_r - s2 * tip_z, s2 * tip_r + c2 * tip_z);
         let miss = ((r - at_r).powi(2) + (z - at_z).powi(2) + beside * beside).sqrt();
-        // Minors of the planar Jacobian, whose columns are quarter turns of the ways from the joints to the tip.
+        // Minors of the planar Jacobian. Its columns are the vectors from the joints to the tip, rotated by 90°.
         let by_23 = l2 * tip_z;
         let by_24 = l4 * (l2 * s34 + l3 * fourth.sin);
         let by_34 = l3 * l4 * fourth.sin;
@@ -277,7 +277,7 @@ impl ClosedFormFinger {
     }
 }
 
-/// A point seen from a finger: the angle of its first joint, the point in the plane that this turns, its height above that plane, and the ranges.
+/// A point relative to a finger: the angle of its first joint, the point in the plane that this joint turns, its height above that plane, and the ranges.
 struct BendPlane<'a> {
     first: f64,
     r: f64,
@@ -286,7 +286,7 @@ struct BendPlane<'a> {
     ranges: &'a [[f64; 2]],
 }
 
-/// An angle of the last joint, and what comes of it.
+/// An angle of the last joint, and its candidate.
 type Trial = (f64, Candidate);
 
 /// One of several solutions.

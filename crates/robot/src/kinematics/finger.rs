@@ -9,7 +9,7 @@ use teachtree_base::hands::Finger;
 use teachtree_description::shape::CollisionShape;
 use teachtree_description::tree::{JointKind, KinematicTree};
 
-/// What a robot file says of a fingertip.
+/// A fingertip of a robot file.
 #[derive(Clone, Debug)]
 pub(crate) struct FingerSpec {
     pub(crate) finger: Finger,
@@ -23,7 +23,7 @@ pub(crate) struct FingerSpec {
 }
 
 impl FingerSpec {
-    /// The same on a robot in which the links begin at `base`.
+    /// Returns the fingertip with link indices shifted by `base`.
     pub(crate) fn shifted(&self, base: usize) -> Self {
         Self { link: self.link + base, ..self.clone() }
     }
@@ -32,7 +32,7 @@ impl FingerSpec {
 /// A finger from the palm to its tip.
 #[derive(Clone, Debug)]
 pub struct FingerModel {
-    /// Which finger.
+    /// The name of the finger.
     pub finger: Finger,
     /// Indices of its degrees of freedom in the robot, from the palm out.
     pub dofs: Vec<usize>,
@@ -44,7 +44,7 @@ pub struct FingerModel {
     pub pad_radius: Option<f64>,
     /// The largest force of the tip, N.
     pub force: f64,
-    /// Length from the joint about which it bends first to the centre of the ball, m; what measures are scaled by.
+    /// Length from the first bending joint to the center of the ball, m; the scale of quality measures.
     pub length: f64,
     /// Index of the link with the tip.
     pub tip_link: usize,
@@ -70,7 +70,7 @@ struct FingerJoint {
     ratio: f64,
 }
 
-/// Where a finger is, palm frame.
+/// The pose of a finger, palm frame.
 #[derive(Clone, Debug)]
 pub struct FingerPose {
     /// Poses of its joints' frames.
@@ -162,7 +162,7 @@ impl FingerModel {
         Ok(finger)
     }
 
-    /// Whether all that it can do is to slide along a line.
+    /// Whether its only motion is to slide along a line.
     pub fn slides(&self) -> bool {
         self.dofs.len() == 1 && self.steps.iter().all(|step| step.kind == JointKind::Prismatic)
     }
@@ -181,7 +181,7 @@ impl FingerModel {
         angles
     }
 
-    /// Where the finger is at these angles.
+    /// Returns the pose of the finger at these angles.
     pub fn posture(&self, angles: &JointPositions) -> FingerPose {
         let mut joints = Vec::with_capacity(self.steps.len());
         let mut pose = Isometry3::identity();
@@ -197,18 +197,19 @@ impl FingerModel {
         FingerPose { tip: pose * self.tip, pad: pose * self.pad, joints }
     }
 
-    /// The shapes of its links in a posture, palm frame, with the number of the joint that each hangs at.
+    /// Returns the shapes of its links in a pose, palm frame, each with the index of the joint that moves it.
     pub fn solids(&self, posture: &FingerPose) -> impl Iterator<Item = (usize, CollisionShape)> {
         self.solids.iter().filter_map(|(step, solid)| Some((*step, solid.moved(posture.joints.get(*step)?))))
     }
 
-    /// Whether the shape of this number touches what the finger holds: a piece of the mesh of the link with the tip, out of which the fingertip ball need not stand.
+    /// Whether the shape of this index may touch a held object. Such a shape is a piece of the mesh of the link with the tip; the fingertip ball need not
+    /// protrude from it.
     pub(crate) fn touches(&self, shape: usize) -> bool {
         let is_piece = |(_, shape): &(usize, CollisionShape)| matches!(shape, CollisionShape::Piece(..));
         shape >= self.first_of_tip && self.solids.get(shape).is_some_and(is_piece)
     }
 
-    /// The Jacobian of the tip: 3 rows, m/s, palm frame; a column a degree of freedom.
+    /// Returns the 3 × n Jacobian of the tip position, palm frame: a column for each degree of freedom, m/rad or m/m.
     pub fn jacobian(&self, posture: &FingerPose) -> Matrix3xX<f64> {
         let mut jacobian = Matrix3xX::zeros(self.dofs.len());
         for (step, pose) in self.steps.iter().zip(&posture.joints) {
@@ -223,7 +224,8 @@ impl FingerModel {
         jacobian
     }
 
-    /// Yoshikawa's manipulability over the cube of the finger's length: `sqrt(det(J Jᵀ)) / L³`. Nothing for a finger that cannot go all ways, such as a jaw.
+    /// Returns Yoshikawa's manipulability over the cube of the finger's length: `sqrt(det(J Jᵀ)) / L³`. It is 0 for a finger that cannot move its tip in all
+    /// directions, such as a jaw.
     pub fn manipulability(&self, angles: &JointPositions) -> f64 {
         if self.dofs.len() < 3 {
             return 0.0;
@@ -233,7 +235,7 @@ impl FingerModel {
         square.determinant().max(0.0).sqrt() / self.length.powi(3)
     }
 
-    /// How free the joints are of their limits, 0 at a limit and 1 in the middle of all ranges: `Π min(4u, 1)^(1/n)` with
+    /// Returns the margin of the joints to their limits, 0 at a limit and 1 in the middle of all ranges: `Π min(4u, 1)^(1/n)` with
     /// `u = (q-q⁻)(q⁺-q)/(q⁺-q⁻)²` (docs/sources.md, Grasp mapping).
     pub fn joint_limit_margin(&self, angles: &JointPositions) -> f64 {
         let product: f64 = self
@@ -247,13 +249,12 @@ impl FingerModel {
         product.powf(1.0 / self.ranges.len() as f64)
     }
 
-    /// The measure of one finger: manipulability times freedom.
+    /// Returns the quality of one finger: manipulability times joint-limit margin.
     pub fn measure(&self, angles: &JointPositions) -> f64 {
         self.manipulability(angles) * self.joint_limit_margin(angles)
     }
 
-    /// Adds to `joints` how something changes with the finger's degrees of freedom, when it changes by `slope` with the place of a point that hangs at a
-    /// joint.
+    /// Adds to `joints` the gradient of a quantity by the finger's degrees of freedom. `slope` is its gradient by the position of a point that a joint moves.
     pub(crate) fn pull(
         &self,
         posture: &FingerPose,
@@ -271,7 +272,7 @@ impl FingerModel {
         }
     }
 
-    /// The same of what changes by `slope` with a turn of the finger's last link, a rad.
+    /// Like `pull`, where `slope` is the gradient by a rotation of the finger's last link, per rad.
     pub(crate) fn turn(&self, posture: &FingerPose, slope: &Vector3<f64>, joints: &mut JointPositions) {
         for (step, pose) in self.steps.iter().zip(&posture.joints).filter(|(step, _)| step.kind == JointKind::Revolute)
         {

@@ -8,13 +8,13 @@ use super::finger::FingerModel;
 use super::joint_positions::{IkSolution, JointPositions, MAX_DOFS, REACHED_M};
 use nalgebra::{Matrix3, Point3};
 
-/// Iterations of the least squares, from each start, and their damping, m.
+/// Number of least-squares iterations from each start, and their damping, m.
 const ITERATIONS: usize = 60;
 const DAMPED_M: f64 = 2e-3;
 
 impl FingerModel {
-    /// Joint positions that bring the centre of the tip to a point, the best by [`Self::measure`] where there are several; for a point out of
-    /// reach, angles that bring it near.
+    /// Returns joint positions that move the center of the tip to a point. Of several solutions it returns the best one by [`Self::measure`], and for a point
+    /// out of reach joint positions near it.
     pub fn ik(&self, point: Point3<f64>) -> IkSolution {
         match &self.closed {
             Some(closed) => closed.ik(point, &self.ranges),
@@ -22,7 +22,7 @@ impl FingerModel {
         }
     }
 
-    /// The same for a point that is next to one whose solution is known.
+    /// Like [`Self::ik`], for a point near one with a known solution.
     pub(crate) fn reach_near(&self, point: Point3<f64>, known: &IkSolution) -> IkSolution {
         match &self.closed {
             Some(closed) => closed.reach_near(point, &self.ranges, known),
@@ -30,7 +30,7 @@ impl FingerModel {
         }
     }
 
-    /// The nearest that the tip can come to a point, m: what to say of a finger that cannot reach.
+    /// Returns the smallest distance of the tip from a point, m, for messages about unreachable points.
     pub fn ik_residual(&self, point: Point3<f64>) -> f64 {
         let mut starts = vec![self.ik(point).angles];
         starts.extend(self.starts());
@@ -50,7 +50,7 @@ impl FingerModel {
         best.map_or(nothing, |(reached, _)| reached)
     }
 
-    /// Joint positions to start from: the middle of the ranges, and a third to either side.
+    /// Returns the start positions: the middle of the ranges, and a third of them to each side.
     fn starts(&self) -> Vec<JointPositions> {
         [0.5, 0.2, 0.8]
             .iter()
@@ -64,7 +64,7 @@ impl FingerModel {
             .collect()
     }
 
-    /// Damped least squares within the ranges.
+    /// Solves by damped least squares within the ranges.
     fn approach(&self, point: Point3<f64>, start: JointPositions) -> IkSolution {
         let mut angles = start;
         let mut posture = self.posture(&angles);

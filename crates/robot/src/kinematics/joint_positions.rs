@@ -1,20 +1,20 @@
-//! The joint positions of a finger, and what an inverse of its kinematics found.
+//! The joint positions of a finger, and solutions of its inverse kinematics.
 
-/// No finger has more degrees of freedom.
+/// Maximum number of degrees of freedom of a finger.
 pub const MAX_DOFS: usize = 8;
-/// A point is reached when it is missed by less than this, m.
+/// The maximum residual of a reached point, m.
 pub const REACHED_M: f64 = 1e-6;
 
 /// Joint positions of one finger, in the order of its degrees of freedom from the palm out.
 pub type JointPositions = [f64; MAX_DOFS];
 
-/// What an inverse found.
+/// A solution of the inverse kinematics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IkSolution {
     /// The angles, within the ranges.
     pub angles: JointPositions,
-    /// How far the tip stays away from the point, m.
+    /// The distance of the tip from the point, m.
     pub miss: f64,
-    /// The measure at these angles.
+    /// The quality at these angles.
     pub measure: f64,
 }

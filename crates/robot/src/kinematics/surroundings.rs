@@ -15,7 +15,7 @@ const JOINTS_BETWEEN: usize = 3;
 /// The distance by which fixed bodies are lowered for collision checks, m: demonstrated poses penetrate the support of an object a little.
 pub(crate) const SUNK_M: f64 = 0.002;
 
-/// The shapes of bodies that stand still, reference frame.
+/// The shapes of static bodies, reference frame.
 #[derive(Clone, Debug, Default)]
 pub struct Surroundings {
     shapes: Vec<CollisionShape>,
@@ -36,18 +36,18 @@ impl Surroundings {
         Self::fixed(scene).moved(&Isometry3::from(-scene.up() * by))
     }
 
-    /// Returns the same in the frame in which the reference frame is `pose`, or moved by it.
+    /// Returns the same shapes moved by `pose`.
     pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Self {
         Self { shapes: self.shapes.iter().map(|shape| shape.moved(pose)).collect(), room: self.room }
     }
 
-    /// Returns the same with more shapes, reference frame.
+    /// Returns the surroundings with more shapes, reference frame.
     pub(crate) fn with(mut self, more: impl Iterator<Item = CollisionShape>) -> Self {
         self.shapes.extend(more);
         self
     }
 
-    /// Returns the same with room about them, m.
+    /// Returns the surroundings with a clearance, m.
     pub(crate) fn with_room(self, room: f64) -> Self {
         Self { room, ..self }
     }
@@ -57,34 +57,35 @@ impl Surroundings {
         &self.shapes
     }
 
-    /// Whether any link meets one of them, or another link.
+    /// Whether any link collides with a shape or another link.
     pub(crate) fn meet(&self, links: &ArmLinks, poses: &[Isometry3<f64>]) -> bool {
         let placed = links.placed(poses);
         self.meet_any(placed.iter().map(|(_, link)| link)) || own_meetings(&placed).next().is_some()
     }
 
-    /// Whether any of these shapes meets one of them.
+    /// Whether any of `shapes` collides with the surroundings.
     pub(crate) fn meet_any<'s>(&self, shapes: impl IntoIterator<Item = &'s PlacedShape>) -> bool {
         shapes.into_iter().any(|shape| self.shapes.iter().any(|other| shape.is_nearer(other, self.room)))
     }
 }
 
-/// Links of an arm, and of its hand, and how many joints are between each and the palm.
+/// The links of an arm and its hand, each with the number of joints between it and the palm.
 #[derive(Clone, Debug)]
 pub(crate) struct ArmLinks {
     links: Vec<(usize, usize, Vec<CollisionShape>)>,
 }
 
 impl ArmLinks {
-    /// The links of an arm between its base and what its last joint moves.
+    /// Returns the links of an arm, from its base to the links that its last joint moves.
     pub(crate) fn new(tree: &KinematicTree, palm: usize) -> Self {
         let mut links = Self::up_to(tree, palm);
         links.retain(|(_, joints, _)| *joints > 0);
         Self { links }
     }
 
-    /// The same with the palm and the links of the fingers, which count as nearest to it; a hand without an arm has these alone. Fingertips touch things: of a
-    /// link with one only the centre of its ball counts. `tips` are those links and centres, frames of the links.
+    /// Returns the links of an arm with the palm and the links of the fingers, which have no joints between them and the palm. A hand without an arm has only
+    /// these. Fingertips may touch objects, so a link with a fingertip is represented by the center of its ball. `tips` are those links and centers, frames of
+    /// the links.
     pub(crate) fn with_hand(tree: &KinematicTree, palm: usize, tips: &[(usize, Point3<f64>)]) -> Self {
         let mut links = Self::up_to(tree, palm);
         let hangs_on_palm = |link: usize| {
@@ -102,7 +103,7 @@ impl ArmLinks {
         Self { links }
     }
 
-    /// The links from a palm up to the base of its arm.
+    /// Returns the links from a palm up to the base of its arm.
     fn up_to(tree: &KinematicTree, palm: usize) -> Vec<(usize, usize, Vec<CollisionShape>)> {
         let (mut links, mut at, mut joints) = (Vec::new(), palm, 0);
         let moved = tree.joints_above(palm).count();
@@ -115,7 +116,7 @@ impl ArmLinks {
         links
     }
 
-    /// Their shapes where links have these poses, each with the joints between its link and the palm.
+    /// Returns the shapes of the links at these poses, each with the number of joints between its link and the palm.
     pub(crate) fn placed(&self, poses: &[Isometry3<f64>]) -> Vec<(usize, PlacedShape)> {
         let placed = self.links.iter().flat_map(|(link, joints, solids)| {
             solids.iter().map(move |solid| (*joints, PlacedShape::new(*link, solid.moved(&poses[*link]))))
@@ -124,7 +125,7 @@ impl ArmLinks {
     }
 }
 
-/// Links of an arm that meet each other.
+/// Returns the pairs of links of an arm that collide.
 pub(crate) fn own_meetings(placed: &[(usize, PlacedShape)]) -> impl Iterator<Item = [&PlacedShape; 2]> {
     placed.iter().enumerate().flat_map(|(index, (joints, link))| {
         let others = placed[index + 1..].iter().filter(|(other, _)| other.abs_diff(*joints) >= JOINTS_BETWEEN);
@@ -133,12 +134,12 @@ pub(crate) fn own_meetings(placed: &[(usize, PlacedShape)]) -> impl Iterator<Ite
 }
 
 impl PlacedShape {
-    /// Whether it touches a shape or is in it.
+    /// Whether it touches or penetrates a shape.
     pub(crate) fn meets(&self, other: &CollisionShape) -> bool {
         self.is_nearer(other, 0.0)
     }
 
-    /// Whether the gap to a shape is no more than this, m.
+    /// Whether the gap to a shape is at most `than`, m.
     pub(crate) fn is_nearer(&self, other: &CollisionShape, than: f64) -> bool {
         let (middle, radius) = self.ball();
         let below = than + SHORT_M;

@@ -1,14 +1,14 @@
-//! Jaws: a hand of two fingers with at most one degree of freedom each. They slide to and from each other on one line, or turn; each by its own motor, both by one,
-//! or one of them while the other one is fixed.
+//! Jaws: a hand of two fingers with at most one degree of freedom each. The jaws slide along one line or turn. Each has its own motor, both share one, or one
+//! jaw is fixed.
 //!
-//! One number says how a gripper stands, whether it has one motor or two: the share `u` by which it is open, from 0 to 1, which is linear in the values of its degrees
-//! of freedom. Where the tips are then follows from the kinematics of the jaws:
+//! One number describes the configuration of a gripper with one motor or two: the share `u` by which it is open, from 0 to 1. `u` is linear in the values of
+//! its degrees of freedom. The positions of the tips follow from the kinematics of the jaws:
 //!
 //! ```text
 //! opening(u) = |tip_other(u) - tip_thumb(u)| - radius_thumb - radius_other          between their fingertip balls
 //! ```
 //!
-//! The opening of jaws that slide is linear in `u`; that of jaws that turn is inverted by bisection.
+//! The opening of sliding jaws is linear in `u`; the opening of turning jaws is inverted by bisection.
 
 use crate::kinematics::finger::{FingerModel, FingerPose};
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS};
@@ -17,14 +17,14 @@ use teachtree_base::hands::Finger;
 use teachtree_description::shape::CollisionShape;
 use teachtree_description::tree::Dof;
 
-/// Tips of sliding jaws may be this far beside one line, m.
+/// The tolerance for tips of sliding jaws that are off their common line, m.
 const BESIDE_M: f64 = 1e-4;
-/// Pads may look this far off the line to the other jaw, degrees: those of sliding jaws always, those of turning jaws where they look best.
+/// The maximum angle between a pad's normal and the line to the other jaw, degrees: at each opening for sliding jaws, at the best opening for turning jaws.
 const ASKEW_DEG: f64 = 1.0;
 const ASKEW_TURNING_DEG: f64 = 30.0;
-/// The tip of a turning jaw may move this far off the direction in which its pad looks half open, degrees.
+/// The maximum angle between the motion of a turning jaw's tip and its pad's normal at half opening, degrees.
 const ACROSS_DEG: f64 = 60.0;
-/// Jaws that open by less do not open, m.
+/// The minimum opening range of jaws, m.
 const LEAST_M: f64 = 1e-4;
 /// Number of shares at which turning jaws are tested.
 const SAMPLES: usize = 32;
@@ -32,14 +32,14 @@ const SAMPLES: usize = 32;
 const BISECTIONS: usize = 60;
 const EXACT_M: f64 = 1e-12;
 
-/// What makes a hand a gripper.
+/// The jaws of a gripper.
 #[derive(Clone, Debug)]
 pub struct Jaws {
-    /// How far the line of the half open tips is out of the palm, m.
+    /// The distance between the palm and the line of the half open tips, m.
     pub out: f64,
-    /// The thumb and the other one.
+    /// The thumb and the other jaw.
     pub pair: [Jaw; 2],
-    /// Whether one motor makes both press.
+    /// Whether one motor drives both jaws.
     pub geared: bool,
 }
 
@@ -50,17 +50,17 @@ pub struct Jaw {
     pub finger: Finger,
     /// Radius of its fingertip ball, m.
     pub radius: f64,
-    /// The value of its degree of freedom when it is closed and when it is open, m or rad; of no meaning for a fixed jaw.
+    /// The values of its degree of freedom when closed and open, m or rad; without meaning for a fixed jaw.
     value: [f64; 2],
     model: FingerModel,
 }
 
-/// Where the jaws are; palm frame.
+/// The positions of the jaws, palm frame.
 #[derive(Clone, Debug)]
 pub struct JawStance {
-    /// From the thumb to the other jaw.
+    /// The direction from the thumb to the other jaw.
     pub along: Unit<Vector3<f64>>,
-    /// The centre of the thumb's ball, m.
+    /// The center of the thumb's ball, m.
     pub thumb: Point3<f64>,
     /// The point of the line of the tips that is nearest to the palm's origin, m.
     pub middle: Point3<f64>,
@@ -69,7 +69,7 @@ pub struct JawStance {
 }
 
 impl Jaw {
-    /// Its angles, which are the value of its only degree of freedom, when it is opened by a share.
+    /// Returns the value of its only degree of freedom at an opening share.
     pub fn angles(&self, share: f64) -> JointPositions {
         only(self.value[0] + (self.value[1] - self.value[0]) * share)
     }
@@ -78,7 +78,7 @@ impl Jaw {
         self.model.posture(&self.angles(share))
     }
 
-    /// How fast its tip moves along a direction with its degree of freedom, m per m or rad.
+    /// Returns the derivative of its tip position along a direction by its degree of freedom, m per m or rad.
     fn lever(&self, share: f64, along: &Vector3<f64>) -> f64 {
         let jacobian = self.model.jacobian(&self.posture(share));
         jacobian.column_iter().map(|column| column.dot(along).abs()).sum()
@@ -86,8 +86,8 @@ impl Jaw {
 }
 
 impl Jaws {
-    /// The jaws that fingers are, if they are two with at most one degree of freedom each; what they can press with at most is then put into the fingers, as far as
-    /// their motors (`dofs` of the robot) give it.
+    /// Returns the jaws, if the hand has two fingers with at most one degree of freedom each. Limits the forces of these fingers to those of their motors
+    /// (`dofs` of the robot).
     ///
     /// # Errors
     /// The finger that prevents a gripper, and the reason.
@@ -175,7 +175,7 @@ impl Jaws {
         Ok(())
     }
 
-    /// Lets the jaws close as far as their opening decreases, and refuses those that do not open.
+    /// Sets the closed position to the end of the decreasing opening, and refuses jaws that do not open.
     fn close(&mut self) -> Result<(), (Finger, String)> {
         let opening = |at: usize| self.opening(at as f64 / SAMPLES as f64);
         let closed = (0..=SAMPLES).min_by(|a, b| opening(*a).total_cmp(&opening(*b))).unwrap_or_default();
@@ -186,21 +186,21 @@ impl Jaws {
         if closed > 0 {
             self.close_at(closed as f64 / SAMPLES as f64);
         }
-        // Turning pads that could go through each other are closed where they touch.
+        // Turning pads that could penetrate each other are closed where they touch.
         if self.opening(0.0) < -LEAST_M {
             self.close_at(self.share(0.0));
         }
         Ok(())
     }
 
-    /// Calls jaws closed that are opened by this share now.
+    /// Makes the current share the closed position.
     fn close_at(&mut self, share: f64) {
         for jaw in &mut self.pair {
             jaw.value[0] = jaw.angles(share)[0];
         }
     }
 
-    /// What motors make each jaw press with at most, N, where their levers are longest. A motor of both gives the sum; a fixed jaw presses as the other one does.
+    /// Returns the maximum force of each jaw, N, at its longest lever. A motor of both jaws gives the sum; a fixed jaw has the force of the other jaw.
     fn forces(&self, dofs: &[Dof]) -> [f64; 2] {
         let share = |at: usize| at as f64 / SAMPLES as f64;
         let levers = |share: f64| {
@@ -218,18 +218,18 @@ impl Jaws {
         })
     }
 
-    /// The effort of the motor of a jaw, N m or N, with which it presses with a force, N, at a share of the opening.
+    /// Returns the motor effort of a jaw, N m or N, for a force, N, at an opening share.
     pub fn effort(&self, index: usize, share: f64, force: f64) -> f64 {
         let along = self.stance(share).along;
         let lever = |jaw: &Jaw| jaw.lever(share, &along);
         force * if self.geared { self.pair.iter().map(lever).sum::<f64>() } else { lever(&self.pair[index]) }
     }
 
-    /// Where the jaws are when they are opened by a share.
+    /// Returns the positions of the jaws at an opening share.
     pub fn stance(&self, share: f64) -> JawStance {
         let [thumb, other] = [&self.pair[0], &self.pair[1]].map(|jaw| jaw.posture(share));
         let along = Unit::try_new(other.tip - thumb.tip, 1e-9);
-        // Tips in one point face each other as their pads do.
+        // For coincident tips, the normal of the pad gives the direction.
         let along = along.unwrap_or_else(|| Unit::new_normalize(thumb.pad));
         let middle = thumb.tip - along.into_inner() * along.dot(&thumb.tip.coords);
         JawStance {
@@ -240,18 +240,18 @@ impl Jaws {
         }
     }
 
-    /// How far they are open when they are closed, and at most, m: between their fingertip balls.
+    /// Returns the smallest and the largest opening between the fingertip balls, m.
     pub fn range(&self) -> [f64; 2] {
         [0.0, 1.0].map(|share| self.opening(share))
     }
 
-    /// How far they are open at a share, m.
+    /// Returns the opening at a share, m.
     pub fn opening(&self, share: f64) -> f64 {
         let [thumb, other] = [&self.pair[0], &self.pair[1]];
         (other.posture(share).tip - thumb.posture(share).tip).norm() - thumb.radius - other.radius
     }
 
-    /// The share at which they are open this far, m; not from 0 to 1 for what they cannot do.
+    /// Returns the share of an opening, m; outside 0 to 1 for an opening out of range.
     pub fn share(&self, opening: f64) -> f64 {
         let [closed, open] = self.range();
         let linear = (opening - closed) / (open - closed);
@@ -270,18 +270,18 @@ impl Jaws {
         (low + high) / 2.0
     }
 
-    /// The jaw of this name.
+    /// Returns the jaw of this name.
     pub fn jaw(&self, finger: Finger) -> Option<&Jaw> {
         self.pair.iter().find(|jaw| jaw.finger == finger)
     }
 
-    /// The name of the other jaw.
+    /// Returns the name of the other jaw.
     pub fn opponent(&self, finger: Finger) -> Finger {
         if self.pair[0].finger == finger { self.pair[1].finger } else { self.pair[0].finger }
     }
 }
 
-/// A finger as a jaw, which closes where its pad looks.
+/// Returns a finger as a jaw, which closes in the direction of its pad's normal.
 fn jaw(model: &FingerModel) -> Result<Jaw, (Finger, String)> {
     let [low, high] = model.ranges.first().copied().unwrap_or_default();
     let [start, half, end] = [low, (low + high) / 2.0, high].map(|value| model.posture(&only(value)));
@@ -293,7 +293,7 @@ fn jaw(model: &FingerModel) -> Result<Jaw, (Finger, String)> {
     Ok(Jaw { finger: model.finger, radius: model.radius, value, model: model.clone() })
 }
 
-/// The angles of a finger with one degree of freedom.
+/// Returns the joint positions of a finger with one degree of freedom.
 fn only(value: f64) -> JointPositions {
     let mut angles = [0.0; MAX_DOFS];
     angles[0] = value;

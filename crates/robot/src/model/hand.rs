@@ -1,4 +1,4 @@
-//! A hand: a palm, the arm that carries it, its fingers, and what makes it a gripper.
+//! A hand: a palm, the arm that carries it, its fingers, and the jaws of a gripper.
 
 use super::gripper::Jaws;
 use crate::kinematics::arm_ik::Arm;
@@ -24,14 +24,14 @@ pub struct HandModel {
     pub fingers: Vec<FingerModel>,
     /// Shapes of the palm and, on an arm, of all links that are fixed to it, palm frame.
     pub palm_solids: Vec<CollisionShape>,
-    /// What its two fingers are together when it is a gripper.
+    /// The jaws of a gripper; `None` for another hand.
     pub jaws: Option<Jaws>,
 }
 
-/// The hand of a robot on this palm with these fingertips.
+/// Builds the hand of a robot on this palm with these fingertips.
 ///
 /// # Errors
-/// The finger that cannot be, and why.
+/// The invalid finger, and the reason.
 pub(crate) fn build(
     tree: &KinematicTree,
     palm: usize,
@@ -60,10 +60,10 @@ pub(crate) fn build(
     Ok(HandModel { palm, arm, fingers, palm_solids, jaws })
 }
 
-/// The shapes of the links between which and the palm there is no joint, palm frame.
+/// Returns the shapes of all links that are rigidly connected to the palm, palm frame.
 fn moved_with(tree: &KinematicTree, palm: usize) -> Vec<CollisionShape> {
     let poses = tree.forward_kinematics(&vec![0.0; tree.dofs.len()]);
-    // A link and what it hangs on belong together where no joint is between them: each is known by the one that is nearest to the root.
+    // Rigidly connected links form a group; its link nearest to the root represents it.
     let first = |mut link: usize| {
         while link != 0 && tree.links[link].joint.is_none() {
             link = tree.links[link].parent;
@@ -78,7 +78,7 @@ fn moved_with(tree: &KinematicTree, palm: usize) -> Vec<CollisionShape> {
     solids.collect()
 }
 
-/// Each finger of a hand moves by itself.
+/// Refuses fingers that share a degree of freedom.
 fn share_nothing(fingers: &[FingerModel]) -> Result<(), (Option<Finger>, String)> {
     for (index, finger) in fingers.iter().enumerate() {
         let shared = |other: &&FingerModel| other.dofs.iter().any(|dof| finger.dofs.contains(dof));
@@ -111,7 +111,7 @@ impl HandModel {
         self.fingers.iter().all(|finger| finger.pad_radius.is_some())
     }
 
-    /// How far the jaws of a gripper are open at these values of the robot's degrees of freedom, m; `None` for another hand.
+    /// Returns the opening of a gripper at these values of the robot's degrees of freedom, m; `None` for another hand.
     pub fn opening(&self, q: &[f64]) -> Option<f64> {
         let jaws = self.jaws.as_ref()?;
         let [thumb, other] = [0, 1].map(|index| self.finger(jaws.pair[index].finger));
@@ -120,8 +120,8 @@ impl HandModel {
         Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)
     }
 
-    /// How large it is beside a human hand: the mean over its fingers of their length over that of the base set (docs/sources.md, Hand). A gripper is not
-    /// like a hand, and 1.
+    /// Returns its scale relative to a human hand: the mean over its fingers of their length over that of the base set (docs/sources.md, Hand). It is 1 for a
+    /// gripper.
     pub fn scale(&self) -> f64 {
         if self.jaws.is_some() {
             return 1.0;
@@ -131,7 +131,7 @@ impl HandModel {
         self.fingers.iter().map(over).sum::<f64>() / self.fingers.len() as f64
     }
 
-    /// The finger of this name.
+    /// Returns the finger of this name.
     pub fn finger(&self, finger: Finger) -> Option<&FingerModel> {
         self.fingers.iter().find(|model| model.finger == finger)
     }

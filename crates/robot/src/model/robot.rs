@@ -19,12 +19,12 @@ pub struct Robot {
     pub hands: IndexMap<Side, HandModel>,
     /// The names of joints at their controllers, by the names in the tree, where both differ.
     pub joint_names: BTreeMap<String, String>,
-    /// What its URDFs have that is not read as it stands, on links that no hand and no arm of a hand needs.
+    /// URDF elements that were not read exactly, on links that no hand or arm needs.
     pub oddities: Vec<Oddity>,
 }
 
 impl Robot {
-    /// Refuses what is odd about a link of a hand or of its arm.
+    /// Refuses elements that were not read exactly on a link of a hand or of its arm.
     pub(crate) fn check_oddities(&self) -> Result<(), InputError> {
         if self.oddities.is_empty() {
             return Ok(());
@@ -34,7 +34,7 @@ impl Robot {
         self.oddities.iter().find(matters).map_or(Ok(()), |oddity| Err(oddity.error.clone()))
     }
 
-    /// What is odd about a link that is one of these, or that one of these hangs on.
+    /// Returns an element that was not read exactly on one of these links or their ancestors.
     pub(crate) fn oddity_above(&self, links: &[String]) -> Option<InputError> {
         let mut above: Vec<usize> = links.iter().filter_map(|name| self.tree.link(name)).collect();
         let mut names = vec![];
@@ -47,12 +47,12 @@ impl Robot {
         self.oddities.iter().find(matters).map(|oddity| oddity.error.clone())
     }
 
-    /// The name of a joint of the tree at its controller.
+    /// Returns the controller's name of a joint of the tree.
     pub fn controller_name<'a>(&'a self, joint: &'a str) -> &'a str {
         self.joint_names.get(joint).map_or(joint, String::as_str)
     }
 
-    /// How large its hands are beside human hands, the mean of them: see [`HandModel::scale`]; 1 without hands.
+    /// Returns the mean scale of its hands relative to human hands (see [`HandModel::scale`]); 1 without hands.
     pub fn hands_scale(&self) -> f64 {
         let sum: f64 = self.hands.values().map(HandModel::scale).sum();
         if self.hands.is_empty() { 1.0 } else { sum / self.hands.len() as f64 }

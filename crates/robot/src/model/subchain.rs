@@ -1,4 +1,4 @@
-//! One hand of a robot with what carries it: a robot of its own, so that a simulation does not move what stands still.
+//! One hand of a robot with its arm, as a separate robot, so that a simulation does not compute links that do not move.
 
 use super::hand;
 use crate::kinematics::finger::FingerSpec;
@@ -9,7 +9,7 @@ use teachtree_base::hands::Side;
 use teachtree_description::tree::KinematicTree;
 
 impl Robot {
-    /// The hand of this side and everything between it and the root.
+    /// Returns the hand of this side and all links between it and the root.
     ///
     /// # Errors
     /// The robot does not have this hand.

@@ -1,25 +1,25 @@
-//! What kept an object from where it should be: a kind with its extent, when it began, and the hand.
+//! A cause of a failed task: its kind with its extent, its time, and the hand.
 
 use crate::JointKind;
 use std::fmt;
 use teachtree_base::hands::{Finger, Side};
 
-/// What kept an object from where it should be.
+/// A cause of a failed task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
-    /// When it began, s of the robot's recording.
+    /// The time at which it began, s of the robot's recording.
     pub time_s: f64,
     /// The hand.
     pub side: Side,
-    /// What the hand did then.
+    /// The primitive of the hand at that time.
     pub primitive: String,
-    /// What it was.
+    /// The kind of the cause.
     pub why: FailureCause,
-    /// Where it was.
+    /// The place of the cause.
     pub place: CausePlace,
 }
 
-/// Where something was that kept an object from where it should be.
+/// The place of a cause.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CausePlace {
     /// The link with the fingertip, or the link that the joint moves. `None` if the cause concerns only the object.
@@ -48,7 +48,7 @@ pub enum FailureCause {
 }
 
 impl FailureCause {
-    /// The name of its kind, as it is written.
+    /// Returns the name of the kind in text and JSON.
     pub fn name(&self) -> &'static str {
         match self {
             Self::JointAtLimit(..) => "joint_at_limit",
@@ -61,7 +61,7 @@ impl FailureCause {
         }
     }
 
-    /// Whether it is the same as another one but for its extent.
+    /// Whether two causes differ at most in their extent.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::JointAtLimit(one, ..), Self::JointAtLimit(other, ..))
@@ -72,7 +72,7 @@ impl FailureCause {
         }
     }
 
-    /// Takes over the extent of the same cause where it is larger.
+    /// Raises the extent to that of an equal cause, if it is larger.
     pub(super) fn worsen(&mut self, by: &Self) {
         match (self, by) {
             (Self::JointAtLimit(.., m, rad), Self::JointAtLimit(.., by_m, by_rad)) => {
@@ -86,7 +86,7 @@ impl FailureCause {
     }
 }
 
-/// As a message for the user.
+/// Formats the cause as a message.
 impl fmt::Display for Cause {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { time_s, side, primitive, why, place } = self;

@@ -1,4 +1,4 @@
-//! A hand at work: what it is, what it does now, and what it remembers from one step to the next.
+//! The agent of one hand: its model, its current segment, and its state from one step to the next.
 
 use crate::control::behavior::{Behavior, GripForceTotals, HandObservation, Progress, SearchResult, holds};
 use crate::control::behaviors::behaviors;
@@ -16,7 +16,7 @@ use teachtree_base::scene::Scene;
 use teachtree_command::Task;
 use teachtree_world::{HandMotion, HandMover, Observation, STEP_S, TipWrench};
 
-/// A hand at work.
+/// The agent of one hand.
 pub(super) struct HandAgent<'t> {
     pub(super) planner: HandPlanner,
     pub(super) executor: Executor,
@@ -24,12 +24,12 @@ pub(super) struct HandAgent<'t> {
     pub(super) target: Target,
     /// The currently planned forces, without corrections.
     pub(super) planned: Vec<PlannedForce>,
-    /// The pose of the palm that its plan has now, before any correction.
+    /// The currently planned pose of the palm, without corrections.
     pub(super) planned_palm: Isometry3<f64>,
-    /// The part of a task that it does now; `None` when it does nothing.
+    /// The current part of a task; `None` for an idle hand.
     pub(super) doing: Option<ActiveSegment<'t>>,
     behaviors: Vec<Box<dyn Behavior>>,
-    /// Its place among the hands of the scene.
+    /// Index of the hand in the scene.
     place: usize,
 }
 
@@ -42,18 +42,18 @@ pub(super) struct ActiveSegment<'t> {
     pub(super) body: usize,
     /// The primitive.
     pub(super) primitive: &'t str,
-    /// What the hand does.
+    /// The action of the hand.
     pub(super) does: Meaning,
     /// Index of the segment while the planned forces equal the commanded ones.
     pub(super) holds_in: Option<usize>,
-    /// Whether the object is lost, so that nothing is done about it.
+    /// Whether the object is lost; the hand then ignores it.
     pub(super) lost: bool,
-    /// From where the hole of the task was demonstrated to where it is seen.
+    /// The transform from the demonstrated pose of the hole to its seen pose.
     hole_off: Option<Isometry3<f64>>,
 }
 
 impl<'t> HandAgent<'t> {
-    /// Returns the hand of a side before its first task. `scene` has the operator's hands.
+    /// Returns the agent of a side before its first task. `scene` has the operator's hands.
     ///
     /// # Errors
     /// As [`HandPlanner::begin`].
@@ -71,7 +71,7 @@ impl<'t> HandAgent<'t> {
         Ok(Self { planner, executor, target, planned, planned_palm, doing: None, behaviors, place })
     }
 
-    /// Returns its plans of a group of tasks, as slow as its arm needs it, and begins with new behaviors.
+    /// Returns its plans for a group of tasks, slowed to the limits of its arm, and resets its behaviors.
     ///
     /// # Errors
     /// A task that cannot be planned.
@@ -92,7 +92,7 @@ impl<'t> HandAgent<'t> {
         Ok(plans)
     }
 
-    /// Sets its target to what a plan has at a time of its own, s; `lost` returns whether a body is lost.
+    /// Sets the target to that of a plan at a time of the plan, s; `lost` returns whether a body is lost.
     pub(super) fn follow(
         &mut self,
         now: Option<(usize, &Plan<'t>, f64)>,
@@ -106,7 +106,7 @@ impl<'t> HandAgent<'t> {
         let (task, body) = (&tasks[number], bodies[number]);
         self.target = plan.at(own_s);
         self.planned = plan.forces(own_s, &self.target);
-        // The hole is where its body is, which need not be where the operator's was; what is not known of it is felt.
+        // The hole moves with its body, whose pose may differ from the demonstration. The peg search corrects the remaining error.
         let hole_off =
             task.into.as_ref().and_then(|into| Some(see(&into.body)? * pose_from_array(&into.pose).inverse()));
         let lost = lost(body);
@@ -119,22 +119,22 @@ impl<'t> HandAgent<'t> {
         self.doing = Some(ActiveSegment { task: number, body, primitive, does, holds_in, lost, hole_off });
     }
 
-    /// Returns what it does with an object that is there.
+    /// Returns the current part of a task whose object is not lost.
     pub(super) fn at_work(&self) -> Option<ActiveSegment<'t>> {
         self.doing.filter(|doing| !doing.lost)
     }
 
-    /// Returns the body that it holds or pushes about.
+    /// Returns the body that it holds or pushes.
     pub(super) fn holds(&self) -> Option<usize> {
         self.at_work().filter(|_| holds(&self.target) || self.target.pushed).map(|doing| doing.body)
     }
 
-    /// Returns how many behaviors it has.
+    /// Returns the number of its behaviors.
     pub(super) fn n_behaviors(&self) -> usize {
         self.behaviors.len()
     }
 
-    /// Lets a behavior correct its target; `object` is where its object is seen, and `shared` whether another hand holds it as well.
+    /// Applies a behavior to the target; `object` is the seen pose of the object, and `shared` is whether another hand holds it too.
     pub(super) fn behave(
         &mut self,
         behavior: usize,
@@ -157,7 +157,7 @@ impl<'t> HandAgent<'t> {
         behavior.apply(&sensed, &mut self.target, STEP_S)
     }
 
-    /// Decides what its motors do to come to its target.
+    /// Sets the motor commands for the target.
     pub(super) fn actuate(&mut self, seen: &Observation) {
         let tips = &seen.hands[self.place].tips;
         let forces: Vec<Vector3<f64>> =

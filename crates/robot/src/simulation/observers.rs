@@ -21,7 +21,7 @@ use teachtree_command::Task;
 use teachtree_world::Observation;
 use tracer::Tracer;
 
-/// What looks at each step.
+/// All observers.
 pub(super) struct Observers {
     pub(super) drops: DropDetection,
     pub(super) recorder: Recorder,
@@ -46,7 +46,7 @@ impl Observers {
         }
     }
 
-    /// Returns all of them, in the order in which they look at a step.
+    /// Returns all observers, in the order in which they receive a step.
     pub(super) fn all(&mut self) -> [&mut dyn Observer; 7] {
         let Self { drops, recorder, judge, forces, tracer, clearance, causes } = self;
         [drops, recorder, judge, forces, tracer, clearance, causes]

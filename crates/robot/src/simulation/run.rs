@@ -1,7 +1,7 @@
-//! The robot in the world: commands in, a recording of what the robot did and a verdict on each task out.
+//! Simulates a robot that executes commands; returns a recording of the robot and a verdict on each task.
 //!
-//! Every millisecond the plans give targets, behaviors correct them, the arms' inverse kinematics follows the palms, the controllers give torques, the robot's
-//! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
+//! Every millisecond the plans give targets, behaviors correct them, inverse kinematics follows the palms, and the controllers give torques. Then the robot's
+//! dynamics and the world's bodies advance, and fingertips press on bodies by the law of the virtual environment. Only fingertips have contacts.
 //! Tasks of both hands that overlap run on one time scale ([`crate::planning::time_scale`]).
 
 use super::hand_agent::HandAgent;
@@ -28,22 +28,22 @@ const SETTLING: usize = 300;
 /// Number of steps from one progress report to the next.
 const REPORTED: usize = 500;
 
-/// What a robot made of commands.
+/// The result of a simulation.
 #[derive(Clone, Debug)]
 pub struct Performance {
-    /// As the operator's recording.
+    /// The recording, in the form of the operator's recording.
     pub recording: Recording,
-    /// Of each task.
+    /// The outcome of each task.
     pub outcomes: Vec<TaskOutcome>,
-    /// Where its two arms came nearest to each other; `None` for one.
+    /// The minimum distance of its two arms; `None` for one arm.
     pub nearest: Option<MinDistance>,
-    /// What an arm went through, each pair once, in the order of time.
+    /// The collisions of its links, one for each pair, in order of time.
     pub collisions: Vec<Collision>,
-    /// How it moved and pressed.
+    /// The motion and forces of the robot.
     pub trace: Trace,
 }
 
-/// Simulates commands in a scene. What has fallen off is not waited for: the tasks about it end, and with the last of them the recording.
+/// Simulates commands in a scene. The tasks of an object that has fallen off end at once, and the recording ends with the last task.
 ///
 /// # Errors
 /// Commands of a hand that the robot does not have, grasps that could not be mapped, poses out of the arm's reach.
@@ -56,7 +56,7 @@ pub fn simulate(
     simulate_seeing(commands, robot, scene, &Vector3::zeros(), progress)
 }
 
-/// The same by a robot that sees every object this far from where it is, reference frame, m.
+/// Like [`simulate`], for a robot that sees every object with this position error, reference frame, m.
 ///
 /// # Errors
 /// As [`simulate`].
@@ -86,7 +86,7 @@ struct Simulation<'t> {
     /// The scene with the robot's hands, and the index of each task's object among its bodies.
     scene: Scene,
     bodies: Vec<usize>,
-    /// How far from where they are objects are seen.
+    /// The position error of seen objects, reference frame, m.
     sight: Translation3<f64>,
     world: World,
     hands: Vec<HandAgent<'t>>,
@@ -96,7 +96,7 @@ struct Simulation<'t> {
 }
 
 impl<'t> Simulation<'t> {
-    /// The hands at their first targets in a scene that has come to rest.
+    /// Returns the simulation with the hands at their first targets in a scene at rest.
     fn begin(
         commands: &'t Commands,
         robot: &Robot,
@@ -166,7 +166,7 @@ impl<'t> Simulation<'t> {
         self.observers.drops.fell_s(self.bodies[task]).is_some()
     }
 
-    /// The schedule of tasks for hands that are where they are.
+    /// Returns the schedule of tasks for the current poses of the hands.
     fn plan(&mut self, group: &[usize]) -> Result<Schedule<'t>, InputError> {
         let Self { tasks, scene, world, sight, hands, .. } = self;
         let see = |object: &str| seen(scene, world.observation(), sight, object);
@@ -182,7 +182,7 @@ impl<'t> Simulation<'t> {
         for (place, hand) in hands.iter_mut().enumerate() {
             hand.follow(schedule.at(place, time_s), tasks, bodies, &see, &lost);
             if let Some(doing) = hand.at_work() {
-                // What two hands push neither of them goes about: it would turn away before the other one.
+                // Fingers do not move around an object that two hands push: it would turn away from the other hand.
                 let alike = |other: &&usize| tasks[**other].object == tasks[doing.task].object;
                 let alone = |other: &usize| tasks[*other].track == tasks[doing.task].track;
                 hand.target.pushed &= group.iter().filter(alike).all(alone);
@@ -190,7 +190,7 @@ impl<'t> Simulation<'t> {
         }
     }
 
-    /// Lets the behaviors correct the targets, one after the other for all hands; whether the plans are to wait.
+    /// Applies the behaviors to the targets, one after the other for all hands. Returns whether the plans wait.
     fn behave(&mut self) -> bool {
         let Self { world, sight, hands, .. } = self;
         let seen = world.observation();
@@ -207,7 +207,7 @@ impl<'t> Simulation<'t> {
         waits
     }
 
-    /// Shows a step, of this number in its group, to the observers.
+    /// Passes a step, with its number in the group, to the observers.
     fn observe(&mut self, in_group: usize) {
         let step = Step { number: self.step, in_group, seen: self.world.observation(), hands: &self.hands };
         self.observers.all().into_iter().for_each(|observer| observer.observe(&step));
@@ -246,13 +246,13 @@ impl<'t> Simulation<'t> {
     }
 }
 
-/// Where an object of a scene is seen, reference frame.
+/// Returns the seen pose of an object, reference frame.
 fn seen(scene: &Scene, seen: &Observation, sight: &Translation3<f64>, object: &str) -> Option<Isometry3<f64>> {
     let body = scene.bodies.get_index_of(object)?;
     seen.bodies.get(body).map(|body| *sight * body.pose)
 }
 
-/// The scene with the robot's hands in place of the operator's.
+/// Returns the scene with the robot's hands in place of the operator's.
 fn with_hands(scene: &Scene, sides: &[Side], limbs: &[Robot]) -> Scene {
     let mut scene = scene.clone();
     let hands = sides.iter().zip(limbs).filter_map(|(side, limb)| {

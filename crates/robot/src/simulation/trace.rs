@@ -1,4 +1,4 @@
-//! What a simulated robot did, 100 times a second: what its pictures and plots are made of.
+//! The trace of a simulated robot, at 100 Hz, for pictures and plots.
 
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
@@ -9,50 +9,50 @@ use teachtree_base::scene::Scene;
 /// A robot's motion through all tasks.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// The hands that moved.
+    /// The limbs: each hand with the arm that carries it.
     pub limbs: Vec<Limb>,
-    /// Where it was.
+    /// The scene.
     pub scene: Scene,
-    /// In order of time.
+    /// The instants, in order of time.
     pub moments: Vec<TraceSample>,
 }
 
-/// A hand with what carries it.
+/// A hand with its arm.
 #[derive(Clone, Debug)]
 pub struct Limb {
-    /// Which hand.
+    /// The side of the hand.
     pub side: Side,
-    /// Its links.
+    /// The links.
     pub robot: Robot,
 }
 
-/// How a limb stands.
+/// The configuration of a limb.
 #[derive(Clone, Debug)]
 pub struct LimbPose {
     /// Values of its degrees of freedom, rad or m.
     pub q: Vec<f64>,
-    /// Where its root is, reference frame.
+    /// The pose of its root, reference frame.
     pub root: Isometry3<f64>,
 }
 
 /// One instant of a task.
 #[derive(Clone, Debug)]
 pub struct TraceSample {
-    /// Since the beginning, s.
+    /// The time since the beginning, s.
     pub time_s: f64,
     /// Index of the task.
     pub task: usize,
     /// Index of its object among the scene's bodies.
     pub object: usize,
-    /// Index of the limb that does it.
+    /// Index of the limb that performs the task.
     pub limb: usize,
     /// The primitive.
     pub primitive: String,
-    /// What the hand does.
+    /// The action of the hand.
     pub does: Meaning,
-    /// How every limb stands.
+    /// The configuration of every limb.
     pub stances: Vec<LimbPose>,
-    /// Where the scene's bodies are, in their order, reference frame.
+    /// The poses of the scene's bodies, in their order, reference frame.
     pub bodies: Vec<Isometry3<f64>>,
     /// Forces on the task's object, in the order of the hand's fingers.
     pub forces: Vec<FingerForce>,
@@ -61,12 +61,12 @@ pub struct TraceSample {
 /// A fingertip's force on the object, frame of the object, N.
 #[derive(Clone, Copy, Debug)]
 pub struct FingerForce {
-    /// Which.
+    /// The finger.
     pub finger: Finger,
     /// The demonstrated force; `None` if it was not measured.
     pub demonstrated: Option<Vector3<f64>>,
     /// The commanded force, without the part that the slip reflex adds.
     pub commanded: Vector3<f64>,
-    /// As it is.
+    /// The exerted force.
     pub exerted: Vector3<f64>,
 }

@@ -1,20 +1,20 @@
-//! What a simulated robot went through, in words: nothing keeps it from that.
+//! Warnings about collisions of a simulated robot. The simulation does not prevent them.
 
 use super::observers::arm_clearance::{Collision, MinDistance};
 
-/// Something that a real robot could not do.
+/// A motion that a real robot cannot perform.
 pub struct Warning {
-    /// When first, s of the robot's recording.
+    /// The first time, s of the robot's recording.
     pub time_s: f64,
-    /// The kind.
+    /// The kind of the warning.
     pub kind: &'static str,
-    /// The link that it is about.
+    /// The link concerned.
     pub link: String,
-    /// What it was, in a sentence.
+    /// The message.
     pub message: String,
 }
 
-/// The warnings about arms that went through each other, and about what links went through.
+/// Returns the warnings about colliding arms and about collisions of links.
 pub fn warnings(nearest: Option<&MinDistance>, collisions: &[Collision]) -> Vec<Warning> {
     let passed = nearest.filter(|nearest| nearest.passes_through()).map(|nearest| {
         let (deep, time_s, [one, other]) = (nearest.depth_m() * 1e3, nearest.time_s, &nearest.links);

@@ -94,7 +94,7 @@ impl Behavior for GripForce {
     }
 }
 
-/// The way into the surface where a fingertip touches a body, and whether it is about to slip there.
+/// Returns the inward surface normal where a fingertip touches a body, and whether the fingertip is about to slip there.
 fn felt(tip: &TipState, body: usize, gains: &Gains) -> Option<(Finger, Vector3<f64>, bool)> {
     let touch = tip.touches.iter().find(|touch| touch.body == body)?;
     let inward = -touch.normal;

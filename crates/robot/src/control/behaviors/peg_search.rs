@@ -1,9 +1,9 @@
-//! Peg search: a hand that feels its object stand on the rim, where it should go into a hole, presses lightly and moves it in a spiral until it drops in.
+//! Peg search: a hand whose object stands on the rim of its hole presses lightly and moves the object along a spiral until it drops in.
 //!
-//! On the rim the object stays behind its target, while fingertips feel that something else carries it; a real hand knows both by touch. Then
-//! the plan waits. Along the axis the hand follows the object and presses with a small force; across it, it brings the object's plug point along a
-//! [`SpiralPath`]; its tilt is kept. (A force in one direction, a place in the others: M. H. Raibert and J. J. Craig, *Hybrid Position/Force Control of
-//! Manipulators*, 1981.) When the object has dropped, the plan goes on from there. When it gets stuck on the rim again, so does the spiral.
+//! On the rim the object lags behind its target, and the fingertips carry less of its weight; a real hand can sense both. The plan then waits. Along the
+//! axis the hand follows the object and presses with a small force. Across the axis, it moves the object's plug point along a [`SpiralPath`] and keeps the
+//! tilt. (Force control in one direction, position control in the others: M. H. Raibert and J. J. Craig, *Hybrid Position/Force Control of Manipulators*,
+//! 1981.) When the object has dropped, the plan continues from there. When the object stands on the rim again, the spiral continues.
 
 use super::spiral_path::SpiralPath;
 use crate::control::behavior::{Behavior, HandObservation, Progress, SearchResult, holds};
@@ -15,40 +15,40 @@ use teachtree_base::pose::pose_from_array;
 use teachtree_base::scene::Scene;
 use teachtree_command::{HoleGeometry, Task, hole_of};
 
-/// A hole is looked for so far about the place where it is expected, m.
+/// The radius of the search about the expected position of a hole, m.
 pub const WITHIN_M: f64 = 0.004;
 
 /// Gains and thresholds of the search; ours, tuned on the tight shipped holes with offsets of up to 4 mm (docs/robot.md, Peg search).
 #[derive(Clone, Copy, Debug)]
 struct Gains {
-    /// The way between turns of the spiral as a share of the clearance to every side; twice that is the most.
+    /// The pitch of the spiral, as a multiple of the clearance to each side; less than 2.
     pitch: f64,
-    /// Its bounds, m, and what it is where the clearance is not known, m.
+    /// The bounds of the pitch, m, and the pitch for an unknown clearance, m.
     pitch_m: [f64; 2],
     unknown_pitch_m: f64,
-    /// The speed of the spiral, m/s; slower where the object sticks and lags behind, down to this share when by so much, m.
+    /// The speed of the spiral, m/s. An object that lags by `lags_m` (m) slows it to the share `least_speed`.
     speed_m_s: f64,
     least_speed: f64,
     lags_m: f64,
-    /// How fast the hand goes farther to bring along what sticks, 1/s, and how far at most, m.
+    /// The gain (1/s) and the limit (m) of the extra displacement that moves a stuck object.
     pulls: f64,
     pulls_m: f64,
-    /// How fast the hand is displaced at most, m/s.
+    /// The maximum speed of the displacement, m/s.
     haste_m_s: f64,
-    /// An object stands on the rim when it is this much higher than it should be, m, and so much less of it is carried by the hand than before, N.
+    /// An object stands on the rim when it is this much above its target, m, and the force with which the hand carries it has decreased by `carried_n`, N.
     stands_m: f64,
     carried_n: f64,
-    /// It has dropped in when it is so much lower than it stood, m.
+    /// The object has dropped in when it is this much lower than on the rim, m.
     drops_m: f64,
-    /// The hand presses with this, N, and follows the object along the axis this fast, 1/s.
+    /// The pressing force, N, and the gain with which the hand follows the object along the axis, 1/s.
     presses_n: f64,
     follows: f64,
-    /// What the hand carries is measured when the object is to be higher than this over the rim, m.
+    /// The carried force is measured while the target of the object is higher than this above the rim, m.
     above_m: f64,
-    /// Time constants of what the hand carries and of what it feels, s.
+    /// The time constants of the carried force and of the current force, s.
     carrying_s: f64,
     feeling_s: f64,
-    /// How fast the displacement is forgotten when the object has been let go or has dropped in, 1/s.
+    /// The rate at which the displacement decays after the object is released or has dropped in, 1/s.
     forgotten: f64,
 }
 
@@ -83,7 +83,7 @@ pub(crate) struct PegSearch {
 }
 
 impl PegSearch {
-    /// The searches before any.
+    /// Returns the searches of all tasks, before any has begun.
     pub(super) fn new(tasks: &[Task], scene: &Scene) -> Self {
         Self { tasks: tasks.iter().map(|task| Search::new(task, scene)).collect() }
     }
@@ -101,19 +101,19 @@ impl Behavior for PegSearch {
     }
 }
 
-/// How a hand puts the object of one task into its hole.
+/// The search for the hole of one task.
 struct Search {
     gains: Gains,
     hole: Option<HoleGeometry>,
     spiral: SpiralPath,
     state: State,
     searched: Option<SearchResult>,
-    /// What the hand is displaced by: across the axis from where the hole is expected, and along it, m.
+    /// The displacement of the hand across the axis from the expected position of the hole, and along the axis, m.
     aside: Vector3<f64>,
     along: f64,
-    /// How much farther than the spiral it goes to bring along what sticks, m.
+    /// The extra displacement beyond the spiral that moves a stuck object, m.
     pulls: Vector3<f64>,
-    /// The force along the axis that carries the object, and the one now, N.
+    /// The force along the axis with which the hand carries the object, and the current force, N.
     carries: f64,
     now: f64,
 }
@@ -121,12 +121,12 @@ struct Search {
 #[derive(Clone, Copy, PartialEq)]
 enum State {
     Going,
-    /// The object stood so high over the rim, m.
+    /// The height of the object on the rim above its target, m.
     Feeling(f64),
     Lost,
 }
 
-/// Where an object is, beside where it should be, seen along the axis of its hole, m.
+/// The offset of an object from its target, across and along the axis of its hole, m.
 struct HoleOffset {
     height: f64,
     wanted_height: f64,
@@ -134,7 +134,7 @@ struct HoleOffset {
 }
 
 impl Search {
-    /// For the hole into which a task puts its object, if there is one.
+    /// Returns the search of a task; it does nothing if the task has no hole.
     fn new(task: &Task, scene: &Scene) -> Self {
         let into =
             |name: &str| task.into.as_ref().filter(|into| into.body == name).map(|into| pose_from_array(&into.pose));
@@ -159,7 +159,7 @@ impl Search {
         }
     }
 
-    /// Displaces a target; whether the plan is to wait. `dt` is the step, s.
+    /// Displaces a target and returns whether the plan waits. `dt` is the step, s.
     fn apply(&mut self, target: &mut Target, sensed: &HandObservation<'_>, dt: f64) -> bool {
         let Some(hole) = self.hole else { return false };
         let (off, force) = (&sensed.hole_off, sensed.force());
@@ -225,7 +225,7 @@ impl Search {
         self.aside += way * (self.gains.haste_m_s * dt / way.norm().max(1e-12)).min(1.0);
     }
 
-    /// Goes on with the spiral; where the hand is to be displaced to.
+    /// Advances the spiral and returns the new displacement of the hand.
     fn advance_spiral(&mut self, seen: &HoleOffset, axis: &Vector3<f64>, dt: f64) -> Vector3<f64> {
         let [one, other] = perpendiculars(axis);
         let [x, y] = self.spiral.place();

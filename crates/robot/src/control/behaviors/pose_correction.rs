@@ -1,7 +1,7 @@
-//! Pose correction: a hand makes up for how an object hangs otherwise than it should, since fingertips hold it only softly about the line between them, and it
-//! may have slipped. Integral control of the object's pose, as it is seen, with sway damping ([`SwayDamping`]) added to its turn.
+//! Pose correction: integral control of the seen pose of a held object, with sway damping ([`SwayDamping`]) added to its rotation. Fingertips hold an object
+//! only softly about the line between them, and the object may have slipped.
 //!
-//! What fingers only push cannot be turned as one likes: they go about it as it turns, and bring its middle back onto its way.
+//! A pushed object cannot be turned freely: the fingers move around it as it turns, and bring its center back onto the path.
 
 use super::sway_damping::SwayDamping;
 use crate::control::behavior::{Behavior, HandObservation, Progress, holds};
@@ -18,9 +18,9 @@ struct Gains {
     /// The largest correction, rad and m.
     most_rad: f64,
     most_m: f64,
-    /// How fast it is forgotten after letting go, 1/s.
+    /// The rate at which the correction decays after release, 1/s.
     forgotten: f64,
-    /// How fast fingers go about what they push, 1/s.
+    /// The rate at which fingers move around a pushed object, 1/s.
     follows: f64,
 }
 
@@ -30,27 +30,27 @@ impl Default for Gains {
     }
 }
 
-/// What the hand is turned and moved by.
+/// The rotation and displacement of the hand.
 #[derive(Clone, Debug)]
 pub(crate) struct PoseCorrection {
     gains: Gains,
     turned: Vector3<f64>,
     moved: Vector3<f64>,
-    /// What hangs between soft tips sways; flat pads keep it from that.
+    /// The sway damping; `None` for flat pads, between which objects do not swing.
     sway: Option<SwayDamping>,
-    /// The direction in which a support carries, unit; zero without gravity.
+    /// The unit vector against gravity; zero without gravity.
     up: Vector3<f64>,
 }
 
 impl PoseCorrection {
-    /// The correction of a hand that has made up for nothing yet.
+    /// Returns a correction of zero.
     pub(super) fn new(scene: &Scene, hand: &HandModel) -> Self {
         let (turned, moved) = (Vector3::zeros(), Vector3::zeros());
         let sway = (!hand.has_flat_pads()).then(SwayDamping::default);
         Self { gains: Gains::default(), turned, moved, sway, up: scene.up() }
     }
 
-    /// Gathers what the object's pose is off.
+    /// Integrates the pose error of the object.
     fn gather(&mut self, target: &Target, object: &Isometry3<f64>, held: bool, shared: bool, dt: f64) {
         let Gains { rate, most_rad, most_m, forgotten, follows } = self.gains;
         let error = target.object.translation.vector - object.translation.vector;
@@ -65,7 +65,7 @@ impl PoseCorrection {
             self.turned += (about - self.turned) * (follows * dt);
             self.turned = within(self.turned, most_rad);
             if target.free {
-                // Not into its support.
+                // The correction must not press the object into its support.
                 self.moved = within(self.moved + (error - self.up * self.up.dot(&error)) * (rate * dt), most_m);
             }
         } else if !held && !target.pushed {
@@ -76,8 +76,9 @@ impl PoseCorrection {
 }
 
 impl Behavior for PoseCorrection {
-    /// Turns and moves palm and fingertips, the turn about the middle of the grasp, or of what is pushed. Corrects only what is free: elsewhere something else
-    /// determines the object's pose. While another hand holds the object as well, nothing is added: two hands would turn it about two places.
+    /// Rotates and moves palm and fingertips; the center of the rotation is the middle of the grasp, or the center of a pushed object. Corrects only
+    /// unconstrained directions: contacts determine the others. Adds no correction while another hand holds the object too, because the centers of rotation
+    /// would differ.
     fn apply(&mut self, sensed: &HandObservation<'_>, target: &mut Target, dt_s: f64) -> Progress {
         let held = holds(target);
         self.gather(target, &sensed.object, held, sensed.shared, dt_s);
@@ -100,7 +101,7 @@ impl Behavior for PoseCorrection {
     }
 }
 
-/// The vector, or the one of this length in its direction when it is longer.
+/// Returns the vector, shortened to this length if it is longer.
 fn within(vector: Vector3<f64>, most: f64) -> Vector3<f64> {
     vector * (most / vector.norm().max(1e-9)).min(1.0)
 }

@@ -1,8 +1,8 @@
-//! The spiral along which a hand feels for a hole: Archimedean, from the middle outwards, at one speed.
+//! The Archimedean spiral of a search for a hole, from the middle outwards, at constant speed.
 //!
-//! It covers a disc: no place in it is farther from the way than half the pitch. So a hole of some clearance, which lets a peg in that is so far beside
-//! its axis, is met when the pitch is less than twice the clearance (S. R. Chhatpar and M. S. Branicky, *Search Strategies for Peg-in-Hole Assemblies with
-//! Position Uncertainty*, IROS 2001).
+//! The spiral covers a disc: each point of the disc is within half the pitch of the spiral. A peg enters a hole if its distance from the axis is less than the
+//! clearance, so the spiral finds the hole if its pitch is less than twice the clearance (S. R. Chhatpar and M. S. Branicky, *Search Strategies for Peg-in-Hole
+//! Assemblies with Position Uncertainty*, IROS 2001).
 
 use std::f64::consts::TAU;
 
@@ -15,24 +15,24 @@ pub struct SpiralPath {
 }
 
 impl SpiralPath {
-    /// The middle of a spiral with this way between its turns, m, that covers a disc of the radius `within`, m.
+    /// Returns the start of a spiral with this pitch (m) that covers a disc of the radius `within` (m).
     pub const fn new(pitch: f64, within: f64) -> Self {
         Self { pitch, within, angle: 0.0 }
     }
 
-    /// Where it is, m.
+    /// Returns the current point, m.
     pub fn place(&self) -> [f64; 2] {
         let radius = self.radius();
         [radius * self.angle.cos(), radius * self.angle.sin()]
     }
 
-    /// Goes on by a way, m; `false` when the disc is covered.
+    /// Advances by a distance, m; returns `false` when the disc is covered.
     pub fn advance(&mut self, way: f64) -> bool {
-        // The arc is √(r² + (p/2π)²) long per angle, which changes much near the middle: it is taken half way.
+        // The arc length per angle is √(r² + (p/2π)²). It changes fast near the middle, so it is evaluated half way.
         let per_angle = |angle: f64| self.pitch / TAU * angle.hypot(1.0);
         let half_way = self.angle + 0.5 * way / per_angle(self.angle);
         self.angle += way / per_angle(half_way);
-        // At its beginning the last turn is then inside of the edge by half a pitch at most.
+        // The last turn then begins at most half a pitch inside the edge.
         self.radius() < self.within + self.pitch / 2.0
     }
 

@@ -1,4 +1,4 @@
-//! Sway damping: what hangs between two tips turns about the line between them as on a hinge, which friction hardly slows down. The palm turns against that.
+//! Sway damping: an object between two tips swings about the line between them, as on a hinge with little friction. The palm rotates against the swing.
 
 use crate::planning::plan::Target;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -6,11 +6,11 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 /// Gains of sway damping; ours, tuned on the shipped scenes with a hinge grasp (docs/sources.md, Control).
 #[derive(Clone, Copy, Debug)]
 struct Gains {
-    /// The turn of the palm for a rate of 1 rad/s, s.
+    /// The rotation of the palm per angular rate, s.
     turn_s: f64,
-    /// At most so far, rad.
+    /// The maximum rotation of the palm, rad.
     most_rad: f64,
-    /// Time constant with which the rate is seen, s.
+    /// The time constant of the rate's low-pass filter, s.
     seen_s: f64,
 }
 
@@ -20,18 +20,18 @@ impl Default for Gains {
     }
 }
 
-/// How an object that hangs between two tips sways.
+/// The sway of an object between two tips.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SwayDamping {
     gains: Gains,
-    /// How the object was turned one step before.
+    /// The orientation of the object one step before.
     before: Option<UnitQuaternion<f64>>,
-    /// How fast it turns about the line between the tips, rad/s.
+    /// The angular rate of the object about the line between the tips, rad/s.
     rate: Vector3<f64>,
 }
 
 impl SwayDamping {
-    /// Returns the turn of the palm against the sway of what hangs between two tips, as a scaled axis, rad; zero for other grasps. `dt_s` is the step, s.
+    /// Returns the rotation of the palm against the sway of an object between two tips, as a scaled axis, rad; zero for other grasps. `dt_s` is the step, s.
     pub(super) fn turn(&mut self, target: &Target, object: &Isometry3<f64>, dt_s: f64) -> Vector3<f64> {
         let [(_, one, _), (_, other, _)] = &target.tips[..] else { return self.rest() };
         let Some(line) = (other - one).try_normalize(1e-6) else { return self.rest() };
@@ -42,7 +42,7 @@ impl SwayDamping {
         turn * (self.gains.most_rad / turn.norm().max(1e-9)).min(1.0)
     }
 
-    /// Forgets the sway: nothing hangs. Returns no turn.
+    /// Resets the sway of a hand without an object. Returns a rotation of zero.
     pub(super) fn rest(&mut self) -> Vector3<f64> {
         (self.before, self.rate) = (None, Vector3::zeros());
         Vector3::zeros()

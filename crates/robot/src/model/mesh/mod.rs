@@ -1,6 +1,6 @@
 //! Meshes of a URDF: names in; convex pieces that are kept clear of other things, and what the links look like, out.
 //!
-//! What strangers may make a mesh cost is limited: see the constants here and in the files of the steps.
+//! The cost of meshes from untrusted files is limited: see the constants here and in the files of the steps.
 
 mod collada;
 mod formats;
@@ -24,7 +24,7 @@ pub const MAX_BYTES: u64 = 64 << 20;
 const MAX_TRIANGLES: usize = 4 << 20;
 /// Maximum number of meshes of a robot that are decomposed; each takes up to some tenths of a second.
 const MAX_TAKEN_APART: usize = 100;
-/// A mesh is at most this long, m: a longer one is in other units.
+/// Maximum extent of a mesh, m: a larger mesh is in other units.
 const MAX_LENGTH_M: f64 = 5.0;
 /// Maximum number of triangles in the drawing of a robot, and of a link.
 const MAX_DRAWN: usize = 16_000;
@@ -49,7 +49,7 @@ pub(super) enum Meshes {
 /// A file and its scale.
 type ScaledFile = (String, Vector3<f64>);
 
-/// Meshes that are read already, so that a file that is named again costs nothing.
+/// A cache of meshes, so that each file is read once.
 #[derive(Default)]
 struct MeshCache {
     files: Vec<(String, Arc<Mesh>)>,
@@ -85,7 +85,7 @@ pub(super) fn load(
             }
         }
     }
-    // What is drawn is made of fewer triangles, the fewer the more links there are.
+    // The drawing has fewer triangles for each link, the more links there are.
     let drawn = looks.iter().filter(|look| !look.triangles.is_empty()).count();
     let most = MAX_DRAWN_OF_LINK.min(MAX_DRAWN / drawn.max(1));
     for (link, look) in tree.links.iter_mut().zip(looks) {
@@ -97,7 +97,7 @@ pub(super) fn load(
 }
 
 impl MeshCache {
-    /// The mesh of a name, as large as its scale makes it.
+    /// Returns the scaled mesh of a name.
     fn scaled(&mut self, name: &MeshName, packages: &Packages<'_>, bytes_of: BytesOf<'_>) -> Result<Mesh, InputError> {
         let mesh = self.mesh(name, packages, bytes_of)?;
         let mesh = mesh.map(|point| Point3::from(point.coords.component_mul(&name.scale)));

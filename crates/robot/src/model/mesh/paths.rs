@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use std::path::{Component, Path, PathBuf};
 use teachtree_base::error::InputError;
 
-/// The folders of packages, and where they are looked for.
+/// The folders of packages, and the folder from which they are searched.
 pub(in super::super) struct Packages<'a> {
     /// The folder of the URDF.
     pub(in super::super) folder: &'a Path,

@@ -1,7 +1,7 @@
-//! Convex pieces of a mesh. Together they hold all its triangles: whatever is clear of the pieces is clear of the mesh.
+//! Convex pieces of a mesh. Their union contains all triangles of the mesh: a shape that does not touch the pieces does not touch the mesh.
 //!
-//! The method is V-HACD (K. Mamou, *Volumetric Hierarchical Approximate Convex Decomposition*, 2016), as parry has it: the mesh becomes voxels, which are cut by
-//! planes as long as a part is far from convex. The piece of a part is the convex hull of the mesh within it. Hulls of many corners are made of fewer, and
+//! The method is V-HACD (K. Mamou, *Volumetric Hierarchical Approximate Convex Decomposition*, 2016), as parry has it: the mesh becomes voxels, which are cut
+//! by planes as long as a part is far from convex. The piece of a part is the convex hull of the mesh within it. Hulls of many corners are made of fewer, and
 //! rounded by as much as they miss of the others.
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -18,16 +18,16 @@ use teachtree_description::shape::CollisionShape;
 
 /// Voxels along the longest edge.
 const RESOLUTION: u32 = 32;
-/// A part is cut where its hull has more volume than it, by this share of the hull of the whole.
+/// A part is cut if its hull exceeds its volume by this share of the hull of the whole mesh.
 const CONCAVITY: f64 = 0.03;
-/// It is halved until there are twice as many parts as this, at most.
+/// The mesh is halved until it has at most twice this number of parts.
 const HALVED_TO: u32 = 4;
 /// Maximum number of comparisons of triangles with voxels; a mesh that needs more is one piece.
 const MAX_COMPARED: f64 = 1.6e7;
 /// Maximum number of corners of a hull, and the error below which fewer suffice, m.
 const MAX_CORNERS: usize = 64;
 const MISSES_M: f64 = 3e-4;
-/// A piece that misses more is a box, m.
+/// A piece with a larger error is replaced with a box, m.
 const MAX_MISSED_M: f64 = 8e-3;
 /// A flat mesh is a box of at least this half thickness, m.
 const THIN_M: f64 = 5e-4;
@@ -52,7 +52,7 @@ fn volume(mesh: &Mesh) -> f64 {
     mesh.triangles.iter().map(part).sum::<f64>().abs()
 }
 
-/// The corners of the parts of a mesh; nothing where it cannot be taken apart.
+/// Returns the corners of the parts of a mesh; empty if it cannot be decomposed.
 fn decomposed(mesh: &Mesh) -> Option<Vec<Vec<Point3<f64>>>> {
     let [low, high] = mesh.bounds();
     let voxel = (high - low).max() / f64::from(RESOLUTION - 1);
@@ -70,12 +70,12 @@ fn decomposed(mesh: &Mesh) -> Option<Vec<Vec<Point3<f64>>>> {
         concavity: CONCAVITY,
         resolution: RESOLUTION,
         max_convex_hulls: HALVED_TO,
-        // Hulls of every fourth voxel are smaller than what they hold, which is then taken for concave.
+        // Hulls of every fourth voxel are smaller than their parts, which would then count as concave.
         convex_hull_downsampling: 1,
         fill_mode: FillMode::FloodFill { detect_cavities: false },
         ..VHACDParameters::default()
     };
-    // It asserts what rounding may break.
+    // The library asserts conditions that rounding may break.
     let parts = guarded("", || {
         let made = VHACD::decompose(&parameters, &points, &triangles, true);
         let hulls = made.compute_exact_convex_hulls(&points, &triangles);
@@ -103,7 +103,7 @@ fn piece(points: &[Point3<f64>]) -> CollisionShape {
 
 fn hull(points: &[Point3<f64>]) -> Option<Polytope> {
     let (points, _) = hull_of(points)?;
-    // The farthest in many directions, and then whatever is farthest outside, until little is.
+    // First the farthest points in many directions, then the point farthest outside, until the error is small.
     let mut chosen: Vec<usize> = Vec::new();
     let choose = |chosen: &mut Vec<usize>, direction: Vector3<f64>| {
         let along = |at: &usize| direction.dot(&points[*at].coords);

@@ -1,4 +1,4 @@
-//! How near the robot's two arms pass each other, and what an arm or a hand goes through. Nothing keeps arms from that in the simulation, so it is reported.
+//! The minimum distance of the two arms, and collisions of arms and hands. The simulation has no contact forces on links, so collisions are reported.
 
 use crate::control::executor::Executor;
 use crate::kinematics::arm_distance::{PlacedShape, arm_distance, placed};
@@ -14,45 +14,45 @@ use teachtree_world::STEP_S;
 /// their links.
 pub const ACCEPTED_M: f64 = 0.003;
 
-/// Where two arms with their hands came nearest to each other.
+/// The minimum distance of two arms with their hands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MinDistance {
-    /// The gap between them, m; negative when they were in each other.
+    /// The signed distance, m; negative for a penetration.
     pub gap: f64,
-    /// When, s since the beginning.
+    /// The time of the minimum, s since the beginning.
     pub time_s: f64,
     /// The names of the links.
     pub links: [String; 2],
 }
 
 impl MinDistance {
-    /// How deep they were in each other, m.
+    /// Returns the penetration depth, m.
     pub fn depth_m(&self) -> f64 {
         depth(self.gap)
     }
 
-    /// Whether they went through each other.
+    /// Whether the arms collided.
     pub fn passes_through(&self) -> bool {
         self.gap <= SHORT_M
     }
 }
 
-/// Something that an arm or a hand went through.
+/// A collision of a link of an arm or a hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
     /// The link of the arm.
     pub link: String,
     /// The body or the other link of the arm.
     pub with: String,
-    /// When first, s since the beginning.
+    /// The start of the first contact, s since the beginning.
     pub time_s: f64,
-    /// How deep at most, m.
+    /// Maximum penetration depth, m.
     pub depth_m: f64,
-    /// For how long in all, s.
+    /// Total duration, s.
     pub lasts_s: f64,
 }
 
-/// How deep shapes with this gap are in each other, m.
+/// Returns the penetration depth of shapes with this signed distance, m.
 fn depth(gap: f64) -> f64 {
     0.0 - gap.min(0.0)
 }
@@ -66,7 +66,7 @@ impl Collision {
 /// Number of steps from one distance measurement to the next.
 const LOOKED_AT: usize = 10;
 
-/// Where two arms came nearest to each other so far, and what each went through.
+/// The minimum distance of the arms so far, and the collisions of each.
 #[derive(Clone, Debug)]
 pub(in crate::simulation) struct ArmClearance {
     pub(in crate::simulation) nearest: Option<MinDistance>,
@@ -98,7 +98,7 @@ impl ArmClearance {
         self.deepest[task].max(depth(self.gaps[task]))
     }
 
-    /// What an arm goes through now, other than the body that its hand is at work with.
+    /// Records the current collisions of an arm, except with the body that its hand manipulates.
     fn meetings(&self, arm: usize, step: &Step<'_>) -> Vec<Collision> {
         let hand = &step.hands[arm];
         let Some(links) = self.arms.get(arm) else { return Vec::new() };
@@ -122,7 +122,7 @@ impl ArmClearance {
             }
         }
         met.extend(own_meetings(&placed).map(|[link, other]| of(link, name(other.link()), other.shape())));
-        // Once for all the shapes of a link.
+        // One collision covers all shapes of a link.
         met.sort_by(|a, b| (&a.link, &a.with).cmp(&(&b.link, &b.with)).then(b.depth_m.total_cmp(&a.depth_m)));
         met.dedup_by(|a, b| a.is_same(b));
         met

@@ -1,7 +1,7 @@
-//! Why a task is not done: what keeps an object from where it should be, when, and by which hand.
+//! Causes of failed tasks: why an object is not at its commanded pose, when, and which hand is involved.
 //!
-//! Each cause is something that a real robot could know of itself, or see of the object, and that lasts: what is over after [`LASTS_S`] is none. A cause is
-//! said once, when it began, with its largest extent. That the object left its way is always among them, if nothing else is.
+//! Each cause is something that a real robot could measure on itself or see of the object. A condition that lasts less than [`LASTS_S`] is not a cause. Each
+//! cause is reported once, with the time at which it began and its largest extent. A failed task has at least the cause that the object left its path.
 
 use super::judge::{WITHIN_M, WITHIN_RAD};
 use crate::control::behavior::{HOLDS_N, SearchResult, holds};
@@ -18,17 +18,17 @@ use teachtree_world::{Observation, TipState};
 
 /// The minimum duration of a cause, s.
 const LASTS_S: f64 = 0.1;
-/// The same of an object that touches nothing, s: it falls by 10 mm meanwhile.
+/// The minimum duration of an object without contact, s: the object falls by 10 mm in this time.
 const FALLS_S: f64 = 0.045;
-/// A joint this near to its limit is at it, rad or m.
+/// A joint within this distance of its limit is at the limit, rad or m.
 const AT_LIMIT: f64 = 1e-3;
-/// A palm or fingertip is off its way from here on, m and rad.
+/// The minimum error of a palm or fingertip that is off its path, m and rad.
 const OFF_WAY: (f64, f64) = (2e-3, 2e-2);
-/// A motor lacks torque from this share of its own on.
+/// The minimum missing torque that is reported, as a share of the motor's torque.
 const LACKS: f64 = 0.05;
-/// A fingertip that presses with less than this share of what it is asked for does not press.
+/// A fingertip that exerts less than this share of its commanded force does not press.
 const PRESSES: f64 = 0.5;
-/// A contact that moves farther along the surface has slipped, m: less is how a ball rolls.
+/// A contact that moves farther along the surface has slipped, m. A fingertip ball that rolls moves less.
 const SLIPS_M: f64 = 5e-3;
 
 /// The causes of each task so far.
@@ -45,7 +45,7 @@ impl Causes {
         Self { tasks: (0..tasks).map(|_| TaskWatch::default()).collect(), bodies }
     }
 
-    /// Returns what keeps the object of a task from where it should be, in order of time.
+    /// Returns the causes of a task, in order of time.
     pub(in crate::simulation) fn of(&self, task: usize) -> Vec<Cause> {
         let watch = &self.tasks[task];
         let left = watch.present.iter().filter(|cause| matches!(cause.why, FailureCause::LeftWay(..)));
@@ -78,18 +78,18 @@ impl Observer for Causes {
     }
 }
 
-/// What is remembered of a task.
+/// The state of a task.
 #[derive(Default)]
 struct TaskWatch {
     causes: Vec<Cause>,
-    /// What is so now, since when.
+    /// The current conditions, each with the time at which it began.
     present: Vec<Cause>,
-    /// Fingertips that hold: where they were on the object at first, its frame.
+    /// The first contact point of each holding fingertip, frame of the object, m.
     held: Vec<(Finger, Point3<f64>)>,
 }
 
 impl TaskWatch {
-    /// Takes down what is so now and where; what has lasted for long enough is a cause.
+    /// Records the current conditions with their places. A condition that has lasted long enough becomes a cause.
     fn note(
         &mut self,
         (time_s, side, primitive): (f64, Side, &str),
@@ -110,7 +110,7 @@ impl TaskWatch {
             }
         }
         let lasts = |cause: &&Cause| time_s - cause.time_s >= lasts_s(&cause.why);
-        // An object that leaves its way may come back to it until the end.
+        // An object off its path may return to it until the end.
         let for_good = |cause: &&Cause| !matches!(cause.why, FailureCause::LeftWay(..));
         for cause in self.present.iter().filter(lasts).filter(for_good) {
             match self.causes.iter_mut().find(|known| known.why.is_same(&cause.why)) {
@@ -120,7 +120,7 @@ impl TaskWatch {
         }
     }
 
-    /// Contacts that slip or are lost, and an object that is dropped.
+    /// Returns contacts that slip or are lost, and a dropped object.
     fn contacts(
         &mut self,
         target: &Target,
@@ -163,7 +163,7 @@ impl TaskWatch {
     }
 }
 
-/// The link of a cause, and the contact: with the object, or what that presses against most.
+/// Returns the link of a cause and the contact: the object, or the body with the largest force on the object.
 fn place(why: &FailureCause, hand: &HandAgent<'_>, object: usize, seen: &Observation, bodies: &[String]) -> CausePlace {
     let tree = &hand.executor.robot().tree;
     let body = |body: usize| bodies.get(body).cloned();
@@ -191,12 +191,12 @@ fn place(why: &FailureCause, hand: &HandAgent<'_>, object: usize, seen: &Observa
     }
 }
 
-/// For how long a cause must last, s.
+/// Returns the minimum duration of a cause, s.
 fn lasts_s(why: &FailureCause) -> f64 {
     if matches!(why, FailureCause::Dropped) { FALLS_S } else { LASTS_S }
 }
 
-/// Joints at a limit because of which the palm, or a fingertip that is to press and does not, is off its way.
+/// Returns the joints whose limits keep the palm, or a fingertip that should press, off its path.
 fn at_limits(hand: &HandAgent<'_>, tips: &[TipState], body: usize) -> Vec<FailureCause> {
     let (executor, model) = (&hand.executor, &hand.planner.hand);
     let dofs = &executor.robot().tree.dofs;
@@ -224,7 +224,7 @@ fn at_limits(hand: &HandAgent<'_>, tips: &[TipState], body: usize) -> Vec<Failur
     present
 }
 
-/// Motors that are asked for more than they give.
+/// Returns the motors whose commanded torque exceeds their limit.
 fn weak_motors(hand: &HandAgent<'_>) -> Vec<FailureCause> {
     let robot = hand.executor.robot();
     let fingers = hand.planner.hand.fingers.iter().flat_map(|finger: &FingerModel| &finger.dofs);
@@ -238,7 +238,7 @@ fn weak_motors(hand: &HandAgent<'_>) -> Vec<FailureCause> {
         .collect()
 }
 
-/// Whether a degree of freedom turns or slides.
+/// Returns whether a degree of freedom is revolute or prismatic.
 fn kind(robot: &Robot, dof: usize) -> JointKind {
     let mut joints = robot.tree.links.iter().filter_map(|link| link.joint.as_ref());
     joints.find(|joint| joint.dof == dof).map_or(JointKind::Revolute, |joint| joint.kind)

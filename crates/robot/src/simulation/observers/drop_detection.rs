@@ -1,24 +1,24 @@
-//! What falls off: an object far below everything in the scene is lost, and nothing more can be done with it.
+//! Drop detection: an object far below everything in the scene is lost, and no later command moves it.
 
 use crate::simulation::observer::{Observer, Step};
 use nalgebra::Vector3;
 use teachtree_base::scene::Scene;
 
-/// An object this far below everything that was there in the beginning is lost, m.
+/// An object this far below the lowest initial body is lost, m.
 const LOST_BELOW_M: f64 = 1.0;
 
-/// When each body was borne last, and whether it is lost.
+/// The time at which each body was last supported, and whether it is lost.
 pub(crate) struct DropDetection {
-    /// Where gravity pulls; zero without.
+    /// The direction of gravity; zero without gravity.
     down: Vector3<f64>,
-    /// How far down along it the lowest body began, m.
+    /// The initial coordinate of the lowest body along that direction, m.
     lowest: f64,
     borne_s: Vec<f64>,
     fell_s: Vec<Option<f64>>,
 }
 
 impl DropDetection {
-    /// Before anything falls.
+    /// Returns the detector before any step.
     pub(crate) fn new(scene: &Scene) -> Self {
         let down = -scene.up();
         let depths = scene.bodies.values().map(|body| down.dot(&Vector3::from(body.position.map(|part| part.0))));
@@ -27,7 +27,7 @@ impl DropDetection {
         Self { down, lowest, borne_s: vec![0.0; bodies], fell_s: vec![None; bodies] }
     }
 
-    /// When a body fell off, s: when something bore it for the last time; `None` while it is there.
+    /// Returns the time at which a lost body was last supported, s; `None` for a body that is not lost.
     pub(crate) fn fell_s(&self, body: usize) -> Option<f64> {
         self.fell_s[body]
     }

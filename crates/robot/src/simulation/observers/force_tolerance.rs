@@ -44,11 +44,11 @@ pub struct Forces {
     pub fingers: f64,
     /// Share of the time with a total force within the tolerance.
     pub total: f64,
-    /// How hard the fingertip pressed that did so most above what it might, or least below, N.
+    /// The force of the fingertip with the largest excess over its limit (or the smallest margin below it), N.
     pub largest: f64,
-    /// How hard that one might, N.
+    /// The limit of that fingertip, N.
     pub allowed: f64,
-    /// Whether no fingertip pressed harder than it might.
+    /// Whether all fingertips stayed within their limits.
     pub below: bool,
     /// Mean distance from the commanded forces over time and fingers, N.
     pub error: f64,
@@ -197,7 +197,7 @@ struct GripSums {
     asked: f64,
     within_limits: f64,
     raised: f64,
-    /// How much less than asked, in the steps in which a commanded force is above the limit of the hand.
+    /// The missing force in the steps in which a commanded force is above the limit of the hand.
     above_limit: f64,
 }
 
@@ -239,12 +239,12 @@ pub(in crate::simulation) struct ForceTolerance {
 }
 
 impl ForceTolerance {
-    /// The forces of tasks before any step.
+    /// Returns the tallies of the tasks before any step.
     pub(in crate::simulation) fn new(tasks: &[Task]) -> Self {
         Self { tasks: tasks.iter().map(Tally::of).collect() }
     }
 
-    /// Returns how the forces of a task were.
+    /// Returns the force comparison of a task.
     pub(in crate::simulation) fn judge(&self, task: usize) -> Forces {
         self.tasks[task].judge()
     }
@@ -278,13 +278,13 @@ struct Tally {
     /// Sum of the distances from the commanded forces, N, and number of forces.
     error: f64,
     compared: f64,
-    /// How hard the worst fingertip pressed, and how hard it might, N.
+    /// The force and the limit of the worst fingertip, N.
     worst: Option<[f64; 2]>,
     hardest_commanded: f64,
     segments: Vec<SegmentSums>,
 }
 
-/// How often something was so.
+/// Counts how often a condition was true.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ratio {
     so: usize,
@@ -405,7 +405,7 @@ impl Tally {
         &mut self.segments[at]
     }
 
-    /// What came of it.
+    /// Returns the comparison.
     fn judge(&self) -> Forces {
         let [largest, allowed] = self.worst.unwrap_or([0.0, self.allowed()]);
         Forces {

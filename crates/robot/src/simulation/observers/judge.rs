@@ -1,4 +1,4 @@
-//! The judge: how far each task ended from where the demonstration left its object, and how well palm and fingertips followed.
+//! The judge: measures the final error of each task's object against the demonstration, and the tracking of palm and fingertips.
 
 use super::arm_clearance::ACCEPTED_M;
 use super::force_tolerance::Forces;
@@ -11,22 +11,22 @@ use teachtree_base::scene::Scene;
 use teachtree_command::{HoleGeometry, Task, hole_of};
 use teachtree_world::Observation;
 
-/// Where the object must end, m, to be where the operator left it.
+/// Maximum distance between the final positions of the object, m.
 pub const WITHIN_M: f64 = 0.005;
-/// The same of its turn, rad.
+/// Maximum angle between the final orientations of the object, rad.
 pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 
-/// What came of a task.
+/// The outcome of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaskOutcome {
-    /// Its name.
+    /// The name of the task.
     pub task: String,
-    /// The hand that did it.
+    /// The hand that performed it.
     pub side: Side,
     /// The object.
     pub object: String,
-    /// The distance of the object from its final position in the demonstration, m. If another hand took it over, from the position at the handover. Play in a hole
-    /// does not count.
+    /// The distance of the object from its final position in the demonstration, m. If another hand took it over, from the position at the handover. Play in a
+    /// hole does not count.
     pub off: f64,
     /// The angle from that orientation, rad. An object that is correctly in a hole may turn about the axis of the hole.
     pub turned: f64,
@@ -34,8 +34,8 @@ pub struct TaskOutcome {
     pub leaning: f64,
     /// The speed of the object when it is judged, m/s.
     pub speed: f64,
-    /// The largest distance of the palm from its planned path, m; the path is that of the commands, moved with objects and holes to where they were seen, before any
-    /// correction by a behavior.
+    /// The largest distance of the palm from its planned path, m. The planned path is the commanded path, moved with the seen poses of objects and holes,
+    /// without the corrections of behaviors.
     pub palm_error: f64,
     /// The largest force of a fingertip, N.
     pub largest_force: f64,
@@ -91,19 +91,19 @@ impl TaskOutcome {
     }
 }
 
-/// What is gathered of each task while it is performed.
+/// The measurements of each task while it is performed.
 pub(in crate::simulation) struct Judge {
     tasks: Vec<Tally>,
 }
 
-/// What is gathered of a task.
+/// The measurements of a task.
 #[derive(Clone, Copy, Default)]
 struct Tally {
     palm_error: f64,
     largest_force: f64,
 }
 
-/// What of a task other observers found.
+/// The results of other observers for a task.
 pub(in crate::simulation) struct Findings {
     pub(in crate::simulation) side: Side,
     pub(in crate::simulation) searched: Option<SearchResult>,
@@ -119,7 +119,7 @@ impl Judge {
         Self { tasks: vec![Tally::default(); tasks] }
     }
 
-    /// Returns what came of a task (its number and itself) whose object, the body of this index, was to end at `wanted`.
+    /// Returns the outcome of a task, given with its number. `wanted` is the final pose of its object, the body of this index.
     pub(in crate::simulation) fn outcome(
         &self,
         (number, task): (usize, &Task),
@@ -159,8 +159,8 @@ impl Judge {
     }
 }
 
-/// How far two poses of an object in its hole are apart, m and rad: it may have turned about the axis of the hole, and moved across it as far as the hole is
-/// wider to both sides.
+/// Returns the distance (m) and angle (rad) between two poses of an object in its hole. A turn about the axis of the hole and a displacement across it within
+/// the clearance do not count.
 fn apart_in(hole: &HoleGeometry, end: &Isometry3<f64>, wanted: &Isometry3<f64>) -> (f64, f64) {
     let way = end * hole.plug - wanted * hole.plug;
     let along = way.dot(&hole.axis);
