@@ -11,6 +11,8 @@ pub enum ArmModel {
     So101,
     /// Franka's arm with the Franka Hand.
     Panda,
+    /// Trossen's ViperX 300 with six joints and its gripper, the follower arm of ALOHA.
+    Vx300s,
 }
 
 /// The parts of an arm that a hand of a binding consists of.
@@ -27,9 +29,10 @@ pub struct Tool {
 }
 
 /// Name and text of the URDFs of the models.
-pub const URDFS: [(&str, &str); 2] = [
+pub const URDFS: [(&str, &str); 3] = [
     ("so101.urdf", include_str!("../../../../robots/so101.urdf")),
     ("panda.urdf", include_str!("../../../../robots/panda.urdf")),
+    ("vx300s.urdf", include_str!("../../../../robots/vx300s.urdf")),
 ];
 
 /// The motors of an SO-101: ranges as published for its zero in the middle; that of the wrist is a whole turn, as LeRobot calibrates it.
@@ -48,6 +51,7 @@ impl ArmModel {
         match self {
             Self::So101 => "so101",
             Self::Panda => "panda",
+            Self::Vx300s => "vx300s",
         }
     }
 
@@ -56,6 +60,7 @@ impl ArmModel {
         match self {
             Self::So101 => URDFS[0].1,
             Self::Panda => URDFS[1].1,
+            Self::Vx300s => URDFS[2].1,
         }
     }
 
@@ -63,7 +68,7 @@ impl ArmModel {
     pub const fn motors(self) -> &'static [Motor] {
         match self {
             Self::So101 => SO101,
-            Self::Panda => &[],
+            Self::Panda | Self::Vx300s => &[],
         }
     }
 
@@ -71,11 +76,11 @@ impl ArmModel {
     pub const fn columns(self) -> Option<&'static str> {
         match self {
             Self::So101 => Some("observation.state.<joint>.pos"),
-            Self::Panda => None,
+            Self::Panda | Self::Vx300s => None,
         }
     }
 
-    /// Whether a joint is one of those that `<joint>` and `<index>` stand for: all of an SO-101, and those of the arm of a Panda, since its fingers are
+    /// Whether a joint is one of those that `<joint>` and `<index>` stand for: all of an SO-101, and those of the arm of others, whose fingers are
     /// rarely logged beside them.
     pub fn is_numbered(self, joint: &str) -> bool {
         self == Self::So101 || joint != self.tool().gripper
@@ -96,6 +101,9 @@ impl ArmModel {
                 gripper: "panda_finger_joint1",
                 shut: 0.0,
             },
+            Self::Vx300s => {
+                Tool { palm: "gripper_link", pads: ["left_pad", "right_pad"], gripper: "left_finger", shut: 0.0 }
+            }
         }
     }
 }

@@ -161,8 +161,7 @@ fn bound_robot(file: &BindingFile, robot: &str, declared: &Robot) -> Result<Boun
             (name.to_string(), urdf::kinematics(model.urdf(), &format!("robots/{name}.urdf"))?)
         }
         _ => {
-            let message =
-                "expected `urdf` with a file, or `model` with an arm that comes with the program: `so101`, `panda`";
+            let message = "expected `urdf` with a file, or `model` with an arm that comes with the program: `so101`, `panda`, `vx300s`";
             return Err(error("urdf", message.into()));
         }
     };

@@ -163,6 +163,34 @@ fn a_panda_stands_where_pinocchio_finds_it() {
     assert!(columns.contains_key("left.palm.rotation.w") && !columns.contains_key("left.gripper.opening"));
 }
 
+/// The poses follow from the home pose and the screw axes that the documentation of Interbotix arms gives, by the product of exponentials, without the URDF.
+#[test]
+fn a_vx300s_stands_where_its_screw_axes_put_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let log =
+        "time,q[0],q[1],q[2],q[3],q[4],q[5],q[6]\n0,0,0,0,0,0,0,1\n1,0.3,-0.4,0.5,0.6,-0.7,0.8,0\n2,0,0,0,0,0,0,0.5\n";
+    let binding = "robots: {arm: {model: vx300s, hand: left, joints: 'q[<index>]', gripper: 'q[6] * 0.03956 + 0.01844 [m]'}}\n\
+        scene: {bodies: {}}\n";
+    let opened = opened_in(folder.path(), log, binding).unwrap();
+    let poses: [([f64; 3], [f64; 4], f64); 2] = [
+        ([0.536494, 0.0, 0.42705], [1.0, 0.0, 0.0, 0.0], 0.07912),
+        ([0.382598, 0.050979, 0.476708], [0.725788, 0.644865, -0.21085, 0.113681], 0.0),
+    ];
+    for (row, (tool, rotation, opening)) in poses.into_iter().enumerate() {
+        let pads =
+            ["thumb", "index"].map(|pad| components(&opened, &format!("left.{pad}.position"), ["x", "y", "z"], row));
+        let middle = [0, 1, 2].map(|axis| f64::midpoint(pads[0][axis], pads[1][axis]));
+        assert!(distance(middle, tool) < 1e-5, "row {row}: {middle:?}, expected {tool:?}");
+        assert!((distance(pads[0], pads[1]) - opening).abs() < 1e-6, "row {row}: {pads:?}");
+        let found = components(&opened, "left.palm.rotation", ["w", "x", "y", "z"], row);
+        assert!(
+            distance(found, rotation).min(distance(found.map(|part| -part), rotation)) < 1e-5,
+            "row {row}: {found:?}"
+        );
+        assert!((opened.recording.columns["left.gripper.opening"].values[row] - opening).abs() < 1e-6, "row {row}");
+    }
+}
+
 #[test]
 fn channels_of_the_binding_replace_those_of_the_tool() {
     let own = "channels: {right.gripper.opening: 'observation.state.gripper.pos * 0.9 [mm]'}\n";
@@ -174,7 +202,7 @@ fn channels_of_the_binding_replace_those_of_the_tool() {
 #[test]
 fn each_fault_of_a_model_is_one_error_with_its_place() {
     for (from, to, place, said) in [
-        ("model: so101", "model: so102", "b.yaml:1:23", "found `so102`, expected `so101` or `panda`"),
+        ("model: so101", "model: so102", "b.yaml:1:23", "found `so102`, expected one of `so101`, `panda`, `vx300s`"),
         ("model: so101", "urdf: a.urdf, model: so101", "b.yaml:1:", "expected `urdf` with a file, or `model`"),
         ("model: so101, ", "", "b.yaml:1:", "expected `urdf` with a file, or `model`"),
         ("model: so101", "model: panda", "b.yaml:1:23", "expected `joints`, the columns of its joints"),
