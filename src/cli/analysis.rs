@@ -30,6 +30,14 @@ pub struct EachArg {
     each: bool,
 }
 
+/// The same option of commands to which each file in a folder is a recording in any case: it has no effect.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub struct NeedlessEachArg {
+    #[arg(long, hide = true)]
+    #[allow(dead_code, reason = "it is accepted and has no effect")]
+    each: bool,
+}
+
 /// The tasks that recordings should contain.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct ExpectArg {

@@ -526,3 +526,12 @@ fn options_and_names_that_are_nearly_right_are_refused_with_what_is_expected() {
     let output = teachtree_in(folder.path(), &["test", "nope"]);
     assert_eq!(all_said(&output).trim_end(), "error: nope: there is no such file");
 }
+
+#[test]
+fn each_is_accepted_where_a_folder_is_recordings_anyway() {
+    for command in [&["score"][..], &["fit"], &["diff", "contact.rules", "contact.rules"]] {
+        let output = teachtree(&[command, &["nothing.csv", "--each"]].concat());
+        let complaint = complained(&output);
+        assert!(!complaint.contains("unexpected argument") && complaint.contains("nothing.csv"), "{complaint}");
+    }
+}
