@@ -14,7 +14,7 @@ use teachtree_frames::propose::{Proposal, quoted};
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
-use teachtree_session::files::{all_logs, is_canonical};
+use teachtree_session::files::{all_logs, needs_no_binding};
 use teachtree_session::project_file;
 use teachtree_session::{Analysis, Log, Rules};
 
@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(log) = logs.first() else { return Ok(()) };
     let folder = folder(args, log);
     let places = Places::new(&folder, log);
-    let is_canonical = is_canonical(log, &AllowedFolders::default())?;
+    let is_canonical = needs_no_binding(log, &AllowedFolders::default())?;
     if !args.force {
         places.refuse_existing(is_canonical)?;
     }

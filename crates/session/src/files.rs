@@ -6,6 +6,7 @@ use crate::ErrorInternals;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_base::hands::Side;
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::names;
 use teachtree_logs::read::csv::beside;
@@ -177,14 +178,31 @@ pub fn chosen(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     Ok(logs)
 }
 
-/// Whether the columns of a log are called as ours are.
+/// Whether the columns of a log are called as ours are: one of them is of a hand. A name with a point and a component alone, such as
+/// `bodies/cube.position.x`, is also that of other programs.
 ///
 /// # Errors
 /// The log cannot be opened.
 pub fn is_canonical(log: &Path, folders: &AllowedFolders) -> Result<bool, InputError> {
-    let named =
-        |source: Source| source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
-    formats::open_within(log, folders).map(named)
+    formats::open_within(log, folders).map(|source| has_hand(&source))
+}
+
+/// Whether a log needs no binding: its columns are called as ours are, and a scene is in it or beside it.
+///
+/// # Errors
+/// The log cannot be opened.
+pub fn needs_no_binding(log: &Path, folders: &AllowedFolders) -> Result<bool, InputError> {
+    let is_beside = || beside(log, "scene.yaml").iter().any(|file| file.is_file());
+    formats::open_within(log, folders).map(|source| has_hand(&source) && (source.scene.is_some() || is_beside()))
+}
+
+fn has_hand(source: &Source) -> bool {
+    let is_of_hand = |title: &String| {
+        let meaning = names::meaning(names::split_unit(title).0);
+        let first = meaning.and_then(|meaning| meaning.channel.split('.').next());
+        first.is_some_and(|first| Side::from_name(first).is_some())
+    };
+    source.header().iter().any(is_of_hand)
 }
 
 /// The recordings of a path: those in a folder, those that a choice stands for, or the path itself.
