@@ -81,12 +81,27 @@ def libero(file):
     put(obs, "joint_states", JOINTS)
 
 
+def vx300s(points):
+    """The joints of an arm of ALOHA whose gripper points down at these points in the frame of its base, by the lengths of robots/vx300s.urdf."""
+    x, y, z = points.T
+    upper, fore, tip = numpy.hypot(0.05955, 0.3), 0.3, 0.069744 + 0.1072
+    tilt = numpy.arctan2(0.3, 0.05955)
+    reach, height = numpy.hypot(x, y), z + tip - 0.12705
+    far = numpy.hypot(reach, height)
+    rise = numpy.arctan2(height, reach) + numpy.arccos((upper**2 + far**2 - fore**2) / (2 * upper * far))
+    fall = -numpy.arctan2(height - upper * numpy.sin(rise), reach - upper * numpy.cos(rise))
+    shoulder = tilt - rise
+    return numpy.stack([numpy.arctan2(y, x), shoulder, fall - shoulder, NOUGHT, numpy.pi / 2 - fall, NOUGHT], 1)
+
+
 def aloha(file):
+    """The right arm moves, the left one rests."""
     observations = file.create_group("observations")
-    arm = numpy.concatenate([JOINTS, SHARE[:, None]], 1)
-    put(observations, "qpos", numpy.concatenate([arm * 0.5, arm], 1))
-    put(observations, "qvel", numpy.concatenate([arm * 0.1, arm * 0.1], 1))
-    put(file, "action", numpy.concatenate([arm, arm], 1))
+    arm = numpy.concatenate([vx300s(TCP), SHARE[:, None]], 1)
+    rest = numpy.tile([0.0, -0.96, 1.16, 0.0, -0.3, 0.0, 0.95], (len(TIME), 1))
+    put(observations, "qpos", numpy.concatenate([rest, arm], 1))
+    put(observations, "qvel", numpy.concatenate([rest * 0.0, numpy.gradient(arm, axis=0) * RATE], 1))
+    put(file, "action", numpy.concatenate([rest, arm], 1))
 
 
 def table(name, columns):

@@ -47,12 +47,13 @@ fn proposed(folder: &Path, log: &str) -> (String, String) {
     (channels, scene)
 }
 
-/// The tasks and the segments of an analysis without options.
+/// The tasks and the segments of the right hand in an analysis without options.
 fn found(folder: &Path, log: &str) -> (Vec<String>, Vec<(String, f64, f64)>) {
     let output = teachtree_in(folder, &["analyze", log, "--format", "json"]);
     assert!(output.status.success(), "{}", all_said(&output));
     let analysis: Value = serde_json::from_str(&said(&output)).unwrap();
-    let track = &analysis["tracks"][0];
+    let tracks = analysis["tracks"].as_array().unwrap();
+    let track = tracks.iter().find(|track| track["track"] == "right").unwrap();
     let text = |value: &Value| value.as_str().unwrap().to_string();
     let tasks = track["tasks"].as_array().unwrap().iter().map(|task| text(&task["task"])).collect();
     let segment =
@@ -80,8 +81,8 @@ fn an_analysis_needs_no_option_afterwards() {
         let output = teachtree_in(folder.path(), &args);
         assert!(output.status.success(), "{command}: {}", all_said(&output));
     }
-    let (tasks, _) = found(folder.path(), "plug.csv");
-    assert!(!tasks.is_empty());
+    let (tasks, segments) = found(folder.path(), "plug.csv");
+    assert_eq!(tasks, ["peg_in_hole"], "{segments:?}");
     insta::assert_snapshot!("binding_of_a_plug", fs::read_to_string(folder.path().join("plug.binding.yaml")).unwrap());
     insta::assert_snapshot!("scene_of_a_plug", fs::read_to_string(folder.path().join("plug.scene.yaml")).unwrap());
     insta::assert_snapshot!("project_of_a_plug", fs::read_to_string(folder.path().join("teachtree.yaml")).unwrap());
@@ -209,6 +210,67 @@ fn robomimic_and_mimicgen() {
     assert_eq!(tasks, ["pick_and_place"]);
 }
 
+/// States of MuJoCo have names such as `bodies/cube_main.position.x`, which are none of ours.
+#[test]
+fn states_of_robosuite() {
+    let folder = folder(&["demos/robosuite/lift.hdf5"]);
+    let (channels, _) = proposed(folder.path(), "lift.hdf5#1");
+    assert!(channels.contains("cube.position: bodies/cube_main.position.<xyz>\n"), "{channels}");
+    let initialized = teachtree_in(folder.path(), &["init", "lift.hdf5#1", "--yes"]);
+    assert!(initialized.status.success(), "{}", all_said(&initialized));
+    assert_eq!(found(folder.path(), "lift.hdf5#3").0, ["pick_and_place"]);
+}
+
+/// A log with our names and no scene gets both files.
+#[test]
+fn our_names_without_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = ["right.tcp.position.x", "right.tcp.position.y", "right.tcp.position.z", "right.gripper.opening"];
+    fs::write(folder.path().join("own.csv"), table(&names)).unwrap();
+    let (channels, _) = proposed(folder.path(), "own.csv");
+    assert!(channels.contains("right.tcp.position: right.tcp.position.<xyz>\n"), "{channels}");
+}
+
+/// The contacts of a simulation, and no socket in the log: the nuts show where the pegs are.
+#[test]
+fn nuts_on_pegs() {
+    let folder = folder(&["demos/robosuite/SawyerNutAssembly_demo_1.csv"]);
+    let log = "SawyerNutAssembly_demo_1.csv";
+    let (_, scene) = proposed(folder.path(), log);
+    let sockets: Vec<&str> = scene.lines().filter(|line| line.trim_start().starts_with("position: [7")).collect();
+    // robosuite has them at 730, 100 and 730, -100 mm; a loose nut rests a little beside.
+    assert_eq!(sockets.len(), 2, "{scene}");
+    let initialized = teachtree_in(folder.path(), &["init", log, "--yes"]);
+    assert!(initialized.status.success(), "{}", all_said(&initialized));
+    assert_eq!(found(folder.path(), log).0, ["peg_in_hole", "peg_in_hole"]);
+}
+
+#[test]
+fn switches_in_pads() {
+    let folder = folder(&["examples/contact_flags/box.csv"]);
+    let initialized = teachtree_in(folder.path(), &["init", "box.csv", "--yes"]);
+    assert!(initialized.status.success(), "{}", all_said(&initialized));
+    assert_eq!(found(folder.path(), "box.csv").0, ["dropped", "pick_and_place"]);
+}
+
+/// The lever of a door turns in its place, and the palm alone touches it.
+#[test]
+fn a_lever_in_a_door() {
+    let folder = folder(&["demos/robosuite/door_panda_demo_1.csv"]);
+    let initialized = teachtree_in(folder.path(), &["init", "door_panda_demo_1.csv", "--yes"]);
+    assert!(initialized.status.success(), "{}", all_said(&initialized));
+    assert_eq!(found(folder.path(), "door_panda_demo_1.csv").0, ["turn_screw"]);
+}
+
+/// Each hand has one body all the time.
+#[test]
+fn bodies_that_are_fixed_to_hands() {
+    let folder = folder(&["demos/robosuite/BaxterPegInHole_demo_1.csv"]);
+    let initialized = teachtree_in(folder.path(), &["init", "BaxterPegInHole_demo_1.csv", "--yes"]);
+    assert!(initialized.status.success(), "{}", all_said(&initialized));
+    assert_eq!(found(folder.path(), "BaxterPegInHole_demo_1.csv").0, ["fit"]);
+}
+
 #[test]
 fn libero() {
     let folder = folder(&["tests/fixtures/init/libero.hdf5"]);
@@ -221,6 +283,8 @@ fn aloha() {
     let folder = folder(&["tests/fixtures/init/aloha.hdf5"]);
     let (channels, scene) = proposed(folder.path(), "aloha.hdf5");
     insta::assert_snapshot!("aloha", format!("{channels}{scene}"));
+    // The stamps are those of 50 Hz, of rows at 20 Hz.
+    assert_pick_and_place(folder.path(), "aloha.hdf5", 0.4);
 }
 
 #[test]
@@ -246,6 +310,9 @@ fn ur_and_franka_tables() {
     for log in ["ur_rtde", "franka"] {
         let (channels, scene) = proposed(folder.path(), &format!("{log}.csv"));
         insta::assert_snapshot!(log, format!("{channels}{scene}"));
+        let initialized = teachtree_in(folder.path(), &["init", &format!("{log}.csv"), "--yes"]);
+        assert!(initialized.status.success(), "{}", all_said(&initialized));
+        assert_eq!(found(folder.path(), &format!("{log}.csv")).0, ["pick_and_place"], "{log}");
     }
 }
 

@@ -1,5 +1,7 @@
 //! Arms that come with the program, found by the names, the number and the range of the joints that a log has.
 
+mod alohas;
+
 use super::grippers::Gripper;
 use super::hands::side_of;
 use super::parts::{Part, Quantity};
@@ -52,6 +54,12 @@ pub fn arms<'a>(
 ) -> (Vec<Arm>, Vec<Part<'a>>) {
     let mut arms: Vec<Arm> = vec![];
     let mut taken = vec![];
+    for (side, places, arm) in alohas::alohas(&parts) {
+        if !is_measured(side) {
+            arms.push(arm);
+            taken.extend(places);
+        }
+    }
     let families =
         so101s(&parts).into_iter().map(|of| (of, true)).chain(sevens(&parts).into_iter().map(|of| (of, false)));
     for (places, is_so101) in families {
@@ -66,6 +74,7 @@ pub fn arms<'a>(
             taken.extend(places);
         }
     }
+    arms.sort_by_key(|arm| arm.side);
     let rest = parts.into_iter().enumerate().filter(|(at, _)| !taken.contains(at)).map(|(_, part)| part).collect();
     (arms, rest)
 }

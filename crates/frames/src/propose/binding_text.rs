@@ -20,6 +20,13 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     if is_pair(survey) {
         text.push_str("hand_file: hand_gripper_pair.rules    # two grippers, and no pose of an object\n");
     }
+    if survey.contacts.are_simulated {
+        text.push_str(
+            "hand_file: hand_flags.rules    # flags decide what fingers hold; without this line, forces do\n",
+        );
+    } else if survey.fixed.values().any(|side| survey.hands.get(side).is_some_and(|hand| hand.force.is_none())) {
+        text.push_str("hand_file: hand_holding.rules    # each hand has its object all the time\n");
+    }
     for line in &timing.lines {
         let _ = writeln!(text, "{line}");
     }

@@ -127,6 +127,18 @@ impl Body<'_> {
         (0..part.rows()).find_map(|row| part.position(row))
     }
 
+    /// Whether it is carried about by a tool and keeps its distance from it in the whole log.
+    pub fn is_fixed_to(&self, tool: &Part) -> bool {
+        const VARIES_M: f64 = 0.005;
+        let Some(part) = self.positions.first().filter(|part| part.extent() > CARRIED_M) else { return false };
+        let mut distances: Vec<f64> = (0..part.rows())
+            .filter_map(|row| Some(distance(part.position(row)?, tool.position(part.row_in(row, tool))?)))
+            .collect();
+        distances.sort_by(f64::total_cmp);
+        let at = |share: f64| distances.get((distances.len() as f64 * share) as usize).copied();
+        at(0.05).zip(at(0.95)).is_some_and(|(least, most)| most - least < VARIES_M)
+    }
+
     /// The axis that points up, 1 for y: the one along which it is lifted, so that it begins and ends at the bottom. What is lifted along y is also
     /// carried to another z, unlike what is pushed to and fro on a table.
     pub fn up(&self) -> Option<usize> {

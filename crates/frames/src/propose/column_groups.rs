@@ -197,7 +197,8 @@ impl Array<'_> {
                 let rotation = Group { name: format!("{} rotation", self.base), ..self.vector(3) };
                 vec![self.vector(0), rotation]
             }
-            _ if says(&["qvel", "velocity", "vel", "action", "actions"]) => vec![],
+            // Joints at rest may have the norm of a rotation.
+            _ if says(&["qvel", "velocity", "vel", "action", "actions", "qpos", "joint", "joints"]) => vec![],
             _ => self.poses(),
         }
     }

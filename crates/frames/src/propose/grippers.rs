@@ -111,7 +111,27 @@ fn rank(part: &Part) -> Option<usize> {
     let is_mirrored = part.members.iter().all(|column| column.max <= 0.0);
     let rank = if closing { Some(0) } else { by_word };
     let rank = rank.or_else(|| aloha_side(part).map(|_| OPENINGS.len()));
+    let rank = rank.or_else(|| is_output(part).then_some(OPENINGS.len()));
     rank.map(|rank| if is_mirrored { rank + 100 } else { rank })
+}
+
+/// Whether it is the digital outputs of a controller, with two values: it switches the gripper.
+fn is_output(part: &Part) -> bool {
+    let [column] = part.members[..] else { return false };
+    let is_at_end = |value: &f64| [column.min, column.max].contains(value) || value.is_nan();
+    words::has(&part.words, &["digital"])
+        && words::has(&part.words, &["output", "outputs", "out"])
+        && column.samples.iter().all(is_at_end)
+}
+
+/// Whether it counts up to 255, as the grippers of Robotiq do: they are shut there.
+fn is_of_robotiq(part: &Part) -> bool {
+    let is_count = |column: &&crate::inspect::ColumnReport| {
+        column.max > 128.0
+            && column.max <= 255.0
+            && column.samples.iter().all(|value| value.is_nan() || value.fract() == 0.0)
+    };
+    part.unit.is_empty() && part.members.iter().all(|column| column.min >= 0.0 && is_count(column))
 }
 
 /// The arm of a gripper in an array of ALOHA: 7 joints of the left arm with the gripper last, then those of the right arm.
@@ -148,7 +168,8 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
     let limit = short((low + high) / 2.0);
     let by_motion = is_low_closed(part, limit, tool, bodies);
     let says_closed = part.words.iter().any(|word| word.starts_with("clos") || word == "grasped");
-    let is_low = by_motion.unwrap_or(!says_closed);
+    let (is_counted, is_switched) = (is_of_robotiq(part), is_output(part));
+    let is_low = by_motion.unwrap_or(!(says_closed || is_counted || is_switched));
     let is_flag = column.kind == ValueKind::Flag;
     let unit = if part.unit.is_empty() { usual_unit(part) } else { &part.unit };
     let named = |unit: &str| match unit {
@@ -167,6 +188,8 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
     let why = match by_motion {
         Some(_) => "an object moves with it there",
         None if says_closed => "by its name",
+        None if is_counted => "it counts up to 255, as grippers of Robotiq do",
+        None if is_switched => "an output that is switched on",
         None => "the lower end, since nothing shows that an object moves with it",
     };
     let fingers = if second.is_some() { 2.0 } else { fingers(part) };

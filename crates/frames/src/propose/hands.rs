@@ -1,6 +1,6 @@
 //! The hands of a log: tool points, fingertips, forces at the wrist.
 
-use super::bodies::key;
+use super::bodies::{distance, key};
 use super::parts::{Part, Quantity};
 use super::words;
 use std::collections::BTreeMap;
@@ -46,6 +46,13 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
             _ => rest.push(part),
         }
     }
+    // What lies between a fingertip and the palm is a part of the finger.
+    let has_tip = |finger: &Finger| hands.values().any(|hand| hand.tips.len() > 2 && hand.tips.contains_key(finger));
+    for part in rest.iter_mut().filter(|part| part.quantity == Quantity::Position) {
+        if words::joint_of_finger(&part.words).is_some_and(|finger| has_tip(&finger)) {
+            part.quantity = Quantity::Other;
+        }
+    }
     // A place without a name is the tool where nothing else is.
     let is_named =
         tools.values().flatten().any(|(rank, _)| *rank < UNNAMED) || hands.values().any(|hand| !hand.tips.is_empty());
@@ -53,8 +60,15 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
         candidates.sort_by_key(|(rank, _)| *rank);
         let mut candidates =
             candidates.into_iter().filter(|(rank, _)| !is_named || *rank < UNNAMED).map(|(_, part)| part);
-        if let Some(tool) = candidates.next() {
-            hands.entry(side).or_default().tool = Some(tool);
+        // `hand_left` may be a marker on the only hand with fingers.
+        let is_marker = |tool: &Part| {
+            !hands.contains_key(&side)
+                && hands.values().flat_map(|hand| hand.tips.values()).any(|tip| is_near(tool, tip))
+        };
+        match candidates.next() {
+            Some(tool) if is_marker(&tool) => rest.push(Part { quantity: Quantity::Other, ..tool }),
+            Some(tool) => hands.entry(side).or_default().tool = Some(tool),
+            None => {}
         }
         rest.extend(candidates.map(|part| Part { quantity: Quantity::Other, ..part }));
     }
@@ -119,6 +133,16 @@ fn only_side(parts: &[Part]) -> Side {
         [side] => side,
         _ => Side::Right,
     }
+}
+
+/// Whether two points mostly stay within the size of a hand from each other.
+fn is_near(one: &Part, other: &Part) -> bool {
+    const HAND_M: f64 = 0.25;
+    let mut distances: Vec<f64> = (0..one.rows())
+        .filter_map(|row| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?)))
+        .collect();
+    distances.sort_by(f64::total_cmp);
+    distances.get(distances.len() * 9 / 10).is_some_and(|usual| *usual < HAND_M)
 }
 
 fn is_tip(part: &Part) -> bool {

@@ -2,31 +2,41 @@
 //! where another one is likely, that as a comment too.
 
 mod arms;
+mod bearings;
 mod binding_text;
 mod bodies;
 mod column_groups;
 mod contacts;
 mod grippers;
 mod hands;
+mod insertions;
 mod parts;
 mod scene_text;
+mod sockets;
 mod timing;
 mod turns;
+mod weights;
 mod words;
 mod yaml_scalar;
 
 pub use column_groups::{Form, Group, groups};
 pub use yaml_scalar::quoted;
 
+use crate::bind::{BindingFile, bind};
 use crate::inspect::{Inspection, ValueKind};
 use arms::Arm;
+use bearings::FoundBearing;
 use bodies::Body;
 use contacts::Contacts;
 use grippers::Gripper;
 use hands::Hand;
 use parts::Part;
+use sockets::FoundSocket;
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
+use teachtree_base::recording::Recording;
+use teachtree_base::yaml;
+use teachtree_logs::read::table::Source;
 
 /// Answers to the questions of a proposal.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,8 +79,16 @@ struct Survey<'a> {
     arms: Vec<Arm>,
     bodies: Vec<Body<'a>>,
     contacts: Contacts,
+    /// Bodies that a hand without a gripper has all the time.
+    fixed: BTreeMap<String, Side>,
     /// The angle of a mechanism.
     mechanism: Option<Part<'a>>,
+    /// Where bodies are first in the bound log, m.
+    starts: BTreeMap<String, [f64; 3]>,
+    /// Sockets that the bound log shows.
+    sockets: Vec<FoundSocket>,
+    /// Bearings that the bound log shows.
+    bearings: Vec<FoundBearing>,
     /// The column of labels, with its sheet.
     labels: Option<String>,
     /// Whether y points up in the log.
@@ -89,12 +107,23 @@ impl<'a> Survey<'a> {
         let is_mm = parts.iter().find(|part| part.is_unitless_position()).map(|part| part.is_mm);
         let (mut hands, rest) = hands::hands(parts);
         let (mut bodies, rest) = bodies::bodies(rest);
-        let (contacts, mut rest) = contacts::contacts(rest, &bodies);
+        let (contacts, mut rest) = contacts::contacts(rest, &bodies, &hands);
         hands::wrists(&mut hands, &mut rest, contacts.lines.is_empty());
         hands.retain(|_, hand| hand.tool.is_some() || !hand.tips.is_empty() || hand.force.is_some());
         let tools: BTreeMap<Side, &Part> =
             hands.iter().filter_map(|(side, hand)| Some((*side, hand.tool.as_ref()?))).collect();
-        let (grippers, rest) = grippers::grippers(rest, &tools, &bodies);
+        let (mut grippers, rest) = grippers::grippers(rest, &tools, &bodies);
+        // A weight shows a hold where nothing else does.
+        if grippers.is_empty() && bodies.is_empty() && contacts.lines.is_empty() {
+            grippers.extend(hands.iter().filter_map(|(side, hand)| Some((*side, weights::gripper(hand)?))));
+        }
+        let fixed = bodies.iter().filter_map(|body| {
+            let is_without = |side: &Side, hand: &Hand| !grippers.contains_key(side) && hand.tips.is_empty();
+            let mut holds = hands.iter().filter(|(side, hand)| is_without(side, hand));
+            let (side, _) = holds.find(|(_, hand)| hand.tool.as_ref().is_some_and(|tool| body.is_fixed_to(tool)))?;
+            Some((body.name.clone(), *side))
+        });
+        let fixed: BTreeMap<String, Side> = fixed.collect();
         let is_measured =
             |side: Side| hands.get(&side).is_some_and(|hand| hand.tool.is_some() || !hand.tips.is_empty());
         let (arms, mut rest) = arms::arms(rest, &grippers, is_measured);
@@ -116,7 +145,41 @@ impl<'a> Survey<'a> {
             }
         }
         let labels = labels(log);
-        Self { hands, grippers, arms, bodies, contacts, mechanism, labels, is_y_up, unturned, is_mm, rest }
+        Self {
+            hands,
+            grippers,
+            arms,
+            bodies,
+            contacts,
+            fixed,
+            mechanism,
+            starts: BTreeMap::new(),
+            sockets: vec![],
+            bearings: vec![],
+            labels,
+            is_y_up,
+            unturned,
+            is_mm,
+            rest,
+        }
+    }
+
+    /// Adds what the bound log shows.
+    fn place(&mut self, recording: &Recording) {
+        for body in &self.bodies {
+            let start = sockets::start(recording, &body.name);
+            self.starts.extend(start.map(|start| (body.name.clone(), start)));
+        }
+        self.bearings = if self.mechanism.is_none() { bearings::bearings(recording) } else { vec![] };
+        self.sockets = sockets::sockets(recording);
+        // What turns in its place was not put there.
+        self.sockets.retain(|socket| self.bearings.iter().all(|bearing| bearing.object != socket.object));
+        let is_fixed = |name: &str| {
+            let mut fixed = self.sockets.iter().map(|it| &it.of).chain(self.bearings.iter().map(|it| &it.of)).flatten();
+            fixed.any(|of| of == name)
+        };
+        // Fingers touch objects.
+        self.contacts.lines.retain(|line| line.object().is_none_or(|object| !is_fixed(object)));
     }
 
     /// A point with z up.
@@ -154,7 +217,31 @@ fn labels(log: &Inspection) -> Option<String> {
 
 /// Proposes a binding and a scene for a log.
 pub fn propose(log: &Inspection, answers: &Answers) -> Proposal {
-    let survey = Survey::new(log);
+    proposal(Survey::new(log), log, answers)
+}
+
+/// The same proposal with what only the bound log shows, where positions are in one frame with z up: where bodies begin, sockets and bearings. `source` is the log
+/// opened anew. Where the binding does not fit the log, the proposal stays as it is.
+#[must_use]
+pub fn with_places(first: Proposal, log: &Inspection, answers: &Answers, source: Source) -> Proposal {
+    match bound(&first, source) {
+        Some(recording) => {
+            let mut survey = Survey::new(log);
+            survey.place(&recording);
+            proposal(survey, log, answers)
+        }
+        None => first,
+    }
+}
+
+/// The log under the names of channels.
+fn bound(proposal: &Proposal, source: Source) -> Option<Recording> {
+    let file = BindingFile::parse(proposal.binding.clone(), "binding".into()).ok()?;
+    let scene = yaml::read(&proposal.scene, "scene").ok()?;
+    Some(bind(source, &file, scene).ok()?.recording)
+}
+
+fn proposal(survey: Survey, log: &Inspection, answers: &Answers) -> Proposal {
     let timing = timing::timing(log, &survey, answers);
     let mut questions: Vec<Question> = timing.question.iter().cloned().collect();
     for (side, gripper) in survey.grippers.iter().filter(|(_, gripper)| gripper.is_guess) {
@@ -187,7 +274,8 @@ fn lacking(survey: &Survey) -> Vec<String> {
     }
     let has_closing = !survey.grippers.is_empty()
         || survey.hands.values().any(|hand| hand.tips.len() > 1 || hand.force.is_some())
-        || survey.contacts.lines.iter().any(|line| line.channel.contains(".contact."));
+        || survey.contacts.are_of_fingers()
+        || !survey.fixed.is_empty();
     if !has_closing && survey.mechanism.is_none() {
         lacking.push(
             "no column shows when a hand holds something: neither an opening nor a flag, forces or several fingertips"

@@ -131,9 +131,14 @@ impl Part<'_> {
         ((share.clamp(0.0, 1.0) * last as f64).round() as usize).min(last)
     }
 
-    /// The largest part of the rows without a value.
+    /// The largest part of the rows without a value. A position of exactly zero in some rows is that of a lost body.
     pub fn missing(&self) -> f64 {
-        self.members.iter().map(|column| column.missing).fold(0.0, f64::max)
+        let missing = self.members.iter().map(|column| column.missing).fold(0.0, f64::max);
+        if self.quantity != Quantity::Position || self.is_constant() {
+            return missing;
+        }
+        let lost = (0..self.rows()).filter(|row| self.at(*row).iter().all(|value| *value == 0.0)).count();
+        missing.max(lost as f64 / self.rows().max(1) as f64)
     }
 
     /// How far it moves: the diagonal of the box of its positions, m.
@@ -266,7 +271,8 @@ fn quantity(form: Form, unit: &str, words: &[String], members: &[&ColumnReport])
             Some(_) => Quantity::Other,
             None if says(&["torque", "torques", "moment", "moments"]) || last(&["t", "m", "mom"]) => Quantity::Torque,
             None if says(&["f", "force", "forces", "ft", "wrench", "grf"]) => Quantity::Force,
-            None if last(&["v", "w", "a", "q", "ori", "scale"]) => Quantity::Other,
+            // `pad_a` is no acceleration.
+            None if last(&["v", "w", "a", "q", "ori", "scale"]) && words::finger(words).is_none() => Quantity::Other,
             None if says(&["axis", "angle", "angles", "euler", "rpy", "rotvec"]) => Quantity::Other,
             None => Quantity::Position,
         },

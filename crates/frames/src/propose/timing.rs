@@ -32,6 +32,9 @@ pub fn timing(log: &Inspection, survey: &Survey, answers: &Answers) -> Timing {
             }
             let (rate, reason) = answers.rate_hz.map_or((rate, reason), |rate| (rate, "as it was answered"));
             lines.push(format!("rate: {rate} Hz    # the rows have no stamps; {reason}"));
+            if rate >= SLOW_HZ && used.len() > 1 {
+                lines.push(format!("resample: {rate} Hz    # its parts have rows of their own"));
+            }
             if rate < SLOW_HZ {
                 let bridge_ms = (2e3 / rate).ceil();
                 lines.push(format!("resample: 50 Hz    # {TOO_SLOW}\nbridge: {bridge_ms} ms"));

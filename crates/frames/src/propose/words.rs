@@ -36,7 +36,7 @@ const COMMANDED: [&str; 22] = [
     "twist",
 ];
 /// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
-const GENERIC: [&str; 53] = [
+const GENERIC: [&str; 54] = [
     "obs",
     "observation",
     "observations",
@@ -86,6 +86,7 @@ const GENERIC: [&str; 53] = [
     "site",
     "t",
     "r",
+    "l",
     "loc",
     "abs",
     "low",
@@ -96,6 +97,9 @@ const PARTS: [&str; 24] = [
     "elbow", "shoulder", "back", "head", "neck", "chest", "spine", "pelvis", "hip", "knee", "ankle", "foot", "toe",
     "forearm", "clavicle", "arm", "link", "joint", "base", "camera", "map", "odom", "mount", "torso",
 ];
+
+/// Words for bodies that carry others.
+const SUPPORTS: [&str; 9] = ["table", "tray", "bin", "shelf", "plate", "surface", "ground", "floor", "desk"];
 
 /// The words of a name in lower case: parted at signs, and where a capital follows a small letter.
 pub fn words(name: &str) -> Vec<String> {
@@ -148,6 +152,11 @@ pub fn is_part(words: &[String]) -> bool {
     words.iter().any(|word| PARTS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
 }
 
+/// Whether the name of a body is that of one that carries others.
+pub fn is_support(body: &str) -> bool {
+    has(&words(body), &SUPPORTS)
+}
+
 /// The hand in a name.
 pub fn side(words: &[String]) -> Option<Side> {
     let is_of = |side: &[&str]| has(words, side);
@@ -158,8 +167,15 @@ pub fn side(words: &[String]) -> Option<Side> {
     }
 }
 
-/// The finger that a name is of: fingers of a person, or the two of a gripper.
-pub fn finger(words: &[String]) -> Option<Finger> {
+/// The finger that a marker between its tip and the palm is on: `little_middle`, `index_pip`.
+pub fn joint_of_finger(words: &[String]) -> Option<Finger> {
+    const JOINTS: [&str; 11] =
+        ["middle", "mid", "knuckle", "base", "root", "proximal", "distal", "pip", "dip", "mcp", "intermediate"];
+    finger_of_person(words).filter(|_| words.iter().skip(1).any(|word| JOINTS.contains(&word.as_str())))
+}
+
+/// The finger whose word is the first one in a name; a ring may be an object.
+fn finger_of_person(words: &[String]) -> Option<Finger> {
     const FINGERS: [(&[&str], Finger); 5] = [
         (&["thumb", "thtip", "f1", "finger1", "leftfinger", "finger_l"], Finger::Thumb),
         (&["index", "iftip", "f2", "finger2", "rightfinger", "finger_r"], Finger::Index),
@@ -167,23 +183,32 @@ pub fn finger(words: &[String]) -> Option<Finger> {
         (&["ring", "rftip", "f4"], Finger::Ring),
         (&["little", "pinky", "lftip", "f5"], Finger::Little),
     ];
-    // `middle_tip` and `thumb_middle`: the first word counts.
     let named = words.iter().find_map(|word| FINGERS.iter().find(|(known, _)| known.contains(&word.as_str())));
+    named.map(|(_, finger)| *finger)
+}
+
+/// The finger that a name is of: fingers of a person, or the two of a gripper.
+pub fn finger(words: &[String]) -> Option<Finger> {
+    // `middle_tip` and `thumb_middle`: the first word counts.
+    let named = finger_of_person(words);
     let is_finger = has(words, &["finger", "fingertip", "fingerpad", "pad"]);
     // A ring may be an object.
     let is_tip = is_finger || words.iter().any(|word| word.ends_with("tip")) || has(words, &["thumb", "index"]);
-    if let Some((_, finger)) = named.filter(|(_, finger)| {
+    if let Some(finger) = named.filter(|finger| {
         is_tip
             || words.iter().any(|word| word.starts_with('f'))
             || !matches!(finger, Finger::Middle | Finger::Ring | Finger::Little)
     }) {
-        return Some(*finger);
+        return Some(finger);
     }
-    // `gripper0_finger_joint1_tip`, `left_finger`: those of a gripper.
+    if is_finger { jaw(words) } else { None }
+}
+
+/// The finger of a gripper of two: `gripper0_finger_joint1_tip`, `left_finger`, `pad_a`.
+pub fn jaw(words: &[String]) -> Option<Finger> {
     match () {
-        () if !is_finger => None,
-        () if has(words, &["joint1", "left", "1"]) => Some(Finger::Thumb),
-        () if has(words, &["joint2", "right", "2"]) => Some(Finger::Index),
+        () if has(words, &["joint1", "left", "1", "a"]) => Some(Finger::Thumb),
+        () if has(words, &["joint2", "right", "2", "b"]) => Some(Finger::Index),
         () => None,
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 use teachtree_frames::inspect::inspect;
-use teachtree_frames::propose::{Answers, propose};
+use teachtree_frames::propose::{Answers, propose, with_places};
 use teachtree_logs::read::formats;
 
 /// Rows of a log.
@@ -11,8 +11,8 @@ const ROWS: u32 = 200;
 /// A column: its name, and its value by the part of the log that has passed.
 type Column<'a> = (&'a str, fn(f64) -> f64);
 
-/// The binding and the scene that are proposed for a table of 10 s.
-fn proposed(columns: &[Column]) -> (String, String) {
+/// A table of 10 s.
+fn table(columns: &[Column]) -> String {
     let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
     let mut text = format!("time,{}\n", names.join(","));
     for row in 0..ROWS {
@@ -20,12 +20,26 @@ fn proposed(columns: &[Column]) -> (String, String) {
         let values: Vec<String> = columns.iter().map(|(_, value)| format!("{:.6}", value(passed))).collect();
         text.push_str(&format!("{:.3},{}\n", passed * 10.0, values.join(",")));
     }
+    text
+}
+
+/// The binding and the scene that are proposed for a table of 10 s.
+fn proposed(columns: &[Column]) -> (String, String) {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.csv");
-    fs::write(&log, text).unwrap();
+    fs::write(&log, table(columns)).unwrap();
     let log = inspect(formats::open(&log).unwrap(), None, None).unwrap();
     let proposal = propose(&log, &Answers::default());
     (proposal.binding, proposal.scene)
+}
+
+/// The scene that is proposed with the places of the bound log.
+fn placed_scene(columns: &[Column]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    fs::write(&path, table(columns)).unwrap();
+    let log = inspect(formats::open(&path).unwrap(), None, None).unwrap();
+    with_places(propose(&log, &Answers::default()), &log, &Answers::default(), formats::open(&path).unwrap()).scene
 }
 
 fn binding(columns: &[Column]) -> String {
@@ -202,4 +216,162 @@ fn the_sign_of_a_wrist_force_is_judged_from_its_level_at_rest() {
     assert!(on_hand.contains("else, or if the sensor turns with a hand that points down, `ft_f<xyz>`"), "{on_hand}");
     let unknown = with(|passed| 0.01 * passed);
     assert!(unknown.contains("with `-` before it if the log has the force on the hand"), "{unknown}");
+}
+
+#[test]
+fn flags_of_pads_are_contacts_of_fingers() {
+    let held = |passed: f64| f64::from(u8::from((0.25..0.75).contains(&passed)));
+    let columns: [Column; 11] = [
+        ("pad_a_x", along),
+        ("pad_a_y", |_| 0.03),
+        ("pad_a_z", lift),
+        ("pad_b_x", along),
+        ("pad_b_y", |_| -0.03),
+        ("pad_b_z", lift),
+        ("touch_a", held),
+        ("fsr_b", |passed| if (0.25..0.75).contains(&passed) { 812.0 + passed } else { 14.0 + passed }),
+        ("box_x", along),
+        ("box_y", |_| 0.0),
+        ("box_z", lift),
+    ];
+    let (found, scene) = proposed(&columns);
+    for (name, of) in [
+        ("right.thumb.position", "pad_a_<xyz>"),
+        ("right.index.position", "pad_b_<xyz>"),
+        ("right.thumb.contact", "touch_a"),
+        ("right.index.contact", "fsr_b > 414"),
+    ] {
+        assert_eq!(channel(&found, name), Some(of), "{found}");
+    }
+    // The pads are 60 mm apart on it, and nothing measures what carries it.
+    assert!(scene.contains("box: {role: object, parts: [{box: [60 mm, 60 mm, 60 mm]}]}"), "{scene}");
+    assert!(scene.contains("table: {role: support, position:"), "{scene}");
+    // Flags of fingers that have no place are not bound.
+    assert_eq!(channel(&binding(&columns[6..]), "right.thumb.contact"), None);
+}
+
+#[test]
+fn counts_of_robotiq_and_outputs_close_at_their_upper_end() {
+    let with = |name: &'static str, value: fn(f64) -> f64| {
+        let columns: [Column; 4] = [("tcp_x", along), ("tcp_y", along), ("tcp_z", lift), (name, value)];
+        binding(&columns)
+    };
+    let of_robotiq = with("gripper_position", |passed| if lift(passed) > 0.1 { 228.0 } else { 3.0 });
+    assert_eq!(channel(&of_robotiq, "right.gripper.closed"), Some("gripper_position > 116"), "{of_robotiq}");
+    let output = with("actual_digital_output_bits", |passed| if lift(passed) > 0.1 { 65536.0 } else { 0.0 });
+    assert_eq!(channel(&output, "right.gripper.closed"), Some("actual_digital_output_bits > 32800"), "{output}");
+    let several = with("actual_digital_output_bits", |passed| (passed * 5.0).floor());
+    assert_eq!(channel(&several, "right.gripper.closed"), None, "{several}");
+}
+
+#[test]
+fn a_weight_that_is_carried_is_a_hold() {
+    let with = |height: fn(f64) -> f64, force: fn(f64) -> f64| {
+        let columns: [Column; 7] = [
+            ("actual_TCP_pose_0", along),
+            ("actual_TCP_pose_1", along),
+            ("actual_TCP_pose_2", height),
+            ("fx", still),
+            ("fy", still),
+            ("fz", force),
+            ("target_q_0", along),
+        ];
+        binding(&columns)
+    };
+    let tool: fn(f64) -> f64 = |passed| 0.1 + 0.1 * (passed * 12.0).sin();
+    let carries: fn(f64) -> f64 = |passed| if lift(passed) > 0.1 { -3.0 } else { 0.02 * (passed * 90.0).sin() };
+    let carried = with(tool, carries);
+    assert_eq!(channel(&carried, "right.gripper.closed"), Some("fz < -1.5"), "{carried}");
+    assert!(channel(&carried, "right.tcp.position").is_some(), "{carried}");
+    // What is pressed stays where the surface is: the tool is fixed.
+    let pressed = with(|passed| if lift(passed) > 0.1 { 0.1 } else { 0.2 }, carries);
+    assert_eq!(channel(&pressed, "right.gripper.closed"), None, "{pressed}");
+    assert!(channel(&pressed, "tool.position").is_some(), "{pressed}");
+}
+
+/// A peg that is carried from 2 s on and lowered from 6 to 8 s, to the middle of its way until 7 s.
+fn lowered(passed: f64) -> f64 {
+    match passed {
+        passed if passed < 0.2 => 0.04,
+        passed if passed < 0.3 => 0.04 + (passed - 0.2) * 0.8,
+        passed if passed < 0.6 => 0.12,
+        passed if passed < 0.8 => 0.12 - (passed - 0.6) * 0.4,
+        _ => 0.04,
+    }
+}
+
+fn carried(passed: f64) -> f64 {
+    0.1 + 0.2 * ((passed - 0.3) / 0.2).clamp(0.0, 1.0)
+}
+
+fn width(passed: f64) -> f64 {
+    if (0.15..0.9).contains(&passed) { 0.03 } else { 0.08 }
+}
+
+/// The force of an insertion: it begins in the middle of the way down.
+fn rubs(passed: f64) -> f64 {
+    if (0.7..0.8).contains(&passed) { -4.0 } else { 0.0 }
+}
+
+/// The force of a peg that is put down: it begins at the end of the way.
+fn lands(passed: f64) -> f64 {
+    if (0.8..0.85).contains(&passed) { -4.0 } else { 0.0 }
+}
+
+fn columns_of_peg(force: fn(f64) -> f64) -> Vec<Column<'static>> {
+    vec![
+        ("tcp_x", carried),
+        ("tcp_y", still),
+        ("tcp_z", lowered),
+        ("gripper_width", width),
+        ("fx", |_| 0.0),
+        ("fy", |_| 0.0),
+        ("fz", force),
+        ("peg_x", carried),
+        ("peg_y", still),
+        ("peg_z", lowered),
+    ]
+}
+
+#[test]
+fn what_goes_on_straight_from_a_contact_enters_a_socket() {
+    let scene = placed_scene(&columns_of_peg(rubs));
+    let rim = scene.lines().find_map(|line| line.trim().strip_prefix("position: [300 mm, 100 mm, ")).unwrap_or(&scene);
+    let height: f64 = rim.trim_end_matches(" mm]").parse().unwrap_or_else(|_| panic!("{scene}"));
+    assert!((height - 80.0).abs() < 6.0, "{scene}");
+    assert!(scene.contains("hole: {rim: [0 mm, 0 mm, 0 mm], axis: [0, 0, 1], radius: 15 mm, depth: 45 mm}"), "{scene}");
+    // What is put down stops where it meets the table.
+    let put_down = placed_scene(&columns_of_peg(lands));
+    assert!(!put_down.contains("socket"), "{put_down}");
+}
+
+#[test]
+fn a_body_that_stands_still_is_the_socket_of_what_enters_it() {
+    let mut columns = columns_of_peg(rubs);
+    // It is turned by a quarter about z.
+    columns.extend([
+        ("fixture_x", (|_| 0.31) as fn(f64) -> f64),
+        ("fixture_y", still),
+        ("fixture_z", |_| 0.06),
+        ("fixture_qw", |_| 0.5_f64.sqrt()),
+        ("fixture_qx", |_| 0.0),
+        ("fixture_qy", |_| 0.0),
+        ("fixture_qz", |_| 0.5_f64.sqrt()),
+    ]);
+    let scene = placed_scene(&columns);
+    let line = scene.lines().find(|line| line.starts_with("  fixture: ")).unwrap_or(&scene);
+    assert!(line.contains("{role: socket, sockets: {hole: {rim: [0 mm, 10 mm, "), "{line}");
+    assert!(line.contains("axis: [0, 0, 1]"), "{line}");
+    // Without a force the name of the body shows it.
+    let mut named: Vec<Column> = columns.iter().filter(|(name, _)| !name.starts_with('f')).copied().collect();
+    named.extend([("socket_x", carried_end as fn(f64) -> f64), ("socket_y", still), ("socket_z", |_| 0.07)]);
+    let scene = placed_scene(&named);
+    assert!(
+        scene.contains("socket: {role: socket, sockets: {hole: {rim: [0 mm, 0 mm, 0 mm], axis: [0, 0, 1]"),
+        "{scene}"
+    );
+}
+
+fn carried_end(_: f64) -> f64 {
+    0.3
 }
