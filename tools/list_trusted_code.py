@@ -75,6 +75,7 @@ DOES = {
     "rapier3d-f64": "the simulated environment",
     "rayon": "several recordings at once",
     "rcgen": "the certificate of local pages with TLS",
+    "regex-lite": "groups of recordings by name",
     "ring": "the fingerprint of that certificate",
     "roxmltree": "URDF and other XML",
     "rusqlite": "ROS 2 bags in SQLite",
