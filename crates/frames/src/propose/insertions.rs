@@ -169,7 +169,7 @@ impl Path {
         let Some(home) = self.at.first().copied() else { return vec![] };
         let next = self.rests();
         let (mut found, mut approach, mut touched_s, mut from) = (vec![], None, f64::NEG_INFINITY, 0);
-        for row in 0..self.time.len() {
+        for (row, rest) in next.into_iter().enumerate() {
             let now_s = self.time[row];
             if self.is_touching[row] {
                 if now_s - touched_s > CONTACT_S {
@@ -177,7 +177,7 @@ impl Path {
                 }
                 touched_s = now_s;
             }
-            let Some(rest) = next[row].filter(|rest| *rest > row && row >= from) else { continue };
+            let Some(rest) = rest.filter(|rest| *rest > row && row >= from) else { continue };
             if now_s - touched_s > ENTRY_S || (self.at[row] - home).norm() <= CARRIED_M {
                 continue;
             }
