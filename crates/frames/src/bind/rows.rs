@@ -30,6 +30,7 @@ use teachtree_logs::names;
 use teachtree_logs::read::csv::{self, LoadedRecording};
 use teachtree_logs::read::element_names::ElementNames;
 use teachtree_logs::read::memory_table::InMemoryTable;
+use teachtree_logs::read::stamp_order::RepeatedStamps;
 use teachtree_logs::read::table::{ColumnRequest, Source, Table, date_time};
 
 /// For how long topics are awaited, s, where nothing else is said.
@@ -63,6 +64,7 @@ pub struct RowBinder {
     /// Where some sensor has an offset; there is a resampler then.
     shifter: Option<Shifter>,
     resampler: Option<Resampler>,
+    repeated: RepeatedStamps,
     lost_bodies: LostBodies,
     beginning: StartTrimmer,
     /// What channels read at rest; until it is known rows wait.
@@ -118,6 +120,7 @@ impl RowBinder {
             has_new_frames: false,
             shifter,
             resampler,
+            repeated: RepeatedStamps::default(),
             lost_bodies: LostBodies::default(),
             beginning,
             rest,
@@ -134,6 +137,14 @@ impl RowBinder {
     /// The hand file that the binding names: beside it, or a shipped one.
     pub fn hand_file(&self) -> Option<&str> {
         self.hand_file.as_deref()
+    }
+
+    /// Refuses rows of a log without topics whose stamps have too few digits; `place` is the name of the log.
+    ///
+    /// # Errors
+    /// Many rows share each stamp.
+    pub fn check_stamps(&self, place: &str) -> Result<(), InputError> {
+        self.repeated.check(place)
     }
 
     /// The params that the binding sets, each with its value and unit.
@@ -227,6 +238,7 @@ impl RowBinder {
             self.find_columns(false)?;
         }
         let stamp = self.stamp(row)?;
+        self.repeated.push(stamp);
         self.take("", stamp + self.file.binding.time_offset.0, row, &mut made)?;
         Ok(made)
     }

@@ -72,12 +72,37 @@ impl StampOrder {
 }
 
 /// The advice about stamps of too few digits.
-pub const MORE_DIGITS: &str = "stamps need more digits than the step between rows is long";
+const MORE_DIGITS: &str = "stamps need more digits than the step between rows is long";
 
 /// Formats the message about stamps of too few digits: many rows repeat the stamp of one that was kept; `None` for fewer.
-pub fn too_few_digits(repeated: usize, kept: usize) -> Option<String> {
+fn too_few_digits(repeated: usize, kept: usize) -> Option<String> {
     let rows = repeated + kept;
     (kept > 0 && rows >= ROUNDED * kept).then(|| format!("about {} rows share each time stamp", rows / kept))
+}
+
+/// Counts the rows of a live log that repeat the stamp of the row before.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RepeatedStamps {
+    last_s: Option<f64>,
+    repeated: usize,
+    kept: usize,
+}
+
+impl RepeatedStamps {
+    /// Takes the stamp of the next row, s.
+    pub fn push(&mut self, seconds: f64) {
+        let is_repeated = self.last_s.replace(seconds) == Some(seconds);
+        *(if is_repeated { &mut self.repeated } else { &mut self.kept }) += 1;
+    }
+
+    /// Refuses stamps of too few digits, whose rate is unknown; `place` is the name of the log.
+    ///
+    /// # Errors
+    /// Many rows share each stamp.
+    pub fn check(&self, place: &str) -> Result<(), InputError> {
+        let message = too_few_digits(self.repeated, self.kept);
+        message.map_or(Ok(()), |message| Err(InputError::new(place, message).help(MORE_DIGITS)))
+    }
 }
 
 /// Formats the message about a clock that was set back.

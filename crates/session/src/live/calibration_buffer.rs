@@ -1,10 +1,9 @@
 //! The rows of a live log until the calibration: they are kept in order, with what was wrong with them.
 
-use teachtree_base::error::InputError;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names::split_unit;
 use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
-use teachtree_logs::read::stamp_order::{MORE_DIGITS, Order, StampOrder, set_back, too_few_digits};
+use teachtree_logs::read::stamp_order::{Order, RepeatedStamps, StampOrder, set_back};
 use teachtree_logs::read::table::number;
 
 /// The most bytes of lines, and of cells, that are kept to calibrate with.
@@ -20,8 +19,8 @@ pub(super) struct CalibrationBuffer {
     /// The order of the stamps, and the duration of the rows without gaps, s.
     pub order: StampOrder,
     lasts_s: f64,
-    /// How many rows repeated the stamp of the row before.
-    repeated: usize,
+    /// Rows that repeat a stamp.
+    pub repeated: RepeatedStamps,
     /// Bytes of the lines.
     bytes: usize,
     pub issues: Vec<Issue>,
@@ -35,7 +34,7 @@ impl CalibrationBuffer {
             rows: InMemoryTable::new(name),
             order: StampOrder::default(),
             lasts_s: 0.0,
-            repeated: 0,
+            repeated: RepeatedStamps::default(),
             bytes: 0,
             issues: vec![],
             more: 0,
@@ -60,9 +59,8 @@ impl CalibrationBuffer {
     pub fn keep(&mut self, row: &InMemoryTable, bytes: usize) -> Result<(), String> {
         let stamp_s = stamp_s(row).ok_or("the row has no stamp, expected a number as `time`")?;
         let last_s = self.order.newest_s();
-        let order = self.order.push(stamp_s);
-        self.repeated += usize::from(order == Order::Equal);
-        match order {
+        self.repeated.push(stamp_s);
+        match self.order.push(stamp_s) {
             Order::Later => {}
             Order::Equal | Order::Earlier => {
                 return Err(format!("the row of {stamp_s} s came after the row of {last_s} s"));
@@ -93,15 +91,6 @@ impl CalibrationBuffer {
             }
         }
         Ok(())
-    }
-
-    /// Refuses stamps of too few digits, whose rate is unknown.
-    ///
-    /// # Errors
-    /// Many rows share each stamp.
-    pub fn check(&self) -> Result<(), InputError> {
-        let message = too_few_digits(self.repeated, self.rows.rows());
-        message.map_or(Ok(()), |message| Err(InputError::new(&self.rows.place, message).help(MORE_DIGITS)))
     }
 
     /// Whether there are enough rows, or as many as are kept.

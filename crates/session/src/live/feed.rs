@@ -431,7 +431,9 @@ impl Feed {
             let error = InputError::new(&self.options.name, format!("found no rows{first}"));
             return Err(Error::new(error, ErrorKind::Format));
         }
-        beginning.check().map_err(|error| Error::new(error, ErrorKind::Format))?;
+        let name = &self.options.name;
+        let of_binder = self.options.binder.as_ref().map_or(Ok(()), |binder| binder.check_stamps(name));
+        of_binder.and(beginning.repeated.check(name)).map_err(|error| Error::new(error, ErrorKind::Format))?;
         let (rows, scene) = (beginning.rows, self.find_scene()?.clone());
         let header = rows.header();
         let source = Source {
