@@ -190,3 +190,8 @@ fn advice_about_robots() {
 fn advice_about_setups() {
     check("issues.txt");
 }
+
+#[test]
+fn advice_about_learned_rules() {
+    check("learn.txt");
+}

@@ -16,7 +16,7 @@ const LIST: &str = "lists what is known";
 const OTHER_TEST: &str = "tested where a server, a link or a large file is made";
 
 /// How pieces of advice begin that no case executes, and why.
-const ELSEWHERE: [(&str, &str); 38] = [
+const ELSEWHERE: [(&str, &str); 40] = [
     ("please report this with the rules", FAULT),
     ("this is a bug of teachtree", FAULT),
     ("this build cannot ", FEATURE),
@@ -31,6 +31,8 @@ const ELSEWHERE: [(&str, &str); 38] = [
     ("on the robot, start `ros2 launch", OTHER_PROGRAM),
     ("make room there, or set TMPDIR", TOO_LARGE),
     ("cut the log into parts", TOO_LARGE),
+    ("leave recordings out, or bind them at a lower rate", TOO_LARGE),
+    ("map labels to fewer names", "needs labels of which no file has 40 lines or fewer"),
     ("`meshes: none` in the robot file", TOO_LARGE),
     ("expected a table of text", LIST),
     ("the scene has no bodies", LIST),
