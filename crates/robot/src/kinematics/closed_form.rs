@@ -23,7 +23,7 @@ const INSIDE: f64 = 0.02;
 /// Residuals of unreachable points that differ by less are equal, m. The first angle is then chosen, so that rounding does not affect the result.
 const ALIKE_M: f64 = 1e-9;
 /// A free last joint is at the maximum of a parabola through the best angle and the angles at this distance on both sides, rad. If these do not reach the
-/// point, the distance is halved, up to the number of times of the next constant.
+/// point, the distance is halved, at most `HALVED` times.
 const BESIDE: f64 = 0.02;
 const HALVED: usize = 4;
 

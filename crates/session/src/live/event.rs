@@ -1,4 +1,4 @@
-//! What a live log reports.
+//! The events of a live log.
 
 use crate::{Composite, Segment, Task};
 use std::fmt;
@@ -16,8 +16,8 @@ const NANOS: i64 = 1_000_000_000;
 /// - `segment`: a segment that has closed, as the trees returned it; `is_final`: after relabeling, as in the analysis of the whole log.
 /// - `task`: a task that has closed; `is_final`: as in the analysis of the whole log.
 /// - `composite`: a task that is made of tasks, as in the analysis of the whole log.
-/// - `issue`: what is wrong with the log.
-/// - `clock`: from when on times count, of a log whose messages have the time of day.
+/// - `issue`: a problem of the log.
+/// - `clock`: the time of 0 s, for a log whose messages have the time of day.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveEvent {
     sequence: u64,
@@ -44,7 +44,7 @@ impl LiveEvent {
         self.sequence
     }
 
-    /// What it is about: `label`, `segment`, `task`, `composite`, `issue`, `clock`.
+    /// Returns the kind of the event: `label`, `segment`, `task`, `composite`, `issue`, `clock`.
     pub const fn name(&self) -> &'static str {
         match &self.inner {
             Inner::Label { .. } => "label",
@@ -65,7 +65,7 @@ impl LiveEvent {
         }
     }
 
-    /// Of a `label`: whose it is, the primitive (`None`: no coordination of both hands), and the stamp of the frame, s.
+    /// Returns the track of a `label`, the primitive (`None`: no coordination of both hands), and the stamp of the frame, s.
     pub fn label(&self) -> Option<(TrackId, Option<&str>, f64)> {
         match &self.inner {
             Inner::Label { who, primitive, time_s, .. } => Some((*who, primitive.as_deref(), *time_s)),
@@ -73,8 +73,8 @@ impl LiveEvent {
         }
     }
 
-    /// Of a `label`: how sure it is, where [`Live::with_confidence`](crate::Live::with_confidence) was asked: 0.5 when the label begins,
-    /// rising to 1 while it stands for as long as averages look ahead and the trees settle (docs/live.md).
+    /// Returns the confidence of a `label`, if [`Live::with_confidence`](crate::Live::with_confidence) was called. It is 0.5 when the label begins and rises to
+    /// 1 over the time that averages look ahead and the trees settle (docs/live.md).
     pub const fn confidence(&self) -> Option<f64> {
         match &self.inner {
             Inner::Label { confidence, .. } => *confidence,
@@ -82,7 +82,7 @@ impl LiveEvent {
         }
     }
 
-    /// The segment. Its frames and rows are not counted.
+    /// Returns the segment, without indices of frames and rows.
     pub fn segment(&self) -> Option<Segment<'_>> {
         match &self.inner {
             Inner::Segment { who, segment, .. } => Some(Segment::of(*who, segment)),
@@ -90,7 +90,7 @@ impl LiveEvent {
         }
     }
 
-    /// The task. Its frames and rows are not counted.
+    /// Returns the task, without indices of frames and rows.
     pub fn task(&self) -> Option<Task<'_>> {
         match &self.inner {
             Inner::Task { who, task, .. } => Some(Task::of(*who, task)),
@@ -98,7 +98,7 @@ impl LiveEvent {
         }
     }
 
-    /// The task that is made of tasks. Its frames, rows and the numbers of its tasks are not counted.
+    /// Returns the composite task, without indices of frames, rows and tasks.
     pub fn composite(&self) -> Option<Composite<'_>> {
         match &self.inner {
             Inner::Composite { who, found } => Some(Composite::of(*who, found)),
@@ -106,7 +106,7 @@ impl LiveEvent {
         }
     }
 
-    /// The issue.
+    /// Returns the issue.
     pub const fn issue(&self) -> Option<&Issue> {
         match &self.inner {
             Inner::Issue(issue) => Some(issue),
@@ -114,7 +114,7 @@ impl LiveEvent {
         }
     }
 
-    /// Of a `clock`: the time of 0 s, ns since 1970.
+    /// Returns the time of 0 s of a `clock`, ns since 1970.
     pub const fn origin_ns(&self) -> Option<i64> {
         match &self.inner {
             Inner::Clock { origin_ns } => Some(*origin_ns),
@@ -122,7 +122,7 @@ impl LiveEvent {
         }
     }
 
-    /// The event as JSON on one line, schema `teachtree.live/1` (docs/formats.md).
+    /// Returns the event as JSON on one line, schema `teachtree.live/1` (docs/formats.md).
     pub fn json(&self) -> String {
         let (sequence, is_final) = (self.sequence, self.is_final());
         match &self.inner {

@@ -1,4 +1,4 @@
-//! Lines of a live log: JSON objects or CSV, told from each other by the first line. The first seconds are kept to calibrate with, then each line is a row.
+//! Lines of a live log: JSON objects or CSV, distinguished by the first line. The first seconds are kept for the calibration; then each line is a row.
 
 use super::calibration_buffer::{CalibrationBuffer, MOST_PENDING, cell};
 use super::lacking::undetectable;
@@ -24,40 +24,40 @@ const MOST_BAD: usize = 1000;
 /// The text by which a line with a scene is found.
 const SCENE_KEY: &[u8] = b"\"scene\"";
 
-/// What a live log is made of.
+/// The options of a live log.
 pub struct FeedOptions {
     /// The name of the source in messages.
     pub name: String,
     /// The rules.
     pub rules: RulesOptions,
-    /// The bodies, whatever the log says.
+    /// The scene that overrides that of the log.
     pub scene: Option<Scene>,
-    /// The bodies where no line of the log has them, or why the scene file beside the log cannot be read.
+    /// The scene file beside the log, for a log without a scene, or why it cannot be read.
     pub beside: Option<Result<Scene, Error>>,
-    /// How the rows of another log become channels.
+    /// The binder that converts foreign rows to channels.
     pub binder: Option<RowBinder>,
-    /// For how long rows are kept to calibrate with, s.
+    /// The duration of the calibration, s.
     pub calibrate_s: f64,
-    /// What is known instead.
+    /// A known calibration that replaces it.
     pub calibration: Option<CalibrationSource>,
     /// Whether labels have their confidence.
     pub confidence: bool,
 }
 
-/// Where a calibration comes from.
+/// The source of a calibration.
 pub enum CalibrationSource {
     /// A recording with the same sensors.
     Recording(Log),
-    /// What was learned from one.
+    /// A calibration file.
     File(Box<Calibration>),
 }
 
 /// A live log, line by line.
 pub struct Feed {
     options: FeedOptions,
-    /// Whether the binding fits a row that has come.
+    /// Whether the binding fits a row so far.
     is_bound: bool,
-    /// What was said of rows that were bound.
+    /// Messages about bound rows that were reported.
     said: BTreeSet<String>,
     /// The scene of the first line.
     scene: Option<Scene>,
@@ -73,9 +73,9 @@ pub struct Feed {
     state: State,
 }
 
-/// What lines are.
+/// The format of lines.
 enum LineFormat {
-    /// No line was read that says it.
+    /// No line has determined the format.
     Unknown,
     Json,
     /// Cells in the order of these columns.
@@ -84,12 +84,12 @@ enum LineFormat {
 
 enum State {
     Calibrating(Box<CalibrationBuffer>),
-    /// The columns of rows, and what takes them.
+    /// The columns of rows, and the analysis that takes them.
     Running(Vec<String>, Box<Live>),
 }
 
 impl Feed {
-    /// Nothing was read yet.
+    /// Returns a feed before its first line.
     pub fn new(mut options: FeedOptions) -> Self {
         let state = State::Calibrating(Box::new(CalibrationBuffer::new(&options.name)));
         if let Some(binder) = &options.binder {
@@ -113,7 +113,7 @@ impl Feed {
         }
     }
 
-    /// Takes a line. A line that is no row is an issue.
+    /// Takes a line. A line that is not a row is an issue.
     ///
     /// # Errors
     /// Too many lines in a row are not rows; there is no scene; the calibration fails; as [`Live::push`].
@@ -182,27 +182,27 @@ impl Feed {
         self.read("message", self.line, read)
     }
 
-    /// A message of a topic that cannot be read.
+    /// Reports a message of a topic that cannot be read.
     ///
     /// # Errors
-    /// Too many in a row cannot.
+    /// Too many consecutive messages cannot be read.
     pub fn unreadable(&mut self, topic: &str, why: &str) -> Result<Vec<LiveEvent>, Error> {
         self.line += 1;
         self.options.binder.iter_mut().for_each(|binder| binder.unreadable(topic, why));
         self.read("message", self.line, Err(LineError::Line(format!("{topic}: {why}"))))
     }
 
-    /// No message of a topic can be read.
+    /// Reports a topic whose messages cannot be read.
     ///
     /// # Errors
-    /// The binding needs it.
+    /// The binding needs the topic.
     pub fn refused(&mut self, topic: &str, why: &str) -> Result<Vec<LiveEvent>, Error> {
         let Some(binder) = &mut self.options.binder else { return Ok(vec![]) };
         binder.refuse(topic, why).map_err(|error| Error::new(error, ErrorKind::Binding))?;
         Ok(vec![])
     }
 
-    /// The source was interrupted: all segments and tasks end, and everything restarts with the next row.
+    /// Reports an interruption of the source: all segments and tasks end, and the analysis restarts with the next row.
     ///
     /// # Errors
     /// As [`line`](Self::line).
@@ -218,12 +218,12 @@ impl Feed {
         Ok(events)
     }
 
-    /// The source is there again.
+    /// Reports that the source is available again.
     pub fn connected(&mut self, message: String) -> Vec<LiveEvent> {
         self.issue(IssueKind::DISCONNECTED, message)
     }
 
-    /// What became of a line or message, with its number.
+    /// Reads a line or message and reports its issues with its number.
     fn read(
         &mut self,
         what: &str,
@@ -254,7 +254,7 @@ impl Feed {
         self.read("row", self.line, read)
     }
 
-    /// The log has ended.
+    /// Ends the log.
     ///
     /// # Errors
     /// As [`line`](Self::line).
@@ -278,14 +278,14 @@ impl Feed {
         self.issue(IssueKind::OVERRUN, message)
     }
 
-    /// A line that the source did not take whole.
+    /// Reports a line that is longer than the source accepts.
     pub fn too_long(&mut self, most: u64) -> Vec<LiveEvent> {
         self.line += 1;
         let message = format!("line {} is left out: it is longer than {most} bytes", self.line);
         self.issue(IssueKind::UNREADABLE_ROW, message)
     }
 
-    /// Labels the newest frames or, while rows come faster than they can be analyzed, does not.
+    /// Switches the labels of the newest frames on, or off while rows arrive faster than they can be analyzed.
     pub fn label(&mut self, is_on: bool) -> Vec<LiveEvent> {
         let State::Running(_, live) = &mut self.state else { return vec![] };
         live.label_newest(is_on);
@@ -320,7 +320,7 @@ impl Feed {
         }
     }
 
-    /// A line as a table of one row; `None` where it is the scene.
+    /// Returns a line as a table of one row; `None` for the scene.
     fn row(&mut self, line: &[u8]) -> Result<Option<InMemoryTable>, String> {
         let mut row = InMemoryTable::new(&self.options.name);
         if let LineFormat::Csv(header) = &self.form {
@@ -335,7 +335,7 @@ impl Feed {
             return Ok(Some(row));
         }
         let is_first = matches!(std::mem::replace(&mut self.form, LineFormat::Json), LineFormat::Unknown);
-        // The line has no end when it is the last one, or came alone.
+        // The last line, or a single one, may lack a line end.
         let mut whole = line.to_vec();
         whole.push(b'\n');
         let mut lines = Lines::new(whole.as_slice(), self.options.name.clone());
@@ -365,12 +365,12 @@ impl Feed {
         }
     }
 
-    /// Takes rows with the names of channels; what was said of one is said once.
+    /// Takes rows with the names of channels. Reports each issue of the binding once.
     fn take_bound(&mut self, bound: BoundRows) -> Result<Vec<LiveEvent>, LineError> {
         let mut events = vec![];
         for issue in bound.issues {
             let is_new = self.said.len() < MOST_PENDING && self.said.insert(issue.message.clone());
-            // What has a place in time is news each time.
+            // Issues with a time are reported each time.
             if is_new || issue.kind == IssueKind::GAP || issue.kind == IssueKind::DUPLICATE_STAMP {
                 events.extend(self.report(issue));
             }
@@ -385,7 +385,7 @@ impl Feed {
         Ok(events)
     }
 
-    /// What does not fit the first row is a mistake of the binding.
+    /// Returns the error of a row that was not bound. An error before the first bound row is a mistake of the binding.
     fn not_bound(&self, error: InputError) -> LineError {
         if self.is_bound {
             LineError::Line(error.message)
@@ -394,7 +394,7 @@ impl Feed {
         }
     }
 
-    /// The scene that was named, else that of the first line, else the one beside the log.
+    /// Returns the given scene, else that of the first line, else the one beside the log.
     fn find_scene(&self) -> Result<&Scene, Error> {
         let Self { options, scene, .. } = self;
         match (options.scene.as_ref().or(scene.as_ref()), &options.beside, &self.wrong_scene) {
@@ -422,7 +422,7 @@ impl Feed {
         }
     }
 
-    /// Learns from the rows so far, and takes them.
+    /// Calibrates from the rows so far, and analyzes them.
     fn calibrate(&mut self) -> Result<Vec<LiveEvent>, Error> {
         let State::Calibrating(beginning) = &mut self.state else { return Ok(vec![]) };
         let beginning = std::mem::replace(&mut **beginning, CalibrationBuffer::new(&self.options.name));
@@ -452,7 +452,7 @@ impl Feed {
         let mut live = if self.options.confidence { live.with_confidence() } else { live };
         let mut events: Vec<LiveEvent> =
             self.origin_ns.into_iter().flat_map(|origin_ns| live.begin(origin_ns)).collect();
-        // What is wrong with a recording that was named is no news of this log.
+        // Issues of a given recording do not concern this log.
         let learned = calibration.issues().iter().filter(|_| self.options.calibration.is_none());
         for issue in undetectable(&log, &rules).iter().chain(learned).chain(&beginning.issues) {
             events.extend(live.report(issue.clone()));
@@ -476,7 +476,7 @@ impl Feed {
 
 /// Why a line was not taken.
 enum LineError {
-    /// It is no row.
+    /// The line is not a row.
     Line(String),
     /// The log cannot be analyzed.
     Log(Error),
@@ -486,7 +486,7 @@ fn at(cells: &Cells, row: usize) -> f64 {
     cells.numbers().and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
 }
 
-/// The titles of a table.
+/// Returns the titles of a table.
 fn header(line: &[u8], binder: Option<&RowBinder>) -> Result<Vec<String>, String> {
     let header = delimited_text::cells(line)?;
     let mut seen = BTreeMap::new();
@@ -495,7 +495,7 @@ fn header(line: &[u8], binder: Option<&RowBinder>) -> Result<Vec<String>, String
             return Err(format!("the column `{title}` occurs twice, as columns {} and {}", first + 1, at + 1));
         }
     }
-    // A binding says which column has the stamps.
+    // A binding names the column of the stamps.
     if binder.is_none() && !header.iter().any(|title| split_unit(title).0 == "time") {
         return Err("expected a JSON object, or titles of columns with `time` among them".into());
     }

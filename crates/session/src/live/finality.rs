@@ -1,7 +1,7 @@
-//! What is new of an analysis that grows, and from which frame on nothing that comes can change what was before.
+//! Finds the new results of a growing analysis, and the frame before which they are final.
 //!
-//! A hand *rests* from where the first primitive of tasks (`Move`) follows the last one (`Release`) or a kind of it: there every span of a task ends, and no
-//! relabeling rule reaches across, as long as no rule before recognition rewrites the first primitive. Where every hand rests, everything before is final.
+//! A hand *rests* from the frame on which the first primitive of tasks (`Move`) follows the last one (`Release`) or a kind of it. Every span of a task ends
+//! there, and no relabeling rule reaches across, if no rule before recognition rewrites the first primitive. When all hands rest, all results before are final.
 
 use super::event::Inner;
 use super::history::History;
@@ -12,47 +12,47 @@ use teachtree_analysis::{Analysis, Segment, TaskSpan, Track, TrackId};
 use teachtree_base::hands::Side;
 use teachtree_language::rules::{Label, Labels, RelabelKind, Rules};
 
-/// How long before the end of a rest, as it is known, the history is cut, s.
+/// The time before the known end of a rest at which the history is cut, s.
 const BEFORE_END_SECS: f64 = 1.0;
-/// For how long frames on which a resting hand touches something are kept, s.
+/// The time for which frames are kept on which a resting hand touches an object, s.
 const TOUCHED_SECS: f64 = 60.0;
-/// Less is not forgotten, s.
+/// The minimum duration that is dropped from the history, s.
 const LEAST_SECS: f64 = 0.5;
 
-/// What was reported of each track.
+/// The reported results of each track.
 pub struct FinalityTracker {
-    /// `None` where tasks begin or end with different primitives, or rules rewrite the first one.
+    /// `None` if tasks begin or end with different primitives, or rules rewrite the first one.
     ends: Option<TaskEnds>,
     tracks: BTreeMap<TrackId, ReportedFrames>,
-    /// The tasks of a hand from which tasks may be made that go on.
+    /// The tasks of each hand from which composite tasks may continue.
     composites: BTreeMap<TrackId, Composites>,
     made_of: Composites,
 }
 
-/// What was reported of a track, up to which frame of the log.
+/// The frames of the log up to which the results of a track were reported.
 #[derive(Default)]
 struct ReportedFrames {
     raw: usize,
     closed: usize,
     last: usize,
-    /// The piece in which the history begins, where it was cut: as the tree returned it, and after relabeling.
+    /// The segment at which the history was cut, before and after relabeling.
     cut: Option<[Segment; 2]>,
 }
 
 impl FinalityTracker {
-    /// What rules rest in.
+    /// Returns the tracker for these rules.
     pub fn new(rules: &Rules) -> Self {
         let made_of = Composites::new(rules);
         Self { ends: TaskEnds::of(rules), tracks: BTreeMap::new(), composites: BTreeMap::new(), made_of }
     }
 
-    /// A new stretch begins.
+    /// Begins a new stretch.
     pub fn restart(&mut self) {
         self.tracks.clear();
         self.composites.clear();
     }
 
-    /// What is new in the analysis of a history, which is cut where nothing before is needed any more. With `ends` no frame follows.
+    /// Returns the new results in the analysis of a history, and cuts the history before the frames that are still needed. With `ends` no frame follows.
     pub fn news(&mut self, found: &Analysis, history: &mut History, ends: bool) -> Vec<Inner> {
         let len = found.frames;
         let first = history.first;
@@ -98,7 +98,7 @@ impl FinalityTracker {
         in_order(news)
     }
 
-    /// What is final because the frames before this one are forgotten, although no hand rests: what goes on there is cut in two.
+    /// Drops the frames before `before` although no hand rests, and returns the results that become final. A segment at the cut is split.
     pub fn forget(&mut self, found: &Analysis, history: &mut History, before: usize) -> Vec<Inner> {
         let mut news = Vec::new();
         let end_s = history.time_s(before).unwrap_or(found.end_s);
@@ -180,19 +180,19 @@ impl FinalityTracker {
         let last = touched.unwrap_or(last);
         let latest = history.last_at_rest(&rests, resting.start..last + 1);
         let cut = latest.or_else(|| history.first_at_rest(&rests, last..resting.end))?;
-        // Forgetting takes as long as what is kept.
+        // The cost of a cut is that of the kept part.
         (cut >= frames(LEAST_SECS)).then_some(cut)
     }
 }
 
 impl ReportedFrames {
-    /// Keeps the beginnings of the segments of a track that are cut.
+    /// Keeps the first parts of the segments of a track at a cut.
     fn keep(&mut self, track: &Track, at: usize) {
         let piece = |segments: &[Segment], which: usize| {
             let segment = segments.iter().find(|segment| segment.frames.contains(&at))?;
             let mut piece = self.whole(segment, which);
             if !segment.by.is_empty() {
-                // What the segment was behind the cut, it is again.
+                // The labels behind the cut repeat.
                 let known = segment.was.len();
                 let is_before = |raw: &&Segment| raw.frames.start <= at && raw.frames.end > segment.frames.start;
                 let before = track.segments.iter().filter(is_before).count();
@@ -204,13 +204,13 @@ impl ReportedFrames {
         self.cut = pieces.map(|(raw, relabeled)| [raw, relabeled]);
     }
 
-    /// A segment with the part of it that was forgotten.
+    /// Returns a segment with its dropped part.
     fn whole(&self, segment: &Segment, which: usize) -> Segment {
         let mut segment = segment.clone();
         if let Some(cut) = self.cut.as_ref().map(|cut| &cut[which]).filter(|_| segment.frames.start == 0) {
             segment.start_s = cut.start_s;
             if !cut.by.is_empty() {
-                // The piece at the cut is in both.
+                // Both parts contain the piece at the cut.
                 segment.was = cut.was.iter().chain(segment.was.iter().skip(1)).cloned().collect();
                 let new = segment.by.iter().filter(|rule| !cut.by.contains(rule));
                 segment.by = cut.by.iter().chain(new).cloned().collect();
@@ -229,7 +229,7 @@ impl ReportedFrames {
     }
 }
 
-/// The frames in which a hand rests: where the tree returned the first primitive after the last one or a kind of it, and no rule before recognition changed
+/// Returns the frames in which a hand rests: the tree returned the first primitive after the last one or a kind of it, and no rule before recognition changed
 /// that.
 fn intervals(hand: &Track, ends: &TaskEnds) -> Vec<Range<usize>> {
     let segments = &hand.segments;
@@ -250,7 +250,7 @@ fn in_order(mut news: Vec<(usize, Inner)>) -> Vec<Inner> {
     news.into_iter().map(|(_, inner)| inner).collect()
 }
 
-/// What every task begins and ends with.
+/// The first and last primitives of all tasks.
 struct TaskEnds {
     first: Label,
     /// The name of the first primitive.
@@ -262,7 +262,7 @@ struct TaskEnds {
 }
 
 impl TaskEnds {
-    /// The first and the last primitive of every task, where no relabeling before recognition and no key depends on the first one.
+    /// Returns the first and last primitives of all tasks; `None` if relabeling before recognition or a key depends on the first one.
     fn of(rules: &Rules) -> Option<Self> {
         let task = rules.tasks.first()?;
         // A hand that rests in a kind of the first primitive rests later.

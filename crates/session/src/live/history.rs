@@ -1,5 +1,4 @@
-//! What is kept of a stretch that is still going on: stamps, leaves, and the columns that tasks ask for, from the last point on behind which no later
-//! frame changes anything.
+//! The history of the current stretch: stamps, leaves, and the columns that tasks read, since the last frame before which all results are final.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -15,17 +14,17 @@ use teachtree_frames::spilled_columns::Series;
 use teachtree_language::Rules;
 use teachtree_language::rules::Label;
 
-/// A stretch so far. Frames are counted from the first one that is kept.
+/// A stretch so far. Indices of frames begin at the first kept frame.
 #[derive(Default)]
 pub struct History {
-    /// The first frame that is kept, from the beginning of the log.
+    /// The index of the first kept frame in the log.
     pub first: usize,
     /// Stamps, layout and names; the columns are apart.
     frames: Frames,
     columns: BTreeMap<ColumnKey, Vec<f64>>,
     /// The leaves that have ended.
     leaves: Leaves,
-    /// The leaves that go on, as far as they are known.
+    /// The known parts of the leaves that have not ended.
     open: Leaves,
 }
 
@@ -41,12 +40,12 @@ impl Series for History {
 }
 
 impl History {
-    /// How many frames are kept.
+    /// Returns the number of kept frames.
     pub fn len(&self) -> usize {
         self.frames.time.len()
     }
 
-    /// The stamp of a frame, s.
+    /// Returns the stamp of a frame, s.
     pub fn time_s(&self, frame: usize) -> Option<f64> {
         self.frames.time.get(frame).copied()
     }
@@ -69,14 +68,14 @@ impl History {
         }
     }
 
-    /// Takes a leaf that has ended; its frames are counted from the beginning of the stretch, which is `stretch`.
+    /// Takes a leaf that has ended. Its indices begin at `stretch`, the first frame of the stretch.
     pub fn leaf(&mut self, side: Option<Side>, run: Run, stretch: usize) {
         let at = |frame: usize| (frame + stretch).saturating_sub(self.first);
         let run = Run { start: at(run.start), end: at(run.end), ..run };
         append(lane(&mut self.leaves, side), run);
     }
 
-    /// What an analysis finds in the first `len` frames, of which every leaf is known; `evaluator` is where the leaves came from.
+    /// Analyzes the first `len` frames, whose leaves are all known; `evaluator` returned the leaves.
     pub fn analysis(&mut self, rules: &Rules, evaluator: &mut Evaluator, stretch: usize, len: usize) -> Analysis {
         let (mut leaves, mut open, first) = (self.leaves.clone(), Leaves::default(), self.first);
         open_leaves(evaluator, &mut |side, run: Run| {
@@ -91,7 +90,7 @@ impl History {
         analysis::analyze_series(rules, &self.frames, self, &[leaves])
     }
 
-    /// The first of some frames at which the leaf of every hand is its `rest`, and both hands together have none.
+    /// Returns the first of some frames at which the leaf of every hand is its `rest`, and the tree over both hands has no leaf.
     pub fn first_at_rest(&self, rests: &BTreeMap<Side, Label>, frames: Range<usize>) -> Option<usize> {
         let mut at = frames.start;
         while at < frames.end {
@@ -103,7 +102,7 @@ impl History {
         None
     }
 
-    /// The last such frame.
+    /// Returns the last such frame.
     pub fn last_at_rest(&self, rests: &BTreeMap<Side, Label>, frames: Range<usize>) -> Option<usize> {
         let mut at = frames.end.checked_sub(1)?;
         while at >= frames.start {
@@ -115,7 +114,7 @@ impl History {
         None
     }
 
-    /// A leaf at a frame that is not a rest, if there is one; `None` where the leaves are not known.
+    /// Returns a leaf at a frame that is not a rest, if one exists; `None` if the leaves are unknown.
     fn not_at_rest(&self, rests: &BTreeMap<Side, Label>, frame: usize) -> Option<Option<Run>> {
         let at = |runs: &[Run], open: &[Run]| {
             let known = runs
@@ -138,7 +137,7 @@ impl History {
         Some(None)
     }
 
-    /// The first of some frames at which a hand touches its target.
+    /// Returns the first of some frames at which a hand touches its target.
     pub fn first_touched(&self, side: Side, frames: Range<usize>) -> Option<usize> {
         let channel = self.frames.channel(TARGET_TOUCHED)?;
         let key = ColumnKey { channel, side: Some(side), slot: 0, component: 0 };
@@ -146,7 +145,7 @@ impl History {
         touched.iter().position(|flag| *flag > 0.5).map(|at| frames.start + at)
     }
 
-    /// Forgets the frames before this one.
+    /// Drops the frames before `before`.
     pub fn forget(&mut self, before: usize) {
         self.first += before;
         self.frames.time.drain(..before.min(self.frames.time.len()));
@@ -161,7 +160,7 @@ impl History {
         cut(&mut self.leaves.both);
     }
 
-    /// Forgets everything: the stretch has ended with frame `first`.
+    /// Drops all frames: the stretch has ended with frame `first`.
     pub fn restart(&mut self, first: usize) {
         self.first = first;
         self.frames.time.clear();
@@ -201,12 +200,12 @@ pub fn last_leaves(evaluator: &mut Evaluator, chunk: &LiveChunk) -> BTreeMap<Opt
     last
 }
 
-/// The side of each tree.
+/// Returns the side of each tree.
 pub fn sides(evaluator: &Evaluator) -> Vec<Option<Side>> {
     evaluator.plan().trees.iter().map(|tree| tree.side).collect()
 }
 
-/// Gives frames to an evaluator.
+/// Passes frames to an evaluator.
 pub fn push(evaluator: &mut Evaluator, frames: &Frames, range: &Range<usize>, emit: &mut impl FnMut(usize, Run)) {
     let inputs = evaluator.plan().inputs.clone();
     let columns: Vec<&[f64]> = inputs.iter().map(|key| frames.column(*key).unwrap_or(&[])).collect();

@@ -1,4 +1,4 @@
-//! The primitives that rules cannot detect in a live log because it lacks channels. This is known before the first label.
+//! Finds the primitives that rules cannot detect in a live log because it lacks channels, before the first label.
 
 use crate::observability::{issues, tracks_of_columns};
 use crate::run::channels;
@@ -8,8 +8,8 @@ use teachtree_language::graph::lower;
 use teachtree_language::rules::{Label, Rules as RuleSet};
 use teachtree_logs::issue::Issue;
 
-/// The primitives that cannot be detected in a log with the columns of its beginning, as issues. Nothing where the beginning is too short to be analyzed.
-/// Signs of failures are left out: most logs lack the channels of some.
+/// Returns issues for the primitives that cannot be detected in a log with these columns; none if the beginning is too short for an analysis. Primitives of
+/// failures are omitted, because most logs lack channels for some of them.
 pub fn undetectable(beginning: &Log, rules: &Rules) -> Vec<Issue> {
     let Ok(opened) = beginning.opened() else { return Vec::new() };
     let Ok(frames) = opened.frames(&channels(rules.set())) else { return Vec::new() };
@@ -25,7 +25,7 @@ pub fn undetectable(beginning: &Log, rules: &Rules) -> Vec<Issue> {
     issues(&tracks, &frames)
 }
 
-/// The primitives by which failures are recognized and that no other task names.
+/// Returns the primitives by which failures are recognized and that no other task names.
 fn signs_of_failures(rules: &RuleSet) -> BTreeSet<String> {
     let keys = |failure: bool| {
         let tasks = rules.tasks.iter().filter(move |task| task.failure == failure);

@@ -1,8 +1,8 @@
-//! Labels while the log is being made: rows in one at a time, events out.
+//! Online analysis: takes rows one at a time and returns events.
 //!
-//! There are two answers. The *label* of the newest frame is what the trees would return if the log ended there. *Segments* and *tasks* come once no
-//! later row can change them: then they are those of the analysis of the whole log, with the same calibration. Between two tasks everything before is
-//! forgotten, so that memory does not grow.
+//! There are two kinds of results. The *label* of the newest frame is the one that the trees would return if the log ended there. *Segments* and *tasks* are
+//! reported once no later row can change them; they equal those of the analysis of the whole log with the same calibration. Between two tasks all earlier
+//! frames are dropped, so that memory does not grow.
 
 mod calibration_buffer;
 mod event;
@@ -35,31 +35,31 @@ use teachtree_language::rules::Label;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::read::table::ColumnRequest;
 
-/// Period at which the newest frames are labeled, and at which segments and tasks are sought, s.
+/// The period at which the newest frames are labeled, and at which segments and tasks are searched, s.
 const LOOK_SECS: [f64; 2] = [0.02, 0.1];
-/// The same where no frame waits for later ones, and none is derived twice.
+/// These periods for a log in which no frame waits for later ones and none is derived twice.
 const PROMPT_LOOK_SECS: [f64; 2] = [0.004, 0.02];
-/// The longest time that is kept where nothing comes to rest, s.
+/// The maximum duration of the history while no hand rests, s.
 const KEPT_SECS: f64 = 600.0;
 
-/// What an analysis learns of a whole log before it looks at a frame: the rate, and bias, noise and contact level of the force sensors. It is learned from
-/// some seconds in which the hands are far from the objects at least once.
+/// The calibration of a log: the rate, and bias, noise and contact level of the force sensors. It needs some seconds in which the hands are far from the
+/// objects at least once.
 #[derive(Clone, Debug)]
 pub struct Calibration(Learned, Vec<Issue>);
 
 impl Calibration {
-    /// Learns from the beginning of a log. Bodies that did not touch in it may touch later.
+    /// Calibrates from the beginning of a log. Bodies without contact in it may have contacts later.
     ///
     /// # Errors
-    /// What is wrong with the log, as for [`Rules::analyze`].
+    /// As [`Rules::analyze`].
     pub fn of(log: &super::Log, rules: &Rules) -> Result<Self, Error> {
         Self::of_part(log, rules, false)
     }
 
-    /// Learns from the whole of the log that will be pushed, as [`Rules::analyze`] does: bodies of which it shows no contact never touch.
+    /// Calibrates from the whole log that will be pushed, as [`Rules::analyze`] does: bodies without contact in it never have contacts.
     ///
     /// # Errors
-    /// What is wrong with the log, as for [`Rules::analyze`].
+    /// As [`Rules::analyze`].
     pub fn of_whole(log: &super::Log, rules: &Rules) -> Result<Self, Error> {
         Self::of_part(log, rules, true)
     }
@@ -69,16 +69,16 @@ impl Calibration {
         learned.map(|(learned, issues)| Self(learned, issues)).map_err(|error| Error::new(error, ErrorKind::Mismatch))
     }
 
-    /// Reads the text of a calibration file, as `inspect --calibrate` and [`text`](Self::text) write it; `name` stands in messages.
+    /// Reads the text of a calibration file, as `inspect --calibrate` and [`text`](Self::text) write it; messages contain `name`.
     ///
     /// # Errors
-    /// [`ErrorKind::Format`]: it is none.
+    /// [`ErrorKind::Format`]: the text is not a calibration.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let learned = Learned::parse(text, name).map_err(|error| Error::new(error, ErrorKind::Format))?;
         Ok(Self(learned, vec![]))
     }
 
-    /// The text of a calibration file, schema `teachtree.calibration/1` (docs/formats.md).
+    /// Returns the text of a calibration file, schema `teachtree.calibration/1` (docs/formats.md).
     ///
     /// # Errors
     /// [`ErrorKind::Format`]: a number is not finite.
@@ -86,37 +86,37 @@ impl Calibration {
         self.0.text().map_err(|error| Error::new(error, ErrorKind::Format))
     }
 
-    /// Frames per second.
+    /// Returns the rate, frames per second.
     pub fn rate_hz(&self) -> f64 {
         self.0.rate_hz
     }
 
-    /// What was wrong with the log that it was learned from.
+    /// Returns the issues of the log of the calibration.
     pub fn issues(&self) -> &[Issue] {
         &self.1
     }
 }
 
-/// The label of the newest frame of a track, as it was reported last.
+/// The last reported label of a track's newest frame.
 #[derive(Default)]
 struct NewestLabel {
     primitive: Option<String>,
-    /// The frame at which it was first given, from the beginning of the log.
+    /// The index of the frame in the log at which the label began.
     since: usize,
     confidence: Option<f64>,
 }
 
-/// How sure a label is that has stood for some frames, where one that has stood for `sure` frames is: from a half to 1, in tenths.
+/// Returns the confidence of a label after `stood` frames, from 0.5 to 1 in tenths; it is 1 after `sure` frames.
 fn confidence(stood: usize, sure: usize) -> f64 {
     let tenths = (5 * stood.min(sure)).checked_div(sure).unwrap_or(5);
     0.5 + tenths as f64 / 10.0
 }
 
-/// Rules that run on a log while it is being made.
+/// An online analysis of a growing log.
 pub struct Live {
     rules: Rules,
     graph: Graph,
-    /// For each column of the rows, where its values go and by what they are multiplied.
+    /// The factor to SI of each column of the rows that is read.
     wants: Vec<Option<f64>>,
     time_at: usize,
     columns: Vec<usize>,
@@ -126,10 +126,10 @@ pub struct Live {
     evaluator: Option<Evaluator>,
     history: History,
     rest: FinalityTracker,
-    /// The first frame of the stretch, from the beginning of the log.
+    /// The index in the log of the first frame of the stretch.
     stretch: usize,
     rate_hz: f64,
-    /// When the newest frames were last labeled, and segments and tasks last sought, in frames.
+    /// The frame at which the newest frames were last labeled, and the frame at which segments and tasks were last searched.
     looked: usize,
     found: usize,
     /// The channels that tasks read later.
@@ -137,14 +137,14 @@ pub struct Live {
     labels: BTreeMap<TrackId, NewestLabel>,
     /// Whether the newest frames are labeled.
     labels_newest: bool,
-    /// For how many frames a label has stood that is sure, where the confidence of labels is asked for.
+    /// The number of frames after which a label has the confidence 1; `None` without confidences.
     sure: Option<usize>,
-    /// The memory of the values of a row.
+    /// A buffer for the values of a row.
     values: Vec<f64>,
     events: Vec<LiveEvent>,
     sequence: u64,
     newest_s: f64,
-    /// How the rows spell the channels, for messages.
+    /// The spelling of the channels in the rows, for messages.
     spelling: FieldNames,
 }
 
@@ -162,7 +162,7 @@ impl Live {
     ) -> Result<Self, Error> {
         let Calibration(learned, _) = calibration.clone();
         let (wanted, spelling) = stream::wanted(columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
-        // Not those of reports, of which some are averages.
+        // Channels of reports are not included: some of them are averages.
         let channels = analysis::channels(rules.set());
         let measured = |name: &str| learned.columns.iter().any(|column| column == name);
         let mut time_at = 0;
@@ -229,14 +229,14 @@ impl Live {
         self
     }
 
-    /// By how much segments and tasks lag behind the newest row, s, besides the time that relabeling and tasks need: what averages and the rules look ahead.
-    /// Known once some frames were pushed.
+    /// Returns the look-ahead of averages and rules, s. Segments and tasks lag behind the newest row by this time and the time that relabeling and tasks need.
+    /// `None` before some frames were pushed.
     pub fn lag_s(&self) -> Option<f64> {
         let delay = self.evaluator.as_ref()?.plan().delay as usize;
         Some((self.derivation.lag() + delay) as f64 / self.rate_hz)
     }
 
-    /// Takes a row: a value for each column, in the unit of the column; NaN was not measured. Returns what is new.
+    /// Takes a row: a value for each column, in the unit of the column; NaN for a missing value. Returns the new events.
     ///
     /// # Errors
     /// [`ErrorKind::Argument`]: the row has another number of values. [`ErrorKind::Mismatch`]: a channel that the rules need is missing.
@@ -265,7 +265,7 @@ impl Live {
         self.admit_rows()
     }
 
-    /// Admits the rows whose samples are known to be possible or not.
+    /// Admits the rows that the spike filter has decided.
     fn admit_rows(&mut self) -> Result<(), Error> {
         while let Some((time_s, values)) = self.spike_filter.release() {
             let admitted = self.admit(time_s, &values);
@@ -275,7 +275,7 @@ impl Live {
         Ok(())
     }
 
-    /// No row comes after the last one, for now.
+    /// Flushes the filter: no row follows for now.
     fn end_rows(&mut self) -> Result<(), Error> {
         for issue in self.spike_filter.finish() {
             self.event(Inner::Issue(issue));
@@ -303,20 +303,20 @@ impl Live {
         Ok(())
     }
 
-    /// The source was interrupted: all segments and tasks end, and everything restarts with the next row.
+    /// Handles an interruption of the source: all segments and tasks end, and the analysis restarts with the next row.
     pub(crate) fn interrupt(&mut self) -> Result<Vec<LiveEvent>, Error> {
         self.end_rows()?;
         self.row_gate.restart();
         Ok(std::mem::take(&mut self.events))
     }
 
-    /// Reports from when on times count: ns since 1970.
+    /// Reports the time of 0 s, ns since 1970.
     pub(crate) fn begin(&mut self, origin_ns: i64) -> Vec<LiveEvent> {
         self.event(Inner::Clock { origin_ns });
         std::mem::take(&mut self.events)
     }
 
-    /// Ends the log: all segments and tasks that are left.
+    /// Ends the log and returns the remaining segments and tasks.
     ///
     /// # Errors
     /// As [`push`](Self::push).
@@ -325,17 +325,17 @@ impl Live {
         Ok(self.events)
     }
 
-    /// The rules that run.
+    /// Returns the rules.
     pub fn rules(&self) -> &Rules {
         &self.rules
     }
 
-    /// Labels the newest frames from now on, or not, which saves most of the time.
+    /// Switches the labels of the newest frames on or off; without them the analysis takes much less time.
     pub(crate) const fn label_newest(&mut self, is_on: bool) {
         self.labels_newest = is_on;
     }
 
-    /// The stamp of the newest frame, s.
+    /// Returns the stamp of the newest frame, s.
     pub(crate) fn newest_s(&self) -> f64 {
         self.newest_s
     }
@@ -397,7 +397,7 @@ impl Live {
         Ok(())
     }
 
-    /// Reports the labels of the newest frame that have changed, or whose confidence has.
+    /// Reports the labels of the newest frame whose primitive or confidence has changed.
     fn label(&mut self, newest: &BTreeMap<Option<Side>, Option<Label>>) {
         let (time_s, frame) = (self.newest_s, self.derivation.taken());
         let name = |label| self.rules.set().label_name(label);
@@ -421,7 +421,7 @@ impl Live {
         }
     }
 
-    /// Looks for segments and tasks.
+    /// Searches segments and tasks.
     fn find(&mut self, ends: bool) {
         let Some(evaluator) = &mut self.evaluator else { return };
         let delay = if ends { 0 } else { evaluator.plan().delay as usize };
@@ -465,13 +465,13 @@ impl Live {
         (self.stretch, self.looked, self.found) = (taken, taken, taken);
         self.history.restart(taken);
         self.rest.restart();
-        // What stood before a gap does not count.
+        // The time before a gap does not count.
         self.labels.values_mut().for_each(|label| label.since = taken);
         Ok(())
     }
 }
 
-/// A duration in frames, at least one.
+/// Returns a duration in frames, at least one.
 fn frames(secs: f64, rate_hz: f64) -> usize {
     // A cast from f64 saturates.
     ((secs * rate_hz).round() as usize).max(1)

@@ -1,4 +1,4 @@
-//! From a goal to a motion: what is drawn for this operator, where the way leads, and what cannot be performed.
+//! Makes a motion of a goal: draws the variation of this operator, computes the path, and refuses impossible goals.
 
 use super::collide::{CollideMotion, vector_to};
 use super::cooperation::FollowMotion;
@@ -20,17 +20,17 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Finger;
 use teachtree_base::short_number::ShortNumber;
 
-/// A grip that is to carry something squeezes at least this many times as hard as friction needs.
+/// The minimum squeeze of a carrying grip, as a multiple of the force that friction needs.
 const CARRIED: f64 = 1.5;
-/// What is pressed on while it is moved along is squeezed at least this many times as hard: friction there pulls at it too.
+/// That multiple for an object that is pressed against a body and moved along it, where friction acts too.
 const HELD_ALONG: f64 = 1.25;
-/// A reach that ends nearer to its grip than this goes at it, m.
+/// A reach that ends nearer to its grip than this approaches it straight, m.
 const AT_IT_M: f64 = 0.020;
-/// Who misses a hole misses it by half its radius and this, m.
+/// An operator who misses a hole misses it by half its radius plus this, m.
 const MISSED_M: f64 = 0.003;
 
 impl<'a> Performer<'a> {
-    /// Refuses what cannot be performed.
+    /// Refuses goals that cannot be performed.
     pub(super) fn check(&self, goal: &Goal, world: &World) -> Result<(), InputError> {
         match goal {
             Goal::Reach(reach) => {
@@ -129,7 +129,7 @@ impl<'a> Performer<'a> {
         &self.operator.variation
     }
 
-    /// Palm and fingertips at the end of a reach, without any variation.
+    /// Returns palm and fingertips at the end of a reach, without variation.
     pub(super) fn posture(&self, grip: &HandGrip, reach: &Reach, world: &World) -> (Isometry3<f64>, Vec<Point3<f64>>) {
         let mut palm = grip.palm(world);
         palm.translation.vector += Vector3::from(reach.offset.map(|length| length.0));
@@ -176,12 +176,12 @@ impl<'a> Performer<'a> {
         let closes =
             matches!(self.steps.get(self.next), Some(Step { goal: Goal::Close(_), .. })) && grip.is_opposed(self.hand);
         if closes {
-            // People reckon with their overrun: the fingers meet the object half way through it.
+            // Operators compensate for their overrun: the fingers touch the object half way through it.
             to_palm.translation.vector -= self.came * variation.overrun.0 / 2.0;
         }
         let way = to_palm.translation.vector - self.palm.translation.vector;
         let fingers = self.tips.iter().zip(&to_tips).map(|(from, to)| (to - from).norm()).fold(0.0, f64::max);
-        // Straight at an object, lest the fingers run into it.
+        // The path is straight near an object, so that the fingers do not collide with it.
         let at_it = reach.offset.iter().all(|part| part.0.abs() < AT_IT_M);
         let curved = if at_it { 1.0 / 24.0 } else { 1.0 / 6.0 };
         let arch = self.across(way) * variation.path.0.min(way.norm() * curved) * self.chance.either_way();
@@ -196,10 +196,10 @@ impl<'a> Performer<'a> {
         let opposed = self.grip.is_opposed(self.hand);
         let others = self.grip.used().saturating_sub(1).max(1) as f64;
         let share = |&finger: &Finger| if opposed && finger != Finger::Thumb { force / others } else { force };
-        // The hand squeezes what it is to carry harder than just enough.
+        // The squeeze for a carried object exceeds the minimum.
         let force = if opposed { (force * self.strength).max(CARRIED * self.grip.weight / 2.0) } else { force };
         self.grip.squeeze = (opposed && !close.unchecked).then_some(force);
-        // Only a hand that closes around something still moves on; one that lays its fingers on stops first.
+        // Only a hand that closes around an object overruns; a hand that places its fingers on a surface stops first.
         let further = if opposed { variation.overrun.0 * (0.75 + 0.5 * self.chance.share()) } else { 0.0 };
         Motion::Close(CloseMotion {
             delays: self.delays(variation.arrival.0),
@@ -214,7 +214,7 @@ impl<'a> Performer<'a> {
 
     fn begin_open(&mut self, open: &Open) -> Motion {
         self.grip.squeeze = None;
-        // The forces fade together: a finger that presses harder goes further. Fingers leave more evenly than they arrive.
+        // The forces decrease together: a finger with a larger force moves farther. Delays are shorter than when closing.
         let pressed: Vec<f64> = match self.senses.steps_ago(0) {
             Some(felt) => felt.tips.iter().map(|force| force.norm()).collect(),
             None => vec![0.0; self.tips.len()],
@@ -239,7 +239,7 @@ impl<'a> Performer<'a> {
             let mut to_palm = self.palm;
             to_palm.translation.vector += along * distance;
             let arch = self.across(along) * self.variation().path.0.min(distance / 12.0) * self.chance.either_way();
-            // Upwards only: what is carried may be near the ground.
+            // Paths arch only upwards: a carried object may be near the ground.
             let arch = Vector3::new(arch.x, arch.y, arch.z.abs());
             return Ok(self.transport(to_palm, self.tips.clone(), Vec::new(), arch, duration(distance, speed)));
         }
@@ -367,7 +367,7 @@ impl<'a> Performer<'a> {
         }))
     }
 
-    /// Who puts something together, or holds it for the other hand, holds it firmly.
+    /// Raises the squeeze for assembly, or for holding an object for the other hand.
     fn hold_firmly(&mut self) {
         if let Some(squeeze) = &mut self.grip.squeeze {
             *squeeze = squeeze.max(FIRM);
@@ -385,7 +385,7 @@ impl<'a> Performer<'a> {
         })
     }
 
-    /// The socket of this name.
+    /// Returns the socket of this name.
     fn place(&self, name: &str) -> Result<SocketSite, InputError> {
         let places = places(self.scene);
         let known: Vec<_> = places.iter().map(|place| format!("`{}`", place.name)).collect();
@@ -397,7 +397,7 @@ impl<'a> Performer<'a> {
         })
     }
 
-    /// Where the object of the grip is.
+    /// Returns the position of the gripped object.
     fn object(&self, world: &World) -> Vector3<f64> {
         world
             .observation()
@@ -406,7 +406,7 @@ impl<'a> Performer<'a> {
             .map_or_else(Vector3::zeros, |body| body.pose.translation.vector)
     }
 
-    /// A motion from here.
+    /// Returns a motion from the current pose.
     fn transport(
         &self,
         to_palm: Isometry3<f64>,
@@ -419,17 +419,17 @@ impl<'a> Performer<'a> {
         Motion::Transport(Transport { from_palm, to_palm, from_tips, to_tips, delays, arch, duration })
     }
 
-    /// Speeds of this motion over those of the script.
+    /// Returns the factor of this motion's speed relative to the script.
     fn pace_now(&mut self) -> f64 {
         self.pace * self.chance.factor(self.variation().pace / 4.0)
     }
 
-    /// How late each finger starts, s.
+    /// Returns the delay of each finger, s.
     fn delays(&mut self, latest: f64) -> Vec<f64> {
         self.hand.fingers.iter().map(|_| latest * self.chance.share()).collect()
     }
 
-    /// Some direction across a way.
+    /// Returns a random direction perpendicular to a path.
     fn across(&mut self, way: Vector3<f64>) -> Vector3<f64> {
         let some = self.chance.direction();
         way.try_normalize(1e-6).map_or(some, |along| some - along * some.dot(&along))

@@ -1,4 +1,4 @@
-//! Motions that are guided by touch: fingers that close until they feel enough, and a hand that goes straight on until it meets something.
+//! Guarded motions: fingers that close until they reach their force, and a hand that moves straight until it touches a body.
 
 use super::grips::HandGrip;
 use super::motion::bump;
@@ -7,42 +7,42 @@ use crate::{STEP_S, World};
 use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::easing::minimum_jerk;
 
-/// Fingers that find nothing stop this far below the surface, m.
+/// Fingers without contact stop this far below the surface, m.
 pub(super) const CLOSED_BELOW_M: f64 = 0.020;
-/// A finger needs this long to come up to speed, s.
+/// The time in which a finger accelerates to its speed, s.
 const GATHERING_S: f64 = 0.1;
-/// The hand is as slow as this when it expects a contact, m/s, and faster by this for every metre that is left, 1/s.
+/// The speed of the hand at an expected contact (m/s), and its increase with the remaining distance (1/s).
 const ARRIVING: f64 = 0.015;
 const SLOWING: f64 = 3.0;
-/// A hand eases off when it meets more than this, N, or more than the weight of what it handles; at three times as much it turns back.
+/// A hand slows down at a force above this (N) and above the weight of its object; at three times this force it moves back.
 pub(super) const EASING: f64 = 0.5;
-/// The same for what is set down, however heavy it is: the table bears it.
+/// This force for an object that is set down, of any weight: the table carries it.
 pub(super) const LANDING: f64 = 0.3;
-/// Speed at which a lost contact is sought, m/s.
+/// The speed of the search for a lost contact, m/s.
 pub(super) const SEEKING: f64 = 0.025;
-/// How fast the hand follows a pressing force that is too large or too small, m/s per N.
+/// The gain of the pressing force's control, m/s per N.
 pub(super) const FOLLOWING: f64 = 0.006;
 
 /// Fingers that close.
 pub(super) struct CloseMotion {
-    /// How late each finger starts, s.
+    /// The delay of each finger, s.
     pub(super) delays: Vec<f64>,
-    /// Which fingers have found their force; those that are not used have from the start.
+    /// Which fingers have reached their force. Unused fingers count as stopped from the start.
     pub(super) stopped: Vec<bool>,
     /// The force of each finger, N.
     pub(super) share: Vec<f64>,
     /// Speed of the fingertips, m/s.
     pub(super) speed: f64,
-    /// How far the palm still moves on meanwhile, m, and how long that takes, s.
+    /// The overrun of the palm during the closing, m, and its duration, s.
     pub(super) overrun: Vector3<f64>,
     pub(super) overrun_time: f64,
-    /// Fingers that find nothing stop this far below the surface, m.
+    /// Fingers without contact stop this far below the surface, m.
     pub(super) below: f64,
 }
 
 impl CloseMotion {
-    /// Moves fingertips (palm frame) and palm for another step, `time` seconds after the start; whether all fingers have found their force and the
-    /// hand has come to rest.
+    /// Moves fingertips (palm frame) and palm by a step, `time` seconds after the start. Returns whether all fingers have reached their force and the hand is
+    /// at rest.
     pub(super) fn step(
         &mut self,
         time: f64,
@@ -62,7 +62,7 @@ impl CloseMotion {
                 continue;
             }
             let gathered = minimum_jerk((time - self.delays[finger]) / GATHERING_S);
-            // The last of the force is built up slowly.
+            // The force approaches its target slowly.
             let easing = (1.0 - pressed / self.share[finger]).clamp(0.15, 1.0);
             tips[finger] -= normal * (self.speed * gathered * easing * STEP_S);
         }
@@ -73,39 +73,39 @@ impl CloseMotion {
     }
 }
 
-/// A straight way that is guided by touch.
+/// A straight path that a contact ends.
 pub(super) struct GuardedMove {
     /// Direction, unit.
     pub(super) along: Vector3<f64>,
-    /// m/s.
+    /// Speed, m/s.
     pub(super) speed: f64,
-    /// m.
+    /// Length, m.
     pub(super) distance: f64,
-    /// How much of it lies behind, m.
+    /// The distance covered so far, m.
     pub(super) gone: f64,
-    /// The body that ends it, and the distance at which it does, m.
+    /// The body that ends the path, and the distance to it at the end, m.
     pub(super) until: Option<(usize, f64)>,
-    /// Whether that body was met.
+    /// Whether that body was touched.
     pub(super) has_met: bool,
     pub(super) press: Option<WallPressMotion>,
 }
 
-/// Keeping the object against a body under way.
+/// A force that keeps the object against a body during a motion.
 pub(super) struct WallPressMotion {
     pub(super) against: usize,
     /// Direction towards it, unit.
     pub(super) toward: Vector3<f64>,
-    /// N.
+    /// Force, N.
     pub(super) force: f64,
-    /// How far the hand wavers, m, towards the body, over this much of the way, m; and how far it has.
+    /// The deviation of the hand towards the body, m, the length of the path over which it occurs, m, and the deviation so far, m.
     pub(super) waver: f64,
     pub(super) span: f64,
     pub(super) wavered: f64,
 }
 
 impl GuardedMove {
-    /// The velocity that is wanted now, m/s, from what was felt a reaction time ago and, by reflex, just now; and whether the way is over.
-    /// The waver moves the palm by itself.
+    /// Returns the desired velocity, m/s, and whether the path is over. Uses the forces of one reaction time ago, and for reflexes the current ones. The
+    /// deviation moves the palm directly.
     pub(super) fn step(
         &mut self,
         grip: &HandGrip,
@@ -135,12 +135,12 @@ impl GuardedMove {
             press.wavered = waver;
         }
         self.gone += speed * STEP_S;
-        // What ends the way is felt later than it is met.
+        // The hand senses the contact that ends the path with a delay.
         self.has_met |= reached || self.until.is_some_and(|(until, _)| reflex.touching(grip.object, until));
         (wanted, left <= 0.0 || reached)
     }
 
-    /// The body that should have ended it and was not met, by its index in the scene.
+    /// Returns the index of the body that should have ended the path and was not touched.
     pub(super) fn unmet(&self) -> Option<usize> {
         self.until.filter(|_| !self.has_met).map(|(until, _)| until)
     }

@@ -1,4 +1,4 @@
-//! One hand that follows its script: goals become motions, and what is felt and seen shapes them under way.
+//! One hand that follows its script: goals become motions, which adapt to sensed forces and seen poses.
 
 use super::collide::CollideMotion;
 use super::cooperation::{FollowMotion, PartnerHand};
@@ -21,28 +21,28 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::scene::{Hand, Scene};
 
-/// A finger stops closing, and a hand gives way, this long after it felt enough, s: a reflex, faster than a reaction.
+/// The delay of a reflex, s: a finger stops closing, or a hand yields, this long after the force that triggers it. A reaction is slower.
 const REFLEX_S: f64 = 0.025;
-/// No reaction is slower, s.
+/// The maximum reaction time, s.
 const SLOWEST_S: f64 = 1.0;
-/// How fast a hand that holds something still gives way to what it feels beyond the weight, m/s per N.
+/// The admittance of a hand that holds an object still, m/s per N of force beyond the weight.
 const YIELDING: f64 = 0.015;
-/// How fast the fingers correct a squeeze, m/s per N, and at most, m/s.
+/// The gain (m/s per N) and the maximum speed (m/s) with which the fingers correct a squeeze.
 const TIGHTENING: f64 = 0.010;
 const TIGHTEST: f64 = 0.010;
 
-/// Streams of chance of what an operator's strength is drawn from, one each hand.
+/// The first random stream for an operator's strength; each hand has its own stream.
 const STRENGTH_STREAM: u64 = 4;
-/// No motion is tried for longer, s.
+/// The maximum duration of a motion, s.
 const PATIENCE_S: f64 = 25.0;
 /// Maximum time for which a hand stands still or waits for the other hand, s.
 const LONGEST_WAIT_S: f64 = 120.0;
-/// A hand that feels nothing for this long, s, of what it should hold has lost it, and goes back for it; but not more often than this.
+/// A hand without contact with its object for this time (s) has lost the object and returns for it; and the maximum number of returns.
 const LOST_S: f64 = 0.2;
 const RETRIES: usize = 3;
-/// What was lost is held this many times as firmly the next time.
+/// The factor of the squeeze after an object was lost.
 const FIRMER: f64 = 1.5;
-/// What is farther from the palm is out of reach, m.
+/// The maximum distance of an object in reach from the palm, m.
 const OUT_OF_REACH_M: f64 = 0.4;
 
 /// A hand that follows its script.
@@ -53,21 +53,21 @@ pub(crate) struct Performer<'a> {
     pub(super) hand: &'a Hand,
     pub(super) scene: &'a Scene,
     pub(super) operator: &'a Operator,
-    /// The script as this operator performs it, and the number of the step that comes next.
+    /// The script as this operator performs it, and the index of the next step.
     pub(super) steps: Vec<Step>,
     pub(super) next: usize,
-    /// The step that is being done, by its number in the script as it is written.
+    /// The current step, by its index in the written script.
     pub(super) doing: Option<usize>,
     pub(super) chance: Rng,
-    /// Today's speeds and squeezes over those of the script.
+    /// The factors of this operator's speeds and squeezes relative to the script.
     pub(super) pace: f64,
     pub(super) strength: f64,
     shaking: HandTremor,
     pub(super) senses: SensorHistory,
-    /// Steps of the world from feeling to acting.
+    /// The reaction time in steps of the world.
     reaction: usize,
     time: f64,
-    /// What it does, and for how long, s.
+    /// The current motion, and its duration so far, s.
     motion: Motion,
     since: f64,
     pub(super) palm: Isometry3<f64>,
@@ -76,14 +76,14 @@ pub(crate) struct Performer<'a> {
     glide: LagFilter,
     /// The grip in use.
     pub(super) grip: HandGrip,
-    /// The direction in which the hand came to the grip, horizontal, unit or zero.
+    /// The horizontal direction in which the hand approached the grip, unit or zero.
     pub(super) came: Vector3<f64>,
-    /// For how long nothing has been felt of what should be held, s, and how often the hand went back for it.
+    /// The time without contact with the held object, s, and the number of returns for it.
     empty: f64,
     retries: usize,
 }
 
-/// What begins with a step of the script.
+/// The events at the beginning of a step of the script.
 #[derive(Default)]
 pub(crate) struct StepStart {
     /// A phase of the script.
@@ -92,16 +92,16 @@ pub(crate) struct StepStart {
     pub(crate) perturbation: Option<Perturbation>,
     /// A failure on purpose.
     pub(crate) failure: Option<Failure>,
-    /// The object was lost, and the hand goes back for it.
+    /// Whether the object was lost and the hand returns for it.
     pub(crate) lost: bool,
-    /// The step before took too long, and was left undone: which one of the script, counted from zero.
+    /// The index of the previous step in the script, if it took too long and was abandoned.
     pub(crate) left_undone: Option<usize>,
-    /// The step before was to end at this body, and went all its way without meeting it: which step of the script, counted from zero, and the body.
+    /// The index of the previous step in the script and the body at which it should have ended, if it went its whole distance without touching that body.
     pub(crate) unmet: Option<(usize, String)>,
 }
 
 pub(super) enum Motion {
-    /// Stays until this time is over, s.
+    /// Waits for this time, s.
     Still(f64),
     Transport(Transport),
     Turn(TurnMotion),
@@ -112,13 +112,13 @@ pub(super) enum Motion {
     Slip(SlipMotion),
     Jam(JamMotion),
     Collide(CollideMotion),
-    /// Stays until the other hand begins this phase.
+    /// Waits until the other hand begins this phase.
     Waiting(String),
     Cooperation(FollowMotion),
 }
 
 impl<'a> Performer<'a> {
-    /// The hand of this side, about to begin.
+    /// Returns the hand of this side before its first step.
     ///
     /// # Errors
     /// Names in the script that the scene does not have; numbers that cannot be performed.
@@ -184,34 +184,34 @@ impl<'a> Performer<'a> {
         Ok(performer)
     }
 
-    /// Which hand it is.
+    /// Returns the side of the hand.
     pub(crate) fn side(&self) -> Side {
         self.side
     }
 
-    /// Index of the hand in the scene.
+    /// Returns the index of the hand in the scene.
     pub(crate) fn index(&self) -> usize {
         self.index
     }
 
-    /// How many steps of the script have not begun.
+    /// Returns the number of steps of the script that have not begun.
     pub(crate) fn remaining(&self) -> usize {
         self.steps.len() - self.next
     }
 
-    /// Where the device is now.
+    /// Returns the current target of the device.
     pub(crate) fn target(&self) -> HandTarget {
         let mut palm = self.palm;
         palm.translation.vector += self.shaking.at(self.time);
         HandTarget { palm, tips: self.tips.iter().map(|tip| palm * tip).collect() }
     }
 
-    /// Where the palm is, without tremor, m.
+    /// Returns the position of the palm without tremor, m.
     pub(crate) fn stands_at(&self) -> Vector3<f64> {
         self.palm.translation.vector
     }
 
-    /// Lets a step of the world go by; `None` when the script is over, else what begins.
+    /// Advances by a step of the world. Returns the events that begin, or `None` at the end of the script.
     ///
     /// # Errors
     /// None after [`Self::new`] has checked the script.
@@ -240,14 +240,14 @@ impl<'a> Performer<'a> {
         Ok(Some(begun))
     }
 
-    /// The step that is done, and the body at which it should have ended, where that was not met.
+    /// Returns the finished step and the body at which it should have ended, if it did not touch that body.
     fn unmet(&self) -> Option<(usize, String)> {
         let Motion::GuardedMove(guided) = &self.motion else { return None };
         let (body, _) = self.scene.bodies.get_index(guided.unmet()?)?;
         Some((self.doing?, body.clone()))
     }
 
-    /// Whether what should be held is lost; then the reach before the last closing comes next.
+    /// Returns whether the held object is lost. The next step is then the reach before the last closing.
     fn goes_back(&mut self, world: &World) -> bool {
         let holding = self.grip.squeeze.is_some() && !matches!(self.motion, Motion::Close(_));
         let feels =
@@ -258,7 +258,7 @@ impl<'a> Performer<'a> {
         }
         let position = world.observation().bodies.get(self.grip.object).map(|body| body.pose.translation.vector);
         if position.is_some_and(|position| (position - self.palm.translation.vector).norm() > OUT_OF_REACH_M) {
-            // It fell from the table: there is nothing left to do.
+            // The object fell off the table: the script ends.
             (self.next, self.grip.squeeze) = (self.steps.len(), None);
             return true;
         }
@@ -266,7 +266,7 @@ impl<'a> Performer<'a> {
         let close = before.iter().rposition(|step| matches!(step.goal, Goal::Close(_))).unwrap_or(0);
         let reach = before.iter().take(close).rposition(|step| matches!(step.goal, Goal::Reach(_)));
         let Some(reach) = reach else { return false };
-        // What went wrong once does not go wrong again.
+        // A failure occurs only once.
         let mut at = 0..self.next;
         self.steps.retain(|step| !at.next().is_some_and(|at| at > reach && step.added));
         (self.next, self.empty, self.grip.squeeze) = (reach, 0.0, None);
@@ -275,7 +275,7 @@ impl<'a> Performer<'a> {
         true
     }
 
-    /// Goes on with the motion; whether it is over.
+    /// Continues the motion and returns whether it is over.
     fn perform(&mut self, world: &World, other: &PartnerHand) -> bool {
         let reflex = self.senses.steps_ago(steps(REFLEX_S));
         let felt = self.senses.steps_ago(self.reaction);
@@ -345,7 +345,7 @@ impl<'a> Performer<'a> {
                 reflex.is_some_and(|reflex| slipping.step(&mut self.grip, world, reflex, &self.palm, &mut self.tips))
             }
         };
-        // A guided motion fades into what follows instead of stopping first.
+        // A guided motion blends into the next one without a stop.
         let velocity = self.glide.towards(wanted, STEP_S);
         if !matches!(self.motion, Motion::Transport(_) | Motion::Turn(_) | Motion::Collide(_)) {
             self.palm.translation.vector += velocity * STEP_S;
@@ -353,7 +353,7 @@ impl<'a> Performer<'a> {
         over
     }
 
-    /// Fingers that hold something feel how hard, and correct it.
+    /// Corrects the squeeze of holding fingers by the sensed forces.
     fn keep_squeeze(&mut self) {
         if matches!(self.motion, Motion::Close(_) | Motion::Slip(_)) {
             return;
@@ -364,7 +364,7 @@ impl<'a> Performer<'a> {
         for (finger, contact) in self.grip.contacts.iter().enumerate() {
             let Some((_, normal)) = contact else { continue };
             self.tips[finger] -= normal * inwards;
-            // A transport that is under way carries the correction along.
+            // A running transport includes the correction.
             if let Motion::Transport(transport) = &mut self.motion {
                 transport.from_tips[finger] -= normal * inwards;
                 transport.to_tips[finger] -= normal * inwards;
@@ -381,7 +381,7 @@ fn yielding(felt: Option<&SensorSample>, grip: &HandGrip) -> Vector3<f64> {
     -YIELDING * force * (1.0 - usual / force.norm().max(usual))
 }
 
-/// This time in steps of the world.
+/// Returns a time in steps of the world.
 fn steps(time_s: f64) -> usize {
     (time_s / STEP_S).round() as usize
 }

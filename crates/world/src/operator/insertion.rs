@@ -1,4 +1,4 @@
-//! Putting an object into a socket and pulling it out again, as operators do it: by eye above the rim, by feeling on it, giving way inside.
+//! Insertion of an object into a socket and its extraction: visual alignment above the rim, search by touch on the rim, and compliance inside.
 
 use super::grips::HandGrip;
 use super::guarded_motion::EASING;
@@ -7,62 +7,62 @@ use crate::sockets::SocketSite;
 use crate::{STEP_S, World};
 use nalgebra::{ComplexField, Point3, Vector3};
 
-/// How fast the eye brings the plug over the axis, 1/s, and at most, m/s.
+/// The gain (1/s) and the maximum speed (m/s) of the visual alignment of the plug with the axis.
 pub(super) const BY_EYE: f64 = 3.0;
 pub(super) const BY_EYE_AT_MOST: f64 = 0.030;
-/// How fast the hand gives way to a force from the side, m/s per N, and is drawn to the axis, 1/s, while the plug is in.
+/// While the plug is in: the admittance of the hand for lateral forces, m/s per N, and the gain towards the axis, 1/s.
 const YIELDING: f64 = 0.020;
 const CENTRING: f64 = 1.0;
-/// Nearer to the rim than this, m, the hand goes down only as well as it has aimed.
+/// Below this height over the rim, m, the hand descends only as far as it is aligned.
 pub(super) const CAREFUL_M: f64 = 0.003;
-/// Less deep than this, m, it eases off at this force, N: a peg that is pressed on the rim tilts. The longer it is tried, the harder, N/s.
+/// Above this depth, m, the hand slows down at this force, N, because a peg that is pressed on the rim tilts. The force grows with the time of the try, N/s.
 const SHALLOW_M: f64 = 0.004;
 const LIGHT: f64 = 0.2;
 const HARDER: f64 = 0.01;
-/// Who does not find the hole in this time, s, lifts the plug for that time, s, at this speed, m/s, and goes on.
+/// An operator who does not find the hole in this time (s) lifts the plug for a time (s) at a speed (m/s) and continues.
 const TRYING_S: f64 = 2.0;
 const LIFTING_S: f64 = 0.4;
 const LIFTING: f64 = 0.025;
-/// While the plug searches on the rim the error of the aim fades with this time constant, s, and the hand circles with this frequency, Hz, by
-/// this share of the error that it had.
+/// During the search on the rim the error of the aim decays with this time constant, s. The hand circles with this frequency, Hz; the radius is this share of
+/// the initial error.
 const FINDING_S: f64 = 0.5;
 const CIRCLING_HZ: f64 = 1.5;
 const CIRCLING: f64 = 0.5;
-/// Who has missed the hole feels the rim for this long, s, before the hand is lifted.
+/// The time on the rim before an operator who has missed the hole lifts the hand, s.
 const PUZZLED_S: f64 = 0.35;
-/// A plug that is in and does not move on for this long, s, is in as far as it goes; the operator gives up after `PATIENCE_S`.
+/// An inserted plug that does not move for this time, s, is fully inserted; the operator gives up after `PATIENCE_S`.
 const STUCK_S: f64 = 0.4;
 const PATIENCE_S: f64 = 20.0;
-/// Who puts a plug into a hole holds it at least as tight as this, N, and turns the hand against its tilt: this fast, 1/s, and at most, rad/s.
+/// The minimum grip force during an insertion, N; and the gain (1/s) and maximum rate (rad/s) with which the hand corrects the tilt of the plug.
 pub(super) const FIRM: f64 = 1.5;
 const RIGHTING: f64 = 2.5;
 const RIGHTING_AT_MOST: f64 = 0.6;
-/// Slower than this, m/s, is not moving on.
+/// The speed below which a plug does not move, m/s.
 const STUCK: f64 = 0.001;
 
-/// An object on its way into a socket, or out of it.
+/// An insertion or extraction.
 pub(super) struct InsertionMotion {
     pub(super) place: SocketSite,
-    /// The height of the plug over the rim at which the way ends, m; negative inside.
+    /// The height of the plug over the rim at which the motion ends, m; negative inside.
     pub(super) to: f64,
-    /// m/s.
+    /// Speed, m/s.
     pub(super) speed: f64,
-    /// How far beside the axis the hand aims, m.
+    /// The error of the hand's aim across the axis, m.
     pub(super) error: Vector3<f64>,
-    /// Whether it misses the hole altogether.
+    /// Whether it misses the hole.
     pub(super) misses: bool,
-    /// For how long the rim has been searched, s.
+    /// The time of the search on the rim, s.
     pub(super) searched: f64,
     /// The time on the rim in this try, s; after `TRYING_S` the plug is lifted.
     pub(super) tried: f64,
-    /// For how long the way has not gone on, s; the time since the start, s, and the height before, m.
+    /// The time without progress, s; the time since the start, s; and the previous height, m.
     pub(super) stuck: f64,
     pub(super) time: f64,
     pub(super) before: Option<f64>,
 }
 
 impl InsertionMotion {
-    /// The velocity that is wanted now, m/s, and whether the way is over.
+    /// Returns the desired velocity, m/s, and whether the motion is over.
     pub(super) fn step(
         &mut self,
         grip: &HandGrip,
@@ -97,7 +97,7 @@ impl InsertionMotion {
         } else {
             Vector3::zeros()
         };
-        // A hand eases off when it meets more than it likes, or more than its grip can carry.
+        // The hand slows down at a force above its limit, or above the friction of its grip.
         let shallow = going_in && plug.height > -SHALLOW_M;
         let limit = if shallow {
             (LIGHT + HARDER * self.searched).min(EASING)
@@ -125,18 +125,18 @@ impl InsertionMotion {
         (wanted, over)
     }
 
-    /// How the hand turns to set the plug upright: angular velocity, rad/s, and the point about which it turns.
+    /// Returns the rotation of the hand that aligns the plug with the axis: angular velocity, rad/s, and its center.
     pub(super) fn righting(&self, grip: &HandGrip, world: &World) -> Option<(Vector3<f64>, Point3<f64>)> {
         let seen = world.observation();
         let plug = self.place.plug(grip.object, &seen.bodies)?;
         let middle = Point3::from(seen.bodies.get(grip.object)?.pose.translation.vector);
         let upright = (middle - plug.point).try_normalize(1e-6)?;
         let turn = upright.cross(&plug.axis) * RIGHTING;
-        // About the fingers, so that the plug swings over the hole and not the hand over the plug.
+        // The center is between the fingers, so that the plug moves over the hole and not the hand over the plug.
         Some((turn * (RIGHTING_AT_MOST / turn.norm().max(1e-9)).min(1.0), middle))
     }
 
-    /// The circle on which the hand searches, m; as large as the error that is to be found.
+    /// Returns the displacement of the hand on its search circle, m; the radius is that of the error.
     fn circle(&self, axis: &Vector3<f64>) -> Vector3<f64> {
         let turned = std::f64::consts::TAU * CIRCLING_HZ * self.searched;
         let across = axis.cross(&self.error);
