@@ -18,7 +18,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::scene::{Role, Scene};
 use teachtree_base::short_number::ShortNumber;
 
-/// No scene may have more bodies.
+/// Maximum number of bodies of a scene.
 const MAX_BODIES: usize = 64;
 /// rapier's tolerances are for metres; ours are for centimetres: errors below 50 µm, contacts predicted 0.2 mm ahead.
 const LENGTH_UNIT: f64 = 0.01;
@@ -59,13 +59,13 @@ pub(super) struct Bodies {
     /// The bodies that move, with what rapier holds of each.
     moving: Vec<Option<MovingBody>>,
     solids: Vec<Solid>,
-    /// Where the bodies are, `world_from_body`: asked for many times a step.
+    /// A cache of the poses, `world_from_body`.
     poses: Vec<Isometry3<f64>>,
-    /// The rooms that they take there.
+    /// The bounding boxes at these poses.
     rooms: Vec<Aabb>,
 }
 
-/// What rapier knows. A clone begins without the buffers of the pipeline, which hold nothing between two steps.
+/// The state of rapier. A clone has no pipeline buffers, which are empty between two steps.
 struct Physics(PhysicsWorld);
 
 impl Clone for Physics {
@@ -86,12 +86,12 @@ impl Clone for Physics {
     }
 }
 
-/// A body that moves, and its mass as rapier should know it while nothing holds it.
+/// A moving body, and its mass in rapier without point masses.
 #[derive(Clone)]
 struct MovingBody {
     body: BodyDynamics,
     alone: MassProperties,
-    /// Whether rapier now knows it with the point masses of fingertips.
+    /// Whether its mass in rapier includes the point masses of fingertips.
     lumped: bool,
 }
 
@@ -176,7 +176,7 @@ impl Bodies {
         Ok(bodies)
     }
 
-    /// How many bodies there are.
+    /// Returns the number of bodies.
     pub(super) fn len(&self) -> usize {
         self.handles.len()
     }
@@ -216,7 +216,7 @@ impl Bodies {
         self.moving[body].as_ref().map_or_else(Vector3::zeros, |moving| moving.body.change_at(point))
     }
 
-    /// How fast a body's material at `point` answers to an impulse along a unit direction there, 1/kg, reference frame.
+    /// Returns the mobility of a body's material at `point` along a unit direction, 1/kg, reference frame.
     pub(super) fn mobility(&self, body: usize, point: Point3<f64>, along: Vector3<f64>) -> f64 {
         self.moving[body].as_ref().map_or(0.0, |moving| moving.body.mobility(point, along, &self.poses[body].rotation))
     }

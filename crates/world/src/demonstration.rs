@@ -1,4 +1,4 @@
-//! Teaching: an operator works in the world, and what is measured becomes a recording at 1 kHz.
+//! Demonstrations: an operator acts in the world, and its measurements are recorded at 1 kHz.
 //!
 //! INVARIANT (same seed, same bytes): everything is drawn from the seed in a fixed order. Labels and events come from the world without noise.
 
@@ -13,7 +13,7 @@ use teachtree_base::scene::Scene;
 
 /// The scene comes to rest for this many steps before the recording begins.
 pub(super) const SETTLING: usize = 300;
-/// No demonstration is longer, in steps of 1 ms.
+/// Maximum duration of a demonstration, in steps of 1 ms.
 const MAX_STEPS: usize = 600_000;
 
 /// Lets an operator demonstrate in a scene; the same seed gives the same recording.
@@ -24,7 +24,7 @@ pub fn teach(scene: &Scene, operator: &Operator, seed: u64) -> Result<Recording,
     teach_with_progress(scene, operator, seed, &mut |_| ())
 }
 
-/// The same; `progress` receives now and then the share of the script that is done, 0 to 1.
+/// Like [`teach`]; `progress` periodically receives the finished share of the script, 0 to 1.
 ///
 /// # Errors
 /// As [`teach`].

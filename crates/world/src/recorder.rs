@@ -1,4 +1,4 @@
-//! What is measured in the world becomes a recording at 1 kHz, with the ground truth beside it.
+//! Records the measurements of the world at 1 kHz, with the ground truth.
 
 use super::operator::{ForceNoise, MeasurementSpec, Perturbation, Rng};
 use super::simulation::Observation;
@@ -12,9 +12,9 @@ use teachtree_base::recording::{Column, Event, Recording};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
 
-/// Streams of chance of the force sensors: one each, after those of the hands.
+/// The first random stream of the force sensors, after those of the hands; each sensor has its own stream.
 const SENSOR_STREAM: u64 = 16;
-/// Streams of chance of the force sensors at the wrists.
+/// The first random stream of the force sensors at the wrists.
 const WRIST_STREAM: u64 = 48;
 
 /// The channels of a recording of the virtual environment: fingertips and palms, objects, contacts, and additional measurements.
@@ -46,7 +46,7 @@ pub fn recorded<'s>(scene: &'s Scene, seen: &Observation, measured: &Measurement
     channels
 }
 
-/// Gathers rows.
+/// Collects rows.
 pub(super) struct Recorder {
     /// Indices of the objects in the scene.
     objects: Vec<usize>,
@@ -86,7 +86,7 @@ impl Sensor {
 }
 
 impl Recorder {
-    /// Begins with the channels of a scene; `force_noise` of the sensors is drawn from the seed.
+    /// Returns a recorder of the channels of a scene; the seed determines the `force_noise` of the sensors.
     pub(super) fn new(
         scene: &Scene,
         seen: &Observation,
@@ -124,18 +124,18 @@ impl Recorder {
         &self.names
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub(super) fn len(&self) -> usize {
         self.time.len()
     }
 
-    /// Time and values of a row, in the order of [`names`](Self::names); `None` where there is none.
+    /// Returns time and values of a row, in the order of [`names`](Self::names); `None` beyond the last row.
     pub(super) fn row(&self, row: usize) -> Option<(f64, impl Iterator<Item = f64>)> {
         let time = *self.time.get(row)?;
         Some((time, self.columns.iter().map(move |column| column.get(row).copied().unwrap_or(f64::NAN))))
     }
 
-    /// Forgets all rows but the first ones.
+    /// Drops all rows but the first ones.
     pub(super) fn truncate(&mut self, rows: usize) {
         self.time.truncate(rows);
         self.columns.iter_mut().for_each(|column| column.truncate(rows));
@@ -237,7 +237,7 @@ impl Recorder {
         Recording { time: self.time, columns, labels, scene: scene.clone(), events, ..Recording::default() }
     }
 
-    /// The rows that are kept when the recording begins late or ends early: all from the first touch to the last one.
+    /// Returns the kept rows of a recording that begins late or ends early: at least those from the first touch to the last one.
     fn kept(&self, [start, end]: [Option<f64>; 2]) -> Range<usize> {
         let touches = |moment: &WorldState| moment.touches_any(&self.objects);
         let (Some(first), Some(last)) = (self.moments.iter().position(touches), self.moments.iter().rposition(touches))

@@ -1,4 +1,4 @@
-//! What rolls: contacts of round sides, computed anew as they turn.
+//! Rolling contacts: contacts of round sides are recomputed as bodies turn.
 //!
 //! parry keeps the points and the normal of a contact while bodies turn by less than a degree. On a face that is exact; on a round side the contact
 //! would go along with the side, and what carries a lying cylinder would push it on from behind, faster and faster.
@@ -11,7 +11,7 @@ use parry3d::query::{
 };
 use parry3d::shape::Shape;
 
-/// The answers of parry, with contacts of round sides that are of this step.
+/// Returns parry's dispatcher, with recomputed contacts of round sides.
 pub(super) fn dispatcher() -> QueryDispatcherChain<RollingDispatcher, DefaultQueryDispatcher> {
     RollingDispatcher.chain(DefaultQueryDispatcher)
 }
@@ -24,7 +24,7 @@ pub(super) struct RollingDispatcher;
 const TURNED: Real = 2e-5;
 
 impl RollingDispatcher {
-    /// Lets go of a contact of a round side that has turned.
+    /// Discards a contact of a round side that has turned.
     fn let_go<D, C: Default + Copy>(
         pos12: &Pose,
         one: &dyn Shape,

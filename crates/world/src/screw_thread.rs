@@ -1,4 +1,4 @@
-//! Threads: what a screw and its nut do to each other. Both flanks are springs and dampers that cannot pull, with play between them:
+//! Threads: the forces between a screw and its nut. Both flanks are springs and dampers that cannot pull, with play between them:
 //!
 //! ```text
 //! e   = h - p φ / 2π                            how far the screw is off the middle of its helix, along the axis
@@ -34,7 +34,7 @@ pub(super) struct ScrewThread {
     engaged: Option<Engagement>,
 }
 
-/// What is remembered while the screw is in.
+/// The state while the screw is in.
 #[derive(Clone)]
 struct Engagement {
     /// Angle about the axis, unwrapped, rad, and as it was measured last.
@@ -46,7 +46,7 @@ struct Engagement {
     twist: f64,
 }
 
-/// What a thread does to its screw, reference frame.
+/// The wrench of a thread on its screw, reference frame.
 pub(super) struct ThreadWrench {
     pub(super) force: Vector3<f64>,
     pub(super) torque: Vector3<f64>,
@@ -77,7 +77,7 @@ impl ScrewThread {
         (self.object, self.place.body)
     }
 
-    /// What the thread does to the screw during the next `dt` seconds; `None` while the screw is out.
+    /// Returns the wrench on the screw during the next `dt` seconds; `None` while the screw is out.
     pub(super) fn step(&mut self, bodies: &[BodyState], dt: f64) -> Option<ThreadWrench> {
         let plug = self.place.plug(self.object, bodies).filter(|plug| self.place.holds(plug));
         let Some(plug) = plug else {

@@ -1,4 +1,4 @@
-//! Convex parts of a scene's bodies as parry shapes, and the two questions that we ask them: how far is a point, how far is another body.
+//! Convex parts of a scene's bodies as parry shapes, with the distances to a point and to another body.
 
 use super::conversion;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -8,14 +8,14 @@ use teachtree_base::error::InputError;
 use teachtree_base::pose::directed;
 use teachtree_base::scene::{Body, Part, Shape};
 
-/// No body may have more convex parts.
+/// Maximum number of convex parts of a body.
 const MAX_PARTS: usize = 256;
 
 /// The shape of a body: the union of convex parts.
 #[derive(Clone)]
 pub(super) struct Solid {
     parts: Vec<SolidPart>,
-    /// About all parts.
+    /// The bounding box of all parts.
     room: Aabb,
 }
 
@@ -54,7 +54,7 @@ impl Solid {
     /// The solid of a body of the scene; `name` is its name in errors.
     ///
     /// # Errors
-    /// No part at all, too many, a size that is none of a thing on a table, a rotation that is none.
+    /// No part, too many parts, a size out of range, or an invalid rotation.
     pub(super) fn new(name: &str, body: &Body) -> Result<Self, InputError> {
         if body.parts.is_empty() {
             let message = "has no parts, expected at least one shape to simulate";

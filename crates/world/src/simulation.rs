@@ -1,4 +1,4 @@
-//! The virtual environment: what the human's hands command goes in, what they feel and see comes out, every millisecond.
+//! The virtual environment: takes the commands of the hands and returns their sensory input, every millisecond.
 //!
 //! A fingertip of the scene is dragged to the device's target by the virtual coupling, a spring and damper on a light ball without weight, so
 //! that a target inside an object squeezes it. Forces on bodies follow [`TouchLaw`]; bodies follow rapier. A haptic device would drive
@@ -18,7 +18,7 @@ use teachtree_base::short_number::ShortNumber;
 pub const STEP_S: f64 = 0.001;
 /// A step is divided when the sum of damping × step × mobility over the touches of a body that are damped explicitly, those that slip, exceeds this.
 const MAX_DAMPED: f64 = 0.5;
-/// A step is never divided finer.
+/// Maximum number of parts of a step.
 const MAX_SUBSTEPS: usize = 16;
 
 /// The virtual coupling between the device's target and the fingertip ball.
@@ -30,7 +30,7 @@ pub struct Coupling {
     pub damping: f64,
     /// Mass of the ball, kg; it has no weight.
     pub mass: f64,
-    /// The spring never pulls harder, N: the device displays no larger force.
+    /// The maximum force of the spring, N: the device displays no larger force.
     pub ceiling: f64,
 }
 
@@ -60,7 +60,7 @@ impl Fingertips {
     }
 }
 
-/// Where the device wants a hand to be.
+/// The target of a hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandTarget {
     /// The palm, reference frame; fingertips turn with it.
@@ -69,7 +69,7 @@ pub struct HandTarget {
     pub tips: Vec<Point3<f64>>,
 }
 
-/// What is felt and seen at one instant; everything in the reference frame.
+/// The sensory input at one instant; all values are in the reference frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// Time since the first step, s.
@@ -85,7 +85,7 @@ pub struct Observation {
 /// A hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandState {
-    /// Which hand.
+    /// The side of the hand.
     pub side: Side,
     /// The palm, where the device holds it.
     pub palm: Isometry3<f64>,
@@ -96,7 +96,7 @@ pub struct HandState {
 /// A fingertip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TipState {
-    /// Which finger.
+    /// The name of the finger.
     pub finger: Finger,
     /// Centre of the ball, m.
     pub position: Point3<f64>,
@@ -147,19 +147,19 @@ impl Observation {
     }
 }
 
-/// What moves fingertips in place of the virtual coupling: a robot.
+/// A mover of fingertips that replaces the virtual coupling: a robot.
 pub trait Mover {
-    /// A hand of the scene, by its index, as it is now.
+    /// Returns the current motion of a hand, by its index in the scene.
     fn hand(&self, hand: usize) -> HandMotion;
-    /// Goes on by `dt` seconds under what bodies did to the fingertips, listed by hand and finger.
+    /// Advances by `dt` seconds under the wrenches of bodies on the fingertips, by hand and finger.
     fn advance(&mut self, pushed: &[Vec<TipWrench>], dt: f64);
 }
 
-/// What moves one hand.
+/// A mover of one hand.
 pub trait HandMover {
-    /// The hand as it is now.
+    /// Returns the current motion of the hand.
     fn moved(&self) -> HandMotion;
-    /// Goes on by `dt` seconds under what bodies did to the fingertips, listed by finger.
+    /// Advances by `dt` seconds under the wrenches of bodies on the fingertips, by finger.
     fn advance(&mut self, pushed: &[TipWrench], dt: f64);
 }
 
@@ -176,7 +176,7 @@ impl<H: HandMover> Mover for Vec<H> {
     }
 }
 
-/// A hand that something else moves; reference frame.
+/// The motion of a hand under a [`Mover`]; reference frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandMotion {
     /// The palm.
@@ -185,7 +185,7 @@ pub struct HandMotion {
     pub tips: Vec<TipMotion>,
 }
 
-/// A fingertip that something else moves; reference frame.
+/// The motion of a fingertip under a [`Mover`]; reference frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipMotion {
     /// Centre of the ball, m.
@@ -196,7 +196,7 @@ pub struct TipMotion {
     pub spin: Vector3<f64>,
 }
 
-/// What bodies did to a fingertip; reference frame.
+/// The wrench of bodies on a fingertip; reference frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TipWrench {
     /// Force on the fingertip, N.
@@ -205,14 +205,14 @@ pub struct TipWrench {
     pub torque: Vector3<f64>,
 }
 
-/// A fingertip with what the law remembers.
+/// A fingertip with the state of its contact law.
 #[derive(Clone)]
 struct Tip {
     target: Point3<f64>,
     bristles: Vec<Option<Bristle>>,
 }
 
-/// The virtual environment. A clone goes on as the original does.
+/// The virtual environment. A clone has the same future as the original.
 #[derive(Clone)]
 pub struct World {
     bodies: Bodies,
@@ -223,9 +223,9 @@ pub struct World {
     tips: Vec<Vec<Tip>>,
     threads: Vec<ScrewThread>,
     steps: u64,
-    /// The touches of this part of the step, until bodies have answered.
+    /// The contacts of this part of the step, until the bodies have moved.
     touching: Vec<TipContact>,
-    /// What bodies did to the fingertips in it, by hand and finger.
+    /// The wrenches of bodies on the fingertips in this part, by hand and finger.
     pushed: Vec<Vec<TipWrench>>,
     observation: Observation,
 }
@@ -241,7 +241,7 @@ struct TipContact {
 }
 
 impl World {
-    /// The world of a scene before its first step: bodies at their starting poses. The fingertips start at their first targets.
+    /// Returns the world of a scene before its first step, with bodies at their initial poses. The fingertips start at their first targets.
     ///
     /// # Errors
     /// A body or hand of the scene that cannot be simulated, at its keys in the scene, `bodies.cube.mass`.
@@ -303,12 +303,12 @@ impl World {
         }
     }
 
-    /// What is felt and seen now.
+    /// Returns the current observation.
     pub fn observation(&self) -> &Observation {
         &self.observation
     }
 
-    /// The distance between the surfaces of two bodies of the scene, m, as the eye sees it; 0 when they touch.
+    /// Returns the distance between the surfaces of two bodies of the scene, m; 0 when they touch.
     pub fn gap(&self, body: usize, other: usize) -> f64 {
         if body >= self.bodies.len() || other >= self.bodies.len() {
             return f64::INFINITY;
@@ -317,7 +317,7 @@ impl World {
         self.bodies.solid(body).gap(&pose, self.bodies.solid(other), &other_pose)
     }
 
-    /// The point of a body's surface nearest to `point`, and the unit normal out of the body there; both in the body frame.
+    /// Returns the point of a body's surface nearest to `point`, and the outward unit normal there; both in the body frame.
     pub fn surface(&self, body: usize, point_in_body: Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> {
         (body < self.bodies.len()).then(|| self.bodies.solid(body).surface(point_in_body))
     }
@@ -349,7 +349,7 @@ impl World {
         self.end_step()
     }
 
-    /// Advances by [`STEP_S`] with fingertips that something else moves, in place of the virtual coupling.
+    /// Advances by [`STEP_S`] with fingertips under a mover that replaces the virtual coupling.
     pub fn step_moved(&mut self, mover: &mut dyn Mover) -> &Observation {
         let substeps = self.substeps();
         let dt = STEP_S / substeps as f64;
@@ -427,7 +427,7 @@ impl World {
         plans
     }
 
-    /// How often the next step must be divided to keep the stiffest body stable.
+    /// Returns the number of parts of the next step that keeps the stiffest body stable.
     fn substeps(&self) -> usize {
         let mut damped = vec![0.0; self.bodies.len()];
         for ((tips, laws), state) in self.tips.iter().zip(&self.laws).zip(&self.observation.hands) {
@@ -444,7 +444,7 @@ impl World {
         ((most / MAX_DAMPED).ceil() as usize).clamp(1, MAX_SUBSTEPS)
     }
 
-    /// Moves one fingertip by `dt`, under what bodies did to it.
+    /// Moves one fingertip by `dt` (s) under the wrench of bodies on it.
     fn step_tip(&mut self, hand: usize, finger: usize, target_velocity: Vector3<f64>, dt: f64) {
         let tip = &mut self.tips[hand][finger];
         let state = &mut self.observation.hands[hand].tips[finger];
@@ -457,7 +457,7 @@ impl World {
         state.position += state.velocity * dt;
     }
 
-    /// Lets a fingertip push what it touches during the next `dt`.
+    /// Applies the contact forces of a fingertip for the next `dt` (s).
     fn touch_tip(&mut self, hand: usize, finger: usize, spin: Vector3<f64>, dt: f64) {
         let radius = self.tip_radius[hand];
         let tip = &mut self.tips[hand][finger];
@@ -491,7 +491,7 @@ impl World {
         }
     }
 
-    /// What bodies, which have moved, did to the fingertips; `share` of the step's mean force is this part's.
+    /// Computes the wrenches on the fingertips after the bodies have moved; `share` is the weight of this part in the step's mean force.
     fn answer(&mut self, share: f64) {
         self.pushed.iter_mut().flatten().for_each(|pushed| *pushed = TipWrench::default());
         for TipContact { hand, finger, body, point, touch } in self.touching.drain(..) {
@@ -510,7 +510,7 @@ impl World {
         }
     }
 
-    /// Lets threads push their screws for the next `dt`.
+    /// Applies the forces of threads on their screws for the next `dt` (s).
     fn step_threads(&mut self, dt: f64) {
         for thread in &mut self.threads {
             let Some(grip) = thread.step(&self.observation.bodies, dt) else { continue };
@@ -541,7 +541,7 @@ impl World {
     }
 }
 
-/// Where a hand goes during a step.
+/// The motion of a hand during a step.
 struct HandPlan {
     palm: Isometry3<f64>,
     spin: Vector3<f64>,

@@ -52,10 +52,10 @@ impl Default for TouchLaw {
     }
 }
 
-/// What the law remembers of one fingertip on one body while they touch.
+/// The state of the contact between one fingertip and one body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bristle {
-    /// Where the bristle is anchored, body frame.
+    /// The anchor of the bristle, body frame.
     anchor_in_body: Point3<f64>,
     /// The normal of the step before, body frame: it stands in when the centre of the ball lies on the surface.
     normal_in_body: Vector3<f64>,
@@ -70,7 +70,7 @@ pub(super) struct Bristle {
 
 /// A fingertip overlapping a body, reference frame.
 pub(super) struct Overlap {
-    /// How deep, m, positive.
+    /// The depth of the overlap, m, positive.
     pub(super) depth: f64,
     /// The point of the body's surface where the forces act.
     pub(super) point: Point3<f64>,
@@ -84,7 +84,7 @@ pub(super) struct Overlap {
     pub(super) world_from_body: Isometry3<f64>,
 }
 
-/// What a fingertip does to a body, reference frame.
+/// The wrench of a fingertip on a body, reference frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
     /// Force on the body, N.
@@ -142,7 +142,7 @@ impl TouchLaw {
         force * (self.ceiling / force.norm()).min(1.0)
     }
 
-    /// One step of the law: force and torque on the body, and what is remembered for the next step.
+    /// Computes one step of the law: returns force and torque on the body, and updates the state.
     pub(super) fn touch(&self, before: Option<Bristle>, overlap: &Overlap, dt: f64) -> (Touch, Bristle) {
         let body = &overlap.world_from_body;
         let normal = overlap.normal.or(before.map(|bristle| body * bristle.normal_in_body)).unwrap_or_else(Vector3::z);

@@ -116,7 +116,7 @@ fn confidence(stood: usize, sure: usize) -> f64 {
 pub struct Live {
     rules: Rules,
     graph: Graph,
-    /// The factor to SI of each column of the rows that is read.
+    /// The factor to SI of each column of the rows; `None` for a factor of 1.
     wants: Vec<Option<f64>>,
     time_at: usize,
     columns: Vec<usize>,

@@ -1,4 +1,4 @@
-//! Two hands of one operator: a hand knows which phases the other one has begun and how it moves, and moves along with it while both are at one object.
+//! Cooperation of two hands: each hand has the phases and the motion of the other one, and follows it while both hold one object.
 
 use super::grips::HandGrip;
 use super::sensor_history::SensorSample;
@@ -6,18 +6,18 @@ use nalgebra::Vector3;
 use teachtree_base::easing::minimum_jerk;
 use teachtree_base::hands::Side;
 
-/// A load is taken over in this time, s.
+/// The time in which a hand takes over a load, s.
 const TAKING_OVER_S: f64 = 0.6;
-/// How fast the hand follows a force that is too large or too small, m/s per N, and at most, m/s.
+/// The gain (m/s per N) and the maximum speed (m/s) of the force control.
 const FOLLOWING: f64 = 0.010;
 const FASTEST: f64 = 0.030;
 
-/// What a hand knows of the other one.
+/// The state of the other hand.
 #[derive(Clone, Copy)]
 pub(crate) struct PartnerHand<'a> {
-    /// The phases that have begun so far, and whose they are.
+    /// The phases that have begun so far, each with its hand.
     pub(crate) begun: &'a [(Side, String)],
-    /// How far the other hand has just gone, m.
+    /// The displacement of the other hand in the last step, m.
     pub(crate) shift: Vector3<f64>,
 }
 
@@ -28,22 +28,22 @@ impl PartnerHand<'_> {
     }
 }
 
-/// Moving along.
+/// A motion that follows the other hand.
 pub(super) struct FollowMotion {
     /// The share of the weight to carry.
     pub(super) share: f64,
-    /// The force to put on the object besides, N.
+    /// The additional force on the object, N.
     pub(super) push: Vector3<f64>,
     /// The phase of the other hand that ends it.
     pub(super) until: Option<String>,
-    /// How long it takes otherwise, s.
+    /// The maximum duration, s.
     pub(super) duration: f64,
     /// The force at the beginning, N.
     pub(super) before: Option<Vector3<f64>>,
 }
 
 impl FollowMotion {
-    /// The velocity that is wanted besides that of the other hand, m/s, `time` seconds after the start.
+    /// Returns the desired velocity relative to the other hand, m/s, `time` seconds after the start.
     pub(super) fn step(&mut self, time: f64, grip: &HandGrip, felt: &SensorSample) -> Vector3<f64> {
         let force = felt.total();
         let before = *self.before.get_or_insert(force);

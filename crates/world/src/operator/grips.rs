@@ -1,4 +1,4 @@
-//! Grips as a hand knows them: the script's contact points, laid on the surface of the scene's object.
+//! Grips of a hand: the script's contact points, projected onto the surface of the scene's object.
 
 use super::{Grip, Operator};
 use crate::World;
@@ -32,21 +32,21 @@ type Contact = (Point3<f64>, Vector3<f64>);
 pub(super) struct HandGrip {
     /// Index of the object in the scene.
     pub(super) object: usize,
-    /// Weight of the object, N, as a hand of scale 1 knows it that has lifted it before.
+    /// Weight of the object for a hand of scale 1, N.
     pub(super) weight: f64,
     pub(super) palm_in_object: Isometry3<f64>,
-    /// How large the hand is over the person's.
+    /// The size of the hand relative to the operator's hand.
     scale: f64,
-    /// How the object was turned at the start, for a round one.
+    /// The initial orientation of a round object.
     round: Option<UnitQuaternion<f64>>,
-    /// For each finger of the hand: contact point and unit normal out of the object, palm frame; `None` for a finger that is not used.
+    /// The contact point and outward unit normal of each finger, palm frame; `None` for an unused finger.
     pub(super) contacts: Vec<Option<Contact>>,
     /// The normal force to keep on either side, N; `None` while nothing is held.
     pub(super) squeeze: Option<f64>,
 }
 
 impl HandGrip {
-    /// The grip of this name, for this hand of the scene.
+    /// Returns the grip of this name, for this hand of the scene.
     ///
     /// # Errors
     /// A name or finger that operator, scene or hand do not have.
@@ -92,14 +92,14 @@ impl HandGrip {
         Ok(Self { object, weight, palm_in_object, scale, round, contacts, squeeze: None })
     }
 
-    /// Where the palm is at this grip now, reference frame.
+    /// Returns the current pose of the palm at this grip, reference frame.
     pub(super) fn palm(&self, world: &World) -> Isometry3<f64> {
         let object = world.observation().bodies.get(self.object).map_or_else(Isometry3::identity, |body| body.pose);
         let object = Isometry3::from_parts(object.translation, self.round.unwrap_or(object.rotation));
         object * self.palm_in_object
     }
 
-    /// The fingertips at this distance from the surface, palm frame; those that are not used are tucked.
+    /// Returns the fingertips at this distance from the surface, palm frame; unused ones are tucked.
     pub(super) fn opened(&self, distance: f64, hand: &Hand, side: Side) -> Vec<Point3<f64>> {
         let tips = hand.fingers.iter().zip(&self.contacts);
         tips.map(|(&finger, contact)| match contact {
@@ -109,12 +109,12 @@ impl HandGrip {
         .collect()
     }
 
-    /// How many fingers are used.
+    /// Returns the number of used fingers.
     pub(super) fn used(&self) -> usize {
         self.contacts.iter().flatten().count()
     }
 
-    /// Half of the distance between opposing contact points, m. Fingers without an object meet this far below its surface.
+    /// Returns half of the distance between opposing contact points, m. Without the object, fingers would meet this far below its surface.
     pub(super) fn half_width(&self) -> f64 {
         let contacts = || self.contacts.iter().flatten();
         let width =
@@ -122,7 +122,7 @@ impl HandGrip {
         contacts().map(width).fold(f64::INFINITY, f64::min) / 2.0
     }
 
-    /// Whether the thumb works against other fingers.
+    /// Whether the thumb opposes other fingers.
     pub(super) fn is_opposed(&self, hand: &Hand) -> bool {
         let thumb = hand
             .fingers
@@ -133,7 +133,7 @@ impl HandGrip {
     }
 }
 
-/// Moves the fingers that are on one face of an object apart, `scale` times as far from their middle as they were, or as far as the face goes.
+/// Moves the fingers on one face of an object apart: `scale` times as far from their middle, or to the edge of the face.
 fn spread(contacts: &mut [Option<Contact>], scale: f64, surface: impl Fn(Point3<f64>) -> Option<Contact>) {
     if scale == 1.0 {
         return;
@@ -146,7 +146,7 @@ fn spread(contacts: &mut [Option<Contact>], scale: f64, surface: impl Fn(Point3<
             face.clone().map(|(_, (point, _))| point.coords).sum::<Vector3<f64>>() / face.clone().count() as f64;
         let flat = face.clone().all(|(_, (_, other))| other.dot(&normal) > FLAT);
         let off = if flat { ON_FACE_M } else { ON_ROUND_M };
-        // All fingers of a flat face are moved by the same scale: that of the one that comes to its edge first.
+        // All fingers of a flat face have the same scale: that of the finger that reaches the edge first.
         let moved = |(point, normal): &Contact, scale: f64| {
             let wanted = point + (point.coords - middle) * (scale - 1.0);
             surface(wanted).filter(|(on, out)| (on - wanted).norm() < off && out.dot(normal) > TURNED)
@@ -170,7 +170,7 @@ pub(super) fn body(scene: &Scene, name: &str) -> Result<usize, InputError> {
     })
 }
 
-/// The grip of this name; an error without a place where the operator has none.
+/// Returns the grip of this name, or an error without a place if the operator has no such grip.
 pub(super) fn named<'a>(operator: &'a Operator, name: &str) -> Result<&'a Grip, InputError> {
     operator.grips.get(name).ok_or_else(|| {
         let known: Vec<_> = operator.grips.keys().map(|name| format!("`{name}`")).collect();
@@ -179,7 +179,7 @@ pub(super) fn named<'a>(operator: &'a Operator, name: &str) -> Result<&'a Grip, 
     })
 }
 
-/// An error with the name that was meant, where one is near.
+/// Adds a similar name to an error, if there is one.
 fn meaning(error: InputError, near: Option<&str>) -> InputError {
     match near {
         Some(near) => error.help(format!("did you mean `{near}`?")),
@@ -187,12 +187,12 @@ fn meaning(error: InputError, near: Option<&str>) -> InputError {
     }
 }
 
-/// An error whose place the caller knows.
+/// Returns an error whose place the caller adds.
 pub(super) fn refused(message: String) -> InputError {
     InputError::new("", message)
 }
 
-/// Where a fingertip is that is not used, palm frame, m: curled in, clear of what the others touch.
+/// Returns the position of an unused fingertip, palm frame, m: curled in, clear of the object.
 pub(super) fn tucked(finger: Finger, side: Side) -> Point3<f64> {
     let [x, y, z] = match finger {
         Finger::Thumb => [-0.030, -0.030, -0.010],

@@ -1,4 +1,4 @@
-//! How operators move: minimum-jerk motions from point to point, and smoothed velocities where the way is guided by touch.
+//! Motions of operators: minimum-jerk motions from point to point, and smoothed velocities of guarded motions.
 
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use teachtree_base::easing::minimum_jerk;
@@ -6,7 +6,7 @@ use teachtree_base::pose::slerp;
 
 /// The largest speed of a minimum-jerk motion over its mean speed.
 const PEAK_OVER_MEAN: f64 = 1.875;
-/// No motion is shorter, s: it takes that long to start and stop an arm.
+/// Minimum duration of a motion, s: the time to start and stop an arm.
 const SHORTEST_S: f64 = 0.25;
 /// Time constant of each of the two lags of a guided velocity, s.
 const LAG_S: f64 = 0.04;
@@ -18,7 +18,7 @@ pub(super) fn bump(share: f64) -> f64 {
     product * product * product
 }
 
-/// How long a minimum-jerk motion over `distance` m takes when its largest speed is `speed` m/s.
+/// Returns the duration of a minimum-jerk motion over `distance` (m) with the maximum speed `speed` (m/s), s.
 pub(super) fn duration(distance: f64, speed: f64) -> f64 {
     (PEAK_OVER_MEAN * distance / speed.max(1e-3)).max(SHORTEST_S)
 }
@@ -29,15 +29,15 @@ pub(super) struct Transport {
     pub(super) to_palm: Isometry3<f64>,
     pub(super) from_tips: Vec<Point3<f64>>,
     pub(super) to_tips: Vec<Point3<f64>>,
-    /// How late each fingertip starts, s; 0 where it is not said.
+    /// The delay of each fingertip, s; 0 for fingertips that are not listed.
     pub(super) delays: Vec<f64>,
-    /// How far the way arches, and where to; m.
+    /// The height and direction of the arch of the path, m.
     pub(super) arch: Vector3<f64>,
     pub(super) duration: f64,
 }
 
 impl Transport {
-    /// Palm and fingertips `time` seconds after the start.
+    /// Returns palm and fingertips `time` seconds after the start.
     pub(super) fn at(&self, time: f64) -> (Isometry3<f64>, Vec<Point3<f64>>) {
         let share = time / self.duration;
         let s = minimum_jerk(share);
@@ -64,13 +64,13 @@ pub(super) struct TurnMotion {
     pub(super) centre: Point3<f64>,
     /// The direction of the axis.
     pub(super) axis: Unit<Vector3<f64>>,
-    /// Counter-clockwise as seen against the axis, rad.
+    /// The angle, counter-clockwise as seen against the axis, rad.
     pub(super) angle: f64,
     pub(super) duration: f64,
 }
 
 impl TurnMotion {
-    /// The palm `time` seconds after the start.
+    /// Returns the palm `time` seconds after the start.
     pub(super) fn at(&self, time: f64) -> Isometry3<f64> {
         let angle = self.angle * minimum_jerk(time / self.duration);
         let turned = UnitQuaternion::from_axis_angle(&self.axis, angle);
@@ -79,7 +79,7 @@ impl TurnMotion {
     }
 }
 
-/// A velocity that follows what is wanted through two lags, so that it has no steps; m/s.
+/// A velocity that follows the desired one through two first-order lags, so that it has no steps; m/s.
 #[derive(Default)]
 pub(super) struct LagFilter {
     halfway: Vector3<f64>,
@@ -87,7 +87,7 @@ pub(super) struct LagFilter {
 }
 
 impl LagFilter {
-    /// The velocity after another `dt` seconds.
+    /// Returns the velocity after another `dt` seconds.
     pub(super) fn towards(&mut self, wanted: Vector3<f64>, dt: f64) -> Vector3<f64> {
         self.halfway += (wanted - self.halfway) * (dt / LAG_S);
         self.velocity += (self.halfway - self.velocity) * (dt / LAG_S);

@@ -1,4 +1,4 @@
-//! Pressing what is held against something, by the force that the fingers feel.
+//! Presses a held object against a body, controlled by the sensed forces of the fingers.
 
 use super::grips::HandGrip;
 use super::guarded_motion::{FOLLOWING, SEEKING};
@@ -6,27 +6,27 @@ use super::sensor_history::SensorSample;
 use crate::STEP_S;
 use nalgebra::Vector3;
 
-/// The touch is noticed at this share of the force that is wanted.
+/// The contact is detected at this share of the desired force.
 const NOTICED: f64 = 0.2;
 
-/// An object on its way to something, then pressed against it.
+/// An object that is moved to a body and then pressed against it.
 pub(super) struct PressMotion {
     /// Direction, unit.
     pub(super) toward: Vector3<f64>,
     /// Force on the object in that direction, N.
     pub(super) force: f64,
-    /// How long, s.
+    /// Duration of the press, s.
     pub(super) time: f64,
-    /// How far it still may be, m.
+    /// Remaining maximum distance, m.
     pub(super) left: f64,
-    /// How long it has been pressed, s.
+    /// Duration of the press so far, s.
     pub(super) pressed: Option<f64>,
 }
 
 impl PressMotion {
-    /// The velocity that is wanted now, m/s, and whether it has been pressed for long enough.
+    /// Returns the desired velocity, m/s, and whether the press is over.
     pub(super) fn step(&mut self, grip: &HandGrip, felt: &SensorSample) -> (Vector3<f64>, bool) {
-        // What the fingers carry in the air is not pressing.
+        // The weight of the object does not count as pressing.
         let pressed = felt.total().dot(&self.toward);
         if pressed > NOTICED * self.force && grip.squeeze.is_some() {
             self.pressed.get_or_insert(0.0);

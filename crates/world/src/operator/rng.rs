@@ -1,4 +1,4 @@
-//! Rng: what a seed draws for one operator, and the tremor that comes of it.
+//! The random numbers of an operator, and the tremor.
 
 use super::variation::Tremor;
 use nalgebra::{ComplexField, Vector3};
@@ -6,52 +6,52 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Rng, from a seed. Each use has a stream of its own, so that one hand or sensor more does not change the others.
+/// A seeded random number generator. Each use has its own stream, so that an additional hand or sensor does not change the others.
 pub(crate) struct Rng(ChaCha8Rng);
 
 impl Rng {
-    /// The stream of this number under this seed.
+    /// Returns the stream of this number for a seed.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream);
         Self(rng)
     }
 
-    /// Evenly between -1 and 1.
+    /// Returns a uniform number between -1 and 1.
     pub(crate) fn either_way(&mut self) -> f64 {
         self.0.random_range(-1.0..=1.0)
     }
 
-    /// Evenly between 0 and 1.
+    /// Returns a uniform number between 0 and 1.
     pub(super) fn share(&mut self) -> f64 {
         self.0.random_range(0.0..=1.0)
     }
 
-    /// A factor between 1/(1 + spread) and 1 + spread, as likely above 1 as below.
+    /// Returns a factor between 1/(1 + spread) and 1 + spread, with the median 1.
     pub(super) fn factor(&mut self, spread: f64) -> f64 {
         let size = 1.0 + spread.max(0.0) * self.share();
         if self.0.random_bool(0.5) { size } else { 1.0 / size }
     }
 
-    /// A factor between these two, evenly in proportion.
+    /// Returns a log-uniform factor between these two.
     pub(super) fn between(&mut self, [low, high]: [f64; 2]) -> f64 {
         low * ComplexField::powf(high / low, self.share())
     }
 
-    /// A direction.
+    /// Returns a random direction, unit.
     pub(super) fn direction(&mut self) -> Vector3<f64> {
         let mut normal = || -> f64 { StandardNormal.sample(&mut self.0) };
         Vector3::new(normal(), normal(), normal()).try_normalize(1e-9).unwrap_or_else(Vector3::x)
     }
 
-    /// A normally distributed vector of standard deviation 1 in each component.
+    /// Returns a normally distributed vector with standard deviation 1 in each component.
     pub(crate) fn noise(&mut self) -> Vector3<f64> {
         let mut normal = || -> f64 { StandardNormal.sample(&mut self.0) };
         Vector3::new(normal(), normal(), normal())
     }
 }
 
-/// The tremor of one hand today.
+/// The tremor of one hand in one run.
 pub(super) struct HandTremor {
     /// Amplitude, m, angular frequency, rad/s, and phase, rad, in each direction.
     waves: [(f64, f64, f64); 3],
@@ -70,7 +70,7 @@ impl HandTremor {
         Self { waves: [0, 1, 2].map(|part| (spread[part], waves[part].1, waves[part].2)) }
     }
 
-    /// How far the hand is off at this time, m.
+    /// Returns the displacement of the hand at this time, m.
     pub(super) fn at(&self, time_s: f64) -> Vector3<f64> {
         // nalgebra's sine is the same on every machine.
         Vector3::from(self.waves.map(|(size, rate, phase)| size * ComplexField::sin(rate * time_s + phase)))

@@ -1,17 +1,17 @@
-//! A grip that loosens until the object slips, and tightens again when that is noticed; or does not.
+//! A grip that loosens until the object slips, and tightens again when the operator notices the slip, or drops the object.
 
 use super::grips::HandGrip;
 use super::sensor_history::SensorSample;
 use crate::{STEP_S, World};
 use nalgebra::{Isometry3, Point3};
 
-/// How fast the fingers let go, and how fast they catch, m/s.
+/// The speeds at which the fingers open, and at which they close to catch the object, m/s.
 const LOOSENING: f64 = 0.010;
 const CATCHING: f64 = 0.060;
 /// Factor of the squeeze of a caught object, and the longest time in which an object is caught, s.
 const FIRMER: f64 = 1.3;
 const CATCHING_S: f64 = 0.5;
-/// An object that has not been felt for this long, s, or has fallen this far, m, is gone.
+/// An object without contact for this time (s), or that has fallen this far (m), is lost.
 const DROPPED_S: f64 = 0.15;
 const DROPPED_M: f64 = 0.025;
 
@@ -23,14 +23,14 @@ pub(super) struct SlipMotion {
     pub(super) squeeze: f64,
     /// Height of the object against the palm at the start, m.
     pub(super) height: f64,
-    /// For how long it has been caught, s.
+    /// The time since the object was caught, s.
     pub(super) catching: Option<f64>,
-    /// For how long nothing has been touched, s.
+    /// The time without contact, s.
     pub(super) empty: f64,
 }
 
 impl SlipMotion {
-    /// Moves the fingertips (palm frame) for another step; whether it is over. The grip holds again only when the object was caught.
+    /// Moves the fingertips (palm frame) by a step, and returns whether the motion is over. The grip holds again only if the object was caught.
     pub(super) fn step(
         &mut self,
         grip: &mut HandGrip,

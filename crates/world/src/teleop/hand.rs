@@ -1,8 +1,8 @@
-//! A hand that a person moves: what a device or a page asks for becomes targets of the fingertips, once a millisecond.
+//! A teleoperated hand: converts the inputs of a device or a page to fingertip targets, once a millisecond.
 //!
-//! There are two ways to ask. *Tracked* fingertips are where a device measures them: targets go there between two messages, so that a slow device does not
-//! shake what it holds. A *led* palm is where a pointer has it: the palm follows at the pace of a hand, and the fingers close by themselves until they feel a
-//! force, each from its side, wherever the object is between them.
+//! There are two kinds of inputs. *Tracked* fingertips have measured positions: targets are interpolated between messages, so that a slow device does not
+//! shake a held object. A *led* palm has the position of a pointer: the palm follows at the speed of a hand, and the fingers close from both sides until they
+//! reach their force, at any position of the object between them.
 
 use crate::simulation::{HandState, HandTarget, STEP_S};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -12,75 +12,76 @@ use teachtree_base::scene::{Hand, Scene};
 
 /// The largest force that is displayed to a person, N: beyond it the magnets of the paper's device let go.
 pub const MOST_FORCE_N: f64 = 5.0;
-/// Without a message for this many steps, targets stay and no force is displayed.
+/// Number of steps without a message after which targets stay and no force is displayed.
 pub const WATCHDOG_STEPS: u64 = 100;
-/// Nothing is asked for farther away than this from the origin, m.
+/// Maximum distance of an input from the origin, m.
 pub const FARTHEST_M: f64 = 5.0;
 
-/// Targets of tracked fingertips move at most this fast, m/s; this fast while they are on their way to a hand that is elsewhere, until they are within so much, m.
+/// Maximum speed of the targets of tracked fingertips, m/s; their maximum speed while they approach a hand at another position, m/s; and the distance at which
+/// this approach ends, m.
 const FASTEST: f64 = 3.0;
 const CATCHING_UP: f64 = 0.4;
 const CAUGHT_M: f64 = 0.004;
 /// Maximum number of steps over which a message is spread.
 const MOST_SPREAD: u64 = 60;
 
-/// A led palm: how fast it goes, m/s, how soon it is there, 1/s, how fast it may change its pace, m/s², and turn, rad/s.
+/// A led palm: maximum speed, m/s; gain, 1/s; maximum acceleration, m/s²; maximum angular speed, rad/s; and its gain, 1/s.
 const PALM_SPEED: f64 = 0.5;
 const PALM_RATE: f64 = 11.0;
 const PALM_ACCELERATION: f64 = 3.5;
 const TURN_SPEED: f64 = 1.6;
 const TURN_RATE: f64 = 9.0;
-/// It gives way to what it meets: on the way down, elsewhere, and when it is to press, N.
+/// The forces at which the palm stops: on the way down, in other directions, and when it presses, N.
 const LANDING_N: f64 = 0.3;
 const MEETING_N: f64 = 0.6;
 const PRESSING_N: f64 = 2.5;
 
-/// Fingers close and open at these speeds, m/s.
+/// The speeds at which fingers close and open, m/s.
 const CLOSING: f64 = 0.07;
 const OPENING: f64 = 0.12;
-/// A finger that feels something corrects its force this fast, m/s per N, at most at that speed, m/s.
+/// The gain (m/s per N) and the maximum speed (m/s) of the force control of a finger in contact.
 const TIGHTENING: f64 = 0.03;
 const TIGHTEST: f64 = 0.03;
-/// A side waits with this force for the other one, N; a side that feels that much has met the object.
+/// The force with which a side waits for the other one, N, and the minimum force of a side in contact, N.
 const WAITING_N: f64 = 0.05;
 const MET_N: f64 = 0.02;
-/// Whatever is asked for, a grasp is at least this many times as strong as the weight of what it holds.
+/// The minimum force of a grasp, as a multiple of the object's weight; it applies to all inputs.
 const STRONG: f64 = 1.2;
-/// How far the fingertips are below the palm, m, and how far apart fingers of one side are.
+/// The distance of the fingertips below the palm, m, and the distances between fingers of one side, m.
 const BELOW_PALM_M: f64 = 0.100;
 const FINGERS_APART_M: f64 = 0.024;
 const TWO_FINGERS_APART_M: f64 = 0.028;
-/// Two sides that find nothing leave this between their surfaces, m.
+/// The gap between two sides that close without an object, m.
 const LEFT_OPEN_M: f64 = 0.002;
-/// The opened fingers are this far beside the widest object, m, and never nearer or farther than that from the middle of the hand.
+/// The distance of the opened fingers from the widest object, m, and the bounds of their distance from the middle of the hand, m.
 const BESIDE_M: f64 = 0.018;
 const OPENED_M: (f64, f64) = (0.045, 0.100);
 
-/// What a person asks of a hand; reference frame.
+/// An input for a hand; reference frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HandInput {
-    /// Where the fingertips are, in the order of the scene; the palm where it is known.
+    /// Tracked fingertips, in the order of the scene, and the palm, if known.
     Tips {
         /// Centres of the fingertips, m.
         tips: Vec<Point3<f64>>,
         /// The palm.
         palm: Option<Isometry3<f64>>,
     },
-    /// Where the palm is to go, and whether the fingers close.
+    /// A led palm, and whether the fingers close.
     Palm {
         /// The palm.
         palm: Isometry3<f64>,
         /// Whether the fingers close, or open.
         closes: bool,
-        /// How strongly they close, N: the thumb, and all others together.
+        /// The closing force of the thumb and of all other fingers together, N.
         squeeze: f64,
-        /// Whether the hand presses on where it meets something.
+        /// Whether the hand presses after a contact.
         presses: bool,
     },
 }
 
 impl HandInput {
-    /// Whether every number can be meant.
+    /// Whether all numbers are in range.
     fn is_sane(&self, fingers: usize) -> bool {
         let near = |point: &Vector3<f64>| point.iter().all(|part| part.is_finite() && part.abs() <= FARTHEST_M);
         let pose = |pose: &Isometry3<f64>| {
@@ -95,32 +96,32 @@ impl HandInput {
     }
 }
 
-/// A hand of the scene that a person moves.
+/// A teleoperated hand of the scene.
 #[derive(Clone)]
 pub(super) struct TeleopHand {
     fingers: Vec<Finger>,
     tip_radius: f64,
-    /// Where the opened fingers are, palm frame, and how far from the middle.
+    /// The positions of the opened fingers, palm frame, and their distance from the middle, m.
     opened: Vec<Vector3<f64>>,
     opening: f64,
-    /// What was asked for last, and how many steps ago.
+    /// The last input, and its age in steps.
     input: Option<HandInput>,
     age: u64,
-    /// How long messages take to come, in steps: a late one counts for some more, so that targets do not leap when the next one is in time.
+    /// The interval between messages, in steps. A late message counts for some more, so that targets do not jump when the next one is in time.
     interval: u64,
-    /// Steps over which the targets go to what is tracked now, and whether they are there.
+    /// The steps over which the targets move to the tracked positions, and whether they have arrived.
     spread: u64,
     caught: bool,
     palm: Isometry3<f64>,
-    /// Of a led palm, m/s.
+    /// The velocity of a led palm, m/s.
     velocity: Vector3<f64>,
-    /// How far each finger of a led palm has closed, m.
+    /// The distance by which each finger of a led palm has closed, m.
     closed: Vec<f64>,
     tips: Vec<Point3<f64>>,
 }
 
 impl TeleopHand {
-    /// The hand at its start: opened, in front of and above the objects, on its side.
+    /// Returns the hand at its start: opened, in front of and above the objects, on its side.
     pub(super) fn new(scene: &Scene, side: Side, hand: &Hand) -> Self {
         let tip_radius = hand.tip_radius.0;
         let opening = opening(scene, tip_radius);
@@ -156,7 +157,7 @@ impl TeleopHand {
         }
     }
 
-    /// Takes what is asked for; what cannot be meant is not taken.
+    /// Takes an input and ignores one with numbers out of range.
     pub(super) fn take(&mut self, input: HandInput) -> bool {
         if !input.is_sane(self.fingers.len()) {
             return false;
@@ -171,12 +172,12 @@ impl TeleopHand {
         true
     }
 
-    /// Whether nothing was asked for within the time of the watchdog.
+    /// Whether no input has arrived within the time of the watchdog.
     pub(super) const fn is_silent(&self) -> bool {
         self.age >= WATCHDOG_STEPS
     }
 
-    /// Forgets what is asked for: the hand stays until it is asked anew.
+    /// Drops the input: the hand stays until the next one.
     pub(super) fn let_be(&mut self) {
         self.input = None;
         self.age = WATCHDOG_STEPS;
@@ -184,14 +185,14 @@ impl TeleopHand {
         self.velocity = Vector3::zeros();
     }
 
-    /// Where the palm is led.
+    /// Returns the target of a led palm.
     pub(super) const fn palm(&self) -> &Isometry3<f64> {
         &self.palm
     }
 
-    /// The targets of the next step, after what the hand feels now; `weight` is that of what it touches, N.
+    /// Returns the targets of the next step from the sensed forces; `weight` is the weight of the touched object, N.
     pub(super) fn target(&mut self, felt: &HandState, weight: f64) -> HandTarget {
-        // A silent hand stays where it is, and what it holds stays held.
+        // A hand without inputs keeps its pose and its grasp.
         let is_silent = self.is_silent();
         self.age = self.age.saturating_add(1);
         match self.input.clone() {
@@ -209,7 +210,7 @@ impl TeleopHand {
         HandTarget { palm: self.palm, tips: self.tips.clone() }
     }
 
-    /// Goes on to where fingertips are tracked.
+    /// Moves the targets towards tracked fingertips.
     fn follow(&mut self, tips: &[Point3<f64>], palm: Option<Isometry3<f64>>) {
         let most = STEP_S * if self.caught { FASTEST } else { CATCHING_UP };
         let mut farthest: f64 = 0.0;
@@ -227,14 +228,14 @@ impl TeleopHand {
         self.palm.translation.vector += way * part * (most / (way.norm() * part)).min(1.0);
         self.palm.rotation = slerp(&self.palm.rotation, &to.rotation, part);
         self.spread = self.spread.saturating_sub(1).max(1);
-        // A palm that is led later begins with fingers as they are.
+        // A palm that is led later begins with the current fingers.
         for (closed, (tip, opened)) in self.closed.iter_mut().zip(self.tips.iter().zip(&self.opened)) {
             let in_palm = self.palm.inverse_transform_point(tip);
             *closed = (self.opening - in_palm.y * opened.y.signum()).clamp(0.0, 2.0 * self.opening);
         }
     }
 
-    /// Moves the palm on to where it is led, at the pace of a hand; what it meets slows it down, and stops it.
+    /// Moves the palm towards its target at the speed of a hand. Contact forces slow it down and stop it.
     fn lead(&mut self, to: &Isometry3<f64>, felt: &HandState, weight: f64, presses: bool) {
         let way = to.translation.vector - self.palm.translation.vector;
         let wanted = way * (PALM_RATE).min(PALM_SPEED / way.norm().max(1e-9));
@@ -252,7 +253,7 @@ impl TeleopHand {
             None => wanted,
         };
         let change = wanted - self.velocity;
-        // Braking is not limited: what is met must not be pushed on.
+        // Braking is not limited, so that the palm does not push a touched body.
         let most = if wanted.norm() < self.velocity.norm() { 4.0 } else { 1.0 } * PALM_ACCELERATION * STEP_S;
         self.velocity += change * (most / change.norm().max(1e-12)).min(1.0);
         self.palm.translation.vector += self.velocity * STEP_S;
@@ -262,7 +263,7 @@ impl TeleopHand {
         self.palm.rotation.renormalize_fast();
     }
 
-    /// Closes the fingers until each side feels its force, or opens them.
+    /// Closes the fingers until each side reaches its force, or opens them.
     fn close(&mut self, closes: bool, squeeze: f64, felt: &HandState) {
         let rotation = self.palm.rotation;
         let inward = |opened: &Vector3<f64>| rotation * Vector3::new(0.0, -opened.y.signum(), 0.0);
@@ -277,7 +278,7 @@ impl TeleopHand {
             |thumb: bool| feels.iter().enumerate().any(|(finger, felt)| is_thumb(finger) == thumb && *felt > MET_N);
         let sides = [met(false), met(true)];
         let others = (0..feels.len()).filter(|finger| !is_thumb(*finger)).count().max(1) as f64;
-        // How far each side has come in, at its finger that has come farthest.
+        // The distance by which each side has closed, at its farthest finger.
         let nearest = |closed: &[f64], thumb: bool| {
             let side = closed.iter().enumerate().filter(|(finger, _)| is_thumb(*finger) == thumb);
             self.opening - side.map(|(_, closed)| *closed).fold(0.0, f64::max)
@@ -310,7 +311,7 @@ impl TeleopHand {
     }
 }
 
-/// Poses that are not turned.
+/// Poses without rotation.
 trait FromTranslation {
     fn translation_from(at: Vector3<f64>) -> Self;
 }
@@ -321,7 +322,7 @@ impl FromTranslation for Isometry3<f64> {
     }
 }
 
-/// Half of the least and greatest place of the objects along each axis at the start, m, about each object's own place.
+/// Returns half of the smallest and largest extents of the objects along each axis at the start, m, about each object's position.
 fn extents(scene: &Scene) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> {
     use teachtree_base::scene::Shape;
     scene.bodies.values().filter(|body| body.role == teachtree_base::scene::Role::Object).map(|body| {
@@ -343,14 +344,14 @@ fn extents(scene: &Scene) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> 
     })
 }
 
-/// How far opened fingers are from the middle of the hand, m: beside the widest object of those that a hand can span.
+/// Returns the distance of opened fingers from the middle of the hand, m: beside the widest object that a hand can span.
 fn opening(scene: &Scene, tip_radius: f64) -> f64 {
     let spanned = OPENED_M.1 - BESIDE_M - tip_radius;
     let widths = extents(scene).map(|(_, half)| half.x.min(half.y)).filter(|half| *half <= spanned);
     (widths.fold(0.0, f64::max) + BESIDE_M + tip_radius).clamp(OPENED_M.0, OPENED_M.1)
 }
 
-/// Where a palm starts: in front of the objects and above them, on the side of the hand.
+/// Returns the start pose of a palm: in front of the objects and above them, on the side of the hand.
 fn start(scene: &Scene, across: f64) -> Vector3<f64> {
     let count = extents(scene).count().max(1) as f64;
     let middle = extents(scene).map(|(at, _)| at).sum::<Vector3<f64>>() / count;

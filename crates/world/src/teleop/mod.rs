@@ -1,4 +1,4 @@
-//! The virtual environment as a person works in it: what hands ask for goes in, step by step, and a recording comes out as [`teach`](super::teach) makes it.
+//! Teleoperation in the virtual environment: takes the inputs of hands, step by step, and returns a recording as [`teach`](super::teach) does.
 //!
 //! Nothing here has a clock: the same inputs at the same steps give the same bytes. A step is 1 ms.
 
@@ -21,43 +21,43 @@ use teachtree_base::scene::{Role, Scene};
 
 /// Maximum number of steps of a recording.
 pub const MOST_STEPS: usize = 300_000;
-/// Hands that touch no object for this many steps have let go of it.
+/// Number of steps without contact after which hands have released an object.
 const LET_GO_STEPS: usize = 300;
 /// Maximum number of saved states that are kept.
 const MOST_SAVED: usize = 64;
 /// Decimals of SI values in recordings, as those of the shipped operators.
 const DECIMALS: u8 = 6;
 
-/// The virtual environment of a person.
+/// The virtual environment of a teleoperator.
 pub struct TeleopWorld {
     scene: Scene,
-    /// Of each body, N; 0 if it is not an object.
+    /// The weight of each body, N; 0 for a body that is not an object.
     weights: Vec<f64>,
     state: State,
     initial: State,
     recorder: Option<Recorder>,
-    /// Where `undo` leads: the moments before objects were touched, and that before the next touch.
+    /// The targets of `undo`: the states before objects were touched, and the state before the next touch.
     saved: Vec<Snapshot>,
     before: Option<Snapshot>,
-    /// For how long no object has been touched, in steps.
+    /// Number of steps since an object was touched.
     free: usize,
 }
 
-/// What the next step depends on.
+/// The state on which the next step depends.
 #[derive(Clone)]
 struct State {
     world: World,
     hands: Vec<TeleopHand>,
 }
 
-/// A state to go back to, and how many rows had been recorded.
+/// A saved state, and the number of rows recorded before it.
 struct Snapshot {
     state: State,
     rows: usize,
 }
 
 impl TeleopWorld {
-    /// The scene at rest, its hands opened above it.
+    /// Returns the scene at rest, with the opened hands above it.
     ///
     /// # Errors
     /// A scene that cannot be simulated, or has no hands.
@@ -102,28 +102,28 @@ impl TeleopWorld {
         self.scene.hands.keys().copied()
     }
 
-    /// What is felt and seen now.
+    /// Returns the current observation.
     pub fn observation(&self) -> &Observation {
         self.state.world.observation()
     }
 
-    /// Where the palm of a hand has been led, reference frame.
+    /// Returns the target of a led palm, reference frame.
     pub fn palm(&self, hand: usize) -> Option<&Isometry3<f64>> {
         self.state.hands.get(hand).map(TeleopHand::palm)
     }
 
-    /// Asks a hand for something from the next step on; whether it is taken: another number of fingertips, and places that are not finite or farther than
-    /// 5 m, are not.
+    /// Sets the input of a hand from the next step on, and returns whether it was accepted. Inputs with another number of fingertips, or with positions that
+    /// are not finite or farther than 5 m, are ignored.
     pub fn set_input(&mut self, hand: usize, input: HandInput) -> bool {
         self.state.hands.get_mut(hand).is_some_and(|hand| hand.take(input))
     }
 
-    /// Whether a hand has not been asked for anything for [`WATCHDOG_STEPS`].
+    /// Whether a hand has had no input for [`WATCHDOG_STEPS`].
     pub fn is_silent(&self, hand: usize) -> bool {
         self.state.hands.get(hand).is_none_or(TeleopHand::is_silent)
     }
 
-    /// What bodies do to the fingertips of a hand, N, reference frame, each at most [`MOST_FORCE_N`].
+    /// Returns the forces of bodies on the fingertips of a hand, N, reference frame, each at most [`MOST_FORCE_N`].
     pub fn felt(&self, hand: usize) -> Vec<Vector3<f64>> {
         let force = |tip: &super::TipState| {
             let force: Vector3<f64> = -tip.touches.iter().map(|touch| touch.force).sum::<Vector3<f64>>();
@@ -132,7 +132,7 @@ impl TeleopWorld {
         self.observation().hands.get(hand).map_or_else(Vec::new, |hand| hand.tips.iter().map(force).collect())
     }
 
-    /// The forces to display on the fingertips of a hand by a device, N, reference frame: what they feel, and none when the hand is silent.
+    /// Returns the forces that a device displays on the fingertips of a hand, N, reference frame; zero for a hand without inputs.
     pub fn displayed(&self, hand: usize) -> Vec<Vector3<f64>> {
         let felt = self.felt(hand);
         if self.is_silent(hand) { vec![Vector3::zeros(); felt.len()] } else { felt }
@@ -151,7 +151,7 @@ impl TeleopWorld {
         self.state.world.observation()
     }
 
-    /// Keeps the moments to which `undo` leads.
+    /// Keeps the states for `undo`.
     fn watch(&mut self) {
         let seen = self.state.world.observation();
         let is_object =
@@ -177,14 +177,14 @@ impl TeleopWorld {
         Snapshot { state: self.state.clone(), rows: self.recorded() }
     }
 
-    /// Nothing before now can be undone.
+    /// Drops the states for `undo`.
     fn forget(&mut self) {
         self.saved.clear();
         self.before = Some(self.save());
         self.free = LET_GO_STEPS;
     }
 
-    /// Begins a recording, without what was recorded before.
+    /// Begins a new recording and drops the rows before.
     pub fn start(&mut self) {
         let measured = MeasurementSpec { decimals: Some(DECIMALS), contact_flags: true, ..MeasurementSpec::default() };
         let seen = self.state.world.observation();
@@ -192,14 +192,14 @@ impl TeleopWorld {
         self.forget();
     }
 
-    /// Ends the recording. `None` where nothing was recorded.
+    /// Ends the recording. Returns `None` if it has no rows.
     pub fn stop(&mut self) -> Option<RawRecording> {
         let recorder = self.recorder.take()?;
         self.forget();
         (recorder.len() > 0).then(|| RawRecording { recorder, scene: self.scene.clone() })
     }
 
-    /// Goes back to the moment before an object was touched last, in the recording too; hands stay where they were then until they are asked anew.
+    /// Returns to the state before an object was last touched, in the recording too. Hands keep their poses of that state until their next inputs.
     pub fn undo(&mut self) {
         let Some(Snapshot { state, rows }) = self.saved.pop().or_else(|| self.before.take()) else { return };
         self.state = state;
@@ -211,24 +211,24 @@ impl TeleopWorld {
         self.before = Some(self.save());
     }
 
-    /// Goes back to the beginning; what was being recorded is lost.
+    /// Returns to the initial state and drops the current recording.
     pub fn reset(&mut self) {
         self.state = self.initial.clone();
         self.recorder = None;
         self.forget();
     }
 
-    /// Whether a recording goes on.
+    /// Whether a recording is running.
     pub const fn is_recording(&self) -> bool {
         self.recorder.is_some()
     }
 
-    /// How many rows have been recorded: one a step.
+    /// Returns the number of recorded rows: one for each step.
     pub fn recorded(&self) -> usize {
         self.recorder.as_ref().map_or(0, Recorder::len)
     }
 
-    /// The titles of the columns of a row that is recorded, with units: as in a log.
+    /// Returns the titles of the recorded columns with units, as in a log.
     pub fn columns(&self) -> Vec<String> {
         let names = self.recorder.as_ref().map_or(&[][..], Recorder::names);
         let title = |(name, dimension): &(String, teachtree_base::units::Dimension)| match dimension.si_unit() {
@@ -238,26 +238,26 @@ impl TeleopWorld {
         std::iter::once("time [s]".to_string()).chain(names.iter().map(title)).collect()
     }
 
-    /// A row that was recorded, in the order of [`columns`](Self::columns).
+    /// Returns a recorded row, in the order of [`columns`](Self::columns).
     pub fn row(&self, row: usize) -> Option<Vec<f64>> {
         let (time, values) = self.recorder.as_ref()?.row(row)?;
         Some(std::iter::once(time).chain(values).collect())
     }
 }
 
-/// What was recorded. The ground truth in the recording takes a while, so that it is not made where the world is stepped.
+/// The recorded rows. The ground truth is computed later, because it takes too long for the thread that advances the world.
 pub struct RawRecording {
     recorder: Recorder,
     scene: Scene,
 }
 
 impl RawRecording {
-    /// How long it is, s.
+    /// Returns the duration, s.
     pub fn seconds(&self) -> f64 {
         self.recorder.len() as f64 * STEP_S
     }
 
-    /// The recording, as [`teach`](super::teach) makes it.
+    /// Returns the recording, as [`teach`](super::teach) does.
     pub fn recording(self) -> Recording {
         self.recorder.finish(&self.scene, Vec::new(), [None, None], &TruthOptions::default())
     }

@@ -7,26 +7,26 @@ use nalgebra::Vector3;
 use std::ops::Range;
 use teachtree_base::hands::Side;
 
-/// Fingers that are off for less than a period of tremor, ms, stay on; a touch of both hands for less than `PASSING` is none.
+/// Losses of contact shorter than a period of tremor, ms, are bridged. Contacts of both hands shorter than `PASSING` do not count.
 const BRIDGE: usize = 130;
 const PASSING: usize = 200;
-/// A hand holds more than the other when the forces differ by this share of their sum and by this besides, N, for this long, ms.
+/// A hand holds more than the other one if the forces differ by more than this share of their sum plus this force, N, for this time, ms.
 const SHARE: f64 = 0.2;
 const DIFFERS_N: f64 = 0.05;
 const MAIN: usize = 300;
 /// Forces are means over a period of tremor to either side, ms.
 const AROUND: usize = 125;
-/// A coordination is not shorter, ms.
+/// Minimum duration of a coordination, ms.
 const SHORTEST: usize = 50;
 
-/// What one of the hands did by itself.
+/// The own primitives of one hand.
 pub(super) struct HandTimeline<'a> {
     pub(super) side: Side,
     pub(super) facts: &'a [Facts],
     pub(super) labels: &'a [&'static str],
 }
 
-/// The coordination at every moment, empty where there is none.
+/// Returns the coordination at every moment; empty without coordination.
 pub(super) fn coordination(hands: &[HandTimeline; 2]) -> Vec<&'static str> {
     let [one, other] = hands;
     let length = one.facts.len().min(other.facts.len());
@@ -38,7 +38,7 @@ pub(super) fn coordination(hands: &[HandTimeline; 2]) -> Vec<&'static str> {
         })
         .collect();
     debounce(&mut joint, BRIDGE, PASSING);
-    // A departure ends it, bridge or not.
+    // A departure ends it, even within a bridged gap.
     (0..length).for_each(|at| joint[at] &= !leave[0][at] && !leave[1][at]);
     let main = main_hands(hands, &joint);
     let mut labels = vec![""; length];
@@ -55,7 +55,7 @@ pub(super) fn coordination(hands: &[HandTimeline; 2]) -> Vec<&'static str> {
     labels
 }
 
-/// The coordination at a moment at which both hands touch; `before` is that of the moment before.
+/// Returns the coordination at a moment at which both hands touch the object; `before` is the coordination of the moment before.
 fn coordination_at(one: &Facts, other: &Facts, main: Option<Side>, before: &'static str) -> &'static str {
     let free = |facts: &Facts| !facts.carried_by && !facts.beside;
     if one.target == other.target {
@@ -80,7 +80,7 @@ fn coordination_at(one: &Facts, other: &Facts, main: Option<Side>, before: &'sta
     }
 }
 
-/// Which hand holds more, while both touch: it alone has the grasp, or it carries clearly more for a while.
+/// Returns the hand that holds more while both touch the object: only it has a grasp, or it carries clearly more for some time.
 fn main_hands(hands: &[HandTimeline; 2], joint: &[bool]) -> Vec<Option<Side>> {
     let forces = hands.each_ref().map(|hand| smooth(hand.facts));
     let more = |hand: usize| {
@@ -107,7 +107,7 @@ fn main_hands(hands: &[HandTimeline; 2], joint: &[bool]) -> Vec<Option<Side>> {
     (0..joint.len()).map(main).collect()
 }
 
-/// Takes out what is shorter than `shortest`, at the ends too.
+/// Removes intervals shorter than `shortest`, also at the ends.
 fn remove_short(series: &mut [bool], shortest: usize) {
     debounce(series, shortest, shortest);
     for run in runs(series) {
@@ -117,7 +117,7 @@ fn remove_short(series: &mut [bool], shortest: usize) {
     }
 }
 
-/// How hard a hand carries: the norm of its mean force, N.
+/// Returns the norm of a hand's mean force, N.
 fn smooth(facts: &[Facts]) -> Vec<f64> {
     let mut sums = vec![Vector3::zeros()];
     let mut sum = Vector3::zeros();
@@ -132,7 +132,7 @@ fn smooth(facts: &[Facts]) -> Vec<f64> {
     (0..facts.len()).map(mean).collect()
 }
 
-/// Gives what is too short to its neighbour; a Fit between two Translates is a fluctuation; two independent carries are not coordination.
+/// Merges short intervals with a neighbor. A Fit between two Translates is a fluctuation, and two independent carries are not coordination.
 fn clean(labels: &mut [&'static str]) {
     for run in runs(labels) {
         if run.len() < SHORTEST && run.end < labels.len() {
@@ -153,13 +153,13 @@ fn clean(labels: &mut [&'static str]) {
     }
 }
 
-/// Stretches with some coordination all along.
+/// Returns the intervals with a coordination at every moment.
 fn coordinated_runs(labels: &[&'static str]) -> Vec<Range<usize>> {
     let some: Vec<bool> = labels.iter().map(|label| !label.is_empty()).collect();
     runs(&some).into_iter().filter(|run| some[run.start]).collect()
 }
 
-/// Grasps of both hands by which an object goes from one to the other: one had it before and lets it go, the other one comes and keeps it.
+/// Returns the handovers: intervals in which both hands hold the object, between a hold by one hand and a hold by the other.
 fn relabel_passes(labels: &mut [&'static str], hands: &[HandTimeline; 2]) {
     let grasp = |label: &str| label == "EqualGrasp" || label.starts_with("MainGrasp");
     for go in coordinated_runs(labels) {

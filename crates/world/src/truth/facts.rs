@@ -1,5 +1,5 @@
-//! What is true of a hand and the object it deals with, millisecond by millisecond: contacts that the solver made, forces without noise, and
-//! displacements over a quarter of a second, which is longer than a period of tremor.
+//! Facts about a hand and its object in each millisecond: contacts of the solver, forces without noise, and displacements over a quarter of a second,
+//! which is longer than a period of tremor.
 
 use super::series::{debounce, means, runs, strokes};
 use super::world_state::WorldState;
@@ -8,17 +8,18 @@ use nalgebra::{Point3, Vector3};
 use teachtree_base::hands::Finger;
 use teachtree_base::scene::{Role, Scene};
 
-/// Coefficient of static friction of the fingertips, for the least squeeze that could carry the object.
+/// Coefficient of static friction of the fingertips, for the minimum squeeze that can carry the object.
 const FINGERTIP_FRICTION: f64 = 1.0;
-/// Displacements are taken from this long before to this long after, ms.
+/// Half of the time over which displacements are measured, ms.
 const AROUND: usize = 125;
-/// An object moves when that makes this speed, m/s, and turns when it makes this one, rad/s.
+/// The minimum speed of a moving object, m/s, and the minimum angular speed of a turning one, rad/s.
 const MOVES: f64 = 0.010;
 const TURNS: f64 = 0.2;
-/// A hand comes near an object when the middle of its fingertips is within this of the object's bounding ball, m, and stays near it within that.
+/// A hand is near an object when the distance between the middle of its fingertips and the object's bounding ball is below the first value, m, and until it is
+/// above the second one.
 const NEAR_M: f64 = 0.050;
 const STAYS_NEAR_M: f64 = 0.070;
-/// Another object must be nearer than this, m, to be dealt with instead.
+/// Another object becomes the target if it is nearer by this, m.
 const NEARER_BY_M: f64 = 0.010;
 /// An object is in a socket when its plug point is this far below the rim, m.
 const INSIDE_M: f64 = 0.001;
@@ -26,64 +27,64 @@ const INSIDE_M: f64 = 0.001;
 /// `RESTS_WITHIN_M` from the resting depth. A plug less deep than a stroke enters from outside or leaves.
 const STROKE_M: f64 = 0.002;
 const RESTS_WITHIN_M: f64 = 0.0005;
-/// It searches for the socket when the plug point is within this of the hole, m, and from this far below to this far above the rim.
+/// A plug searches for its socket if its distance from the hole and its heights below and above the rim are within these values, m.
 const SEARCH_BESIDE_M: f64 = 0.020;
 const SEARCH_BELOW_M: f64 = 0.005;
 const SEARCH_ABOVE_M: f64 = 0.030;
-/// The fingers press an object down from this force on, N, multiplied by the scale of the forces.
+/// The minimum force with which fingers press an object down, N, multiplied by the scale of the forces.
 const PRESSES_N: f64 = 0.8;
-/// A contact that is interrupted for less than a period of tremor, ms, goes on; one shorter than `BLIP` is none.
+/// Interruptions of a contact shorter than a period of tremor, ms, are bridged; contacts shorter than `BLIP` do not count.
 const BRIDGE: usize = 130;
 const BLIP: usize = 20;
-/// An object that goes less far, m, or turns less, rad, was bumped; one that is pushed less far was nudged.
+/// An object that moves less, m, or turns less, rad, was bumped; an object that is pushed less was nudged.
 const BUMP_M: f64 = 0.002;
 const BUMP_RAD: f64 = 0.14;
 const NUDGE_M: f64 = 0.015;
-/// A grip that opens or closes for less is none, ms.
+/// Minimum duration of an opening or closing of a grip, ms.
 const GRIP: usize = 60;
 
-/// What is true of one hand at one instant.
+/// The facts of one hand at one instant. Fields without another subject are about its object.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Facts {
     /// Index of the object in the scene.
     pub(super) target: usize,
     /// The sum of the fingers' forces on it, N.
     pub(super) force: Vector3<f64>,
-    /// It touches what the other hand is on; it is in a socket of that.
+    /// Whether it touches the object of the other hand, and whether it is in a socket of that object.
     pub(super) meets: bool,
     pub(super) mated: bool,
-    /// How many fingers are on the object.
+    /// Number of fingers on the object.
     pub(super) fingers: usize,
-    /// The hand is near it.
+    /// Whether the hand is near the object.
     pub(super) near: bool,
-    /// The squeeze could carry its weight.
+    /// Whether the squeeze can carry its weight.
     pub(super) held: bool,
-    /// Something carries it; what it only searches on does not count.
+    /// Whether a body supports it. The rim of a socket that it searches does not count.
     pub(super) carried_by: bool,
-    /// It touches something that does not carry it.
+    /// Whether it touches a body that does not support it.
     pub(super) beside: bool,
-    /// It moves; along what carries it; along what stands beside.
+    /// Whether it moves; whether it moves along its support; whether it moves along a body beside it.
     pub(super) moving: bool,
     pub(super) sliding: bool,
     pub(super) along: bool,
-    /// It is in a socket; in a thread.
+    /// Whether it is in a socket; whether that socket has a thread.
     pub(super) inside: bool,
     pub(super) threaded: bool,
     /// Depth of the plug point in the socket, m.
     depth: Option<f64>,
-    /// It goes into the socket, or comes out.
+    /// Whether it moves into the socket; whether it moves out.
     pub(super) sinking: bool,
     pub(super) rising: bool,
-    /// It turns about the axis of its socket, or about the vertical.
+    /// Whether it turns about the axis of its socket, or about the vertical.
     pub(super) turning: bool,
-    /// The fingers press it down.
+    /// Whether the fingers press it down.
     pub(super) pressed: bool,
-    /// How far it is displaced per second, m/s, and turned, rad/s.
+    /// Its speed, m/s, and angular speed, rad/s.
     pub(super) speed: f64,
     pub(super) spin: f64,
 }
 
-/// The facts of a hand.
+/// Returns the facts of a hand at every moment.
 pub(super) fn facts(scene: &Scene, hand: usize, moments: &[WorldState], force_scale: f64) -> Vec<Facts> {
     let targets = targets(scene, hand, moments);
     let places = places(scene);
@@ -148,12 +149,12 @@ fn derive_insertions(facts: &mut [Facts]) {
     }
 }
 
-/// A motion that counts only if it leads somewhere: a hand that grasps or releases an object bumps it.
+/// A filter for motions that are too short: a hand that grasps or releases an object bumps it.
 struct MotionFilter {
     moves: fn(&mut Facts) -> &mut bool,
-    /// When this is asked of it.
+    /// The condition under which the filter applies.
     when: fn(&Facts) -> bool,
-    /// Its speed, and the least way.
+    /// The speed of the motion, and its minimum distance.
     way: fn(&Facts) -> f64,
     least: f64,
 }
@@ -185,7 +186,7 @@ const LEADING: &[MotionFilter] = &[
     },
 ];
 
-/// What is bridged and what is taken out, ms.
+/// A condition, the longest gap that is bridged, and the shortest interval that stays, ms.
 type DebounceRule = (fn(&mut Facts) -> &mut bool, usize, usize);
 const CLEANED: &[DebounceRule] = &[
     (|facts| &mut facts.held, GRIP, GRIP),
@@ -201,7 +202,7 @@ const CLEANED: &[DebounceRule] = &[
     (|facts| &mut facts.pressed, BRIDGE, 2 * BRIDGE),
 ];
 
-/// The object that a hand deals with: what it touches, else what is nearest.
+/// Returns the target object of a hand: the touched object, else the nearest one.
 fn targets(scene: &Scene, hand: usize, moments: &[WorldState]) -> Vec<usize> {
     let objects: Vec<usize> = (0..scene.bodies.len()).filter(|&body| scene.bodies[body].role == Role::Object).collect();
     let mut target = usize::MAX;
@@ -209,7 +210,7 @@ fn targets(scene: &Scene, hand: usize, moments: &[WorldState]) -> Vec<usize> {
         let touched = |object: usize| moment.hands[hand].iter().any(|tip| tip.force_on(object).is_some());
         if !touched(target) {
             let distance = |object: &usize| moment.distance(hand, &scene.bodies[*object], *object);
-            // Of two objects at the same distance the hand stays with the one that it deals with.
+            // Between two objects at the same distance the target does not change.
             let to_go = |object: &usize| distance(object) - if *object == target { NEARER_BY_M } else { 0.0 };
             let nearest = || objects.iter().copied().min_by(|a, b| to_go(a).total_cmp(&to_go(b)));
             target = objects.iter().copied().find(|&object| touched(object)).or_else(nearest).unwrap_or(usize::MAX);
@@ -219,13 +220,13 @@ fn targets(scene: &Scene, hand: usize, moments: &[WorldState]) -> Vec<usize> {
     moments.iter().map(of_moment).collect()
 }
 
-/// All that facts are read from.
+/// The inputs of the facts.
 struct FactInputs<'a> {
     scene: &'a Scene,
     hand: usize,
     moments: &'a [WorldState],
     places: &'a [SocketSite],
-    /// The fingers press an object down from this force on, N.
+    /// The minimum force with which fingers press an object down, N.
     presses: f64,
 }
 
@@ -265,7 +266,7 @@ impl FactInputs<'_> {
         let is_object = |body: usize| self.scene.bodies.get_index(body).is_some_and(|(_, it)| it.role == Role::Object);
         let touched = |body: usize| others().any(|(_, tips)| tips.iter().any(|tip| tip.force_on(body).is_some()));
         let handled = |body: usize| is_object(body) && touched(body);
-        // What is plugged into the object is a part of it.
+        // A body that is plugged into the object is a part of it.
         let plugged = |body: usize| {
             let places = self.places.iter().filter(|place| place.body == target);
             places
@@ -293,7 +294,7 @@ impl FactInputs<'_> {
         facts.turning = facts.spin > TURNS;
         for (other, normal) in moment.contacts_of(target).filter(|(other, _)| facts.inside || Some(*other) != searched)
         {
-            // What the other hand is on neither carries nor stands beside, and neither does what is plugged in.
+            // The object of the other hand and plugged-in bodies are neither supports nor bodies beside the object.
             if handled(other) {
                 facts.meets = true;
             } else if plugged(other) {
@@ -309,7 +310,7 @@ impl FactInputs<'_> {
         Some(facts)
     }
 
-    /// How far the middle of the fingertips is from the object's bounding ball, m.
+    /// Returns the distance between the middle of the fingertips and the object's bounding ball, m.
     fn distance(&self, index: usize, target: usize) -> Option<f64> {
         let (_, body) = self.scene.bodies.get_index(target)?;
         let moment = self.moments.get(index)?;
@@ -317,20 +318,20 @@ impl FactInputs<'_> {
         Some((moment.middle(self.hand) - position).norm() - body.bounding_radius())
     }
 
-    /// The moments before and after, and the time between them, s.
+    /// Returns the moments before and after, and the time between them, s.
     fn around(&self, index: usize) -> Option<(&WorldState, &WorldState, f64)> {
         let (before, after) = (index.saturating_sub(AROUND), (index + AROUND).min(self.moments.len().checked_sub(1)?));
         Some((self.moments.get(before)?, self.moments.get(after)?, (after - before).max(1) as f64 / 1000.0))
     }
 
-    /// The mean force of the fingers on the object downwards, N, over a period of tremor.
+    /// Returns the mean downward force of the fingers on the object over a period of tremor, N.
     fn pressed_down(&self, index: usize, target: usize, up: &Vector3<f64>) -> f64 {
         let end = (index + BRIDGE / 2).min(self.moments.len());
         let around = &self.moments[index.saturating_sub(BRIDGE / 2)..end];
         let force = |moment: &WorldState| -> Vector3<f64> {
             moment.hands[self.hand].iter().filter_map(|tip| tip.force_on(target)).sum()
         };
-        // Every tenth millisecond is often enough for a mean.
+        // Every tenth millisecond suffices for a mean.
         let some = || around.iter().step_by(10);
         -some().map(|moment| force(moment).dot(up)).sum::<f64>() / some().count().max(1) as f64
     }

@@ -4,14 +4,14 @@ use super::facts::Facts;
 use super::series::runs;
 use std::ops::Range;
 
-/// A primitive is not shorter, ms.
+/// Minimum duration of a primitive, ms.
 const SHORTEST: usize = 50;
-/// Fingers leave an object within this time, ms.
+/// Maximum time in which fingers leave an object, ms.
 const LEAVING: usize = 500;
-/// A hold of the wall before following it, or a loss of the wall in between, ms, is part of following.
+/// Maximum duration of a hold at a wall before following it, and of a loss of the wall, that count as following, ms.
 const FUMBLED: usize = 600;
 
-/// The primitive of a hand at every moment.
+/// Returns the primitive of a hand at every moment.
 pub(super) fn labels(facts: &[Facts]) -> Vec<&'static str> {
     let mut labels = Vec::with_capacity(facts.len());
     let mut memory = GraspHistory::default();
@@ -25,12 +25,12 @@ pub(super) fn labels(facts: &[Facts]) -> Vec<&'static str> {
     labels
 }
 
-/// What has happened in this grasp.
+/// The history of the current grasp.
 struct GraspHistory {
     label: &'static str,
     lifted: bool,
     placed: bool,
-    /// What stands beside was touched before the object was lifted, or when it was set down.
+    /// Whether the body beside the object was touched before the lift, or when the object was set down.
     beside_before: bool,
 }
 
@@ -70,7 +70,7 @@ impl GraspHistory {
     fn inside(&mut self, now: &Facts) -> &'static str {
         match self.label {
             _ if now.turning && now.held => "Turn",
-            // What moves along a thread without turning has play.
+            // Motion along a thread without rotation is play.
             _ if now.sinking && !now.threaded => "Insert",
             _ if now.rising && !now.threaded => "Pullout",
             label @ ("Insert" | "Pullout" | "Turn") => label,
@@ -103,7 +103,7 @@ impl GraspHistory {
     }
 }
 
-/// When a carried object is pressed down: from its landing on until it is pressed no more.
+/// Returns when a carried object is pressed down: from its landing until the force ends.
 fn pressing(facts: &[Facts]) -> Vec<bool> {
     let mut pressing = vec![false; facts.len()];
     let landed: Vec<bool> = facts.iter().map(|facts| facts.carried_by && facts.fingers > 0).collect();
@@ -116,7 +116,7 @@ fn pressing(facts: &[Facts]) -> Vec<bool> {
     pressing
 }
 
-/// From when on the fingers leave an object for good: the first departure after which no finger returns.
+/// Returns when the fingers leave an object: from the first departure after which no finger returns.
 pub(super) fn leaving(facts: &[Facts]) -> Vec<bool> {
     let mut leaving = vec![false; facts.len()];
     let mut end = None;
@@ -126,7 +126,7 @@ pub(super) fn leaving(facts: &[Facts]) -> Vec<bool> {
             end = (index + 1 < facts.len()).then_some((index, 0));
         }
         if let Some((last, most)) = end {
-            // Backwards in time, the number of fingers may only grow.
+            // Backwards in time, the number of fingers must not decrease.
             if fingers == 0 || fingers < most || last - index > LEAVING {
                 end = None;
             } else {
@@ -135,7 +135,7 @@ pub(super) fn leaving(facts: &[Facts]) -> Vec<bool> {
             }
         }
     }
-    // The first moments with all fingers on are not yet a departure.
+    // The first moments with all fingers in contact do not belong to the departure.
     for run in runs(&leaving).into_iter().filter(|run| leaving[run.start]).collect::<Vec<_>>() {
         let most = facts[run.start].fingers;
         let departure = run.clone().find(|&next| facts[next].fingers < most).unwrap_or(run.end);
@@ -144,7 +144,7 @@ pub(super) fn leaving(facts: &[Facts]) -> Vec<bool> {
     leaving
 }
 
-/// Gives what is too short to what follows.
+/// Merges primitives that are too short with the next one.
 fn short(labels: &mut [&'static str]) {
     for run in runs(labels) {
         if run.len() < SHORTEST && run.start > 0 && run.end < labels.len() {
@@ -154,7 +154,7 @@ fn short(labels: &mut [&'static str]) {
     }
 }
 
-/// Following a wall begins and ends by holding on to it, and may lose it for a moment; what is set down may bounce.
+/// Relabels interruptions: following a wall begins and ends with a hold at it and may lose it briefly; an object that is set down may bounce.
 fn relabel_interruptions(labels: &mut [&'static str]) {
     for run in runs(labels) {
         let Some((before, next)) = neighbours(labels, &run) else { continue };
@@ -171,7 +171,7 @@ fn relabel_interruptions(labels: &mut [&'static str]) {
     }
 }
 
-/// What comes to rest before it is let go was slid until then (docs/sources.md, X3).
+/// Relabels rests: an object that comes to rest before its release was slid until the release (docs/sources.md, X3).
 fn relabel_rests(labels: &mut [&'static str]) {
     for run in runs(labels) {
         if neighbours(labels, &run) == Some(("Slide", "Release")) && labels[run.start] == "Grasp" {
@@ -180,7 +180,7 @@ fn relabel_rests(labels: &mut [&'static str]) {
     }
 }
 
-/// The labels before and after a run.
+/// Returns the labels before and after a run.
 fn neighbours(labels: &[&'static str], run: &Range<usize>) -> Option<(&'static str, &'static str)> {
     Some((*labels.get(run.start.checked_sub(1)?)?, *labels.get(run.end)?))
 }

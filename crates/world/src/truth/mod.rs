@@ -1,7 +1,7 @@
-//! Ground truth: what a hand really did, from the world without noise and with the future known. It follows the definitions of the primitives
-//! (docs/sources.md, C1 to C20) on physical facts of its own and shares nothing with the rules: held means that the squeeze could carry the object's
-//! weight, contacts are those that the solver made, motions are displacements that outlast tremor, and what is shorter than a human act is
-//! taken out on both sides of a change.
+//! Ground truth: the primitives and tasks of each hand, computed from the noise-free states of the world, including later ones. It follows the definitions
+//! of the primitives (docs/sources.md, C1 to C20) on its own physical facts and shares nothing with the rules. An object is held if the squeeze can carry
+//! its weight, contacts are those of the solver, and motions are displacements that exceed tremor. Intervals shorter than a human act are removed on both
+//! sides of a change.
 
 mod coordination;
 mod events;
@@ -25,30 +25,30 @@ pub fn ends_task(label: &str) -> bool {
     matches!(label, "Release" | "Drop" | "Miss")
 }
 
-/// Whether a hand sets out anew between two primitives of the truth.
+/// Whether a hand starts a new task between two primitives of the truth.
 pub fn sets_out(before: &str, after: &str) -> bool {
     ends_task(before) && matches!(after, "Move" | "Approach")
 }
 
-/// What the hands did at every moment.
+/// The ground truth of all hands at every moment.
 pub(super) struct Truth {
     /// The hands, in the order of the scene.
     pub(super) hands: Vec<HandTruth>,
-    /// The coordination of two hands, empty where there is none.
+    /// The coordination of two hands; empty without coordination.
     pub(super) both: Option<Vec<String>>,
 }
 
-/// What a hand did at every moment.
+/// The ground truth of a hand at every moment.
 pub(super) struct HandTruth {
     /// The primitive.
     pub(super) labels: Vec<String>,
-    /// The task; empty where it was at none.
+    /// The task; empty outside of tasks.
     pub(super) tasks: Vec<String>,
-    /// Where each task begins, and what it is called.
+    /// The index of the beginning of each task, and its name.
     pub(super) begun: Vec<(usize, &'static str)>,
 }
 
-/// What the truth depends on besides the world.
+/// The options of the ground truth.
 pub(super) struct TruthOptions {
     /// Strength of the hands, as [`Operator::force_scale`](super::Operator::force_scale).
     pub(super) force_scale: f64,
@@ -62,8 +62,7 @@ impl Default for TruthOptions {
     }
 }
 
-/// What the hands did in the part of the recording that is kept; nothing outside of it makes a task. Failures replace the primitives of the hands where
-/// they occur.
+/// Returns the ground truth of the kept part of the recording. Tasks do not depend on moments outside of it. Failures replace the primitives of the hands.
 pub(super) fn truth(scene: &Scene, moments: &[WorldState], kept: &Range<usize>, options: &TruthOptions) -> Truth {
     let facts_of = |hand| facts::facts(scene, hand, moments, options.force_scale);
     let facts: Vec<Vec<Facts>> = (0..scene.hands.len()).map(facts_of).collect();

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Stretches of equal values, in order.
+/// Returns the intervals of equal values, in order.
 pub(super) fn runs<T: PartialEq>(series: &[T]) -> Vec<Range<usize>> {
     let mut start = 0;
     let chunks = series.chunk_by(|one, next| one == next);
@@ -15,7 +15,7 @@ pub(super) fn runs<T: PartialEq>(series: &[T]) -> Vec<Range<usize>> {
         .collect()
 }
 
-/// Bridges gaps shorter than `bridge`, then takes out what is shorter than `blip`; what touches an end of the series stays.
+/// Bridges gaps shorter than `bridge`, then removes intervals shorter than `blip`. Intervals at the ends of the series stay.
 pub(super) fn debounce(series: &mut [bool], bridge: usize, blip: usize) {
     for (value, shortest) in [(false, bridge), (true, blip)] {
         for run in runs(series) {

@@ -5,18 +5,18 @@ use super::facts::Facts;
 use super::series::runs;
 use std::ops::Range;
 
-/// A key counts from this way on, m, this turn on, rad, or this long, ms: less is a fluctuation.
+/// Minimum displacement, m, rotation, rad, or duration, ms, of a key primitive: less is a fluctuation.
 const TRAVEL_M: f64 = 0.020;
 const TURN_RAD: f64 = 0.17;
 const PRESS: usize = 150;
 
-/// The tasks of a hand, one after the other, with what they are called; without a name where it is at none.
+/// Returns the intervals of a hand with their task names, in order; the name is empty outside of tasks.
 pub(super) fn tasks(labels: &[&str], facts: &[Facts]) -> Vec<(Range<usize>, &'static str)> {
     let named = |span: Range<usize>| (span.clone(), task(span, labels, facts));
     joined(spans(labels), labels, facts).into_iter().map(named).collect()
 }
 
-/// Stretches that end with a Release, or with a Miss or a Drop after which nothing is released, and the rest.
+/// Returns the intervals that end with a Release, or with a Miss or a Drop without a later Release, and the rest.
 fn spans(labels: &[&str]) -> Vec<Range<usize>> {
     let mut spans = Vec::new();
     let mut start = 0;
@@ -30,7 +30,7 @@ fn spans(labels: &[&str]) -> Vec<Range<usize>> {
     spans
 }
 
-/// A touch that came to nothing belongs to what follows it without leaving, and so do the strokes of one turn to each other.
+/// Joins an unsuccessful touch with the next interval if the hand does not leave, and the strokes of one turn.
 fn joined(spans: Vec<Range<usize>>, labels: &[&str], facts: &[Facts]) -> Vec<Range<usize>> {
     let mut joined: Vec<Range<usize>> = Vec::new();
     for span in spans {
@@ -47,13 +47,13 @@ fn joined(spans: Vec<Range<usize>>, labels: &[&str], facts: &[Facts]) -> Vec<Ran
     joined
 }
 
-/// The task of a span; empty when it has no key.
+/// Returns the task of a span; empty without a key primitive.
 fn task(span: Range<usize>, labels: &[&str], facts: &[Facts]) -> &'static str {
     let parts: Vec<Range<usize>> =
         runs(&labels[span.clone()]).into_iter().map(|run| run.start + span.start..run.end + span.start).collect();
     let way = |of: fn(&Facts) -> f64, part: &Range<usize>| facts[part.clone()].iter().map(of).sum::<f64>() / 1000.0;
     let named = |name: &'static str| parts.iter().filter(move |part| primitive(labels[part.start]) == name);
-    // What is pushed may leave the wall and meet it again.
+    // A pushed object may leave the wall and touch it again.
     let pushed = |name| named(name).map(|part| way(|facts| facts.speed, part)).sum::<f64>() >= TRAVEL_M;
     let has = |name| {
         named(name).any(|part| match name {
@@ -85,7 +85,7 @@ fn task(span: Range<usize>, labels: &[&str], facts: &[Facts]) -> &'static str {
     keys.iter().find(|(_, found)| *found).map_or("", |(name, _)| name)
 }
 
-/// The primitive of a label, without its side.
+/// Returns the primitive of a label, without its side.
 fn primitive(label: &str) -> &str {
     label.split_once('(').map_or(label, |(name, _)| name)
 }

@@ -1,4 +1,4 @@
-//! The state of the world in one millisecond, as far as the truth asks for it.
+//! The state of the world in one millisecond, as far as the ground truth uses it.
 
 use crate::simulation::{BodyState, Observation};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -18,7 +18,7 @@ pub(crate) struct WorldState {
 pub(super) struct Tip {
     pub(super) finger: Finger,
     pub(super) position: Point3<f64>,
-    /// Bodies that it presses on, and the force on them, N.
+    /// The touched bodies, and the force on each, N.
     touches: Vec<(usize, Vector3<f64>)>,
 }
 
@@ -26,15 +26,15 @@ pub(super) struct Tip {
 pub(super) struct Contact {
     pub(super) body: usize,
     pub(super) other: usize,
-    /// From the other to the body, unit.
+    /// The unit normal from the other body to this one.
     pub(super) normal: Vector3<f64>,
     pub(super) touching: bool,
-    /// Force of the other on the body, N.
+    /// The force of the other body on this one, N.
     pub(super) force: Vector3<f64>,
 }
 
 impl WorldState {
-    /// The state that an observation shows.
+    /// Returns the state of an observation.
     pub(crate) fn new(seen: &Observation) -> Self {
         let hands = seen.hands.iter().map(|hand| {
             let tips = hand.tips.iter().map(|tip| Tip {
@@ -60,14 +60,14 @@ impl WorldState {
         self.hands.iter().flatten().any(|tip| bodies.iter().any(|body| tip.force_on(*body).is_some()))
     }
 
-    /// The middle of the fingertips of a hand.
+    /// Returns the middle of the fingertips of a hand, m.
     pub(super) fn middle(&self, hand: usize) -> Point3<f64> {
         let tips = &self.hands[hand];
         let sum: Vector3<f64> = tips.iter().map(|tip| tip.position.coords).sum();
         (sum / tips.len().max(1) as f64).into()
     }
 
-    /// How far the nearest fingertip of a hand is from the surface of a body, m.
+    /// Returns the distance of the nearest fingertip of a hand from the surface of a body, m.
     pub(super) fn distance(&self, hand: usize, shape: &Body, body: usize) -> f64 {
         let pose = &self.bodies[body].pose;
         let tips = self.hands[hand].iter();
@@ -75,7 +75,7 @@ impl WorldState {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The distance between the pads of the thumb and of the nearest other finger, m; `None` without a thumb or another finger. It is negative where
+    /// Returns the distance between the pads of the thumb and of the nearest other finger, m; `None` without a thumb or another finger. It is negative if
     /// the balls of the fingertips overlap.
     pub(crate) fn opening(&self, hand: usize, tip_radius: f64) -> Option<f64> {
         let tips = &self.hands[hand];
@@ -95,7 +95,7 @@ impl WorldState {
         self.contacts_of(body).next().is_some()
     }
 
-    /// Force of the body `of` on the body `on`, N.
+    /// Returns the force of the body `of` on the body `on`, N.
     pub(super) fn force_between(&self, on: usize, of: usize) -> Vector3<f64> {
         let forces = self.contacts.iter().filter_map(|contact| match (contact.body, contact.other) {
             pair if pair == (on, of) => Some(contact.force),
@@ -105,7 +105,7 @@ impl WorldState {
         forces.sum()
     }
 
-    /// The contacts of a body: the other body, and the normal from that to this one.
+    /// Returns the contacts of a body: the other body, and the normal from the other body to this one.
     pub(super) fn contacts_of(&self, body: usize) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         self.contacts.iter().filter(|contact| contact.touching).filter_map(move |contact| match body {
             body if body == contact.body => Some((contact.other, contact.normal)),
@@ -116,7 +116,7 @@ impl WorldState {
 }
 
 impl Tip {
-    /// The force of this fingertip on a body, N; `None` when it does not touch it.
+    /// Returns the force of this fingertip on a body, N; `None` without contact.
     pub(super) fn force_on(&self, body: usize) -> Option<Vector3<f64>> {
         self.touches.iter().find(|(touched, force)| *touched == body && force.norm() > 0.0).map(|(_, force)| *force)
     }
