@@ -1,4 +1,4 @@
-//! How well two people agree who labeled the same recordings: Cohen's kappa (Cohen 1960) over frames, and the distances of their boundaries.
+//! The agreement of two people who labeled the same recordings: Cohen's kappa (Cohen 1960) over frames, and the distances of their boundaries.
 //!
 //! κ = (p − pₑ) / (1 − pₑ), where p is the share of frames with one label, and pₑ the share that two people with the same frequencies of labels would have by
 //! chance. Invariants: both people count alike; counts of recordings add up in any grouping.
@@ -36,7 +36,7 @@ pub struct Agreement {
 /// Boundaries of two people into one label.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Boundaries {
-    /// How far apart those are that stand for each other, s, not negative.
+    /// The distances of matched boundaries, s, not negative.
     pub distances_s: Vec<f64>,
     /// Those that stand alone: of the first person, of the second one.
     pub alone: [usize; 2],
@@ -58,7 +58,7 @@ impl Agreement {
                 (None, None) => {}
             }
         }
-        // Where the first label begins nothing changes.
+        // The start of the first label is not a boundary.
         let [one, other] = [one, other].map(|spans| spans.get(1..).unwrap_or_default());
         let labels: BTreeSet<&str> = one.iter().chain(other).map(|span| span.label.as_str()).collect();
         for label in labels {
@@ -104,7 +104,7 @@ impl Agreement {
         (chance < 1.0).then(|| Some((self.share()? - chance) / (1.0 - chance))).flatten()
     }
 
-    /// The same for one label against all others.
+    /// Returns the agreement on one label against all others.
     pub fn of_label(&self, label: &str) -> Self {
         let name = |text: &str| if text == label { label.to_string() } else { String::new() };
         let mut agreement = Self::default();

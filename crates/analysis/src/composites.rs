@@ -1,6 +1,6 @@
 //! Tasks that are made of tasks: the names of a hand's tasks in, one at a time, the rows of tasks that are one task of theirs out.
 //!
-//! From the first task on, the first one of the rules whose tasks follow each other here takes them; the next ones go on behind it. Tasks
+//! From the first task on, the first rule whose tasks follow each other here takes them, and matching continues behind them. Tasks
 //! without a name between two of them belong to it. So a task is decided as soon as it is clear, and a live log finds what a whole one does.
 
 use super::{TaskSpan, UNKNOWN};
@@ -35,7 +35,7 @@ pub struct CompositeSpan {
     pub open_end: bool,
 }
 
-/// What the rules declare of one.
+/// The declaration of a composite task.
 #[derive(Clone, Debug)]
 struct Rule {
     name: String,
@@ -50,7 +50,7 @@ pub struct Composites {
     rules: Vec<Rule>,
     /// The tasks that are not decided yet; of those before the first one nothing is kept.
     waiting: Vec<TaskSpan>,
-    /// How many tasks came before those.
+    /// Number of tasks before the waiting ones.
     first: usize,
 }
 
@@ -88,14 +88,14 @@ impl Composites {
         self.decide(false)
     }
 
-    /// No task follows: returns what is left, and begins anew.
+    /// Ends the sequence: returns the remaining matches, and begins a new sequence.
     pub fn finish(&mut self) -> Vec<CompositeSpan> {
         self.decide(true)
     }
 
     fn decide(&mut self, ends: bool) -> Vec<CompositeSpan> {
         let mut found = Vec::new();
-        // How many of the waiting ones are decided.
+        // The number of decided tasks.
         let mut done = 0;
         while let Some(waiting) = self.waiting.get(done..).filter(|waiting| !waiting.is_empty()) {
             let mut taken = 0;
@@ -129,7 +129,7 @@ fn fit(parts: &[(String, bool)], tasks: &[TaskSpan]) -> MatchState {
     let mut at = 0;
     let is_full = tasks.len() >= MOST_TASKS;
     let tasks = tasks.get(..MOST_TASKS).unwrap_or(tasks);
-    // Where the next task with a name is.
+    // The index of the next named task.
     let named = |from: usize| (from..tasks.len()).find(|at| tasks.get(*at).is_some_and(|task| task.task != UNKNOWN));
     let mut is_open = false;
     for (place, (name, many)) in parts.iter().enumerate() {

@@ -1,15 +1,15 @@
-//! How sure boundaries and tasks are: where they are in analyses of the same log by rules with other values.
+//! The confidence of boundaries and tasks, from analyses of the same log by rules with other values.
 //!
 //! The confidence of a boundary is the share of the variations that have it at the same place, to [`SAME_S`]; that of a task the share that has it under the
 //! same name over half of the time.
 
 use super::{Analysis, Segment, TaskSpan, TrackId};
 
-/// A boundary is the same when it is no farther off, s …
+/// Maximum distance between two boundaries that count as the same, s.
 pub const SAME_S: f64 = 0.1;
 /// … and another one when it is farther off than this, s.
 const FAR_S: f64 = 1.0;
-/// How much of the time two tasks share that are the same.
+/// Minimum share of their time that two tasks have in common if they count as the same.
 const SHARED: f64 = 0.5;
 
 /// A confidence in percent. Variations of params cannot show that a result is certain, so that nothing above 99 % is printed as a number.
@@ -17,7 +17,7 @@ pub fn percent(share: f64) -> String {
     if share >= 0.995 { "> 99 %".into() } else { format!("{:.0} %", share * 100.0) }
 }
 
-/// How sure the start of a segment is.
+/// The confidence of the start of a segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Confidence {
     /// The share of the variations in which it is at the same place.
@@ -26,7 +26,7 @@ pub struct Confidence {
     pub earliest_s: f64,
     /// The latest, s.
     pub latest_s: f64,
-    /// How far the quantity that decides gets from its threshold, in units of its noise; none where no quantity with noise decides.
+    /// The margin of the deciding quantity to its threshold, in units of its noise; `None` if the deciding quantity has no noise.
     pub margin: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What recordings exercise of the trees: which choices are taken, and which conditions are seen to hold and not to hold while they are asked.
+//! Coverage of the trees by recordings: which choices are taken, and which conditions are evaluated to true and to false.
 
 use std::collections::BTreeMap;
 use teachtree_base::diagnostic::Span;
@@ -12,14 +12,14 @@ use teachtree_language::rules::{Branch, Choice, Consequent, Expr, ExprKind, Rule
 /// Where something stands: file, first byte, one past the last; and its text, which names the hand where a choice is meant for each of them.
 type SourceKey = (String, u32, u32, String);
 
-/// What was seen, over any number of recordings.
+/// The coverage of any number of recordings.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Coverage {
     choices: BTreeMap<SourceKey, OutcomeCoverage>,
     conditions: BTreeMap<SourceKey, OutcomeCoverage>,
 }
 
-/// What was seen of a choice or a condition.
+/// The outcomes of a choice or a condition.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct OutcomeCoverage {
     text: String,
@@ -58,7 +58,7 @@ impl Coverage {
         Ok(())
     }
 
-    /// The same of the files that `is_counted` takes, by their names.
+    /// Returns the coverage of the files whose names `is_counted` accepts.
     #[must_use]
     pub fn of_files(mut self, is_counted: impl Fn(&str) -> bool) -> Self {
         self.choices.retain(|(file, ..), _| is_counted(file));
@@ -66,7 +66,7 @@ impl Coverage {
         self
     }
 
-    /// Of how many outcomes how many were seen: a choice has one, being taken; a condition has two.
+    /// Returns the number of covered outcomes and of all outcomes: a choice has one, a condition has two.
     pub fn seen(&self) -> (usize, usize) {
         let taken = self.choices.values().filter(|seen| seen.yes).count();
         let outcomes: usize = self.conditions.values().map(|seen| usize::from(seen.yes) + usize::from(seen.no)).sum();
@@ -79,7 +79,7 @@ impl Coverage {
         if of == 0 { 100.0 } else { 100.0 * seen as f64 / of as f64 }
     }
 
-    /// What no recording shows, by file and place.
+    /// Returns the uncovered outcomes, by file and place.
     pub fn gaps(&self) -> Vec<Gap> {
         let gap = |what, seen: &OutcomeCoverage| Gap { what, text: seen.text.clone(), place: seen.shown.clone() };
         let untaken =
@@ -126,7 +126,7 @@ impl Coverage {
         seen.yes |= taken;
     }
 
-    /// Notes each part of a condition that is no `and`, `or` or `not`.
+    /// Records the outcome of each part of a condition that is not an `and`, `or` or `not`.
     fn condition<'a>(
         &mut self,
         inspector: &mut Inspector<'a>,

@@ -1,9 +1,9 @@
 //! The analysis as a table, one row for each raw segment, task, task that is made of tasks, and relabeled segment.
 //!
 //! Columns (docs/formats.md): `log`, `track`, `kind` (`raw`, `task`, `composite`, `relabeled`), `name`, `object`, `partner`, `start_s`, `end_s`,
-//! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none; of a `composite` those of its tasks, blanks between), `was` (raw primitives, blanks
-//! between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `attempt` (of a task, from 1), `failure` (1 of a task that
-//! the rules declare as one), `zero_stamp_s`, `digest`, `version`; where it was asked for also `confidence`,
+//! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none; of a `composite` those of its tasks, blanks
+//! between), `was` (raw primitives, blanks between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `attempt` (of
+//! a task, from 1), `failure` (1 of a task that the rules declare as one), `zero_stamp_s`, `digest`, `version`; where it was asked for also `confidence`,
 //! `earliest_s`, `latest_s`, `margin`.
 
 use super::json::{Meta, VERSION, cut_ends, open};
@@ -37,7 +37,7 @@ pub const COLUMNS: [&str; 20] = [
 ];
 /// The columns behind them where it was asked how sure boundaries are: of the start of a segment after relabeling; of a task the first one only.
 pub const CONFIDENCE: [&str; 4] = ["confidence", "earliest_s", "latest_s", "margin"];
-/// How many of them are the same in each row: one before the others, the rest behind them.
+/// Number of columns with the same value in each row: one before the others, the rest behind them.
 const CONSTANT: usize = 4;
 
 /// Writes the table with its header.
@@ -119,7 +119,7 @@ fn row<const N: usize>(
     std::array::from_fn(|_| cells.next().unwrap_or_default())
 }
 
-/// What segments and tasks have in common.
+/// The common columns of segments and tasks.
 fn span(subject: &Subject, time_s: (f64, f64), rows: &Range<usize>) -> [String; 6] {
     let Subject { object, partner } = subject.clone();
     let [object, partner] = [object, partner].map(Option::unwrap_or_default);

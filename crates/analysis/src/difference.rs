@@ -1,10 +1,10 @@
-//! Where two analyses of one recording differ: by other rules, or by other values of params.
+//! The differences between two analyses of one recording with different rules or params.
 
 use super::{Analysis, Segment, TrackId};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// What stands where an analysis has no segment.
+/// The placeholder for a time without a segment.
 const NOTHING: &str = "nothing";
 
 /// An interval in which a track has two labels.
@@ -24,7 +24,7 @@ pub struct Change {
     pub other: String,
 }
 
-/// How much two analyses of a recording differ.
+/// The amount of difference between two analyses of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extent {
     /// Frames on which a track has two labels.
@@ -47,7 +47,7 @@ pub fn changes(one: &Analysis, other: &Analysis) -> Vec<Change> {
     tracks(one, other).into_iter().flat_map(|who| of_track(who, segments(one, who), segments(other, who))).collect()
 }
 
-/// How much the labels after relabeling differ; `changes` are those of [`changes`].
+/// Returns the amount of difference between the labels after relabeling; `changes` are those of [`changes`].
 pub fn extent(one: &Analysis, other: &Analysis, changes: &[Change]) -> Extent {
     let mut spans: Vec<Range<usize>> = changes.iter().map(|change| change.frames.clone()).collect();
     spans.sort_by_key(|span| span.start);

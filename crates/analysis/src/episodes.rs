@@ -8,13 +8,13 @@ const SHORTEST_S: f64 = 1.0;
 /// A part of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EpisodeSpan {
-    /// From when, s.
+    /// The start, s.
     pub start_s: f64,
     /// Until when, s.
     pub end_s: f64,
     /// Whether its task succeeded; `None` where that is not known.
     pub is_success: Option<bool>,
-    /// When it succeeded, s.
+    /// The time of its success, s.
     pub succeeded_s: f64,
 }
 

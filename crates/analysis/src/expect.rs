@@ -10,7 +10,8 @@
 //!   Approach             7.904 .. 8.234
 //! ```
 //!
-//! A line that ends with `pinned` is never replaced. `#` begins a comment. Times are s in the recording. A header between two lines `---`, as `cargo insta` writes it, is passed over.
+//! A line that ends with `pinned` is never replaced. `#` begins a comment. Times are s in the recording. A header between two lines `---`, as `cargo insta`
+//! writes it, is passed over.
 
 mod update;
 
@@ -20,7 +21,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::units::{self, Dimension};
 use teachtree_language::rules::Rules;
 
-/// How far a boundary may move when nothing else is said, s.
+/// The default tolerance of a boundary, s.
 pub const TOLERANCE_S: f64 = 0.02;
 
 /// The lines around the header that `cargo insta` writes.
@@ -41,9 +42,9 @@ pub struct Expectation {
     pub hand: Option<String>,
     /// Params to override.
     pub set: Vec<(String, String)>,
-    /// How far a boundary may move, s.
+    /// The tolerance of a boundary, s.
     pub tolerance_s: f64,
-    /// What is expected, in the order of the file.
+    /// The expected segments and tasks, in the order of the file.
     pub lines: Vec<Line>,
     /// The text up to the first track.
     head: String,
@@ -64,14 +65,14 @@ pub struct Line {
     pub start_s: f64,
     /// When it ends, s.
     pub end_s: f64,
-    /// Whether it stays in the file whatever is found.
+    /// Whether an update keeps it in the file.
     pub pinned: bool,
     /// The line of the file, counted from 1.
     pub line: usize,
 }
 
 impl Expectation {
-    /// Reads a file; `name` is what it is called in errors.
+    /// Reads a file; `name` is its name in errors.
     ///
     /// # Errors
     /// At the first line that says nothing.
@@ -89,7 +90,7 @@ impl Expectation {
             text: text.to_string(),
         };
         let mut who: Option<TrackId> = None;
-        // What was accepted with `cargo insta review` begins with a header between two lines `---`.
+        // A file that `cargo insta review` accepted begins with a header between two lines `---`.
         let mut in_header = text.lines().next().is_some_and(|line| line.trim_end() == HEADER);
         for (line, at) in text.lines().zip(1..) {
             if in_header {
@@ -218,7 +219,7 @@ fn expected(said: &str, who: TrackId, line: usize) -> Option<Line> {
     })
 }
 
-/// What an analysis says, as lines of an expectation: for each track its segments, then its tasks. A track that is silent is left out.
+/// Returns an analysis as lines of an expectation: for each track its segments, then its tasks. Empty tracks are omitted.
 pub fn lines(analysis: &Analysis) -> Vec<Line> {
     let mut lines = Vec::new();
     for track in &analysis.tracks {
@@ -237,7 +238,8 @@ pub fn lines(analysis: &Analysis) -> Vec<Line> {
     lines
 }
 
-/// The file with what was found instead, as `cargo insta review --extensions expect` reads it from `NAME.expect.new`: with a header, which says of which log it is.
+/// The file with what was found instead, as `cargo insta review --extensions expect` reads it from `NAME.expect.new`: with a header, which says of which log it
+/// is.
 pub fn pending(expectation: &Expectation, found: &[Line]) -> String {
     let text = expectation.updated(found, true);
     if text.starts_with(HEADER) {
@@ -247,7 +249,7 @@ pub fn pending(expectation: &Expectation, found: &[Line]) -> String {
     format!("{HEADER}\nsource: {log}\n{HEADER}\n{text}")
 }
 
-/// How what was found differs from what was expected, each with the line of the file that it is about.
+/// Returns the differences between the analysis and the expectation, each with its line of the file.
 pub fn compare(expected: &[Line], found: &[Line], tolerance_s: f64) -> Vec<(usize, String)> {
     let mut differences = Vec::new();
     let mut kinds: Vec<(TrackId, bool)> = expected.iter().chain(found).map(|line| (line.who, line.is_task)).collect();

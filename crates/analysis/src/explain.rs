@@ -53,13 +53,13 @@ pub struct Explanation {
     pub until_s: f64,
     /// The tree.
     pub tree: String,
-    /// What the tree gives; `separate` when it leaves the hands to themselves.
+    /// The leaf of the tree; `separate` for the tree over both hands without coordination.
     pub leaf: String,
     /// The object of the segment that this frame came to be in.
     pub object: Option<String>,
     /// The body that the object is in or against.
     pub partner: Option<String>,
-    /// When that leaf began, s.
+    /// The start of that leaf, s.
     pub since_s: f64,
     /// The evaluated choices, from the root to the leaf.
     pub path: Vec<Step>,
@@ -82,7 +82,7 @@ pub struct Explanation {
 /// An evaluated choice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
-    /// How deep its branch lies; 0 at the root.
+    /// The depth of its branch; 0 at the root.
     pub depth: usize,
     /// As its author wrote it, up to its leaf or brace.
     pub choice: String,
@@ -102,7 +102,7 @@ pub struct LatchState {
     pub latch: String,
     /// Whether it is set.
     pub on: bool,
-    /// When it was set or cleared, s; none when it is so from the beginning.
+    /// The time at which it was set or cleared, s; `None` if it has not changed since the beginning.
     pub since_s: Option<f64>,
 }
 
@@ -121,7 +121,7 @@ pub struct LabelChange {
     pub by: Vec<ChangeCause>,
 }
 
-/// What made a label another one.
+/// The rule that changed a label.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChangeCause {
     /// The rule as its author wrote it, or what happened.
@@ -136,20 +136,20 @@ pub struct ChangeCause {
 pub struct AnalyzedRecording<'a> {
     /// The rules.
     pub rules: &'a Rules,
-    /// What they read.
+    /// The inputs of the rules.
     pub frames: &'a Frames,
-    /// What the trees gave.
+    /// The leaves of the trees.
     pub leaves: &'a [Leaves],
-    /// What was found.
+    /// The analysis.
     pub analysis: &'a Analysis,
 }
 
-/// What is asked.
+/// A question.
 #[derive(Clone, Debug)]
 pub struct Question {
     /// Whose labels.
     pub who: TrackId,
-    /// From when to when, s; an end not after the beginning asks for one frame.
+    /// Start and end, s; an end that is not after the start asks for one frame.
     pub time_s: (f64, f64),
     /// The primitive that was expected.
     pub why_not: Option<String>,

@@ -10,7 +10,7 @@ use teachtree_base::hands::Side;
 use teachtree_engine::runs::{Leaves, Run, cover, settle};
 use teachtree_language::rules::{Label, Rules, Tree, TreeScope};
 
-/// How many frames a leaf must last, by tree.
+/// Minimum number of frames of a leaf, by tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Settling {
     hand: usize,
@@ -105,7 +105,7 @@ impl<'a> IntervalLabels<'a> {
     }
 
     /// Gives coordination labeled `what` back to the hands' own trees, wherever it is not in one go with a label of `without`;
-    /// then the hands are covered and settled again, and relabeling starts afresh. False when there is none.
+    /// then the hands are covered and settled again, and relabeling restarts. Returns `false` if no such coordination exists.
     pub fn separate(&mut self, rule: usize, what: &[Label], without: &[Label]) -> bool {
         let coordination = self.coordination();
         let given_back: Vec<Range<usize>> = coordination
@@ -118,7 +118,7 @@ impl<'a> IntervalLabels<'a> {
         self.give_back(rule, &given_back)
     }
 
-    /// Gives the coordination of intervals (in order, apart) back to the hands' own trees; false when there is none.
+    /// Gives the coordination of intervals (in order, disjoint) back to the hands' own trees. Returns `false` without such coordination.
     pub fn give_back(&mut self, rule: usize, intervals: &[Range<usize>]) -> bool {
         if intervals.is_empty() {
             return false;
@@ -146,7 +146,7 @@ fn settled_hands(
     leaves.hands.iter().map(move |(side, own)| {
         let covered = cover(own, both);
         let Some(unseen) = unseen.get(side) else { return (*side, pieces(&settle(&covered, frames))) };
-        // What is before and after frames without labels settles by itself.
+        // The intervals before and after frames without labels settle independently.
         let seen = without_label(&covered, unseen);
         let groups = seen.chunk_by(|one, next| one.label.is_none() == next.label.is_none());
         (*side, groups.flat_map(|runs| pieces(&settle(runs, frames))).collect())
@@ -156,7 +156,7 @@ fn settled_hands(
 /// Names the rules that gave coordination back on every piece that is not what the trees gave.
 fn mark(lane: &mut [LabeledSpan], raw: &[LabeledSpan], rules: &[usize]) {
     for piece in lane {
-        // What settles otherwise once coordination is gone may be where no coordination was.
+        // Intervals that settle differently without the coordination may lie outside of it.
         let before = within(raw, &piece.frames);
         if before.is_empty() || before.iter().any(|before| before.label != piece.label) {
             add(&mut piece.by, rules);

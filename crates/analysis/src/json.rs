@@ -34,14 +34,14 @@ pub const SCHEMA: &str = "teachtree.analysis/2";
 /// The version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What an analysis was made from, as the user named it.
+/// The inputs of an analysis, as the user named them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Meta {
     /// Path of the log.
     pub log: String,
     /// Name of the recording: that of its file, without folders and ending.
     pub name: String,
-    /// What the clock of the log shows at t = 0, s.
+    /// The clock of the log at t = 0, s.
     pub zero_stamp_s: f64,
     /// Path of its binding.
     pub binding: Option<String>,
@@ -134,7 +134,7 @@ pub fn outcome(outcome: &Outcome) -> Value {
     Value::Object(value)
 }
 
-/// A document as text: one line for whatever lists no objects, numbers by the one printer.
+/// Returns a document as text: values without objects are on one line; numbers by the one printer.
 pub fn printed(document: &Value) -> String {
     let mut text = String::new();
     print(document, Some(0), &mut text);
@@ -186,7 +186,7 @@ fn composite(found: &CompositeSpan) -> Value {
     Value::Object(value)
 }
 
-/// What segments and tasks have in common, behind the key of the name.
+/// The common fields of segments and tasks, after the key of the name.
 fn span(key: &str, name: &str, subject: &Subject, time_s: (f64, f64), rows: &Range<usize>) -> Map<String, Value> {
     let mut value = Map::new();
     value.insert(key.into(), json!(name));
@@ -278,7 +278,7 @@ pub fn live_issue(sequence: u64, issue: &Issue) -> String {
     live("issue", sequence, None, true, json!(issue))
 }
 
-/// From when on the times of a live log count, on one line.
+/// Returns the time of 0 s of a live log, on one line.
 pub fn live_clock(sequence: u64, origin_ns: i64) -> String {
     live("clock", sequence, None, true, json!({ "origin_ns": origin_ns }))
 }
@@ -328,7 +328,7 @@ fn print(value: &Value, indent: Option<usize>, text: &mut String) {
             return;
         }
     };
-    // How far the parts are indented, where each has a line of its own.
+    // The indentation of parts that have their own lines.
     let indent = indent.filter(|indent| *indent == 0 || lists_objects(value));
     text.push(open);
     for (place, (key, part)) in parts.into_iter().enumerate() {

@@ -1,8 +1,8 @@
 //! Leaves in, named tasks out: settled segments, untargeted relabeling, recognition, relabeling of the named tasks
 //! (grammar/README.md, Meaning of a run, points 4 to 6).
 //!
-//! Invariants: the segments of a hand leave no frame of a gap-free stretch out but those in which a body was lost that it involves, and never cross a gap; raw segments are kept as
-//! the trees gave them; a segment that rules have changed says what it was and which rules changed it, and the time
+//! Invariants: the segments of a hand leave no frame of a gap-free stretch out but those in which a body was lost that it involves, and never cross a gap; raw
+//! segments are kept as the trees gave them; a segment that rules have changed says what it was and which rules changed it, and the time
 //! of a rewritten segment belongs to the surviving label. What comes out is plain data: writing it needs no rules.
 //!
 //! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans
@@ -67,7 +67,7 @@ use teachtree_logs::issue::Issue;
 /// The name of a task in which something was handled, but that has the keys of no task of the rules.
 pub const UNKNOWN: &str = "unknown";
 
-/// What was found in a recording.
+/// The analysis of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Analysis {
     /// Number of frames.
@@ -76,15 +76,15 @@ pub struct Analysis {
     pub rows: usize,
     /// Frames per second.
     pub rate_hz: f64,
-    /// When the recording starts, s.
+    /// The start of the recording, s.
     pub start_s: f64,
-    /// When it ends, s.
+    /// The end of the recording, s.
     pub end_s: f64,
     /// Start and end times (s) of the analyzed gap-free intervals, in order.
     pub stretches: Vec<(f64, f64)>,
     /// The tracks that the recording has: left, right, both.
     pub tracks: Vec<Track>,
-    /// What was wrong with the recording, and what the rules could not do.
+    /// The issues of the recording and the limits of the rules.
     pub issues: Vec<Issue>,
     /// The primitives of the rules.
     pub primitives: Primitives,
@@ -133,7 +133,7 @@ pub struct Track {
     pub who: TrackId,
     /// The settled labels as the trees gave them.
     pub segments: Vec<Segment>,
-    /// The same time after relabeling.
+    /// The segments after relabeling.
     pub relabeled: Vec<Segment>,
     /// The tasks, in order of time; none for both hands, whose coordination is part of each hand's task.
     pub tasks: Vec<TaskSpan>,
@@ -146,7 +146,7 @@ pub struct Track {
 pub struct Segment {
     /// The primitive as it is shown: `Grasp`, `MainGrasp(left)`.
     pub primitive: String,
-    /// What the hand does in it, where the rules say.
+    /// The action of the hand, if the rules declare it.
     pub does: Option<Meaning>,
     /// What it is about.
     pub subject: Subject,
@@ -162,7 +162,7 @@ pub struct Segment {
     pub was: Vec<String>,
     /// The rules that changed it, as their authors wrote them, in the order in which they did.
     pub by: Vec<String>,
-    /// How sure its start is, where that was asked for.
+    /// The confidence of its start, if requested.
     pub confidence: Option<Confidence>,
 }
 
@@ -225,7 +225,7 @@ pub fn analyze(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
     analyze_series(rules, frames, frames, leaves)
 }
 
-/// The same of frames whose columns are elsewhere: those of the channels that [`reads_later`] names.
+/// Like [`analyze`], for frames whose columns of the channels that [`reads_later`] names are stored elsewhere.
 pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leaves: &[Leaves]) -> Analysis {
     let rate_hz = frames.layout.rate_hz;
     let handling = HandledObjects::new(frames, series);

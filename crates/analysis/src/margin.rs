@@ -1,4 +1,4 @@
-//! How clearly a boundary is measured: how far the quantity that decides it lies from its threshold before and after, in units of its noise.
+//! The margin of a boundary: the distances of the deciding quantity from its threshold before and after, in units of its noise.
 
 use std::ops::Range;
 use teachtree_base::channels::Shape;
@@ -168,7 +168,7 @@ impl<'a> Crossing<'_, 'a> {
         Ok(near.flatten().find(turned))
     }
 
-    /// How clearly a quantity crosses a threshold: the lesser of how far it gets before and after, divided by its noise.
+    /// Returns the margin with which a quantity crosses a threshold: the smaller of its distances before and after, divided by its noise.
     fn clear(
         &self,
         turned: Vec<(usize, bool)>,

@@ -1,4 +1,4 @@
-//! What a key asks beyond its primitive: how long, how far, how much turned (`lasting`, `travelling`, `turning`).
+//! The demands of a key beyond its primitive: duration, distance and rotation (`lasting`, `travelling`, `turning`).
 
 use super::interval_labels::samples;
 use super::labeled_span::LabeledSpan;
@@ -32,12 +32,12 @@ pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
 
 /// The object that the hand handles.
 pub(super) const TARGET: &str = "target";
-/// Where it is, m, reference frame.
+/// Its position, m, reference frame.
 pub(super) const POSITION: &str = "target.position";
-/// How fast it turns, rad/s.
+/// Its angular speed, rad/s.
 pub(super) const SPIN: &str = "target.spin";
 
-/// How it is turned, reference frame.
+/// Its rotation, reference frame.
 const ROTATION: &str = "target.rotation";
 /// The radius of the ball about it, m.
 const RADIUS: &str = "target.radius";
@@ -67,7 +67,7 @@ fn asks_distance(rules: &Rules) -> bool {
 /// Number of frames in a group.
 const TOGETHER: usize = 4096;
 
-/// What the log says about the target of one hand.
+/// The columns of one hand's target.
 pub(super) struct Measures<'a> {
     rate_hz: f64,
     series: &'a dyn Series,

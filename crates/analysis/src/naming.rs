@@ -14,28 +14,28 @@ use teachtree_frames::frames::Frames;
 use teachtree_language::rules::{Rules, TaskId};
 use teachtree_logs::issue::{Issue, IssueKind};
 
-/// What times and names are taken from.
+/// The source of times and names.
 pub(super) struct Naming<'a> {
     /// The names.
     pub rules: &'a Rules,
     /// The times.
     pub frames: &'a Frames,
-    /// What the hands handle.
+    /// The objects that the hands handle.
     pub handling: &'a HandledObjects<'a>,
 }
 
 impl Naming<'_> {
-    /// When the recording starts, s.
+    /// Returns the start of the recording, s.
     pub fn start_s(&self) -> f64 {
         self.frames.time.first().copied().unwrap_or_default()
     }
 
-    /// When it ends, s.
+    /// Returns the end of the recording, s.
     pub fn end_s(&self) -> f64 {
         self.frames.len.checked_sub(1).map_or(0.0, |last| self.frames.end_of(last))
     }
 
-    /// When a frame of a stretch starts; for the end of the stretch, when its last frame ends.
+    /// Returns the start of a frame of a stretch, s; for the end of the stretch, the end of its last frame.
     fn time_s(&self, frame: usize, stretch: &Range<usize>) -> f64 {
         match self.frames.time.get(frame) {
             Some(time) if frame < stretch.end => *time,

@@ -134,8 +134,8 @@ impl LabelPattern<'_> {
             })
     }
 
-    /// Where this stands between two neighbours. A run is as long as it can be: a neighbour that is itself one of the
-    /// labels ends the run only when there is none farther out.
+    /// Returns the intervals of these labels between two neighbors. A run is as long as possible: a neighbor that is itself one of the
+    /// labels ends the run only if no other neighbor is farther out.
     fn between(&self, lane: &[LabeledSpan], (before, after): &(Vec<Label>, Vec<Label>)) -> Vec<Range<usize>> {
         let is = |at: Option<usize>, labels: &[Label]| {
             at.and_then(|at| lane.get(at)).is_some_and(|piece| stands(labels, piece.label))
@@ -165,7 +165,7 @@ impl LabelPattern<'_> {
     }
 }
 
-/// Where the elements of a sequence stand one after the other: the leftmost matches, each as long as it can be.
+/// Returns the consecutive matches of a sequence: the leftmost matches, each as long as possible.
 fn sequences(lane: &[LabeledSpan], elements: &[(Vec<Label>, Repetition)]) -> Vec<Range<usize>> {
     // longest[at][element]: where the farthest match of the remaining elements ends that begins at this piece.
     let mut longest = vec![vec![None; elements.len() + 1]; lane.len() + 1];

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_language::rules::{RelabelKind, RelabelRule, Rules, TaskId};
 
-/// How many rounds there are at most: when they do not suffice, two rules undo each other.
+/// Maximum number of rounds. If they do not suffice, two rules undo each other.
 ///
 /// A round rewrites every match of every rule, so rules that end need a few rounds only.
 pub const MAX_ROUNDS: usize = 100;
@@ -99,7 +99,7 @@ fn of_task(rules: &Rules, task: Option<TaskId>) -> impl Iterator<Item = (usize, 
     rules.relabels.iter().enumerate().filter(move |(_, rule)| rule.task == task)
 }
 
-/// What is known of both hands, left first.
+/// The labels of both hands, left first.
 fn both<'a, 'm>(measures: &'m BTreeMap<Side, Measures<'a>>) -> Option<[&'m Measures<'a>; 2]> {
     Some([measures.get(&Side::Left)?, measures.get(&Side::Right)?])
 }

@@ -16,7 +16,7 @@ use teachtree_base::hands::Side;
 pub struct Step {
     /// The primitive or task, with a side or without: `Grasp`, `MainGrasp(left)`.
     pub name: String,
-    /// What it is about.
+    /// Its object and partner.
     pub subject: Subject,
     hand: Option<Side>,
     /// Whether it is the end, not the start.
@@ -30,7 +30,7 @@ pub struct Step {
 pub enum SignalError {
     /// There is no such segment and no such task.
     NotFound(String),
-    /// It goes on when the recording begins or ends: when it began, or ends, is not known.
+    /// Whether the recording begins or ends within it, so that its start or end is unknown.
     CutOff(String),
 }
 
@@ -50,7 +50,7 @@ impl fmt::Display for Step {
     }
 }
 
-/// What a step looks like, for messages.
+/// Describes the form of a step, for messages.
 const FORM: &str = "`start of Grasp of cube` or `end of Insert of peg into holder`";
 
 impl Step {
@@ -58,7 +58,7 @@ impl Step {
     /// `relative to`.
     ///
     /// # Errors
-    /// What is not of this form.
+    /// A text that does not have this form.
     pub fn read(text: &str) -> Result<Self, String> {
         let expected = |what: &str, found: Option<&str>| {
             let found = found.map_or("nothing".to_string(), |word| format!("`{word}`"));
@@ -125,7 +125,7 @@ impl Step {
                 TrackId::Hand(side) => Some(side),
                 TrackId::Both => None,
             };
-            // What both do is in the tracks of the hands as well, and may have its name in that of both only.
+            // The coordinated action is in the tracks of the hands too, but may have its name only in the track of both.
             if self.hand.is_some() && by != self.hand {
                 continue;
             }

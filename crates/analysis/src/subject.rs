@@ -1,4 +1,4 @@
-//! What segments and tasks are about: the object that a hand handles, and the partner, a body that the object is in or against.
+//! The subject of segments and tasks: the object that a hand handles, and the partner, a body that the object is in or against.
 //!
 //! Per frame the log says which object is the hand's target, whether the hand touches it, and which body is the partner
 //! (`base::channels::HANDLING`). The object of a segment is the one touched on most of its frames; where the hand touches none, the one
@@ -46,7 +46,7 @@ struct Run<'a> {
     inside: bool,
 }
 
-/// What the hands handle over a whole log.
+/// The objects that the hands handle over a whole log.
 pub(super) struct HandledObjects<'a> {
     hands: BTreeMap<Side, Vec<Run<'a>>>,
 }
@@ -73,7 +73,7 @@ impl<'a> HandledObjects<'a> {
         Self { hands: hands.collect() }
     }
 
-    /// What a segment of a track is about; `stretch` is the gap-free stretch that it is in. A hand that opens may brush past something else then.
+    /// Returns the subject of a segment of a track in the gap-free stretch `stretch`. A hand that opens may brush past another object.
     pub fn of_segment(&self, who: TrackId, opens: bool, frames: &Range<usize>, stretch: &Range<usize>) -> Subject {
         match who {
             TrackId::Hand(side) => self.found(side, opens, frames, stretch).into(),
@@ -175,7 +175,7 @@ fn at<'r, 'a>(runs: &'r [Run<'a>], frame: usize) -> Option<&'r Run<'a>> {
     within(runs, &(frame..frame + 1)).first()
 }
 
-/// What a hand handles, from its columns; `None` without the target's.
+/// Returns the objects that a hand handles, from its columns; `None` without the column of the target.
 fn runs<'a>(frames: &'a Frames, series: &dyn Series, side: Side) -> Option<Vec<Run<'a>>> {
     let key = |name: &str| {
         let key = ColumnKey { channel: frames.channel(name)?, side: Some(side), slot: 0, component: 0 };

@@ -16,7 +16,7 @@ pub(super) struct NamedSpan {
     pub task: Option<TaskId>,
     /// The other tasks that match here too, by priority.
     pub secondary: Vec<TaskId>,
-    /// Where it is in its lane.
+    /// Its interval in its track.
     pub span: Span,
     /// Its pieces, to be relabeled.
     pub pieces: Vec<LabeledSpan>,
@@ -83,7 +83,7 @@ fn with_touches_before(named: Vec<NamedSpan>, lane: &Lane) -> Vec<NamedSpan> {
     kept
 }
 
-/// From what to what tasks run, each pair once, by priority.
+/// Returns the pairs of first and last primitives of tasks, each pair once, by priority.
 fn ends(rules: &Rules) -> Vec<(&Pattern, &Pattern)> {
     let mut ends: Vec<(&Pattern, &Pattern)> = Vec::new();
     for task in &rules.tasks {

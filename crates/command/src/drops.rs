@@ -1,5 +1,5 @@
-//! Tasks that came to nothing, as a whole: brushes, and what was taken up and lost before the same hand took it up again (the paper, section 2.1:
-//! inadvertent human error is compensated). The way to the object is not lost with them: who tries again on the spot has come on it.
+//! Removes whole tasks without an effect: brushes, and pick-ups of an object that was lost before the same hand picked it up again (the paper, section 2.1:
+//! inadvertent human error is compensated). The next attempt takes over the approach of a removed task.
 
 use super::episodes::{BRUSH_S, STAYS_M};
 use super::schema::{Omission, Segment, Task};
@@ -10,18 +10,18 @@ use teachtree_base::hands::Side;
 use teachtree_base::meaning::Meaning;
 use teachtree_base::pose::pose_from_array;
 
-/// An object still stands as it stood when it is turned by less, rad.
+/// Maximum rotation of an object that keeps its orientation, rad.
 const STANDS_RAD: f64 = 0.35;
-/// What a brush turns by less stays as it stands, rad.
+/// Maximum rotation of an object by a brush, rad.
 const STAYS_RAD: f64 = 0.1;
-/// What slips while it is lifted stays within this, m.
+/// Maximum displacement of an object that slips during its lift, m.
 const SLIPS_M: f64 = 0.040;
 /// Maximum displacement of a held object relative to the hand, m. An object that slips farther was lost.
 const KEPT_M: f64 = 0.010;
-/// What a hand does as it lifts something that slips: it falls, slides about, is pushed by the fingers that lose it.
+/// The actions of a hand during the lift of a slipping object: the object falls, slides, or is pushed by the fingers that lose it.
 const LIFTS: [Meaning; 6] =
     [Meaning::Close, Meaning::Carry, Meaning::Place, Meaning::Slide, Meaning::Push, Meaning::Open];
-/// Segments follow each other when there is less than this between them, s.
+/// Maximum time between consecutive segments, s.
 const NEXT_S: f64 = 0.02;
 
 /// Leaves out tasks in which no finger touched for long enough to take part, and brushes.
@@ -41,7 +41,7 @@ pub(super) fn without_brushes(tasks: Vec<Task>) -> Vec<Task> {
     kept
 }
 
-/// Whether a hand that has a named task only brushes an object: for a short time, in no task that a rule names, and so that the object stays as it stands.
+/// Whether a hand with a named task only brushes an object: briefly, in no task that a rule names, and without a change of the object's orientation.
 fn is_brush(task: &Task, tasks: &[Task]) -> bool {
     let touches = || task.segments.iter().filter(|segment| segment.touching);
     let lasts = touches().filter(|segment| segment.does != Meaning::Open).map(|segment| segment.duration_s);
@@ -56,7 +56,7 @@ fn is_brush(task: &Task, tasks: &[Task]) -> bool {
     is_short && stays && tasks.iter().any(is_taught)
 }
 
-/// The segments of a task from one on as something that is not commanded.
+/// Returns the segments of a task from one on as omissions.
 fn left_out(task: &Task, from: usize, why: &str) -> Omission {
     let segments = &task.segments[from.min(task.segments.len())..];
     let primitives = segments.iter().map(|segment| segment.primitive.clone()).collect();
@@ -79,12 +79,12 @@ pub(super) fn without_drops(tasks: Vec<Task>, meant: &[(Side, f64)]) -> Vec<Task
         }
         kept.push(task);
     }
-    // A task that has taken over the way of another one begins with it.
+    // A task that has taken over the approach of another one begins with it.
     kept.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     kept
 }
 
-/// Whether a task ended with the object in the air, and this one takes it up again.
+/// Whether a task ended with the object in the air, and this one picks it up again.
 fn dropped(before: &Task, task: &Task) -> bool {
     let ends = before.segments.iter().rev().map(|segment| segment.does);
     ends.take(2).eq([Meaning::Open, Meaning::Carry]) && before.grasps.len() == 1 && stands(before, task)
@@ -118,13 +118,13 @@ fn set_down(task: &Task) -> bool {
     matches!(last.does, Meaning::Place | Meaning::Slide) && slipped.is_some_and(|slipped| slipped < KEPT_M)
 }
 
-/// Whether the object of a task is that of the one before, and stands as it stood then.
+/// Whether two tasks have the same object, and its orientation has not changed.
 fn stands(before: &Task, task: &Task) -> bool {
     let turned = before.grasp_pose().rotation.angle_to(&task.grasp_pose().rotation);
     before.object == task.object && turned < STANDS_RAD
 }
 
-/// Notes a task as left out of the next one, which comes on its way when it has none of its own.
+/// Adds a task to the omissions of the next one, which takes over its approach if it has none.
 fn take_over(mut before: Task, task: &mut Task) {
     let free = before.segments.iter().take_while(|segment| !segment.touching).count();
     let on_the_spot = task.segments.first().is_some_and(|segment| segment.touching);
@@ -142,8 +142,8 @@ fn take_over(mut before: Task, task: &mut Task) {
     task.start_s = before.start_s;
 }
 
-/// A way to a touch that was taken over from a try which is left out, or has a pause before it, leads to where the object is by then, and is gone just before:
-/// the other hand may have brought it there meanwhile.
+/// Adapts an approach that comes from an omitted attempt, or precedes a pause: it leads to the pose of the object at the touch and ends just before it, because
+/// the other hand may have moved the object.
 pub(super) fn lead_to_the_touch(task: &mut Task) {
     for at in 1..task.segments.len() {
         let (ways, touch) = task.segments.split_at_mut(at);

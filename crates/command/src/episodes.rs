@@ -1,8 +1,8 @@
-//! Which of a task's segments are commanded: tries that had an effect, without aborted approaches and pauses on the way.
+//! Selects the commanded segments of a task: attempts with an effect, without aborted approaches and pauses.
 //!
-//! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again, or that carried and
-//! let go in the air before another try, was a mistake and is left out (the paper, section 2.1); so are a Move and an Approach that were followed by another
-//! Move. Events with a primitive of their own were intended: a second grasp with a different name, and a fall in a task that succeeds.
+//! An *attempt* lies between two free motions: Move and Approach, contact, Release. An attempt that only grasped and released, or that released in the air
+//! before another attempt, was a mistake and is omitted (the paper, section 2.1). A Move and an Approach before another Move are omitted too. Events with their
+//! own primitive were intended: a second grasp with a different name, and a fall in a task that succeeds.
 
 use super::RATE_HZ;
 use super::schema::Omission;
@@ -11,18 +11,18 @@ use nalgebra::{Isometry3, Vector3};
 use teachtree_analysis::{Segment, TaskSpan};
 use teachtree_base::meaning::Meaning;
 
-/// Slower than this, m/s, for longer than this, s, is a pause of a free hand.
+/// Maximum speed (m/s) and minimum duration (s) of a pause of a free hand.
 const PAUSE_M_S: f64 = 0.01;
 const PAUSE_S: f64 = 0.3;
-/// An object that was only held is where it was within this, m.
+/// Maximum displacement of an object that was only held, m.
 pub(super) const STAYS_M: f64 = 0.01;
-/// Fingertips stay within this, m, in a pause.
+/// Maximum displacement of fingertips in a pause, m.
 const PAUSE_M: f64 = 0.005;
 /// Maximum distance (m) and angle (rad) between the pose at release and the pose at rest of an object that did not fall.
 pub(super) const FELL: (f64, f64) = (0.002, 0.035);
-/// Who touches again within this, m, of where the fingertips touched before has not gone away in between.
+/// Maximum distance between two contact positions of a hand that has not left in between, m.
 const ON_THE_SPOT_M: f64 = 0.02;
-/// Who pushes and comes off the object for less than this, s, has not let go; a push that is over sooner, and moves nothing, was a brush.
+/// Maximum loss of contact within one push, s; and the maximum duration of a brush, a push that moves no object, s.
 const COMES_OFF_S: f64 = 0.5;
 pub(super) const BRUSH_S: f64 = 0.35;
 
@@ -32,7 +32,7 @@ pub(super) fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> (f64, f64) 
     (way.norm(), one.rotation.angle_to(&other.rotation))
 }
 
-/// What the hand does in a segment; the commands of a primitive that does not say it are refused before.
+/// Returns the action of the hand in a segment. Primitives without a declared action were refused before.
 fn does(segment: &Segment) -> Meaning {
     segment.does.unwrap_or_default()
 }
@@ -45,7 +45,7 @@ fn lets_go(segment: &Segment) -> bool {
     does(segment) == Meaning::Open
 }
 
-/// The tries of a task that are commanded, and what is not; a hand that `waits` for the other one makes no pauses.
+/// Returns the commanded attempts of a task, and the omissions. A hand that `waits` for the other one has no pauses.
 pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Episode>, Vec<Omission>) {
     let mut tries: Vec<Vec<&Segment>> = Vec::new();
     for segment in &span.segments {
@@ -64,7 +64,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     let is_meant = |segments: &[&Segment]| !span.failure && lets_fall(segments, series);
     let mut left_out = Vec::new();
     let mut kept: Vec<Vec<&Segment>> = Vec::new();
-    // A brush is not joined to the push after it.
+    // A brush is not joined with the next push.
     tries.dedup_by(|next, one| {
         let joined = !brushes(one, series) && loses_contact(one, next);
         if joined {
@@ -73,11 +73,11 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         joined
     });
     let count = tries.len();
-    // Who tries again on the spot has come on the way of the try before.
+    // An attempt without an approach takes over that of the attempt before.
     let stays_there = |one: &Vec<&Segment>| one.first().is_some_and(|segment| does(segment) != Meaning::Free);
     let on_the_spot: Vec<bool> = tries.iter().skip(1).map(stays_there).chain([false]).collect();
     let mut came: Vec<&Segment> = Vec::new();
-    // Where the object is when each try touches it, and where it was before the brushes that have just been left out.
+    // The object's pose at the first touch of each attempt, and before the omitted brushes.
     let touched: Vec<Option<Vector3<f64>>> = tries.iter().map(|one| first_touch(one, series)).collect();
     let mut before_brushes: Option<Vector3<f64>> = None;
     let grasped: Vec<Option<&str>> = tries.iter().map(|one| first_grasp(one)).collect();
@@ -85,7 +85,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         segments.splice(..0, came.drain(..));
         let touches: Vec<Meaning> =
             segments.iter().map(|segment| does(segment)).filter(|it| !it.is_free() && *it != Meaning::Open).collect();
-        // With the other hand on it as well, a grasp has another name.
+        // While the other hand holds the object too, a grasp has another name.
         let grasps = |meaning: &Meaning| matches!(meaning, Meaning::Close | Meaning::Share);
         let alone = touches.iter().all(|meaning| *meaning == Meaning::Close);
         let next = grasped.get(number + 1).copied().flatten();
@@ -94,7 +94,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
             !regrasped && (alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series));
         let dropped = touches.last() == Some(&Meaning::Carry) && number + 1 < count && !is_meant(&segments);
         let stood = before_brushes.take().or(touched[number]);
-        // With the other hand at work it may move for another reason.
+        // The other hand may move the object.
         let stands = stood
             .zip(touched.get(number + 1).copied().flatten())
             .is_some_and(|(from, to)| (to - from).norm() <= STAYS_M);
@@ -103,7 +103,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
             before_brushes = stood;
         }
         if touches.is_empty() && number + 1 == count && !kept.is_empty() {
-            // Going away after the last release.
+            // The retreat after the last release.
             kept.push(segments);
         } else if only_grasped || dropped || brushed {
             let why = match (touches.is_empty(), dropped) {
@@ -131,12 +131,12 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         for (number, segment) in segments.iter().enumerate() {
             let touches_next = segments.get(number + 1).is_some_and(|next| !is_free(next));
             let Some(mut piece) = piece(segment, series, waits, touches_next, &mut left_out) else { continue };
-            // Between two pushes that are one, the fingers stay at the object.
+            // Between two parts of one push, the fingers stay at the object.
             let goes_on = segments.get(number + 1).is_some_and(|next| !lets_go(next));
             if let Some(pushing) = pieces.last().filter(|_| piece.does == Meaning::Open && goes_on) {
                 (piece.primitive, piece.does) = (pushing.primitive.clone(), pushing.does);
             }
-            // Letting go by several names is one motion.
+            // Consecutive releases with different names are one motion.
             match pieces.last_mut().filter(|last| last.does == Meaning::Open && piece.does == Meaning::Open) {
                 Some(last) => last.samples.append(&mut piece.samples),
                 None => pieces.push(piece),
@@ -170,13 +170,13 @@ fn lets_fall(one: &[&Segment], series: &Series) -> bool {
     (way > FELL.0 || turn > FELL.1) && way > apart(fallen, ends).0
 }
 
-/// Where the object is when a try touches it first, m.
+/// Returns the position of the object at the first touch of an attempt, m.
 fn first_touch(one: &[&Segment], series: &Series) -> Option<Vector3<f64>> {
     let touch = one.iter().find(|segment| !is_free(segment))?;
     Some(series.object[series.sample(touch.start_s)].translation.vector)
 }
 
-/// Whether a try is a push that is over at once and moves nothing while it lasts.
+/// Whether an attempt is a short push that does not move the object.
 fn brushes(one: &[&Segment], series: &Series) -> bool {
     let touches: Vec<&Segment> = one.iter().filter(|segment| !is_free(segment) && !lets_go(segment)).copied().collect();
     let lasts: f64 = touches.iter().map(|segment| segment.end_s - segment.start_s).sum();
@@ -184,14 +184,14 @@ fn brushes(one: &[&Segment], series: &Series) -> bool {
     pushes_only && lasts < BRUSH_S && stays(&touches, series)
 }
 
-/// Whether the hand came off for a moment as it pushed, and goes on with the next try.
+/// Whether the hand lost contact briefly during a push that the next attempt continues.
 fn loses_contact(one: &[&Segment], next: &[&Segment]) -> bool {
     let [.., before, release] = one else { return false };
     let briefly = lets_go(release) && release.end_s - release.start_s < COMES_OFF_S;
     briefly && pushes(before) && next.first().is_some_and(|segment| pushes(segment))
 }
 
-/// Whether the object does not move in these segments as they touch it.
+/// Whether the object does not move in the touching ones of these segments.
 fn stays(segments: &[&Segment], series: &Series) -> bool {
     let touching = segments.iter().filter(|segment| !is_free(segment));
     let mut ends = touching
@@ -234,8 +234,8 @@ fn piece(
     })
 }
 
-/// Ends a free motion where the hand touches, if it comes off again and then touches for good at the same place: rules call such a touch in passing a part
-/// of the approach, and it was a failed try.
+/// Ends a free motion at a brief touch, if the hand later touches at the same place: rules label such a touch as a part of the approach, but it was a failed
+/// attempt.
 fn without_failed_try(
     mut samples: Vec<usize>,
     segment: &Segment,
@@ -243,7 +243,7 @@ fn without_failed_try(
     left_out: &mut Vec<Omission>,
 ) -> Vec<usize> {
     let touches = |at: usize| series.fingers.iter().any(|finger| finger.touches[at]);
-    // What it touches at the beginning is what it lets go of.
+    // A touch at the beginning is that of the released object.
     let Some(free) = samples.iter().position(|at| !touches(*at)) else { return samples };
     let Some(touch) = samples.iter().skip(free).position(|at| touches(*at)).map(|after| free + after) else {
         return samples;
@@ -265,7 +265,7 @@ fn without_failed_try(
     samples
 }
 
-/// Takes out of a free motion the samples on which the hand stands still for long.
+/// Removes long pauses from the samples of a free motion.
 fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_out: &mut Vec<Omission>) -> Vec<usize> {
     let slow = |at: usize| {
         series.fingers.iter().all(|finger| {
@@ -274,7 +274,7 @@ fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_
             way.norm() * RATE_HZ / (after - before).max(1) as f64 <= PAUSE_M_S
         })
     };
-    // Who creeps on is on the way.
+    // A slow motion is not a pause.
     let stays = |first: usize, last: usize| {
         series.fingers.iter().all(|finger| (finger.tip_in_world[last] - finger.tip_in_world[first]).norm() <= PAUSE_M)
     };
@@ -292,7 +292,7 @@ fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_
                 end_s: time(*last),
                 why: "pause".into(),
             });
-            // The ends stay, so that what follows begins where it began.
+            // The ends stay, so that the next segment begins at the same pose.
             kept.extend([*first, *last]);
         } else {
             kept.append(still);

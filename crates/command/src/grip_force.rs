@@ -1,5 +1,5 @@
-//! The force of a grasp that a log does not tell. The flags of a gripper say that its jaws touch; how hard they press is often not measured, or comes from a
-//! solver that reports nothing in most frames. A robot nevertheless needs a force that holds the object with a margin.
+//! The force of a grasp whose forces are not measured. Logs of grippers often contain contact flags only, or forces of a solver that are zero in most frames. A
+//! robot needs a force that holds the object with a margin.
 
 use super::FRICTION;
 use super::schema::Contact;
@@ -11,18 +11,19 @@ use teachtree_base::recording::Recording;
 use teachtree_base::scene::Body;
 use teachtree_description::shape::{CollisionShape, solids};
 
-/// A touch with less than this is one without a force, N.
+/// A contact with a smaller force counts as one without a measured force, N.
 const NOTHING_N: f64 = 0.05;
-/// A finger of which this share of the touch is without a force does not measure it.
+/// Minimum share of contact time without a measured force for a finger without a force sensor.
 const UNMEASURED: f64 = 0.25;
-/// How many times what friction needs to carry the object, and the least that the thumb presses with, N.
+/// The force as a multiple of the force that friction needs to carry the object, and the minimum force of the thumb, N.
 const MARGIN: f64 = 4.0;
 const LEAST_N: f64 = 2.0;
-/// How many times what two pads need to carry it beside its middle: a pad is taken for a disc of 10 mm, whose friction turns at two thirds of that, m.
+/// The force as a multiple of the force that two pads need to carry the object off its center of mass. A pad counts as a disc of 10 mm; the lever of its
+/// friction is two thirds of that, m.
 const MARGIN_OF_TURN: f64 = 1.5;
 const TURN_M: f64 = 0.010 * 2.0 / 3.0;
 
-/// The middle of a body whose parts have one density, its frame, m.
+/// Returns the center of mass of a body of uniform density, frame of the body, m.
 fn mass_center(body: &Body) -> Vector3<f64> {
     let parts = solids(body);
     let parts = parts.iter().map(CollisionShape::mass_properties);
@@ -31,14 +32,14 @@ fn mass_center(body: &Body) -> Vector3<f64> {
     if volume > 0.0 { sum / volume } else { sum }
 }
 
-/// How far a point is from the line between two contacts, m.
+/// Returns the distance of a point from the line between two contacts, m.
 fn lever(point: &Vector3<f64>, one: &Contact, other: &Contact) -> f64 {
     let (from, to) = (Vector3::from(one.point), Vector3::from(other.point));
     let along = (to - from).try_normalize(1e-9).unwrap_or_default();
     (point - from).cross(&along).norm()
 }
 
-/// Gives the fingers that hold an object, and of which no force is known, one that holds it: the thumb presses against all others together.
+/// Sets a holding force for the holding fingers without known forces: the thumb opposes all others together.
 pub(super) fn with_forces(series: &mut Series, recording: &Recording, body: &Body, episodes: &[Episode]) {
     let held = |meaning: Meaning| !meaning.is_free() && !meaning.pushes();
     let pieces = episodes.iter().flat_map(|episode| &episode.pieces).filter(|piece| held(piece.does));
@@ -48,7 +49,7 @@ pub(super) fn with_forces(series: &mut Series, recording: &Recording, body: &Bod
         .map(|(at, finger)| (at, finger.finger))
         .collect();
     let others = touching.iter().filter(|(_, finger)| *finger != Finger::Thumb).count();
-    // Only a grasp is held: a thumb and something opposite to it.
+    // A grasp needs a thumb and an opposing finger.
     if others == 0 || others == touching.len() {
         return;
     }
@@ -69,7 +70,7 @@ pub(super) fn with_forces(series: &mut Series, recording: &Recording, body: &Bod
         let samples: Vec<usize> = pieces.flat_map(|piece| piece.samples.iter().copied()).collect();
         let contacts = series.contacts(body, episode).contacts;
         let needed = match &contacts[..] {
-            // Two pads keep it from turning about the line between them.
+            // Two pads prevent rotation about the line between them.
             [one, other] => {
                 needed.max(MARGIN_OF_TURN * weight * lever(&middle, one, other) / (2.0 * TURN_M * FRICTION))
             }

@@ -1,7 +1,6 @@
-//! Into a hole an object goes along the axis. The operator lets it slide about on the rim and feels for the hole (the paper, section 2.1: such error is
-//! inadvertent); a robot sees where the hole is. So the nearer the object comes, the more it is brought over the hole and upright, it stays a little
-//! above the rim until the operator has found the hole, and then goes down as deep and as fast as the operator's. Nothing pushes back there, so the forces stay
-//! those of carrying it.
+//! Insertions along the axis of the hole. The operator slides the object on the rim and searches the hole by touch (the paper, section 2.1: such error is
+//! inadvertent); a robot sees the hole. Near the hole the commanded object is therefore aligned with the axis. It stays a little above the rim until the
+//! operator has found the hole, and then follows the operator's depth and speed. The forces remain those of carrying, because nothing pushes back there.
 
 use super::RATE_HZ;
 use super::schema::HoleBody;
@@ -14,18 +13,18 @@ use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Role, Scene};
 use teachtree_base::socket::{PlugInSocket, SocketFrame};
 
-/// The object is over the axis when it is as low as this above the rim, and on its way as the operator's was when it is higher than that, m.
+/// Below the first height above the rim the object is on the axis; above the second one it follows the operator's path, m.
 const OVER_M: f64 = 0.008;
 const ON_ITS_WAY_M: f64 = 0.030;
-/// Its plug point is about to go in when it is nearer to the axis than the radius and this, m; farther away by this much more, it is not at all. Drawn
-/// over the hole on a shorter way, it would be jerked out of the hand.
+/// The alignment is complete if the plug point is within the radius plus this distance from the axis, m, and zero if it is farther by the second distance. A
+/// shorter transition would pull the object out of the hand.
 const BESIDE_M: f64 = 0.010;
 const COMES_M: f64 = 0.060;
-/// A body stands still while something goes into its hole when it moves by less than this, m.
+/// Maximum displacement of a static body during an insertion into its hole, m.
 const STANDS_M: f64 = 0.005;
-/// It waits this far above the rim, m.
+/// The height above the rim at which the object waits, m.
 const WAITS_M: f64 = 0.005;
-/// From there it comes to the operator's depth within this time, s.
+/// The time from there to the operator's depth, s.
 const CATCHES_UP_S: f64 = 0.4;
 /// Depths below the rim at which the width of a hole is measured, m; the deeper ones serve pegs that begin below the rim. The width is measured along
 /// `RAYS` directions; a search along a direction has a maximum number of steps, ends at a distance from a wall, m, and ignores walls farther away, m.
@@ -34,7 +33,7 @@ const RAYS: u32 = 32;
 const MARCHES: usize = 60;
 const ON_SURFACE_M: f64 = 1e-6;
 const FAR_M: f64 = 0.200;
-/// An axis of the object is the one that it has in the socket when they are nearer than this, rad.
+/// Maximum angle between an axis of the object and the axis of the socket if they correspond, rad.
 const UPRIGHT_RAD: f64 = 0.1;
 
 /// A hole, in the frame of its body.
@@ -44,26 +43,26 @@ struct Hole<'a> {
     /// Radius, m.
     radius: f64,
     threaded: bool,
-    /// Where its body is, when that is fixed.
+    /// The pose of its body, if that is fixed.
     fixed: Option<Isometry3<f64>>,
 }
 
-/// A hole where it is at a time, reference frame.
+/// A hole at its pose at a time, reference frame.
 struct HolePose {
     frame: SocketFrame,
     radius: f64,
 }
 
-/// Another object into whose hole an object went.
+/// Another object with the hole of an insertion.
 pub(super) struct HoleEntry {
     pub(super) body: String,
-    /// From when on it was inserted, s of the recording.
+    /// The start of the insertion, s of the recording.
     pub(super) since_s: f64,
-    /// Where that object stood meanwhile; `None` where it was moved.
+    /// The pose of that object during the insertion; `None` if it moved.
     pub(super) into: Option<HoleBody>,
 }
 
-/// Straightens the way of the object into a hole, in all episodes in which it is inserted; the last other object whose hole that is.
+/// Straightens the path of the object into a hole in all episodes with an insertion. Returns the last other object with such a hole.
 pub(super) fn align_with_hole(
     series: &mut Series,
     recording: &Recording,
@@ -84,7 +83,7 @@ pub(super) fn align_with_hole(
     for episode in episodes {
         let inserts = |piece: &&EpisodeSegment| piece.does == Meaning::Insert;
         let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece)) else { continue };
-        // Of two hands in the air, each of which feels for the other's, objects are inserted and fitted by turns.
+        // Two hands that fit two objects in the air alternate between Insert and Fit.
         let going_in = episode.pieces[first..].iter().take_while(|piece| inserts(piece) || piece.does == Meaning::Fit);
         let deepest = going_in.filter(inserts).filter_map(|piece| piece.samples.last()).last();
         let Some(&deepest) = deepest else { continue };
@@ -96,7 +95,7 @@ pub(super) fn align_with_hole(
         let mut found = holes.iter().zip(&ways).filter(|(hole, way)| takes(hole, way));
         let Some((hole, way)) = found.next() else { continue };
         let Some(upright) = upright(&end, &hole.at(&way[deepest]).frame.axis) else { continue };
-        // Where both hands move what they hold, neither waits for the other's hole.
+        // If both hands move their objects, neither waits for the hole of the other one.
         let stands = (way[deepest].translation.vector - way[begins].translation.vector).norm() < STANDS_M;
         if hole.fixed.is_none() {
             let into = stands.then(|| HoleBody { body: hole.body.into(), pose: pose_array(&way[deepest]) });
@@ -135,7 +134,7 @@ pub(super) fn align_with_hole(
             series.wanted[at] =
                 Isometry3::from_parts(Translation3::from(point.coords - rotation * plug.coords), rotation);
         }
-        // What follows goes on from there.
+        // Later samples continue from there.
         let shift = series.wanted[deepest] * end.inverse();
         let after = episode.pieces.iter().flat_map(|piece| piece.samples.iter().copied());
         for at in after.filter(|&at| at > deepest) {
@@ -150,20 +149,20 @@ pub(super) fn align_with_hole(
     entered
 }
 
-/// A plain hole with an object in it, where both are; reference frame.
+/// A hole without a thread, with an object in it; reference frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HoleGeometry {
-    /// Where the object's plug point is when it is about to enter.
+    /// The position of the object's plug point at the rim.
     pub rim: Point3<f64>,
-    /// Unit, outwards.
+    /// The outward axis, unit.
     pub axis: Vector3<f64>,
     /// The plug point, frame of the object.
     pub plug: Point3<f64>,
-    /// By how much the hole is wider than what goes in, to every side, m; `None` where shapes do not determine it.
+    /// The clearance on each side, m; `None` if shapes do not determine it.
     pub clearance: Option<f64>,
 }
 
-/// The plain hole in which an object is at this pose; `None` when it is in none. `now` gives the poses of other objects with holes.
+/// Returns the hole without a thread in which an object is at this pose, if any. `now` returns the poses of other objects with holes.
 pub fn hole_of(
     scene: &Scene,
     name: &str,
@@ -182,8 +181,8 @@ pub fn hole_of(
     Some(HoleGeometry { rim: place.frame.rim, axis: place.frame.axis, plug, clearance })
 }
 
-/// How much wider a hole is than what goes in, m: shapes are sampled just below the rim, solid ones from within. It is the other way round
-/// where something hollow goes onto a pole. Each of them: body, point on its axis, axis.
+/// Returns the clearance of a hole on each side, m. Shapes are sampled just below the rim, solid ones from within. The roles are exchanged for a hollow object
+/// on a pole. Each argument has a body, a point of its axis, and the axis.
 fn clearance(
     scene: &Scene,
     hole: (&str, &Point3<f64>, &Vector3<f64>),
@@ -201,7 +200,7 @@ fn clearance(
     })
 }
 
-/// How near the surface is to a point at right angles to an axis, m, and whether the point is in the body.
+/// Returns the distance of the surface from a point perpendicular to an axis, m, and whether the point is in the body.
 fn radius_about(solid: &Solid, point: &Point3<f64>, axis: &Vector3<f64>) -> Option<(f64, bool)> {
     let inside = solid.distance(point) < 0.0;
     let [one, other] = perpendiculars(axis);
@@ -209,7 +208,7 @@ fn radius_about(solid: &Solid, point: &Point3<f64>, axis: &Vector3<f64>) -> Opti
     for ray in 0..RAYS {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(ray) / f64::from(RAYS)).sin_cos();
         let way = one * cos + other * sin;
-        // No surface is nearer than the distance, so a step of that length crosses none.
+        // A step of the length of the distance does not cross the surface.
         let mut gone = 0.0;
         for _ in 0..MARCHES {
             let left = solid.distance(&(point + way * gone)) * if inside { -1.0 } else { 1.0 };
@@ -223,7 +222,7 @@ fn radius_about(solid: &Solid, point: &Point3<f64>, axis: &Vector3<f64>) -> Opti
     (nearest < FAR_M).then_some((nearest, inside))
 }
 
-/// The holes that take this object: of fixed bodies, and of other objects.
+/// Returns the holes for this object: those of fixed bodies and of other objects.
 fn holes<'a>(scene: &'a Scene, object: &str) -> Vec<Hole<'a>> {
     let with_holes = scene
         .bodies
@@ -245,7 +244,7 @@ fn holes<'a>(scene: &'a Scene, object: &str) -> Vec<Hole<'a>> {
 }
 
 impl Hole<'_> {
-    /// Where it is when its body is at this pose.
+    /// Returns the hole for a pose of its body.
     fn at(&self, body: &Isometry3<f64>) -> HolePose {
         HolePose { frame: self.frame.placed(body), radius: self.radius }
     }
@@ -262,7 +261,7 @@ impl HolePose {
         self.frame.see(&(object * plug))
     }
 
-    /// From 0 far away to 1 in the hole and just above it.
+    /// Returns the degree of alignment: 0 far away, 1 in the hole and just above it.
     fn nearness(&self, seen: &PlugInSocket) -> f64 {
         let above = smooth_step((ON_ITS_WAY_M - seen.height) / (ON_ITS_WAY_M - OVER_M));
         let beside = (self.radius + BESIDE_M + COMES_M - seen.beside.norm()) / COMES_M;
@@ -270,7 +269,7 @@ impl HolePose {
     }
 }
 
-/// The axis of the object that is along `axis` when it is in: one of its own, when one is near. `None` when the pose is none.
+/// Returns the axis of the object that is parallel to `axis` in the hole: the nearest coordinate axis, if one is near. `None` for an invalid pose.
 fn upright(end: &Isometry3<f64>, axis: &Vector3<f64>) -> Option<Vector3<f64>> {
     let seen = end.rotation.inverse_transform_vector(axis).try_normalize(1e-9)?;
     let own = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|own| [own, -own]);

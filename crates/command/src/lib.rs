@@ -1,8 +1,8 @@
-//! Commands: what a robot is to do, from an analyzed recording.
+//! Commands for a robot, from an analyzed recording.
 //!
-//! For each task the segments that matter, with the trajectory of the object, the fingertips in the frame of the object, the forces on it and
-//! the contact points, smoothed within a segment and never across a contact (the paper's sections 2.1, 2.5 and 3.2). What came to nothing,
-//! and pauses on the way, are left out. No robot is named here: which hand takes hold how is added by `robot`.
+//! Each task has its relevant segments with the trajectory of the object, the fingertips in the frame of the object, the forces on it and the contact points.
+//! They are smoothed within a segment and never across a contact (the paper's sections 2.1, 2.5 and 3.2). Attempts without an effect and pauses are omitted.
+//! This crate names no robot: `robot` adds the grasps of a robot's hands.
 
 mod columns;
 pub mod csv;
@@ -50,18 +50,18 @@ use teachtree_base::quantity::Quantity;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Body, Hand, Role};
 
-/// Samples of a command a second.
+/// The rate of commands, samples per second.
 pub const RATE_HZ: f64 = 100.0;
-/// The radius of a fingertip of which nothing is known, m: that of scenes.
+/// The default radius of a fingertip, m: that of scenes.
 const TIP_RADIUS_M: f64 = 0.010;
-/// Friction of a fingertip on an object (the paper, section 3.1): forces stay in the cone of it.
+/// Friction coefficient of a fingertip on an object (the paper, section 3.1): forces stay in its friction cone.
 pub const FRICTION: f64 = 1.0;
 
 /// Makes the commands of a recording, which is as the rules see it (`teachtree_frames::trusted`); `log` is its name. Where the
 /// recording has no contact flags, fingertips touch by `touch`, as in the rules that analyzed it.
 ///
 /// # Errors
-/// A recording without a scene; a task with a primitive of which nothing says what a hand does.
+/// A recording without a scene; a task with a primitive without a declared action of the hand.
 pub fn commands(
     recording: &Recording,
     analysis: &Analysis,
@@ -101,7 +101,7 @@ pub fn commands(
     let mut handled: Vec<HandledTask<'_>> = Vec::new();
     for (side, hand, span, fell) in &spans {
         let Some((object, series, others)) = about(recording, (*side, hand), span, touch) else { continue };
-        // A hand that stands still while the other hand works is waiting for it.
+        // A hand that stands still while the other hand works waits for it.
         let others_of = analysis.tracks.iter().filter(|other| other.who != TrackId::Hand(*side));
         let waits = others_of.flat_map(|other| &other.tasks).any(|other| overlap(other, span));
         let mut this = HandledTask::new(span, *side, recording, object, series, waits);
@@ -149,7 +149,7 @@ fn about<'a>(
     Some((object, series, touched))
 }
 
-/// The hands of the scene; where it says nothing of them, those whose fingertips are recorded.
+/// Returns the hands of the scene, or the hands with recorded fingertips if the scene names none.
 fn hands(recording: &Recording) -> IndexMap<Side, Hand> {
     if !recording.scene.hands.is_empty() {
         return recording.scene.hands.clone();
@@ -165,7 +165,7 @@ fn hands(recording: &Recording) -> IndexMap<Side, Hand> {
     Side::BOTH.into_iter().filter_map(hand).collect()
 }
 
-/// Refuses a task in which a primitive does not say what a hand does: no robot can know.
+/// Refuses a task with a primitive without a declared action of the hand.
 fn check_meanings(span: &TaskSpan, log: &str) -> Result<(), InputError> {
     let Some(unsaid) = span.segments.iter().find(|segment| segment.does.is_none()) else { return Ok(()) };
     let name = unsaid.primitive.split('(').next().unwrap_or_default();
@@ -178,12 +178,12 @@ fn check_meanings(span: &TaskSpan, log: &str) -> Result<(), InputError> {
     )))
 }
 
-/// Whether two tasks are done at the same time, or partly so.
+/// Whether two tasks overlap in time.
 fn overlap(one: &TaskSpan, other: &TaskSpan) -> bool {
     one.start_s < other.end_s && other.start_s < one.end_s
 }
 
-/// A task, and the samples of what its hand handles.
+/// A task, and the samples of its object.
 struct HandledTask<'a> {
     side: Side,
     span: &'a TaskSpan,
@@ -192,7 +192,7 @@ struct HandledTask<'a> {
     episodes: Vec<Episode>,
     left_out: Vec<Omission>,
     entered: Option<HoleEntry>,
-    /// Whether it is too short to be meant, and just after the object was let go: it is left out.
+    /// Whether it is a brush: too short to be intended, just after the release of the object. A brush is omitted.
     is_brush: bool,
 }
 
@@ -229,7 +229,7 @@ impl<'a> HandledTask<'a> {
         };
         let mut clock = 0.0;
         for episode in &episodes {
-            // One set of contact points for as long as the hand keeps them.
+            // One set of contact points from each touch to the next release.
             let grasp = body.map(|body| series.contacts(body, episode)).unwrap_or_default();
             let index = task.grasps.len();
             if !grasp.contacts.is_empty() && !is_brush {
@@ -251,20 +251,20 @@ impl<'a> HandledTask<'a> {
 }
 
 impl Task {
-    /// When the operator had moved the object for the first time since it was held, s of the recording.
+    /// Returns the time at which the operator first moved the held object, s of the recording.
     pub fn first_moved_s(&self) -> Option<f64> {
         let moves = |segment: &&Segment| segment.touching && !matches!(segment.does, Meaning::Close | Meaning::Open);
         self.segments.iter().find(moves).map(|segment| segment.demonstrated_start_s + segment.duration_s)
     }
 
-    /// Where the object is when it is touched first, reference frame; the same frame for a task that touches nothing.
+    /// Returns the pose of the object at its first touch, reference frame; the identity for a task without contact.
     pub fn grasp_pose(&self) -> Isometry3<f64> {
         let touched = self.segments.iter().find(|segment| segment.touching).or(self.segments.first());
         let first = touched.and_then(|segment| segment.object.first());
         first.map_or_else(Isometry3::identity, pose_from_array)
     }
 
-    /// How long its commands take, s.
+    /// Returns the duration of its commands, s.
     pub fn duration_s(&self) -> f64 {
         self.segments.last().map_or(0.0, |segment| segment.start_s + segment.duration_s)
     }
@@ -274,7 +274,7 @@ impl Commands {
     /// Writes them as JSON.
     ///
     /// # Errors
-    /// None: every field can be said in JSON.
+    /// None: every field has a form in JSON.
     pub fn json(&self) -> Result<String, InputError> {
         let value = serde_json::to_value(self).map_err(|error| InputError::new("commands", error.to_string()))?;
         Ok(printed(&value))

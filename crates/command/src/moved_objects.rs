@@ -1,4 +1,4 @@
-//! Other objects that a hand moves while its task is about one: the robot does not, and the commands say so.
+//! Finds objects that a hand moves besides the object of its task. The robot does not move them, and the commands list them.
 
 use super::Omission;
 use super::series::Series;
@@ -6,13 +6,13 @@ use nalgebra::Isometry3;
 use teachtree_analysis::TaskSpan;
 use teachtree_base::scene::Body;
 
-/// An object was moved that is farther than this from where it was when the hand first touched it, m and rad: what a robot leaves elsewhere by as much is not done.
+/// Minimum displacement (m) and rotation (rad) of a moved object since the first touch of the hand. They equal the tolerance of a completed task.
 const MOVED: (f64, f64) = (0.005, 0.052);
 /// Time after the last touch at which its pose is compared, s; the end of the task if that is earlier.
 const RESTS_S: f64 = 0.2;
 
-/// What a hand did in a task to the objects that it touched and that the task is not about, where it moved them alone, and they did not just come along with the
-/// object of the task. `by_another` says whether another hand touches an object between two times, s of the recording.
+/// Returns omissions for the other objects that only this hand moved in a task and that did not move with the object of the task. `by_another` returns whether
+/// another hand touches an object between two times, s of the recording.
 pub(super) fn moved_objects(
     span: &TaskSpan,
     own: &Series,

@@ -1,5 +1,5 @@
-//! The contacts of two flat pads. A log has the middle of each pad, which may be nearest to a face beside the one that it presses on; and the contacts that are
-//! commanded are points, where pads are areas.
+//! The contacts of two flat pads. A log has the middle of each pad, which may be nearest to a face other than the pressed one. Commanded contacts are points,
+//! but pads are areas.
 
 use super::schema::Contact;
 use nalgebra::Vector3;
@@ -8,26 +8,26 @@ use teachtree_base::scene::Body;
 
 /// Faces are opposite when the cosine between their normals is below the negative of this.
 const OPPOSITE: f64 = 0.99;
-/// How far the pads of jaws reach to each side of their middle, m, and shares of that.
+/// Half the length of the pads of jaws, m, and shares of it.
 const PAD_M: f64 = 0.015;
 const SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 const SHARES_FROM_MIDDLE: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-/// A face goes on where the surface is no farther than this, m.
+/// Maximum distance between the surface and a face's plane at which the face continues, m.
 const FLAT_M: f64 = 0.0005;
 /// Maximum number of steps of the search for the surface between the pads, and the distance at which it ends, m.
 const MARCHES: usize = 100;
 const ON_SURFACE_M: f64 = 1e-6;
-/// So far to each side of a point it is looked in which direction the surface is, m.
+/// The step of the finite differences for the direction of the surface, m.
 const PROBE_M: f64 = 1e-4;
 
-/// Puts two contacts that are not on opposite faces to where the line between both pads meets the object, if the faces there are. `pads` are the middles of
-/// the pads, frame of the object, m.
+/// Moves two contacts that are not on opposite faces to the intersections of the object with the line between both pads, if the faces there are opposite.
+/// `pads` are the middles of the pads, frame of the object, m.
 pub(super) fn face_contacts(body: &Body, contacts: &mut [Contact], pads: &[Vector3<f64>]) {
     let ([one, two], [from, to]) = (contacts, pads) else { return };
     if faces(&one.normal.into(), &two.normal.into()) {
         return;
     }
-    // Pads may hold with a part that is nearer to the object than their middles.
+    // The part of a pad in contact may be nearer to the object than its middle.
     let way = to - from;
     let inward = toward(body, &((from + to) / 2.0));
     let inward = inward - way * (inward.dot(&way) / way.norm_squared().max(f64::MIN_POSITIVE));
@@ -42,7 +42,7 @@ pub(super) fn face_contacts(body: &Body, contacts: &mut [Contact], pads: &[Vecto
     }
 }
 
-/// The direction from a point to the nearest point of a body's surface.
+/// Returns the direction from a point to the nearest point of a body's surface.
 fn toward(body: &Body, from: &Vector3<f64>) -> Vector3<f64> {
     let distance = |off: Vector3<f64>| surface_distance(body, &(from + off).into());
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -55,7 +55,7 @@ fn faces(normal: &Vector3<f64>, other: &Vector3<f64>) -> bool {
     normal.dot(other) <= -OPPOSITE
 }
 
-/// Where the way from a point outside to another one meets the surface of a body first, and the normal there; frame of the body.
+/// Returns the first intersection of a body's surface with the segment from an outer point to another one, and the normal there; frame of the body.
 fn met(body: &Body, from: &Vector3<f64>, to: &Vector3<f64>) -> Option<(Vector3<f64>, Vector3<f64>)> {
     let way = to - from;
     let along = way.try_normalize(ON_SURFACE_M)?;
@@ -74,8 +74,9 @@ fn met(body: &Body, from: &Vector3<f64>, to: &Vector3<f64>) -> Option<(Vector3<f
     None
 }
 
-/// Brings two contacts on opposite faces to one line across them: in the middle between where they were along the faces, and as near to the middle of the
-/// object as pads are long and the faces go on, since pads do not let it turn about the line between them and balls of this radius, m, do.
+/// Moves two contacts on opposite faces to a common line perpendicular to the faces. The line is halfway between the contacts, shifted towards the middle of
+/// the object within the length of the pads and the extent of the faces. Pads prevent rotation about the line between them, but balls of this radius (m) do
+/// not.
 pub(super) fn opposite(body: &Body, contacts: &mut [Contact], radius: f64) {
     let [one, two] = contacts else { return };
     let normal = Vector3::from(one.normal);
@@ -88,7 +89,7 @@ pub(super) fn opposite(body: &Body, contacts: &mut [Contact], radius: f64) {
     let middle = (first + second) / 2.0;
     let aside = middle - normal * middle.dot(&normal);
     let ends = |nearer: &Vector3<f64>| [(first + along - nearer, normal), (second - along - nearer, -normal)];
-    // A ball touches the face there, and nothing beside it.
+    // A ball touches only the face there.
     let lies = |(point, normal): (Vector3<f64>, Vector3<f64>)| {
         let gap = |out: f64| surface_distance(body, &(point + normal * out).into());
         gap(0.0).abs() < FLAT_M && gap(radius) > radius - FLAT_M

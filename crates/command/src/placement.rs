@@ -1,6 +1,6 @@
-//! What the operator lets fall a little, or moves while letting go, is put down where it came to rest. How it falls or is knocked is chance, and a robot that
-//! does that as well has another one (the paper, section 2.1: such error is inadvertent). A fall that the rules label was intended: the robot brings the object
-//! above its resting place, at the height of the demonstration, and drops it there.
+//! Places objects at their resting poses. An object that the operator drops a little or moves during the release is commanded to the pose at which it came to
+//! rest, because falls and knocks are random and not reproducible (the paper, section 2.1: such error is inadvertent). A fall that the rules label was
+//! intended: the robot brings the object above its resting place, at the height of the demonstration, and drops it there.
 
 use super::episodes::{BRUSH_S, FELL, apart};
 use super::series::{Episode, RESTS_WITHIN_S, Series};
@@ -13,27 +13,27 @@ use teachtree_base::recording::Recording;
 
 /// Distance (m) and angle (rad) between release and rest above which an object counts as dropped. Drops are left unchanged.
 const DROPPED: (f64, f64) = (0.040, 0.6);
-/// What was dropped from no higher than this, m, and came to rest the same way up is put down as well, from when on it was no farther than this from where it was
-/// let go, m.
+/// Maximum height of a drop after which an object that rests upright is placed, m. The placement begins when the object was within the second distance of its
+/// release, m.
 const LOWERED_M: f64 = 0.150;
 const THERE_M: f64 = 0.030;
-/// It is brought there within this share of the time that it was held.
+/// The share of the holding time in which the object is moved to its resting pose.
 const SHARE: f64 = 0.5;
 
-/// What another hand puts something into is not brought elsewhere unless it is held for so much longer, s.
+/// Minimum further holding time, s, of an object into which another hand inserts something. Otherwise its pose is not changed.
 const HELD_ON_S: f64 = 0.3;
 
-/// Times of the recording that matter for what is put down, s.
+/// Times of the recording that affect a placed object, s.
 #[derive(Clone, Copy)]
 struct PlacementTimes {
-    /// From when on another hand puts something into it: what comes along with it does so only then.
+    /// The time from which another hand inserts an object into it; objects in it move along only before that.
     entered_s: Option<f64>,
-    /// When the last motion of the object ends, s.
+    /// The end of the last motion of the object, s.
     ends_s: f64,
 }
 
-/// Notes the brushes among tasks: too short to be meant, in no task that a rule names, by a hand that has a named one, of an object that another task has just let go.
-/// That one puts it down where it is after the brush.
+/// Marks the brushes among tasks: short tasks without a name, by a hand that has a named task, of an object that another task has just released. That task
+/// places the object at its pose after the brush.
 pub(super) fn note_brushes(handled: &mut [HandledTask<'_>]) {
     let is_brush = |brush: &HandledTask<'_>| {
         let moved = brush.series.object.first().zip(brush.series.object.last());
@@ -49,7 +49,7 @@ pub(super) fn note_brushes(handled: &mut [HandledTask<'_>]) {
     handled.iter_mut().zip(brushes).for_each(|(handled, is_brush)| handled.is_brush = is_brush);
 }
 
-/// Whether a task is none of the rules', and too short to be meant.
+/// Whether a task has no name and is too short to be intended.
 fn is_short(span: &TaskSpan) -> bool {
     let touches = span.segments.iter().filter(|segment| {
         let does = segment.does.unwrap_or_default();
@@ -59,7 +59,7 @@ fn is_short(span: &TaskSpan) -> bool {
 }
 
 impl HandledTask<'_> {
-    /// Whether this has taken hold of its object, and lets it go about this time, s of the recording.
+    /// Whether the task grasps its object and releases it at about this time, s of the recording.
     fn has_let_go(&self, time_s: f64) -> bool {
         let does = |segment: &Segment| segment.does.unwrap_or_default();
         let takes = self.span.segments.iter().any(|segment| does(segment) == Meaning::Close);
@@ -68,28 +68,28 @@ impl HandledTask<'_> {
         takes && from_s.is_some_and(|from_s| (from_s..self.span.end_s + RESTS_WITHIN_S).contains(&time_s))
     }
 
-    /// Whether the other hand handles something at the same time.
+    /// Whether the other hand handles an object at the same time.
     fn meets(&self, other: &Self) -> bool {
         !other.is_brush && other.side != self.side && overlap(other.span, self.span)
     }
 
-    /// Whether the object of this was put into that of another task.
+    /// Whether the object of this task was inserted into that of another task.
     fn is_in(&self, other: &Self) -> bool {
         self.entered.as_ref().is_some_and(|entered| entered.body == other.object)
     }
 }
 
-/// Brings all objects to where they came to rest; then what is in one of them comes along with it.
+/// Moves all objects to their resting poses, and then the objects inside them.
 pub(super) fn put_all_down(handled: &mut [HandledTask<'_>], recording: &Recording) {
     for at in 0..handled.len() {
         let this = &handled[at];
         let others = || handled.iter().filter(|other| this.meets(other));
-        // What is let go may be in the other hand, or on what that moves.
+        // A released object may be in the other hand, or on an object that the other hand moves.
         if !others().all(|other| other.is_in(this)) {
             continue;
         }
         let entered_s = others().filter_map(|other| other.entered.as_ref()).map(|entered| entered.since_s);
-        // A brush may be of this object, or of what is in it.
+        // A brush may touch this object, or an object in it.
         let in_it = || handled.iter().filter(|other| other.is_in(this)).map(|other| other.object);
         let brushes = handled.iter().filter(|brush| brush.is_brush);
         let brushes =
@@ -175,7 +175,7 @@ fn above(rest: &Isometry3<f64>, was: &Isometry3<f64>, up: &Vector3<f64>) -> Isom
     Translation3::from(up * height) * rest
 }
 
-/// Lets what a hand puts into another object come along with that from then on.
+/// Moves an inserted object along with the object around it, from the insertion on.
 fn carry_along(this: &mut HandledTask<'_>, recording: &Recording, carrier: &HandledTask<'_>) {
     let Some(entered) = &this.entered else { return };
     let Some(demonstrated) = this.series.other(recording, carrier.object) else { return };
@@ -189,7 +189,7 @@ fn carry_along(this: &mut HandledTask<'_>, recording: &Recording, carrier: &Hand
         } else if apart(demonstrated, rests).0 < DROPPED.0 {
             rests * demonstrated.inverse()
         } else {
-            // It is moved again.
+            // The object is moved again.
             break;
         };
         this.series.wanted[at] = by * this.series.wanted[at];

@@ -1,4 +1,4 @@
-//! A task's part of a recording at the rate of commands, and the segments and contact points that come out of it.
+//! The part of a recording with one task, resampled at the rate of commands, and its segments and contact points.
 
 use super::columns::{RowTime, interpolated, poses, poses_at, positions_at, vectors};
 use super::schema::{Contact, GraspSpec, Quality, Segment, Tip};
@@ -22,33 +22,33 @@ const POSITION_M: f64 = 0.002;
 pub const FORCE_HZ: f64 = 5.0;
 /// Maximum distance at which the pads of a closed gripper touch an object, m.
 const PAD_GAP_M: f64 = 0.004;
-/// A turn of one rad counts as this much way, m.
+/// The distance that a rotation of 1 rad counts as, m.
 const TURN_M: f64 = 0.05;
-/// A finger that touches for this share of the time in which any does takes part.
+/// Minimum contact time of a participating finger, as a share of the time in which any finger has contact.
 const TAKES_PART: f64 = 0.3;
-/// A body touches the object with more than this, N.
+/// Minimum contact force between a body and the object, N.
 const ON_N: f64 = 0.01;
-/// An object has come to rest when it moves by less than this, m, for so long, s; it does so within this time after its task, s.
+/// An object is at rest if it moves by less than this, m, for this time, s. It comes to rest within the third time after its task, s.
 const RESTS_M: f64 = 0.001;
 const RESTS_FOR_S: f64 = 0.1;
 pub(super) const RESTS_WITHIN_S: f64 = 1.0;
 const SAME_S: f64 = 1e-6;
-/// A finger settles onto its mean contact point within this time after it touched, s.
+/// The time after the first contact in which a finger moves to its mean contact point, s.
 const SETTLES_S: f64 = 0.1;
 
-/// A try that counts.
+/// A commanded attempt.
 pub(super) struct Episode {
     pub(super) pieces: Vec<EpisodeSegment>,
     /// Whether the object falls intentionally at the end.
     pub(super) lets_fall: bool,
 }
 
-/// A segment of it.
+/// A segment of an attempt.
 pub(super) struct EpisodeSegment {
     pub(super) primitive: String,
-    /// What the hand does.
+    /// The action of the hand.
     pub(super) does: Meaning,
-    /// Which samples of the series are commanded, in order; never empty.
+    /// The indices of the commanded samples of the series, in order; never empty.
     pub(super) samples: Vec<usize>,
     /// Whether the object is touched.
     pub(super) touching: bool,
@@ -57,14 +57,14 @@ pub(super) struct EpisodeSegment {
 /// Samples of one task.
 pub(super) struct Series {
     pub(super) start_s: f64,
-    /// When the samples are.
+    /// The times of the samples, s.
     times: Vec<RowTime>,
-    /// Where the object was.
+    /// The recorded poses of the object.
     pub(super) object: Vec<Isometry3<f64>>,
-    /// Where it is to be, before smoothing.
+    /// The desired poses of the object, before smoothing.
     pub(super) wanted: Vec<Isometry3<f64>>,
     pub(super) fingers: Vec<FingerSeries>,
-    /// Whether two jaws hold with pads that lie flat on the object: where on them it is held is not known, only between them.
+    /// Whether two jaws hold the object with flat pads, so that the contact points on the pads are unknown.
     pub(super) flat_pads: bool,
     tip_radius: f64,
 }
@@ -74,9 +74,9 @@ pub(super) struct FingerSeries {
     pub(super) finger: Finger,
     /// Centre of the tip, frame of the object, m.
     tip: Vec<Vector3<f64>>,
-    /// The same in the reference frame.
+    /// Centre of the tip, reference frame, m.
     pub(super) tip_in_world: Vec<Vector3<f64>>,
-    /// Force on the object, frame of the object, N; and as it is to be, before smoothing.
+    /// The recorded force on the object, frame of the object, N; and the desired force, before smoothing.
     pub(super) force: Vec<Vector3<f64>>,
     pub(super) wanted_force: Vec<Vector3<f64>>,
     /// The wanted force without tremor, in the samples of touching segments.
@@ -110,7 +110,7 @@ impl Series {
             let is_measured = forces.is_some();
             let forces = forces.unwrap_or_else(|| vec![Vector3::zeros(); rows.len()]);
             let at_rows = |rows: &[usize]| Some(touching(recording, (side, finger), name, rows, touch));
-            // Between two rows a finger touches where it does at both.
+            // Between two rows a finger has contact if it has contact at both.
             let mut touches = interpolated(&times, at_rows, |one, other, _| one && other)?;
             let local =
                 |(at, tip): (usize, &Vector3<f64>)| object[at].inverse_transform_point(&Point3::from(*tip)).coords;
@@ -135,7 +135,7 @@ impl Series {
             });
         }
         let wanted = object.clone();
-        // What tells touches by flags is not a hand whose fingertips feel where they touch.
+        // A hand with contact flags does not measure the positions of its contacts.
         let flat_pads =
             fingers.len() == 2 && fingers.iter().all(|it| flags(recording, (side, it.finger), name).is_some());
         (!fingers.is_empty()).then_some(Self {
@@ -149,29 +149,30 @@ impl Series {
         })
     }
 
-    /// How many samples there are.
+    /// Returns the number of samples.
     pub(super) fn len(&self) -> usize {
         self.object.len()
     }
 
-    /// When a sample is, s of the recording.
+    /// Returns the time of a sample, s of the recording.
     pub(super) fn time_s(&self, at: usize) -> f64 {
         self.start_s + at as f64 / RATE_HZ
     }
 
-    /// The sample at a time, s of the recording; the first or the last one where it has none then.
+    /// Returns the sample at a time, s of the recording; the first or the last one for a time outside the series.
     pub(super) fn sample(&self, time_s: f64) -> usize {
         (((time_s - self.start_s) * RATE_HZ).round().max(0.0) as usize).min(self.len().saturating_sub(1))
     }
 
-    /// Where another body was; `None` for one that was not measured.
+    /// Returns the recorded poses of another body; `None` for a body that was not measured.
     pub(super) fn other(&self, recording: &Recording, body: &str) -> Option<Vec<Isometry3<f64>>> {
         poses_at(recording, body, &self.times)
     }
 
-    /// Where an object of this name has come to rest, at a time (s) or soon after it; `None` for one that was not measured, or still moves when the recording ends.
+    /// Returns the resting pose of an object at a time (s) or soon after it; `None` for an object that was not measured, or still moves at the end of the
+    /// recording.
     pub(super) fn at_rest(&self, recording: &Recording, object: &str, end_s: f64) -> Option<Isometry3<f64>> {
-        // The recording may end then: the last row that is long enough before it counts as well.
+        // The recording may end there: the last row with enough time before the end counts too.
         let ends_s = end_s.min(*recording.time.last()?);
         let from = recording.time.partition_point(|time| *time <= ends_s - RESTS_FOR_S + SAME_S).saturating_sub(1);
         let rows: Vec<usize> =
@@ -185,7 +186,7 @@ impl Series {
         })
     }
 
-    /// The unit normals from a body onto the object where they touch, zero elsewhere; `None` when the recording does not have their contact.
+    /// Returns the unit normals from a body to the object, zero without contact; `None` if the recording lacks their contact.
     pub(super) fn normals(&self, recording: &Recording, object: &str, body: &str) -> Option<Vec<Vector3<f64>>> {
         let contact = |part| LogChannel::Contact(object, body, part);
         let rows: Vec<usize> = self.times.iter().map(|time| time.row).collect();
@@ -198,7 +199,7 @@ impl Series {
         Some(forces.iter().zip(&normals).map(unit).collect())
     }
 
-    /// Lets a finger press with this force, N, against the normal of its contact where it touches, at these samples.
+    /// Sets the force of a finger, N, against the normal of its contact, at those of these samples at which it has contact.
     pub(super) fn press(&mut self, contact: &Contact, force: f64, samples: &[usize]) {
         let pressed = -Vector3::from(contact.normal) * force;
         let Some(finger) = self.fingers.iter_mut().find(|it| it.finger == contact.finger) else { return };
@@ -209,17 +210,17 @@ impl Series {
         }
     }
 
-    /// For how many samples a fingertip touches and is at the object.
+    /// Returns the number of samples at which a fingertip has contact and is at the object.
     pub(super) fn nearness(&self, body: &Body) -> usize {
         self.touching_samples(body).count()
     }
 
-    /// The first and the last sample at which a fingertip touches and is at the object; `None` where none is.
+    /// Returns the first and the last sample at which a fingertip has contact and is at the object; `None` without such a sample.
     pub(super) fn touched(&self, body: &Body) -> Option<(usize, usize)> {
         Some((self.touching_samples(body).min()?, self.touching_samples(body).max()?))
     }
 
-    /// The samples at which a fingertip touches and is at the object, of one finger after the other.
+    /// Returns the samples at which a fingertip has contact and is at the object, finger by finger.
     fn touching_samples<'a>(&'a self, body: &'a Body) -> impl Iterator<Item = usize> + 'a {
         let is_at = |tip: &Vector3<f64>| surface_distance(body, &Point3::from(*tip)) < self.tip_radius + 0.004;
         self.fingers.iter().flat_map(move |finger| {
@@ -228,11 +229,11 @@ impl Series {
         })
     }
 
-    /// The contact points of an episode: the means over the time in which each finger touches, on the surface of the object.
+    /// Returns the contact points of an episode: for each finger the mean over its contact time, on the surface of the object.
     pub(super) fn contacts(&self, body: &Body, episode: &Episode) -> GraspSpec {
         let samples =
             episode.pieces.iter().filter(|piece| piece.touching).flat_map(|piece| piece.samples.iter().copied());
-        // A hand that goes away for long after it let go touches no less for that.
+        // A long retreat after the release does not reduce the share of contact time.
         let samples: Vec<usize> = samples.filter(|&at| self.fingers.iter().any(|finger| finger.touches[at])).collect();
         let (mut contacts, mut means, mut brief) = (Vec::new(), Vec::new(), Vec::new());
         for finger in &self.fingers {
@@ -269,7 +270,7 @@ impl Series {
         self.fingers.iter_mut().for_each(|finger| finger.smooth_force(&samples));
     }
 
-    /// A commanded segment, after [`Self::smooth_forces`] of its episode.
+    /// Returns a commanded segment, after [`Self::smooth_forces`] of its episode.
     pub(super) fn segment(&self, piece: &EpisodeSegment, grasp: Option<&GraspSpec>) -> Segment {
         let mut quality = Quality::default();
         let at = &piece.samples;
@@ -307,7 +308,7 @@ impl Series {
                 let rests = Vector3::from(contact.point) + normal * self.tip_radius;
                 let mut on_for = if finger.touches[at[0]] { SETTLES_S } else { 0.0 };
                 for (place, &at) in position.iter_mut().zip(at) {
-                    // While it touches, a finger stays at its mean contact point.
+                    // A finger in contact stays at its mean contact point.
                     on_for = if finger.touches[at] { on_for + 1.0 / RATE_HZ } else { 0.0 };
                     let share = (on_for / SETTLES_S).min(1.0);
                     *place = (Vector3::from(*place) * (1.0 - share) + rests * share).into();
@@ -351,7 +352,7 @@ impl FingerSeries {
         }
     }
 
-    /// Writes the forces of these samples, in the friction cone, and what that changed.
+    /// Writes the forces of these samples within the friction cone, and returns the changes.
     fn forces(&self, at: &[usize], normal: &Vector3<f64>, out: &mut [[f64; 3]], quality: &mut Quality) {
         for (out, &at) in out.iter_mut().zip(at).filter(|(_, at)| self.touches[**at]) {
             let (inside, was_outside) = into_cone(self.smooth_force[at], normal);
@@ -362,7 +363,7 @@ impl FingerSeries {
     }
 }
 
-/// A pose of the object as position and turn since `first`, the turn as way, m.
+/// Returns a pose of the object as position and rotation since `first`; the rotation is scaled to a distance, m.
 fn flattened(pose: &Isometry3<f64>, first: &UnitQuaternion<f64>) -> [f64; 6] {
     let (place, turned) = (pose.translation.vector, (pose.rotation * first.inverse()).scaled_axis() * TURN_M);
     [place.x, place.y, place.z, turned.x, turned.y, turned.z]
@@ -379,7 +380,8 @@ pub(super) fn pose_array(pose: &Isometry3<f64>) -> PoseArray {
     teachtree_base::pose::pose_array(pose).map(round)
 }
 
-/// The force on an object (N) nearest to this one within the friction cone about `-normal`, the way into its surface, and whether it lay outside.
+/// Returns the nearest force on an object (N) within the friction cone about `-normal`, the direction into its surface, and whether the given force was
+/// outside.
 pub fn into_cone(force: Vector3<f64>, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
     let pressed = -force.dot(normal);
     if pressed <= 0.0 {

@@ -1,15 +1,15 @@
-//! Smoothing with the least jerk: what is returned is as near to the data as it can be for the jerk that it has.
+//! Smoothing with minimum jerk: minimizes the distance from the data plus a penalty on the jerk.
 //!
 //! ```text
 //! minimise  Σ (x_i - y_i)²  +  λ Σ (x_{i+3} - 3 x_{i+2} + 3 x_{i+1} - x_i)²      with both ends held
 //! ```
 //!
-//! It moves nothing in time. A sine of frequency f is passed by `1 / (1 + λ (2 sin(π f / rate))^6)`, so λ follows from the frequency that is
+//! It has no delay. A sine of frequency f is passed by `1 / (1 + λ (2 sin(π f / rate))^6)`, so λ follows from the frequency that is
 //! halved. The matrix has seven diagonals: one pass down and one up.
 
-/// A cut-off is raised by this until the deviation is as allowed.
+/// The factor by which a cut-off frequency is raised until the deviation is within its limit.
 const RAISED: f64 = 1.4;
-/// Ends are held as firmly as this many samples.
+/// The weight of the first and the last sample.
 const HELD: f64 = 1e6;
 
 /// Smooths samples at `rate_hz`; a sine of `cutoff_hz` is halved. Fewer than five samples are returned as they are.
@@ -58,14 +58,14 @@ pub fn smooth(samples: &[f64], rate_hz: f64, cutoff_hz: f64) -> Vec<f64> {
     right
 }
 
-/// Smooths the parts of a vector alike, as [`smooth`] does.
+/// Smooths the components of a vector, as [`smooth`] does.
 pub fn smooth_parts<const N: usize>(samples: &[[f64; N]], rate_hz: f64, cutoff_hz: f64) -> Vec<[f64; N]> {
     let part = |part: usize| samples.iter().map(|sample| sample[part]).collect::<Vec<f64>>();
     let parts: [Vec<f64>; N] = std::array::from_fn(|index| smooth(&part(index), rate_hz, cutoff_hz));
     (0..samples.len()).map(|at| std::array::from_fn(|part| parts[part][at])).collect()
 }
 
-/// Smooths the parts of a vector alike; the cut-off is raised until no sample is moved by more than `allowed`.
+/// Smooths the components of a vector; the cut-off is raised until no sample is moved by more than `allowed`.
 pub fn smooth_within<const N: usize>(
     samples: &[[f64; N]],
     rate_hz: f64,
@@ -82,13 +82,13 @@ pub fn smooth_within<const N: usize>(
     }
 }
 
-/// The farthest that two series are apart.
+/// Returns the maximum distance of two series.
 pub fn deviation<const N: usize>(one: &[[f64; N]], other: &[[f64; N]]) -> f64 {
     let apart = |(a, b): (&[f64; N], &[f64; N])| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
     one.iter().zip(other).map(apart).fold(0.0, f64::max)
 }
 
-/// The largest jerk of a series, per s^3 of its unit.
+/// Returns the largest jerk of a series, per s^3 of its unit.
 pub fn jerk<const N: usize>(samples: &[[f64; N]], rate_hz: f64) -> f64 {
     let third = |at: &[[f64; N]]| {
         let part = |part: usize| at[3][part] - 3.0 * at[2][part] + 3.0 * at[1][part] - at[0][part];

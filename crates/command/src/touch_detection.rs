@@ -1,4 +1,4 @@
-//! When a fingertip touches: by the recording's flags, else by its force, else by the flag of the closed gripper.
+//! Detects contacts of fingertips: by the recording's flags, else by the force, else by the flag of the closed gripper.
 
 use super::columns::vectors;
 use teachtree_base::contact_threshold;
@@ -6,17 +6,17 @@ use teachtree_base::hands::{Finger, Side};
 use teachtree_base::log_channel::{FingerPart, LogChannel};
 use teachtree_base::recording::{Column, Recording};
 
-/// The hysteresis of the force by which a fingertip touches.
+/// The hysteresis of the force for contacts of fingertips.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TouchForces {
-    /// The force from which on it touches, N.
+    /// The force at which a contact begins, N.
     pub on_n: f64,
-    /// The force below which it no longer touches, N.
+    /// The force below which a contact ends, N.
     pub off_n: f64,
 }
 
 impl Default for TouchForces {
-    /// For rules without the params `touch_on` and `touch_off`.
+    /// The thresholds for rules without the params `touch_on` and `touch_off`.
     fn default() -> Self {
         Self { on_n: contact_threshold::ON_N, off_n: contact_threshold::OFF_N }
     }
@@ -25,7 +25,7 @@ impl Default for TouchForces {
 /// Interruptions of up to this many samples are bridged.
 const BRIDGED: usize = 4;
 
-/// The flags of a finger's touches: of the object, else of anything, else those of its gripper.
+/// Returns the contact flags of a finger: with the object, else with any body, else those of its gripper.
 pub(super) fn flags<'r>(recording: &'r Recording, (side, finger): (Side, Finger), object: &str) -> Option<&'r Column> {
     let of_object = recording.columns.get(&LogChannel::Touch(side, finger, object).to_string());
     let of_finger =
@@ -33,19 +33,19 @@ pub(super) fn flags<'r>(recording: &'r Recording, (side, finger): (Side, Finger)
     of_finger.or_else(|| of_gripper(recording, (side, finger)))
 }
 
-/// The flags of the gripper of a finger without a force.
+/// Returns the gripper's flags of a finger without a force.
 fn of_gripper(recording: &Recording, (side, finger): (Side, Finger)) -> Option<&Column> {
     let feels = recording.columns.contains_key(&format!("{}.x", LogChannel::Finger(side, finger, FingerPart::Force)));
     recording.columns.get(&LogChannel::GripperClosed(side).to_string()).filter(|_| !feels)
 }
 
-/// Whether the touches of a finger are those of its gripper, which closes before its pads meet an object.
+/// Whether the contacts of a finger are those of its gripper, which closes before its pads touch an object.
 pub(super) fn are_of_gripper(recording: &Recording, finger: (Side, Finger), object: &str) -> bool {
     let of_gripper = of_gripper(recording, finger);
     of_gripper.is_some_and(|closed| flags(recording, finger, object).is_some_and(|flags| std::ptr::eq(flags, closed)))
 }
 
-/// Whether a finger touches, at these rows: the object, where the recording says what is touched.
+/// Returns whether a finger has contact at these rows: with the object, if the recording has contacts by body.
 pub(super) fn touching(
     recording: &Recording,
     (side, finger): (Side, Finger),

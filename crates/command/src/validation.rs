@@ -1,4 +1,4 @@
-//! Reading commands strictly: whatever a user or a program has changed in them is either still sound or refused, with its place.
+//! Strict validation of commands: changes by users or programs are either valid or refused with their place.
 
 use super::schema::{
     Commands, Contact, GraspSpec, MappedFinger, MappedGrasp, Omission, Quality, SCHEMA, Segment, Task,
@@ -10,30 +10,31 @@ use teachtree_base::json;
 use teachtree_base::meaning::Meaning;
 use teachtree_base::short_number::ShortNumber;
 
-/// No number of commands is larger: rad, N or s.
+/// Maximum absolute value of a commanded number: rad, N or s.
 const LARGEST: f64 = 1e4;
-/// No number that is only reported is larger: jerks are hundreds and thousands of m/s^3.
+/// Maximum absolute value of a number that is only reported: jerks are hundreds and thousands of m/s^3.
 const LARGEST_REPORTED: f64 = 1e9;
-/// No stamp is later, s: 3000 years.
+/// Maximum time stamp, s: 3000 years.
 const LATEST_S: f64 = 1e11;
-/// Nothing is farther away, m: what is placed in the reference frame, and what is placed on or about an object.
+/// Maximum distance from the origin of the reference frame, and from the origin of an object, m.
 const FARTHEST_M: f64 = 100.0;
 const BESIDE_M: f64 = 10.0;
-/// No finger opens farther, m.
+/// Maximum opening of a finger, m.
 const MOST_OPENED_M: f64 = 0.1;
-/// How far numbers that were written with six decimals may be from a unit length.
+/// Tolerance of the unit length of vectors and quaternions that were written with six decimals.
 const ROUNDED: f64 = 1e-3;
 /// Times closer than this are equal, s; the number of samples of a list may differ by this many from its duration.
 const SAME_S: f64 = 2e-3;
 const SPARE_SAMPLES: f64 = 2.0;
-/// A task may end this much later than the last of it, s.
+/// Maximum time between the last segment of a task and its end, s.
 const LINGERS_S: f64 = 1.0;
 
 impl Commands {
     /// Reads them; `file` is the name in errors.
     ///
     /// # Errors
-    /// What is not as the schema says, at its line; what cannot be commanded, at its task, segment or grasp: numbers that cannot be, a finger twice, lists that are too long or too short for their duration.
+    /// A violation of the schema, at its line; an invalid command, at its task, segment or grasp: a number out of range, a finger twice, a list that does not
+    /// fit its duration.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
         let wanted = "commands are the JSON file that `teachtree retarget` writes";
         let commands: Self = json::read(text, file).map_err(|error| error.help(wanted))?;

@@ -1,5 +1,6 @@
-//! Who pushes an object along a wall hardly presses it there, and loses the wall for moments (the paper, section 3.2: a fluctuation). A robot that goes the same
-//! way to a tenth of a millimetre may miss the wall altogether; so it is to keep as near as the operator came at the nearest, and a little nearer.
+//! Shifts pushed objects into the wall. An operator who pushes an object along a wall presses it only lightly and loses contact briefly (the paper, section
+//! 3.2: a fluctuation). A robot that repeats this path with an error of a tenth of a millimetre may lose the wall, so it keeps the smallest distance of the
+//! demonstration minus a small offset.
 
 use super::RATE_HZ;
 use super::series::{Episode, Series};
@@ -8,16 +9,16 @@ use teachtree_base::easing::smooth_step;
 use teachtree_base::meaning::Meaning;
 use teachtree_base::recording::Recording;
 
-/// How far into the wall, m: a light press of fingers as soft as the robot's.
+/// The offset into the wall, m: a light press of fingers with the robot's stiffness.
 const INTO_M: f64 = 0.0006;
-/// No farther from where the operator had it, m.
+/// Maximum shift from the demonstrated position, m.
 const FARTHEST_M: f64 = 0.0015;
-/// Within this time, s.
+/// The time over which the shift is applied, s.
 const LEANS_S: f64 = 0.1;
-/// What carries the object is not a wall: its normal is steeper than this.
+/// Maximum vertical component of a wall's normal; a steeper one is that of a support.
 const UPWARDS: f64 = 0.5;
 
-/// Leans the object against the wall along which it is pushed, while it is.
+/// Shifts the object into the wall along which it is pushed.
 pub(super) fn press_against_wall(series: &mut Series, recording: &Recording, object: &str, episodes: &[Episode]) {
     let others: Vec<Vec<Vector3<f64>>> = recording
         .scene

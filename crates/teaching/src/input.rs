@@ -27,7 +27,7 @@ pub(super) fn handle_message(teaching: &Arc<Teaching>, message: Message) -> Resu
             return Ok(());
         }
         Message::Robot { take } => return perform(teaching, take),
-        // Each connection has its own.
+        // Each connection has its own period.
         Message::Forces { .. } => return Ok(()),
         Message::Palm { hand, epoch, palm, closes, squeeze, presses } => {
             (hand, epoch, palm_input(&palm, closes, squeeze, presses))

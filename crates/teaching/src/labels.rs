@@ -1,4 +1,4 @@
-//! Labels of what is being recorded, as the library's `Live` finds them row by row.
+//! Labels the current recording row by row, by the library's `Live`.
 
 use super::options::Options;
 use super::shared_state::lock;
@@ -13,22 +13,22 @@ use teachtree_session::{Calibration, Column, Live, Log, Rules, Scene};
 use teachtree_session::{RulesInternals, SceneInternals};
 use teachtree_world::TeleopWorld;
 
-/// How long a scene at rest is watched to learn what `Live` needs, steps.
+/// Duration of the scene at rest from which `Live` is calibrated, steps.
 const CALIBRATION_STEPS: usize = 1500;
 
-/// What the servo hands over.
+/// A message of the servo.
 pub(super) enum LabelerInput {
-    /// A recording begins anew, with these columns.
+    /// A recording begins, with these columns.
     Begin(Vec<String>),
-    /// A row of it.
+    /// A row of the recording.
     Row(Vec<f64>),
-    /// It has ended.
+    /// The recording has ended.
     End,
-    /// There is none any more.
+    /// The recording was discarded.
     Nothing,
 }
 
-/// What labels recordings.
+/// The labeling of recordings.
 pub(super) struct Labeler {
     rules: Rules,
     scene: Scene,
@@ -44,7 +44,7 @@ fn styles(rules: &Rules) -> BTreeMap<String, PrimitiveStyle> {
     rules.set().primitives.iter().map(|it| (it.name.clone(), look(&it.name, it.does))).collect()
 }
 
-/// The recording of a scene at rest, as a log.
+/// Returns the recording of a scene at rest, as a log.
 fn at_rest(options: &Options) -> Result<Log, InputError> {
     let mut work = TeleopWorld::new(&options.scene)?;
     work.start();
@@ -65,7 +65,7 @@ fn plain(name: &str, error: &teachtree_session::Error) -> InputError {
     InputError::new(name, error.to_string())
 }
 
-/// The rules for recordings of a scene.
+/// Loads the rules for recordings of a scene.
 ///
 /// # Errors
 /// Rules that cannot be loaded.
@@ -76,7 +76,7 @@ pub(super) fn rules(options: &Options) -> Result<(Rules, Log), InputError> {
 }
 
 impl Labeler {
-    /// Learns from the scene at rest.
+    /// Calibrates from the scene at rest.
     ///
     /// # Errors
     /// Rules that cannot be loaded, or that need what recordings of the scene do not have.
@@ -87,7 +87,7 @@ impl Labeler {
         Ok((Self { rules, scene: Scene::of(options.scene.clone()), calibration }, styles))
     }
 
-    /// Labels what comes until nothing comes any more.
+    /// Labels rows until the servo ends.
     pub(super) fn run(self, rows: &Receiver<LabelerInput>, tracks: &Mutex<Tracks>) {
         let mut live: Option<Live> = None;
         while let Ok(fed) = rows.recv() {

@@ -1,10 +1,10 @@
-//! Teaching by hand: a page on this machine in which a person moves hands in the virtual environment, and an interface for haptic devices.
+//! Teleoperation: a page on this machine in which a person moves hands in the virtual environment, and an interface for haptic devices.
 //!
-//! `servo` steps the world at 1 kHz of real time in a thread of its own, and is the only file of this crate that reads a clock. `socket` takes what hands
-//! are asked for and sends what is felt and seen, in the messages of `protocol`; `labels` runs the rules on what is being recorded; `take_jobs` writes recordings
-//! and lets the robot perform them; `routes` has the files of the page, and `camera` those that find hands in pictures.
+//! `servo` steps the world at 1 kHz of real time in its own thread, and is the only file of this crate that reads a clock. `socket` receives inputs of hands
+//! and sends forces and states, in the messages of `protocol`; `labels` runs the rules on the current recording; `take_jobs` writes recordings and runs the
+//! robot on them; `routes` has the files of the page, and `camera` those of the hand tracker.
 //!
-//! Invariants: the servo does not wait for other threads, and nothing that comes from a socket makes memory grow: a later message replaces an earlier one.
+//! Invariants: the servo does not wait for other threads. Messages from a socket do not make memory grow: a later message replaces an earlier one.
 
 mod camera;
 mod input;

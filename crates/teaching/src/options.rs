@@ -6,21 +6,21 @@ use std::path::{Path, PathBuf};
 use teachtree_base::scene::Scene;
 use teachtree_session::RulesOptions;
 
-/// What is taught, and how.
+/// The options of a teaching session.
 pub struct Options {
     /// The scene.
     pub scene: Scene,
-    /// Its name, to show.
+    /// The displayed name of the scene.
     pub name: String,
-    /// Where recordings are written: the first one here, the others with a number.
+    /// The path of the first recording; the paths of the others have a number.
     pub out: PathBuf,
-    /// Files that are not written over.
+    /// Files that are not overwritten.
     pub inputs: Vec<PathBuf>,
-    /// The rules that label what is recorded.
+    /// The rules that label recordings.
     pub rules: RulesOptions,
-    /// What finds hands in the pictures of a camera.
+    /// The hand tracker for pictures of a camera.
     pub camera: Option<HandFinder>,
-    /// Lets the robot perform a recording; a sentence where it cannot. The part that is done is reported now and then.
+    /// Runs the robot on a recording; returns a message if it cannot. Periodically reports the finished share.
     #[allow(clippy::type_complexity, reason = "it is named nowhere else")]
     pub perform: Box<dyn Fn(&Path, &mut dyn FnMut(f64)) -> Result<RobotResult, String> + Send + Sync>,
 }

@@ -7,18 +7,18 @@ use teachtree_base::hands::Side;
 use teachtree_base::pose::{directed, pose_array};
 use teachtree_world::HandInput;
 
-/// The most fingertips of a message.
+/// Maximum number of fingertips of a message.
 const MAX_TIPS: usize = 16;
 
-/// A message that comes in.
+/// A received message.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Message {
-    /// Where the palm of a hand is to go.
+    /// The target of a led palm.
     Palm {
-        /// Which hand.
+        /// The hand.
         hand: Hand,
-        /// The state of the world that the sender has seen, as `state` counts it.
+        /// The epoch of the world that the sender has seen, as in `state`.
         epoch: Option<u64>,
         /// x y z, m, and w x y z.
         palm: [f64; 7],
@@ -29,7 +29,7 @@ pub enum Message {
         #[serde(default)]
         presses: bool,
     },
-    /// Where the fingertips of a hand are.
+    /// The tracked fingertips of a hand.
     Tips {
         hand: Hand,
         epoch: Option<u64>,
@@ -38,7 +38,7 @@ pub enum Message {
         /// x y z, m, and w x y z.
         palm: Option<[f64; 7]>,
     },
-    /// Forces from now on, at this period.
+    /// Requests forces at this period.
     Forces {
         every_ms: u64,
     },
@@ -46,7 +46,7 @@ pub enum Message {
     Stop,
     Undo,
     Reset,
-    /// Lets the robot perform a recording, by default the last one.
+    /// Runs the robot on a recording, by default the last one.
     Robot {
         take: Option<usize>,
     },
@@ -78,18 +78,18 @@ impl Message {
     /// Reads a message.
     ///
     /// # Errors
-    /// A sentence that says why it is none.
+    /// The reason why the text is not a message.
     pub fn read(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| format!("no message: {error}"))
     }
 }
 
-/// What a led palm is asked for; `None` where the numbers are none.
+/// Returns the input of a led palm; `None` for invalid numbers.
 pub fn palm_input(palm: &[f64; 7], closes: bool, squeeze: f64, presses: bool) -> Option<HandInput> {
     Some(HandInput::Palm { palm: pose(palm)?, closes, squeeze, presses })
 }
 
-/// Where fingertips are; `None` where the numbers are none.
+/// Returns the input of tracked fingertips; `None` for invalid numbers.
 pub fn tips_input(tips: &[[f64; 3]], palm: Option<&[f64; 7]>) -> Option<HandInput> {
     let palm = match palm {
         Some(palm) => Some(pose(palm)?),
@@ -104,7 +104,7 @@ fn pose([x, y, z, a, b, c, d]: &[f64; 7]) -> Option<Isometry3<f64>> {
     Some(Isometry3::from_parts(Vector3::new(*x, *y, *z).into(), turn))
 }
 
-/// A number of which no more is shown than matters: 10 µm, 10 µN.
+/// Rounds a number to the displayed precision: 10 µm, 10 µN.
 fn short(number: f64) -> f64 {
     (number * 1e5).round() / 1e5 + 0.0
 }
@@ -119,7 +119,7 @@ pub fn pose_json(pose: &Isometry3<f64>) -> Value {
     pose_array(pose).iter().map(|part| short(*part)).collect()
 }
 
-/// Why a message was not taken.
+/// Returns the answer to a refused message.
 pub fn error(message: &str) -> String {
     json!({ "type": "error", "message": message }).to_string()
 }

@@ -1,30 +1,30 @@
-//! How punctual the servo is.
+//! The timing statistics of the servo.
 
 use std::time::Duration;
 
-/// A step is punctual when it is late by less.
+/// Maximum lateness of a punctual step.
 const PUNCTUAL: Duration = Duration::from_millis(1);
 /// Width of the bins of lateness, µs, and their number.
 const BIN_US: u64 = 10;
 const BINS: usize = 2000;
 
-/// How punctual the servo was.
+/// The timing statistics of the servo.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Punctuality {
-    /// How many steps were made.
+    /// Number of steps.
     pub steps: u64,
-    /// How many of them began within 1 ms of their time.
+    /// Number of steps that began within 1 ms of their time.
     pub punctual: u64,
-    /// How much time was given up, ms.
+    /// Skipped time, ms.
     pub given_up_ms: u64,
-    /// The latest step, µs.
+    /// The maximum lateness, µs.
     pub latest_us: u64,
-    /// How many steps were late by how many bins.
+    /// A histogram of the lateness.
     late: Vec<u64>,
 }
 
 impl Punctuality {
-    /// Counts a step that is late by so much.
+    /// Counts a step with this lateness.
     pub(super) fn count(&mut self, late: Duration) {
         let late_us = u64::try_from(late.as_micros()).unwrap_or(u64::MAX);
         self.steps += 1;
@@ -37,12 +37,12 @@ impl Punctuality {
         }
     }
 
-    /// The share of steps within 1 ms of their time; 1 before the first one.
+    /// Returns the share of steps within 1 ms of their time; 1 before the first one.
     pub fn share(&self) -> f64 {
         if self.steps == 0 { 1.0 } else { self.punctual as f64 / self.steps as f64 }
     }
 
-    /// By how much this share of the steps was late at most, µs.
+    /// Returns the quantile of the lateness for a share of the steps, µs.
     pub fn within_us(&self, share: f64) -> u64 {
         let wanted = (share * self.steps as f64).ceil() as u64;
         let mut count = 0;

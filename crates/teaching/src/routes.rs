@@ -1,4 +1,4 @@
-//! Addresses in, answers out: the files of the page, the scene, what the robot did, and the WebSocket.
+//! The HTTP routes: the files of the page, the scene, the results of the robot, and the WebSocket.
 
 use super::shared_state::{Teaching, lock};
 use super::socket;
@@ -74,7 +74,7 @@ impl Page for TeachingPage {
     }
 }
 
-/// What the page draws.
+/// Returns the scene as the page draws it.
 fn scene(teaching: &Teaching) -> Value {
     let scene = &teaching.options.scene;
     let bodies = scene.bodies.iter().map(|(name, body)| {

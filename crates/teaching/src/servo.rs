@@ -1,7 +1,7 @@
 //! The servo: a step of the world each millisecond of real time.
 //!
-//! A step that is late is made at once, and those behind it follow until time is caught up with; after a pause of a tenth of a second (a machine that slept)
-//! time is given up instead. INVARIANT: this is the only file of this crate that reads a clock, and nothing of a recording depends on it.
+//! Late steps are made at once until the world has caught up with real time. After a pause of more than a tenth of a second (a machine that slept) the time is
+//! skipped instead. INVARIANT: this is the only file of this crate that reads a clock, and no recording depends on it.
 
 use super::labels::LabelerInput;
 use super::punctuality::Punctuality;
@@ -15,7 +15,7 @@ use teachtree_world::{MOST_STEPS, TeleopWorld};
 
 /// A step of the world.
 const STEP: Duration = Duration::from_millis(1);
-/// Time that is given up when it is behind by so much.
+/// The lateness above which time is skipped.
 const MOST_BEHIND: Duration = Duration::from_millis(100);
 /// Number of undone rows that are labeled again in a step.
 const ROWS_A_STEP: usize = 40;
@@ -49,12 +49,12 @@ pub(super) fn run(
     punctuality
 }
 
-/// How far the labels have come.
+/// The progress of the labels.
 #[derive(Default)]
 struct LabelFeed {
     row: usize,
     is_begun: bool,
-    /// What waits for room.
+    /// The message that waits for room.
     last: Option<LabelerInput>,
 }
 
@@ -132,7 +132,7 @@ fn step(
     });
 }
 
-/// Hands rows to the labels, as many as they take.
+/// Passes rows to the labels, as many as they accept.
 fn feed(work: &TeleopWorld, to_labels: &SyncSender<LabelerInput>, fed: &mut LabelFeed) {
     if let Some(last) = fed.last.take()
         && let Err(TrySendError::Full(last)) = to_labels.try_send(last)

@@ -1,4 +1,4 @@
-//! What the threads share: the newest of what hands are asked for, the newest state, labels and recordings.
+//! The shared state of the threads: the newest inputs of hands, the newest state of the world, labels and recordings.
 
 use super::options::Options;
 use super::takes::Takes;
@@ -11,15 +11,15 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use teachtree_world::HandInput;
 
-/// How many buttons may wait to be heeded.
+/// Maximum number of waiting button events.
 const MOST_ACTIONS: usize = 16;
 
-/// Teaching by hand, as it runs.
+/// A running teaching session.
 pub struct Teaching {
     pub(super) options: Options,
-    /// The threads end.
+    /// Whether the threads end.
     pub(super) stops: AtomicBool,
-    /// Counts jumps of the world: resets and undone work. What a page asks for after it has seen an earlier count is out of date.
+    /// Counts jumps of the world: resets and undos. An input that was sent after an earlier count is outdated.
     pub(super) epoch: AtomicU64,
     asked: Mutex<HandInputs>,
     newest: Mutex<StateSnapshot>,
@@ -30,12 +30,12 @@ pub struct Teaching {
     pub(super) takes: Mutex<Takes>,
 }
 
-/// What was asked for since the last step.
+/// The inputs since the last step.
 #[derive(Default)]
 pub(super) struct HandInputs {
     pub(super) hands: [Option<HandInput>; 2],
     pub(super) actions: Vec<Action>,
-    /// The step at which each hand was last asked for fingertips, as by a device.
+    /// The step of the last tracked fingertips of each hand, which come from a device.
     of_device: [Option<u64>; 2],
 }
 
@@ -58,7 +58,7 @@ pub(super) struct StateSnapshot {
     pub(super) step: u64,
     pub(super) epoch: u64,
     pub(super) is_recording: bool,
-    /// How many rows were recorded.
+    /// Number of recorded rows.
     pub(super) rows: usize,
     /// The hands of the scene, in its order.
     pub(super) hands: Vec<HandSnapshot>,
@@ -66,12 +66,12 @@ pub(super) struct StateSnapshot {
     pub(super) servo: ServoTiming,
 }
 
-/// How punctual the servo is.
+/// The timing of the servo.
 #[derive(Clone, Copy, Default)]
 pub(super) struct ServoTiming {
     pub(super) steps: u64,
     pub(super) share: f64,
-    /// By how much 99.9 % of the steps are late at most, and the latest one, µs.
+    /// The 99.9 % quantile and the maximum of the lateness, µs.
     pub(super) p999_us: u64,
     pub(super) latest_us: u64,
     pub(super) given_up_ms: u64,
@@ -82,18 +82,18 @@ pub(super) struct ServoTiming {
 pub(super) struct HandSnapshot {
     pub(super) palm: Isometry3<f64>,
     pub(super) tips: Vec<Point3<f64>>,
-    /// What its fingertips feel, N; a device displays none of it while the hand is silent.
+    /// The forces on its fingertips, N; a device displays no force for a hand without inputs.
     pub(super) forces: Vec<Vector3<f64>>,
     pub(super) is_silent: bool,
 }
 
-/// Locks; a poisoned lock holds a whole value, since each is replaced as a whole.
+/// Locks a mutex. A poisoned lock holds a consistent value, because values are replaced as a whole.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Teaching {
-    /// Nothing has happened yet.
+    /// Returns the state before the first step.
     pub(super) fn new(options: Options, styles: BTreeMap<String, PrimitiveStyle>) -> Self {
         Self {
             options,
@@ -108,22 +108,22 @@ impl Teaching {
         }
     }
 
-    /// Ends the servo; what is being recorded is written.
+    /// Ends the servo and writes the current recording.
     pub fn stop(&self) {
         self.stops.store(true, Ordering::SeqCst);
     }
 
-    /// How many recordings are being written.
+    /// Returns the number of recordings that are being written.
     pub fn is_writing(&self) -> bool {
         lock(&self.takes).is_writing()
     }
 
-    /// What went wrong with recordings: one sentence each.
+    /// Returns the errors of recordings, one sentence each.
     pub fn troubles(&self) -> Vec<String> {
         lock(&self.takes).troubles()
     }
 
-    /// The files that were written.
+    /// Returns the written files.
     pub fn files(&self) -> Vec<PathBuf> {
         lock(&self.takes).files()
     }
@@ -136,7 +136,7 @@ impl Teaching {
         }
     }
 
-    /// Asks a hand for something, unless the world has jumped since `epoch`. A page, which leads palms all the time, does not take a hand from a device.
+    /// Sets the input of a hand, unless the world has jumped since `epoch`. A page leads palms all the time, so it does not override a device.
     pub(super) fn set_input(&self, hand: usize, epoch: Option<u64>, input: HandInput) {
         let step = lock(&self.newest).step;
         let mut asked = lock(&self.asked);
@@ -153,26 +153,26 @@ impl Teaching {
         *asked = Some(input);
     }
 
-    /// Takes what was asked for: of each hand the newest, and the buttons in order.
+    /// Takes the newest input of each hand, and the buttons in order.
     pub(super) fn take_inputs(&self) -> ([Option<HandInput>; 2], Vec<Action>) {
         let mut asked = lock(&self.asked);
         (std::mem::take(&mut asked.hands), std::mem::take(&mut asked.actions))
     }
 
-    /// The world has jumped: what was asked for before counts no more.
+    /// Records a jump of the world: earlier inputs are discarded.
     pub(super) fn jump(&self) {
         let mut asked = lock(&self.asked);
         asked.hands = [None, None];
         self.epoch.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Shows a new state.
+    /// Publishes a new state.
     pub(super) fn publish(&self, update: impl FnOnce(&mut StateSnapshot)) {
         update(&mut lock(&self.newest));
         self.changed.notify_all();
     }
 
-    /// Waits briefly for a state at or after `step`; `None` while there is none.
+    /// Waits briefly for a state at or after `step`; returns `None` on timeout.
     pub(super) fn state_after(&self, step: u64) -> Option<StateSnapshot> {
         let newest = lock(&self.newest);
         let waited = self.changed.wait_timeout_while(newest, Duration::from_millis(100), |newest| newest.step < step);

@@ -1,4 +1,4 @@
-//! A WebSocket of a page or a device: one thread reads what hands are asked for, another one sends the newest state. Who is slow misses states, and nothing waits.
+//! A WebSocket of a page or a device: one thread reads inputs, another one sends the newest state. A slow client misses states; the servo never waits.
 
 use super::input::handle_message;
 use super::protocol::{Message, error, pose_json, vector};
@@ -12,9 +12,9 @@ use teachtree_serve::duplex_stream::DuplexStream;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message as Frame, WebSocket};
 
-/// The largest message that is taken, bytes.
+/// Maximum size of a message, bytes.
 const MAX_MESSAGE: usize = 4096;
-/// How long a message may take to be sent.
+/// The timeout for sending a message.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Period of states, and shortest period of labels and recordings, in steps.
 const STATE_STEPS: u64 = 16;
@@ -25,17 +25,17 @@ pub(super) fn accept(key: &str) -> String {
     tungstenite::handshake::derive_accept_key(key.as_bytes())
 }
 
-/// What the two threads of a connection share.
+/// The shared state of the two threads of a connection.
 #[derive(Default)]
 struct Connection {
     is_gone: AtomicBool,
     /// Period of forces, in steps; 0 for never.
     forces_every: AtomicU64,
-    /// Why the last message that was refused was.
+    /// The reason of the last refused message.
     complaint: Mutex<Option<String>>,
 }
 
-/// Speaks until the other side goes.
+/// Serves a connection until the client disconnects.
 pub(super) fn serve(both: DuplexStream, read: Vec<u8>, teaching: &Arc<Teaching>) {
     let config = WebSocketConfig::default().max_message_size(Some(MAX_MESSAGE)).max_frame_size(Some(MAX_MESSAGE));
     let set = both.tcp().set_read_timeout(None).and_then(|()| both.tcp().set_write_timeout(Some(PATIENCE)));
@@ -86,7 +86,7 @@ fn write(
     let mut versions = (None, None);
     while !connection.is_gone.load(Ordering::SeqCst) && !teaching.stops.load(Ordering::SeqCst) {
         let every = connection.forces_every.load(Ordering::SeqCst);
-        // What is asked for counts from now on, however seldom it was before.
+        // A new period counts from now on.
         let forces_at = forces_sent.saturating_add(every);
         let next = if every == 0 { state_at } else { forces_at.min(state_at) };
         let Some(newest) = teaching.state_after(next.max(1)) else { continue };

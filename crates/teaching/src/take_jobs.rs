@@ -1,4 +1,4 @@
-//! Recordings are written as `teach` writes them, analyzed, and performed by the robot, each in a thread of its own.
+//! Writes recordings as `teach` does, analyzes them, and runs the robot on them, each in its own thread.
 
 use super::shared_state::{Teaching, lock};
 use super::takes::{RobotJob, Take};
@@ -40,7 +40,7 @@ pub(super) fn write(teaching: &Arc<Teaching>, taken: RawRecording) {
         let Some(file) = (takes.list.len() < MOST_TAKES).then(free).flatten() else {
             let why =
                 format!("not written: there are {MOST_TAKES} recordings or {MOST_NAMES} files of this name already");
-            // What goes wrong again is said once.
+            // Repeated errors are reported once.
             if takes.list.last().is_none_or(|last| last.trouble.as_ref() != Some(&why)) {
                 let (file, trouble) = (options.out.clone(), Some(why));
                 takes.list.push(Take { file, seconds, tasks: Vec::new(), trouble, is_written: false });
@@ -72,17 +72,17 @@ pub(super) fn write(teaching: &Arc<Teaching>, taken: RawRecording) {
     });
 }
 
-/// The tasks that the analysis of a file finds.
+/// Returns the tasks in the analysis of a file.
 fn analyzed(teaching: &Teaching, file: &Path) -> Result<Vec<String>, String> {
     let analysis = Log::open(file).and_then(|log| teaching.options.rules.clone().for_log(&log)?.analyze(&log));
     let analysis = analysis.map_err(|error| error.to_string())?;
     Ok(analysis.tasks().iter().map(|task| task.to_string()).collect())
 }
 
-/// Lets the robot perform a recording.
+/// Runs the robot on a recording.
 ///
 /// # Errors
-/// There is none, or the robot is at work.
+/// No recording exists, or the robot is busy.
 pub(super) fn perform(teaching: &Arc<Teaching>, take: Option<usize>) -> Result<(), String> {
     let (take, file) = {
         let mut takes = lock(&teaching.takes);

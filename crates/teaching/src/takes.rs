@@ -1,4 +1,4 @@
-//! The recordings of a run, and what the robot did with them.
+//! The recordings of a run, and the results of the robot.
 
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -8,15 +8,15 @@ use teachtree_base::scene::Role;
 /// Rows of a robot's recording between two that are shown.
 const SHOWN_EVERY: usize = 20;
 
-/// What a robot did.
+/// The result of a robot.
 pub struct RobotResult {
-    /// What came of it, in words.
+    /// The outcome, as text.
     pub text: String,
-    /// Whether every task was done.
+    /// Whether every task succeeded.
     pub done: bool,
-    /// The page with pictures of it.
+    /// The page with pictures.
     pub page: String,
-    /// The recording of it.
+    /// The recording of the robot.
     pub recording: Recording,
 }
 
@@ -34,18 +34,18 @@ pub(super) struct Takes {
 pub(super) struct Take {
     pub(super) file: PathBuf,
     pub(super) seconds: f64,
-    /// What the analysis of the file found.
+    /// The tasks in the analysis of the file.
     pub(super) tasks: Vec<String>,
     /// Why it could not be written, or analyzed.
     pub(super) trouble: Option<String>,
     pub(super) is_written: bool,
 }
 
-/// What the robot does with a recording.
+/// The state of the robot on a recording.
 pub(super) struct RobotJob {
     pub(super) take: usize,
     pub(super) part: f64,
-    /// What came of it, once it is over.
+    /// The result, once it has ended.
     pub(super) result: Option<Result<RobotResult, String>>,
 }
 
@@ -63,7 +63,7 @@ impl Takes {
         self.list.iter().filter(|take| take.is_written).map(|take| take.file.clone()).collect()
     }
 
-    /// The recordings as a message.
+    /// Returns the recordings as a message.
     pub(super) fn json(&self) -> Value {
         let takes = self.list.iter().map(|take| {
             let file = take.file.display().to_string();
@@ -83,16 +83,16 @@ impl Takes {
         self.robot.as_ref()?.result.as_ref()?.as_ref().ok()
     }
 
-    /// The page with pictures of the robot, and its style.
+    /// Returns the page with pictures of the robot, and its style.
     pub(super) fn page(&self) -> Option<(String, String)> {
         let page = &self.performed()?.page;
         let (before, rest) = page.split_once("<style>")?;
         let (style, after) = rest.split_once("</style>")?;
-        // The policy of this server takes styles from files only.
+        // The server's content security policy allows styles from files only.
         Some((format!("{before}<link rel=\"stylesheet\" href=\"robot.css\">{after}"), style.to_string()))
     }
 
-    /// What the robot did, to be shown on the page.
+    /// Returns the motion of the robot for the page.
     pub(super) fn replay(&self) -> Option<Value> {
         self.performed().map(|performed| replay(&performed.recording))
     }

@@ -10,10 +10,10 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use teachtree_base::error::InputError;
 use teachtree_world::TeleopWorld;
 
-/// How many rows may wait to be labeled.
+/// Maximum number of rows that wait for labels.
 const MOST_ROWS: usize = 4096;
 
-/// Begins with the scene at rest. Returns what ends with the servo: how punctual it was.
+/// Starts the threads with the scene at rest. The returned channel receives the timing statistics of the servo when it ends.
 ///
 /// # Errors
 /// A scene that cannot be simulated, rules that cannot be loaded for its recordings.
@@ -31,7 +31,7 @@ pub fn begin(options: Options) -> Result<(Arc<Teaching>, Receiver<Punctuality>),
         let teaching = Arc::clone(&teaching);
         move || {
             let punctuality = servo::run(work, &teaching, &to_labels);
-            // The other side may be gone.
+            // The receiver may be gone.
             let _ = ended.send(punctuality);
         }
     });

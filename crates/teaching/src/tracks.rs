@@ -1,4 +1,4 @@
-//! The labels that the page shows.
+//! The displayed labels.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -27,7 +27,7 @@ pub(super) struct Tracks {
 
 #[derive(Default)]
 struct TrackLabels {
-    /// The primitive of the newest frame, and since when, s.
+    /// The primitive of the newest frame, and its start, s.
     label: Option<(String, f64)>,
     segments: Vec<(String, f64, f64)>,
     /// Task, start and end, s, and whether it may still change.
@@ -35,7 +35,7 @@ struct TrackLabels {
 }
 
 impl Tracks {
-    /// The labels as a message.
+    /// Returns the labels as a message.
     pub(super) fn json(&self, primitives: &BTreeMap<String, PrimitiveStyle>) -> Value {
         let look = |name: &str| {
             let base = name.split('(').next().unwrap_or(name);
@@ -59,12 +59,12 @@ impl Tracks {
         json!({ "type": "labels", "tracks": tracks, "trouble": self.trouble })
     }
 
-    /// Forgets all labels: a recording begins.
+    /// Drops all labels at the beginning of a recording.
     pub(super) fn restart(&mut self) {
         *self = Self { version: self.version + 1, ..Self::default() };
     }
 
-    /// Takes what is new.
+    /// Takes new events.
     pub(super) fn take(&mut self, event: &LiveEvent) {
         self.version += 1;
         if let Some((who, primitive, time_s)) = event.label() {
@@ -79,7 +79,7 @@ impl Tracks {
         }
         if let Some(task) = event.task() {
             let track = self.of.entry(task.track().to_string()).or_default();
-            // What is final replaces what might still have changed.
+            // A final task replaces a provisional one.
             track.tasks.retain(|(_, start_s, ..)| *start_s < task.start_s());
             track.tasks.push((task.name().to_string(), task.start_s(), task.end_s(), event.is_final()));
             if track.tasks.len() > MOST_SHOWN {

@@ -9,7 +9,7 @@ use teachtree_logs::read::labels::LabelKind;
 /// The name and version of the schema.
 pub const SCHEMA: &str = "teachtree.agreement/1";
 
-/// What two people say of recordings, by kind of label.
+/// The agreement of two annotators on recordings, by kind of label.
 pub type AgreementByKind = BTreeMap<LabelKind, Agreement>;
 
 /// Writes the agreement of two people over `all` recordings and in each of `rows`, which are named as on the command line.

@@ -1,4 +1,4 @@
-//! What most recordings have in common, and which are different.
+//! Compares recordings: the usual properties of the set, and the recordings that differ.
 
 use super::{FEWEST_HALVES, Facts, Finding, FindingKind, ORDERED, Step, finding, usual_tasks};
 use crate::TrackId;
@@ -42,7 +42,7 @@ pub fn compare(recordings: &mut [Facts]) -> Vec<String> {
     usual
 }
 
-/// How recordings differ from the others, by their places, and what is usual.
+/// The differences of recordings from the others, by their indices, and the usual properties.
 fn differences(recordings: &[&Facts]) -> (Vec<(usize, Finding)>, Option<String>) {
     let tasks = |facts: &&Facts| -> Vec<String> { facts.compared_tasks().map(|step| step.name.clone()).collect() };
     let primitives =
@@ -102,7 +102,7 @@ fn edges(recordings: &mut [Facts]) -> Vec<String> {
     counts.iter().map(sentence).collect()
 }
 
-/// Where each step is in a sequence for the first time.
+/// Returns the first index of each step in a sequence.
 fn first(sequence: &[String]) -> BTreeMap<&str, usize> {
     let mut first = BTreeMap::new();
     for (at, step) in sequence.iter().enumerate() {
@@ -153,7 +153,7 @@ fn rare(sequences: &[Vec<String>], known: &[(usize, Finding)]) -> (Vec<(usize, F
     for sequence in sequences {
         *counts.entry(sequence).or_default() += 1;
     }
-    // Of several that are equally frequent the first by name.
+    // Among equally frequent ones, the first by name.
     let usual =
         counts.iter().rev().max_by_key(|(_, count)| **count).map(|(sequence, count)| (sequence.to_vec(), *count));
     let Some((usual, count)) = usual.filter(|(_, count)| all >= FEWEST && *count as f64 >= USUAL * all as f64) else {
@@ -180,7 +180,7 @@ fn listed(steps: &[String]) -> String {
     }
 }
 
-/// What a sequence has more and less than another.
+/// Returns the additional and the missing steps of a sequence relative to another one.
 fn difference(sequence: &[String], usual: &[String]) -> String {
     let count = |of: &[String], step: &String| of.iter().filter(|other| *other == step).count();
     let steps: BTreeSet<&String> = sequence.iter().chain(usual).collect();

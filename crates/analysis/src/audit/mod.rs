@@ -28,7 +28,7 @@ const FEWEST_HALVES: usize = 3;
 /// Minimum share of recordings that have two steps in the same order for the opposite order to be reported.
 const ORDERED: f64 = 0.8;
 
-/// What may be wrong with a recording.
+/// The kinds of findings about a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
@@ -36,9 +36,9 @@ pub enum FindingKind {
     Setup,
     /// A task failed, and no later attempt succeeded.
     Failure,
-    /// Nothing is handled, or nothing moves for long.
+    /// No object is handled, or no motion occurs for a long time.
     Idle,
-    /// It begins or ends in the middle of something, or a gap interrupts it.
+    /// The recording begins or ends in the middle of an action, or a gap interrupts an action.
     CutOff,
     /// A hand closed around an object and let go of it without having moved it.
     FailedGrasp,
@@ -46,7 +46,7 @@ pub enum FindingKind {
     LacksTask,
     /// Its steps are in another order than those of most.
     OutOfOrder,
-    /// It has other steps than most, or takes much longer or shorter.
+    /// The recording has other steps than most, or is much longer or shorter.
     #[serde(rename = "unlike")]
     Outlier,
     /// Frames are missing between others, or at the end of a video.
@@ -140,17 +140,17 @@ impl FindingKind {
 /// Something that is wrong with a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// What.
+    /// The kind of the finding.
     pub kind: FindingKind,
     /// The hand that it is about.
     pub track: Option<TrackId>,
     /// The column, topic or camera that it is about.
     pub column: Option<String>,
-    /// From when to when, s; nothing where it is about the whole recording.
+    /// Start and end, s; `None` for a finding about the whole recording.
     pub span_s: Option<[f64; 2]>,
     /// The number that it is about, in the unit that docs/audit.md gives for its kind.
     pub value: Option<f64>,
-    /// What it is in words.
+    /// The finding as text.
     pub message: String,
 }
 
@@ -168,18 +168,18 @@ struct Step {
     what: String,
     /// The name with its object.
     name: String,
-    /// It is a failed task. A later attempt may have mended it, but other recordings need not have it.
+    /// A failed task. A later attempt may have succeeded, but other recordings need not contain the failure.
     failure: bool,
     start_s: f64,
     duration_s: f64,
 }
 
-/// What a hand does at the beginning or end of a recording.
+/// The action of a hand at the beginning or end of a recording.
 #[derive(Clone, Debug, PartialEq)]
 struct Edge {
     who: TrackId,
     is_start: bool,
-    /// What the hand does, by which edges of recordings are compared: its meaning, or the primitive where it has none.
+    /// The action by which the edges of recordings are compared: the meaning of the primitive, or its name if it has no meaning.
     does: String,
     finding: Finding,
 }
@@ -187,16 +187,16 @@ struct Edge {
 /// A segment as a page draws it: from, to, primitive, meaning.
 pub type DrawnSegment = (f64, f64, String, Option<Meaning>);
 
-/// What is known of a recording, and what is wrong with it.
+/// The properties of a recording, and its findings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facts {
-    /// When it begins, s.
+    /// The start of the recording, s.
     pub start_s: f64,
-    /// When it ends, s.
+    /// The end of the recording, s.
     pub end_s: f64,
     /// The segments of each hand.
     pub lanes: Vec<(TrackId, Vec<DrawnSegment>)>,
-    /// What is wrong with it, by kind.
+    /// The findings, by kind.
     pub findings: Vec<Finding>,
     /// The issues of the log that `analyze` reports; empty without rules.
     pub issues: Vec<Issue>,
@@ -236,7 +236,7 @@ impl Facts {
         for track in &hands {
             findings.extend(gaps(found, track));
             let grasps = failed_grasps(track, &hands, &motion);
-            // Where no carry can be detected, a grasp without poses of its object looks failed whatever happened.
+            // If no carry can be detected, each grasp of an object without poses would count as failed.
             let (failed, unjudged): (Vec<_>, Vec<_>) =
                 grasps.into_iter().partition(|(by_poses, _)| *by_poses || can_carry(track.who));
             findings.extend(failed.into_iter().map(|(_, finding)| finding));
@@ -297,7 +297,7 @@ impl Facts {
         self.issues.iter().filter(|issue| !issues::is_finding(issue.kind))
     }
 
-    /// How long it is, s.
+    /// Returns the duration, s.
     pub fn duration_s(&self) -> f64 {
         self.end_s - self.start_s
     }
@@ -342,7 +342,7 @@ fn handles(segment: &Segment) -> bool {
     segment.does.is_none_or(|does| !does.is_free())
 }
 
-/// What a segment is, with its hand and object.
+/// A segment with its hand and object.
 fn named(track: &Track, segment: &Segment) -> String {
     format!("{} {}{}", track.who, segment.primitive, segment.subject.suffix())
 }
@@ -353,7 +353,7 @@ fn idle(found: &Analysis, hands: &[&Track], motion: &Motion, rest_s: f64) -> Vec
         let message = "no hand handles anything".to_string();
         return vec![Finding::new(FindingKind::Idle, message)];
     }
-    // Who presses does something without moving.
+    // A hand that presses acts without motion.
     let presses = |start: f64, end: f64| -> f64 {
         let segments = hands.iter().flat_map(|track| &track.relabeled).filter(|it| it.does == Some(Meaning::Press));
         segments.map(|it| (it.end_s.min(end) - it.start_s.max(start)).max(0.0)).sum()
@@ -376,18 +376,18 @@ fn edge(found: &Analysis, recording: &Recording, track: &Track, is_start: bool) 
     } else {
         (track.relabeled.last().filter(|it| it.frames.end == found.frames)?, track.tasks.last())
     };
-    // What the hand never lets go of is part of it.
+    // An object that the hand never releases is a part of the hand.
     let held = segment.subject.object.as_ref().and_then(|object| recording.scene.bodies.get(object));
     if held.is_some_and(|body| body.fixed_to.is_some()) {
         return None;
     }
     let task = task.filter(|task| if is_start { task.frames.start == 0 } else { task.frames.end == found.frames });
     let is_open = task.is_some_and(|task| if is_start { task.open_start } else { task.open_end });
-    // Who lets go at the end has done what was to be done.
+    // A recording that ends with a release is complete.
     if !is_start && segment.does == Some(Meaning::Open) {
         return None;
     }
-    // Of a primitive that does not say what the hand does, only the task can say that it goes on.
+    // For a primitive without a meaning, only an open task shows that the action continues.
     if !segment.does.map_or(is_open, |does| !does.is_free()) {
         return None;
     }
@@ -415,7 +415,7 @@ fn gaps(found: &Analysis, track: &Track) -> Vec<Finding> {
     track.tasks.iter().filter(is_cut).map(finding).collect()
 }
 
-/// What shows that a grasp was one, however little the object moved.
+/// Actions that prove a grasp, even if the object hardly moved.
 const fn proves_grasp(does: Meaning) -> bool {
     matches!(
         does,

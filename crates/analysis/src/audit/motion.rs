@@ -1,18 +1,18 @@
-//! What moves in a recording: rests, and whether an object moved with a hand.
+//! Motion in a recording: rests, and whether an object moved with a hand.
 
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
-/// What counts as no motion: of a position, m.
+/// Maximum change of a position at rest, m.
 const STILL_M: f64 = 0.005;
-/// Of a rotation, how much less than 1 the product of two quaternions may be: 2.3°.
+/// Maximum difference between 1 and the product of two quaternions at rest: 2.3°.
 const STILL_TURN: f64 = 2e-4;
-/// Of the opening of a gripper, m.
+/// Maximum change of a gripper's opening at rest, m.
 const STILL_OPENING_M: f64 = 0.002;
-/// How far an object moves with a hand that holds it, m.
+/// Minimum distance that an object moves with a hand that holds it, m.
 const MOVED_M: f64 = 0.01;
 
-/// What may move.
+/// A quantity that may move.
 enum Series<'a> {
     Position([&'a [f64]; 3]),
     Rotation([&'a [f64]; 4]),
@@ -112,7 +112,7 @@ impl<'a> Motion<'a> {
         let moved = |row: usize| {
             let of_object = change(&object, start, row);
             let way = length(of_object);
-            // Of some point of the hand it is as far at the end as at the beginning, about.
+            // Its distance from some point of the hand is nearly the same at the beginning and at the end.
             let with = |point: &[&[f64]; 3]| {
                 let of_hand = change(point, start, row);
                 let apart = [0, 1, 2].map(|axis: usize| {

@@ -1,4 +1,4 @@
-//! What came to be otherwise at a boundary: the frame before it and its first frame side by side, down to the conditions that changed.
+//! The changes at a boundary: compares the frame before it with its first frame, down to the changed conditions.
 
 use super::fact::Fact;
 use super::reason::Reason;
@@ -40,9 +40,9 @@ pub struct ConditionChange {
     pub condition: String,
     /// The finger or body that it is about, within `any` and `all`.
     pub slot: Option<String>,
-    /// How it was.
+    /// The value before the boundary.
     pub before: ConditionState,
-    /// How it is.
+    /// The value after the boundary.
     pub after: ConditionState,
     /// The parts of it that changed, where it measures nothing itself.
     pub below: Vec<ConditionChange>,
@@ -53,7 +53,7 @@ pub struct ConditionChange {
 pub struct ConditionState {
     /// Whether it holds.
     pub holds: bool,
-    /// What was measured.
+    /// The measured fact.
     pub fact: Option<Fact>,
 }
 
@@ -80,7 +80,7 @@ pub fn change<'a>(
     Ok(Some(Change { before, after, decided }))
 }
 
-/// How the task around a frame of a hand came to its name; `None` when the frame is in none.
+/// Explains the name of the task around a frame of a hand; `None` outside of tasks.
 pub fn task(analyzed: &AnalyzedRecording, inspector: &Inspector, side: Side, frame: usize) -> Option<TaskReason> {
     super::task::of(analyzed, inspector.leaves(), side, frame)
 }

@@ -1,11 +1,11 @@
-//! What was measured: numbers for programs, and a few words of each for people.
+//! Measured facts: numbers for programs, with a short text for people.
 
 use serde::Serialize;
 
 /// A slot of `fingers`.
 pub(super) type Element = teachtree_base::hands::Finger;
 
-/// What a condition found. Numbers are SI; a margin is positive when the condition holds with so much to spare, negative when so much is missing.
+/// The fact of a condition. Numbers are SI. The margin is the distance to the threshold: positive if the condition holds, negative if it does not.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Fact {
@@ -17,25 +17,25 @@ pub enum Fact {
         comparison: &'static str,
         /// The right side.
         threshold: f64,
-        /// What is to spare; none of `==`.
+        /// The margin; `None` for `==`.
         margin: Option<f64>,
         /// The SI unit.
         unit: String,
-        /// Of a count: the fingers or bodies that were counted.
+        /// The counted fingers or bodies of a count.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         holding: Vec<String>,
     },
     /// A hysteresis.
     Threshold {
-        /// What is compared.
+        /// The compared value.
         value: f64,
-        /// Where it becomes true.
+        /// The threshold at which it becomes true.
         on: f64,
-        /// Where it becomes false again.
+        /// The threshold at which it becomes false again.
         off: f64,
         /// Whether true is above.
         rising: bool,
-        /// What is to spare until it is lost, or what is missing.
+        /// The margin to the threshold of the next change.
         margin: f64,
         /// Since when it is so, s; none when it is from the beginning.
         since_s: Option<f64>,
@@ -44,7 +44,7 @@ pub enum Fact {
     },
     /// A window.
     Window {
-        /// How much of it was held.
+        /// The time for which it held.
         wait: Wait,
         /// Its length, s, in whole samples.
         wanted_s: f64,
@@ -53,7 +53,7 @@ pub enum Fact {
     Latch {
         /// Whether it is set.
         on: bool,
-        /// When it was set or cleared, s; none when it is so from the beginning.
+        /// The time at which it was set or cleared, s; `None` if it has not changed since the beginning.
         since_s: Option<f64>,
     },
     /// `from`: the leaf before.
@@ -72,14 +72,14 @@ pub enum Fact {
     Slots {
         /// The fingers or bodies for which it holds.
         holding: Vec<String>,
-        /// How many there are.
+        /// The count.
         of: usize,
     },
     /// A finger that the log does not have.
     Absent,
 }
 
-/// How much of a window was held, s.
+/// The part of a window for which a condition held, s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Wait {
@@ -91,16 +91,16 @@ pub enum Wait {
     Ahead(Option<f64>),
     /// `bridging`: it last held so long ago, and will hold so much later.
     Around {
-        /// How long ago.
+        /// The time since then.
         ago: Option<f64>,
-        /// How much later.
+        /// The time until then.
         ahead: Option<f64>,
     },
     /// `at least times within last`: it began so often.
     Begun {
-        /// How often.
+        /// The number of beginnings.
         times: usize,
-        /// How often is asked.
+        /// The required number of beginnings.
         wanted: f64,
     },
 }
@@ -170,11 +170,11 @@ impl Fact {
 /// A comparison in words, in three columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ComparisonText {
-    /// What was measured; of a count, what was counted too.
+    /// The measured value; for a count, also the counted fingers or bodies.
     pub value: String,
-    /// What it is held against.
+    /// The value or threshold of the comparison.
     pub threshold: String,
-    /// What is to spare or missing; empty where there is no such thing.
+    /// The margin; empty for facts without a margin.
     pub margin: String,
 }
 

@@ -26,7 +26,7 @@ pub struct Reason {
     pub slot: Option<String>,
     /// Whether it holds.
     pub holds: bool,
-    /// What was measured, where the condition itself measures.
+    /// The measured fact of a condition that measures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fact: Option<Fact>,
     /// The parts that decide: those that hold or do not hold, whichever is the reason.
@@ -41,7 +41,7 @@ pub(super) struct Reasons<'p, 'a> {
     pub inspector: &'p mut Inspector<'a>,
 }
 
-/// Where a condition is evaluated.
+/// The context in which a condition is evaluated.
 #[derive(Clone, Copy)]
 pub(super) struct EvalPoint {
     /// The hand of the tree or declaration.
@@ -111,7 +111,7 @@ impl<'a> Reasons<'_, 'a> {
                 let spot = EvalPoint { this: whose(*hand), ..deeper };
                 let because = match since {
                     _ if spot.depth > MAX_DEPTH => Vec::new(),
-                    // What set it, when it did.
+                    // The condition that set it, at that frame.
                     Some(frame) if holds => vec![self.bare(&latch.set, EvalPoint { frame, ..spot })?],
                     None if holds => vec![self.bare(&latch.set, EvalPoint { frame: self.start(), ..spot })?],
                     _ if self.holds(&latch.clear, spot)? => vec![self.bare(&latch.clear, spot)?],
@@ -179,7 +179,7 @@ impl<'a> Reasons<'_, 'a> {
     fn parts(&mut self, parts: &'a [Expr], spot: EvalPoint, holds: bool, every: bool) -> Result<Vec<Reason>> {
         let mut because = Vec::new();
         for part in parts {
-            // All parts of a true `and` and of a false `or`; of the others those that are enough.
+            // All parts of a true `and` and of a false `or`; a sufficient subset for the others.
             if holds == every || self.holds(part, spot)? == holds {
                 because.push(self.bare(part, spot)?);
             }
@@ -270,7 +270,7 @@ impl<'a> Reasons<'_, 'a> {
         Ok(Fact::Compared { value, comparison: sign(comparison), threshold, margin, unit, holding })
     }
 
-    /// What an operator over time found: how much of its window was held, when its condition held, or how often it began.
+    /// Returns the fact of an operator over time: the held part of its window, the time at which its condition held, or its number of beginnings.
     fn over_time(&mut self, op: &TemporalOperator<Constant>, inner: &'a Expr, spot: EvalPoint) -> Result<Fact> {
         let rate_hz = self.inspector.frames().layout.rate_hz;
         let begin = self.inspector.began(inner, spot.this, spot.frame) - self.start();
@@ -333,7 +333,7 @@ impl<'a> Reasons<'_, 'a> {
         until - start
     }
 
-    /// The frame since which a condition has been as it is; `None` when it has been so from the beginning of the stretch.
+    /// Returns the frame of a condition's last change; `None` if it has not changed since the beginning of the stretch.
     fn since(&mut self, expr: &'a Expr, spot: EvalPoint, holds: bool) -> Result<Option<usize>> {
         let column = self.inspector.truth(expr, spot.this)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
@@ -344,7 +344,7 @@ impl<'a> Reasons<'_, 'a> {
 }
 
 impl Reason {
-    /// How many of the facts below do not hold.
+    /// Returns the number of facts below that do not hold.
     pub fn failing(&self) -> usize {
         let below: usize = self.because.iter().map(Self::failing).sum();
         below + usize::from(self.because.is_empty() && !self.holds)

@@ -1,4 +1,4 @@
-//! How far conditions are from coming out as wanted, frame by frame: by this, the paths to a primitive are ordered.
+//! The distance of conditions from their wanted outcomes, frame by frame. It orders the paths to a primitive.
 //!
 //! The degree of a condition is 0 where it is as wanted, and at most 1. A comparison is short by the distance of its value from the threshold, as a share of
 //! the sum of both. All of several conditions are short by the largest degree, one of several by the smallest. A flag is short by 1.
@@ -12,7 +12,7 @@ use teachtree_language::rules::{Comparison, Expr, ExprKind, Function};
 
 type Result<T> = std::result::Result<T, InputError>;
 
-/// What a path lacks on a frame, in the order in which paths are compared.
+/// The shortfall of a path on a frame, in the order in which paths are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub(super) struct Shortfall {
     /// Conditions that measure nothing and are the same in the whole log, such as whether it has a channel.
@@ -56,7 +56,7 @@ pub(super) struct ShortfallMeter<'p, 'a> {
 }
 
 impl<'a> ShortfallMeter<'_, 'a> {
-    /// What lacks until a condition is as wanted, on each frame. Names count as one condition.
+    /// Returns the shortfall of a condition from its wanted outcome on each frame. A name counts as one condition.
     pub fn of(&mut self, expr: &'a Expr, wanted: bool) -> Result<Vec<Shortfall>> {
         match &expr.kind {
             ExprKind::Not(inner) => self.of(inner, !wanted),
@@ -134,7 +134,7 @@ impl<'a> ShortfallMeter<'_, 'a> {
                     let inner = now.get(slot).and_then(|slot| slot.get(at)).copied().unwrap_or_default();
                     match column.holds(slot, frame) == wanted {
                         true => Degree::default(),
-                        // It is as wanted, and was not or will not be for long enough.
+                        // The condition has its wanted outcome, but not for long enough.
                         false if inner.degree == 0.0 => Degree { is_fixed: false, degree: 1.0 },
                         false => inner,
                     }
@@ -180,7 +180,7 @@ impl<'a> ShortfallMeter<'_, 'a> {
         Ok(self.each(column.slots(), degree))
     }
 
-    /// A degree for each slot and frame: of the slot, the frame of the stretch, and its place among those that are asked about.
+    /// Returns a degree for each slot and frame, by the slot, the frame of the stretch, and its index among the requested frames.
     fn each(&self, slots: usize, degree: impl Fn(usize, usize, usize) -> Degree) -> Degrees {
         let start = self.inspector.leaves().frames.start;
         let of_slot = |slot: usize| {

@@ -35,7 +35,7 @@ pub struct TaskReason {
     pub tried: Vec<TaskCandidate>,
 }
 
-/// Where a task stands in one that is made of tasks.
+/// The position of a task in a composite task.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CompositePart {
     /// The name of that task.
@@ -59,7 +59,7 @@ pub struct TaskCandidate {
     pub place: String,
     /// Whether all that it asks is there.
     pub matches: bool,
-    /// What it asks, each with what was found.
+    /// Its demands, each with the measured value.
     pub asked: Vec<Requirement>,
 }
 
@@ -70,7 +70,7 @@ pub struct Requirement {
     pub what: String,
     /// Whether it is so.
     pub holds: bool,
-    /// What was found.
+    /// The measured value.
     pub found: String,
 }
 

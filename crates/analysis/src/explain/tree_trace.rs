@@ -1,4 +1,4 @@
-//! What a tree took on one frame: the choices, the leaf, and the leaf before. It is what a diagram marks.
+//! The path through a tree on one frame: the choices, the leaf, and the leaf before. Diagrams mark this path.
 
 use super::{AnalyzedRecording, Question, asked};
 use crate::TrackId;
@@ -7,7 +7,7 @@ use teachtree_base::hands::Side;
 use teachtree_engine::inspect::Inspector;
 use teachtree_language::rules::Label;
 
-/// What a tree took on a frame.
+/// The path through a tree on a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeTrace {
     /// The position of each choice in its branch, from the root to the leaf.
@@ -20,7 +20,7 @@ pub struct TreeTrace {
     pub before: Option<Option<Label>>,
 }
 
-/// What the tree of a track took on the frame at a time, s; nothing when no tree labels the track.
+/// Returns the path through the tree of a track on the frame at a time, s; `None` if no tree labels the track.
 ///
 /// # Errors
 /// When the recording says nothing at that time, and when its rate cannot honour a duration of the rules.

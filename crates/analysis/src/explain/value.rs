@@ -1,4 +1,4 @@
-//! What an expression is worth on one frame, in a few words: the number with its unit, the truth with what decides it.
+//! Describes the value of an expression on one frame: the number with its unit, or the truth with the deciding fact.
 
 use super::fact::quantities;
 use super::reason::{EvalPoint, Reasons};

@@ -20,7 +20,7 @@ pub struct NearestPath {
     pub choice: String,
     /// Where it stands.
     pub place: String,
-    /// What stood in the way, from the root down; empty when the leaf was given.
+    /// The conditions that prevented the leaf, from the root down; empty if the tree returned the leaf.
     pub missing: Vec<Obstacle>,
 }
 

@@ -6,18 +6,18 @@ use serde::Serialize;
 /// Recordings below which nothing is said of others.
 pub const MIN_LOGS: usize = 4;
 
-/// What comes of holding recordings out.
+/// The result of a cross-validation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossValidation {
     /// The groups.
     pub folds: Vec<Fold>,
     /// The mean objective of recordings while they are held out, with the values in the files.
     pub before: Objective,
-    /// The same with what was fitted on the others.
+    /// This value with the params fitted on the others.
     pub after: Objective,
     /// The mean gain of a recording.
     pub gain: f64,
-    /// What the gain is at least, with 95 % confidence (Student's t, one-sided).
+    /// The lower bound of the gain with 95 % confidence (Student's t, one-sided).
     pub at_least: f64,
 }
 
@@ -26,21 +26,21 @@ pub struct CrossValidation {
 pub struct Fold {
     /// The recordings, by position.
     pub logs: Vec<usize>,
-    /// What was fitted on the others.
+    /// The params fitted on the others.
     pub point: ParamVector,
     /// The objective of each held-out recording, with the values in the files.
     pub before: Vec<Objective>,
-    /// The same with what was fitted.
+    /// This value with the fitted params.
     pub after: Vec<Objective>,
 }
 
-/// What is to be thought of it.
+/// The verdict on a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// What was fitted is better on recordings that were held out.
+    /// The fitted params are better on held-out recordings.
     Gain,
-    /// No other values are better, on these recordings at all.
+    /// No other values are better on these recordings.
     NothingToGain,
     /// Better on the recordings that were fitted, but not beyond the spread on those held out.
     NotBorneOut,
@@ -85,7 +85,7 @@ impl CrossValidation {
     }
 }
 
-/// The mean of some numbers, and what it is at least with 95 % confidence: `mean - t(n - 1) sd / √n`.
+/// Returns the mean of some numbers, and its lower bound with 95 % confidence: `mean - t(n - 1) sd / √n`.
 fn bound(numbers: &[f64]) -> (f64, f64) {
     let count = numbers.len().max(1) as f64;
     let mean = numbers.iter().sum::<f64>() / count;

@@ -1,4 +1,4 @@
-//! What was fitted as JSON, schema `teachtree.fit/2`; numbers by one printer.
+//! The result of a fit as JSON, schema `teachtree.fit/2`; numbers by one printer.
 //!
 //! ```json
 //! {"schema":"teachtree.fit/2","rules":[],"recordings":[],"verdict":"gain"|"nothing_to_gain"|"not_borne_out"|"too_few",

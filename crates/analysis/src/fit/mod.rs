@@ -34,7 +34,7 @@ pub type ParamVector = Vec<f64>;
 /// Evaluates points: returns for each point the objective of each recording, or `None` if its rules cannot run.
 pub type Objectives<'a> = dyn FnMut(&[ParamVector]) -> Vec<Option<Rc<[Objective]>>> + 'a;
 
-/// What can be changed.
+/// A parameter of the fit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Space {
     /// The params.
@@ -43,12 +43,12 @@ pub struct Space {
     pub pairs: Vec<(usize, usize)>,
 }
 
-/// What was fitted.
+/// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// The recordings, as the user named them.
     pub logs: Vec<String>,
-    /// What could be changed.
+    /// The parameters of the fit.
     pub space: Space,
     /// The params that change nothing on these recordings, by position.
     pub idle: Vec<usize>,
@@ -58,9 +58,9 @@ pub struct Fit {
     pub before: Objective,
     /// The same with those that were found.
     pub after: Objective,
-    /// What comes of holding recordings out.
+    /// The result of the cross-validation.
     pub held_out: Option<CrossValidation>,
-    /// What is to be thought of it.
+    /// The verdict on the fit.
     pub verdict: Verdict,
 }
 

@@ -70,7 +70,7 @@ pub fn search(
         if objective - before < MIN_GAIN {
             break;
         }
-        // What comes first is favoured: by turns.
+        // The order alternates, because the first param of a round has an advantage.
         lines.reverse();
     }
     let found = search.without_needless(best, objective);

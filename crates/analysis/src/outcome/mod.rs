@@ -50,7 +50,7 @@ impl fmt::Display for OutcomeKind {
     }
 }
 
-/// What a reason is about.
+/// The kind of a reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReasonKind {
@@ -77,7 +77,7 @@ pub enum ReasonKind {
 /// Why a recording has its outcome.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutcomeReason {
-    /// What it is about.
+    /// The kind of the reason.
     pub kind: ReasonKind,
     /// The hand; `None` where it is about the whole recording.
     pub track: Option<TrackId>,
@@ -85,7 +85,7 @@ pub struct OutcomeReason {
     pub task: Option<String>,
     /// The object and the target of the task.
     pub subject: Subject,
-    /// From when to when, s; `None` where it is about the whole recording.
+    /// Start and end, s; `None` for a reason about the whole recording.
     pub span_s: Option<[f64; 2]>,
     /// In words.
     pub message: String,
@@ -217,7 +217,7 @@ fn unseen_failures(found: &Analysis) -> impl Iterator<Item = OutcomeReason> {
     })
 }
 
-/// The names of the tasks that succeeded, those that are made of tasks too, in order of time. Parts of a failure do not count.
+/// Returns the names of the successful tasks and composite tasks, in order of time. Parts of a failure do not count.
 fn names(found: &Analysis) -> Vec<&str> {
     let mut names: Vec<(f64, &str)> = Vec::new();
     for track in &found.tracks {

@@ -7,13 +7,13 @@ pub const MAX_PAIRS: usize = 25_000_000;
 /// Sequences side by side.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Alignment {
-    /// How many edits make one sequence the other.
+    /// The edit distance of the sequences.
     pub edits: usize,
     /// Elements with the same name that stand for each other, in order.
     pub pairs: Vec<(usize, usize)>,
 }
 
-/// What it costs to come to a cell: edits first, then elements that stand alone or for another name, then distance.
+/// The cost of a cell: edits first, then unmatched or renamed elements, then distance.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Cost(usize, usize, f64);
 
@@ -23,7 +23,7 @@ impl Cost {
     }
 }
 
-/// Where the best way to a cell comes from.
+/// The predecessor of a cell on the best path.
 #[derive(Clone, Copy)]
 enum Step {
     Diagonal,

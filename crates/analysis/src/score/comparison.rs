@@ -11,19 +11,19 @@ use crate::{Analysis, Segment, Track, TrackId};
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::error::InputError;
 
-/// A result and what it is held against.
+/// A result and its reference.
 pub struct ComparedResult<'a> {
     /// The labels, in the names of its rules.
     pub truth: &'a Truth,
     /// The result.
     pub found: &'a Analysis,
-    /// What was analyzed.
+    /// The inputs of the analysis.
     pub meta: &'a Meta,
     /// The names of its rules.
     pub known: &'a KnownNames,
 }
 
-/// How well two results agree with labels.
+/// The agreement of two results with labels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
     /// The share of the time that was compared in which each agrees; `None` where no time was.

@@ -2,7 +2,7 @@
 
 use teachtree_base::meaning::{Meaning, Primitives};
 
-/// What touches what during a primitive (docs/sources.md, C1 to C20).
+/// The contacts during a primitive (docs/sources.md, C1 to C20).
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Contacts {
     /// The hand touches nothing, or is letting go.

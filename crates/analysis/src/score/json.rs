@@ -14,7 +14,7 @@
 //! ```
 //!
 //! SHARE is `{"right","of","rate","low","high"}` with 95 % bounds, ERRORS is `{"found","of","median_ms","p95_ms"}`.
-//! What cannot be said (a rate of nothing) is `null`; `tasks` is `null` where nothing is known about tasks.
+//! An undefined number (a rate of nothing) is `null`; `tasks` is `null` if the truth has no tasks.
 
 use super::{BoundaryErrors, Row, Score, Share, Tally};
 use crate::json::{Meta, printed};

@@ -19,7 +19,7 @@ pub(super) struct Cell {
     pub truth: usize,
     /// The resulting piece, by position.
     pub result: usize,
-    /// How long it is, s.
+    /// The duration, s.
     pub length_s: f64,
     /// Whether the resulting name is one of the right ones.
     pub right: bool,
@@ -51,7 +51,7 @@ pub(super) struct Layout {
     pub cells: Vec<Cell>,
 }
 
-/// What is at a stretch of scored time.
+/// The labels of an interval of scored time.
 struct ScoredInterval<'a> {
     names: &'a [String],
     label: &'a str,

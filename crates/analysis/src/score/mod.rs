@@ -1,4 +1,4 @@
-//! How right a result is: a truth and an analysis in, counts out, from which every measure follows. docs/score.md defines each of them.
+//! Scores an analysis against true labels. Returns counts from which all measures follow; docs/score.md defines them.
 //!
 //! Invariants: nothing is read or printed here; counts of recordings add up in any grouping; a result that is the truth has every rate at 1 and every
 //! error at 0; rates lie between 0 and 1.
@@ -65,7 +65,7 @@ impl fmt::Display for Stage {
 pub struct Score {
     /// Which result was scored.
     pub stage: Stage,
-    /// What was scored, in order of the recordings.
+    /// The scores, in order of the recordings.
     pub rows: Vec<Row>,
     /// All together.
     pub all: Tally,
@@ -93,7 +93,7 @@ impl Score {
     /// Rejects a score with nothing to compare: no time has both a true label and a result, and no recording has a task.
     ///
     /// # Errors
-    /// Nothing can be compared. The error names the first recording.
+    /// No recording can be compared. The error names the first one.
     pub fn or_nothing(self) -> Result<Self, InputError> {
         let has_tasks = self.all.tasks.as_ref().is_some_and(|tasks| !tasks.is_empty());
         let log = self.rows.first().map_or("the log", |row| &row.log);
@@ -105,7 +105,7 @@ impl Score {
             .help("`teachtree analyze` shows when the recording was analyzed; compare it with the times and tracks of the labels"))
     }
 
-    /// How many recordings were scored.
+    /// Returns the number of scored recordings.
     pub fn recordings(&self) -> usize {
         self.rows.chunk_by(|one, next| one.log == next.log).count()
     }
@@ -163,7 +163,7 @@ fn tally(
         let result = if cell.right { &truth.name } else { &result.name };
         *tally.time_s.entry((truth.name.clone(), result.clone())).or_default() += cell.length_s;
     }
-    // Where nothing is coordinated there is no segment.
+    // A time without coordination has no segment.
     let [trues, results] = [&layout.truth, &layout.result].map(|row| segments_of(row));
     tally.segments = overlap::matches(&trues, &results);
     let pair = |one: usize, other: usize| trues.get(one).zip(results.get(other));
@@ -223,7 +223,7 @@ fn task_pairs(tasks: &[Span], track: &Track, trues: &[&LabeledSpan], results: &[
         let found_s = found.map(|found| (found.start_s, found.end_s));
         let result = found.map_or(NONE, |found| &found.task).to_string();
         TaskPair {
-            // Of several right names it is the one that was found.
+            // Among several true names, the found one counts.
             truth: truth.map_or(NONE.to_string(), |truth| {
                 if truth.names.contains(&result) { result.clone() } else { truth.name() }
             }),

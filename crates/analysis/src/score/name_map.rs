@@ -1,4 +1,4 @@
-//! From foreign names to ours: `S1: [Move, Approach]`, `S2: Grasp`, `S9: mask` (docs/score.md).
+//! Maps foreign names to ours: `S1: [Move, Approach]`, `S2: Grasp`, `S9: mask` (docs/score.md).
 
 use indexmap::IndexMap;
 use serde::Deserialize;
@@ -7,12 +7,12 @@ use teachtree_base::spelling::nearest;
 use teachtree_base::yaml;
 use teachtree_language::rules::{Label, Rules, Task};
 
-/// What a name is mapped to when its time is not scored.
+/// The target of names whose time is not scored.
 pub const MASK: &str = "mask";
-/// What both hands do while nothing is coordinated.
+/// The name of a time without coordination.
 pub const SEPARATE: &str = "separate";
 
-/// A map of names. A name that is not in it stays what it is.
+/// A map of names. A name that is not in the map does not change.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NameMap {
     /// The alternatives of each foreign name; none for one that is not scored.
@@ -121,7 +121,7 @@ pub struct KnownNames {
     pub primitives: Vec<String>,
     /// Tasks.
     pub tasks: Vec<String>,
-    /// What each of them is made of, in their order.
+    /// The parts of each of them, in their order.
     pub parts: Vec<TaskParts>,
 }
 

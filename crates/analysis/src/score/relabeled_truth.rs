@@ -30,7 +30,7 @@ impl Truth {
     }
 }
 
-/// What the trees of the hands would have said. Rules over both hands need them side by side.
+/// The leaves that the trees of the hands would have returned. Rules over both hands need both tracks.
 fn leaves(truth: &Truth, rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
     let labels = labels(rules);
     let frame = |time_s: f64| frames.time.partition_point(|time| *time < time_s);

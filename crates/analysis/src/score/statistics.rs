@@ -3,12 +3,12 @@
 /// The 97.5 % quantile of the normal distribution: two-sided 95 % bounds.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// How many of how many.
+/// A ratio of counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Share {
-    /// How many are right.
+    /// The number of correct elements.
     pub right: usize,
-    /// Of how many.
+    /// The number of elements.
     pub of: usize,
 }
 

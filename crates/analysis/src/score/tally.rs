@@ -1,4 +1,4 @@
-//! What is counted, and the measures that follow from it. The counts of recordings add up; measures of several recordings are those of the sum.
+//! The counts of a score, and the measures that follow from them. The counts of recordings add up; measures of several recordings are those of the sum.
 
 use super::overlap::Matches;
 use super::statistics::{Share, quantile, ratio};
@@ -35,18 +35,18 @@ pub struct Boundary {
     pub after: String,
     /// Whether a contact is made or lost there.
     pub by_contact: bool,
-    /// How much later the result has it, s; `None` when the result has no such segment.
+    /// The delay of the result, s; `None` if the result has no such segment.
     pub late_s: Option<f64>,
 }
 
 /// Errors of some boundaries.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BoundaryErrors {
-    /// How many boundaries were found, of how many.
+    /// The number of found boundaries, and of all boundaries.
     pub found: Share,
-    /// How much later they are in the result, s, sorted.
+    /// The delays of the result, s, sorted.
     pub late_s: Vec<f64>,
-    /// How far they are off, s, sorted.
+    /// The distances, s, sorted.
     pub off_s: Vec<f64>,
 }
 
@@ -74,14 +74,14 @@ impl BoundaryErrors {
     }
 }
 
-/// What the tasks of one true name became.
+/// The results for the tasks of one true name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TaskMeasures {
-    /// How many were found, of how many true ones: recall.
+    /// The number of found tasks, of all true ones: recall.
     pub found: Share,
-    /// How many of those found under this name are true: precision.
+    /// The number of correct tasks, of all found ones with this name: precision.
     pub named: Share,
-    /// How many of the true ones have the true sequence of primitives.
+    /// The number of true tasks with the true sequence of primitives.
     pub sequences: Share,
 }
 
@@ -103,7 +103,7 @@ impl Tally {
         self.primitives.known.extend(other.primitives.known.clone());
     }
 
-    /// How much time was scored, s.
+    /// The scored time, s.
     pub fn scored_s(&self) -> f64 {
         self.time_s.values().sum()
     }
@@ -145,12 +145,12 @@ impl Tally {
         self.time_s.keys().flat_map(|(truth, result)| [truth.as_str(), result.as_str()]).collect()
     }
 
-    /// How long a primitive is in the truth, s.
+    /// Returns the time of a primitive in the truth, s.
     pub fn true_s(&self, primitive: &str) -> f64 {
         self.time_where(|truth, _| truth == primitive)
     }
 
-    /// How long it is in the result, s.
+    /// Returns the time of a primitive in the result, s.
     pub fn result_s(&self, primitive: &str) -> f64 {
         self.time_where(|_, result| result == primitive)
     }
@@ -178,14 +178,14 @@ impl Tally {
         self.tasks.as_deref().unwrap_or(&[])
     }
 
-    /// How many true tasks were found, of how many.
+    /// Returns the number of found true tasks, and of all true tasks.
     pub fn tasks_found(&self) -> Share {
         let mut found = Share::default();
         self.task_pairs().iter().filter(|pair| pair.is_true()).for_each(|pair| found.count(pair.is_right()));
         found
     }
 
-    /// How many true tasks have the true sequence of primitives, of those for which it is known.
+    /// Returns the number of true tasks with the true sequence of primitives, of those with a known sequence.
     pub fn task_sequences(&self) -> Share {
         let mut equal = Share::default();
         let known = self.task_pairs().iter().filter(|pair| pair.is_true() && !pair.true_sequence.is_empty());
@@ -193,12 +193,12 @@ impl Tally {
         equal
     }
 
-    /// How many tasks were named where there is none.
+    /// Returns the number of false alarms: named tasks without a true task.
     pub fn false_tasks(&self) -> usize {
         self.task_pairs().iter().filter(|pair| pair.is_false_alarm()).count()
     }
 
-    /// How often each true task was taken for what.
+    /// Returns the confusion counts of true and found names.
     pub fn task_confusion(&self) -> BTreeMap<(&str, &str), usize> {
         let mut confusion = BTreeMap::new();
         for pair in self.task_pairs() {
@@ -207,7 +207,7 @@ impl Tally {
         confusion
     }
 
-    /// What became of the tasks of each true name, and of each found name.
+    /// Returns the results for each true name and each found name.
     pub fn task_measures(&self) -> BTreeMap<&str, TaskMeasures> {
         let mut measures: BTreeMap<&str, TaskMeasures> = BTreeMap::new();
         for pair in self.task_pairs() {

@@ -3,16 +3,16 @@
 use super::truth::Span;
 use crate::{TaskSpan, UNKNOWN};
 
-/// Stands for the task that is not there: on the true side for a task that was named where there is none,
-/// on the other for a true task that was not found.
+/// The placeholder for a missing task: on the true side of a false alarm,
+/// and on the other side of a true task that was not found.
 pub const NONE: &str = "none";
 
-/// A true task and what was found in its place, or a found one where there is none.
+/// A true task and the task found in its place, or a found task without a true one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaskPair {
     /// The true name, [`NONE`] where there is no task.
     pub truth: String,
-    /// What was found: a name, `unknown`, or [`NONE`].
+    /// The found name, `unknown`, or [`NONE`].
     pub result: String,
     /// Start and end, s: of the true task, else of the found one.
     pub time_s: (f64, f64),
@@ -33,7 +33,7 @@ impl TaskPair {
         self.truth != NONE
     }
 
-    /// Whether a task was named where there is none.
+    /// Whether a task was named without a true task.
     pub fn is_false_alarm(&self) -> bool {
         !self.is_true() && self.result != UNKNOWN
     }

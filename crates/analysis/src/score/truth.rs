@@ -13,14 +13,14 @@ use teachtree_logs::read::labels::{Interval, LabelKind, Labels};
 /// The kind of event that begins a task; its first subject is the hand.
 const TASK_STARTED: &str = "task_started";
 
-/// What is true of a recording.
+/// The true labels of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     /// The tracks about which something is known, left, right, both.
     pub tracks: Vec<TrackTruth>,
 }
 
-/// What is true of a track.
+/// The true labels of a track.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackTruth {
     /// Whose it is.
@@ -43,7 +43,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// How the alternatives are shown together: `Move|Approach`.
+    /// The displayed name of the alternatives: `Move|Approach`.
     pub fn name(&self) -> String {
         self.names.join("|")
     }
@@ -112,7 +112,7 @@ impl Truth {
     }
 }
 
-/// What an empty cell means: nothing is known, or nothing is coordinated.
+/// The meaning of an empty cell: unknown, or no coordination.
 fn empty(who: TrackId) -> Option<&'static str> {
     (who == TrackId::Both).then_some(SEPARATE)
 }
@@ -132,7 +132,7 @@ fn checked_name(interval: &Interval, known: &KnownNames) -> Result<String, Strin
     ))
 }
 
-/// When tasks of a hand begin, s.
+/// The starts of the tasks of a hand, s.
 fn task_starts(events: &[Event], who: TrackId) -> Vec<f64> {
     let hand = who.to_string();
     let of_hand = |event: &&Event| event.kind == TASK_STARTED && event.subjects.first() == Some(&hand);

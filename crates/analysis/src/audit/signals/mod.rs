@@ -15,10 +15,10 @@ use super::{Facts, Finding, FindingKind};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_frames::raw_log::{RawLog, RawTable};
 
-/// How far a finding may be outside of a recording on the same clock, s: rows before and behind the analyzed ones.
+/// Maximum distance of a finding from a recording on the same clock, s: rows before and after the analyzed ones.
 const CLOCK: f64 = 1.0;
 
-/// What a data set says of an episode beside its rows.
+/// The metadata of an episode in a data set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EpisodeDeclaration {
     /// Frames per second.

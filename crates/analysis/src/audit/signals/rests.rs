@@ -1,10 +1,10 @@
-//! When anything moves in a recording, and the rests between.
+//! Motions in a recording, and the rests between them.
 
 use super::samples::{Samples, quantile};
 use super::{Finding, FindingKind, short};
 use teachtree_frames::raw_log::RawLog;
 
-/// What a data set calls what it measures and commands; other columns count only where there is none.
+/// The columns of measurements and commands in data sets. Other columns count only in recordings without them.
 const OF_SETS: [&str; 2] = ["observation.state", "action"];
 /// Words in the names of columns that say where something is.
 const PLACES: [&str; 4] = ["position", "orientation", "rotation", "translation"];
@@ -86,7 +86,7 @@ fn step(samples: &Samples) -> f64 {
     quantile(&steps, 0.5)
 }
 
-/// When a column leaves the value that it had when it moved last.
+/// Returns the times at which a column leaves its resting value.
 fn events(samples: &Samples) -> Vec<f64> {
     const MEDIAN_OF_NORMAL: f64 = 0.6745;
     // The middle of two neighbors has half of their variance: a bend is √1.5 times as wide as the noise.

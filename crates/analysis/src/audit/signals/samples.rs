@@ -63,7 +63,7 @@ impl Samples {
         if least.is_finite() { least } else { 0.0 }
     }
 
-    /// How far each inner sample is from the middle of its neighbors.
+    /// Returns the distance of each inner sample from the mean of its neighbors.
     pub fn bends(&self) -> Vec<f64> {
         let inner = self.values.iter().zip(self.values.iter().skip(1)).zip(self.values.iter().skip(2));
         inner.map(|((before, value), after)| (value - 0.5 * (before + after)).abs()).collect()

@@ -17,11 +17,11 @@ const TIMES: f64 = 20.0;
 const OF_RANGE: f64 = 0.2;
 /// The neighbors of a spike differ by at most this share of it.
 const RETURNS: f64 = 0.25;
-/// What nearly all samples are.
+/// The share of samples that counts as nearly all.
 const NEARLY_ALL: f64 = 0.95;
 /// The most samples of a spike.
 const WIDEST: usize = 2;
-/// How near a step is to a whole turn, or to twice a number whose sign changes, as a share of it.
+/// Relative tolerance of a step of a whole turn, or of twice a number whose sign changes.
 const NEAR: f64 = 0.05;
 /// Words in the names of columns that measure forces and what follows from them.
 const FORCES: [&str; 12] = [

@@ -6,7 +6,7 @@ use teachtree_frames::raw_log::RawTable;
 
 /// A step this many times the usual one is a gap, unless the next steps make up for it.
 const GAP_STEPS: f64 = 1.5;
-/// How many of the next steps may make up for a long one.
+/// Number of next steps that may compensate for a long one.
 const CATCH_UP: usize = 4;
 /// Fewest steps by which a rate is known.
 const FEWEST_STEPS: usize = 10;
@@ -18,7 +18,7 @@ const NEAR: f64 = 0.5;
 const EVEN_ROWS: (f64, f64) = (0.1, 0.01);
 const EVEN_MESSAGES: (f64, f64) = (NEAR, 0.1);
 
-/// What is wrong with the stamps of a table.
+/// The faults of the stamps of a table.
 pub(super) fn findings(table: &RawTable, declared: &EpisodeDeclaration) -> Vec<Finding> {
     let mut senders: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for (row, stamp) in table.stamps_s.iter().enumerate() {
