@@ -142,7 +142,7 @@ enum FieldBuffer {
 /// The columns of a table: numbers, truth, times and texts as they are, a list of numbers as a column for each place, `state[0]`.
 ///
 /// # Errors
-/// When the stream fails, a list changes its length, or `units` names a column that there is none of.
+/// The stream fails, a list changes its length, or `units` names a missing column.
 pub fn columns(stream: RecordBatchStreamReader, units: &BTreeMap<String, String>) -> Result<Vec<Column>, ColumnError> {
     let schema = stream.schema();
     if let Some(unknown) = units.keys().find(|name| schema.field_with_name(name).is_err()) {

@@ -11,7 +11,7 @@ const TICK: Duration = Duration::from_millis(20);
 
 /// Does `work` on a thread of its own, without the interpreter's lock.
 ///
-/// Ctrl-C raises `KeyboardInterrupt` within [`TICK`]; work that cannot be taken back goes on unseen, and its result is dropped.
+/// Ctrl-C raises `KeyboardInterrupt` within [`TICK`]; work that cannot be cancelled continues in the background, and its result is dropped.
 ///
 /// # Errors
 /// What a handler of signals raises; a panic of `work`, which is a bug.

@@ -1,7 +1,7 @@
 //! The command line: one file a command. Only here is anything printed, and only here and in the loaders are files opened.
 //!
-//! Exit status: 0 fine, 1 the answer is no (a failed check), 2 bad usage or input, 3 bad input of some recordings, the others are done; 4 and more, classes of faults of a
-//! robot's execution.
+//! Exit status: 0 fine, 1 the answer is no (a failed check), 2 bad usage or input, 3 bad input of some recordings, the others are done; 4 and more, classes of
+//! faults of a robot's execution.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "the only module that prints")]
 
@@ -153,7 +153,7 @@ enum Failure {
 const PARTIAL: u8 = 3;
 
 impl Failure {
-    /// No failure when there is none.
+    /// Succeeds for an empty list.
     fn all(failures: Vec<Self>) -> Result<(), Self> {
         if failures.is_empty() { Ok(()) } else { Err(Self::Several(failures)) }
     }

@@ -219,8 +219,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     result()
 }
 
-/// For each commanded task, whether one of that name and hand is found in the robot's recording; each one found counts once. Tasks that no rule names have nothing
-/// to be recognized by.
+/// For each commanded task, whether one of that name and hand is found in the robot's recording; each one found counts once. Tasks that no rule names have
+/// nothing to be recognized by.
 fn recognized(commands: &Commands, again: &Analysis) -> Vec<Option<bool>> {
     let mut found: Vec<(TrackId, String)> =
         again.tasks().iter().map(|task| (task.track(), task.name().to_string())).collect();
@@ -262,7 +262,7 @@ fn format_recognized(commands: &Commands, recognized: &[Option<bool>], again: &A
     text
 }
 
-/// The grasps that the robot's hand cannot take, as `retarget` noted them; empty when there is none.
+/// Formats the grasps that are infeasible for the robot's hand, from the result of `retarget`; empty if all are feasible.
 fn format_infeasible(commands: &Commands) -> String {
     let mut text = String::new();
     for (number, task) in commands.tasks.iter().enumerate() {

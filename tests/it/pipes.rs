@@ -67,7 +67,7 @@ fn a_pipe_in_the_place_of_a_file_is_refused_by_its_name() {
     }
     let output = teachtree_in(folder.path(), &["check", "pipe.rules"]);
     assert!(matches!(output.status.code(), Some(1 | 2)), "{}", all_said(&output));
-    assert!(all_said(&output).contains("it is no file"), "{}", all_said(&output));
+    assert!(all_said(&output).contains("it is not a file"), "{}", all_said(&output));
 }
 
 #[test]

@@ -11,7 +11,7 @@
 //!  "issues":[{"kind","start_s","end_s","channel","message"}]}
 //! ```
 //!
-//! SPAN is `"object","partner","start_s","end_s","start_row","end_row"`; object and partner are null where there is none.
+//! SPAN is `"object","partner","start_s","end_s","start_row","end_row"`; object and partner may be null.
 //! A track is `left`, `right` or `both`; `segments` is what the trees gave, `relabeled` the same time after relabeling, of which
 //! `tasks[].segments` are parts. `was` is empty and `by` is "" where no rule changed anything; several rules are joined by `; `.
 //! `composites` are the tasks that are made of tasks, where there are any: `parts` are the names of these, `tasks` their numbers in the track, from 1.

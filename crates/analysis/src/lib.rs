@@ -144,7 +144,7 @@ pub struct Track {
 /// A stretch of time with one primitive.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Segment {
-    /// The primitive as it is shown: `Grasp`, `MainGrasp(left)`.
+    /// The displayed name of the primitive: `Grasp`, `MainGrasp(left)`.
     pub primitive: String,
     /// The action of the hand, if the rules declare it.
     pub does: Option<Meaning>,

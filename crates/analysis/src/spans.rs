@@ -1,7 +1,7 @@
 //! Spans of tasks: labels in, one at a time, spans from a first to a last primitive out as they close
 //! (grammar/README.md, Meaning of a run, point 6; docs/sources.md, A12).
 //!
-//! A span begins with the first primitive, and goes on over further ones (an aborted approach stays in) until the last primitive
+//! A span begins with the first primitive, and continues over further ones (it includes an aborted approach) until the last primitive
 //! has come. What comes then begins the next span: the first primitive again, or a new touch.
 
 use super::labeled_span::LabeledSpan;

@@ -1,6 +1,6 @@
 //! The reference evaluator: Meaning of a run (grammar/README.md), literally and slowly, over a whole log.
 //!
-//! It shares nothing with the compiled evaluator but the checked rules and the frames: every operator with memory looks back over the
+//! It shares only the checked rules and the frames with the compiled evaluator: every operator with memory looks back over the
 //! frames themselves, from the last restart on.
 
 mod functions;
@@ -415,7 +415,7 @@ impl<'a> Reference<'a> {
             }
             TemporalOperator::Lasting(duration) => {
                 let n = frames(duration)?;
-                // What is remembered on a later frame may have begun after this one.
+                // The state on a later frame may have begun after this one.
                 let same_memory = |at: &usize| self.beginning(&[condition], this, *at) <= frame;
                 let ahead = (frame + 1..self.stretch.end).take(n).take_while(same_memory);
                 let before = self.unbroken(last(n).rev(), condition, this, &now)?;

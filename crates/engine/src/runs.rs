@@ -16,14 +16,14 @@ pub struct Run {
     pub label: Option<Label>,
 }
 
-/// What the trees said in one gap-free stretch, before settling: the leaves themselves.
+/// The leaves of the trees in one gap-free stretch, before settling.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Leaves {
     /// The stretch.
     pub frames: Range<usize>,
     /// The leaves of each hand's tree; neighbours differ, no frame is left out.
     pub hands: BTreeMap<Side, Vec<Run>>,
-    /// The leaves of the tree over both hands; empty when there is none, or when the log has one hand only.
+    /// The leaves of the tree over both hands; empty without such a tree, or for a log with one hand.
     pub both: Vec<Run>,
 }
 

@@ -1,5 +1,5 @@
-//! What every evaluator has to know alike: how many samples a duration has, what a hand or finger that the log lacks reads as, how many slots an array
-//! has, what a rate is divided by, and when a target changes.
+//! The semantics that all evaluators share: the number of samples of a duration, the value of a hand or finger that the log lacks, the number of slots of an
+//! array has, what a rate is divided by, and when a target changes.
 
 use teachtree_base::channels::{Axis, Shape};
 use teachtree_base::error::InputError;
@@ -43,7 +43,7 @@ pub fn samples(duration_s: f64, rate_hz: f64) -> Result<u32, InputError> {
     Ok(samples.max(1))
 }
 
-/// How often a condition has to begin, 1 or more: rounded up, since half a beginning is none.
+/// Returns the required number of beginnings of a condition, 1 or more; rounded up.
 pub fn times(number: f64) -> u32 {
     // In range: the checker lets no other number pass.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and MOST_TIMES")]
@@ -63,12 +63,12 @@ pub fn mismatched() {
     debug_assert!(false, "a step of the plan met the memory of another kind of step");
 }
 
-/// By what the difference over some samples is multiplied to be a change per second.
+/// Returns the factor from the difference over some samples to a change per second.
 pub fn per_second(rate_hz: f64, samples: u32) -> f64 {
     rate_hz / f64::from(samples)
 }
 
-/// What each component of a value reads as that the log does not have: no object is -1, a condition does not hold, a number is 0.
+/// Returns the components of a value that the log lacks: -1 for an object, false for a condition, 0 for a number.
 pub const fn absent(shape: Shape) -> f64 {
     match shape {
         Shape::Object => -1.0,
@@ -76,7 +76,7 @@ pub const fn absent(shape: Shape) -> f64 {
     }
 }
 
-/// How many slots a channel of a hand has in a log: 1 when it is not an array, 0 when it is an array of a hand that the log lacks.
+/// Returns the number of slots of a channel of a hand in a log: 1 for a channel that is not an array, 0 for an array of a hand that the log lacks.
 pub fn slots(layout: &Layout, axis: Option<Axis>, side: Option<Side>) -> usize {
     let hand = side.and_then(|side| layout.hand(side));
     match axis {

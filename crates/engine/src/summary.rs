@@ -15,33 +15,33 @@ pub struct Aggregation {
     pub rate: f64,
 }
 
-/// What is kept from one frame to the next.
+/// The state between frames.
 #[derive(Clone, Debug)]
 pub enum State {
-    /// Of the last samples.
+    /// A summary of the last samples.
     Last {
         /// In front of `at` the samples of this piece; from there on the piece before, each number put together with all that follow in it. (Of
         /// [`Summary::Earliest`] the samples themselves.)
         ring: Box<[f64]>,
-        /// How many samples of this piece there are, fewer than the ring has.
+        /// Number of samples of this piece, less than the size of the ring.
         at: usize,
         /// Whether there is a piece before.
         full: bool,
-        /// The samples of this piece, put together.
+        /// The samples of this piece, combined.
         running: f64,
     },
-    /// Of the samples since a condition began.
+    /// A summary of the samples since a condition began.
     Since {
-        /// Those samples, put together.
+        /// These samples, combined.
         running: f64,
-        /// How many; 0 until it has begun.
+        /// Number of samples; 0 until the condition has begun.
         count: u64,
         /// Whether it held on the frame before.
         held: bool,
     },
 }
 
-/// A frame: the number, whether the condition of `since` holds, and whether what came before is forgotten.
+/// A frame: the number, whether the condition of `since` holds, and whether the state is reset.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// The number.
@@ -52,7 +52,7 @@ pub struct Frame {
     pub anew: bool,
 }
 
-/// What two numbers make together, the second one being that of the frame that is further away from where the first one began.
+/// Combines two numbers; the frame of the second one is farther from the start of the first one.
 #[inline(always)]
 fn joined(summary: Summary, one: f64, other: f64) -> f64 {
     match summary {
@@ -75,7 +75,7 @@ impl Aggregation {
     }
 }
 
-/// How many, as a number.
+/// Converts a count to a number.
 #[inline(always)]
 fn counted(count: u64) -> f64 {
     count as f64
@@ -100,7 +100,7 @@ impl State {
         }
     }
 
-    /// What is made of the samples up to this frame.
+    /// Returns the result for the samples up to this frame.
     #[inline(always)]
     pub fn value(&self, aggregation: Aggregation, frame: Frame) -> f64 {
         let Aggregation { summary, .. } = aggregation;
@@ -114,7 +114,7 @@ impl State {
                 }
             }
             Self::Since { running, count, .. } => match self.since(frame) {
-                // It has not begun so far.
+                // The condition has not begun.
                 None if summary == Summary::Integral => 0.0,
                 None => frame.now,
                 Some(true) => aggregation.result(frame.now, 1),
@@ -136,7 +136,7 @@ impl State {
         }
     }
 
-    /// Goes on to the next frame.
+    /// Advances to the next frame.
     #[inline(always)]
     pub fn advance(&mut self, aggregation: Aggregation, frame: Frame) {
         let summary = aggregation.summary;
@@ -194,7 +194,7 @@ impl State {
 
 /// Puts each number of a piece together with all that follow.
 fn join_from_the_end(summary: Summary, piece: &mut [f64]) {
-    // Of the first one the samples are asked for as they are.
+    // `Earliest` returns the sample itself.
     if summary == Summary::Earliest {
         return;
     }

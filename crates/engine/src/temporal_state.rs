@@ -11,9 +11,9 @@ pub enum PastOperator {
     For(u32),
     /// True on at least one of the last frames.
     WithinLast(u32),
-    /// It began on at least `times` of the last frames; `times` is at least 1.
+    /// Whether the condition began on at least `times` of the last frames; `times` is at least 1.
     AtLeast {
-        /// How often.
+        /// The required number of beginnings.
         times: u32,
         /// The frames.
         within: u32,
@@ -29,7 +29,7 @@ pub struct ReducedOperator {
     pub operator: PastOperator,
     /// Whether it is the negation of the condition.
     pub negated: bool,
-    /// How many frames later the result is known; what lies after the end of a stretch does not hold.
+    /// Returns the number of frames by which the result is delayed; the condition does not hold after the end of a stretch.
     pub ahead: Option<u32>,
 }
 
@@ -40,7 +40,7 @@ impl ReducedOperator {
         Some(match temporal {
             TemporalOperator::For(frames) => plain(PastOperator::For(frames)),
             TemporalOperator::WithinLast(frames) => plain(PastOperator::WithinLast(frames)),
-            // What is true within the next n frames is true within the last n frames, n - 1 frames later.
+            // `within next` n frames equals `within last` n frames, n - 1 frames later.
             TemporalOperator::WithinNext(frames) => {
                 Self { operator: PastOperator::WithinLast(frames), negated: false, ahead: Some(frames - 1) }
             }
@@ -63,7 +63,7 @@ impl PastOperator {
     }
 }
 
-/// What is kept from one frame to the next. Frames are counted from the beginning of a stretch.
+/// The state between frames. Frames are counted from the beginning of a stretch.
 #[derive(Clone, Debug)]
 pub enum State {
     /// `for`: the first frame of those on which it has held without a break.
@@ -97,7 +97,7 @@ impl State {
             PastOperator::AtLeast { times, .. } => {
                 Self::AtLeast { held: false, ends: vec![0; times as usize].into(), oldest: 0 }
             }
-            // What begins true can not rise.
+            // A condition that is true at the beginning does not rise.
             PastOperator::Rises => Self::Rises(true),
         }
     }

@@ -137,7 +137,7 @@ impl Streams {
         }
     }
 
-    /// Whether there is none.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }

@@ -329,7 +329,7 @@ fn search<'a>(mut open: Goals<'a>, mut later: Goals<'a>, mut case: Case, left: &
     })
 }
 
-/// Whether a label as it is written in `from` stands for a leaf: one without a side for both.
+/// Whether a label in `from` matches a leaf. A label without a side matches both sides.
 fn covers(name: &str, leaf: &str) -> bool {
     name == leaf || leaf.split_once('(').is_some_and(|(bare, _)| bare == name)
 }

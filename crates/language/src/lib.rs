@@ -1,7 +1,7 @@
 //! The rule language: text in, a checked rule set and diagnostics out. It knows no log and no robot.
 //!
 //! The passes in their order: `source` reads files, `parse` makes syntax trees, `resolve` gives names their meaning and drives
-//! `types`, `tree`, `tasks`, `relabels` and `lints`. Each pass returns what it made and what it found, and goes on after a mistake.
+//! `types`, `tree`, `tasks`, `relabels` and `lints`. Each pass returns its result and its diagnostics, and continues after a mistake.
 
 pub mod codes;
 mod composites;

@@ -15,7 +15,7 @@ pub struct ParamSite {
     pub name: String,
     /// Where the number stands, unit included.
     pub span: Span,
-    /// The unit as it is written; empty for a plain number.
+    /// The written unit; empty for a plain number.
     pub unit: String,
     /// The value, in that unit.
     pub value: f64,

@@ -256,7 +256,7 @@ pub struct Choice {
 pub enum Consequent {
     /// A leaf: this primitive.
     Primitive(Label),
-    /// A leaf: the primitive of the frame before goes on. Never reachable from `none`.
+    /// A leaf that keeps the primitive of the frame before. Never reachable from `none`.
     Stay,
     /// A leaf of a tree over both hands: no coordination, each hand's own tree counts.
     Separate,
@@ -279,7 +279,7 @@ pub struct Task {
     pub all_keys: bool,
     /// Primitives that must not occur.
     pub without: Vec<Label>,
-    /// Whether a new touch after `last` without a `first` between goes on with the same task.
+    /// Whether a new touch after `last`, without a `first` in between, continues the same task.
     pub joined: bool,
     /// Whether it is a failure; every other task is a success.
     pub failure: bool,

@@ -219,7 +219,7 @@ pub struct Primitive {
     pub other: Option<Name>,
 }
 
-/// A primitive as it is named in leaves and patterns.
+/// The name of a primitive in leaves and patterns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
     /// The primitive.

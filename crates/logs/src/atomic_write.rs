@@ -154,7 +154,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // After `commit` there is none.
+        // `commit` has already removed the folder.
         let _ = std::fs::remove_dir_all(self.path());
     }
 }

@@ -128,7 +128,7 @@ impl List<'_> {
         }
     }
 
-    /// Params, signals, latches, channels and functions, each as it goes on from what is written.
+    /// Params, signals, latches, channels and functions, each as a continuation of the written text.
     fn values(&mut self) {
         let rule_set = self.rule_set;
         let (side, before) = match self.before.split_once('.') {

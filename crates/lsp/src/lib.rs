@@ -4,7 +4,7 @@
 //! `workspace` knows the open files and what the compiler says of them; the other files answer one kind of question each.
 //! It holds no rule of the language itself: all that it says is of `language`, and the values of a recording are of `analysis`.
 //!
-//! INVARIANTS: whatever comes in, the server goes on until it is asked to exit or the input ends; nothing is written but messages, and
+//! INVARIANTS: the server runs until the client requests its exit or the input ends, even after invalid input; it writes only messages, and
 //! files of the cache.
 
 mod actions;

@@ -26,8 +26,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Opens the recording that is set; a recording that was written anew is opened anew. Returns whether anything changed. Errors say
-    /// what is wrong with it; then there is none.
+    /// Opens the configured recording; opens a changed file again. Returns whether anything changed. After an error
+    /// no recording is open.
     pub fn open(&mut self, settings: &Settings) -> Result<bool, String> {
         let file = settings.log.as_ref().and_then(|log| std::fs::metadata(log).ok());
         let stamp = file.and_then(|file| Some((file.len(), file.modified().ok()?)));

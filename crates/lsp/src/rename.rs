@@ -81,7 +81,7 @@ fn well_formed(symbol: &Symbol, name: &str) -> Answer<()> {
     } else if !name.is_empty() && is_name(&format!("{name}_")) {
         format!("`{name}` is a word of the language")
     } else {
-        format!("`{name}` is no name: a small letter or `_`, then letters, digits and `_`, such as `touching`")
+        format!("`{name}` is not a name: a small letter or `_`, then letters, digits and `_`, such as `touching`")
     }))
 }
 

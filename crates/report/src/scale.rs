@@ -35,7 +35,7 @@ pub(super) fn scale<'v>(curves: impl Iterator<Item = &'v [f64]> + Clone, also: &
     if whole.least > whole.greatest {
         return None;
     }
-    // What else is level has its own height for a scale; what is nothing but knocks is shown as it is.
+    // The scale of another constant curve is its own height; a curve of spikes only is not scaled.
     let length = match usual.greatest - usual.least {
         length if length > 0.0 => length,
         _ => usual.greatest.abs(),

@@ -58,7 +58,7 @@ pub(super) struct Panel {
     pub curves: Result<Vec<Curve>, &'static str>,
 }
 
-/// A value for each frame; not a number where there is none.
+/// A value for each frame; NaN for a missing value.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Curve {
     /// Its name, when the panel has several.

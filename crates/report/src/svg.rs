@@ -43,7 +43,7 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// A length as it is written.
+/// The text of a length.
 pub fn length(value: f64) -> String {
     decimals(value, 1)
 }
@@ -271,7 +271,7 @@ struct Path {
     text: String,
     /// Where the path is, in tenths.
     at: Option<(i64, i64)>,
-    /// How far a level line goes on that is not written yet, in tenths.
+    /// The length of a pending level line, in tenths.
     level: i64,
 }
 

@@ -173,7 +173,7 @@ impl Connection {
         std::io::copy(&mut self.stream.tcp().take(MAX_LEFT), &mut std::io::sink()).map(|_| ())
     }
 
-    /// Goes on as a WebSocket, with the answer to its key: the stream, and what was read of it already.
+    /// Upgrades to a WebSocket, with the answer to its key. Returns the stream and the bytes read so far.
     pub fn upgrade(mut self, accept: &str) -> Result<(DuplexStream, Vec<u8>)> {
         let head = format!(
             "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"

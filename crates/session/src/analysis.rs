@@ -25,14 +25,14 @@ use teachtree_language::graph::lower;
 use teachtree_logs::issue::Issue;
 use teachtree_report::{self as report, Style};
 
-/// What the rules found in a log.
+/// The analysis of a log.
 #[derive(Clone)]
 pub struct Analysis {
     found: AnalysisResult,
     meta: Meta,
     rules: Rules,
     log: Log,
-    /// What explanations and the report need; made when it is asked for where the log was read in windows.
+    /// The data for explanations and the report; computed on demand if the log was read in windows.
     run: OnceLock<Run>,
 }
 
@@ -54,7 +54,7 @@ impl Analysis {
         Ok(of(found, OnceLock::from(run)))
     }
 
-    /// The same, expected to contain the tasks that the binding of the log names.
+    /// Returns the analysis with the expected tasks of the log's binding.
     fn with_binding_expectation(self) -> Result<Self, Error> {
         let Some((text, place)) = self.log.expected() else { return Ok(self) };
         self.expecting_at(&text, place, ErrorKind::Binding)
@@ -102,7 +102,7 @@ impl Analysis {
         segments
     }
 
-    /// What was wrong with the log and how it was treated, and, for a log with a binding, which primitives cannot be detected in it.
+    /// Returns the issues of the log with their treatment, and, for a log with a binding, the primitives that cannot be detected in it.
     pub fn issues(&self) -> &[Issue] {
         &self.found.issues
     }
@@ -180,7 +180,7 @@ impl Analysis {
         analysis::json::json(&self.found, &self.meta)
     }
 
-    /// The same JSON on one line, for files with an analysis per line.
+    /// Returns the JSON on one line, for files with an analysis per line.
     pub fn json_line(&self) -> String {
         analysis::json::line(&self.found, &self.meta)
     }
@@ -476,7 +476,7 @@ impl<'a> Segment<'a> {
         self.inner.rows.clone()
     }
 
-    /// How sure its start is, where [`Analysis::with_confidence`] was asked.
+    /// Returns the confidence of its start, if [`Analysis::with_confidence`] was called.
     pub fn confidence(self) -> Option<Confidence> {
         self.inner.confidence
     }
@@ -499,10 +499,10 @@ impl fmt::Display for Segment<'_> {
     }
 }
 
-/// What the other crates of the workspace ask of [`Analysis`]; no part of the public interface.
+/// The methods of [`Analysis`] for the other crates of the workspace; not a part of the public interface.
 #[doc(hidden)]
 pub trait AnalysisInternals: Sized {
-    /// The same log by other rules; what of the log both read is not derived again.
+    /// Analyzes the same log by other rules. Frames that both rules read are not derived again.
     ///
     /// # Errors
     /// As [`Rules::analyze`].
@@ -512,11 +512,11 @@ pub trait AnalysisInternals: Sized {
     /// # Errors
     /// What is wrong with the log.
     fn without_rules(log: &Log) -> Result<Self, Error>;
-    /// The same as plain data.
+    /// Returns the analysis as plain data.
     fn found(&self) -> &AnalysisResult;
     /// What was analyzed, by which rules.
     fn meta(&self) -> &Meta;
-    /// What the rules read, and what their trees returned.
+    /// Returns the frames of the rules and the leaves of their trees.
     fn run(&self) -> Result<&Run, Error>;
     /// The tracks in which the rules can detect that an object is carried; all of them where no primitive says `does carry`. Reads the log into memory.
     ///

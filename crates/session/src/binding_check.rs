@@ -1,4 +1,4 @@
-//! A binding without a log: what `analyze` refuses of it whatever the log contains.
+//! Checks a binding without a log: reports what `analyze` would refuse for every log.
 
 use super::error::Error;
 use super::log::Log;
@@ -11,7 +11,7 @@ use teachtree_frames as stream;
 use teachtree_frames::OpenRequest;
 use teachtree_frames::bind::BindingFile;
 
-/// What of a binding could be checked.
+/// The checked parts of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingCheck {
     /// All but the columns of the log.

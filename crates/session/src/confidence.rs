@@ -12,7 +12,7 @@ use teachtree_engine::inspect::Inspector;
 use teachtree_frames::OpenedLog;
 use teachtree_language::graph::lower;
 
-/// By how much params vary.
+/// The variation of params.
 pub const FACTORS: [f64; 2] = [0.8, 1.2];
 
 /// Gives the boundaries and tasks of an analysis their confidence and their margins.

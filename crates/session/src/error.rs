@@ -162,7 +162,7 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// What the other crates of the workspace ask of [`Error`]; no part of the public interface.
+/// The methods of [`Error`] for the other crates of the workspace; not a part of the public interface.
 #[doc(hidden)]
 pub trait ErrorInternals: Sized {
     /// An error about an input; `kind` is its kind unless the error has one already.

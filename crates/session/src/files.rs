@@ -14,23 +14,23 @@ use teachtree_logs::read::file;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::table::Source;
 
-/// How files of labels end.
+/// Suffixes of label files.
 const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
 
-/// How files end that `analyze --out-dir` writes and that have labels.
+/// Suffixes of files with labels that `analyze --out-dir` writes.
 const OUTPUT_ENDINGS: [&str; 2] = [".eaf", ".csv"];
 
-/// How logs in folders end.
+/// Suffixes of logs in folders.
 const LOG_ENDINGS: [&str; 14] =
     ["csv", "tsv", "parquet", "jsonl", "ndjson", "mcap", "bag", "db3", "hdf5", "h5", "hdf", "npz", "npy", "zarr.zip"];
-/// How deep folders may be nested, and how many recordings they may hold.
+/// Maximum depth of folders, and maximum number of recordings in them.
 const DEEPEST: usize = 32;
 const MAX_LOGS: usize = 1 << 20;
 
 /// A recording that was named, alone or by a folder, data set or file that holds it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordingFile {
-    /// Its path, as it is opened.
+    /// The path for opening it.
     pub log: PathBuf,
     /// The name of files that are made of it, without an ending: the folders below the one that was named, and the log's own name.
     pub name: PathBuf,
@@ -59,10 +59,10 @@ fn is_log(file: &Path) -> bool {
     by_name && !is_companion(file) && file.is_file()
 }
 
-/// The same logs without those that are named twice.
+/// Returns the logs without duplicates.
 fn deduplicate(logs: Vec<RecordingFile>) -> Vec<RecordingFile> {
     let mut seen = BTreeSet::new();
-    // What a link leads to may have another scene beside it.
+    // The target of a link may have another scene beside it.
     let known = |RecordingFile { log, .. }: &RecordingFile| {
         let folder = log.parent().and_then(|folder| std::fs::canonicalize(folder.join(".")).ok());
         folder.zip(log.file_name()).map_or_else(|| log.clone(), |(folder, name)| folder.join(name))
@@ -252,7 +252,7 @@ fn logs_in(
             let name = path.file_name().unwrap_or_default();
             logs_in(&path, &below.join(name), depth + 1, folders, found)?;
         } else if is_folder || is_log(&path) {
-            // What cannot be read is reported where it is opened.
+            // An unreadable file is reported when it is opened.
             let several = formats::all_of_within(&path, folders).ok().flatten();
             let logs = several.unwrap_or_else(|| vec![path]);
             found.extend(logs.into_iter().map(|log| RecordingFile::new(log, below)));

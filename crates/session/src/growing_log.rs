@@ -27,7 +27,7 @@ use teachtree_logs::read::table::Source;
 const LOOK_SECS: f64 = 0.25;
 /// And by a share of one in this many frames.
 const LOOK_SHARE: usize = 32;
-/// How long before the end of the log a segment must have closed to be reported, s: longer than the rules look ahead.
+/// Minimum time between the end of a reported segment and the end of the log, s: longer than the look-ahead of the rules.
 const SURE_SECS: f64 = 1.0;
 
 /// A segment of a log that is still being written, before relabeling.
@@ -48,7 +48,7 @@ pub struct ClosedSegment {
     pub end_s: f64,
 }
 
-/// What is called with each segment when it has closed.
+/// The callback for closed segments.
 pub type OnSegment<'a> = &'a mut dyn FnMut(&ClosedSegment) -> Result<(), Error>;
 
 /// Reads a log from its lines to the end, and reports its segments; returns the analysis of the whole log.
@@ -114,7 +114,7 @@ fn read(
         let now = log.now(&time.name.fill(PlaceholderValues::default())) * to_seconds;
         if now - looked_s >= LOOK_SECS && log.rows.rows() >= looked_rows + looked_rows / LOOK_SHARE + 2 {
             (looked_rows, looked_s) = (log.rows.rows(), now);
-            // What cannot be analyzed yet may be later; the end decides.
+            // A log that cannot be analyzed yet may become valid; the end decides.
             if let Ok(analysis) = analyze(log.clone().source(None)) {
                 reported.report(&analysis, on_segment)?;
             }

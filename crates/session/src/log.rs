@@ -146,7 +146,7 @@ impl Log {
         self.chosen_hand_model().map(|model| model.to_string())
     }
 
-    /// The log as it is read in windows; `None` when it is in memory, or has to be.
+    /// The windowed reader of the log; `None` for a log in memory.
     pub(crate) fn flow(&self) -> Option<StreamedLog> {
         let streamed = self.0.streamed.as_ref()?;
         if self.0.opened.get().is_some() {
@@ -163,7 +163,7 @@ impl Log {
     }
 }
 
-/// How a log is opened. Made by [`Log::options`].
+/// The options for opening a log. Made by [`Log::options`].
 #[derive(Clone, Debug, Default)]
 pub struct LogOptions {
     binding: Option<PathBuf>,
@@ -348,12 +348,12 @@ impl fmt::Display for Log {
     }
 }
 
-/// What the other crates of the workspace ask of [`Log`]; no part of the public interface.
+/// The methods of [`Log`] for the other crates of the workspace; not a part of the public interface.
 #[doc(hidden)]
 pub trait LogInternals: Sized {
     /// A log whose columns are known, with the binding and the scene of a request.
     fn open_source(source: Source, request: &OpenRequest) -> Result<Self, Error>;
-    /// What the clock of the log shows at t = 0, s: not 0 where a binding shifts the stamps.
+    /// Returns the clock of the log at t = 0, s: not 0 if a binding shifts the stamps.
     fn zero_stamp_s(&self) -> f64;
     /// The path of the log, as it was given.
     fn path(&self) -> &Path;
@@ -424,7 +424,7 @@ impl LogInternals for Log {
     }
 }
 
-/// What the other crates of the workspace ask of [`Scene`]; no part of the public interface.
+/// The methods of [`Scene`] for the other crates of the workspace; not a part of the public interface.
 #[doc(hidden)]
 pub trait SceneInternals: Sized {
     fn of(bodies: Bodies) -> Self;

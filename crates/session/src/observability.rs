@@ -11,7 +11,7 @@ use teachtree_language::graph::{AbstractValue, Graph, Leaf, Target, reachable_le
 use teachtree_language::rules::{ChannelId, Hand, Label, Rules, TreeScope};
 use teachtree_logs::issue::{Issue, IssueKind};
 
-/// What rules can detect in a log ([`Rules::observability`](super::Rules::observability)).
+/// The primitives that rules can detect in a log ([`Rules::observability`](super::Rules::observability)).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observability {
     /// By track: each hand of the log, left first, then both.
@@ -20,7 +20,7 @@ pub struct Observability {
     pub issues: Vec<Issue>,
 }
 
-/// What rules can detect in a track of a log.
+/// The primitives that rules can detect in a track of a log.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TrackObservability {
     /// The track.
@@ -43,7 +43,7 @@ pub struct Undetectable {
     pub primitives: Vec<String>,
 }
 
-/// What the trees can detect in the track of each hand, and in that of both.
+/// Returns the primitives that the trees can detect in the track of each hand, and in that of both.
 pub fn tracks(graph: &Graph, frames: &Frames) -> Vec<TrackObservability> {
     tracks_with(graph, frames, &silent(frames))
 }

@@ -36,7 +36,7 @@ pub fn patch(rules: &Rules, written: &[ParamSite], params: &[FitParam], point: &
     patch
 }
 
-/// A path as it is found from here, where it lies below.
+/// Returns a path relative to the working directory, if it is below that.
 fn relative_path(name: &str) -> String {
     let here = std::env::current_dir().ok();
     let inner = here.as_ref().and_then(|here| Path::new(name).strip_prefix(here).ok());

@@ -121,7 +121,7 @@ impl Rules {
         diagram::trees(&trees, DiagramFormat::Svg)
     }
 
-    /// The same rules with other values of params, as `(name, value with unit)`; `None` where they do not fit.
+    /// Returns the rules with other values of params, as `(name, value with unit)`; `None` for invalid values.
     pub(crate) fn with_params(&self, params: &[(String, String)]) -> Option<Self> {
         let mut request = self.0.request.clone();
         request.overrides.extend_from_slice(params);
@@ -175,7 +175,7 @@ impl fmt::Debug for Rules {
     }
 }
 
-/// What rules are loaded from. Made by [`Rules::options`].
+/// The options for loading rules. Made by [`Rules::options`].
 #[derive(Clone, Debug, Default)]
 pub struct RulesOptions {
     files: Vec<PathBuf>,
@@ -258,7 +258,7 @@ impl RulesOptions {
         [of(Severity::Error), of(Severity::Warning)].concat()
     }
 
-    /// The same with a hand file and params for where none are given.
+    /// Returns the options with a default hand file and default params.
     pub(crate) fn or_of_binding<'a>(
         mut self,
         hand_file: Option<&str>,
@@ -291,7 +291,7 @@ impl RulesOptions {
     }
 }
 
-/// What the other crates of the workspace ask of [`Rules`]; no part of the public interface.
+/// The methods of [`Rules`] for the other crates of the workspace; not a part of the public interface.
 #[doc(hidden)]
 pub trait RulesInternals {
     /// The rule set of the language.
@@ -310,7 +310,7 @@ impl RulesInternals for Rules {
     }
 }
 
-/// What the other crates of the workspace ask of [`RulesOptions`]; no part of the public interface.
+/// The methods of [`RulesOptions`] for the other crates of the workspace; not a part of the public interface.
 #[doc(hidden)]
 pub trait RulesOptionsInternals: Sized {
     /// Texts that stand for files on disk, by canonical path: what is not written yet.

@@ -15,7 +15,7 @@ use teachtree_language::Rules;
 use teachtree_language::graph::{Graph, lower};
 use teachtree_report as report;
 
-/// What the rules read, and what their trees returned.
+/// The frames that the rules read, and the leaves of their trees.
 #[derive(Clone, Debug)]
 pub struct Run {
     /// The frames of the log; runs of other rules that read the same channels share them.

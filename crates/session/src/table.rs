@@ -23,7 +23,7 @@ use teachtree_logs::read::formats;
 ///
 /// Columns of numbers come first: `time` in s, `row` (the row of the log, counted from 0), then the signals and channels that were asked for, in
 /// SI. Columns of texts follow, for each track: `right.raw` (the primitive before relabeling), `right.label` (after it), `right.task`,
-/// `right.object`, `right.partner`; empty where there is none. docs/formats.md describes each.
+/// `right.object`, `right.partner`; empty for missing values. docs/formats.md describes each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameTable {
     table: Recording,
@@ -34,7 +34,7 @@ pub struct FrameTable {
 pub enum FrameValues<'a> {
     /// Numbers in SI; truth is 1 and 0. NaN where a value is not known.
     Numbers(&'a [f64]),
-    /// Texts; empty where there is none.
+    /// Texts; empty for missing values.
     Texts(&'a [String]),
 }
 
@@ -130,7 +130,7 @@ fn spans(segments: &[Segment], text: impl Fn(&Segment) -> Option<&String>) -> Ve
     segments.iter().map(|segment| (&segment.frames, text(segment))).collect()
 }
 
-/// What has values on frames.
+/// A source of values on frames.
 enum ValueSource {
     /// A signal or latch.
     Expr(Expr),
@@ -197,7 +197,7 @@ impl ValueCatalog<'_> {
     }
 }
 
-/// What the other crates of the workspace ask of [`FrameTable`]; no part of the public interface.
+/// The methods of [`FrameTable`] for the other crates of the workspace; not a part of the public interface.
 #[doc(hidden)]
 pub trait FrameTableInternals: Sized {
     /// Adds the table in the form of [`write`](Self::write) to a group of files.

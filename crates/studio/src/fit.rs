@@ -33,7 +33,7 @@ impl Studio {
         json!({ "running": state.running, "part": state.part, "outcome": state.outcome })
     }
 
-    /// Asks for a fit of the rules of a recording; one that runs goes on.
+    /// Requests a fit of the rules of a recording; a running fit continues.
     pub fn begin_fit(&self, at: usize) -> Value {
         {
             let mut state = self.fitting();

@@ -51,7 +51,7 @@ pub struct Line {
     /// Whether a person set it.
     #[serde(default)]
     pub pinned: bool,
-    /// Who did.
+    /// The annotator.
     #[serde(default)]
     pub by: String,
     /// When, as the page says it.
@@ -62,7 +62,7 @@ pub struct Line {
 /// The labels of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Labels {
-    /// The version of the file; empty where there is none.
+    /// The version of the file; empty without a file.
     pub version: String,
     /// The lines, by track, kind and time.
     pub lines: Vec<Line>,

@@ -64,7 +64,7 @@ impl RuleOutcome {
             Ok(shown) => return Ok(Self { shown, trouble: None }),
             Err(error) => error,
         };
-        // What is wrong with the log is wrong without rules too.
+        // Issues of the log do not depend on rules.
         let shown = Analysis::without_rules(log).map_err(|_| error.clone())?;
         Ok(Self { shown, trouble: Some(Arc::new(RuleFailure { error, survey: language::survey(request) })) })
     }
@@ -134,7 +134,7 @@ impl LoadedRecording {
 /// What is known of the label file of a recording.
 #[derive(Clone, Default)]
 pub struct Agreement {
-    /// The version of the file; empty where there is none.
+    /// The version of the file; empty without a file.
     pub version: String,
     /// How many of its lines a person set.
     pub pinned: usize,

@@ -62,7 +62,7 @@ pub struct Studio {
     pub(super) fitting: Mutex<FitState>,
     /// A fit is asked for.
     pub(super) fit_wake: Condvar,
-    /// Who corrects, where the page says nothing else.
+    /// The default annotator.
     pub who: String,
 }
 
@@ -83,7 +83,7 @@ pub struct FitState {
 
 /// A recording of the list.
 pub struct Recording {
-    /// The log, as it is opened.
+    /// The options for opening the log.
     pub log: PathBuf,
     /// Its name in the list.
     pub name: String,

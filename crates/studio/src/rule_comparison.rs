@@ -10,7 +10,7 @@ use teachtree_report::page;
 use teachtree_session::Analysis;
 use teachtree_session::AnalysisInternals;
 
-/// The result of the other rules, or why there is none.
+/// The result of the other rules, or the error.
 pub type OtherAnalysis = Result<Arc<Analysis>, String>;
 
 /// How the rules of a recording and the others differ.

@@ -15,7 +15,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Sends the messages of a file to its end.
 pub fn play(file: File, name: &str, topics: &TopicFilter, followed: bool, outlet: &Outlet) {
     // Reading ends when the consumer is gone.
-    let gone = || InputError::new(name, "nobody reads it any more");
+    let gone = || InputError::new(name, "its reader has ended");
     let each = &mut |topic: &str, reading: &_, recorded_ns: i64, bytes: &[u8]| {
         if !topics.takes(topic) || outlet.send(message(topic, reading, recorded_ns, bytes)) {
             Ok(())

@@ -88,7 +88,7 @@ impl Kind {
     /// What a source of this name is.
     ///
     /// # Errors
-    /// There is none of this name.
+    /// No source has this name.
     pub fn of(source: &str) -> Result<Self, InputError> {
         if source.starts_with("udp://") {
             return Ok(Self::Datagrams);
@@ -190,7 +190,7 @@ pub fn begin_bag(source: &str, topics: TopicFilter, followed: bool, outlet: Outl
     open(source, outlet, move |file, name, outlet| bag::play(file, name, &topics, followed, outlet));
 }
 
-/// A message as it is sent on; it was recorded or received at a time, ns, which counts where it has no stamp.
+/// A forwarded message, with the time at which it was recorded or received, ns. This time counts for a message without a stamp.
 pub fn message(topic: &str, reading: &MessageDecoder, recorded_ns: i64, bytes: &[u8]) -> SourceEvent {
     if let MessageDecoder::Refused(why) = reading {
         return SourceEvent::Refused(topic.into(), why.clone());

@@ -431,7 +431,7 @@ const fn proves_grasp(does: Meaning) -> bool {
 }
 
 /// Grasps that were let go of without the object having moved with the hand, each with whether the poses of the object show it, not the primitives alone.
-/// One that goes on when the recording begins is none: what was before is unknown.
+/// One that is in progress at the start of the recording does not count, because its beginning is unknown.
 fn failed_grasps(track: &Track, hands: &[&Track], motion: &Motion) -> Vec<(bool, Finding)> {
     let segments = &track.relabeled;
     let follows = |at: usize| {

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! OBJECTIVE is `{"objective","accuracy","f1","boundaries"}`, each from 0 to 1. Values are in the unit in which they are written; `values` holds those that
-//! a fold changed. `held_out` is `null` where nothing was held out, `patch` where there is none.
+//! a fold changed. `held_out` is `null` without held-out recordings, and `patch` without changes.
 
 use super::{Fit, Fold};
 use crate::json::printed;

@@ -82,7 +82,7 @@ impl Space {
 }
 
 impl FitParam {
-    /// A value as it is written: `12 mm/s`.
+    /// The text of a value: `12 mm/s`.
     pub fn show(&self, value: f64) -> String {
         let number = number(value);
         if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }

@@ -132,7 +132,7 @@ pub struct TaskParts {
     pub last: Vec<String>,
     /// Those of which it has one, or all.
     pub keys: Vec<String>,
-    /// Whether a new touch goes on with the same task.
+    /// Whether a new touch continues the same task.
     pub joined: bool,
 }
 

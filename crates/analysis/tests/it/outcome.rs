@@ -225,7 +225,7 @@ fn what_is_no_expectation_is_refused() {
     assert_eq!(check("peg_in_hol"), Err("the rules have no task `peg_in_hol`; did you mean `peg_in_hole`?".into()));
     assert_eq!(check("stuck"), Err("`stuck` is a failure, expected tasks that succeed".into()));
     assert!(check("wash_dishes").unwrap_err().starts_with("the rules have no task `wash_dishes`; their tasks are "));
-    // As it is printed it is read.
+    // The printed form can be read back.
     let printed = ExpectedTasks::parse("peg_in_hole  x2,turn_screw").unwrap().to_string();
     assert_eq!(printed, "peg_in_hole x 2, turn_screw");
 }

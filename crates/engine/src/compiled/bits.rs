@@ -11,7 +11,7 @@ pub const WORDS: usize = BLOCK / 64;
 /// The bits of a condition over one block.
 pub type Bits = [u64; WORDS];
 
-/// How many words `len` frames take.
+/// Returns the number of words for `len` frames.
 #[inline]
 pub const fn words(len: usize) -> usize {
     len.div_ceil(64)
@@ -85,7 +85,7 @@ pub struct BitRun {
     pub restarts: bool,
     /// Its first bit.
     pub start: u64,
-    /// How many bits.
+    /// Returns the number of bits.
     pub len: u64,
 }
 
@@ -117,7 +117,7 @@ impl Iterator for Runs {
 /// A delay line of bits: what goes in comes out `frames` frames later, false before.
 #[derive(Clone, Debug)]
 pub struct BitDelay {
-    /// What is still inside, the oldest first; zero behind the last.
+    /// Returns the remaining bits, the oldest first; zero after the last one.
     held: Vec<u64>,
     frames: usize,
 }
@@ -135,7 +135,7 @@ impl BitDelay {
 
     /// Moves a block through.
     pub fn run(&mut self, bits: &[u64], len: usize, out: &mut [u64]) {
-        // What is held and the block after it are one row of bits: its beginning comes out, its end is held.
+        // The held bits and the block form one sequence: its beginning is returned, its end is held.
         for (word, out) in out.iter_mut().enumerate() {
             let held = self.held.get(word).copied().unwrap_or(0);
             *out = held | (word * 64 + 64).checked_sub(self.frames).map_or(0, |end| up_to(bits, end));

@@ -61,7 +61,7 @@ impl Buffers {
                     position(buffers.len() - 1)
                 });
             }
-            // What this step has read for the last time; a number that is read twice is free once.
+            // The numbers that this step reads last. A number that is read twice is freed once.
             let mut read: Vec<NumberId> =
                 columns_read(plan, *step).into_iter().filter(|id| last_read[id.index()] == Some(at)).collect();
             read.sort_unstable();

@@ -20,7 +20,7 @@ pub struct Columns {
     pub(super) memory: Memory,
 }
 
-/// What is kept from one block to the next.
+/// The state between blocks.
 #[derive(Clone, Debug)]
 pub struct Memory {
     numbers: Vec<NumberMemory>,
@@ -53,9 +53,9 @@ pub struct Block<'a> {
     pub columns: &'a [&'a [f64]],
     /// The first frame of the block in the columns.
     pub start: usize,
-    /// How many frames, 1 to [`BLOCK`].
+    /// Number of frames, 1 to [`BLOCK`].
     pub len: usize,
-    /// How many frames before `start` in the columns came just before, in the same stretch.
+    /// Number of frames of the same stretch that directly precede `start` in the columns.
     pub known: usize,
     /// Whether these are frames of the log.
     pub inside: bool,
@@ -137,12 +137,12 @@ impl Columns {
         self.numbers.get(id, len)
     }
 
-    /// What is kept for the next block.
+    /// Returns the state for the next block.
     pub fn memory(&self) -> Memory {
         self.memory.clone()
     }
 
-    /// Goes on as after the block whose memory this was.
+    /// Continues from the state after the block with this memory.
     pub fn resume(&mut self, memory: &Memory) {
         self.memory.clone_from(memory);
     }

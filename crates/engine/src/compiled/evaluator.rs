@@ -59,7 +59,7 @@ impl Evaluator {
         self.taken = 0;
     }
 
-    /// Runs something, then goes on as if it had not been run: such as the end of a log that goes on. What holds within a block only is not copied.
+    /// Runs a function and then restores the state before it, for example to evaluate the end of a log that continues. State within a block is not copied.
     pub fn aside<T>(&mut self, run: impl FnOnce(&mut Self) -> T) -> T {
         let (memory, machine, taken) = (self.columns.memory.clone(), self.machine.clone(), self.taken);
         let found = run(self);
@@ -84,7 +84,7 @@ pub fn evaluate(graph: &Graph, frames: &Frames) -> Result<Vec<Leaves>, InputErro
     evaluate_in_blocks(graph, frames, usize::MAX)
 }
 
-/// The same, pushing at most `block` frames at a time: the leaves do not depend on that.
+/// Like the above, with at most `block` frames at a time. The leaves do not depend on `block`.
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.

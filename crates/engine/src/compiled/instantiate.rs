@@ -106,7 +106,7 @@ enum Item {
     Number(NumberId),
     Bit(BitId),
     Stateful(StatefulId),
-    /// How many stateful nodes are true, by position in `Instantiation::tallies`: a number that only a comparison with a constant can use.
+    /// The number of true stateful nodes, by position in `Instantiation::tallies`. Only a comparison with a constant can use this number.
     Tally(u32),
 }
 
@@ -134,7 +134,7 @@ struct Instantiation<'a> {
     /// The hands whose targets a made value reads.
     targets: HashMap<(ValueId, Option<Side>), stateful_nodes::Targets>,
     tallies: Vec<Vec<StatefulId>>,
-    /// What is asked about leaves, where they are known beforehand.
+    /// The queries about known leaves.
     leaves: Option<HashMap<PreviousLeaf, u32>>,
 }
 
@@ -183,7 +183,7 @@ impl<'a> Instantiation<'a> {
         Ok(self.plan)
     }
 
-    /// What is asked about the leaf of the frame before.
+    /// The queries about the leaf of the frame before.
     fn from(&mut self, tree: Option<Side>, labels: &[Label], none: bool) -> Item {
         if let Some(known) = &mut self.leaves {
             let before = PreviousLeaf { tree, labels: labels.to_vec(), none };

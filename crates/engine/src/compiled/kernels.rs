@@ -1,7 +1,7 @@
 //! Loops over a block that the compiler turns into vector instructions. They are inlined into [`super::columns::Columns::run`], which is compiled
 //! once for every instruction set of the processor family and picks one at run time; no product is fused with a sum, so all give the same bits.
 //!
-//! What a loop computes is put together from [`Lanes`]: the differences and squares of a length are never written down.
+//! Loops are composed of [`Lanes`]: the differences and squares of a length are never stored.
 
 use teachtree_language::rules::Comparison;
 

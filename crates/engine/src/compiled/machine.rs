@@ -1,5 +1,5 @@
 //! The sequential half of the evaluator: latches that read `from`, and the trees. It is run on the frames on which one of its
-//! conditions changes, and goes on frame by frame until nothing changes any more; then nothing can, and it rests.
+//! conditions changes, and continues frame by frame until its state does not change; the state then stays constant, and the machine rests.
 
 use super::bits::get;
 use super::columns::Columns;
@@ -13,7 +13,7 @@ use teachtree_language::rules::Label;
 /// The leaf that a tree gave on the frame before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LastLeaf {
-    /// Nothing yet.
+    /// No state yet.
     None,
     /// `separate`, from a tree over both hands.
     Separate,
@@ -21,7 +21,7 @@ enum LastLeaf {
     Label(Label),
 }
 
-/// What a stateful node keeps from one frame to the next.
+/// The state of a stateful node between frames.
 #[derive(Clone, Debug)]
 enum NodeMemory {
     Nothing,
@@ -54,7 +54,7 @@ impl NodeMemory {
 pub struct Machine {
     /// The values of this frame.
     values: Vec<bool>,
-    /// What each stateful node keeps.
+    /// The state of each stateful node.
     kept: Vec<NodeMemory>,
     states: Vec<LastLeaf>,
     /// The bits of the imports on the frame before.
@@ -65,7 +65,7 @@ pub struct Machine {
     due: usize,
     /// Frames run so far in this stretch, in the machine's time.
     frames: usize,
-    /// Where each tree's running leaf began.
+    /// The start of each tree's current leaf.
     since: Vec<usize>,
 }
 

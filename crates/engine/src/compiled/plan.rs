@@ -59,7 +59,7 @@ pub fn position(len: usize) -> u32 {
 pub struct Vector {
     /// Its components.
     pub of: [NumberId; 3],
-    /// What is taken away from them.
+    /// The subtrahend.
     pub minus: Option<[NumberId; 3]>,
 }
 
@@ -97,7 +97,7 @@ pub enum Number {
     Min(NumberId, NumberId),
     /// The larger; NaN loses.
     Max(NumberId, NumberId),
-    /// How many conditions are true.
+    /// The number of true conditions.
     Count(Vec<BitId>),
     /// `(a - a before n frames) / (n / rate)`; 0 on the first `n` frames and after a restart.
     Rate {
@@ -108,13 +108,13 @@ pub enum Number {
         /// Where to begin anew.
         restart: Option<BitId>,
     },
-    /// What is made of the samples of a number.
+    /// A summary of the samples of a number.
     Summary {
-        /// What.
+        /// The kind of the summary.
         summary: Summary,
-        /// Of which number.
+        /// The number.
         number: NumberId,
-        /// Of how many frames, or since which condition began.
+        /// The number of frames, or the condition since whose beginning samples count.
         samples: Samples<u32, BitId>,
         /// Where to begin anew.
         restart: Option<BitId>,
@@ -185,7 +185,7 @@ pub enum StatefulNode {
     And(Vec<StatefulId>),
     /// At least one of them.
     Or(Vec<StatefulId>),
-    /// How many are true, compared with a number.
+    /// The number of true conditions, compared with a number.
     Count(Vec<StatefulId>, Comparison, FloatBits),
     /// Set, else kept; the flag of memory number.
     Latch {
@@ -200,7 +200,7 @@ pub enum StatefulNode {
     Temporal(PastOperator, StatefulId, Option<StatefulId>),
 }
 
-/// What is evaluated next.
+/// The next step of the evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// A number.
@@ -246,7 +246,7 @@ pub struct Plan {
     pub steps: Vec<Step>,
     /// The conditions that the machine reads; all have the delay of the plan.
     pub imports: Vec<BitId>,
-    /// What is asked about the leaves where they are known already; none else.
+    /// The queries about known leaves; empty without known leaves.
     pub leaves: Vec<PreviousLeaf>,
     /// The numbers and conditions whose columns are read when they were evaluated.
     pub outputs: Vec<Step>,
@@ -254,11 +254,11 @@ pub struct Plan {
     pub stateful: Vec<StatefulNode>,
     /// The trees: hands first, then both.
     pub trees: Vec<TreeInstance>,
-    /// How many frames the machine is behind the input.
+    /// The delay of the machine behind the input, frames.
     pub delay: u32,
 }
 
-/// What a run costs, known before the first frame.
+/// The cost of a run, determined before the first frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cost {
     /// Numbers computed per frame.
@@ -285,7 +285,7 @@ impl Plan {
         }
     }
 
-    /// How many frames later than the input the column of a step is.
+    /// Returns the delay of a step's column behind the input, frames.
     pub fn delay_of(&self, step: Step) -> u32 {
         match step {
             Step::Number(id) => self.numbers[id.index()].1,
@@ -370,7 +370,7 @@ impl Plan {
         self.steps = steps;
     }
 
-    /// What a run costs.
+    /// Returns the cost of a run.
     pub fn cost(&self) -> Cost {
         let words = |frames: u32| (frames as usize).div_ceil(64) * 8;
         let steps = || self.steps.iter();

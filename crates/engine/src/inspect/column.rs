@@ -3,7 +3,7 @@
 use crate::compiled::bits::{frames_of, get};
 use std::rc::Rc;
 
-/// What an expression is, frame by frame. Truth is 1.0 and 0.0, an object its number; a value that is no array has one slot.
+/// The values of an expression, frame by frame. Truth is 1.0 and 0.0, an object its number; a value that is not an array has one slot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// Numbers per element: 1, 3 of a vec3, 4 of a rotation.
@@ -23,7 +23,7 @@ impl Column {
         self.is_array
     }
 
-    /// How many slots it has.
+    /// Returns the number of slots.
     pub const fn slots(&self) -> usize {
         self.slots.len()
     }
@@ -34,7 +34,7 @@ impl Column {
         slot.and_then(|slot| slot.get(frame * self.width..(frame + 1) * self.width)).unwrap_or(&[])
     }
 
-    /// The number of a slot on a frame; 0 where there is none.
+    /// Returns the number of a slot on a frame; 0 without a number.
     pub fn number(&self, slot: usize, frame: usize) -> f64 {
         self.at(slot, frame).first().copied().unwrap_or(0.0)
     }
@@ -75,7 +75,7 @@ impl Bits {
 #[derive(Clone, Debug)]
 pub struct ConditionColumn {
     is_array: bool,
-    /// By slot: bits, and the offset of the bit of a frame.
+    /// The bits of each slot, and the offset of a frame's bit.
     slots: Vec<(Rc<Bits>, usize)>,
 }
 

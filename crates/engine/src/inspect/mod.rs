@@ -24,7 +24,7 @@ type Result<T> = std::result::Result<T, InputError>;
 /// An expression in a tree or declaration of a hand, or of none.
 type ExprInstance<'e> = (&'e Expr, Option<Side>);
 
-/// By which an expression is known that is a part of the rules: they stand still as long as the inspector.
+/// The key of an expression of the rules: its address, which is valid while the inspector borrows the rules.
 fn address((expr, side): ExprInstance<'_>) -> (usize, Option<Side>) {
     (std::ptr::from_ref(expr).addr(), side)
 }
@@ -63,7 +63,7 @@ impl<'a> Inspector<'a> {
         self.leaves
     }
 
-    /// What an expression is on every frame of the stretch, in a tree or declaration of hand `this` or of none.
+    /// Returns the values of an expression on every frame of the stretch, in a tree or declaration of hand `this` or of none.
     ///
     /// # Errors
     /// When the rate of the log cannot honor a duration in it.
@@ -75,7 +75,7 @@ impl<'a> Inspector<'a> {
         }
     }
 
-    /// What an expression of the rules is on one frame of the log: a column of that frame alone.
+    /// Returns the value of an expression of the rules on one frame of the log, as a column of this frame.
     ///
     /// # Errors
     /// As [`Inspector::column`].
@@ -103,7 +103,7 @@ impl<'a> Inspector<'a> {
         Ok((0..conditions.len()).map(|output| replay.truth(output)).collect())
     }
 
-    /// What many expressions are on every frame of the stretch, as [`truths`](Self::truths).
+    /// Returns the values of many expressions on every frame of the stretch, as [`truths`](Self::truths).
     ///
     /// # Errors
     /// As [`Inspector::column`].
@@ -188,7 +188,7 @@ impl<'a> Inspector<'a> {
         self.replays.get_mut(run).ok_or_else(|| internal("an expression was evaluated in no run"))
     }
 
-    /// Where an expression was evaluated, if it is a part of the rules; the tree of its hand is, when anything is asked.
+    /// Returns the evaluation of an expression, if it is a part of the rules. The first request evaluates the tree of its hand.
     fn find(&mut self, asked: ExprInstance<'_>) -> Result<Option<(usize, usize)>> {
         if let Some(place) = self.known.get(&address(asked)) {
             return Ok(Some(*place));
@@ -204,7 +204,7 @@ impl<'a> Inspector<'a> {
         Ok(self.known.get(&address(asked)).copied())
     }
 
-    /// Where an expression of the rules was evaluated.
+    /// Returns the evaluation of an expression of the rules.
     fn place(&mut self, asked: ExprInstance<'a>) -> Result<(usize, usize)> {
         if let Some(place) = self.find(asked)? {
             return Ok(place);

@@ -32,7 +32,7 @@ pub(super) struct Replay<'a> {
     /// The state before every `spacing`th block.
     states: Vec<Memory>,
     spacing: usize,
-    /// By position in the plan: the conditions among the outputs.
+    /// The conditions among the outputs, by position in the plan.
     bits: BTreeMap<u32, Rc<Bits>>,
 }
 

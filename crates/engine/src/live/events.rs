@@ -1,4 +1,4 @@
-//! What is made of conditions, on the frames on which something happens.
+//! Steps on conditions, evaluated on the frames with an event.
 //!
 //! Between two such frames everything stands still, so windows and delays keep the frame on which something began rather than count frames.
 
@@ -15,7 +15,7 @@ const ROOM: usize = 4096;
 #[derive(Clone, Debug)]
 pub struct Events(Vec<(BitId, Memory)>);
 
-/// What is kept from one event to the next.
+/// The state between events.
 #[derive(Clone, Debug)]
 enum Memory {
     None,
@@ -67,7 +67,7 @@ impl Events {
                     continue;
                 }
                 Condition::Constant(value) => *value,
-                // Where leaves are known beforehand, nothing is run live.
+                // Known leaves are not evaluated live.
                 Condition::Leaf(_) => false,
                 Condition::InLog => inside,
                 Condition::FirstFrame => {

@@ -22,7 +22,7 @@ use teachtree_language::graph::Graph;
 #[derive(Clone, Debug)]
 pub struct Stepper {
     plan: Plan,
-    /// By rank: what is worked out of numbers, then what is made of conditions.
+    /// The steps by rank: those on numbers, then those on conditions.
     ranks: Vec<(Sources, Events)>,
     machine: Machine,
     /// Inputs, constants and numbers of this frame.
@@ -110,7 +110,7 @@ impl Stepper {
         if changed {
             let mut due = u64::MAX;
             for (rank, (sources, events)) in ranks.iter_mut().enumerate() {
-                // What reads conditions was worked out from those of the frame before.
+                // Steps on conditions used those of the frame before.
                 if rank > 0 {
                     sources.run(values, bits, first, inside);
                 }

@@ -3,7 +3,7 @@
 
 use crate::compiled::plan::{Plan, Step};
 
-/// How many times conditions made of conditions have to be known before a step.
+/// The rank of a step: the number of rounds of conditions of conditions that precede it.
 pub struct Ranks {
     numbers: Vec<u32>,
     conditions: Vec<u32>,

@@ -17,7 +17,7 @@ pub struct Sources {
     changes: Vec<Change>,
 }
 
-/// Where a number stands among the values.
+/// The index of a number among the values.
 type Place = u32;
 
 /// Operations of one kind; where they write comes last.
@@ -90,7 +90,7 @@ struct Change {
     last: f64,
 }
 
-/// Where a number of the plan stands: inputs first, then numbers, of which constants are filled in.
+/// The index of a number of the plan: inputs first, then numbers; constants are filled in.
 fn place(plan: &Plan, id: NumberId) -> Place {
     match plan.numbers[id.index()].0 {
         Number::Input(column) => column,
@@ -350,7 +350,7 @@ impl Sources {
         }
     }
 
-    /// Goes on to the next frame.
+    /// Advances to the next frame.
     pub fn advance(&mut self, values: &[f64], bits: &[bool]) {
         for rate in &mut self.rates {
             rate.past[rate.at] = values[rate.number as usize];
@@ -410,7 +410,7 @@ impl Batch {
     }
 }
 
-/// How many steps of the rank have to be known before a step.
+/// Returns the number of steps of the rank that precede a step.
 struct Levels(Vec<u32>);
 
 impl Levels {

@@ -13,7 +13,7 @@ pub(super) enum Value {
     Array(Vec<Value>),
 }
 
-/// What a hand or finger reads as that the log lacks.
+/// Returns the value of a hand or finger that the log lacks.
 pub(super) fn nothing(shape: Shape) -> Value {
     let number = absent(shape);
     match shape {

@@ -226,7 +226,7 @@ impl Template {
             "rotvec" | "ROTVEC" => (Representation::RotationVector, "xyz"),
             other => {
                 return Err(format!(
-                    "`<{other}>` is no placeholder, expected <object>, <other>, <xyz>, <wxyz>, <rpy> or <rotvec>"
+                    "`<{other}>` is not a placeholder, expected <object>, <other>, <xyz>, <wxyz>, <rpy> or <rotvec>"
                 ));
             }
         };
@@ -378,7 +378,7 @@ impl Pattern {
         Some(self.written.replacen(from, to, 1))
     }
 
-    /// The column, converted by this form into a unit; as it is if it says its own conversion or unit.
+    /// Returns the column, converted by this form into a unit; unchanged if it has its own conversion or unit.
     pub(super) fn converted(self, form: LinearForm, unit: &str) -> Self {
         if self.unit.is_some() || self.linear.is_some() || self.threshold.is_some() || self.constant.is_some() {
             return self;

@@ -156,7 +156,7 @@ impl Resampler {
         }
     }
 
-    /// Makes the rows that no later one can change, or all when there is none.
+    /// Makes the rows that no later one can change, or with `ends` all rows.
     fn make(&mut self, ends: bool, made: &mut Vec<ResampledRow>) {
         let (Some(start), Some(newest)) = (self.start, self.rows.back().copied()) else { return };
         let bridge = self.bridge.max(BRIDGED_STEPS * self.steps.usual());

@@ -75,7 +75,7 @@ impl StampMerger {
         waiting.into_iter().chain(self.repeat.take()).collect()
     }
 
-    /// Returns the stamp of a row as it is written there.
+    /// Returns the text of the stamp of a row.
     fn stamp(&mut self, row: &InMemoryTable) -> Option<Value> {
         if self.title.as_ref().is_none_or(|title| !row.columns().contains_key(title)) {
             let names = |title: &str| [title, split_unit(title).0, split_known_unit(title).0].map(str::to_string);

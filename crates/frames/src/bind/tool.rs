@@ -1,9 +1,9 @@
 //! The weight of a tool and the bias of its force sensor, from a log in which the tool turns.
 //!
 //! While nothing is touched, a sensor reads `bias - mass * sensor_from_reference * gravity` (the force on the object, sensor frame). Where the mounting of the
-//! sensor is not known, the readings of the free tool are turned by an unknown rotation, which is fitted too. All samples take part, with weights that fall with
-//! the distance from the fit, so that contacts count little. All samples in which the sensor is turned alike count as one: a tool stays as it is while it works,
-//! for however long.
+//! sensor is not known, the readings of the free tool are turned by an unknown rotation, which is fitted too. All samples take part, with weights that fall
+//! with the distance from the fit, so that contacts count little. All samples in which the sensor is turned alike count as one: a tool does not change while it
+//! works, for however long.
 //!
 //! The uncertainty of the mass is the larger one of two estimates: the least-squares covariance, in which each orientation is one observation, and the
 //! jackknife over parts of the recording. The first one is large if the tool turns little against the scatter of the readings; the second one if parts of

@@ -53,7 +53,7 @@ pub struct CleanLog<'a> {
     pub positions: BTreeMap<String, PositionNoise>,
     /// When the whole log starts and ends, s.
     pub span: [f64; 2],
-    /// Which part of a log this is; all of it when there is none.
+    /// The window of the log; `None` for the whole log.
     pub window: Option<Window<'a>>,
     /// The columns.
     pub columns: Columns<'a>,
@@ -235,7 +235,7 @@ impl<'a> CleanLog<'a> {
         self.follow_part(key, part, step);
     }
 
-    /// The same of what depends on averages of what is followed.
+    /// Like the above, for quantities that depend on averages.
     pub fn follow_averaged(&self, key: &str, step: impl FnMut(usize, State) -> State) {
         let part = |window: &Window<'a>| {
             let before = window.averaged_before.get(key).copied();

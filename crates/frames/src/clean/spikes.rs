@@ -126,7 +126,7 @@ impl Quantity {
         }
     }
 
-    /// A sample; `None` of what is not measured, or cannot be by itself: that is not a neighbour.
+    /// Returns a sample; `None` for a missing or impossible value, which does not count as a neighbor.
     fn sample(self, row: usize, time: f64, mut value: [f64; 4]) -> Option<Sample> {
         if !value.iter().all(|value| value.abs() <= LARGEST) {
             return None;
@@ -371,7 +371,7 @@ impl SpikeDetector {
         (stays && samples.len() <= LASTS).then_some(Spike { samples, jump })
     }
 
-    /// Goes on by a sample.
+    /// Advances by a sample.
     fn pass(&mut self) {
         let passed = self.recent.remove(0);
         self.settled = self.recent.first().is_some_and(|next| !self.kind.is_impossible_step(&passed, next));

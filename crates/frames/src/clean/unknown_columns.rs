@@ -80,7 +80,7 @@ impl<'a> UnknownColumn<'a> {
                     meant(name.contains(".position").then(|| name.replace(".wrist.", ".tcp.")).as_deref())
                 ),
                 Some(part) => format!(
-                    "`{part}` is no finger, expected {}{}",
+                    "`{part}` is not a finger, expected {}{}",
                     Finger::ALL.map(Finger::name).join(", "),
                     meant(nearest(part, Finger::ALL.map(Finger::name)))
                 ),

@@ -1,7 +1,7 @@
 //! The object that a hand carries where no channel shows a touch: the one that moves with it.
 //!
-//! A carry begins when an object moves with the fingertips of a hand in its reach. It goes on, however near other objects come and however long the hand
-//! pauses, until the fingertips are [`LEFT_BY`] farther from the object, or until another object moves with them and this one does not.
+//! A carry begins when an object moves with the fingertips of a hand in its reach. It continues, independent of the distance of other objects, and however long
+//! the hand pauses, until the fingertips are [`LEFT_BY`] farther from the object, or until another object moves with them and this one does not.
 
 use super::motion::{Motion, slopes, vector};
 use crate::clean::preprocess::{CleanLog, State};

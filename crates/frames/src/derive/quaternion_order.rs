@@ -15,7 +15,7 @@ const ELSEWHERE: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// One that is turned by less does, rad.
 const THERE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// One that is farther from where the scene has it is elsewhere, m.
+/// Maximum distance of a body from its pose in the scene, m.
 const AWAY: f64 = 0.100;
 
 /// Returns an issue for rotations that are not as the scene has them at the start, and would be in another order; none when a body of the log is as the

@@ -72,7 +72,7 @@ fn path(measured: &CleanLog, hands: &[Holder], object: usize) -> Option<HeldPath
         holder = holder
             .filter(|hand| hand.holds(object, frame))
             .or_else(|| hands.iter().find(|hand| hand.holds(object, frame)));
-        // A hand that takes over goes on from where the object is.
+        // A hand that takes over continues from the object's current position.
         *slot = holder.map(|hand| match last.filter(|_| is_held) {
             Some(place) => place + hand.place(frame) - hand.place(frame - 1),
             None => hand.place(frame),

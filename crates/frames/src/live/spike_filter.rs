@@ -21,7 +21,7 @@ pub const WIDTH: usize = 4;
 /// A row: its stamp, s, and a value for each column, SI.
 type Row = (f64, Vec<f64>);
 
-/// Rows in, and out as soon as it is known which of their samples cannot be.
+/// An online spike filter. It returns each row once all of its samples are accepted or rejected.
 pub struct SpikeFilter {
     columns: Vec<(String, Dimension)>,
     channels: Vec<Channel>,
@@ -208,7 +208,7 @@ impl SpikeFilter {
     fn unmeasure(&mut self, at: usize, rows: Vec<usize>) {
         let Some(Channel { columns, .. }) = self.channels.get(at) else { return };
         for row in rows {
-            // One that was given out already stays as it is.
+            // A row that was returned does not change.
             let held = row.checked_sub(self.first).and_then(|row| self.held.get_mut(row));
             let Some((_, values)) = held else { continue };
             for at in columns {

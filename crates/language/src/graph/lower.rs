@@ -160,7 +160,7 @@ impl<'a> Lowering<'a> {
         id
     }
 
-    /// A signal as it is for a hand.
+    /// Returns the node of a signal for a hand.
     fn signal(&mut self, id: SignalId, hand: Hand) -> ValueId {
         if let Some(value) = self.signals.get(&(id, hand)) {
             return *value;

@@ -1,7 +1,7 @@
 //! A new primitive that a `from` does not name: `from` names leaves, and lists that were written before do not name the new one. A branch that goes
 //! on by what it gave itself (`from(Move, Approach)` in a branch that gives Move and Approach) loses its thread behind the new leaf.
 //!
-//! A branch that only asks how it was entered, or that gives the new leaf for good, is no reason to warn.
+//! A branch that only tests how it was entered, or that always returns the new leaf, causes no warning.
 
 use super::leaves;
 use crate::codes;

@@ -1,6 +1,6 @@
 //! Abstract values: the properties of values that hold on every log, and how each operator changes them.
 
-/// The value of an expression on all frames of a log, as far as it is known without the log.
+/// An abstraction of an expression's value on all frames, independent of the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AbstractValue {
     /// Every element and component is this number; conditions are 0 and 1.

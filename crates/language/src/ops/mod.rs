@@ -127,7 +127,7 @@ pub enum Range {
 /// One way to write an operator.
 #[derive(Clone, Copy, Debug)]
 pub struct Signature {
-    /// As it is written, with placeholders.
+    /// The syntax, with placeholders.
     pub written: &'static str,
     /// The types of its operands, in the order in which they are written.
     pub takes: &'static [Operand],

@@ -24,7 +24,7 @@ impl Summary {
         Self::ALL.into_iter().find(|summary| summary.name() == name)
     }
 
-    /// As it is called.
+    /// Its name in the language.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Mean => "mean",

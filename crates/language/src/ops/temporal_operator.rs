@@ -33,7 +33,7 @@ pub enum TemporalOperator<C> {
 }
 
 impl<C> TemporalOperator<C> {
-    /// The operator with this name, [`Operator::name`]; `None` when there is none, or when it takes other constants.
+    /// Returns the operator with this name, [`Operator::name`]; `None` for an unknown name or other constants.
     pub fn new(name: &str, constants: Vec<C>) -> Option<Self> {
         let mut constants = constants.into_iter();
         let temporal = match (name, constants.next(), constants.next()) {
@@ -101,7 +101,7 @@ impl<C> TemporalOperator<C> {
         matches!(self, Self::WithinNext(_) | Self::Bridging(_) | Self::Lasting(_))
     }
 
-    /// As it is written, of a condition; `text` writes a constant.
+    /// Returns the text of the operator on a condition; `text` formats a constant.
     pub fn written(&self, condition: &str, text: impl Fn(&C, Operand) -> String) -> String {
         let duration = |duration: &C| text(duration, Operand::Duration);
         match self {

@@ -212,7 +212,7 @@ const PREFIXES: &[(&str, &str)] =
 /// The report for a unit that is unknown. Only the same unit in another spelling is proposed: a near one is another magnitude.
 pub fn unknown_unit(word: &str, place: Span) -> Diagnostic {
     let known = || units::UNITS.iter().map(|unit| unit.symbol);
-    let finding = Diagnostic::error(codes::UNKNOWN_UNIT, format!("`{word}` is no unit"))
+    let finding = Diagnostic::error(codes::UNKNOWN_UNIT, format!("`{word}` is not a unit"))
         .at(place, "a unit such as `mm/s` belongs here");
     // `M` is mega, never a large letter for milli.
     let same = known().find(|unit| unit.eq_ignore_ascii_case(word) && !word.starts_with('M'));

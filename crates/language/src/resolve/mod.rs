@@ -1,5 +1,5 @@
 //! From syntax trees to a checked rule set. The passes run in this order: names, channels, params, signals, latches, trees, tasks,
-//! relabeling rules, warnings. Each goes on after a mistake; what a mistake leaves undefined is remembered, so that one mistake is
+//! relabeling rules, warnings. Each continues after a mistake and records the undefined names, so that one mistake is
 //! one report.
 
 mod channels;

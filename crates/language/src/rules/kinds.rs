@@ -14,7 +14,7 @@ pub const MOST_KINDS: usize = 64;
 /// A primitive in a pattern, with the kinds that count for it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Pattern {
-    /// The label, as it is written.
+    /// The written label.
     pub label: Label,
     /// The kinds that count for it.
     pub kinds: Labels,
@@ -43,7 +43,7 @@ impl Pattern {
 }
 
 impl Rules {
-    /// A primitive, what it is a kind of, and so on up to a root.
+    /// Returns a primitive and its ancestors up to a root.
     pub fn lineage(&self, primitive: PrimitiveId) -> impl Iterator<Item = &Primitive> {
         let first = self.primitives.get(primitive.index());
         // A circle was reported; the bound ends the search in such incomplete rules.

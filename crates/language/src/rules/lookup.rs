@@ -8,7 +8,7 @@ use teachtree_base::digest::Digest;
 use teachtree_base::hands::Side;
 
 impl Rules {
-    /// The name of a label as it is shown: `Grasp`, `MainGrasp(left)`.
+    /// Returns the displayed name of a label: `Grasp`, `MainGrasp(left)`.
     pub fn label_name(&self, label: Label) -> String {
         let name = self.primitives.get(label.primitive.index()).map_or("?", |primitive| primitive.name.as_str());
         match label.side {

@@ -338,12 +338,12 @@ fn too_large() -> (&'static str, String) {
     (codes::TOO_LARGE, format!("it has more than {MAX_BYTES} bytes"))
 }
 
-/// The text of a file on disk, or the code and reason why there is none.
+/// Returns the text of a file on disk, or the code and reason of the error.
 fn read(path: &Path) -> Result<String, (&'static str, String)> {
     let unreadable = |error: std::io::Error| (codes::UNREADABLE, error.kind().to_string());
     if path.exists() && !path.is_file() {
         // A pipe would be waited for.
-        return Err((codes::UNREADABLE, if path.is_dir() { "it is a folder" } else { "it is no file" }.to_string()));
+        return Err((codes::UNREADABLE, if path.is_dir() { "it is a folder" } else { "it is not a file" }.to_string()));
     }
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(unreadable)?;
@@ -353,6 +353,6 @@ fn read(path: &Path) -> Result<String, (&'static str, String)> {
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        (codes::UNREADABLE, format!("byte {at} is no UTF-8 text"))
+        (codes::UNREADABLE, format!("byte {at} is not valid UTF-8"))
     })
 }

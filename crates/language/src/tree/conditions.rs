@@ -1,4 +1,4 @@
-//! What can be proved about conditions without a log: they are read as formulas over atoms (whatever is no `and`, `or`, `not` or `from`),
+//! Proofs about conditions without a log: conditions are formulas over atoms (expressions other than `and`, `or`, `not` and `from`),
 //! equal pieces are one atom, different pieces are free. So a proof holds for every log; where none is found, nothing is said.
 
 use crate::ops::{Samples, TemporalOperator};

@@ -129,7 +129,7 @@ impl Resolver {
         branch.choices.splice(position..position, added);
     }
 
-    /// The branch with this name. Reports when there is none.
+    /// Returns the branch with this name, or reports its absence.
     fn branch<'d>(&mut self, draft: &'d mut Draft, name: &syntax::Name) -> Option<&'d mut Branch> {
         let mut branches = Vec::new();
         let mut leaf: Option<Span> = None;

@@ -76,7 +76,7 @@ impl<'a> Search<'a> {
         self.asked.truncate(start);
     }
 
-    /// Looks for a frame on which everything comes out as it is asked.
+    /// Searches a frame on which all conditions have the required outcomes.
     fn look(&mut self, branch: &'a Branch, start: usize) {
         let own: Vec<&Expr> = self.asked.iter().skip(start).map(|(condition, _)| *condition).collect();
         if conditions::exhaustive(&own) {

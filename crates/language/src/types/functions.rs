@@ -245,7 +245,7 @@ impl Resolver {
         let name = path.text();
         if self.names.values.contains_key(&name) || self.names.channel(&name).is_some() {
             self.report(
-                Diagnostic::error(codes::UNKNOWN_NAME, format!("`{name}` is no function"))
+                Diagnostic::error(codes::UNKNOWN_NAME, format!("`{name}` is not a function"))
                     .at(path.span, "parentheses follow as if it were one"),
             );
             return;

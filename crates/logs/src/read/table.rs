@@ -88,7 +88,7 @@ pub struct Source {
 pub struct BagClock {
     /// The stamp at t = 0, ns: the earliest one of the bag.
     pub origin_ns: i64,
-    /// How much later than stamped messages were recorded, ns: the median over all messages with a stamp in their header; 0 where there is none.
+    /// The delay between stamp and recording, ns: the median over all messages with a stamp in their header; 0 without such messages.
     pub recorded_after_ns: i64,
 }
 

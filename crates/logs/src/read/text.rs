@@ -10,7 +10,7 @@ use teachtree_base::file_kind::FileKind;
 /// Reads a text of at most `most` bytes.
 ///
 /// # Errors
-/// What cannot be read, is longer, or is no UTF-8.
+/// A file that cannot be read, is longer, or is not UTF-8.
 pub fn read(path: &Path, most: u64) -> Result<String, InputError> {
     whole(&opened(path)?, path, most)
 }

@@ -24,7 +24,7 @@ pub struct Row {
     pub depth: usize,
     /// Its name, if it has one.
     pub name: Option<String>,
-    /// Its condition as it is written; `else` for none.
+    /// The text of its condition; `else` for none.
     pub condition: String,
     /// The leaf; none when more choices follow.
     pub leaf: Option<String>,
@@ -104,7 +104,7 @@ fn collect(rules: &Rules, branch: &Branch, depth: usize, path: Option<&[usize]>,
 }
 
 impl Row {
-    /// The choice as it is read: `apart: not touching`.
+    /// Returns the displayed text of the choice: `apart: not touching`.
     pub fn text(&self) -> String {
         self.name.as_ref().map_or_else(|| self.condition.clone(), |name| format!("{name}: {}", self.condition))
     }

@@ -118,7 +118,7 @@ pub fn toggles(holds: &[bool]) -> String {
     if pause > 1 { format!("{pause}~{}", base64(&bytes)) } else { base64(&bytes) }
 }
 
-/// A number to a millionth, as it is written.
+/// Formats a number with six decimals.
 pub fn rounded(value: f64) -> f64 {
     let rounded = (value * 1e6).round() / 1e6;
     if rounded.is_finite() { rounded + 0.0 } else { 0.0 }

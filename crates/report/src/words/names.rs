@@ -43,7 +43,7 @@ impl Phrasing {
         if known.iter().any(|name| name == rest) {
             return ParsedPhrase { hand, name: Some(rest.into()) };
         }
-        // The pattern with the most text of its own is what was meant: `move along` is no `move` of `along`.
+        // The pattern with the longest literal text wins: `move along` is not `move` with the object `along`.
         let mut best: Option<(usize, Option<String>, Option<TrackId>)> = None;
         let unknown = (style == Style::Subtask).then(|| UNKNOWN.to_string());
         for name in known.iter().chain(&unknown) {

@@ -494,7 +494,7 @@ fn made_hand(robot: &Robot, file: HandFile, places: &SourceMap<'_>) -> Result<Ha
             return Err(refuse(name, "has an empty `source`".into()));
         }
         if *finger == Finger::Palm {
-            return Err(refuse(name, "is no finger".into()));
+            return Err(refuse(name, "is not a finger".into()));
         }
         if !(1e-4..=0.1).contains(&file.radius.0) {
             return Err(refuse(

@@ -167,8 +167,8 @@ impl FinalityTracker {
         Some((newest, since))
     }
 
-    /// The frame before which a history is cut while the hands rest: shortly before the end of the rest as it is known, or at its beginning. What hands
-    /// touch at rest is kept for a while, since segments are named after it.
+    /// Returns the frame before which a history is cut while the hands rest: shortly before the known end of the rest, or at its beginning. Frames with
+    /// contacts at rest are kept for some time, because segments are named after the touched objects.
     fn cut_frame(&self, resting: &Range<usize>, found: &Analysis, history: &History) -> Option<usize> {
         let ends = self.ends.as_ref()?;
         let rests: BTreeMap<Side, Label> =

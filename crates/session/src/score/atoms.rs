@@ -3,7 +3,7 @@
 //! Words are names of the rules, or what the templates make of them that `meta/info.json` says were used; else those of `annotate` without `--words`, or
 //! the plain names with their bodies. What fits none is looked up in the map of names.
 //!
-//! Words hold until the next ones, so a subtask goes on after its task has ended: where the file has motions too, a task ends with the last of them that
+//! Words hold until the next ones, so a subtask continues after its task has ended: where the file has motions too, a task ends with the last of them that
 //! closes it.
 
 use serde_json::Value;
@@ -90,13 +90,13 @@ pub(super) fn read(path: &Path, opened: &OpenedLog, map: &NameMap, known: &Known
 /// An interval with the words that it was read off.
 struct WordedInterval {
     interval: Interval,
-    /// What is said of this hand.
+    /// The words for this hand.
     part: String,
-    /// What is said of all hands.
+    /// The words for all hands.
     content: String,
 }
 
-/// Adds an interval; where the words changed for the other hand alone, the one before goes on.
+/// Adds an interval; if only the words of the other hand changed, extends the interval before.
 fn put(spoken: &mut Vec<WordedInterval>, next: WordedInterval) {
     let before = spoken.iter_mut().rev().find(|it| it.interval.track == next.interval.track);
     let goes_on = |it: &&mut WordedInterval| {

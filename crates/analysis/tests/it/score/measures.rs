@@ -213,7 +213,7 @@ fn each_of_several_alternatives_is_right() {
 
 #[test]
 fn a_segment_over_the_end_of_its_alternatives_is_still_one() {
-    // The Move goes on for 0.2 s after the truth grasps; it is not a second, false Move.
+    // The Move lasts 0.2 s longer than in the truth; it is not a second, false Move.
     let tally = tally("Move|Approach 2 Grasp 2", "Approach 1 Move 1.2 Grasp 1.8");
     assert_eq!(tally.sequences, Share { right: 1, of: 1 });
     near(tally.precision("Move|Approach"), 2.0 / 2.2);

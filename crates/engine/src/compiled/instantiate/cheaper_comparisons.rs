@@ -34,7 +34,7 @@ impl Instantiation<'_> {
         simpler.unwrap_or_else(|| self.bit(Condition::Compare(comparison, a, b), delay))
     }
 
-    /// How a count of conditions compares with a constant.
+    /// Returns the comparison of a count of conditions with a constant.
     fn counted(&mut self, comparison: Comparison, conditions: &[BitId], constant: f64, delay: u32) -> Option<BitId> {
         let at_least = match comparison {
             Comparison::GreaterEqual | Comparison::Less => constant.ceil(),

@@ -71,7 +71,7 @@ impl Instantiation<'_> {
                         Item::Stateful(self.stateful(StatefulNode::Latch { set, clear, restart }))
                     }
                     Item::Bit(_) | Item::Stateful(_) => {
-                        return Err(internal("a hysteresis of what is no number"));
+                        return Err(internal("a hysteresis expects a number"));
                     }
                 }]
             }
@@ -83,7 +83,7 @@ impl Instantiation<'_> {
                 let frames = self.frames(*duration)?;
                 let mut out = Vec::new();
                 for item in args[0] {
-                    let Item::Number(number) = *item else { return Err(internal("a rate of what is no number")) };
+                    let Item::Number(number) = *item else { return Err(internal("a rate expects numbers")) };
                     let delay = self.number_delay(number);
                     let restart = self.restart_on(targets, delay);
                     out.push(Item::Number(self.number(Number::Rate { number, frames, restart }, delay)));
@@ -127,7 +127,7 @@ impl Instantiation<'_> {
         let components = (0..a.len().max(b.len())).map(|at| {
             match (a.get(at).or_else(|| a.first()), b.get(at).or_else(|| b.first())) {
                 (Some(Item::Number(a)), Some(Item::Number(b))) => Ok(Item::Number(self.binary(operation, *a, *b))),
-                _ => Err(internal("arithmetic of what is no number")),
+                _ => Err(internal("arithmetic expects numbers")),
             }
         });
         components.collect()
@@ -144,7 +144,7 @@ impl Instantiation<'_> {
         Ok(Item::Stateful(self.stateful(StatefulNode::Count(stateful, comparison, number))))
     }
 
-    /// No object is not the same object as no object.
+    /// Two missing objects are not equal.
     pub(super) fn same_object(&mut self, comparison: Comparison, a: NumberId, b: NumberId) -> BitId {
         let zero = self.constant(0.0);
         let (equal, some) = (self.compare(Comparison::Equal, a, b), self.compare(Comparison::GreaterEqual, a, zero));
@@ -241,7 +241,7 @@ impl Instantiation<'_> {
         };
         let item = if negated { self.not(item)? } else { item };
         Ok(match (item, ahead) {
-            // Nothing holds after the end.
+            // Conditions do not hold after the end.
             (Item::Bit(bit), Some(ahead)) => {
                 let delay = self.bit_delay(bit);
                 let inside = self.bit(Condition::InLog, 0);

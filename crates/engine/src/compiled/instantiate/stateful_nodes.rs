@@ -28,7 +28,7 @@ impl Targets {
 }
 
 impl Instantiation<'_> {
-    /// What comes out of a delay before the first frame is nothing, so an operator with memory behind one restarts on that frame too.
+    /// A delay has no output before the first frame, so an operator with memory behind a delay restarts on that frame too.
     pub(super) fn restart_on(&mut self, targets: Targets, delay: u32) -> Option<BitId> {
         let mut restarts = Vec::new();
         if delay > 0 {

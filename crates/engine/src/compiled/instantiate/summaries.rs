@@ -9,7 +9,7 @@ use teachtree_language::graph::FloatBits;
 use teachtree_language::ops::{Samples, Summary};
 
 impl Instantiation<'_> {
-    /// What is made of the samples of each component: over a duration, or since the second argument began.
+    /// Returns the summary of the samples of each component, over a duration or since the second argument began.
     pub(super) fn summary(
         &mut self,
         summary: Summary,

@@ -87,7 +87,7 @@ fn dead(rules: &Rules) -> Vec<Diagnostic> {
     dead_choices(rules, &BTreeSet::from([0])).into_iter().map(|dead| dead.finding).collect()
 }
 
-/// Each condition of which it is reported that it never or always holds, as it is when that is wrong.
+/// Returns each condition that is reported as never or always true, with the value that would disprove the report.
 fn against(rules: &Rules) -> Vec<Expr> {
     let against = |(condition, finding): (&Expr, Diagnostic)| {
         let of = |kind, ty| Expr { kind, ty, span: Span::default() };

@@ -97,7 +97,7 @@ impl Replay<'_> {
                     let limit = of(ExprKind::Number(limit.value), Shape::Scalar);
                     boolean(ExprKind::Compare(comparison, Box::new(value.clone()), Box::new(limit)))
                 };
-                // Its state is as it is said to be, unless the number does not allow that.
+                // Its state is the reported one, unless the number excludes that.
                 match held {
                     Some(held) => {
                         let on = boolean(ExprKind::And(vec![not(held.clone()), beyond(on, *rising)]));

@@ -106,7 +106,7 @@ fn one_by_one(messages: &[Message], path: &std::path::Path) -> Result<Vec<Vec<(S
     Ok(rows.into_iter().map(cells).collect())
 }
 
-/// The recording that is made of all messages at once, or why there is none.
+/// Returns the recording of all messages at once, or the error.
 fn at_once(messages: &[Message], binding: &str) -> Result<Recording, String> {
     let mut tables: indexmap::IndexMap<&str, InMemoryTable> = indexmap::IndexMap::new();
     for (_, topic, time_s, values) in messages {

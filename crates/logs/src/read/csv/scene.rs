@@ -15,7 +15,7 @@ use teachtree_base::yaml;
 /// Reads the scene that a log carries, from a file in `folders`.
 ///
 /// # Errors
-/// When there is none beside the log, it is outside of the folders, or it is wrong.
+/// No scene file is beside the log, it is outside of the folders, or it is invalid.
 pub fn scene_beside(log: &Path, folders: &AllowedFolders) -> Result<Scene, InputError> {
     if let Some(file) = scene_file_beside(log) {
         return scene_of(folders.open(&file), &file);

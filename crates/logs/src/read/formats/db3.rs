@@ -1,7 +1,7 @@
 //! Bags of ROS 2 in the storage `sqlite3` (`.db3`): a sheet a topic, as of MCAP.
 //!
 //! Recorders since ROS 2 Iron write the definitions of their types into the bag; for others the [common types](super::ros_types) are known. The file is opened
-//! read only and as it is: neither a journal nor a write-ahead log beside it is read. A damaged file may have pages that lead to each other, which would never end:
+//! read only, without a journal or a write-ahead log beside it. A damaged file may have pages that lead to each other, which would never end:
 //! rows must come in the order of their numbers, and have no more bytes than the file.
 
 use super::ros_types;

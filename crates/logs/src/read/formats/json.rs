@@ -88,7 +88,7 @@ const STAMPS: [&str; 4] = ["/header/stamp", "/timestamp", "/transforms/0/header/
 /// Puts a message into the last row; its stamp in nanoseconds, if it has one.
 ///
 /// # Errors
-/// When it is no JSON object.
+/// The text is not a JSON object.
 #[cfg(feature = "mcap")]
 pub fn message(text: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Failure> {
     let UniqueKeys(value) = serde_json::from_slice(text).map_err(|error| fault(&error))?;

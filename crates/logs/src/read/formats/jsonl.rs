@@ -19,7 +19,7 @@ const MAX_LINE: u64 = 4 << 20;
 /// Reads a log to its end.
 ///
 /// # Errors
-/// At the first line that is no JSON object.
+/// At the first line that is not a JSON object.
 pub fn read(bytes: impl BufRead, file: String) -> Result<Source, InputError> {
     let mut lines = Lines::new(bytes, file.clone());
     let (mut rows, mut names) = (InMemoryTable::new(&file), ElementNames::default());
@@ -93,7 +93,7 @@ impl<R: BufRead> Lines<R> {
     /// The next line that is not blank, waiting for it.
     ///
     /// # Errors
-    /// When it is no JSON object.
+    /// The line is not a JSON object.
     pub fn line(&mut self) -> Result<Option<Line>, InputError> {
         loop {
             self.row += 1;

@@ -52,7 +52,7 @@ const EVENTS: &str = "teachtree.events";
 /// Reads a file.
 ///
 /// # Errors
-/// When it is no Parquet, is damaged, or is too large.
+/// The file is not Parquet, is damaged, or is too large.
 pub fn source(file: File, name: String) -> Result<Source, InputError> {
     let opened = ParquetTable::new(file, &name, |_| true)?;
     let (scene, events) = (opened.key(SCENE), opened.key(EVENTS));
@@ -361,7 +361,7 @@ impl Leaf {
         if self.texts.is_some() { OF_TEXT } else { 1 }
     }
 
-    /// The column as it is called, with its unit.
+    /// The name of the column, with its unit.
     fn title(&self) -> String {
         titled(&self.name, self.unit)
     }

@@ -12,7 +12,7 @@ const MAX_PIXELS: usize = 1 << 26;
 /// A picture as a file of PNG or JPEG.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why the picture has no file.
 pub fn file<'a>(picture: &'a Picture) -> Result<Cow<'a, [u8]>, String> {
     match picture.format.clone()? {
         PictureFormat::Jpeg | PictureFormat::Png => Ok(Cow::Borrowed(&picture.bytes)),

@@ -4,7 +4,7 @@ use super::build::*;
 use teachtree_analysis::score::{Row, Score, Stage, TrackTruth, Truth, json};
 use teachtree_report::score::{picture, text};
 
-/// Two recordings: one with a task taken for another and a late grasp, one that is right, with a task where there is none.
+/// Two recordings: one with a confused task and a late grasp, and a correct one with a false alarm.
 fn example() -> Score {
     let recording = |log: &str, (primitives, tasks): (&str, &str), (result, found): (&str, &str)| {
         let truth = TrackTruth { who: RIGHT, primitives: spans(primitives), tasks: Some(spans(tasks)) };

@@ -1,6 +1,7 @@
 //! COLLADA 1.4: the text of a file in, the triangles of its scene out. Only what says where triangles are is read: geometries, and the nodes that place them.
 //!
-//! `up_axis` is passed over, as the viewers of ROS do: files of robots say `Y_UP` and mean the frame of the link. A file without a scene gives all its geometries.
+//! `up_axis` is passed over, as the viewers of ROS do: files of robots say `Y_UP` and mean the frame of the link. A file without a scene gives all its
+//! geometries.
 
 use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -125,7 +126,7 @@ impl<'a> Reader<'a> {
             let mut stride = 0;
             for input in named(faces, "input") {
                 let offset: usize =
-                    input.attribute("offset").unwrap_or("0").trim().parse().map_err(|_| "`offset` is no number")?;
+                    input.attribute("offset").unwrap_or("0").trim().parse().map_err(|_| "`offset` is not a number")?;
                 if offset >= 64 {
                     return Err(format!("`offset` is {offset}, expected less than 64"));
                 }
@@ -187,7 +188,7 @@ impl<'a> Reader<'a> {
         };
         let of = |key: &str, or: usize| {
             let text = accessor.and_then(|accessor| accessor.attribute(key));
-            text.map_or(Ok(or), |text| text.trim().parse::<usize>()).map_err(|_| format!("`{key}` is no number"))
+            text.map_or(Ok(or), |text| text.trim().parse::<usize>()).map_err(|_| format!("`{key}` is not a number"))
         };
         let (stride, offset) = (of("stride", 3)?, of("offset", 0)?);
         if stride < 3 {

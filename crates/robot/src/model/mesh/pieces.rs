@@ -85,7 +85,7 @@ fn decomposed(mesh: &Mesh) -> Option<Vec<Vec<Point3<f64>>>> {
     Some(parts.filter(|points: &Vec<_>| !points.is_empty()).collect())
 }
 
-/// The rounded hull of points; a box where there is none, as for flat ones.
+/// Returns the rounded hull of points; a box for points without a hull, such as flat ones.
 fn piece(points: &[Point3<f64>]) -> CollisionShape {
     hull(points).map_or_else(
         || {

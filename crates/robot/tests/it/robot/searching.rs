@@ -64,7 +64,7 @@ fn the_clearance_of_a_hole_is_known_from_its_shapes() {
     }
 }
 
-/// A clock that waits stands still soon, and goes on as soon; one that never waits loses nothing.
+/// A waiting clock stops and restarts within a short time; a clock that never waits loses no time.
 #[test]
 fn a_clock_waits() {
     let mut pace = Pause::default();

@@ -182,7 +182,7 @@ fn motors_at_their_limits_do_not_wind_up() {
     }
 }
 
-/// What is wanted is not a number for a while: what leaves is one all the time, the arm stays where it is, and it goes on afterwards as if nothing had been.
+/// Targets are NaN for some time: all torques are finite, the arm keeps its position, and it continues afterwards without an effect.
 #[test]
 fn wants_that_are_no_numbers_move_nothing_and_are_forgotten() {
     for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -43,7 +43,7 @@ fn a_straight_way_takes_as_long_as_a_trapezoid() {
     let samples: Vec<Vec<f64>> = (0..=500).map(|at| vec![f64::from(at) * 0.006]).collect();
     let quick = timed(&samples, 1e-3, &dofs);
     let time_s = quick.knots.last().unwrap().time_s;
-    // A tenth of the acceleration is kept back for the polynomials between the points, and from a corner it goes on gently.
+    // A tenth of the acceleration is reserved for the polynomials between the points, and motion restarts gently after a corner.
     assert!((1.3..1.6).contains(&time_s), "{time_s} s");
     assert_eq!(quick.at_limit, Some(0));
     let (fastest, hardest) = shares(&quick.knots, &dofs);
@@ -104,7 +104,7 @@ fn a_limit_of_jerk_takes_little_longer_than_seven_parts_of_constant_jerk() {
     assert!(fastest <= SPARE && hardest <= SPARE, "{fastest} of the speed, {hardest} of the acceleration");
     let jerk = jerks(&made.knots, &dofs);
     assert!((0.85..=SPARE).contains(&jerk), "{jerk} of the jerk");
-    // A tenth of the limits is kept back, and from a corner it goes on gently.
+    // A tenth of the limits is reserved, and motion restarts gently after a corner.
     let time_s = made.knots.last().unwrap().time_s;
     assert!((1.4..1.8).contains(&time_s), "{time_s} s");
     let free = timed(&samples, 1e-3, &joints(1));

@@ -45,7 +45,7 @@ pub fn lead(work: &mut TeleopWorld, seconds: f64, at: Vector3<f64>, closes: bool
     }
 }
 
-/// A whole pick and place by a led palm: it is taken off its middle by `aside`, and set down onto the table although the pointer goes on below.
+/// A whole pick and place by a led palm: it is taken off its middle by `aside`, and set down onto the table although the pointer moves farther down.
 pub fn by_pointer(aside: f64) -> Recording {
     let scene = pick_and_place();
     let mut work = TeleopWorld::new(&scene).unwrap();

@@ -47,7 +47,7 @@ fn scripts_that_cannot_be_performed_are_refused() {
     insta::assert_snapshot!(refusals.map(|steps| format!("{}\n  {}", steps.trim(), refused(steps))).join("\n"));
 }
 
-/// A press of what is not held goes on for ever: it is given up, also as the last step, and named.
+/// A press without a held object never ends: it is given up, also as the last step, and the error names it.
 #[test]
 fn a_step_that_takes_too_long_is_named() {
     let scene = world::shipped::scene("pick_and_press").unwrap();

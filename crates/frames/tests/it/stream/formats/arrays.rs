@@ -159,7 +159,7 @@ fn poses_are_bound_as_position_and_rotation() {
     let (log, issues) = bound(&file("robomimic.hdf5#demo_0"), binding).unwrap();
     assert_eq!(values(&log, "cube.position.x"), [0.0, 0.1, 0.2, 0.30000000000000004, 0.4, 0.5]);
     assert_eq!(log.labels["right.label"][4], "word 4");
-    // Half a turn is passed, and the quaternion goes on without a jump.
+    // The rotation passes half a turn, and the quaternion has no jump.
     let w = values(&log, "cube.rotation.w");
     assert!(w.is_sorted_by(|a, b| a > b) && w[5] < 0.0, "{w:?}");
     assert!(issues.is_empty(), "{issues:?}");

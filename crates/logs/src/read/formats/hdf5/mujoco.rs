@@ -240,7 +240,7 @@ fn vector(node: Node, key: &str, usual: [f64; 3]) -> Option<Vector3<f64>> {
     numbers::<3>(node, key, usual).map(Vector3::from)
 }
 
-/// The numbers of an attribute, or the usual ones where there is none.
+/// Returns the numbers of an attribute, or the default without an attribute.
 fn numbers<const N: usize>(node: Node, key: &str, usual: [f64; N]) -> Option<[f64; N]> {
     let Some(text) = node.attribute(key) else { return Some(usual) };
     let numbers: Vec<f64> = text.split_whitespace().map(|word| word.parse().ok()).collect::<Option<_>>()?;

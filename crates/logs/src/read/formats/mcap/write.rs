@@ -1,4 +1,5 @@
-//! Writes MCAP: messages of ROS 2 in CDR, in compressed chunks with an index and a summary, so that viewers may jump; alone, or among all messages of another file.
+//! Writes MCAP: messages of ROS 2 in CDR, in compressed chunks with an index and a summary, so that viewers may jump; alone, or among all messages of another
+//! file.
 
 use super::copy::OriginalRecords;
 use super::ros2_message::Ros2Type;
@@ -134,7 +135,7 @@ pub struct Writer<'a> {
     sequence: BTreeMap<u16, u32>,
     chunk: Chunk,
     summary: Summary,
-    /// The file whose records are copied as time goes on.
+    /// The file whose records are copied in order of time.
     original: Option<OriginalRecords>,
 }
 

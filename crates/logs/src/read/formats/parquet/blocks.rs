@@ -25,7 +25,7 @@ impl ParquetBlocks {
         Self { opened, wants, stamps: Stamps::default(), columns: vec![], left: 0, group: 0 }
     }
 
-    /// Goes on to the next row group that has rows; whether there is one.
+    /// Advances to the next row group with rows, and returns whether it exists.
     fn open_group(&mut self) -> Result<bool, ParquetError> {
         while self.left == 0 {
             if self.group == self.opened.reader.num_row_groups() {

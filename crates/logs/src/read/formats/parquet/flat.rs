@@ -25,7 +25,7 @@ pub(super) fn flat(
         }
         ColumnReader::FloatColumnReader(reader) => widened(reader, max_def, rows, values, f64::from),
         ColumnReader::DoubleColumnReader(reader) if max_def == 0 => {
-            // What is stored as it is wanted is decoded where it stays.
+            // Numbers that are stored in the requested type are decoded in place.
             let mut read = 0;
             while read < rows {
                 let (records, ..) = reader.read_records(rows - read, None, None, values)?;
@@ -38,7 +38,7 @@ pub(super) fn flat(
     }
 }
 
-/// The same of numbers that are stored otherwise, or that may lack.
+/// Like the above, for numbers of another stored type, or with missing values.
 fn widened<T: DataType>(
     reader: &mut ColumnReaderImpl<T>,
     max_def: i16,
