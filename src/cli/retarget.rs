@@ -1,6 +1,7 @@
 //! `teachtree retarget`: a recording in, commands for a robot out.
 
 use super::analysis::AnalysisArgs;
+use super::progress::Progress;
 use super::source::is_yaml;
 use super::{Failure, output};
 use nalgebra::Vector3;
@@ -89,7 +90,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     // Jaws are not asked for more than they give; the missing force is reported.
     let too_hard = too_hard(&commands, &robot);
-    let crossings = robot::map_by(&mut commands, &robot, &opened.recording.scene, args.grasps.criterion())?;
+    let (scene, criterion) = (&opened.recording.scene, args.grasps.criterion());
+    let crossings = {
+        let progress = Progress::new("mapping to the robot");
+        robot::map_by(&mut commands, &robot, scene, criterion, &mut |part| progress.set(part))?
+    };
     if let Err(error) = commands.check() {
         output::print(&summary(&commands))?;
         output::print(&refused(&error))?;

@@ -41,6 +41,13 @@ pub struct Link {
 }
 
 impl Link {
+    /// Its pose at these values of the degrees of freedom, in the frame in which its parent's is `parent`.
+    fn pose(&self, parent: &Isometry3<f64>, q: &[f64]) -> Isometry3<f64> {
+        let value = |joint: &Joint| q.get(joint.dof).copied().unwrap_or(0.0);
+        let motion = self.joint.as_ref().map_or_else(Isometry3::identity, |joint| joint.motion(value(joint)));
+        parent * self.parent_from_joint * motion
+    }
+
     /// A link without mass, joint or place: the first of its robot until it is put on another.
     pub fn massless(name: &str, solids: Vec<CollisionShape>) -> Self {
         Self {
@@ -124,6 +131,16 @@ impl Joint {
             }
         }
     }
+
+    /// The velocity of a point that it moves (m/s) and the angular velocity (rad/s) for one unit of its degree of freedom a second, where the link that hangs on it has
+    /// this pose.
+    fn velocity(&self, pose: &Isometry3<f64>, point: &Point3<f64>) -> [Vector3<f64>; 2] {
+        let axis = pose.rotation * self.axis.into_inner() * self.ratio;
+        match self.kind {
+            JointKind::Revolute => [axis.cross(&(point - pose.translation.vector).coords), axis],
+            JointKind::Prismatic => [axis, Vector3::zeros()],
+        }
+    }
 }
 
 impl KinematicTree {
@@ -131,14 +148,46 @@ impl KinematicTree {
     pub fn forward_kinematics(&self, q: &[f64]) -> Vec<Isometry3<f64>> {
         let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(self.links.len());
         for (index, link) in self.links.iter().enumerate() {
-            let motion = link
-                .joint
-                .as_ref()
-                .map_or_else(Isometry3::identity, |joint| joint.motion(q.get(joint.dof).copied().unwrap_or(0.0)));
             let parent = if index == 0 { Isometry3::identity() } else { poses[link.parent] };
-            poses.push(parent * link.parent_from_joint * motion);
+            poses.push(link.pose(&parent, q));
         }
         poses
+    }
+
+    /// The links from the root to a link, in this order.
+    pub fn chain(&self, link: usize) -> Vec<usize> {
+        let mut chain = vec![link];
+        while let Some(&at) = chain.last().filter(|at| **at != 0) {
+            chain.push(self.links[at].parent);
+        }
+        chain.reverse();
+        chain
+    }
+
+    /// Writes the poses of the links of a chain, `root_from_link`, at these values of the degrees of freedom.
+    pub fn chain_poses(&self, chain: &[usize], q: &[f64], poses: &mut Vec<Isometry3<f64>>) {
+        poses.clear();
+        for &link in chain {
+            let parent = poses.last().copied().unwrap_or_else(Isometry3::identity);
+            poses.push(self.links[link].pose(&parent, q));
+        }
+    }
+
+    /// The Jacobian of the origin of the last link of a chain whose links have these poses, as that of [`Self::jacobian`]: one column for each of `dofs`.
+    pub fn chain_jacobian(&self, chain: &[usize], poses: &[Isometry3<f64>], dofs: &[usize]) -> Matrix6xX<f64> {
+        let mut jacobian = Matrix6xX::zeros(dofs.len());
+        let Some(end) = poses.last() else { return jacobian };
+        for (&link, pose) in chain.iter().zip(poses).rev() {
+            let Some(joint) = &self.links[link].joint else { continue };
+            let Some(column) = dofs.iter().position(|dof| *dof == joint.dof) else { continue };
+            let [linear, angular] = joint.velocity(pose, &Point3::from(end.translation.vector));
+            let mut column = jacobian.column_mut(column);
+            for row in 0..3 {
+                column[row] += linear[row];
+                column[row + 3] += angular[row];
+            }
+        }
+        jacobian
     }
 
     /// The joints from the root to a link, nearest to the link first, as indices of links.
@@ -158,11 +207,7 @@ impl KinematicTree {
         let mut jacobian = Matrix6xX::zeros(self.dofs.len());
         for index in self.joints_above(link) {
             let Some(joint) = &self.links[index].joint else { continue };
-            let axis = poses[index].rotation * joint.axis.into_inner() * joint.ratio;
-            let (linear, angular) = match joint.kind {
-                JointKind::Revolute => (axis.cross(&(point - poses[index].translation.vector).coords), axis),
-                JointKind::Prismatic => (axis, Vector3::zeros()),
-            };
+            let [linear, angular] = joint.velocity(&poses[index], &point);
             let mut column = jacobian.column_mut(joint.dof);
             for row in 0..3 {
                 column[row] += linear[row];

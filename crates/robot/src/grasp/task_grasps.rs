@@ -19,6 +19,7 @@ use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Finger;
 use teachtree_base::pose::pose_array;
@@ -49,7 +50,7 @@ pub(crate) struct BlockedGrasp {
 /// Maps every grasp of commands; what cannot be held is noted with its reason.
 ///
 /// Where two hands hold one object at the same time, the one that takes it first is in the way of the other; when that leaves no room, both give way. Where that
-/// is not enough, the grasp is returned as crowded.
+/// is not enough, the grasp is returned as crowded. `progress` receives the part that is done, 0 to 1.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
@@ -58,6 +59,7 @@ pub(crate) fn map(
     robot: &Robot,
     scene: &Scene,
     criterion: GraspCriterion,
+    progress: &mut dyn FnMut(f64),
 ) -> Result<Vec<BlockedGrasp>, InputError> {
     let mut crowded = Vec::new();
     commands.robot = Some(robot.name.clone());
@@ -68,8 +70,12 @@ pub(crate) fn map(
     for (task, holder) in tasks.iter_mut().zip(&holders) {
         holder.give(task);
     }
+    let count: usize = tasks.iter().map(|task| task.grasps.len()).sum();
+    let mut done = 0;
     for number in 0..tasks.len() {
         for grasp in 0..tasks[number].grasps.len() {
+            progress(f64::from(done) / count as f64);
+            done += 1;
             let others = meeting(tasks, (number, grasp));
             let taken = bodies(tasks, &others, robot);
             let held = match (holders[number].hold(&tasks[number], grasp, &taken), &others[..]) {
@@ -105,19 +111,38 @@ pub(crate) fn meetings(tasks: &[Task]) -> Vec<[(usize, usize); 2]> {
     pairs.filter(|[one, other]| one < other).collect()
 }
 
-/// Other ways to take hold for a grasp of mapped commands by the criterion of that grasp, best first; they differ from each other. Whether the arm can go them is left open.
-///
-/// # Errors
-/// As [`map`].
-pub(crate) fn alternatives(
-    tasks: &[Task],
-    robot: &Robot,
-    scene: &Scene,
-    (number, grasp): (usize, usize),
-) -> Result<Vec<TaskGrasp>, InputError> {
-    let task = &tasks[number];
-    let criterion = task.grasps[grasp].mapped.as_ref().map(|mapped| mapped.criterion).unwrap_or_default();
-    Ok(GraspContext::new(number, task, robot, scene, criterion)?.alternatives(task, grasp))
+/// What a search for grasps found.
+type Search = Result<Vec<TaskGrasp>, InputError>;
+
+/// Other ways to take hold for each grasp of mapped commands by the criterion of that grasp, best first; they differ from each other. Whether the arm can go them is left
+/// open. They are computed when they are first asked for.
+pub(crate) struct Alternatives<'a> {
+    robot: &'a Robot,
+    scene: &'a Scene,
+    /// By the number of the task and its grasp.
+    found: BTreeMap<(usize, usize), OnceLock<Search>>,
+}
+
+impl<'a> Alternatives<'a> {
+    /// Returns those of all grasps of tasks, before any is computed.
+    pub(crate) fn new(tasks: &[Task], robot: &'a Robot, scene: &'a Scene) -> Self {
+        let places =
+            tasks.iter().enumerate().flat_map(|(number, task)| (0..task.grasps.len()).map(move |at| (number, at)));
+        Self { robot, scene, found: places.map(|place| (place, OnceLock::new())).collect() }
+    }
+
+    /// Returns those of a grasp of a task, which has this number among all tasks.
+    ///
+    /// # Errors
+    /// As [`map`].
+    pub(crate) fn of(&self, task: &Task, (number, grasp): (usize, usize)) -> Result<&[TaskGrasp], InputError> {
+        let Some(found) = self.found.get(&(number, grasp)) else { return Ok(&[]) };
+        let search = || {
+            let criterion = task.grasps[grasp].mapped.as_ref().map(|mapped| mapped.criterion).unwrap_or_default();
+            Ok(GraspContext::new(number, task, self.robot, self.scene, criterion)?.alternatives(task, grasp))
+        };
+        found.get_or_init(search).as_deref().map_err(Clone::clone)
+    }
 }
 
 /// Grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.

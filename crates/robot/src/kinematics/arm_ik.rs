@@ -1,7 +1,7 @@
 //! The arm's inverse kinematics: for a pose of the palm, and along a path.
 
 use super::surroundings::{ArmLinks, Surroundings};
-use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Vector6};
 use teachtree_description::tree::KinematicTree;
 
 /// The damping of the steps near singularities, and the maximum step of a joint, rad or m.
@@ -80,18 +80,19 @@ impl Arm<'_> {
         iterations: usize,
     ) -> PoseError {
         let root_from_palm = root.inverse() * palm;
+        let chain = self.tree.chain(self.palm);
         let mut missing = PoseError { m: f64::INFINITY, rad: f64::INFINITY };
+        let mut poses = Vec::with_capacity(chain.len());
         for _ in 0..=iterations {
-            let poses = self.tree.forward_kinematics(q);
-            let pose = poses[self.palm];
+            self.tree.chain_poses(&chain, q, &mut poses);
+            let Some(pose) = poses.last() else { break };
             let way = root_from_palm.translation.vector - pose.translation.vector;
             let turn = (root_from_palm.rotation * pose.rotation.inverse()).scaled_axis();
             missing = PoseError { m: way.norm(), rad: turn.norm() };
             if missing.m < EXACT && missing.rad < EXACT {
                 break;
             }
-            let jacobian = self.tree.jacobian(&poses, self.palm, Point3::from(pose.translation.vector));
-            let jacobian = jacobian.select_columns(self.dofs);
+            let jacobian = self.tree.chain_jacobian(&chain, &poses, self.dofs);
             let square = &jacobian * jacobian.transpose() + Matrix6::identity() * DAMPING;
             let Some(inverse) = square.try_inverse() else { break };
             let error = Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z);

@@ -19,7 +19,7 @@ use super::precedence::orders;
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::{HandPlans, groups};
 use super::walk::{Crossing, HandledObject, Near, Occupied, Walk, place_of, too_near, total};
-use crate::grasp::task_grasps::{TaskGrasp, alternatives};
+use crate::grasp::task_grasps::{Alternatives, TaskGrasp};
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::robot::Robot;
 use crate::parallel;
@@ -69,27 +69,37 @@ const BETTER: f64 = 0.9;
 /// A grasp of each hand, as its task and the grasp of that.
 type Grasps = [(usize, usize); 2];
 
-/// Chooses grasps of commands anew where both hands would be too near to each other. Returns where they go through each other all the same.
+/// Chooses grasps of commands anew where both hands would be too near to each other. Returns where they go through each other all the same. `progress` receives the
+/// part that is done, 0 to 1.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
-pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
+pub(super) fn keep(
+    commands: &mut Commands,
+    robot: &Robot,
+    scene: &Scene,
+    others: &Alternatives<'_>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Vec<Crossing>, InputError> {
     let mut crossings = Vec::new();
     if robot.hands.len() < 2 {
         return Ok(crossings);
     }
-    for (number, group) in groups(&commands.tasks).into_iter().enumerate() {
+    let groups = groups(&commands.tasks);
+    let count = groups.len() as f64;
+    for (number, group) in groups.into_iter().enumerate() {
         let tasks: Vec<Task> = group.iter().map(|task| commands.tasks[*task].clone()).collect();
-        let others = commands.tasks.iter().enumerate().filter(|(other, _)| !group.contains(other));
-        let elsewhere = others.map(|(_, task)| task.object.clone()).collect();
-        let Some(mut pair) = Pair::new(tasks, robot, scene, elsewhere, number == 0)? else { continue };
-        let changed = pair.keep_apart()?;
+        let of_others = commands.tasks.iter().enumerate().filter(|(other, _)| !group.contains(other));
+        let elsewhere = of_others.map(|(_, task)| task.object.clone()).collect();
+        let alternatives = GroupAlternatives { group: &group, others };
+        let Some(mut pair) = Pair::new(tasks, robot, scene, alternatives, elsewhere, number == 0)? else { continue };
+        let changed = pair.keep_apart(&mut |part| progress((number as f64 + part) / count))?;
         crossings.extend(pair.walks[0].crossing(&pair.walks[1], &pair.near, &group));
         if !changed {
             continue;
         }
-        for (task, made) in group.into_iter().zip(&pair.tasks) {
-            commands.tasks[task] = made.clone();
+        for (task, made) in group.iter().zip(&pair.tasks) {
+            commands.tasks[*task] = made.clone();
         }
         // Later groups begin where the hands are.
         if number > 0 {
@@ -104,10 +114,18 @@ pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Res
     Ok(crossings)
 }
 
+/// The alternatives of grasps of a group, whose tasks have these numbers among all tasks.
+#[derive(Clone, Copy)]
+struct GroupAlternatives<'a> {
+    group: &'a [usize],
+    others: &'a Alternatives<'a>,
+}
+
 /// Two hands in a group of tasks.
 struct Pair<'a> {
     robot: &'a Robot,
     scene: &'a Scene,
+    alternatives: GroupAlternatives<'a>,
     tasks: Vec<Task>,
     walks: [Walk; 2],
     limbs: [Robot; 2],
@@ -166,6 +184,7 @@ impl<'a> Pair<'a> {
         tasks: Vec<Task>,
         robot: &'a Robot,
         scene: &'a Scene,
+        alternatives: GroupAlternatives<'a>,
         elsewhere: BTreeSet<String>,
         begins: bool,
     ) -> Result<Option<Self>, InputError> {
@@ -175,14 +194,15 @@ impl<'a> Pair<'a> {
         let [Some(one), Some(other)] = [walk(left), walk(right)] else { return Ok(None) };
         let limbs = [robot.limb(Side::Left)?, robot.limb(Side::Right)?];
         let near = one.near(&other);
-        Ok(Some(Self { robot, scene, walks: [one, other], limbs, near, tasks, elsewhere, begins }))
+        Ok(Some(Self { robot, scene, alternatives, walks: [one, other], limbs, near, tasks, elsewhere, begins }))
     }
 
     /// Whether anything was changed.
-    fn keep_apart(&mut self) -> Result<bool, InputError> {
+    fn keep_apart(&mut self, progress: &mut dyn FnMut(f64)) -> Result<bool, InputError> {
         let mut tries: BTreeMap<Grasps, usize> = BTreeMap::new();
         let mut changed = false;
-        for _ in 0..CHANGES {
+        for step in 0..CHANGES {
+            progress(step as f64 / CHANGES as f64);
             let Some(grasps) = self.nearest(&tries) else { break };
             let before = total(&self.near);
             // They are led past each other, then chosen anew if that is not enough, and led past each other again.
@@ -283,12 +303,12 @@ impl<'a> Pair<'a> {
             held.note(&mut task, grasp);
             self.lifted(hand, task)
         };
-        let others =
-            if anew { alternatives(&self.tasks, self.robot, self.scene, (number, grasp))? } else { Vec::new() };
+        let GroupAlternatives { group, others } = self.alternatives;
+        let others = if anew { others.of(present, (group[number], grasp))? } else { &[] };
         // Long tasks leave room for fewer of them.
         let samples: usize = present.segments.iter().map(|segment| segment.object.len()).sum();
         let most = (MOST_SAMPLES / samples.max(1)).max(TURNS as usize);
-        let upright = std::iter::once(present.clone()).chain(others.into_iter().map(noted));
+        let upright = std::iter::once(present.clone()).chain(others.iter().cloned().map(noted));
         let upright: Vec<Task> = upright.take(most).collect();
         let may_turn = anew && !self.elsewhere.contains(&present.object);
         let angles = (1..TURNS).filter(|_| may_turn).map(|turn| f64::from(turn) / f64::from(TURNS) * TAU);
@@ -456,7 +476,7 @@ impl<'a> Pair<'a> {
         let mut tasks = change.tasks.clone();
         tasks[hand] = task;
         let all = self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
-        let as_now = change.walks[hand].like(self.begun(hand, &all));
+        let as_now = self.begun_like(hand, &all, &change.walks[hand]);
         change.take_nearest(hand, as_now, &tasks, &all, self.scene);
     }
 
@@ -517,6 +537,14 @@ impl<'a> Pair<'a> {
             begun.truncate(1);
         }
         begun
+    }
+
+    /// A hand before its walks, in the posture in which its arm can begin that is most like that of a walk.
+    fn begun_like(&self, hand: usize, tasks: &[Task], walk: &Walk) -> Option<Moving> {
+        let side = walk.planner.side;
+        let place = |object: &str| place_of(tasks, self.scene, object);
+        let near = Moving::begin_near(side, &self.limbs[hand], tasks, self.scene, &place, &walk.arm);
+        near.or_else(|| walk.like(self.begun(hand, tasks)))
     }
 
     /// The tasks of the other hand.

@@ -14,7 +14,7 @@ use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::groups;
 use super::walk::{Crossing, ROOM_M, Walk};
 use crate::grasp::held_path::held;
-use crate::grasp::task_grasps::{self, BlockedGrasp, TaskGrasp, alternatives, meetings};
+use crate::grasp::task_grasps::{self, Alternatives, BlockedGrasp, TaskGrasp, meetings};
 use crate::kinematics::arm_distance::{PlacedShape, nearer};
 use crate::model::robot::Robot;
 use nalgebra::Vector3;
@@ -32,17 +32,19 @@ const PLACES: usize = 8;
 const PAIRS: usize = 60;
 /// Hands that take an object or let it go within this time do so together, s.
 const TOGETHER_S: f64 = 0.3;
+/// The parts of the work that are done when every grasp is mapped, and when those of hand-overs are chosen.
+const MAPPED_MET: [f64; 2] = [0.2, 0.5];
 
 /// Maps every grasp of commands by its quality, as [`map_by`] does.
 ///
 /// # Errors
 /// As [`map_by`].
 pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
-    map_by(commands, robot, scene, GraspCriterion::default())
+    map_by(commands, robot, scene, GraspCriterion::default(), &mut |_| {})
 }
 
 /// Maps every grasp of commands by a criterion; what cannot be held is noted with its reason. Where a hand gives an object to the other one, both grasps are chosen together.
-/// Returns where hands or arms go through each other all the same.
+/// Returns where hands or arms go through each other all the same. `progress` receives the part that is done, 0 to 1.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
@@ -51,8 +53,11 @@ pub fn map_by(
     robot: &Robot,
     scene: &Scene,
     criterion: GraspCriterion,
+    progress: &mut dyn FnMut(f64),
 ) -> Result<Vec<Crossing>, InputError> {
-    let crowded = task_grasps::map(commands, robot, scene, criterion)?;
+    let alone = commands.tasks.iter().all(|task| task.track == commands.tasks[0].track);
+    let [mapped, met] = if alone { [1.0, 1.0] } else { MAPPED_MET };
+    let crowded = task_grasps::map(commands, robot, scene, criterion, &mut |part| progress(mapped * part))?;
     for task in &mut commands.tasks {
         let (Some(hand), Some(object)) = (robot.hands.get(&task.track), scene.bodies.get(&task.object)) else {
             continue;
@@ -63,9 +68,11 @@ pub fn map_by(
             lift(task, hand, &grips, object, scene);
         }
     }
+    let others = Alternatives::new(&commands.tasks, robot, scene);
+    progress(mapped);
     for pair in meetings(&commands.tasks) {
         let Some(meeting) = Meeting::new(&commands.tasks, robot, scene, pair) else { continue };
-        if let Some(chosen) = meeting.chosen()? {
+        if let Some(chosen) = meeting.chosen(&others)? {
             for ((number, _), (task, arm)) in pair.into_iter().zip(chosen) {
                 let first = commands.tasks.iter().position(|it| it.track == task.track).unwrap_or(number);
                 commands.tasks[number] = task;
@@ -74,7 +81,7 @@ pub fn map_by(
             }
         }
     }
-    let crossings = apart::keep(commands, robot, scene)?;
+    let crossings = apart::keep(commands, robot, scene, &others, &mut |part| progress(met + (1.0 - met) * part))?;
     for BlockedGrasp { grasp: (number, grasp), other, why } in crowded {
         let closed = [(number, grasp), other].map(|(number, grasp)| {
             let task = &commands.tasks[number];
@@ -97,6 +104,8 @@ struct Meeting<'a> {
     /// The tasks that are done at the same time as theirs, and where the two are among them.
     tasks: Vec<&'a Task>,
     places: [(usize, usize); 2],
+    /// The two among all tasks.
+    pair: [(usize, usize); 2],
     /// Whether the first of them gives the object to the other one, or takes it.
     first_gives: bool,
     robot: &'a Robot,
@@ -134,11 +143,11 @@ impl<'a> Meeting<'a> {
         let place = |(number, grasp)| Some((numbers.iter().position(|it| *it == number)?, grasp));
         let places = [place(pair[0])?, place(pair[1])?];
         let tasks = numbers.iter().map(|number| &tasks[*number]).collect();
-        Some(Self { tasks, places, first_gives, robot, scene })
+        Some(Self { tasks, places, pair, first_gives, robot, scene })
     }
 
     /// The tasks with grasps that leave room; `None` when those that are mapped do, or no others are better.
-    fn chosen(&self) -> Result<Option<[Chosen; 2]>, InputError> {
+    fn chosen(&self, others: &Alternatives<'_>) -> Result<Option<[Chosen; 2]>, InputError> {
         let mapped = [0, 1].map(|hand| self.choice(hand, None));
         let mut apart = SHORT_M;
         if let [Some(one), Some(other)] = &mapped {
@@ -152,9 +161,8 @@ impl<'a> Meeting<'a> {
         }
         let mut choices: Vec<Vec<Choice>> = Vec::new();
         for (hand, mapped) in mapped.into_iter().enumerate() {
-            let tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
-            let others = alternatives(&tasks, self.robot, self.scene, self.places[hand])?;
-            let others = others.into_iter().filter_map(|held| self.choice(hand, Some(held)));
+            let others = others.of(self.tasks[self.places[hand].0], self.pair[hand])?.iter();
+            let others = others.filter_map(|held| self.choice(hand, Some(held.clone())));
             choices.push(mapped.into_iter().chain(others).collect());
         }
         let pairs = choices[0].iter().flat_map(|one| choices[1].iter().map(move |other| [one, other]));

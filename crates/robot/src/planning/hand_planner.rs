@@ -8,6 +8,7 @@ use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
@@ -58,14 +59,8 @@ impl HandPlanner {
         scene: &Scene,
         place: &PoseLookup<'_>,
     ) -> Result<(Self, Vec<Start>, Target), InputError> {
-        let lacks = || InputError::new("commands", "are of no hand of the robot");
-        let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
-        let demonstrated_radius = tip_radius(scene, side);
-        let number = tasks.iter().position(|task| task.track == side).ok_or_else(lacks)?;
         let groups = groups(tasks);
-        let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
-        let mut planner = Self { side, hand, demonstrated_radius, scene: Arc::new(scene.clone()), fresh: None };
-        let plan = planner.plan(tasks, group, number, limb, None, place)?;
+        let (mut planner, number, plan) = Self::before(side, limb, tasks, &groups, scene, place)?;
         let (mut starts, from_s) = Start::of_plan(limb, &planner.hand, &plan, &Surroundings::fixed(scene))
             .map_err(|message| at_task(tasks, number, message).help(ELSEWHERE))?;
         let has_more = tasks.iter().skip(number + 1).any(|task| task.track == side);
@@ -77,6 +72,42 @@ impl HandPlanner {
         planner.fresh = Some((number, from_s));
         let target = plan.at(from_s);
         Ok((planner, starts, target))
+    }
+
+    /// Returns the planner of a hand before its first task, its start in the posture that its arm comes to from this one (by the names of joints), and its first target;
+    /// `None` where the arm cannot go the whole way of its first task from there.
+    pub(crate) fn begin_near(
+        side: Side,
+        limb: &Robot,
+        tasks: &[Task],
+        scene: &Scene,
+        place: &PoseLookup<'_>,
+        arm: &BTreeMap<String, f64>,
+    ) -> Option<(Self, Start, Target)> {
+        let (mut planner, number, plan) = Self::before(side, limb, tasks, &groups(tasks), scene, place).ok()?;
+        let start = Start::near(limb, &planner.hand, &plan, arm)?;
+        planner.fresh = Some((number, 0.0));
+        let target = plan.at(0.0);
+        Some((planner, start, target))
+    }
+
+    /// The planner of a hand before its first task, the number of that, and its plan.
+    fn before<'t>(
+        side: Side,
+        limb: &Robot,
+        tasks: &'t [Task],
+        groups: &[Vec<usize>],
+        scene: &Scene,
+        place: &PoseLookup<'_>,
+    ) -> Result<(Self, usize, Plan<'t>), InputError> {
+        let lacks = || InputError::new("commands", "are of no hand of the robot");
+        let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
+        let demonstrated_radius = tip_radius(scene, side);
+        let number = tasks.iter().position(|task| task.track == side).ok_or_else(lacks)?;
+        let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
+        let planner = Self { side, hand, demonstrated_radius, scene: Arc::new(scene.clone()), fresh: None };
+        let plan = planner.plan(tasks, group, number, limb, None, place)?;
+        Ok((planner, number, plan))
     }
 
     /// Returns its plans of a group of tasks, one after the other, for a palm that is at `palm`. `stretch(plan, t)` retimes a plan from the time `t` on, s, and
@@ -126,9 +157,14 @@ impl HandPlanner {
         plan.slow_down(from_s, &mut |palm, dt| {
             let before = q.to_vec();
             self.hand.arm_on(&limb.tree).inverse_kinematics(root, palm, q, FOLLOWING);
-            let speed = |dof: &usize| (q[*dof] - before[*dof]).abs() / dt / (UNHURRIED * limb.tree.dofs[*dof].speed);
-            self.hand.arm.iter().map(speed).fold(0.0, f64::max)
+            self.too_fast(limb, &before, q, dt)
         })
+    }
+
+    /// How many times too fast the arm goes from one posture to another within a time, s.
+    pub(super) fn too_fast(&self, limb: &Robot, before: &[f64], q: &[f64], dt: f64) -> f64 {
+        let speed = |dof: &usize| (q[*dof] - before[*dof]).abs() / dt / (UNHURRIED * limb.tree.dofs[*dof].speed);
+        self.hand.arm.iter().map(speed).fold(0.0, f64::max)
     }
 
     /// The way of the palm from a time of the plan of its first task on, s, through all of its tasks, as if each object were where the operator took it. It ends

@@ -6,6 +6,7 @@ use super::start::Start;
 use crate::kinematics::arm_ik::PoseError;
 use crate::model::robot::Robot;
 use nalgebra::Isometry3;
+use std::collections::BTreeMap;
 use teachtree_base::easing::minimum_jerk;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
@@ -52,6 +53,20 @@ impl Moving {
             Self { planner, limb, root, before: q.clone(), q, doing: None, palm: target.palm }
         });
         Ok(begun.collect())
+    }
+
+    /// Returns a hand before its first task in the posture that its arm comes to from this one; `None` where it cannot go the whole way from there.
+    pub(super) fn begin_near(
+        side: Side,
+        limb: &Robot,
+        tasks: &[Task],
+        scene: &Scene,
+        place: &PoseLookup<'_>,
+        arm: &BTreeMap<String, f64>,
+    ) -> Option<Self> {
+        let (planner, start, target) = HandPlanner::begin_near(side, limb, tasks, scene, place, arm)?;
+        let Start { q, root, .. } = start;
+        Some(Self { planner, limb: limb.clone(), root, before: q.clone(), q, doing: None, palm: target.palm })
     }
 
     /// Goes on to a time of a plan; `at_s` is the time since the group began, s.

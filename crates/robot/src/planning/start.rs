@@ -7,6 +7,7 @@ use crate::kinematics::surroundings::Surroundings;
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::Isometry3;
+use std::collections::BTreeMap;
 
 /// The way of the palm is looked at this often, s, from so many starts of the arm with so many iterations each.
 const WAY_S: f64 = 0.1;
@@ -61,16 +62,32 @@ impl Start {
             let place = place_of(&target.palm);
             return Err(format!("begins with the palm at {place}; the arm cannot move it along the whole path"));
         }
+        Ok(postures.into_iter().map(|q| Self::at(hand, target, root, q)).collect())
+    }
+
+    /// The start at a target with the arm in a posture.
+    fn at(hand: &HandModel, target: &Target, root: Isometry3<f64>, mut q: Vec<f64>) -> Self {
         let fingers: Vec<JointPositions> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
-        let starts = postures.into_iter().map(|mut q| {
-            for (finger, angles) in hand.fingers.iter().zip(&fingers) {
-                for (dof, angle) in finger.dofs.iter().zip(angles) {
-                    q[*dof] = *angle;
-                }
+        for (finger, angles) in hand.fingers.iter().zip(&fingers) {
+            for (dof, angle) in finger.dofs.iter().zip(angles) {
+                q[*dof] = *angle;
             }
-            Self { q, root, fingers: fingers.clone(), palm: target.palm }
-        });
-        Ok(starts.collect())
+        }
+        Self { q, root, fingers, palm: target.palm }
+    }
+
+    /// Returns the start at the beginning of a plan in the posture that the arm comes to from this one, by the names of joints; `None` where it cannot go the whole way
+    /// from there, or there is no arm.
+    pub(crate) fn near(robot: &Robot, hand: &HandModel, plan: &Plan<'_>, arm: &BTreeMap<String, f64>) -> Option<Self> {
+        let (way, target, root) = (way_of(plan, 0.0), plan.at(0.0), Isometry3::identity());
+        let mut q = vec![0.0; robot.tree.dofs.len()];
+        for dof in &hand.arm {
+            q[*dof] = *arm.get(&robot.tree.dofs[*dof].name)?;
+        }
+        let moves = !hand.arm.is_empty();
+        let arm = hand.arm_on(&robot.tree);
+        arm.inverse_kinematics(&root, &target.palm, &mut q, ITERATIONS);
+        (moves && arm.follows(&root, &way, &q)).then(|| Self::at(hand, &target, root, q))
     }
 
     /// Returns the starts of a plan, first the one that is nearest to the arm's posture in its commands, or else the best; and when of the plan that is, s: the
@@ -85,11 +102,8 @@ impl Start {
         surroundings: &Surroundings,
     ) -> Result<(Vec<Self>, f64), String> {
         let mut refused = String::new();
-        let (touched, released) = plan.touches();
-        let way = |from_s: f64| -> Vec<Isometry3<f64>> {
-            let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
-            times.map(|time| plan.at(time).palm).collect()
-        };
+        let (touched, _) = plan.touches();
+        let way = |from_s: f64| way_of(plan, from_s);
         for part in 0..=LEFT_OUT {
             let from_s = touched * f64::from(part) / f64::from(LEFT_OUT);
             let way = way(from_s);
@@ -104,6 +118,13 @@ impl Start {
         }
         Err(missed(robot, hand, plan, touched, &way(touched)).unwrap_or(refused))
     }
+}
+
+/// The way of the palm from a time of a plan on, s, until it has let go.
+fn way_of(plan: &Plan<'_>, from_s: f64) -> Vec<Isometry3<f64>> {
+    let (_, released) = plan.touches();
+    let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
+    times.map(|time| plan.at(time).palm).collect()
 }
 
 /// Formats a position for messages.

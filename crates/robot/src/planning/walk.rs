@@ -114,7 +114,9 @@ pub(super) struct Walk {
     pub(super) arm: BTreeMap<String, f64>,
     /// The planner of the hand, before the first task.
     pub(super) planner: HandPlanner,
+    /// The parts of its plans, as slow as the arm needs them, and how long each of them takes by its plan, s: steps are at times of the plans.
     parts: Vec<Part>,
+    planned_s: Vec<f64>,
     begins_s: f64,
     steps: Arc<[Occupied]>,
 }
@@ -179,21 +181,29 @@ impl Walk {
         let arm = arm.collect();
         let group: Vec<usize> = (0..tasks.len()).collect();
         let planner = hand.planner.clone();
-        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
-        let parts = made.parts();
+        let mut made =
+            hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
+        let (planned_s, begins_s) = (made.parts().iter().map(|part| part.needs_s).collect(), made.begins_s);
         let (mut steps, mut done_s): (Vec<Occupied>, f64) = (Vec::new(), 0.0);
-        for (number, plan) in &made.plans {
+        for (number, plan) in &mut made.plans {
             let object = HandledObject::of(tasks, *number, scene);
-            let own_s = |step: usize| made.begins_s + step as f64 * STEP_S - done_s;
-            while own_s(steps.len()) <= plan.duration() {
+            let own_s = |step: usize| begins_s + step as f64 * STEP_S - done_s;
+            let (from_s, duration) = (own_s(steps.len()), plan.duration());
+            let mut too_fast: Vec<f64> = Vec::new();
+            while own_s(steps.len()) <= duration {
                 let own_s = own_s(steps.len());
-                hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
+                let before = hand.q.clone();
+                hand.advance((*number, &*plan, own_s), done_s + own_s).ok()?;
+                too_fast.push(planner.too_fast(&hand.limb, &before, &hand.q, STEP_S));
                 steps.push(Occupied::of_limb(&hand, plan, own_s, &object));
             }
-            done_s += plan.duration();
+            let mut too_fast = too_fast.into_iter();
+            plan.slow_down(from_s, &mut |_, _| too_fast.next().unwrap_or(1.0));
+            done_s += duration;
         }
         let steps: Arc<[Occupied]> = steps.into();
-        (!steps.is_empty()).then_some(Self { arm, planner, parts, begins_s: made.begins_s, steps })
+        let parts = made.parts();
+        (!steps.is_empty()).then_some(Self { arm, planner, parts, planned_s, begins_s, steps })
     }
 
     /// Where the hand is at times of its plans, s, with its arm; `None` where the arm cannot go the walk.
@@ -235,9 +245,23 @@ impl Walk {
         begun.into_iter().min_by(|a, b| far(a).total_cmp(&far(b)))
     }
 
-    /// The same walk at other times of the recording.
+    /// The same walk at other times of the recording: of each part, those of these plans.
     pub(super) fn at_times_of(&self, plans: &HandPlans<'_>) -> Self {
-        Self { parts: plans.parts(), ..self.clone() }
+        let parts = plans.parts().into_iter().zip(&self.parts);
+        let parts = parts.map(|(at, own)| Part { demonstrated: at.demonstrated, ..*own }).collect();
+        Self { parts, ..self.clone() }
+    }
+
+    /// The time of its plans at a time of its parts, s, which may take longer.
+    fn planned_at(&self, own_s: f64) -> f64 {
+        let (mut slow_s, mut planned_s) = (0.0, 0.0);
+        for (part, takes_s) in self.parts.iter().zip(&self.planned_s) {
+            if own_s < slow_s + part.needs_s {
+                return planned_s + takes_s * (own_s - slow_s) / part.needs_s;
+            }
+            (slow_s, planned_s) = (slow_s + part.needs_s, planned_s + takes_s);
+        }
+        planned_s
     }
 
     /// Its limb at a step; after the last one it stands.
@@ -302,7 +326,8 @@ fn time_of(walks: &[&Walk; 2]) -> TimeScale {
 /// The step of each of two walks at a step of the time of both.
 fn steps(walks: &[&Walk; 2], time: &TimeScale, step: usize) -> [usize; 2] {
     [0, 1].map(|hand| {
-        let since_s = (time.at(hand, step as f64 * STEP_S) - walks[hand].begins_s).max(0.0);
+        let planned_s = walks[hand].planned_at(time.at(hand, step as f64 * STEP_S));
+        let since_s = (planned_s - walks[hand].begins_s).max(0.0);
         (since_s / STEP_S).round() as usize
     })
 }

@@ -152,6 +152,27 @@ fn what_a_finger_reaches_it_finds_again() {
     }
 }
 
+/// The inverse kinematics of an arm computes the links up to its palm alone.
+#[test]
+fn a_chain_of_links_has_the_poses_and_the_jacobian_of_the_whole_robot() {
+    let robot = shipped("both_hands");
+    for hand in robot.hands.values() {
+        let chain = robot.tree.chain(hand.palm);
+        assert_eq!((chain.first(), chain.last()), (Some(&0), Some(&hand.palm)));
+        let mut of_chain = Vec::new();
+        for index in 0..10 {
+            let spread = |dof: usize| 0.6 * (spread(index * 50 + dof, dof) - 0.5);
+            let q: Vec<f64> = robot.tree.middle().iter().enumerate().map(|(dof, at)| at + spread(dof)).collect();
+            let poses = robot.tree.forward_kinematics(&q);
+            robot.tree.chain_poses(&chain, &q, &mut of_chain);
+            assert!(chain.iter().zip(&of_chain).all(|(link, pose)| poses[*link] == *pose), "{of_chain:?}");
+            let origin = Point3::from(poses[hand.palm].translation.vector);
+            let whole = robot.tree.jacobian(&poses, hand.palm, origin).select_columns(&hand.arm);
+            assert_eq!(robot.tree.chain_jacobian(&chain, &of_chain, &hand.arm), whole);
+        }
+    }
+}
+
 #[test]
 fn the_closed_measure_is_that_of_the_jacobian() {
     let robot = shipped("gifu_hand_iii_right");
