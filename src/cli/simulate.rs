@@ -207,14 +207,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let fault = FailOn::ALL.into_iter().find(counts);
     let result = || fault.map_or(Ok(()), |fault| Err(Failure::Fault(fault.status())));
     if args.form.format == Format::Json {
-        let (nearest, recognized) = (nearest.as_ref(), recognized.as_deref());
-        output::print_json(&json(&commands, outcomes, recognized, nearest, collisions, duration))?;
+        output::print_json(&json(&commands, outcomes, recognized.as_deref(), nearest, collisions, duration))?;
         return result();
     }
     if let (Some(again), Some(recognized)) = (&again, &recognized) {
         output::print(&format_recognized(&commands, recognized, again))?;
     }
-    output::print(&format_clearance(nearest.as_ref(), collisions))?;
+    output::print(&format_clearance(nearest, collisions))?;
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     result()
 }

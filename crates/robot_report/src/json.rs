@@ -6,7 +6,7 @@ use teachtree_command::Commands;
 use teachtree_robot::JointKind;
 use teachtree_robot::control::behavior::SearchResult;
 use teachtree_robot::simulation::TaskOutcome;
-use teachtree_robot::simulation::arm_clearance::{Collision, MinDistance};
+use teachtree_robot::simulation::arm_clearance::{Collision, MinDistance, MinDistances};
 use teachtree_robot::simulation::cause::{Cause, FailureCause};
 use teachtree_robot::simulation::force_tolerance::{MeanForce, SegmentForces};
 
@@ -15,21 +15,27 @@ pub fn json(
     commands: &Commands,
     outcomes: &[TaskOutcome],
     recognized: Option<&[Option<bool>]>,
-    nearest: Option<&MinDistance>,
+    nearest: &MinDistances,
     collisions: &[Collision],
     duration_s: f64,
 ) -> String {
-    let nearest = nearest.map(|nearest| {
+    let arms = nearest.arms.as_ref().map(|nearest| {
         json!({ "gap_m": exact(nearest.gap), "time_s": exact(nearest.time_s), "links": nearest.links,
             "pass_through": nearest.passes_through() })
     });
+    let to_body = |nearest: &MinDistance| {
+        let [link, body] = &nearest.links;
+        json!({ "gap_m": exact(nearest.gap), "time_s": exact(nearest.time_s), "link": link, "body": body })
+    };
     let document = json!({
         "schema": "teachtree.outcome/1",
         "log": commands.log,
         "robot": commands.robot,
         "duration_s": exact(duration_s),
         "tasks": outcomes.iter().enumerate().map(|(at, it)| outcome(it, recognized.and_then(|all| *all.get(at)?))).collect::<Vec<_>>(),
-        "nearest": nearest,
+        "nearest": arms,
+        "nearest_body": nearest.scene.as_ref().map(to_body),
+        "nearest_handled": nearest.handled.as_ref().map(to_body),
         "collisions": collisions.iter().map(collision).collect::<Vec<_>>(),
     });
     format!("{document}\n")

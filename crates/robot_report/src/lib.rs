@@ -31,7 +31,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Writes the page.
 pub fn page(commands: &Commands, performed: &Performance) -> String {
     let Performance { outcomes, nearest, collisions, trace, .. } = performed;
-    let warnings = warnings(nearest.as_ref(), collisions);
+    let warnings = warnings(nearest, collisions);
     let robot = trace.limbs.first().map_or("", |limb| limb.robot.name.as_str());
     let title = format!("{} – the robot {}", escape(&commands.log), escape(robot));
     let mut html = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use teachtree_base::short_number::ShortNumber;
-use teachtree_robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
+use teachtree_robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistances};
 use teachtree_robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce};
 use teachtree_robot::simulation::warnings::warnings;
 use teachtree_robot::simulation::{Performance, TaskOutcome};
@@ -14,7 +14,7 @@ const MOVING_M_S: f64 = 0.01;
 
 /// What came of the tasks, and the clearance of the arms.
 pub fn format_performance(performed: &Performance) -> String {
-    format_outcomes(&performed.outcomes) + &format_clearance(performed.nearest.as_ref(), &performed.collisions)
+    format_outcomes(&performed.outcomes) + &format_clearance(&performed.nearest, &performed.collisions)
 }
 
 /// What came of the tasks.
@@ -86,12 +86,23 @@ fn format_object_state(outcome: &TaskOutcome) -> String {
     text
 }
 
-/// How near two arms came to each other, and what arms went through.
-pub fn format_clearance(nearest: Option<&MinDistance>, collisions: &[Collision]) -> String {
+/// The least gaps over the whole motion, and what arms went through.
+pub fn format_clearance(nearest: &MinDistances, collisions: &[Collision]) -> String {
     let mut text = String::new();
-    if let Some(nearest) = nearest.filter(|nearest| !nearest.passes_through()) {
+    let MinDistances { arms, scene, handled } = nearest;
+    if let Some(nearest) = arms.as_ref().filter(|nearest| !nearest.passes_through()) {
         let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
         let _ = writeln!(text, "the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s");
+    }
+    for (what, nearest) in [("other bodies", scene), ("what the hand handles", handled)] {
+        // A penetration is a warning.
+        if let Some(nearest) = nearest.as_ref().filter(|nearest| !nearest.passes_through()) {
+            let (gap, time_s, [link, body]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
+            let _ = writeln!(
+                text,
+                "links are {gap:.1} mm from {what} at least: `{link}` and `{body}`, after {time_s:.1} s"
+            );
+        }
     }
     for warning in warnings(nearest, collisions) {
         let _ = writeln!(text, "warning: {}", warning.message);

@@ -8,6 +8,9 @@
 //! - `noisy`: every position of the recording is off by 1 mm (standard deviation, each sample by itself), and every force by 0.1 N;
 //! - the name of another shipped robot, such as `arm_with_gripper`.
 //!
+//! The least gaps are those over all operators: between the arms with their hands, between links and bodies, and between links and the object that their hand handles.
+//! `retarget` is the longest time that mapping and planning take; give one seed at a time to have the processor to itself.
+//!
 //! Operators that lose what they hold, tasks that were not done, tasks that the rules find differently in the robot's recording, and arms that go through each other are listed.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 
@@ -26,6 +29,7 @@ use rand_distr::{Distribution as _, Normal};
 use rayon::prelude::*;
 use ruleset::RuleSet;
 use std::process::ExitCode;
+use std::time::Instant;
 use teachtree_analysis::{Analysis, Track};
 use teachtree_base::error::InputError;
 use teachtree_base::geometry::unit;
@@ -36,7 +40,8 @@ use teachtree_command as command;
 use teachtree_command::TouchForces;
 use teachtree_frames as stream;
 use teachtree_measure::seeds;
-use teachtree_robot::simulation::arm_clearance::{Collision, MinDistance};
+use teachtree_robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistances};
+use teachtree_robot::simulation::trace::Trace;
 use teachtree_robot::simulation::{Performance, TaskOutcome, simulate_seeing};
 use teachtree_robot::{self as robot, Robot};
 use teachtree_world as world;
@@ -92,10 +97,26 @@ struct DemonstrationResult {
     outcomes: Vec<TaskOutcome>,
     /// The commanded tasks, and those that the rules find in the robot's recording.
     tasks: [Vec<String>; 2],
-    /// How far two arms were from each other at least.
-    nearest: Option<MinDistance>,
+    /// The least gaps, and what the hands did where the arms came nearest.
+    nearest: MinDistances,
+    at_nearest: String,
     /// What an arm went through.
     collisions: Vec<Collision>,
+    /// How long the mapping to the robot took, s.
+    mapped_s: f64,
+}
+
+impl DemonstrationResult {
+    /// The least gaps between arms, from links to bodies, and from links to what the hand handles, m.
+    fn gaps(&self) -> [f64; 3] {
+        let MinDistances { arms, scene, handled } = &self.nearest;
+        [arms, scene, handled].map(|nearest| nearest.as_ref().map_or(f64::INFINITY, |nearest| nearest.gap))
+    }
+
+    /// Whether anything penetrated something by more than is accepted.
+    fn collides(&self) -> bool {
+        self.gaps()[0] < -ACCEPTED_M || self.collisions.iter().any(|it| it.depth_m > ACCEPTED_M)
+    }
 }
 
 fn main() -> ExitCode {
@@ -119,9 +140,9 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     let robot = robot::open(robot, &|file| Err(InputError::new(file, "is not a shipped robot")))
         .map_err(|error| error.to_string())?;
     println!(
-        "| scene | operators | done | largest error of those done | forces kept | same tasks | not done |\n|---|---|---|---|---|---|---|"
+        "| scene | operators | done | largest error of those done | forces kept | same tasks | least gaps: arms, bodies, handled object | deeper than 3 mm | `retarget` | not done |\n|---|---|---|---|---|---|---|---|---|---|"
     );
-    let (mut operators, mut all_done, mut all_kept, mut all_same) = (0, 0, 0, 0);
+    let (mut operators, mut all_done, mut all_kept, mut all_same, mut all_collide) = (0, 0, 0, 0, 0);
     let says = |what: &str| wanted.iter().any(|word| *word == what);
     let [displaced, unknown, slow, noisy] = WORDS.map(says);
     let otherwise = Conditions { displaced, unknown, slow, noisy };
@@ -187,13 +208,14 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                     failed.push(format!("{seed} (refused)"));
                 }
             }
-            if let Ok(DemonstrationResult { nearest: Some(nearest), .. }) = came
+            if let Ok(DemonstrationResult { nearest: MinDistances { arms: Some(nearest), .. }, .. }) = came
                 && nearest.passes_through()
             {
                 let (by, [one, other]) = (-nearest.gap * 1e3, &nearest.links);
                 eprintln!(
-                    "{scene} {seed}: {one} and {other} are in each other by {by:.1} mm, after {:.1} s",
-                    nearest.time_s
+                    "{scene} {seed}: {one} and {other} are in each other by {by:.1} mm, after {:.1} s ({})",
+                    nearest.time_s,
+                    came.as_ref().map_or("", |came| came.at_nearest.as_str())
                 );
             }
             for Collision { link, with, time_s, depth_m, lasts_s } in came.iter().flat_map(|came| &came.collisions) {
@@ -214,9 +236,21 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
         all_kept += kept;
         all_same += same;
         let (off, turned, failed) = (off * 1e3, turned.to_degrees(), failed.join(", "));
-        println!("| `{scene}` | {} | {done} | {off:.1} mm, {turned:.1}° | {kept} | {same} | {failed} |", came.len());
+        let results = || came.iter().filter_map(|(_, came)| came.as_ref().ok());
+        let gaps = [0, 1, 2].map(|kind| {
+            let least = results().map(|it| it.gaps()[kind]).fold(f64::INFINITY, f64::min);
+            if least.is_finite() { format!("{:.1}", least * 1e3) } else { "–".into() }
+        });
+        let collide = results().filter(|it| it.collides()).count();
+        let mapped_s = results().map(|it| it.mapped_s).fold(0.0, f64::max);
+        println!(
+            "| `{scene}` | {} | {done} | {off:.1} mm, {turned:.1}° | {kept} | {same} | {} mm | {collide} | {mapped_s:.1} s | {failed} |",
+            came.len(),
+            gaps.join(", ")
+        );
+        all_collide += collide;
     }
-    println!("| all | {operators} | {all_done} | | {all_kept} | {all_same} | |");
+    println!("| all | {operators} | {all_done} | | {all_kept} | {all_same} | | {all_collide} | | |");
     Ok(())
 }
 
@@ -245,15 +279,25 @@ fn carried_out(
     let rules = &rules[usize::from(stage.hands.len() > 1)];
     let said = rules.over(&recording)?.analysis;
     let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said, TouchForces::default(), scene)?;
+    let begun = Instant::now();
     robot::map(&mut commands, robot, &recording.scene)?;
+    let mapped_s = begun.elapsed().as_secs_f64();
     let stage = if otherwise.displaced { with_objects_elsewhere(stage, seed) } else { stage };
     let off = if otherwise.unknown { [3, 4, 5].map(|step| 0.002 * share(seed, step)) } else { [0.0; 3] };
     let performance = simulate_seeing(&commands, robot, &stage, &Vector3::from(off), &mut |_| {})?;
     let again = rules.over(&performance.recording)?.analysis;
     let commanded = commands.tasks.iter().map(|task| format!("{} {}", task.track, task.task)).collect();
     let tasks = [commanded, names(&again)].map(sorted);
+    let at_nearest =
+        performance.nearest.arms.as_ref().map_or(String::new(), |it| doing_at(&performance.trace, it.time_s));
     let Performance { outcomes, nearest, collisions, .. } = performance;
-    Ok(DemonstrationResult { outcomes, tasks, nearest, collisions })
+    Ok(DemonstrationResult { outcomes, tasks, nearest, at_nearest, collisions, mapped_s })
+}
+
+/// What the hands did at a time, s.
+fn doing_at(trace: &Trace, time_s: f64) -> String {
+    let then = trace.moments.iter().filter(|moment| (moment.time_s - time_s).abs() < 1e-9);
+    then.map(|moment| format!("{} {}", trace.limbs[moment.limb].side, moment.primitive)).collect::<Vec<_>>().join(", ")
 }
 
 /// Adds noise to positions and forces.

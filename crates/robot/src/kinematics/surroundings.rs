@@ -141,8 +141,12 @@ impl PlacedShape {
 
     /// Whether the gap to a shape is at most `than`, m.
     pub(crate) fn is_nearer(&self, other: &CollisionShape, than: f64) -> bool {
+        self.gap_below(other, than + SHORT_M).is_some()
+    }
+
+    /// The gap to a shape, m; `None` where it is no less than `below`.
+    pub(crate) fn gap_below(&self, other: &CollisionShape, below: f64) -> Option<f64> {
         let (middle, radius) = self.ball();
-        let below = than + SHORT_M;
-        other.distance(&middle) < radius + below && self.shape().gap_below(other, below).is_some()
+        (other.distance(&middle) < radius + below).then(|| self.shape().gap_below(other, below))?
     }
 }

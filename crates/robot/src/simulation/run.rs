@@ -7,7 +7,7 @@
 use super::hand_agent::HandAgent;
 use super::observer::Step;
 use super::observers::Observers;
-use super::observers::arm_clearance::{Collision, MinDistance};
+use super::observers::arm_clearance::{Collision, MinDistances};
 use super::observers::judge::{Findings, TaskOutcome};
 use super::trace::{Limb, Trace};
 use crate::control::behavior::Progress;
@@ -35,8 +35,8 @@ pub struct Performance {
     pub recording: Recording,
     /// The outcome of each task.
     pub outcomes: Vec<TaskOutcome>,
-    /// The minimum distance of its two arms; `None` for one arm.
-    pub nearest: Option<MinDistance>,
+    /// The minimum distances between its links, and between links and bodies.
+    pub nearest: MinDistances,
     /// The collisions of its links, one for each pair, in order of time.
     pub collisions: Vec<Collision>,
     /// The motion and forces of the robot.

@@ -1,6 +1,6 @@
 //! Warnings about collisions of a simulated robot. The simulation does not prevent them.
 
-use super::observers::arm_clearance::{Collision, MinDistance};
+use super::observers::arm_clearance::{Collision, MinDistances};
 
 /// A motion that a real robot cannot perform.
 pub struct Warning {
@@ -15,8 +15,8 @@ pub struct Warning {
 }
 
 /// Returns the warnings about colliding arms and about collisions of links.
-pub fn warnings(nearest: Option<&MinDistance>, collisions: &[Collision]) -> Vec<Warning> {
-    let passed = nearest.filter(|nearest| nearest.passes_through()).map(|nearest| {
+pub fn warnings(nearest: &MinDistances, collisions: &[Collision]) -> Vec<Warning> {
+    let passed = nearest.arms.as_ref().filter(|nearest| nearest.passes_through()).map(|nearest| {
         let (deep, time_s, [one, other]) = (nearest.depth_m() * 1e3, nearest.time_s, &nearest.links);
         let what = "nothing keeps the simulated arms apart, and they go through each other";
         let message = format!("{what}: `{one}` and `{other}` by {deep:.1} mm, deepest after {time_s:.1} s");

@@ -1,5 +1,6 @@
 //! Tests of `robot`: files, kinematics against finite differences and round trips.
 
+mod clearance;
 mod clock;
 mod files;
 mod grasp_quality;

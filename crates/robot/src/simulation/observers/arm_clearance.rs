@@ -1,4 +1,5 @@
-//! The minimum distance of the two arms, and collisions of arms and hands. The simulation has no contact forces on links, so collisions are reported.
+//! The minimum distances of arms, links and bodies, and collisions of arms and hands. The simulation has no contact forces on links, so collisions are
+//! reported.
 
 use crate::control::executor::Executor;
 use crate::kinematics::arm_distance::{PlacedShape, arm_distance, placed};
@@ -14,15 +15,26 @@ use teachtree_world::STEP_S;
 /// their links.
 pub const ACCEPTED_M: f64 = 0.003;
 
-/// The minimum distance of two arms with their hands.
+/// The minimum distance of a link to another link or to a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MinDistance {
     /// The signed distance, m; negative for a penetration.
     pub gap: f64,
     /// The time of the minimum, s since the beginning.
     pub time_s: f64,
-    /// The names of the links.
+    /// The names of the two links, or of the link and the body.
     pub links: [String; 2],
+}
+
+/// The least gaps over the whole motion; `None` where there is nothing of the kind. Of a link with a fingertip only the center of its ball counts against bodies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MinDistances {
+    /// Between the two arms with their hands.
+    pub arms: Option<MinDistance>,
+    /// Between an arm or a hand and a body that the hand does not handle.
+    pub scene: Option<MinDistance>,
+    /// Between an arm or a hand and the body that the hand handles, without the links that have a fingertip.
+    pub handled: Option<MinDistance>,
 }
 
 impl MinDistance {
@@ -66,18 +78,18 @@ impl Collision {
 /// Number of steps from one distance measurement to the next.
 const LOOKED_AT: usize = 10;
 
-/// The minimum distance of the arms so far, and the collisions of each.
+/// The minimum distances so far, and the collisions of each arm.
 #[derive(Clone, Debug)]
 pub(in crate::simulation) struct ArmClearance {
-    pub(in crate::simulation) nearest: Option<MinDistance>,
+    pub(in crate::simulation) nearest: MinDistances,
     pub(in crate::simulation) collisions: Vec<Collision>,
     /// Per task, the maximum penetration depth of the links and the minimum distance of the two arms, m.
     deepest: Vec<f64>,
     gaps: Vec<f64>,
     /// The shapes of the bodies of the scene with their names, frames of the bodies.
     bodies: Vec<(String, Vec<CollisionShape>)>,
-    /// The links of the arms, in the order of the hands.
-    arms: Vec<ArmLinks>,
+    /// The links of the arms, in the order of the hands, and which of them have a fingertip.
+    arms: Vec<(ArmLinks, Vec<usize>)>,
 }
 
 impl ArmClearance {
@@ -86,42 +98,56 @@ impl ArmClearance {
         let links = |limb: &Limb| {
             let hand = limb.robot.hands.get(&limb.side)?;
             let tips: Vec<_> = hand.fingers.iter().map(|finger| (finger.tip_link, finger.tip_in_link)).collect();
-            Some(ArmLinks::with_hand(&limb.robot.tree, hand.palm, &tips))
+            let links = ArmLinks::with_hand(&limb.robot.tree, hand.palm, &tips);
+            Some((links, tips.into_iter().map(|(link, _)| link).collect()))
         };
         let (deepest, gaps) = (vec![0.0; tasks], vec![f64::INFINITY; tasks]);
         let arms = limbs.iter().filter_map(links).collect();
-        Self { nearest: None, collisions: Vec::new(), deepest, gaps, bodies, arms }
+        Self { nearest: MinDistances::default(), collisions: Vec::new(), deepest, gaps, bodies, arms }
     }
 
-    /// Returns the maximum penetration depth of the links during a task, m: into the scene, their own arm or the other arm.
+    /// Returns the maximum penetration depth of the links during a task, m: into bodies, their own arm or the other arm.
     pub(in crate::simulation) fn depth_m(&self, task: usize) -> f64 {
         self.deepest[task].max(depth(self.gaps[task]))
     }
 
-    /// Records the current collisions of an arm, except with the body that its hand manipulates.
-    fn meetings(&self, arm: usize, step: &Step<'_>) -> Vec<Collision> {
+    /// Returns the current collisions of an arm, and updates the minimum distances between its links and bodies.
+    fn meetings(&mut self, arm: usize, step: &Step<'_>) -> Vec<Collision> {
+        let Self { nearest, bodies, arms, .. } = self;
         let hand = &step.hands[arm];
-        let Some(links) = self.arms.get(arm) else { return Vec::new() };
+        let Some((links, tips)) = arms.get(arm) else { return Vec::new() };
         let placed = links.placed(hand.executor.poses());
         let name = |link: usize| hand.executor.robot().tree.links[link].name.clone();
-        let of = |link: &PlacedShape, with: String, other: &CollisionShape| Collision {
+        let time_s = step.time_s();
+        let of = |link: &PlacedShape, with: String, gap: f64| Collision {
             link: name(link.link()),
             with,
-            time_s: step.time_s(),
-            depth_m: depth(link.shape().gap(other)),
+            time_s,
+            depth_m: depth(gap),
             lasts_s: LOOKED_AT as f64 * STEP_S,
         };
         let handled = hand.doing.map(|doing| doing.body);
-        let others = self.bodies.iter().enumerate().filter(|(body, _)| Some(*body) != handled);
         let mut met: Vec<Collision> = Vec::new();
-        for (body, (other, solids)) in others {
+        for (body, (other, solids)) in bodies.iter().enumerate() {
+            let is_handled = Some(body) == handled;
+            let least = if is_handled { &mut nearest.handled } else { &mut nearest.scene };
             let pose = &step.seen.bodies[body].pose;
             for solid in solids.iter().map(|solid| solid.moved(pose)) {
-                let links = placed.iter().filter(|(_, link)| link.meets(&solid));
-                met.extend(links.map(|(_, link)| of(link, other.clone(), &solid)));
+                // Fingertips touch what the hand handles.
+                for (_, link) in placed.iter().filter(|(_, link)| !(is_handled && tips.contains(&link.link()))) {
+                    let so_far = least.as_ref().map_or(f64::INFINITY, |least| least.gap);
+                    let Some(gap) = link.gap_below(&solid, so_far.max(SHORT_M)) else { continue };
+                    if gap < so_far {
+                        *least = Some(MinDistance { gap, time_s, links: [name(link.link()), other.clone()] });
+                    }
+                    if gap < SHORT_M {
+                        met.push(of(link, other.clone(), gap));
+                    }
+                }
             }
         }
-        met.extend(own_meetings(&placed).map(|[link, other]| of(link, name(other.link()), other.shape())));
+        let own = own_meetings(&placed);
+        met.extend(own.map(|[link, other]| of(link, name(other.link()), link.shape().gap(other.shape()))));
         // One collision covers all shapes of a link.
         met.sort_by(|a, b| (&a.link, &a.with).cmp(&(&b.link, &b.with)).then(b.depth_m.total_cmp(&a.depth_m)));
         met.dedup_by(|a, b| a.is_same(b));
@@ -154,7 +180,7 @@ impl Observer for ArmClearance {
         }
         let [one, other] = step.hands else { return };
         let (one, other) = (&one.executor, &other.executor);
-        let so_far = self.nearest.as_ref().map_or(f64::INFINITY, |nearest| nearest.gap);
+        let so_far = self.nearest.arms.as_ref().map_or(f64::INFINITY, |nearest| nearest.gap);
         let below = all.iter().map(|task| self.gaps[*task]).fold(so_far, f64::max);
         if let Some(found) = arm_distance(&shapes(one), &shapes(other), below) {
             for task in all {
@@ -165,7 +191,7 @@ impl Observer for ArmClearance {
             }
             let name = |limb: &Executor, link: usize| limb.robot().tree.links[link].name.clone();
             let links = [name(one, found.links[0]), name(other, found.links[1])];
-            self.nearest = Some(MinDistance { gap: found.gap, time_s: step.time_s(), links });
+            self.nearest.arms = Some(MinDistance { gap: found.gap, time_s: step.time_s(), links });
         }
     }
 }

@@ -82,7 +82,7 @@ fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
 
     // A collision of the hands that is left is reported before the robot moves.
     let [crossing] = &crossings[..] else { panic!("{crossings:?}") };
-    let depth_m = done.nearest.unwrap().depth_m();
+    let depth_m = done.nearest.arms.unwrap().depth_m();
     assert_eq!(crossing.tasks, [0, 1]);
     assert!((crossing.depth_m - depth_m).abs() < 0.005, "{crossing:?}, in the simulation {depth_m} m");
     for outcome in &done.outcomes[..2] {
