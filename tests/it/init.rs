@@ -218,7 +218,8 @@ fn states_of_robosuite() {
     assert!(channels.contains("cube.position: bodies/cube_main.position.<xyz>\n"), "{channels}");
     let initialized = teachtree_in(folder.path(), &["init", "lift.hdf5#1", "--yes"]);
     assert!(initialized.status.success(), "{}", all_said(&initialized));
-    assert_eq!(found(folder.path(), "lift.hdf5#3").0, ["pick_and_place"]);
+    // The first moments of the recording belong to no task, with the shipped binding as well.
+    assert_eq!(found(folder.path(), "lift.hdf5#3").0, ["unknown", "pick_and_place"]);
 }
 
 /// A log with our names and no scene gets both files.
@@ -283,8 +284,10 @@ fn aloha() {
     let folder = folder(&["tests/fixtures/init/aloha.hdf5"]);
     let (channels, scene) = proposed(folder.path(), "aloha.hdf5");
     insta::assert_snapshot!("aloha", format!("{channels}{scene}"));
-    // The stamps are those of 50 Hz, of rows at 20 Hz.
-    assert_pick_and_place(folder.path(), "aloha.hdf5", 0.4);
+    let initialized = teachtree_in(folder.path(), &["init", "aloha.hdf5", "--yes"]);
+    assert!(initialized.status.success(), "{}", all_said(&initialized));
+    let (tasks, segments) = found(folder.path(), "aloha.hdf5");
+    assert_eq!(tasks, ["pick_and_place"], "{segments:?}");
 }
 
 #[test]
