@@ -157,7 +157,7 @@ pub struct BoundColumns {
     bound: Vec<BoundColumn>,
     /// The column of each label.
     labels: IndexMap<String, usize>,
-    /// What is wanted of each column of the table.
+    /// The request for each column of the table.
     pub wants: Vec<ColumnRequest>,
     /// The rotations whose angles are taken for radians.
     in_radians: Vec<String>,
@@ -185,7 +185,7 @@ impl BoundColumns {
         Ok(bound)
     }
 
-    /// The same of rows whose stamps are known.
+    /// Like the above, for rows with known stamps.
     ///
     /// # Errors
     /// As [`of`](Self::of).

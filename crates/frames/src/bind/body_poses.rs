@@ -1,4 +1,4 @@
-//! Where the bodies of a bound log are.
+//! The poses of bodies in a bound log.
 
 use nalgebra::{Isometry3, Vector3};
 use std::fmt::Display;
@@ -10,7 +10,7 @@ use teachtree_logs::names;
 
 /// A body with its poses.
 pub struct BodyPoses<'a> {
-    /// What the scene says of it.
+    /// The body in the scene.
     pub body: Option<&'a Body>,
     position: Option<[&'a [f64]; 3]>,
     rotation: Option<[&'a [f64]; 4]>,
@@ -26,7 +26,7 @@ impl<'a> BodyPoses<'a> {
         }
     }
 
-    /// Where the body is; `None` where it was not measured, or is not known at all.
+    /// The pose of the body; `None` if it was not measured or is unknown.
     pub fn pose(&self, row: usize) -> Option<Isometry3<f64>> {
         let body = self.body?;
         let at = |column: &[f64]| column.get(row).copied().unwrap_or(f64::NAN);

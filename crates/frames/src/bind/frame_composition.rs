@@ -19,7 +19,7 @@ pub struct FrameComposition {
     poses: Vec<ComposedPose>,
     /// The columns of the transforms: x y z w x y z.
     transforms: IndexSet<[usize; 7]>,
-    /// What is reported of the frames.
+    /// The issues of the frames.
     pub report: Option<String>,
     /// Whether the poses stand in frames that no transform connects.
     pub is_unconnected: bool,
@@ -109,7 +109,7 @@ impl FrameComposition {
         self.transforms().map(|columns| SampledTransform::of(time, numbers, columns, bridge_s)).collect()
     }
 
-    /// What is reported of the frames, over all these stamps.
+    /// Returns the issues of the frames over all these stamps.
     pub fn issue(&self, time: &[f64]) -> Option<Issue> {
         Some(over_all(time, IssueKind::DIFFERENT_FRAMES, "", self.report.clone()?))
     }

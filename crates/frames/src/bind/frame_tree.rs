@@ -11,10 +11,10 @@ use teachtree_logs::read::table::Source;
 
 /// Fields with the name of the frame in which a message stands, behind its path.
 const FRAME: [&str; 3] = ["header.frame_id", "parent_frame_id", "frame_id"];
-/// Where a transform has its position and its rotation: in ROS, and in Foxglove's schemas.
+/// The fields of a transform's position and rotation: in ROS, and in Foxglove's schemas.
 const PARTS: [[&str; 2]; 2] = [["transform.translation", "transform.rotation"], ["translation", "rotation"]];
 
-/// How many different names of a column are told apart: more than one is one too many.
+/// Maximum number of different names of a column that are distinguished; more than one is an error.
 pub const MOST_NAMES: usize = 2;
 
 /// The frames of a log.

@@ -13,7 +13,7 @@ use teachtree_logs::read::memory_table::{Cells, InMemoryTable};
 use teachtree_logs::read::stamp_order::{Order, RowMerge, StampOrder, Writers, is_of_head, set_back};
 use teachtree_logs::read::table::{MAX_COLUMNS, number, shown};
 
-/// How many messages wait for those of other topics.
+/// Maximum number of messages that wait for those of other topics.
 const MAX_WAITING: usize = 1 << 14;
 /// A topic that is farther behind the others, s, has another clock, or theirs was wrong.
 const OTHER_CLOCK_S: f64 = 60.0;
@@ -30,7 +30,7 @@ pub enum Value {
 /// The messages of topics that wait for each other.
 pub struct TopicJoin {
     topics: IndexMap<String, Topic>,
-    /// How long a topic is awaited, s, by the stamps of the others.
+    /// The timeout of a topic, s, by the stamps of the others.
     wait_s: f64,
     /// The stamp up to which rows were given, s.
     given_s: f64,
@@ -108,7 +108,7 @@ impl Value {
 }
 
 impl TopicJoin {
-    /// No topics yet.
+    /// Returns a joiner without topics.
     pub fn new(wait_s: f64) -> Self {
         Self { topics: IndexMap::new(), wait_s, given_s: f64::NEG_INFINITY, first_s: None }
     }
@@ -195,7 +195,7 @@ impl TopicJoin {
         PushOutcome::Kept
     }
 
-    /// From the first to the last stamp that waits, s.
+    /// Returns the time from the first to the last waiting stamp, s.
     pub fn waits_s(&self) -> f64 {
         let stamps = || self.used().flat_map(|topic| topic.waiting.iter().map(|(stamp, _)| *stamp));
         let (first, last) = (stamps().reduce(f64::min), stamps().reduce(f64::max));
@@ -381,7 +381,7 @@ impl Writer {
         let is_behind = self.newest_s.is_none_or(|own_s| time_s > own_s);
         let was_silent = self.is_silent;
         if is_behind {
-            // It is awaited again, so that the next ones come in time.
+            // The topic is awaited again, so that its next messages are in time.
             (self.newest_s, self.is_silent) = (Some(time_s), false);
             self.messages += 1;
         }

@@ -5,7 +5,7 @@
 pub struct LinearForm {
     /// The factor of the column.
     pub scale: f64,
-    /// What is added to the product.
+    /// The summand.
     pub offset: f64,
 }
 

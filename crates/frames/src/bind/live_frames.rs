@@ -50,7 +50,7 @@ pub struct LiveFrames {
 }
 
 impl LiveFrames {
-    /// No rows yet; transforms are bridged over at least `bridge_s`.
+    /// Returns the state before the first row; transforms are bridged over at least `bridge_s`.
     pub fn new(frames: &FrameComposition, bridge_s: f64) -> Self {
         let columns: Vec<[usize; 7]> = frames.transforms().copied().collect();
         let transforms = columns.iter().map(|_| SampledTransform::new(bridge_s)).collect();

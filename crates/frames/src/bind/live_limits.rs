@@ -1,4 +1,4 @@
-//! What a binding cannot say of a log that is being made.
+//! The keys of a binding that a live log does not support.
 
 use super::{BindingFile, ToolMass};
 use teachtree_base::error::InputError;

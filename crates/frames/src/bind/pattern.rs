@@ -27,7 +27,7 @@ pub enum Columns {
 /// A point in a frame whose pose the log has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OffsetPoint {
-    /// Where it is in that frame, m.
+    /// Its position in that frame, m.
     pub at: [f64; 3],
     /// The frame: what `.position` and `.rotation` stand behind.
     pub of: String,
@@ -40,7 +40,7 @@ pub struct LinkPoint {
     pub robot: String,
     /// The link.
     pub link: String,
-    /// Where the point is in the frame of the link, m.
+    /// The position of the point in the frame of the link, m.
     pub at: [f64; 3],
 }
 
@@ -49,13 +49,13 @@ pub struct LinkPoint {
 pub struct PointDistance {
     /// The points: what `.position` stands behind.
     pub between: [String; 2],
-    /// What is subtracted, m.
+    /// The subtracted length, m.
     pub less: f64,
     /// Makes a flag: the distance is less than this, m.
     pub below: Option<f64>,
 }
 
-/// What columns make together.
+/// The quantity that columns form together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Representation {
     /// One column.
@@ -73,7 +73,7 @@ pub enum Representation {
 }
 
 impl Representation {
-    /// What the columns are called behind the name of the channel; those that are not of a quaternion are temporary.
+    /// The names of the columns after the name of the channel. Columns that are not of a quaternion are temporary.
     pub fn components(self) -> &'static [&'static str] {
         match self {
             Self::Scalar => Shape::Scalar.components(),
@@ -114,7 +114,7 @@ pub struct Pattern {
     pub optional: bool,
     /// Makes a flag of the number.
     pub threshold: Option<Threshold>,
-    /// The same value in every row, SI, with what it measures: `= 20 mm`, instead of a column.
+    /// A constant value in SI with its dimension, instead of a column: `= 20 mm`.
     pub constant: Option<(f64, Dimension)>,
 }
 
@@ -125,7 +125,7 @@ pub struct Threshold {
     pub above: bool,
     /// The limit, SI.
     pub limit: f64,
-    /// What the limit, and so the column, measures.
+    /// The dimension of the limit and the column.
     pub dimension: Dimension,
 }
 
@@ -165,7 +165,7 @@ enum TemplatePart {
     Component(Representation, Vec<String>),
 }
 
-/// What the placeholders stand for.
+/// The values of the placeholders.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PlaceholderValues<'a> {
     /// `<object>`
@@ -182,7 +182,7 @@ impl Template {
         Self(vec![TemplatePart::Text(name.to_string())])
     }
 
-    /// What stands before the first placeholder.
+    /// The text before the first placeholder.
     pub fn start(&self) -> &str {
         match self.0.first() {
             Some(TemplatePart::Text(text)) => text,
@@ -193,7 +193,7 @@ impl Template {
     /// Reads a name with placeholders.
     ///
     /// # Errors
-    /// What was found instead of a placeholder that is known.
+    /// The unknown placeholder.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut pieces = vec![];
         let mut rest = text;
@@ -287,7 +287,7 @@ impl Template {
         self.0.contains(&TemplatePart::Other)
     }
 
-    /// What the component placeholder stands for, if there is one.
+    /// Returns the value of the component placeholder, if there is one.
     pub fn representation(&self) -> Option<Representation> {
         self.0.iter().find_map(|piece| match piece {
             TemplatePart::Component(representation, _) => Some(*representation),
@@ -316,7 +316,7 @@ impl Columns {
         }
     }
 
-    /// What the columns make together for a channel of this shape, as far as their form shows.
+    /// Returns the quantity that the columns form for a channel of this shape, as far as their form shows.
     pub fn representation(&self, wanted: Option<Shape>) -> Representation {
         match self {
             Self::Pattern(pattern) => pattern.name.representation().unwrap_or(Representation::Scalar),
@@ -383,7 +383,7 @@ impl Pattern {
         if self.unit.is_some() || self.linear.is_some() || self.threshold.is_some() || self.constant.is_some() {
             return self;
         }
-        // No column is called as the whole text.
+        // No column has the whole text as its name.
         let title =
             format!("{} * {} + {} [{unit}]", self.name.fill(PlaceholderValues::default()), form.scale, form.offset);
         Self { unit: Some(unit.to_string()), linear: Some(form), title: Template::text(&title), ..self }

@@ -15,7 +15,7 @@ use teachtree_logs::names::{self, ColumnMeaning};
 /// The most frames that resampling makes.
 pub const MAX_FRAMES: usize = 100_000_000;
 
-/// A gap is longer than this number of usual steps of a log, whatever the binding says.
+/// Minimum length of a gap in usual steps of a log; it does not depend on the binding.
 pub const BRIDGED_STEPS: f64 = 1.5;
 /// Stamps are written with a few digits: a new sample this near before an old one, in steps, is at it.
 pub const AT: f64 = 1e-6;
@@ -162,7 +162,7 @@ fn interpolated<const N: usize>(
             Some((to, then)) if then - at <= bridge => {
                 Some(between(row_values(from), row_values(to), ((sample.time - at) / (then - at)).clamp(0.0, 1.0)))
             }
-            // Nothing to go to: the sample counts only where it was measured.
+            // No next sample: the sample counts only at its own time.
             _ if from == sample.row => Some(row_values(from)),
             _ => None,
         }

@@ -41,7 +41,7 @@ pub struct Resampler {
 struct Group {
     columns: Vec<usize>,
     interpolation: Interpolation,
-    /// What was measured: the last sample at or before the next new row, and those after it.
+    /// The measured samples: the last one at or before the next new row, and those after it.
     samples: VecDeque<Sample>,
 }
 
@@ -63,7 +63,7 @@ struct Sample {
 pub type ResampledRow = (f64, Vec<f64>);
 
 impl Resampler {
-    /// No rows yet; `bridge`, s, is the longest step that is bridged.
+    /// Returns a resampler before the first row; `bridge` is the longest bridged step, s.
     pub fn new(rate_hz: f64, bridge: f64) -> Self {
         Self {
             rate_hz,
@@ -120,7 +120,7 @@ impl Resampler {
         Ok(())
     }
 
-    /// No row comes any more: adds what is left.
+    /// Ends the log: adds the remaining rows.
     pub fn finish(&mut self, made: &mut Vec<ResampledRow>) {
         self.make(true, made);
     }
@@ -236,7 +236,7 @@ impl Group {
                     }
                 }
             }
-            // Nothing to go to: the sample counts only where it was measured.
+            // No next sample: the sample counts only at its own time.
             _ if from.row == row => from.values,
             _ => UNMEASURED,
         }

@@ -33,11 +33,11 @@ use teachtree_logs::read::memory_table::InMemoryTable;
 use teachtree_logs::read::stamp_order::RepeatedStamps;
 use teachtree_logs::read::table::{ColumnRequest, Source, Table, date_time};
 
-/// For how long topics are awaited, s, where nothing else is said.
+/// The default timeout of topics, s.
 pub const WAIT_S: f64 = 1.0;
-/// How many times as long what a binding names is awaited at the beginning.
+/// The factor of this timeout at the beginning, for columns that a binding names.
 const FIRST_WAIT: f64 = 10.0;
-/// How the columns of elements of an array of transforms begin.
+/// The prefix of columns of elements of an array of transforms.
 const TRANSFORMS: &str = "transforms.";
 
 /// A binding that takes row by row.
@@ -58,30 +58,30 @@ pub struct RowBinder {
     /// The names of frames so far, and the rows that wait for transforms between them.
     frame_names: FrameNames,
     frames: LiveFrames,
-    /// What was found of the frames, and whether it is to be reported.
+    /// The findings about the frames, and whether they are reported.
     found_frames: Option<String>,
     has_new_frames: bool,
-    /// Where some sensor has an offset; there is a resampler then.
+    /// The shifter for sensors with offsets; a resampler exists then.
     shifter: Option<Shifter>,
     resampler: Option<Resampler>,
     repeated: RepeatedStamps,
     lost_bodies: LostBodies,
     beginning: StartTrimmer,
-    /// What channels read at rest; until it is known rows wait.
+    /// The readings of channels at rest; rows wait until they are known.
     rest: Option<TareOffsets>,
     waiting: FirstRows,
     /// Whether parts of robots that are not read were reported.
     has_reported_robots: bool,
 }
 
-/// What came of a row or message.
+/// The result of a row or message.
 #[derive(Default)]
 pub struct BoundRows {
     /// Rows with canonical names, SI, `time` in s.
     pub rows: Vec<InMemoryTable>,
-    /// What was wrong.
+    /// The issues.
     pub issues: Vec<Issue>,
-    /// Why no row can be bound, whatever comes.
+    /// The reason why no row can be bound.
     pub fault: Option<InputError>,
 }
 
@@ -226,7 +226,7 @@ impl RowBinder {
     /// Binds the only row of a table.
     ///
     /// # Errors
-    /// A column that the binding names and no row had so far; a value that is no number.
+    /// A column that the binding names and no row had so far; a value that is not a number.
     pub fn bind(&mut self, row: &InMemoryTable) -> Result<BoundRows, InputError> {
         if self.file.binding.channels.is_empty() {
             return self.bind_canonical(row);
@@ -246,7 +246,7 @@ impl RowBinder {
     /// Binds the message of a topic: the only row of a table, and its stamp, s.
     ///
     /// # Errors
-    /// A column that the binding names and no message had within the time that topics are awaited; a value that is no number.
+    /// A column that the binding names and no message had within the timeout of topics; a value that is not a number.
     pub fn bind_message(&mut self, topic: &str, time_s: f64, row: &InMemoryTable) -> Result<BoundRows, InputError> {
         let row = &*self.with_names(topic, row)?;
         let mut made = BoundRows::default();
@@ -587,7 +587,7 @@ impl RowBinder {
         row.begin_row()?;
         row.put("time", first(&recording.time))?;
         for (name, column) in &recording.columns {
-            // What reads the row takes note of the spelling.
+            // The reader of the row records the spelling.
             row.put(&self.file.spelling().shown(name), first(&column.values))?;
         }
         made.rows.push(row);

@@ -24,7 +24,7 @@ pub struct SampledTransform {
 }
 
 impl SampledTransform {
-    /// No samples yet.
+    /// Returns a transform without samples.
     pub fn new(bridge_s: f64) -> Self {
         Self { samples: VecDeque::new(), constant: None, usual_s: 0.0, bridge_s, steps: UsualStep::default() }
     }

@@ -32,7 +32,7 @@ pub fn rotation(
     Ok(Some((0..recording.time.len()).map(at).collect()))
 }
 
-/// Takes off what a tool between the sensor and what is touched weighs, and the bias of the sensor.
+/// Subtracts the weight of a tool between the sensor and its contacts, and the bias of the sensor.
 ///
 /// The sensor bears the tool: while nothing is touched, a force on an object reads as the tool's weight turned upwards.
 pub fn weigh(

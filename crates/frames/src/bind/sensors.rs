@@ -1,4 +1,4 @@
-//! What a binding says about sensors: stamps that are late, a tool that weighs, a rest that is not zero, axes of their own.
+//! The corrections of sensors in a binding: delayed stamps, the weight of a tool, a bias, and the axes of the sensor.
 
 use super::body_poses::is_of;
 use super::sensor_vectors::{change, rotation, vectors, weigh};
@@ -14,7 +14,7 @@ use teachtree_base::recording::Recording;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::read::table::{placed, union};
 
-/// What is added to the stamps of a column, s.
+/// The offset of the stamps of a column, s.
 pub fn offset(sensors: &IndexMap<String, Sensor>, column: &str) -> f64 {
     sensors.iter().find(|(channel, _)| is_of(column, channel)).map_or(0.0, |(_, sensor)| sensor.time_offset.0)
 }
@@ -108,7 +108,7 @@ pub fn correct_by(rest: &TareOffsets, recording: &mut Recording, file: &BindingF
     Ok(issues)
 }
 
-/// What [`correct`] learns from a recording.
+/// The values that [`correct`] learns from a recording.
 ///
 /// # Errors
 /// As [`correct`].
@@ -188,7 +188,7 @@ fn unknown_weight(recording: &Recording, channel: &str, why: UnknownTool) -> Iss
 /// A lighter tool has no sign: what is fitted to a sensor that bears nothing, kg.
 const SIGNED_KG: f64 = 0.03;
 
-/// What was learned, for the user to see.
+/// Returns the learned values as text.
 fn learned_weight(recording: &Recording, channel: &str, found: &LearnedTool) -> Issue {
     let turn = if found.tool.mass() < -SIGNED_KG {
         ", read with the opposite sign: bind it with a minus, since it is to be the force on the object"

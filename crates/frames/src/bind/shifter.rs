@@ -25,7 +25,7 @@ pub struct Shifter {
 }
 
 impl Shifter {
-    /// No row yet; `None` where no sensor has an offset.
+    /// Returns the shifter before the first row; `None` if no sensor has an offset.
     ///
     /// # Errors
     /// The log is not resampled, or rows would wait too long.
@@ -67,7 +67,7 @@ impl Shifter {
         Ok(self.send(whole))
     }
 
-    /// No row comes any more, or later ones begin anew: all that wait.
+    /// Ends the rows, or a part of them: returns all waiting rows.
     pub fn finish(&mut self) -> Vec<Recording> {
         self.send(self.waiting.len())
     }

@@ -28,7 +28,7 @@ pub struct StampMerger {
     title: Option<String>,
     /// The columns that have had a value, and whether each is read.
     known: IndexMap<String, bool>,
-    /// How many of them are read.
+    /// The number of columns that are read.
     read: usize,
     /// The line that waits, with its stamp.
     waiting: Option<(Value, LiveLine)>,
@@ -40,7 +40,7 @@ pub struct StampMerger {
 }
 
 impl StampMerger {
-    /// No lines yet. `time` is the name of the column with the stamps.
+    /// Returns a merger before the first line. `time` is the name of the column with the stamps.
     pub fn new(time: String) -> Self {
         let known = IndexMap::new();
         Self { time, title: None, known, read: 0, waiting: None, repeat: None, first: None, has_begun: false }

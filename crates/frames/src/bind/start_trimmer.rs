@@ -21,7 +21,7 @@ impl StartTrimmer {
         let (time, values) = &row;
         let is_late = time - self.rows.first().map_or(*time, |(start, _)| *start) > bridge;
         self.begins.resize(values.len().max(self.begins.len()), None);
-        // What begins later than the bridge is not waited for.
+        // Columns that begin later than the bridge are not awaited.
         for (begins, _) in self.begins.iter_mut().zip(values).filter(|(_, value)| !is_late && !value.is_nan()) {
             begins.get_or_insert(self.rows.len());
         }
@@ -29,7 +29,7 @@ impl StartTrimmer {
         if is_late || self.begins.iter().all(Option::is_some) { self.finish() } else { vec![] }
     }
 
-    /// What is left.
+    /// Returns the remaining rows.
     pub fn finish(&mut self) -> Vec<ResampledRow> {
         self.is_over = true;
         let from = self.begins.iter().flatten().max().copied().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What channels read while they should read zero: learned in an interval that the binding names, and taken off.
+//! Sensor bias: the readings at rest are learned in an interval that the binding names, and subtracted.
 
 use super::body_poses::is_of;
 use super::{BindingFile, Tare};
@@ -10,12 +10,12 @@ use teachtree_base::recording::{Column, Recording};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::Dimension;
 
-/// What was learned; nothing where the binding has no `tare`.
+/// The learned biases; empty for a binding without `tare`.
 #[derive(Clone, Debug, Default)]
 pub struct TareOffsets {
-    /// What a column reads at rest.
+    /// The reading of each column at rest.
     means: IndexMap<String, f64>,
-    /// What is left of a finger's force then is its noise: the root of the mean square, N, as the channel `<hand>.<finger>.noise`.
+    /// The noise of a finger's force after the subtraction: the root mean square, N, as the channel `<hand>.<finger>.noise`.
     noises: IndexMap<String, f64>,
 }
 

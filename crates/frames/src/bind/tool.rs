@@ -42,7 +42,7 @@ const DRIFT: f64 = 1.0;
 /// In how many parts the recording is divided for the jackknife.
 const PARTS: usize = 10;
 
-/// What a sensor reads of a free tool: `bias + per_gravity * gravity`, gravity in the frame of the sensor or of the body that it is fixed to.
+/// The reading of a sensor with a free tool: `bias + per_gravity * gravity`, gravity in the frame of the sensor or of the body that it is fixed to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tool {
     /// N.
@@ -76,9 +76,9 @@ pub struct LearnedTool {
     pub mass_sd: f64,
     /// Standard deviation of the bias, N: of its components together.
     pub bias_sd: f64,
-    /// How much the weight varies in the frame of the sensor as the tool turns, root mean square, N.
+    /// The variation of the weight in the frame of the sensor as the tool turns, root mean square, N.
     pub explained: f64,
-    /// How far the readings are from the fit, root mean square, N.
+    /// The residual of the fit, root mean square, N.
     pub residual: f64,
 }
 
@@ -118,12 +118,12 @@ impl LearnedTool {
 /// A reading, and gravity, both in the frame of the sensor.
 type Sample = (Vector3<f64>, Vector3<f64>);
 
-/// How a sensor is fixed to the frame whose orientations are known.
+/// The mounting of a sensor on the frame with known orientations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mounting {
-    /// It is turned as that frame is.
+    /// The sensor has the axes of the frame.
     Known,
-    /// It is turned in some way.
+    /// The rotation of the sensor is unknown.
     Unknown,
 }
 
@@ -168,7 +168,7 @@ pub fn learned(
     if found.is_known() { Ok(found) } else { Err(UnknownTool::Uncertain { mass: tool.mass(), mass_sd }) }
 }
 
-/// How far the directions of gravity scatter about their mean, m/s².
+/// Returns the scatter of the directions of gravity about their mean, m/s².
 fn spread(samples: &[Sample], weights: &[f64]) -> f64 {
     let whole: f64 = weights.iter().sum();
     let weighted = || samples.iter().zip(weights).map(|((_, gravity), weight)| (gravity, *weight));
@@ -202,7 +202,7 @@ fn near(samples: &[Sample], shares: &[f64], fit: Fit) -> Option<(Vec<f64>, f64)>
     Some((near, within))
 }
 
-/// How far the readings at the beginning or at the end are from a fit, N: the smaller one of the two medians.
+/// Returns the residual of a fit at the beginning or the end, N: the smaller one of the two medians.
 fn off_at_ends(tool: &Tool, samples: &[Sample]) -> f64 {
     let count = ((samples.len() as f64 * END) as usize).max(1);
     let median = |samples: &[Sample]| {
@@ -239,7 +239,7 @@ fn with_uncertainty(samples: &[Sample], weights: &[f64], fit: Fit) -> Option<Lea
             (0..).zip(weights).map(|(at, weight)| if at / part == left_out { 0.0 } else { *weight }).collect();
         fit(samples, &weights)
     };
-    // Where one part of the recording alone turns the tool, nothing shows how good it is.
+    // If the tool turns only in one part of the recording, the quality of the fit is unknown.
     let Some(tools) = (0..PARTS).map(without).collect::<Option<Vec<Tool>>>() else { return Some(known) };
     let count = tools.len() as f64;
     let mean_mass = tools.iter().map(Tool::mass).sum::<f64>() / count;
@@ -250,7 +250,7 @@ fn with_uncertainty(samples: &[Sample], weights: &[f64], fit: Fit) -> Option<Lea
     Some(LearnedTool { mass_sd: mass_differs.max(of_mass).sqrt(), bias_sd: bias_differs.max(of_bias).sqrt(), ..known })
 }
 
-/// How much each sample counts: all that are turned alike together as one.
+/// Returns the weight of each sample: all samples with the same orientation together count as one.
 fn shares(samples: &[Sample], gravity: f64) -> Vec<f64> {
     let cell = |(_, direction): &Sample| {
         let [x, y, z] = [direction.x, direction.y, direction.z].map(|part| (part / gravity / ALIKE).round() as i64);
@@ -283,7 +283,7 @@ fn fit_mass(samples: &[Sample], weights: &[f64]) -> Option<Tool> {
     Some(Tool { bias: found.xyz(), ..Tool::of_mass(found.w) })
 }
 
-/// The same with an unknown rotation between sensor and frame (Umeyama 1991).
+/// Like the above, with an unknown rotation between sensor and frame (Umeyama 1991).
 fn fit_turned_mass(samples: &[Sample], weights: &[f64]) -> Option<Tool> {
     let whole: f64 = weights.iter().sum();
     let (mut reading_mean, mut gravity_mean) = (Vector3::zeros(), Vector3::zeros());

@@ -17,7 +17,7 @@ use teachtree_logs::issue::{Issue, IssueKind};
 
 /// The least variation of the weight that may pass for a contact, root mean square, N.
 const LEAST: f64 = 1.0;
-/// How many times as large as what it leaves unexplained the variation is.
+/// Minimum ratio of the explained variation to the residual.
 const EXPLAINS: f64 = 4.0;
 
 /// Subtracts the weights of tools at the wrists of a whole log, where the binding says nothing about them.
@@ -57,7 +57,7 @@ fn explains(found: &LearnedTool) -> bool {
 /// reference_from_tool of each row, and the mountings that the sensor may have.
 type Orientations = (Vec<UnitQuaternion<f64>>, &'static [Mounting]);
 
-/// How the tool at a wrist is turned in each row, and how its sensor may be mounted, where the binding leaves its weight open.
+/// Returns the orientation of the tool at a wrist in each row, and the possible mountings of its sensor, if the binding does not give its weight.
 fn orientation(
     recording: &Recording,
     side: Side,

@@ -20,33 +20,33 @@ pub(super) const FEWEST: usize = 20;
 const END: f64 = 0.02;
 /// A rest that is a larger share of the usual force of contact may be that of contact.
 const LARGE_REST: f64 = 0.2;
-/// How often the split and the rest are determined from each other: they settle at once on all logs that we have.
+/// Number of iterations between the split and the rest: on all logs that we have they converge at once.
 const ROUNDS: usize = 4;
 /// Contact begins at no less than this share of the force of the usual contact.
 const SHARE: f64 = 0.1;
 /// The share of the readings without contact that a level lies above.
 const MOST: f64 = 0.9;
-/// The same where those readings are known, and how many times that reading the level is.
+/// This value if those readings are known, and the ratio of the level to that reading.
 const NEARLY_ALL: f64 = 0.99;
 const ABOVE_FAR: f64 = 1.5;
-/// What is left of a level when contact ends, for groups and where the readings without contact are known.
+/// The share of the level at which contact ends, for groups and for known readings without contact.
 const ENDS_AT: f64 = 0.6;
 const ENDS_AT_FAR: f64 = 0.8;
 
-/// From which force on a sensor is in contact.
+/// The force level at which a sensor is in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactLevel {
-    /// What the sensor reads without contact, N.
+    /// The reading of the sensor without contact, N.
     #[serde(with = "vector_as_list")]
     pub rest: Vector3<f64>,
-    /// How far from that most readings without contact are, N.
+    /// The distance from that reading that most readings without contact do not exceed, N.
     pub scatter: f64,
-    /// How far from the rest the readings of contact begin, N.
+    /// The distance from the rest at which contact begins, N.
     pub begins: f64,
-    /// Where they end, N.
+    /// The distance at which contact ends, N.
     pub ends: f64,
-    /// How far from the rest the readings of contact usually are, N.
+    /// The usual distance of readings with contact from the rest, N.
     pub usual: f64,
     /// Another group of readings that may be the one of contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -57,7 +57,7 @@ pub struct ContactLevel {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OtherKind {
-    /// How far from the rest its readings usually are, N.
+    /// The usual distance of its readings from the rest, N.
     pub usual: f64,
     /// The level if it is the one of the weakest contact, N.
     pub begins: f64,
@@ -67,9 +67,9 @@ pub struct OtherKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LearnedLevel {
-    /// They are with contact or without.
+    /// The readings have a contact level.
     Level(ContactLevel),
-    /// They do not fall into two groups; 99 % of them are above the first force, N, and the largest is the second.
+    /// The readings do not fall into two groups; 99 % of them are above the first force, N, and the largest is the second.
     Mixed {
         #[serde(default)]
         weakest: f64,
@@ -77,7 +77,7 @@ pub enum LearnedLevel {
     },
 }
 
-/// What is known of readings that show no level.
+/// Statistics of readings without a level.
 pub(super) fn mixed(readings: &[Vector3<f64>]) -> LearnedLevel {
     let forces = distances(readings.iter().copied(), &Vector3::zeros());
     LearnedLevel::Mixed { weakest: quantile(&forces, 1.0 - NEARLY_ALL), strongest: quantile(&forces, 1.0) }
@@ -164,7 +164,7 @@ pub(super) fn split(forces: &[f64]) -> Option<OtsuSplit> {
     otsu::split(&forces.iter().map(|force| force.sqrt()).collect::<Vec<_>>())
 }
 
-/// How far forces are from a rest, in rising order.
+/// Returns the distances of forces from a rest, in rising order.
 pub fn distances(forces: impl IntoIterator<Item = Vector3<f64>>, rest: &Vector3<f64>) -> Vec<f64> {
     let mut distances: Vec<f64> = forces.into_iter().map(|force| (force - rest).norm()).collect();
     distances.sort_by(f64::total_cmp);

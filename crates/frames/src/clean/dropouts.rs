@@ -26,7 +26,7 @@ const OF_ANOTHER_UNIT: f64 = 0.05;
 const DISTINCT: usize = 3;
 /// A quaternion shorter than this has no direction.
 pub(crate) const NO_ROTATION: f64 = 1e-3;
-/// How far the length of a quaternion may be from one.
+/// Tolerance of the length of a quaternion.
 const UNIT_WITHIN: f64 = 0.05;
 /// Intervals listed one by one for a channel; more are summed up.
 const TOLD: usize = 20;

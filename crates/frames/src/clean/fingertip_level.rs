@@ -18,7 +18,7 @@ const SEED: f64 = 0.05;
 /// The group includes readings up to this many times its usual distance from its median, before and after its drift is known.
 const GROWS_FIRST_BY: f64 = 4.0;
 const GROWS_BY: f64 = 3.0;
-/// It includes all readings that are this near to its median, N: no rule takes such a force for a contact.
+/// The group includes all readings within this distance of its median, N: no rule counts such a force as a contact.
 const LEAST_REACH: f64 = 0.02;
 /// Rounds in which the group grows, and in which group and rest are determined from each other; they settle after a few.
 const ROUNDS: usize = 40;
@@ -60,7 +60,7 @@ pub struct Reading {
     pub is_far: bool,
 }
 
-/// What the readings of a fingertip's sensor show.
+/// The result for the readings of a fingertip's sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FingertipLevel {
@@ -70,15 +70,15 @@ pub enum FingertipLevel {
     Unclear(f64),
 }
 
-/// What a sensor reads without contact, and the forces at which contact begins and ends.
+/// The reading of a sensor without contact, and the forces at which contact begins and ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RestLevel {
     /// In order of time; one of a sensor that does not drift.
     pub rest: Vec<Rest>,
-    /// How far from the rest the readings of contact begin, N.
+    /// The distance from the rest at which contact begins, N.
     pub begins: f64,
-    /// Where they end, N.
+    /// The distance at which contact ends, N.
     pub ends: f64,
 }
 

@@ -9,7 +9,7 @@ use teachtree_base::recording::Recording;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
 
-/// Where rows are missing: in front of which row, and how many.
+/// A gap: the index of the row after it, and the number of missing rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LostRows {
     row: usize,

@@ -158,7 +158,7 @@ impl LostInterval<'_> {
         touches || fingers.is_empty() || fingers.iter().any(is_near)
     }
 
-    /// Where the body is at a row, on a straight line while it is lost.
+    /// Returns the position of the body at a row, interpolated while it is lost.
     fn place_at(&self, row: usize) -> Option<Vector3<f64>> {
         let place = self.place?;
         if let Some(known) = vector(place, row) {

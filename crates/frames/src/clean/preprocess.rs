@@ -1,4 +1,4 @@
-//! What was measured, made fit for the rules: a recording in, its trusted columns on an even time base out.
+//! Prepares a recording for the rules: returns its trusted columns on an even time base.
 //!
 //! Unknown columns are ignored, dead force sensors read zero, short drop-outs are bridged, rows in which a value is missing
 //! become gaps.
@@ -41,17 +41,17 @@ pub struct CleanLog<'a> {
     pub stretches: Vec<Range<usize>>,
     /// The frames in which a hand involves a body that was lost, by hand.
     pub unseen: BTreeMap<Side, Vec<Range<usize>>>,
-    /// What was found and done.
+    /// The issues and their treatment.
     pub issues: Vec<Issue>,
     /// The noise of force sensors, by channel, where it is known.
     pub noise: BTreeMap<String, Noise>,
-    /// From which force on sensors are in contact, by channel.
+    /// The force levels at which sensors are in contact, by channel.
     pub levels: BTreeMap<String, LearnedLevel>,
-    /// What the readings of fingertips show of contact, by channel, where neither their distance from the objects nor `levels` do.
+    /// The contact levels from the readings of fingertips, by channel, if neither distances from objects nor `levels` determine them.
     pub fingertips: BTreeMap<String, FingertipLevel>,
     /// The noise of the positions of bodies, by name, where it counts.
     pub positions: BTreeMap<String, PositionNoise>,
-    /// When the whole log starts and ends, s.
+    /// Start and end of the whole log, s.
     pub span: [f64; 2],
     /// The window of the log; `None` for the whole log.
     pub window: Option<Window<'a>>,
@@ -80,11 +80,11 @@ pub struct Window<'a> {
     pub averaged_after: &'a RefCell<BTreeMap<String, State>>,
     /// The frame with which the averaged frames of the next window begin.
     pub averaged_kept: usize,
-    /// What is known of contacts that are computed from shapes, by object.
+    /// The learned data of contacts that are computed from shapes, by object.
     pub touches: &'a BTreeMap<usize, Touches>,
 }
 
-/// What the whole log shows of the contacts of an object that are computed from shapes.
+/// The learned data of an object's contacts that are computed from shapes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Touches {
@@ -97,7 +97,7 @@ pub struct Touches {
     pub supports: Vec<FlaggedSupport>,
 }
 
-/// What the whole log shows of a support whose contact with an object is known as a flag.
+/// The learned data of a support whose contact with an object is a flag.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlaggedSupport {
@@ -113,7 +113,7 @@ pub struct FlaggedSupport {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SupportLevel {
-    /// How far its origin is above that of the support, m.
+    /// The height of its origin above that of the support, m.
     pub height: f64,
     /// The direction of up in the frame of the object.
     #[serde(with = "vector_as_list")]
@@ -134,21 +134,21 @@ pub struct TouchPair {
     pub touched: bool,
 }
 
-/// What is so at a frame, for what depends on the frame before.
+/// The state at a frame, for quantities that depend on the frame before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     /// Whether it holds.
     pub on: bool,
     /// Which body it is.
     pub which: Option<usize>,
-    /// How far the body was from the hand when it began, m.
+    /// The initial distance of the body from the hand, m.
     pub way: f64,
 }
 
 /// The noise of a sensor, independent from sample to sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Noise {
-    /// Of the vector's components together, squares of the unit.
+    /// The sum over the vector's components, squares of the unit.
     pub variance: f64,
 }
 
@@ -327,7 +327,7 @@ impl<'a> CleanLog<'a> {
         over_all(&self.span, kind, channel, message)
     }
 
-    /// The same as a recording, without what is true of it besides.
+    /// Returns the log as a recording, without true labels.
     pub fn recording(&self) -> Recording {
         let column = |(name, (dimension, values)): (&&str, &(Dimension, Cow<[f64]>))| {
             (name.to_string(), Column { dimension: *dimension, values: values.to_vec() })
@@ -353,7 +353,7 @@ pub fn channel_of(column: &str) -> &str {
     names::meaning(column).map_or(column, |meaning| meaning.channel)
 }
 
-/// When a log starts and ends, s.
+/// Returns start and end of a log, s.
 pub fn span(time: &[f64]) -> [f64; 2] {
     [time.first(), time.last()].map(|stamp| stamp.copied().unwrap_or_default())
 }

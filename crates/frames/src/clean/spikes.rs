@@ -25,7 +25,7 @@ use teachtree_logs::names;
 /// The most samples in a row that are taken out.
 pub(crate) const LASTS: usize = 2;
 
-/// How far apart samples must be to be out.
+/// Minimum distance of an outlier.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
     /// At least: m, rad, N, m/s or rad/s.
@@ -65,7 +65,7 @@ const LONE_SPEED: Limits = Limits::new(1.0, 500.0, 1, 0.5);
 /// An angular velocity of a body whose rotation the log lacks.
 const LONE_SPIN: Limits = Limits::new(20.0, 5000.0, 1, 0.5);
 
-/// How many times as long as usual a quaternion must be, or as short. Those that were averaged or interpolated between turns are a little short.
+/// Minimum ratio of an abnormal quaternion's length to the usual length, or its inverse. Averaged or interpolated quaternions are a little short.
 const OTHER_LENGTH: f64 = 1.25;
 
 /// Whether a quaternion of this length is not a rotation where others have the usual one.
@@ -146,7 +146,7 @@ impl Quantity {
         matches!(self, Self::Velocity | Self::AngularVelocity)
     }
 
-    /// How far samples are apart, in the unit of its [`Limits`].
+    /// Returns the distance of samples, in the unit of its [`Limits`].
     fn distance(self, a: &Sample, b: &Sample) -> f64 {
         let pairs = || a.value.iter().zip(&b.value);
         match self {
@@ -170,7 +170,7 @@ impl Quantity {
         self.limits().exceeded(self.distance(a, b), b.time - a.time)
     }
 
-    /// How far off samples are when they are out and back.
+    /// The distance of samples that jump away and back.
     fn jump(self, before: &Sample, out: &[Sample], after: &Sample) -> Option<f64> {
         let (first, last) = (out.first()?, out.last()?);
         let far = |sample: &Sample| self.distance(before, sample).min(self.distance(sample, after));
@@ -190,7 +190,7 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// The same, its row counted from another one.
+    /// Returns the jump with its row relative to another row.
     pub fn counted_from(self, first: usize) -> Self {
         Self { row: self.row.saturating_sub(first), ..self }
     }
@@ -216,7 +216,7 @@ pub(crate) struct Spike {
 }
 
 impl Spike {
-    /// The same jump of other samples.
+    /// Returns the same jump for other samples.
     pub fn with(&self, samples: Vec<Sample>) -> Self {
         Self { samples, jump: self.jump }
     }
@@ -482,7 +482,7 @@ pub(crate) fn find_other_lengths(time: &[f64], channel: &str, parts: &[&[f64]]) 
     Some((out.iter().map(|(row, _)| *row).collect(), issue))
 }
 
-/// What is said of quaternions of another length: how many, from when to when, the length of the first one, and the usual one.
+/// Formats the issue of quaternions of another length: their number, start and end, the length of the first one, and the usual length.
 pub(crate) fn of_other_length(
     channel: &str,
     count: usize,
@@ -523,7 +523,7 @@ pub(crate) fn is_contradicted(recording: &Recording, channel: &str, kind: Quanti
     })
 }
 
-/// How a pose changes from row to row, per second; nothing when the log lacks it. Rows whose pose is not measured are left out.
+/// Returns the rate of change of a pose from row to row, per second; `None` if the log lacks it. Rows without a measured pose are left out.
 fn changes(recording: &Recording, channel: &str, kind: Quantity, rows: Range<usize>) -> Option<Vec<Vector3<f64>>> {
     let LogChannel::Body(body, _) = LogChannel::parse(channel)? else { return None };
     let pose =
@@ -548,7 +548,7 @@ fn changes(recording: &Recording, channel: &str, kind: Quantity, rows: Range<usi
     Some(samples.windows(2).filter_map(change).collect())
 }
 
-/// What is said of samples that are out.
+/// Formats the issue of outliers.
 pub(crate) fn issue(channel: &str, kind: Quantity, samples: &[Sample], worst: &Spike) -> Option<Issue> {
     let (first, last, shown) = (samples.first()?, samples.last()?, worst.samples.first()?);
     let rounded = |value: f64| ShortNumber((value * 1e4).round() / 1e4);

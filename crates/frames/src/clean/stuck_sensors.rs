@@ -6,8 +6,8 @@
 //! - all along, when the sensor repeats itself during most of the log and never reads zero: it has no rest;
 //! - in that interval, when the sensor is lively otherwise: its noise is far finer than what it repeats.
 //!
-//! A dead force reads zero, so that it is never one long contact. A component that repeats itself during most of the log and has no rest is only reported, and so
-//! is a fingertip that stands still while the others of its hand travel.
+//! A dead force reads zero, so that it is never one long contact. A component that repeats itself during most of the log and has no rest is only reported, and
+//! so is a fingertip that stands still while the others of its hand travel.
 
 use crate::clean::preprocess::Columns;
 use std::borrow::Cow;
@@ -19,23 +19,23 @@ use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
 
-/// How long a value must be repeated, s.
+/// Minimum duration of a repeated value, s.
 const STUCK_SECS: f64 = 1.0;
 /// A sensor without rest is dead all along when most of its samples are repeated for this long, s: it updates now and then.
 pub(crate) const LAZY_SECS: f64 = 0.25;
 /// A force nearer to zero than this is rest, N.
 const REST: f64 = 0.05;
-/// How far a fingertip must get in that time, m.
+/// Minimum displacement of a fingertip in that time, m.
 const MOVED: f64 = 0.010;
 /// Or how much another force must change, N.
 const CHANGED: f64 = 0.1;
-/// How far the other fingertips must get while one stands still, m.
+/// Minimum displacement of the other fingertips while one stands still, m.
 const TRAVELLED: f64 = 0.050;
 /// The fewest changes that show whether a sensor is alive.
 const CHANGES: usize = 10;
 /// Noise turns round at two of three changes, a ramp at none: the least share of turns.
 const TURNS: f64 = 0.25;
-/// How many times the finest change a usual one is: less, and the sensor rounds.
+/// Minimum ratio of a usual change to the finest change; a sensor with a smaller ratio rounds.
 const FINER: f64 = 5.0;
 
 /// The fewest samples outside of long runs that show whether a sensor repeats itself, and how few of them a smooth sensor repeats.
@@ -45,7 +45,7 @@ const REPEATED: f64 = 0.02;
 /// A vector over the log.
 type Vector<'a> = [&'a [f64]; 3];
 
-/// The same for a recording whose sensors are still to be corrected: a dead sensor that is tared reads zero, as if it were at rest.
+/// Like the above, for a recording before the correction of its sensors: a tared dead sensor would read zero, as at rest.
 pub fn silence_uncorrected(recording: &mut Recording, trust: &[String]) -> Vec<Issue> {
     let mut columns: Columns = recording
         .columns
@@ -134,14 +134,14 @@ fn frozen_components(time: &[f64], columns: &Columns, channel: &str) -> Option<I
 /// The fewest rows of a log of which a component is said to repeat itself.
 const FEWEST: usize = 20;
 
-/// How a component of a force repeats itself.
+/// The repetitions of a component of a force.
 #[derive(Clone, Debug)]
 struct ComponentRepeats {
     /// The value so far, when it began, s, and how many rows have had it.
     value: f64,
     since: f64,
     rows: usize,
-    /// When the last row was, s.
+    /// The stamp of the last row, s.
     last: f64,
     /// How many rows have repeated a value for long.
     lazy: usize,

@@ -11,7 +11,7 @@ use teachtree_logs::issue::{Issue, IssueKind};
 
 /// A step this many times the usual one is a gap: at least one sample is missing.
 pub const GAP_STEPS: f64 = 1.5;
-/// How far a step may be from the usual one and still count as even, as a share of it.
+/// Relative tolerance of an even step.
 pub const EVEN_WITHIN: f64 = 0.10;
 /// The share of steps that may be odd without being gaps.
 pub const ODD_SHARE: f64 = 0.01;
@@ -19,7 +19,7 @@ pub const ODD_SHARE: f64 = 0.01;
 /// A stamp that is nearer to one of 32 bits was rounded to it, as a share of the distance of two such stamps.
 const ROUNDED_WITHIN: f64 = 1e-2;
 
-/// From this number of gaps on, their share of the steps is checked; fewer are gaps in a log of any length.
+/// Minimum number of gaps at which their share of the steps is checked; fewer gaps are accepted in a log of any length.
 pub(crate) const MANY_GAPS: usize = 10;
 /// The shortest and the longest step that is believed, s.
 const STEPS: Range<f64> = 1e-4..1.0;
@@ -154,7 +154,7 @@ pub fn rounded(time: &[f64]) -> Option<InputError> {
     Some(InputError::new("the log", message).help(help))
 }
 
-/// What a binding would have to say so that a gap is bridged.
+/// Returns the key of a binding that would bridge a gap.
 fn advice(gap: f64, step: f64) -> String {
     if gap > BRIDGED_S {
         return String::new();
@@ -202,7 +202,7 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
         ms(STEPS.start),
         ms(STEPS.end)
     );
-    // Of the units that would do, the one by which the log is nearest to 100 Hz: 16 666 667 is in ns, not in us.
+    // Among the possible units, the one with the rate nearest to 100 Hz: 16 666 667 is in ns, not in us.
     let in_it = |per: f64| if long { step * per } else { step / per };
     let unusual = |per: f64| (in_it(per) / USUAL_S).ln().abs();
     let units = UNITS.into_iter().filter(|(_, per)| STEPS.contains(&in_it(*per)));

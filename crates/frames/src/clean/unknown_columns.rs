@@ -57,7 +57,7 @@ impl<'a> UnknownColumn<'a> {
         bodies.into_iter().flatten().find(|body| !scene.bodies.contains_key(*body)).map(Self::Body)
     }
 
-    /// What is wrong with this name, and what may have been meant.
+    /// Returns the fault of this name, with a similar name.
     pub fn message(&self, name: &str, scene: &Scene) -> String {
         let meant = |near: Option<&str>| near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
         match self {

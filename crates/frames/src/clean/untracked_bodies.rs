@@ -71,7 +71,7 @@ fn zeros(columns: &Columns, channel: &str, rows: &[Range<usize>]) -> usize {
     rows.iter().flat_map(Clone::clone).filter(|row| is_zero(*row)).count()
 }
 
-/// The same of a recording, before its positions are interpolated.
+/// Like the above, for a recording before its positions are interpolated.
 pub fn unmeasure_recording(recording: &mut Recording) -> Vec<Issue> {
     let column = |(name, column): (&'_ String, &'_ Column)| (name.clone(), column.dimension, column.values.clone());
     let positions =

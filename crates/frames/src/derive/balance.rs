@@ -1,6 +1,7 @@
 //! The balance of forces on an object: what its contacts must bear, since its mass, its motion and the fingers on it are known.
 //!
-//! `m (a - g) = F_fingers + F_contacts`. The fingers' forces are those of the hands that touch it. Everything is averaged over [`HALF_WINDOW_SECS`] before and after.
+//! `m (a - g) = F_fingers + F_contacts`. The fingers' forces are those of the hands that touch it. Everything is averaged over [`HALF_WINDOW_SECS`] before and
+//! after.
 
 use super::hands::{HandTrack, feels};
 use super::motion::{Motion, moving_average, vector};
@@ -12,10 +13,10 @@ use teachtree_base::hands::Finger;
 const HALF_WINDOW_SECS: f64 = 0.025;
 /// The balance is believed when its error is less than this share of the weight.
 const BELIEVED: f64 = 0.25;
-/// How many standard deviations of its noise a force must have to be one.
+/// Minimum force of a contact, in standard deviations of its noise.
 const ABOVE_NOISE: f64 = 4.0;
 
-/// What the contacts of an object bear together, over the whole log.
+/// The balance of an object's contact forces over the whole log.
 pub struct Balance {
     /// Force of all contacts on the object, reference frame, N.
     force: Vec<Vector3<f64>>,
@@ -46,7 +47,7 @@ impl Balance {
         (noise.max(error) <= BELIEVED * weight).then_some(Self { force, noise: noise.max(2.0 * error) })
     }
 
-    /// The same in a window of a log of which it is known that the balance comes out, and with which noise, N.
+    /// Returns the balance in a window of a log whose forces are known to balance, with this noise, N.
     pub fn known(
         measured: &CleanLog,
         motions: &[Motion],
@@ -67,7 +68,7 @@ impl Balance {
 /// The force sensor of a finger.
 struct Sensor<'a> {
     force: [&'a [f64]; 3],
-    /// Of its noise, the vector's components together, N²; 0 where it is not known.
+    /// The variance of its noise, summed over the vector's components, N²; 0 if unknown.
     variance: f64,
 }
 
@@ -94,12 +95,12 @@ fn weight(measured: &CleanLog, body: usize) -> Option<f64> {
     measured.scene.bodies.get_index(body)?.1.mass.map(|mass| mass.0 * gravity.norm())
 }
 
-/// How many frames before and after are averaged.
+/// Number of frames before and after over which forces are averaged.
 pub fn balanced(rate_hz: f64) -> usize {
     (HALF_WINDOW_SECS * rate_hz).round() as usize
 }
 
-/// What contacts must bear at each frame, reference frame, N.
+/// Returns the required sum of contact forces at each frame, reference frame, N.
 fn unborne(measured: &CleanLog, motions: &[Motion], hands: &[HoldingHand], body: usize) -> Option<Vec<Vector3<f64>>> {
     let (name, it) = measured.scene.bodies.get_index(body)?;
     let (mass, motion) = (it.mass?.0, motions.get(body)?);

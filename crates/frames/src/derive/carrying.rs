@@ -76,7 +76,7 @@ impl<'a> Carrying<'a> {
         State { on: true, which: Some(body), way: self.way(frame, body) }
     }
 
-    /// How far the fingertips' mean is from the origin of an object, m.
+    /// Returns the distance of the fingertips' mean from the origin of an object, m.
     fn way(&self, frame: usize, body: usize) -> f64 {
         let origin = self.motions.get(body).map_or_else(Vector3::zeros, |motion| motion.position(frame));
         (vector(&self.position, frame) - origin).norm()

@@ -1,4 +1,4 @@
-//! What an object touches: one contact for each body that it may touch, from the best source there is.
+//! The contacts of an object: one for each body that it may touch, from the best available source.
 //!
 //! 1. The log's forces, `contact.<a>.<b>.force`, read in either orientation.
 //! 2. The log's flags, `contact.<a>.<b>`: such a contact bears the object's weight, along a normal from the shapes or from the roles; a support bears it where
@@ -207,7 +207,7 @@ fn carried_by_role(
             let supports = window.touches.get(&object).map_or(&[][..], |touches| &touches.supports);
             match supports.iter().find(|support| support.other == other) {
                 Some(known) => known.clone(),
-                // Where an object comes to rest later is not known of a log that is being made.
+                // A live log does not contain the later resting pose of an object.
                 None if measured.scene.bodies.get_index(object)?.1.fixed_to.is_none() => return None,
                 None => FlaggedSupport { other, levels: vec![], moves: false },
             }
@@ -251,7 +251,7 @@ pub fn never_carried(measured: &CleanLog, objects: &[usize], contacts: &Contacts
             .filter(|(one, _)| *one == object)
             .any(|(_, other)| body(*other).is_some_and(|(_, it)| it.role != Role::Wall))
     };
-    // What a hand never lets go, or what never leaves its socket, is not set down.
+    // An object that a hand never releases, or that never leaves its socket, is not set down.
     let fixed = |object: usize| {
         body(object).is_some_and(|(name, it)| {
             let turns =

@@ -16,12 +16,12 @@ const LEAST_LOOKS: usize = 25;
 /// The share of the looks in which a velocity differs by more than its limit.
 const SHARE: f64 = 0.5;
 
-/// A velocity, and what it is compared with.
+/// A velocity and its reference.
 struct Quantity {
     /// The channel of the velocity, and that of the pose.
     name: &'static str,
     pose: &'static str,
-    /// What differs by less agrees, m/s or rad/s.
+    /// Maximum difference of consistent velocities, m/s or rad/s.
     limit: f64,
     unit: &'static str,
 }
@@ -64,7 +64,7 @@ pub fn compare(measured: &CleanLog, name: &str, body: &Body, seen: &mut Velociti
     }
 }
 
-/// The same for one of them; `change` is what the pose changes by from one frame to another.
+/// Like the above, for one velocity; `change` returns the change of the pose between two frames.
 fn compare_one(
     measured: &CleanLog,
     name: &str,
@@ -118,7 +118,7 @@ impl VelocityComparison {
             self.differs += 1;
             self.difference += difference;
         }
-        // What moves by less is noise in part.
+        // Smaller motions are partly noise.
         if real.norm() > 5.0 * quantity.limit {
             self.moves += 1;
             self.product += logged.dot(&real);
@@ -126,7 +126,7 @@ impl VelocityComparison {
         }
     }
 
-    /// What is wrong with a velocity.
+    /// Returns the fault of a velocity.
     fn fault(&self, quantity: &Quantity) -> Option<String> {
         let Quantity { limit, unit, pose, .. } = quantity;
         let times = self.product / self.square;

@@ -25,7 +25,7 @@ const APPROACHES: usize = 64;
 /// A gap with the direction in which it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    /// How far apart, m; negative where they overlap.
+    /// The signed distance, m; negative for an overlap.
     pub width: f64,
     /// Unit vector from the other shape to this one, reference frame.
     pub normal: Vector3<f64>,
@@ -80,7 +80,7 @@ impl ConvexPart {
         self.centre - other.centre
     }
 
-    /// What a direction says of the gap.
+    /// Returns the bound on the gap from a direction.
     fn along(&self, other: &Self, direction: Unit<Vector3<f64>>) -> Gap {
         let between = self.between(other);
         // Both shapes are the same seen from either side: only the side of the centre counts.
@@ -168,7 +168,7 @@ impl ConvexPart {
         Some(Gap { width: way.width - radius.0, normal: shape.axes * way.normal * side })
     }
 
-    /// From the surface to a point, both in the axes of the shape: how far, and which way.
+    /// Returns distance and direction from the surface to a point, in the axes of the shape.
     fn way_out(&self, p: &Vector3<f64>) -> Gap {
         let along = |axis: usize, half: f64| (p[axis].abs() - half, Vector3::ith(axis, 1.0_f64.copysign(p[axis])));
         let round = |way: Vector3<f64>, radius: f64| {
@@ -195,7 +195,7 @@ impl ConvexPart {
     /// The directions in which faces and edges touch.
     fn directions(&self, other: &Self) -> Vec<Unit<Vector3<f64>>> {
         let crossed = self.flat().flat_map(|one| other.flat().map(move |two| one.cross(&two)));
-        // From the axis of a cylinder straight out, towards the other centre.
+        // The radial direction from the axis of a cylinder towards the other center.
         let between = self.between(other);
         let radial = [self, other].into_iter().filter_map(|round| match round.shape {
             Shape::Cylinder(_) => {
@@ -218,7 +218,7 @@ impl ConvexPart {
         self.axes.column_iter().skip(round).map(|axis| axis.into_owned())
     }
 
-    /// How far the shape reaches from its centre along a direction, m.
+    /// Returns the extent of the shape from its center along a direction, m.
     fn half_width(&self, direction: &Vector3<f64>) -> f64 {
         let d = self.axes.tr_mul(direction);
         match self.shape {

@@ -54,15 +54,15 @@ pub fn asks(scene: &Scene, column: &str) -> bool {
     }
 }
 
-/// What is known of the force sensors of the fingertips, by channel, and of the positions of objects.
+/// The learned data of the fingertips' force sensors, by channel, and of the positions of objects.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensors {
-    /// What they read far from every object.
+    /// The readings far from all objects.
     rests: IndexMap<String, SensorBias>,
-    /// From which force on they are in contact, that bias subtracted.
+    /// The contact levels after subtraction of the bias.
     levels: IndexMap<String, LearnedLevel>,
-    /// What the readings alone show of fingertips.
+    /// The results from readings alone.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     fingertips: IndexMap<String, FingertipLevel>,
     /// The noise of positions, by object.
@@ -70,7 +70,7 @@ pub struct Sensors {
     positions: IndexMap<String, PositionNoise>,
 }
 
-/// How the sensors of fingertips are judged whose bias no distance shows.
+/// The method for sensors of fingertips whose bias no distance determines.
 #[derive(Clone, Copy, Debug)]
 pub struct Fingertips {
     /// Whether readings without contact are a group. Rules that read `fingers.level` have fingers that bear a tool or an object, with a level of two groups.
@@ -152,13 +152,13 @@ pub fn tare(measured: &mut CleanLog, fingertips: Fingertips) -> Vec<Issue> {
     correct(measured, &found)
 }
 
-/// What is known of the sensors of a whole log.
+/// Learns from the sensors of a whole log.
 pub fn of_whole(measured: &CleanLog, fingertips: Fingertips) -> Sensors {
     let sensors = sensors(measured, &samples(measured.len()).collect::<Vec<_>>(), fingertips);
     Sensors { positions: pose_noise::of_objects(measured).collect(), ..sensors }
 }
 
-/// The same with what is known of the sensors.
+/// Like the above, with the learned data of the sensors.
 pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
     let mut issues = Vec::new();
     for (body, noise) in &found.positions {
@@ -221,14 +221,14 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
     issues
 }
 
-/// What a sensor reads at rest.
+/// The reading of a sensor at rest.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorBias {
     /// N.
     #[serde(with = "vector_as_list")]
     bias: Vector3<f64>,
-    /// Of the vector's components together, N².
+    /// The variance, summed over the vector's components, N².
     variance: f64,
     samples: usize,
 }
@@ -251,7 +251,7 @@ fn objects<'a>(measured: &'a CleanLog) -> Vec<(usize, Motion<'a>)> {
     bodies.map(|(index, (name, body))| (index, Motion::of_poses(measured, name, body))).collect()
 }
 
-/// What the sensor of a finger reads far from everything; `None` when the log does not say where it is, or when it is never far.
+/// Returns the reading of a finger's sensor far from all objects; `None` if its position is unknown, or it is never far.
 fn rest(measured: &CleanLog, samples: &[[usize; 2]], objects: &[(usize, Motion)], finger: &str) -> Option<SensorBias> {
     let force = measured.vec3(&format!("{finger}.force"))?;
     let tip = measured.vec3(&format!("{finger}.position"))?;

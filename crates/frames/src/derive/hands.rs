@@ -30,7 +30,7 @@ pub struct HandTrack {
     pub touching: Vec<bool>,
     /// The body that is the target, as an index in the scene.
     pub target: Vec<Option<usize>>,
-    /// The same as stretches of frames with one target, all frames in order.
+    /// Returns the targets as consecutive intervals of frames.
     pub runs: Vec<(Range<usize>, Option<usize>)>,
 }
 
@@ -53,7 +53,7 @@ pub fn fingers(measured: &CleanLog, side: Side) -> Vec<Finger> {
     let felt = |finger: Finger| has(finger, "force") || has(finger, "contact");
     let seen = |finger: Finger| finger != Finger::Palm && has(finger, "position");
     let fingers: Vec<Finger> = Finger::ALL.into_iter().filter(|finger| felt(*finger) || seen(*finger)).collect();
-    // Of a gripper of which only the opening is known, both jaws.
+    // For a gripper with a known opening only, both jaws count.
     if fingers.is_empty() { vec![Finger::Thumb, Finger::Index] } else { fingers }
 }
 
@@ -119,7 +119,7 @@ pub fn track(measured: &CleanLog, motions: &[Motion], side: Side, fingers: &[Fin
             (None, None) => State { on: false, which: hand.nearest(frame, was.which, &mut sure), way: 0.0 },
         };
         if let (Some(touching), Some(target)) = (touching.get_mut(frame), target.get_mut(frame)) {
-            // What is fixed to a hand is touched all the time.
+            // A hand touches objects that are fixed to it all the time.
             (*touching, *target) = (touches || fixed.is_some(), now.which);
         }
         now
@@ -138,9 +138,9 @@ pub fn track(measured: &CleanLog, motions: &[Motion], side: Side, fingers: &[Fin
 struct CachedTarget {
     frame: usize,
     target: usize,
-    /// How far a fingertip may get from where it was as seen from an object, m.
+    /// Maximum displacement of a fingertip relative to an object, m.
     while_within: f64,
-    /// How far the fingertips were from the origin of each object at most, m.
+    /// The maximum distance of the fingertips from the origin of each object, m.
     reach: Vec<f64>,
 }
 

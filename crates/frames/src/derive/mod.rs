@@ -1,4 +1,4 @@
-//! From a recording to the frames that the rules read: raw channels by name, derived ones from motion, touch and the scene.
+//! Derives the frames that the rules read from a recording: raw channels by name, and derived ones from motion, touch and the scene.
 //!
 //! Every derived channel is documented in `base::channels::DERIVED`; here is how each is computed. All work is linear in the number of frames.
 
@@ -50,7 +50,7 @@ pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames,
     frames_trusting(recording, channels, &[])
 }
 
-/// The same, with forces that count as they are although they stay constant.
+/// Like the above, with constant forces that are trusted.
 ///
 /// # Errors
 /// As [`frames`].
@@ -81,14 +81,14 @@ pub struct Findings {
     unseen: Vec<Issue>,
     carried: Vec<Issue>,
     read: Vec<Issue>,
-    /// Of the first frame, once that was seen.
+    /// The state of the first frame, once it was seen.
     orders: Option<Vec<Issue>>,
     findings: plausibility::Findings,
     velocities: contradictions::Velocities,
     survey: setup::Survey,
     /// Whether flags of hands were off, and on, so far.
     flags: BTreeMap<String, [bool; 2]>,
-    /// What the log shows of contacts that are computed from shapes, by object.
+    /// The learned data of contacts that are computed from shapes, by object.
     pub touches: BTreeMap<usize, Touches>,
 }
 
@@ -118,7 +118,7 @@ impl Findings {
 
     /// Takes note of the flags of a hand: its contacts, measured or computed, and whether its gripper is closed.
     fn look_at_flags(&mut self, measured: &CleanLog, hand: &HandLayout, touches: &[Vec<f64>]) {
-        // What a hand holds all the time it may well touch all the time.
+        // A hand may touch an object that it always holds at all frames.
         if measured.scene.bodies.values().any(|body| body.fixed_to == Some(hand.side)) {
             return;
         }
@@ -183,7 +183,7 @@ pub fn derived_frames(
     let default_touch = touch_channel();
     let touch = channels.iter().find(|channel| channel.name == default_touch.name).unwrap_or(&default_touch);
     let (mut tracks, mut felt) = (vec![], vec![]);
-    // What was read of it, to be read once.
+    // A cache, so that each channel is read once.
     let mut touched: BTreeMap<Side, raw_channels::Array> = BTreeMap::new();
     for hand in &hands {
         let mut found = vec![];
@@ -311,7 +311,7 @@ fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
     measured.vec3(&channel).is_none().then(|| measured.over_all(IssueKind::MISSING_CHANNEL, &channel, message.into()))
 }
 
-/// How many frames after a frame have a part in one of these channels, at most: none, unless one of them is an average.
+/// Returns the maximum number of later frames on which one of these channels depends: 0, unless one of them is an average.
 pub fn averaging_lag(channels: &[ChannelSpec], rate_hz: f64) -> usize {
     let averaged = |channel: &ChannelSpec| derived(&channel.name).is_some_and(|it| it.is_averaged);
     if channels.iter().any(averaged) { motion::ahead(rate_hz) } else { 0 }

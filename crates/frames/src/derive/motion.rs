@@ -18,12 +18,12 @@ pub const TREMOR_SECS: f64 = 0.125;
 /// Sums restart after this number of frames of a stretch.
 pub const ANCHOR: usize = 128;
 
-/// How many frames before and after a frame have a part in what is derived of it, at most; a multiple of [`ANCHOR`].
+/// Returns the maximum number of frames before and after a frame on which its derived values depend; a multiple of [`ANCHOR`].
 pub fn padding(rate_hz: f64) -> usize {
     ahead(rate_hz).next_multiple_of(ANCHOR)
 }
 
-/// How many frames after a frame have a part in what is derived of it, at most.
+/// Returns the maximum number of later frames on which the derived values of a frame depend.
 pub fn ahead(rate_hz: f64) -> usize {
     let reach = (TREMOR_SECS * rate_hz / 2.0).round() as usize;
     2 * reach + 2
@@ -69,9 +69,9 @@ pub struct HeldPath {
     pub velocity: [Vec<f64>; 3],
 }
 
-/// How a body has moved between two frames.
+/// The motion of a body between two frames.
 pub struct Displacement {
-    /// How far its origin is from where it was, m.
+    /// The displacement of its origin, m.
     pub by: f64,
     /// At most by how much it has turned, rad.
     pub turned: f64,
@@ -96,7 +96,7 @@ impl<'a> Motion<'a> {
         Self { velocity, angular_velocity, ..poses }
     }
 
-    /// The same body, moving along a path.
+    /// Returns the body on another path.
     pub fn along(self, path: &'a HeldPath) -> Self {
         let position = Some(path.position.each_ref().map(Vec::as_slice));
         let moved = Self { position, velocity: Some(path.velocity.clone()), ..self };
@@ -133,14 +133,14 @@ impl<'a> Motion<'a> {
         self.position.map_or(self.at_start.translation.vector, |columns| vector(&columns, frame))
     }
 
-    /// How the body has moved from one frame to another.
+    /// Returns the motion of the body from one frame to another.
     pub fn moved(&self, from: usize, to: usize) -> Displacement {
         if self.poses.is_empty() {
             return Displacement { by: 0.0, turned: 0.0 };
         }
         let (before, after) = (self.pose(from), self.pose(to));
         let apart = (after.rotation.coords - before.rotation.coords).norm();
-        // Of unit quaternions the difference is twice the sine of a quarter of the angle, which is at least a third of that.
+        // The difference of unit quaternions is twice the sine of a quarter of the angle, which is at least a third of the angle.
         Displacement { by: (after.translation.vector - before.translation.vector).norm(), turned: 3.0 * apart }
     }
 
@@ -220,7 +220,7 @@ fn above(mut columns: [Vec<f64>; 3], least: f64) -> [Vec<f64>; 3] {
     columns
 }
 
-/// How many times as large as the noise of a column, in its unit, that of its [`slope`] is, in its unit per second.
+/// Returns the ratio of the noise of a column's [`slope`], in its unit per second, to the noise of the column, in its unit.
 pub fn slope_gain(rate_hz: f64) -> f64 {
     let reach = (TREMOR_SECS * rate_hz / 2.0).round() as usize;
     let width = 2 * reach + 1;
@@ -244,7 +244,7 @@ fn turn_rates(measured: &CleanLog, rotation: [&[f64]; 4]) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|axis| smoothed(measured, &rates.iter().map(|rate| rate[axis]).collect::<Vec<f64>>()))
 }
 
-/// What changes from the frame before to the frame after, per second; at the ends of a stretch to or from the frame itself.
+/// Returns the rate of change from the frame before to the frame after, per second; at the ends of a stretch to or from the frame itself.
 fn differences<T>(measured: &CleanLog, change: impl Fn(usize, usize) -> T) -> Vec<T>
 where
     T: Default + std::ops::Div<f64, Output = T>,
@@ -281,7 +281,7 @@ pub fn moving_average(measured: &CleanLog, column: &[f64], reach: usize) -> Vec<
 
 /// The mean of what lies at most `reach` before and after each value; of fewer values at the ends.
 fn average(values: &[f64], reach: usize, means: &mut Vec<f64>) {
-    // What stands still, or is not touched, is so for long.
+    // Rest and the absence of contacts last long.
     if values.iter().all(|value| *value == 0.0) {
         return means.resize(means.len() + values.len(), 0.0);
     }
