@@ -18,9 +18,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use teachtree_base::error::InputError;
 use tempfile::NamedTempFile;
 
-/// How the names of temporary files and markers begin.
+/// The prefix of temporary files and markers.
 const PREFIX: &str = ".teachtree-";
-/// How the names of markers end.
+/// The suffix of markers.
 const MARKER: &str = ".replacing";
 /// Links that are followed, one to the next.
 const LINKS: usize = 40;
@@ -72,7 +72,7 @@ pub fn refuse_unfinished(log: &Path) -> std::result::Result<(), InputError> {
 pub fn abort_writes() -> impl Sized {
     let state = state();
     for file in &state.temporary {
-        // It is removed by the next run where it cannot be now.
+        // The next run removes it if it cannot be removed now.
         let _ = std::fs::remove_dir_all(folder_at(file));
         let _ = std::fs::remove_file(file);
     }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 /// The first byte of a message of a topic.
 const MESSAGE_DATA: u8 = 1;
-/// What stands before the payload: the kind, the subscription, and when it was received.
+/// The size of the header before the payload: the kind, the subscription, and the time of reception.
 const HEAD: usize = 1 + 4 + 8;
 
 /// A channel that a server advertises.
@@ -29,7 +29,7 @@ pub struct AdvertisedChannel {
 }
 
 impl AdvertisedChannel {
-    /// How its messages are read.
+    /// The decoder of its messages.
     pub fn reading(&self) -> MessageDecoder {
         // Older servers leave out what follows from the encoding.
         let form =
@@ -139,7 +139,7 @@ impl ServedTopic {
 /// The schema of events.
 const LIVE_SCHEMA: &str = include_str!("../../../schemas/live-1.schema.json");
 
-/// What a server says of itself first.
+/// The first message of a server, with its capabilities.
 pub fn server_info(session: &str) -> String {
     json!({ "op": "serverInfo", "name": concat!("teachtree ", env!("CARGO_PKG_VERSION")), "capabilities": [],
         "supportedEncodings": [], "metadata": {}, "sessionId": session })

@@ -1,4 +1,4 @@
-//! What can be wrong with a log, by name, place and time.
+//! Issues of a log, by name, place and time.
 
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -15,7 +15,7 @@ pub struct Issue {
     pub end_s: f64,
     /// The channel, or empty for all.
     pub channel: String,
-    /// What was found and what was done.
+    /// The finding and its treatment.
     pub message: String,
 }
 
@@ -28,7 +28,7 @@ impl Issue {
     }
 }
 
-/// What is wrong with an interval of a log; its name is compared with a text: `issue.kind == "gap"`. docs/logs.md lists the kinds.
+/// The kind of an issue in an interval of a log. Its name can be compared with a text: `issue.kind == "gap"`. docs/logs.md lists the kinds.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct IssueKind(&'static str);
 

@@ -12,14 +12,14 @@ use teachtree_base::hands::TrackId;
 use teachtree_base::log_channel::LogChannel;
 use teachtree_base::units::{Dimension, compound};
 
-/// What a column is, as far as its name shows.
+/// The meaning of a column by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ColumnMeaning<'a> {
     /// The name without the component: `right.thumb.force`.
     pub channel: &'a str,
     /// The component among `shape.components()`.
     pub component: usize,
-    /// What the whole channel is.
+    /// The kind of the whole channel.
     pub shape: Shape,
     /// Its dimension.
     pub dimension: Dimension,

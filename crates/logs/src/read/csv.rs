@@ -1,6 +1,6 @@
 //! The canonical CSV: one column a channel component, `name [unit]` in the header, the scene and the events in files beside it.
 //!
-//! What is written is read back to the same bits. A file appears whole or not at all.
+//! Written values are read back to the same bits. Files are written atomically.
 
 mod beside;
 mod cells;
@@ -30,7 +30,7 @@ pub fn read(path: &Path, scene: Option<&Path>) -> Result<LoadedRecording, InputE
     read_source(formats::open(path)?, path, scene, &AllowedFolders::default())
 }
 
-/// The same of a log that is opened already. The files beside it must be in `folders`.
+/// Like the above, for an opened log. The files beside it must be in `folders`.
 pub fn read_source(
     mut source: Source,
     path: &Path,

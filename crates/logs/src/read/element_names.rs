@@ -57,7 +57,7 @@ impl<'a> ElementPlace<'a> {
     }
 }
 
-/// What is known of the named elements of a table.
+/// The named elements of a table.
 #[derive(Clone, Debug, Default)]
 pub struct ElementNames {
     /// Number of columns that were examined.

@@ -63,7 +63,7 @@ pub struct Interval {
     pub place: String,
     /// Whose it is; `None` where the file does not say.
     pub track: Option<TrackId>,
-    /// What is named.
+    /// The kind of the label.
     pub kind: LabelKind,
     /// The name, as it stands in the file.
     pub name: String,
@@ -73,7 +73,7 @@ pub struct Interval {
     pub end_s: f64,
 }
 
-/// What a label names.
+/// The kinds of labels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LabelKind {
     /// A primitive motion.
@@ -193,7 +193,7 @@ fn plain(title: &str) -> String {
     title.trim_start_matches('\u{feff}').trim().to_string()
 }
 
-/// Where things stand in a row.
+/// The columns of a row.
 struct Columns {
     log: Option<usize>,
     track: Option<usize>,
@@ -204,7 +204,7 @@ struct Columns {
     times: Times,
 }
 
-/// How a table has times.
+/// The time columns of a table.
 #[derive(Clone, Copy)]
 enum Times {
     /// Rows of the log.
@@ -303,7 +303,7 @@ impl Columns {
     }
 }
 
-/// When the last row of a log ends, s: one step after it began.
+/// Returns the end of the last row of a log, s: one step after its stamp.
 pub fn end_of(row_time: &[f64]) -> Option<f64> {
     let last = *row_time.last()?;
     let before = row_time.iter().rev().find(|time| **time < last)?;

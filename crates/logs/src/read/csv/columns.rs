@@ -18,11 +18,11 @@ pub struct LoadedRecording {
     pub recording: Recording,
     /// Rows that were left out.
     pub issues: Vec<Issue>,
-    /// When each row of the file was, s, on the time base of the recording; also of those that were left out.
+    /// The time of each row of the file, also of omitted rows, on the time base of the recording, s.
     pub row_time: Vec<f64>,
 }
 
-/// Where the stamps of a table are.
+/// The column of the stamps of a table.
 pub enum StampSource {
     /// In a column.
     Column {
@@ -122,7 +122,7 @@ pub fn columns(source: Source, clock: &StampSource) -> Result<LoadedRecording, I
     Ok(LoadedRecording { recording, issues: table.issues, row_time: table.row_time })
 }
 
-/// What to read from a column with this name and unit, and its dimension.
+/// Returns the request for a column with this name and unit, and its dimension.
 fn want(name: &str, unit: Option<&str>) -> Result<(ColumnRequest, Dimension), String> {
     if names::is_label(name) {
         return Ok((ColumnRequest::Text, Dimension::NONE));

@@ -62,14 +62,14 @@ pub fn parse_scene(text: &str, name: &str) -> Result<Scene, InputError> {
     Ok(scene)
 }
 
-/// No body begins farther away, m.
+/// Maximum distance of a body's initial position from the origin, m.
 const FARTHEST_M: f64 = 1e3;
 /// Maximum number of bodies, since all pairs of them are compared.
 const MAX_BODIES: usize = 256;
 /// The most parts of a body.
 const MAX_PARTS: usize = 256;
 
-/// What a scene says that it cannot mean, at its keys, `bodies.cube.position`: [`yaml::located`] makes a place in a file of them.
+/// Returns the invalid values of a scene, at their keys, `bodies.cube.position`. [`yaml::located`] converts keys to a place in a file.
 pub fn check_scene(scene: &Scene) -> Result<(), InputError> {
     if let Some(name) = scene.bodies.keys().find(|name| !names::is_body_name(name)) {
         return Err(InputError::new(

@@ -7,13 +7,13 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 /// The most numbers a row that are spread into columns.
 pub(super) const MAX_WIDTH: usize = 256;
-/// How far the rows of a rotation matrix may be from being orthonormal, and its last row from 0 0 0 1: files in 32 bits round.
+/// Tolerance of a rotation matrix for orthonormal rows, and of its last row for 0 0 0 1: files in 32 bits round.
 const ORTHONORMAL: f64 = 1e-3;
-/// What a pose becomes.
+/// The names of the columns of a pose.
 const POSE: [&str; 7] =
     ["position.x", "position.y", "position.z", "rotation.w", "rotation.x", "rotation.y", "rotation.z"];
 
-/// How the rows of an array become columns.
+/// The conversion of an array's rows to columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ArrayColumns {
     name: String,
@@ -78,7 +78,7 @@ impl ArrayColumns {
     }
 }
 
-/// How many numbers a row has; `None` for none or too many.
+/// Returns the number of values of a row; `None` for 0 or too many.
 pub(super) fn width(dimensions: &[usize]) -> Option<usize> {
     let width = dimensions.iter().try_fold(1_usize, |width, dimension| width.checked_mul(*dimension))?;
     (1..=MAX_WIDTH).contains(&width).then_some(width)

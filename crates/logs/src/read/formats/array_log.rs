@@ -70,7 +70,7 @@ pub(super) struct Array {
     pub rows: usize,
     /// The dimensions behind the first one.
     pub dimensions: Vec<usize>,
-    /// How it becomes columns; `None` for texts.
+    /// Its conversion to columns; `None` for texts.
     spread: Option<ArrayColumns>,
     /// Its values, or why they cannot be read.
     values: Result<Box<dyn ArrayValues>, String>,
@@ -99,7 +99,7 @@ impl Array {
         Self { name, rows, dimensions: dimensions.to_vec(), spread: None, values: Err(reason.into()) }
     }
 
-    /// How many numbers a row has.
+    /// Number of values of a row.
     pub fn width(&self) -> usize {
         self.dimensions.iter().product()
     }
@@ -132,7 +132,7 @@ impl Array {
     }
 }
 
-/// How many rows a recording has: as many as it says, as its actions have, or as most of its arrays.
+/// Returns the number of rows of a recording: the stated number, else that of its actions, else that of most of its arrays.
 pub(super) fn rows(arrays: &[Array], said: Option<usize>) -> usize {
     let with = |rows: usize| arrays.iter().filter(|array| array.rows == rows).count();
     let actions =
@@ -168,15 +168,15 @@ pub(super) struct Recording {
     pub place: String,
     /// Its arrays.
     pub arrays: Vec<Array>,
-    /// How many rows it has.
+    /// Number of rows.
     pub rows: usize,
-    /// How many bytes its columns may have.
+    /// Maximum number of bytes of its columns.
     pub most: u64,
     /// The rate, where it is known, Hz.
     pub rate_hz: Option<f64>,
     /// The stamps, where no array has them.
     pub time: Option<Vec<f64>>,
-    /// What is computed of its arrays.
+    /// The columns that are computed from its arrays.
     pub computed: Option<Box<dyn ComputedColumns>>,
 }
 
@@ -201,7 +201,7 @@ impl Recording {
             if let Err(reason) = &array.values {
                 refused.push((array.name, reason.clone()));
             } else if array.rows == rows || array.rows == 1 {
-                // What is said once holds all along.
+                // A single value holds for all rows.
                 own.push(array);
             } else if array.rows > 0 {
                 others.entry(array.rows).or_default().push(array);
@@ -240,7 +240,7 @@ impl Recording {
     fn memory(self, wants: &[ColumnRequest]) -> Result<(InMemoryTable, Vec<(String, MissingRows)>), InputError> {
         let wanted = wants.iter().filter(|want| **want != ColumnRequest::Nothing).count();
         check_size(&self.place, self.rows, wanted)?;
-        // What is said once is held on all rows, which a damaged file may promise.
+        // A single value takes memory for all rows, and a damaged file may promise any number of rows.
         if wanted.saturating_mul(self.rows).saturating_mul(8) as u64 > self.most {
             let message = format!("{} columns of {} rows are more data than the file can hold", wanted, self.rows);
             return Err(InputError::new(self.place, message));

@@ -8,7 +8,7 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use teachtree_base::error::InputError;
 
-/// How many bytes show what a file is.
+/// Number of bytes that determine the format of a file.
 const MAGIC: u64 = 16;
 
 /// Whether a path is a bag: a file of MCAP, of ROS 1 or of SQLite, or a folder of ROS 2.
@@ -28,7 +28,7 @@ pub fn is_bag(path: &Path) -> Result<bool, InputError> {
     Ok(storage(&magic).is_some())
 }
 
-/// How a bag is stored.
+/// The storage format of a bag.
 #[derive(Clone, Copy)]
 enum Storage {
     #[cfg(feature = "mcap")]

@@ -15,13 +15,13 @@ use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::guard::guarded;
 
-/// How a file begins.
+/// The magic bytes of a file.
 pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
 /// The longest message, definition or name that is read, in bytes.
 const MAX_VALUE: i32 = 256 << 20;
 /// The most topics and types that a bag may have.
 const MAX_TOPICS: usize = 10_000;
-/// How a message that is compressed by itself begins.
+/// The magic bytes of a compressed message.
 const ZSTD: [u8; 4] = super::mcap::ZSTD;
 
 /// Reads a file.

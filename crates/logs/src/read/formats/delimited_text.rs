@@ -30,7 +30,7 @@ use std::borrow::Cow;
 use std::io::{Cursor, Read};
 use teachtree_base::error::InputError;
 
-/// How much of a file is read to find its dialect and heading, in bytes.
+/// Number of bytes of a file that are read to detect its dialect and heading.
 const HEAD: u64 = 256 * 1024;
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 

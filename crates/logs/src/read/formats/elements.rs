@@ -3,7 +3,7 @@
 use npyz::{Endianness, TimeUnits, TypeChar, TypeStr};
 use std::str::FromStr as _;
 
-/// What an element is.
+/// The type of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Signed,
@@ -16,7 +16,7 @@ enum Kind {
     Unicode,
 }
 
-/// How an element is stored.
+/// The storage of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Element {
     kind: Kind,
@@ -29,7 +29,7 @@ impl Element {
     /// An element of NumPy.
     ///
     /// # Errors
-    /// What it is, if it is neither a number nor a text.
+    /// Returns its type, if that is neither a number nor a text.
     pub fn of_numpy(of: &TypeStr) -> Result<Self, String> {
         let other = || format!("has elements of the type `{of}`, expected numbers or texts");
         let size = of.num_bytes().filter(|size| *size > 0).ok_or_else(|| match of.type_char() {
@@ -62,7 +62,7 @@ impl Element {
     /// An element by the name that version 3 of Zarr gives it: `float64`.
     ///
     /// # Errors
-    /// What it is, if it is not a number.
+    /// Returns its type, if that is not a number.
     pub fn of_zarr_3(name: &str, big_endian: bool) -> Result<Self, String> {
         let (kind, size) = match name {
             "bool" | "uint8" => (Kind::Unsigned, 1),
@@ -124,7 +124,7 @@ impl Element {
     }
 }
 
-/// How long a unit of time is, s; `None` of months and years.
+/// Returns the length of a unit of time, s; `None` for months and years.
 fn seconds(unit: TimeUnits) -> Option<f64> {
     Some(match unit {
         TimeUnits::Week => 604_800.0,

@@ -2,8 +2,8 @@
 //!
 //! The layouts of robosuite, robomimic, MimicGen, Isaac Lab, LIBERO and ManiSkill have a group a recording; a file of ALOHA, ACT or EgoDex is one
 //! recording. A data set is called by its path below the recording (`obs/robot0_eef_pos[0]`); those with another number of rows than most are a
-//! sheet of their own (`rows_1102.user_info/0/zoom`). The dimensions of MATLAB's arrays are reversed (`matlab`). Shapes are checked before data are read, and no data set is read that promises more than
-//! [`Budget`] allows for the bytes of the file.
+//! sheet of their own (`rows_1102.user_info/0/zoom`). The dimensions of MATLAB's arrays are reversed (`matlab`). Shapes are checked before data are read, and
+//! no data set is read that promises more than [`Budget`] allows for the bytes of the file.
 
 pub mod annotate;
 mod floats;
@@ -28,7 +28,7 @@ use std::path::Path;
 use teachtree_base::error::InputError;
 use teachtree_base::guard::guarded;
 
-/// How deep groups may be nested.
+/// Maximum nesting depth of groups.
 const DEEPEST: usize = 12;
 
 /// Opens a recording of a file, which must be in `folders`: `demo_3`, or `3`.
@@ -195,7 +195,7 @@ fn walk(group: &Group, prefix: &str, depth: usize, found: &mut Vec<(String, Data
     Ok(())
 }
 
-/// What attributes say of a recording.
+/// The metadata of a recording in its attributes.
 #[derive(Default)]
 struct RecordingAttributes {
     samples: Option<usize>,
@@ -301,13 +301,14 @@ fn check_chunks(dataset: &Dataset, file_size: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// The chunks of a data set that were never written, as where a recorder made room for more rows than it wrote. What has no index that can be listed cannot be read.
+/// The chunks of a data set that were never written, as where a recorder made room for more rows than it wrote. What has no index that can be listed cannot be
+/// read.
 fn missing(dataset: &Dataset) -> Option<MissingRows> {
     let (shape, chunk) = (dataset.shape().ok()?, dataset.chunk_shape().ok()??);
     let whole = |size: u64| usize::try_from(size).ok();
     let grid: Vec<u64> = shape.iter().zip(&chunk).map(|(size, chunk)| size.div_ceil((*chunk).max(1))).collect();
     let (across, rows, size) = (grid.iter().skip(1).product::<u64>(), whole(*shape.first()?)?, whole(*chunk.first()?)?);
-    // How many are there, by the place of their first row.
+    // The number of rows, by the position of the first one.
     let mut there = vec![0_u64; whole(*grid.first()?)?];
     for chunk in dataset.chunks().ok()? {
         let place = chunk.offset.first().and_then(|row| whole(*row)?.checked_div(size));
@@ -332,11 +333,11 @@ struct Values {
     place: String,
     name: String,
     dataset: Dataset,
-    /// How it has its numbers, where the library does not read them.
+    /// The decoder of its numbers, for types that the library does not read.
     float: Option<FloatForm>,
     /// The dimensions of an array of MATLAB as the file has them.
     stored: Option<Vec<usize>>,
-    /// How many bytes its texts may have.
+    /// Maximum number of bytes of its texts.
     most: u64,
     file_size: u64,
 }
@@ -406,7 +407,7 @@ impl ComputedColumns for Motion {
     }
 }
 
-/// What keeps a file from being read.
+/// The reason why a file cannot be read.
 fn damaged(place: &str, error: &Error) -> InputError {
     match error {
         Error::FileMarkedInUse(_) => {
@@ -421,7 +422,7 @@ fn damaged(place: &str, error: &Error) -> InputError {
     }
 }
 
-/// What keeps a data set from being read.
+/// The reason why a data set cannot be read.
 fn located(place: &str, name: &str, error: impl std::fmt::Display) -> InputError {
     InputError::new(format!("{place} data set {name}"), format!("cannot be read: {error}"))
 }

@@ -81,7 +81,7 @@ pub fn fault(error: &serde_json::Error) -> String {
 /// The deepest nesting that is spread into names.
 const MAX_DEPTH: usize = 16;
 
-/// Where a message has its stamp: in a header as of ROS, or beside the values as in Foxglove's schemas; of a list, that of the first element.
+/// The fields of a message's stamp: in a header as in ROS, or beside the values as in Foxglove's schemas; for a list, that of the first element.
 #[cfg(feature = "mcap")]
 const STAMPS: [&str; 4] = ["/header/stamp", "/timestamp", "/transforms/0/header/stamp", "/transforms/0/timestamp"];
 

@@ -60,7 +60,7 @@ pub struct Row {
     line: u64,
 }
 
-/// What a line says.
+/// The content of a line.
 pub enum Line {
     /// The scene of the log.
     Scene(Box<Scene>),

@@ -27,7 +27,7 @@ const MAX_INFO: u64 = 16 << 20;
 /// The most files with lists of episodes that are looked through.
 const MAX_LISTS: usize = 10_000;
 
-/// Where a data set describes itself.
+/// The file with the description of a data set.
 fn info(folder: &Path) -> PathBuf {
     folder.join("meta").join("info.json")
 }
@@ -69,7 +69,7 @@ pub(super) fn files(folder: &Path, episode: Option<&str>) -> Result<Vec<PathBuf>
     Ok(files)
 }
 
-/// How many episodes a data set has.
+/// Returns the number of episodes of a data set.
 ///
 /// # Errors
 /// When the set is not as it should be.
@@ -231,7 +231,7 @@ impl Dataset {
         Ok(self.folder.join(path))
     }
 
-    /// What a column is called.
+    /// The name of a column.
     fn title(&self, column: &str) -> String {
         if column == "timestamp" {
             return "time [s]".into();

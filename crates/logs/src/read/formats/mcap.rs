@@ -1,7 +1,7 @@
 //! MCAP: messages of ROS 2 (CDR with `ros2msg` definitions), of ROS 1, in JSON and protobuf; a sheet a topic.
 //!
-//! Chunks may be plain, zstd or lz4; messages or the whole file may be zstd too. A topic in another encoding cannot be read, the others can. What is read so far counts when a file
-//! ends in the middle of a record.
+//! Chunks may be plain, zstd or lz4; messages or the whole file may be zstd too. A topic in another encoding cannot be read, the others can. What is read so
+//! far counts when a file ends in the middle of a record.
 
 pub mod copy;
 mod renumber;
@@ -27,10 +27,10 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
     super::finish(topics, cut)
 }
 
-/// How a file begins and ends.
+/// The magic bytes at the beginning and end of a file.
 const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
 
-/// How what is compressed with zstd begins.
+/// The magic bytes of zstd data.
 pub const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
 /// Kinds of records.
@@ -159,7 +159,7 @@ fn decompressed(chunk: &[u8]) -> Result<Vec<u8>, Fault> {
         "lz4" => unpacked(::lz4_flex::frame::FrameDecoder::new(data))?,
         other => return Err(Fault::Damaged(format!("a chunk is compressed as `{other}`, expected `zstd` or `lz4`"))),
     };
-    // No sum at all is written as zero.
+    // A missing sum is written as zero.
     if sum != 0 && sum != crc32fast::hash(&plain) {
         return Err(Fault::Damaged("a chunk is damaged: its check sum is wrong".into()));
     }
@@ -207,7 +207,7 @@ impl ChannelRegistry {
                 CHANNEL => self.channel(&mut Fields(&body))?,
                 MESSAGE => self.message(&mut Fields(&body), each)?,
                 CHUNK if outer => self.records(&mut decompressed(&body)?.as_slice(), false, each)?,
-                // What follows is an index and a summary, which are not needed.
+                // The index and the summary behind it are not needed.
                 DATA_END | FOOTER if outer => return Ok(()),
                 _ => {}
             }

@@ -258,7 +258,7 @@ fn split(path: &Path) -> (PathBuf, Option<String>) {
     }
 }
 
-/// What is said of a file that no reader knows.
+/// Returns the error of a file in an unknown format.
 fn unknown(path: &Path) -> InputError {
     let ending = ending(path);
     let name = path.display().to_string();

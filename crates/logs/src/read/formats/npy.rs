@@ -18,7 +18,7 @@ pub(super) const MAGIC: [u8; 6] = [0x93, b'N', b'U', b'M', b'P', b'Y'];
 /// The longest description of an array, in bytes, and the deepest brackets in it.
 const MAX_HEADER: usize = 1 << 16;
 const DEEPEST: usize = 16;
-/// What an array without a name is called.
+/// The name of an array without a name.
 const UNNAMED: &str = "arr_0";
 /// Arrays of one number that are a rate in Hz, or a step in s.
 const RATES: [&str; 6] = ["fps", "control_freq", "rate", "hz", "rate_hz", "frequency"];
@@ -69,7 +69,7 @@ fn size_of(path: &Path) -> Result<u64, InputError> {
     read.map_err(|error| InputError::unreadable(path.display().to_string(), &error))
 }
 
-/// Where an array is.
+/// The location of an array.
 #[derive(Clone)]
 struct ArrayLocation {
     path: PathBuf,
@@ -160,10 +160,10 @@ fn rate(place: &str, name: &str, at: &ArrayLocation, header: &Header) -> Result<
     Ok(Some(rate).filter(|rate| *rate > 0.0 && *rate <= MAX_RATE_HZ))
 }
 
-/// How an array is stored.
+/// The storage of an array.
 #[derive(Clone)]
 struct Header {
-    /// How many bytes stand before its values.
+    /// Number of bytes before its values.
     length: usize,
     shape: Vec<usize>,
     fortran: bool,
@@ -177,7 +177,7 @@ struct Header {
 struct Field {
     /// Empty for an array without fields.
     name: String,
-    /// Where it begins in an element.
+    /// Its offset in an element.
     offset: usize,
     element: Result<Element, String>,
     /// Its own dimensions; then those of the array behind the first one as well.
@@ -209,7 +209,7 @@ fn header(place: &str, bytes: &mut dyn Read) -> Result<Header, InputError> {
     }
     text.resize(begin + length, 0);
     bytes.read_exact(text.get_mut(begin..).unwrap_or_default()).map_err(damaged)?;
-    // What parses it calls itself for each bracket.
+    // The parser is recursive in brackets.
     let mut depth = 0_usize;
     for byte in text.get(begin..).unwrap_or_default() {
         depth = match byte {
@@ -251,7 +251,7 @@ fn spread(dtype: &DType, name: String, offset: &mut usize, mut dimensions: Vec<u
         DType::Plain(of) => {
             let element = Element::of_numpy(of);
             let size = of.num_bytes().unwrap_or(0);
-            // What fills the room between fields has no name.
+            // Padding between fields has no name.
             let fills = name.is_empty() && !fields.is_empty() || name.ends_with('/');
             if !fills {
                 fields.push(Field { name, offset: *offset, element, dimensions: dimensions.clone() });
@@ -311,7 +311,7 @@ impl Values {
         let bytes = if first_row { all.checked_div(rows).unwrap_or(0) } else { all };
         let bytes = at.with(place, |source| data(place, source, header, bytes))?;
         let of_field: usize = field.dimensions.iter().skip(header.shape.len().saturating_sub(1)).product();
-        // How many elements apart those next to each other in each dimension are.
+        // The stride of each dimension, in elements.
         let mut strides = vec![0; header.shape.len()];
         let mut step = 1;
         let last = header.shape.len();

@@ -39,9 +39,9 @@ use teachtree_base::{json, yaml};
 
 /// The longest list that is spread into columns.
 pub const MAX_LIST: usize = 256;
-/// How many rows are read at once.
+/// Number of rows that are read at once.
 const BATCH: usize = 8192;
-/// For how many rows there is room before they are seen: a damaged file may promise more than any machine holds.
+/// Maximum number of rows whose memory is allocated in advance: a damaged file may promise any number.
 const MAX_RESERVED: usize = 1 << 24;
 /// Length of the trailer of a file, bytes.
 const END: u64 = 8;
@@ -167,7 +167,7 @@ impl ParquetTable {
         }
         let rows = usize::try_from(metadata.num_rows())
             .map_err(|_| InputError::new(name, "it declares a negative number of rows"))?;
-        // Of such a place the library is sure that it cannot be.
+        // The library panics on such an offset.
         let mut chunks = reader.metadata().row_groups().iter().flat_map(RowGroupMetaData::columns);
         if chunks.any(|chunk| {
             let begins = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
@@ -179,7 +179,7 @@ impl ParquetTable {
         Ok(Self { name: name.into(), reader, leaves, rows, range: None })
     }
 
-    /// What the file says beside its columns under a key.
+    /// Returns the value of a key in the file's metadata.
     fn key(&self, wanted: &str) -> Option<String> {
         let pairs = self.reader.metadata().file_metadata().key_value_metadata()?;
         pairs.iter().find(|pair| pair.key == wanted)?.value.clone()
@@ -285,7 +285,7 @@ fn skip(column: &mut ColumnReader, rows: usize) -> Result<(), ParquetError> {
     }
 }
 
-/// What keeps a file from being read.
+/// The reason why a file cannot be read.
 fn damaged(name: &str, error: &ParquetError) -> InputError {
     let error = error.to_string();
     match error.split_once("Disabled feature at compile time: ") {
@@ -320,7 +320,7 @@ impl Leaf {
         if max_rep > 1 {
             return None;
         }
-        // What LeRobot says in words is not a channel.
+        // LeRobot's language columns are not channels.
         if parts.first().is_some_and(|name| name.starts_with("language_")) && parts.len() > 1 {
             return None;
         }
@@ -355,7 +355,7 @@ impl Leaf {
         })
     }
 
-    /// How many numbers a cell takes as much memory as: a text costs little in the file, where it stands once only.
+    /// The memory of a cell in numbers. A repeated text takes little space in the file, where it is stored once.
     fn weight(&self) -> usize {
         const OF_TEXT: usize = 8;
         if self.texts.is_some() { OF_TEXT } else { 1 }
@@ -451,7 +451,7 @@ impl Leaf {
     }
 }
 
-/// How many seconds a step of a stamp is.
+/// Returns the length of a stamp's unit, s.
 fn step(unit: &TimeUnit) -> f64 {
     match unit {
         TimeUnit::MILLIS => 1e-3,

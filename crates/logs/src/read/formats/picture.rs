@@ -4,7 +4,7 @@ use crate::read::memory_table::{Cells, InMemoryTable};
 use std::borrow::Cow;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-/// How the bytes of a picture are to be read.
+/// The encoding of a picture's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureFormat {
     /// A file of JPEG.
@@ -17,7 +17,7 @@ pub enum PictureFormat {
         size: [usize; 2],
         /// Bytes from one row to the next.
         step: usize,
-        /// Where red, green and blue are in a pixel, and how many bytes it has.
+        /// The offsets of red, green and blue in a pixel, and its size in bytes.
         order: ([usize; 3], usize),
     },
 }
@@ -27,7 +27,7 @@ pub enum PictureFormat {
 pub struct Picture<'a> {
     /// Its bytes as the message has them.
     pub bytes: Cow<'a, [u8]>,
-    /// How they are to be read, or why they are not.
+    /// Their encoding, or the reason why it is not supported.
     pub format: Result<PictureFormat, String>,
 }
 
@@ -61,7 +61,7 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// Where the colors of a pixel are, and how many bytes it has.
+/// Returns the offsets of the colors in a pixel, and its size in bytes.
 fn order(encoding: &str) -> Option<([usize; 3], usize)> {
     match encoding {
         "rgb8" | "8UC3" => Some(([0, 1, 2], 3)),

@@ -75,7 +75,7 @@ fn size_of_png(file: &[u8]) -> Option<[usize; 3]> {
     Some([number(20)?, number(16)?, colors])
 }
 
-/// From the header of the first frame, which segments with lengths of their own precede.
+/// Reads the size from the header of the first frame, which follows segments with lengths.
 fn size_of_jpeg(mut rest: &[u8]) -> Option<[usize; 3]> {
     loop {
         match rest {

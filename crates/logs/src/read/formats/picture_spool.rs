@@ -10,7 +10,7 @@ pub struct PictureSpool {
     length: u64,
 }
 
-/// Where a picture is.
+/// The location of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpooledPicture {
     start: u64,

@@ -1,6 +1,7 @@
 //! Messages in protobuf, as Foxglove's libraries write them: the descriptors of their types in, named numbers and texts out.
 //!
-//! A nested field is called by its path, an element of a list by its place, as of JSON. Fields without presence that a message leaves out have their default, zero.
+//! A nested field is called by its path, an element of a list by its place, as of JSON. Fields without presence that a message leaves out have their default,
+//! zero.
 
 use super::rosmsg::{Failure, MAX_ARRAY};
 use crate::read::memory_table::InMemoryTable;
@@ -10,7 +11,7 @@ use ::prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, Reflect
 const MAX_DESCRIPTORS: usize = 1 << 20;
 /// The deepest nesting that is spread into names.
 const MAX_DEPTH: usize = 16;
-/// Where a message may have its stamp; of a list, the first element counts.
+/// The possible fields of a message's stamp; for a list, the first element counts.
 const STAMPS: [&[&str]; 4] =
     [&["header", "stamp"], &["timestamp"], &["transforms", "header", "stamp"], &["transforms", "timestamp"]];
 

@@ -13,7 +13,7 @@ const MAX_HEADER_LINES: u64 = 100;
 /// The longest line that is read, in bytes.
 const MAX_LINE: u64 = 4 << 20;
 
-/// What the lines before the frames say.
+/// The header lines before the frames.
 #[derive(Default)]
 struct Header {
     markers: Vec<String>,

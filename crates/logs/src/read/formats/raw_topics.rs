@@ -1,6 +1,6 @@
 //! The topics of a bag as its recorder wrote them: messages in the order of the file, stamps that are neither sorted nor checked, and pictures.
 //!
-//! [`topics`](super::topics) makes a log of the same messages; here nothing is dropped, so that what is wrong with a recording can be found.
+//! [`topics`](super::topics) makes a log of the same messages; here no message is dropped, so that faults of a recording can be found.
 
 use super::bag;
 use super::picture::Picture;
@@ -19,9 +19,9 @@ const MAX_TOPICS: usize = 10_000;
 
 /// The topics of a bag.
 pub struct RawBag<P> {
-    /// By name, in the order of their first messages.
+    /// The topics by name, in the order of their first messages.
     pub topics: IndexMap<String, RawTopic<P>>,
-    /// What of the bag is missing, in words.
+    /// A description of the missing parts of the bag.
     pub missing: Option<String>,
 }
 
@@ -31,7 +31,7 @@ pub struct RawTopic<P> {
     pub rows: InMemoryTable,
     /// The stamp of each in its header, or when it was recorded where it has none, ns.
     pub stamps_ns: Vec<i64>,
-    /// Who sent each, counted from 0: messages with the same fields have the same sender.
+    /// The sender of each message, counted from 0: messages with the same fields have the same sender.
     pub writers: Vec<usize>,
     /// The picture of each, or why it cannot be read; none in topics of other messages.
     pub pictures: Vec<Result<P, String>>,

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use teachtree_base::error::InputError;
 
-/// How a bag begins.
+/// The magic bytes of a bag.
 pub const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 /// The longest record that is read, in bytes.
 const MAX_RECORD: u32 = 256 << 20;
@@ -65,7 +65,7 @@ enum Fault {
     Log(InputError),
 }
 
-/// What is known of a bag so far.
+/// The state of a bag's reader.
 struct Bag<'a> {
     each: MessageSink<'a>,
     connections: BTreeMap<u32, (String, MessageDecoder)>,
@@ -144,7 +144,7 @@ impl Bag<'_> {
     }
 }
 
-/// What keeps a chunk from being decompressed.
+/// The reason why a chunk cannot be decompressed.
 #[cfg(feature = "mcap")]
 fn undone(error: std::io::Error) -> Fault {
     Fault::Damaged(format!("a chunk cannot be decompressed: {error}"))

@@ -10,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_base::yaml;
 
-/// What a recorder writes beside its files.
+/// The metadata file of a recorder.
 #[derive(Deserialize)]
 pub(super) struct Metadata {
     pub(super) rosbag2_bagfile_information: Information,

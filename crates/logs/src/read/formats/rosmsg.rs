@@ -2,7 +2,7 @@
 //!
 //! Definitions are those of `.msg` files with all that they name appended, as bags hold them. ROS 1 messages are packed, little endian;
 //! ROS 2 messages are CDR, plain, of either version and byte order. A nested field is called by its path, `wrench.force.x`, and an element
-//! of an array by its place, `poses[0].position.x`; arrays longer than [`MAX_ARRAY`] (images, point clouds) are passed over.
+//! of an array by its place, `poses[0].position.x`; arrays longer than [`MAX_ARRAY`] (images, point clouds) are skipped.
 //!
 //! Where a message says what its elements are called, the place is not a name, since it differs from message to message: joints are called
 //! as in the array `name` beside them, `position.finger_joint`, and transforms by their child frame, `transforms.cube.transform`. A message in which a
@@ -26,7 +26,7 @@ const CHILD: &str = "child_frame_id";
 /// The field of the bytes of a picture.
 const DATA: &str = "data";
 
-/// How messages are serialised.
+/// The serialization of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WireFormat {
     /// ROS 1: packed, little endian.
@@ -228,7 +228,7 @@ fn resolve(base: &str, parent: &str, names: &[&str]) -> Result<usize, String> {
         .ok_or_else(|| format!("its definition names the type `{base}` and does not define it"))
 }
 
-/// What a message calls the elements of its arrays.
+/// The names of array elements in a message.
 #[derive(Default)]
 struct Names {
     /// The names in their order; none if an element has no name.
@@ -259,15 +259,15 @@ struct Decoder<'a> {
     bytes: Bytes<'a>,
     row: &'a mut InMemoryTable,
     path: String,
-    /// What is read now is passed over.
+    /// Whether the current values are skipped.
     muted: bool,
     /// The stamp of the first header, ns.
     stamp: Option<i64>,
     /// The texts of the field that is read, where they are kept.
     texts: Vec<String>,
-    /// How many more values may be read: definitions can nest arrays of nothing.
+    /// Remaining number of values that may be read: definitions can nest empty arrays.
     steps: usize,
-    /// Where the bytes of the field `data` are.
+    /// The range of the bytes of the field `data`.
     data: Option<Range<usize>>,
 }
 
@@ -282,7 +282,7 @@ impl Decoder<'_> {
             // CDR knows no empty structure.
             self.bytes.take::<1>()?;
         }
-        // Of an element that is called by its child frame, what stands before that name waits for it.
+        // The fields before the child frame of an element wait for its name.
         let names_itself = self.path.ends_with(']') && fields.iter().any(|field| field.name == CHILD);
         let muted = self.muted;
         self.muted |= names_itself;

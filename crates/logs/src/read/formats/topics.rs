@@ -22,12 +22,12 @@ const MAX_TOPICS: usize = 10_000;
 
 /// Decodes the messages of a topic.
 pub enum MessageDecoder {
-    /// By a message definition.
+    /// A message definition.
     Defined(Definition),
     /// As JSON objects.
     #[cfg(feature = "mcap")]
     Json,
-    /// By descriptors of protobuf.
+    /// Descriptors of protobuf.
     #[cfg(feature = "protobuf")]
     Protobuf(Box<super::protobuf::MessageType>),
     /// Not at all, and why.
@@ -35,7 +35,7 @@ pub enum MessageDecoder {
 }
 
 impl MessageDecoder {
-    /// How messages in this encoding are read, with the name, the form and the bytes of their type's definition.
+    /// Returns the decoder of messages in this encoding, from the name, the form and the bytes of their type's definition.
     #[cfg(feature = "mcap")]
     pub fn of(encoding: &str, schema: Option<(&str, &str, &[u8])>) -> Self {
         let wire = match encoding {
@@ -133,7 +133,7 @@ struct Topic {
     names: ElementNames,
     /// The stamp of each row, ns.
     stamps: Vec<i64>,
-    /// How much later it was recorded, ns, of each row with a stamp in its header.
+    /// The recording delay of each row with a stamp in its header, ns.
     delays: Vec<i64>,
     writers: Writers<Writer>,
     refused: Option<String>,
@@ -149,9 +149,9 @@ struct Writer {
     messages: usize,
     /// Stamp of the first message in the current run of late messages, ns.
     late_from: i64,
-    /// How many of them are not counted yet: a single one that is a little late is not.
+    /// Number of late messages that do not count yet: a single slightly late message does not count.
     uncounted: usize,
-    /// How many messages came too late, two and more in a row or far behind, and from when to when, ns.
+    /// Number of messages that were too late (two or more in a row, or far behind), with the first and last stamp, ns.
     disordered: Option<(usize, i64, i64)>,
 }
 
@@ -183,7 +183,7 @@ impl Writer {
 }
 
 impl Topics {
-    /// No topics yet.
+    /// Returns a log without topics.
     pub fn new(file: impl Into<String>) -> Self {
         Self { file: file.into(), topics: IndexMap::new() }
     }

@@ -87,7 +87,7 @@ struct Container {
     kind: Kind,
 }
 
-/// What recordings are.
+/// The recordings of a store.
 enum Kind {
     /// The store is one.
     One,

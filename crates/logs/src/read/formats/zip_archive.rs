@@ -23,7 +23,7 @@ pub(super) fn open(path: &Path, folders: &AllowedFolders) -> Result<Archive, Inp
     ZipArchive::new(BufReader::new(folders.open(path)?)).map_err(|error| damaged(&path.display().to_string(), &error))
 }
 
-/// What keeps a file in an archive from being read.
+/// The reason why a file in an archive cannot be read.
 pub(super) fn damaged(place: &str, error: &ZipError) -> InputError {
     InputError::new(place, format!("cannot be read as a zip archive: {error}"))
 }

@@ -15,7 +15,7 @@ use teachtree_base::hands::TrackId;
 /// The largest file that is read, bytes, and its most elements.
 const MAX_BYTES: u64 = 64 << 20;
 const MAX_NODES: u32 = 4_000_000;
-/// How many annotations may depend on one another.
+/// Maximum length of a chain of dependent annotations.
 const DEEPEST: usize = 16;
 /// The property with the stamp of the first frame, s.
 pub const START: &str = "teachtree.start_s";
@@ -132,7 +132,7 @@ fn times<'a>(root: Node<'a, 'a>, wrong: &dyn Fn(String) -> InputError) -> Result
 }
 
 impl Times<'_> {
-    /// From when to when an annotation is, ms: its own time, or that of the one that it refers to.
+    /// Returns start and end of an annotation, ms: its own time, or that of the annotation that it refers to.
     fn of(&self, annotation: Node) -> Result<(f64, f64), String> {
         let mut id = annotation.attribute("ANNOTATION_ID").unwrap_or_default();
         for _ in 0..DEEPEST {

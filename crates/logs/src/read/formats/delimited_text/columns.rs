@@ -11,7 +11,7 @@ use teachtree_base::error::InputError;
 pub(super) struct ColumnReader {
     pub places: Places,
     dialect: Dialect,
-    /// What to read of each column of the header.
+    /// The request for each column of the header.
     pub wants: Vec<ColumnRequest>,
     /// Number of columns up to the last requested one.
     wanted: usize,

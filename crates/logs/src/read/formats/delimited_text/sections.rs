@@ -19,7 +19,7 @@ const MAX_SECTIONS: usize = 1000;
 pub struct Section {
     /// The name in its first line.
     pub name: String,
-    /// Where its titles and rows are.
+    /// The positions of its titles and rows.
     bytes: Range<u64>,
     /// Number of lines before them.
     lines: u64,
@@ -70,7 +70,7 @@ pub fn find(bytes: impl Read, file: &str) -> Result<Vec<Section>, InputError> {
     Ok(sections)
 }
 
-/// What a line has.
+/// The content of a line.
 #[derive(PartialEq)]
 enum LineKind {
     Empty,

@@ -20,7 +20,7 @@ use teachtree_base::guard::guarded;
 /// The groups of signals by which a part of a demonstration ends and begins.
 const TERM: &str = "subtask_term_signals";
 const START: &str = "subtask_start_signals";
-/// Where MimicGen and Isaac Lab Mimic keep them, below a recording.
+/// The groups of MimicGen and Isaac Lab Mimic for them, below a recording.
 const MIMICGEN: &str = "datagen_info";
 const ISAAC: &str = "obs/datagen_info";
 /// The list of the recordings that have all signals, as robomimic's filter keys.
@@ -29,7 +29,7 @@ pub const MASK: &str = "mask/teachtree_ok";
 pub const AUDITED: &str = "mask/teachtree_audit";
 /// The most data sets that a file may have.
 const MAX_DATASETS: usize = 1 << 22;
-/// How many bytes of a data set are compared at once.
+/// Number of bytes of a data set that are compared at once.
 const COMPARED: u64 = 16 << 20;
 
 /// Whose layout it is.
@@ -53,13 +53,13 @@ impl Layout {
 /// The signals of a recording: 0 and 1, one value a row.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Signals {
-    /// By which a part of it ends.
+    /// The signal that ends a part of it.
     pub term: BTreeMap<String, Vec<i64>>,
-    /// By which a part of it begins.
+    /// The signal that begins a part of it.
     pub start: BTreeMap<String, Vec<i64>>,
 }
 
-/// What is written.
+/// The written data.
 pub struct Request<'a> {
     /// The layout; by default that of the file, else MimicGen's.
     pub layout: Option<Layout>,
@@ -69,7 +69,7 @@ pub struct Request<'a> {
     pub lists: &'a BTreeMap<&'static str, Vec<String>>,
     /// Whether each recording has succeeded behind each of its rows; of those whose outcome is known.
     pub successes: &'a BTreeMap<String, Vec<bool>>,
-    /// What the signals or the list were made by, JSON.
+    /// The rules and params of the signals or the list, JSON.
     pub provenance: &'a str,
     /// Whether signals of these names, lists and attributes that are there are replaced.
     pub replace: bool,
@@ -108,7 +108,8 @@ impl NewValues {
 /// Writes a copy of a file with signals.
 ///
 /// # Errors
-/// When the file is damaged, has such signals or such a list, has links that a copy would lack, or is of a kind that cannot be written; when the place of the copy is taken or cannot be written.
+/// When the file is damaged, has such signals or such a list, has links that a copy would lack, or is of a kind that cannot be written; when the place of the
+/// copy is taken or cannot be written.
 pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), InputError> {
     let place = path.display().to_string();
     let folder = Folder::new(copy)?;
@@ -160,7 +161,7 @@ fn unwritable(place: &str, copy: &Path, error: &Error) -> InputError {
     InputError::new(place, format!("cannot be copied with signals: {error}")).help(help)
 }
 
-/// What is written where.
+/// The written data and their places.
 struct Paths {
     /// Data sets by path, with their values.
     new: BTreeMap<String, NewValues>,
@@ -378,7 +379,7 @@ fn same_attributes(
         let yours = groups.remove(&name).ok_or_else(|| wrong(&path))?;
         same_attributes(&mine, &yours, &format!("{path}/"), paths, wrong, failed)?;
     }
-    // What is left was made for the signals.
+    // The remaining objects were made for the signals.
     match groups.keys().map(|name| format!("{prefix}{name}")).find(|path| !paths.groups.contains(path)) {
         Some(path) => Err(wrong(&path)),
         None => Ok(()),

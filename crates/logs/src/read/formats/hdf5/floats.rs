@@ -3,7 +3,7 @@
 
 use ::hdf5_pure::{Datatype, DatatypeByteOrder, FloatingPointLayout};
 
-/// How a data set has its floating point numbers.
+/// The storage of a data set's floating point numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FloatForm {
     size: usize,
@@ -11,7 +11,7 @@ pub(super) struct FloatForm {
     layout: FloatingPointLayout,
 }
 
-/// Who reads the numbers of a data set.
+/// The reader of a data set's numbers.
 pub(super) enum NumberReader {
     /// The library.
     Library,
@@ -22,7 +22,7 @@ pub(super) enum NumberReader {
 }
 
 impl NumberReader {
-    /// Who reads numbers of this type.
+    /// Returns the reader for numbers of this type.
     pub fn of(datatype: &Datatype) -> Self {
         let (size, byte_order, layout) = match datatype {
             Datatype::FloatingPoint { size, byte_order, layout } => (size, byte_order, layout),

@@ -39,7 +39,7 @@ pub(super) fn refuse_recordings(path: &Path, folders: &AllowedFolders, parent: &
     }
 }
 
-/// What keeps a file from being read: a soft link in a group of the first version does.
+/// Returns the reason why a file cannot be read: a soft link in a group of the first version.
 pub(super) fn explained(path: &Path, folders: &AllowedFolders, error: InputError) -> InputError {
     match found(path, folders, "", DEEPEST) {
         Ok(links) => links.first().map_or_else(|| error.clone(), |link| unread(error.place.clone(), link)),

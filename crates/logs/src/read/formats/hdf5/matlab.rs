@@ -6,7 +6,7 @@ use ::hdf5_pure::{Dataset, Error};
 const NUMBERS: [&str; 11] =
     ["double", "single", "logical", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"];
 
-/// How MATLAB's data sets are read.
+/// Reads MATLAB's data sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Another program wrote it.

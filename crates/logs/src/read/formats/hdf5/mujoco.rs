@@ -10,15 +10,15 @@ use roxmltree::{Document, Node, ParsingOptions};
 const MAX_BYTES: usize = 4 << 20;
 const MAX_NODES: u32 = 200_000;
 const MAX_BODIES: usize = 1000;
-/// How deep bodies may be nested.
+/// Maximum nesting depth of bodies.
 const DEEPEST: usize = 100;
 /// Elements that make bodies, or joints, that are not written out.
 const MACROS: [&str; 6] = ["include", "composite", "flexcomp", "replicate", "attach", "frame"];
-/// What a pose becomes.
+/// The names of the columns of a pose.
 const POSE: [&str; 7] =
     ["position.x", "position.y", "position.z", "rotation.w", "rotation.x", "rotation.y", "rotation.z"];
 
-/// How bodies hang together.
+/// The tree of bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Model {
     bodies: Vec<Body>,
@@ -60,7 +60,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// How many positions and velocities it has.
+    /// Number of its positions and velocities.
     fn widths(self) -> (usize, usize) {
         match self {
             Self::Free => (7, 6),

@@ -31,7 +31,7 @@ use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 
-/// Who gives the labels.
+/// The source of the labels.
 const ROLE: &str = "assistant";
 /// The key of what is said about the labels in `info.json`, and in the metadata of data files.
 pub(super) const PROVENANCE: &str = "teachtree";
@@ -88,7 +88,7 @@ struct RequiredVersion {
     help: &'static str,
 }
 
-/// What is written into a copy.
+/// The data that are written into a copy.
 pub struct Request<'a> {
     /// How labels are stored.
     pub forms: &'a [LabelFormat],
@@ -100,7 +100,7 @@ pub struct Request<'a> {
     pub labels: &'a BTreeMap<usize, Vec<Label>>,
     /// Whether each episode has succeeded behind each of its frames; for [`LabelFormat::Success`] of all episodes.
     pub successes: &'a BTreeMap<usize, Vec<bool>>,
-    /// What the labels were made by.
+    /// The rules and params of the labels.
     pub provenance: &'a Value,
 }
 

@@ -1,4 +1,4 @@
-//! What a data set says of an episode beside its rows: the rate, the number of frames, and the frames of its videos and pictures.
+//! The metadata of an episode in a data set: the rate, the number of frames, and the frames of its videos and pictures.
 
 use super::super::{mp4, parquet};
 use super::video::videos;

@@ -1,7 +1,7 @@
 //! A new LeRobot set of version 3.0, written episode by episode: numbers, pictures, tasks, labels and success.
 //!
-//! The set is made beside its place under another name and renamed when it is whole. A row group of a data file is an episode. The pictures of one episode are in
-//! memory at a time.
+//! The set is made beside its place under another name and renamed when it is whole. A row group of a data file is an episode. The pictures of one episode are
+//! in memory at a time.
 
 mod statistics;
 
@@ -25,13 +25,13 @@ use teachtree_base::error::InputError;
 pub const STATE: &str = "observation.state";
 /// The numbers that it is commanded.
 pub const ACTION: &str = "action";
-/// How the names of cameras begin.
+/// The prefix of the names of cameras.
 pub const CAMERA: &str = "observation.images.";
 /// The size at which a data file ends, bytes, and the number of files in a folder, as lerobot has them.
 const FILE_BYTES: usize = 100 << 20;
 const FILES: usize = 1000;
 
-/// What each frame of a set has.
+/// The features of each frame of a set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Features {
     /// Frames per second.
@@ -53,7 +53,7 @@ pub struct Features {
 /// An episode; all lists but the labels have an entry for each frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Episode {
-    /// What is to be done, in words.
+    /// The instruction, as text.
     pub task: String,
     /// The vectors of `observation.state`, one after the other.
     pub state: Vec<f32>,

@@ -17,7 +17,7 @@ pub struct Video {
     pub camera: String,
     /// The file.
     pub file: PathBuf,
-    /// Where the episode begins in the file, s.
+    /// The start of the episode in the file, s.
     pub from_s: f64,
 }
 

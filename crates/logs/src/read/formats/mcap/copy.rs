@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_base::yaml;
 
-/// How a bag in SQLite begins.
+/// The magic bytes of a bag in SQLite.
 const SQLITE: &[u8] = b"SQLite format 3\0";
 
-/// What files have, found by reading them once.
+/// The contents of files, from one reading pass.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct McapContents {
     profile: String,
@@ -105,7 +105,7 @@ pub fn files_of(log: &Path) -> std::result::Result<Vec<PathBuf>, InputError> {
         let text = text::read(&path, yaml::MAX_BYTES as u64)?;
         let metadata: Metadata = yaml::read(&text, &path.display().to_string())?;
         let files = metadata.rosbag2_bagfile_information.relative_file_paths;
-        // What is missing is reported where it is opened.
+        // A missing file is reported when it is opened.
         let known = |file: PathBuf| if file.is_file() { mcap_file(&file) } else { Ok(file) };
         return files.iter().map(|file| known(log.join(file))).collect();
     }
@@ -222,7 +222,7 @@ impl OriginalRecords {
     }
 }
 
-/// When a record begins, ns.
+/// Returns the start of a record, ns.
 fn begins((kind, body): &Record) -> Result<u64> {
     let mut fields = Fields(body);
     let time = match *kind {

@@ -104,7 +104,7 @@ pub fn number(value: f64) -> Vec<u8> {
 pub struct Pose<'a> {
     /// In whose frame.
     pub parent: &'a str,
-    /// Of which body.
+    /// The body.
     pub child: &'a str,
     /// m.
     pub position: [f64; 3],

@@ -23,9 +23,9 @@ pub(super) const METADATA: u8 = 12;
 const METADATA_INDEX: u8 = 13;
 const SUMMARY_OFFSET: u8 = 14;
 const DATA_END: u8 = 15;
-/// From here on records are other programs' own.
+/// The first opcode of private records of other programs.
 pub(super) const PRIVATE: u8 = 0x80;
-/// How many bytes a chunk has, about, before it is compressed.
+/// Approximate size of a chunk before compression, bytes.
 const CHUNK_BYTES: usize = 1 << 20;
 
 /// The fields of a record.

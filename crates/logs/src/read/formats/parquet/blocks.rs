@@ -20,7 +20,7 @@ pub(super) struct ParquetBlocks {
 }
 
 impl ParquetBlocks {
-    /// From the first row on.
+    /// Returns a reader at the first row.
     pub fn new(opened: ParquetTable, wants: Vec<ColumnRequest>) -> Self {
         Self { opened, wants, stamps: Stamps::default(), columns: vec![], left: 0, group: 0 }
     }

@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub struct Column<'a> {
     /// Its name.
     pub name: String,
-    /// What is in it.
+    /// Its values.
     pub values: Values<'a>,
 }
 
@@ -48,7 +48,7 @@ pub enum Values<'a> {
     NumberLists(Vec<Option<Vec<f64>>>),
 }
 
-/// What is defined of a list: nothing, an empty one, and an element.
+/// The definition levels of a list: null, empty, and an element.
 const NO_LIST: i16 = 0;
 const EMPTY: i16 = 1;
 const ELEMENT: i16 = 3;
@@ -312,7 +312,7 @@ fn pictures<W: Write + Send>(
     group: &mut SerializedRowGroupWriter<'_, W>,
     values: &[Vec<u8>],
 ) -> Result<(), ParquetError> {
-    // What is defined: the group and its bytes, and the group without a path.
+    // The definition levels: the group and its bytes, and the group without a path.
     const BYTES: i16 = 2;
     const GROUP: i16 = 1;
     let mut column = next(group)?;

@@ -68,7 +68,7 @@ where
     Ok(read)
 }
 
-/// How many records were read, if there were any.
+/// Returns the number of records that were read, if any.
 fn some(records: usize, read: usize, rows: usize) -> Result<usize, ParquetError> {
     match records {
         0 => Err(ParquetError::General(format!("a column ends after {read} of {rows} rows"))),

@@ -23,7 +23,7 @@ use teachtree_base::guard::guarded;
 pub const COLUMN: &str = "language_persistent";
 /// The column that says of which episode a frame is.
 const EPISODE: &str = "episode_index";
-/// How many frames are written at once.
+/// Number of frames that are written at once.
 const BATCH: usize = 1024;
 /// The type of the column.
 const SCHEMA: &str = "message schema {
@@ -37,13 +37,13 @@ const SCHEMA: &str = "message schema {
 /// A row of language: what holds from a time on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Who says it: `assistant`, `user`.
+    /// The role of the speaker: `assistant`, `user`.
     pub role: String,
-    /// What is said.
+    /// The text.
     pub content: Option<String>,
     /// The kind: `motion`, `subtask`, `plan`, …
     pub style: Option<String>,
-    /// From when on it holds, s of the episode.
+    /// The time from which it holds, s of the episode.
     pub timestamp: f32,
     /// The camera that it is about.
     pub camera: Option<String>,
@@ -158,7 +158,7 @@ fn row(record: &Record) -> Option<Row> {
     Some(row)
 }
 
-/// What is stored apart of a row of language.
+/// The columns of a row of language.
 #[derive(Clone, Copy)]
 enum Leaf {
     Text(fn(&Row) -> Option<&str>, /** What is defined where there is one. */ i16),
@@ -175,7 +175,7 @@ const LEAVES: [Leaf; 6] = [
     Leaf::Text(|row| row.camera.as_deref(), 4),
     Leaf::Calls,
 ];
-/// What is defined: an empty list, a row of it, the list of calls in it, and a call.
+/// The definition levels: an empty list, a row of it, the list of calls in it, and a call.
 const EMPTY: i16 = 1;
 const ROW: i16 = 3;
 const CALLS: i16 = 4;

@@ -4,13 +4,13 @@
 use super::codecs::zstd;
 use std::io::Read;
 
-/// How long the header is.
+/// Size of the header, bytes.
 const HEADER: usize = 16;
 /// Blocks of longer elements, and those with fewer elements, are in one part.
 const MAX_PARTS: usize = 16;
 const MIN_PART: usize = 128;
 
-/// How the parts of blocks are packed.
+/// The compression of the parts of blocks.
 #[derive(Clone, Copy)]
 enum Compressor {
     Lz4,

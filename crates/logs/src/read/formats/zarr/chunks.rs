@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::rc::Rc;
 use teachtree_base::error::InputError;
 
-/// How many bytes more than its values a chunk may have on the way: heads and check sums.
+/// Maximum overhead of an encoded chunk, bytes: headers and check sums.
 const AROUND: usize = 1 << 16;
 
 /// An array whose chunks are not read yet.
@@ -46,7 +46,7 @@ impl ChunkedArray {
         self.shape.get(1..).unwrap_or_default()
     }
 
-    /// How its elements are stored.
+    /// The storage of its elements.
     pub fn element(&self) -> Element {
         self.layout.element
     }
@@ -129,7 +129,7 @@ impl ChunkedArray {
         for chunk in places(&self.grid(rows)) {
             let Some(bytes) = self.chunk(&chunk)? else { continue };
             let first: Vec<usize> = chunk.iter().zip(shape).map(|(number, size)| number * size).collect();
-            // What of the chunk is in the rows.
+            // The part of the chunk within the rows.
             let mut spans: Vec<Range<usize>> = vec![];
             for ((first, size), whole) in first.iter().zip(shape).zip(&self.shape) {
                 let (start, end) = if spans.is_empty() { (rows.start, rows.end.min(*whole)) } else { (0, *whole) };
@@ -247,7 +247,7 @@ fn around(wanted: usize) -> usize {
     wanted.saturating_add(wanted / 8).saturating_add(AROUND)
 }
 
-/// How many elements apart those next to each other in each dimension are.
+/// Returns the stride of each dimension, in elements.
 fn steps(shape: &[usize], order: &DimensionOrder) -> Vec<usize> {
     let fastest: Vec<usize> = match order {
         DimensionOrder::RowMajor => (0..shape.len()).rev().collect(),

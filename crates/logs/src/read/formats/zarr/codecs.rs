@@ -1,9 +1,9 @@
-//! What the bytes of a chunk went through. Nothing is unpacked to more than the chunk holds.
+//! The codecs of a chunk's bytes. The decoded size is limited to that of the chunk.
 
 use super::blosc;
 use std::io::Read;
 
-/// What is named in messages about other codecs.
+/// The supported codecs, for messages about other ones.
 const EXPECTED: &str = "expected none, gzip, zlib, zstd, blosc, lz4 or crc32c";
 
 /// In which order the dimensions of a chunk are stored.

@@ -1,4 +1,4 @@
-//! What a store says of its groups and arrays: `.zarray` and `.zattrs` of version 2, `zarr.json` of version 3.
+//! The metadata of groups and arrays: `.zarray` and `.zattrs` of version 2, `zarr.json` of version 3.
 
 use super::super::elements::Element;
 use super::chunks::ChunkedArray;
@@ -90,20 +90,20 @@ pub(super) fn read(store: &Rc<Store>, place: &str, path: &str) -> Result<ArrayMe
     Ok(ArrayMetadata::Array(Box::new(ChunkedArray::new(Rc::clone(store), place, path, shape, layout))))
 }
 
-/// How the values of an array are stored.
+/// The storage of an array's values.
 pub(super) struct Layout {
     /// The shape of a chunk.
     pub chunk: Vec<usize>,
     pub element: Element,
-    /// What stands where a chunk is not there.
+    /// The fill value of missing chunks.
     pub fill: f64,
     /// In which order the dimensions of a chunk are stored.
     pub order: DimensionOrder,
-    /// What the bytes of a chunk went through, in the order of writing.
+    /// The codecs of a chunk, in the order of encoding.
     pub codecs: Vec<Codec>,
     /// The files that chunks are in, where these have several chunks.
     pub shards: Option<Shards>,
-    /// What the file of a chunk is called before its numbers, and what stands between them.
+    /// The prefix of a chunk's file name, and the separator of its numbers.
     pub prefix: &'static str,
     pub separator: char,
 }
@@ -153,7 +153,7 @@ fn named(of: &Value) -> String {
     }
 }
 
-/// What the values of a chunk go through, in the order of writing.
+/// Returns the codecs of a chunk, in the order of encoding.
 struct CodecChain {
     order: DimensionOrder,
     codecs: Vec<Codec>,
@@ -243,7 +243,7 @@ fn version_3(described: &Value) -> Result<Layout, String> {
     })
 }
 
-/// What stands where nothing was written; NaN if nothing is said.
+/// Returns the fill value; NaN by default.
 fn fill(described: &Value) -> f64 {
     match described.get("fill_value") {
         Some(Value::Number(number)) => number.as_f64().unwrap_or(f64::NAN),

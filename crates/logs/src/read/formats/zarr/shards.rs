@@ -3,10 +3,10 @@
 use super::codecs::{Codec, crc32c};
 use std::ops::Range;
 
-/// How many bytes of the index a chunk has: where it begins, and its length.
+/// Size of a chunk's entry in the index, bytes: its offset and its length.
 const ENTRY: usize = 16;
 
-/// How the shards of an array are stored.
+/// The storage of an array's shards.
 #[derive(Clone, Debug)]
 pub(super) struct Shards {
     /// The shape of a shard, a multiple of that of a chunk.
@@ -15,12 +15,12 @@ pub(super) struct Shards {
     pub index_at_start: bool,
     /// Whether the index has a check sum.
     pub has_sum: bool,
-    /// What the bytes of a shard went through, in the order of writing.
+    /// The codecs of a shard, in the order of encoding.
     pub codecs: Vec<Codec>,
 }
 
 impl Shards {
-    /// How many chunks of this shape a shard has in each dimension.
+    /// Returns the number of chunks of this shape in each dimension of a shard.
     pub fn chunks(&self, chunk: &[usize]) -> Vec<usize> {
         self.shape.iter().zip(chunk).map(|(shard, chunk)| shard / (*chunk).max(1)).collect()
     }
@@ -31,7 +31,7 @@ impl Shards {
         count.saturating_mul(ENTRY).saturating_add(if self.has_sum { 4 } else { 0 })
     }
 
-    /// Where a chunk is in the bytes of its shard; `None` for a chunk that was never written. `within` is its number in each dimension of the shard.
+    /// Returns the range of a chunk in the bytes of its shard; `None` for a chunk that was never written. `within` is its index in each dimension of the shard.
     ///
     /// # Errors
     /// The index is damaged.

@@ -1,4 +1,4 @@
-//! Where the parts of a store are: files of a folder, or of a zip archive.
+//! The storage of a store's parts: files of a folder, or of a zip archive.
 
 use super::super::zip_archive::{self, Archive};
 use super::metadata::is_array;
@@ -188,7 +188,7 @@ impl Store {
         Ok(())
     }
 
-    /// What is in a folder, by name; hidden files are left out.
+    /// Returns the entries of a folder, by name, without hidden files.
     fn entries(&self, folder: &Path, seen: &mut usize) -> Result<Vec<(String, PathBuf)>, InputError> {
         let mut entries = vec![];
         for path in self.folders.list(folder)? {

@@ -8,7 +8,7 @@ use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 
-/// How deep the folders of a set may be nested, and how many files it may have.
+/// Maximum nesting depth of a set's folders, and maximum number of its files.
 const DEEPEST: usize = 16;
 const MAX_FILES: usize = 1 << 20;
 

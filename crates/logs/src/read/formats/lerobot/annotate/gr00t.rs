@@ -20,7 +20,7 @@ pub(super) const TASKS_COUNT: &str = "total_tasks";
 const MAX_BYTES: u64 = 256 << 20;
 /// The largest number of a task.
 const MAX_TASKS: u64 = 1 << 32;
-/// Who made the annotations.
+/// The author of the annotations.
 const SOURCE: &str = "teachtree";
 /// The group of annotations in `modality.json`.
 const GROUP: &str = "annotation";

@@ -30,15 +30,15 @@ const MAX_BYTES: u64 = 256 << 20;
 /// A row of language: what holds from a time on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Atom {
-    /// Who says it.
+    /// The role of the speaker.
     pub role: String,
-    /// What is said.
+    /// The text.
     pub content: Option<String>,
     /// The kind: `motion`, `subtask`, `plan`, …
     pub style: Option<String>,
-    /// From when on it holds, s of the episode.
+    /// The time from which it holds, s of the episode.
     pub timestamp: f64,
-    /// What else it has.
+    /// Its other fields.
     #[serde(flatten)]
     pub other: Map<String, Value>,
 }

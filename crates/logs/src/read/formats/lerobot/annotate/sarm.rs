@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 
-/// What columns begin with that are of this style.
+/// The prefix of columns of this style.
 fn prefix(style: &str) -> &'static str {
     if style == "motion" { "dense" } else { "sparse" }
 }
@@ -34,7 +34,7 @@ fn file(prefix: &str) -> PathBuf {
 struct Stage {
     /// The shares of these episodes.
     shares: Vec<f64>,
-    /// Where it begins in them, as a part of the episode.
+    /// Its start, as a share of the episode.
     starts: Vec<f64>,
 }
 

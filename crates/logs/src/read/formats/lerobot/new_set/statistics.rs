@@ -16,7 +16,7 @@ pub(super) struct Statistics {
     feature: String,
     is_picture: bool,
     count: usize,
-    /// By name, with a number for each element.
+    /// The statistics by name, with a number for each element.
     values: Vec<(&'static str, Vec<f64>)>,
 }
 
