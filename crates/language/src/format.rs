@@ -20,7 +20,7 @@ const NEAR: usize = 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Token<'a> {
     text: &'a str,
-    /// Where it begins, in characters.
+    /// Its start, in characters.
     column: usize,
     /// Blanks before it.
     gap: usize,
@@ -46,7 +46,7 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
     Ok(now)
 }
 
-/// Where declarations, choices, channels and rules begin, in bytes.
+/// The starts of declarations, choices, channels and rules, in bytes.
 fn heads(file: &File) -> BTreeSet<u32> {
     let mut heads = BTreeSet::new();
     items(&file.items, &mut heads);
@@ -82,13 +82,13 @@ fn pass(text: &str, heads: &BTreeSet<u32>) -> String {
     let mut out = String::with_capacity(text.len());
     let mut depth = 0_usize;
     let mut offset = 0;
-    // How far the head of the declaration was moved: its further lines move with it.
+    // The shift of the declaration's head; its other lines move with it.
     let mut moved = 0_i64;
     let mut empty = true;
     for (at, line) in lines.iter().enumerate() {
         let own = tokens.get(at).map_or(&[][..], Vec::as_slice);
         let Some(first) = own.first() else {
-            // No empty line at the beginning, and no two in a row.
+            // Empty lines at the beginning and repeated ones are removed.
             if !empty {
                 out.push('\n');
             }
@@ -187,7 +187,7 @@ fn tokens(line: &str) -> Vec<Token<'_>> {
     }
 }
 
-/// How long the first token is, in bytes.
+/// Returns the length of the first token, in bytes.
 fn length(code: &str, first: char) -> usize {
     if code.starts_with("//") {
         return code.len();

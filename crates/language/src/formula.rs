@@ -43,11 +43,11 @@ pub struct Atom {
     key: Rc<str>,
     /// As its author wrote it.
     text: String,
-    /// What it says about a quantity.
+    /// Its constraint on a quantity.
     bound: Option<Bound>,
 }
 
-/// What a condition says about a quantity.
+/// The constraint of a condition on a quantity.
 #[derive(Clone, Debug)]
 struct Bound {
     quantity: Quantity,
@@ -59,7 +59,7 @@ struct Bound {
 enum Quantity {
     /// One number.
     One(Rc<Number>),
-    /// By how much the first one is larger than the second one. (Only its sign is asked for.)
+    /// The first one minus the second one; only the sign is used.
     Difference(Rc<Number>, Rc<Number>),
 }
 
@@ -70,7 +70,7 @@ struct Number {
     key: Rc<str>,
     /// As its author wrote it, with its dimension; `None` if it is derived.
     shown: Option<(String, Dimension)>,
-    /// Where it always lies, unless it is not a number.
+    /// The interval that always contains it, unless it is NaN.
     natural: Interval,
     /// Whether it is counted.
     whole: bool,
@@ -78,17 +78,17 @@ struct Number {
     undefined: bool,
 }
 
-/// What is asked of a number.
+/// A requirement on a number.
 #[derive(Clone, Copy, Debug)]
 enum Test {
-    /// How it compares with a limit; a difference with zero.
+    /// A comparison with a limit; for a difference, with zero.
     Compared(Comparison, f64),
     /// The state of a hysteresis.
     Hysteresis { on: f64, off: f64, rising: bool },
 }
 
 impl Test {
-    /// Where a number lies when this comes out so, and where it does not lie then.
+    /// Returns the interval of a number for this outcome, and a value in it that is excluded.
     fn lies(self, holds: bool) -> (Interval, Option<f64>) {
         let (below, above) = (Interval::below, Interval::above);
         match self {
@@ -119,7 +119,7 @@ impl Test {
 }
 
 impl Formula {
-    /// What has to come out how, so that this comes out as wanted: as many single things as it can be taken apart into.
+    /// Returns the required outcomes of the smallest parts for the wanted outcome.
     pub fn parts(&self, wanted: bool) -> Vec<(&Self, bool)> {
         match (self, wanted) {
             (Self::Not(inner), _) => inner.parts(!wanted),
@@ -139,7 +139,7 @@ impl Formula {
         }
     }
 
-    /// How many pieces it has.
+    /// Returns the number of its parts.
     pub fn size(&self) -> usize {
         match self {
             Self::Constant(_) | Self::Atom(_) | Self::From(_) => 1,
@@ -152,11 +152,11 @@ impl Formula {
 /// A state in which formulas come out as they were asked to.
 #[derive(Clone, Debug, Default)]
 pub struct Case {
-    /// What holds and what does not, by key.
+    /// The truth of conditions, by key.
     atoms: BTreeMap<Rc<str>, (Rc<Atom>, bool)>,
-    /// What is known of numbers, by key.
+    /// The bounds of numbers, by key.
     numbers: BTreeMap<Rc<str>, (Rc<Number>, Domain)>,
-    /// What is known of differences of two numbers, by the keys of the two.
+    /// The bounds of differences of two numbers, by the keys of both.
     differences: BTreeMap<(Rc<str>, Rc<str>), Domain>,
     /// The leaves that may come before.
     pub before: Rc<BTreeSet<String>>,
@@ -167,7 +167,7 @@ pub struct Case {
 /// The values that a number can have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Domain {
-    /// Where it lies if it is one; `None` for nowhere.
+    /// Its interval if it is a number; `None` for the empty set.
     lies: Option<Interval>,
     /// Whether it may be not a number.
     undefined: bool,
@@ -181,7 +181,7 @@ impl Domain {
 }
 
 impl Case {
-    /// What holds and what does not, as their authors wrote it.
+    /// The truth of conditions, by their source texts.
     pub fn conditions(&self) -> impl Iterator<Item = (&str, bool)> {
         self.atoms.values().map(|(atom, holds)| (atom.text.as_str(), *holds))
     }
@@ -266,7 +266,7 @@ pub enum Answer {
     No,
     /// In this case.
     Yes(Case),
-    /// It was too much work to find out.
+    /// The proof exceeded its step limit.
     Unknown,
 }
 
@@ -323,7 +323,7 @@ fn search<'a>(mut open: Goals<'a>, mut later: Goals<'a>, mut case: Case, left: &
     let Some((formula, wanted)) = later.pop() else { return Some(case) };
     let (Formula::All(parts) | Formula::Any(parts)) = formula else { return None };
     parts.iter().find_map(|part| {
-        // What is copied counts too.
+        // Copies count as steps too.
         *left = left.saturating_sub((later.len() + case.atoms.len()) / 16);
         search(vec![(part, wanted)], later.clone(), case.clone(), left)
     })

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use teachtree_base::channels::{DERIVED, derived};
 use teachtree_base::diagnostic::{Sources, Span};
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A threshold or duration.
@@ -97,9 +97,9 @@ pub struct Mention {
 /// The names of a rule set with their places.
 #[derive(Clone, Debug, Default)]
 pub struct Index {
-    /// What has a name, in order of declaration.
+    /// The named items, in order of declaration.
     pub symbols: Vec<Symbol>,
-    /// Where names stand, in order of files and places.
+    /// The occurrences of names, in order of files and places.
     pub mentions: Vec<Mention>,
     by_name: BTreeMap<(Kind, String, String), usize>,
 }
@@ -145,7 +145,7 @@ impl Index {
         let near = |mention: &&Mention| {
             mention.span.file == file && mention.span.start <= offset && offset <= mention.span.end
         };
-        // Of two names that touch, the one that begins here.
+        // Between two adjacent names, the one that begins here.
         self.mentions.iter().rfind(near).copied()
     }
 
@@ -154,7 +154,7 @@ impl Index {
         self.by_name.get(&(kind.space(), tree.to_string(), name.to_string())).copied()
     }
 
-    /// Where a thing is named.
+    /// Returns the occurrences of an item's name.
     pub fn places(&self, symbol: usize) -> impl Iterator<Item = Span> {
         self.mentions.iter().filter(move |mention| mention.symbol == symbol).map(|mention| mention.span)
     }
@@ -193,7 +193,7 @@ impl Index {
         self.mentions.extend(found.map(|(symbol, span)| Mention { span, symbol }));
     }
 
-    /// What a path begins with, its hand left out: a param, signal or latch, else the longest channel.
+    /// Returns the item at the start of a path without its hand: a param, signal or latch, else the longest channel.
     fn value(&self, path: &Path) -> Option<(usize, Span)> {
         let (_, parts) = path.whose();
         let head = parts.first()?;
@@ -221,7 +221,7 @@ impl Index {
 }
 
 impl Symbol {
-    /// What is known of it in words: its comments, or what is built in.
+    /// Returns its documentation: its comments, or the built-in text.
     pub fn doc(&self) -> String {
         // The implementation says how, the abstract signal says what: both are shown.
         let docs: Vec<&str> =

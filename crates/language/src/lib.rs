@@ -36,7 +36,7 @@ use teachtree_base::diagnostic::{Diagnostic, Severity, Sources};
 
 /// The rules that are loaded when none are named.
 const DEFAULT_RULES: &str = "contact.rules";
-/// The same for a log of two hands.
+/// Like the above, for a log of two hands.
 const DEFAULT_RULES_OF_TWO_HANDS: &str = "bimanual.rules";
 /// The failures that are detected beside them.
 const DEFAULT_FAILURES: &str = "failures.rules";
@@ -45,7 +45,7 @@ pub const DEFAULT_HAND: &str = "hand_force.rules";
 /// Reports that are listed; the rest is counted.
 const MAX_REPORTS: usize = 200;
 
-/// What to load.
+/// The options for loading.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
     /// Rule files: paths, or names of shipped files. Without files and texts the shipped `contact.rules` and `failures.rules` are loaded,
@@ -80,7 +80,7 @@ pub struct LoadedRules {
     pub root_unreadable: bool,
 }
 
-/// All that is known of rule files, whatever is wrong with them: what an editor works with.
+/// The results of rule files, even of files with errors: the input of an editor.
 #[derive(Clone, Debug)]
 pub struct CheckedSource {
     /// The texts that were read.
@@ -145,7 +145,7 @@ pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
     (file, sorted(findings))
 }
 
-/// What was loaded, the syntax trees, and what could be made of the rules.
+/// The loaded files, their syntax trees, and the rule set, as far as it could be built.
 fn finish(mut loader: Loader, request: &Request) -> (LoadedRules, Vec<syntax::File>, Rules) {
     if !loader.unimplemented().is_empty() {
         loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
@@ -163,11 +163,11 @@ fn finish(mut loader: Loader, request: &Request) -> (LoadedRules, Vec<syntax::Fi
     let (sound, whole) = (input.sound, input.sound && !incomplete);
     let named = input.named.clone();
     let (rules, more) = resolve::resolve(&input);
-    // What else is wrong with rules without a tree, such as an override of what they lack, follows from that.
+    // Other errors of rules without a tree, such as an override of a missing param, are consequences.
     let message = if request.needs_tree { sound } else { sound && !more.iter().any(is_error) };
     findings.extend((rules.trees.is_empty() && message).then(|| no_tree(request.needs_tree)));
     findings.extend(more);
-    // What else there is to warn of is only known when nothing is wrong.
+    // Further warnings need rules without errors.
     let wrong = findings.iter().any(is_error);
     let checked = |file: u32| named.contains(&file);
     let checked: Option<&dyn Fn(u32) -> bool> = if whole && !wrong { Some(&checked) } else { None };

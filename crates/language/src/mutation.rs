@@ -17,9 +17,9 @@ const LONGER: &str = "the time doubled";
 /// Rules with one change.
 #[derive(Clone, Debug)]
 pub struct Mutant {
-    /// What was changed.
+    /// The change.
     pub what: &'static str,
-    /// Where.
+    /// The place.
     pub span: Span,
     /// The changed rules.
     pub rules: Rules,

@@ -13,7 +13,7 @@ use teachtree_base::units;
 pub struct ParamSite {
     /// Its name.
     pub name: String,
-    /// Where the number stands, unit included.
+    /// The place of the number with its unit.
     pub span: Span,
     /// The written unit; empty for a plain number.
     pub unit: String,
@@ -45,7 +45,7 @@ pub fn rewritten(rules: &Rules, changes: &[(&ParamSite, String)]) -> Vec<(usize,
     let files = rules.sources.files.iter().zip(0_u32..);
     let changed = files.enumerate().filter_map(|(at, (source, file))| {
         let mut own: Vec<&(&ParamSite, String)> = changes.iter().filter(|(site, _)| site.span.file == file).collect();
-        // From the end, so that places before stay where they are.
+        // Replaced from the end, so that earlier places stay valid.
         own.sort_by_key(|(site, _)| std::cmp::Reverse(site.span.start));
         let mut text = source.text.clone();
         for (site, number) in &own {

@@ -90,7 +90,7 @@ impl Resolver {
         })
     }
 
-    /// What something is shorter than: a time, or a way of the target.
+    /// The limit of a rule: a duration, or a distance of the target.
     fn bound(&mut self, limit: &syntax::Expr) -> Option<Constant> {
         let read = self.constant(limit, None, Scope::NOBODY)?;
         if read.dimension == Dimension::LENGTH {

@@ -90,7 +90,7 @@ pub struct Param {
 /// The type of an expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Type {
-    /// What an element is.
+    /// The type of an element.
     pub shape: Shape,
     /// The dimension of an element.
     pub dimension: Dimension,

@@ -52,7 +52,7 @@ impl Term {
         self.column.is_none() || self.unit > 2.0 * (PI / 180.0)
     }
 
-    /// The dimension of the column, SI, before a threshold converts it to a flag.
+    /// Converts a number of the column to SI, before a threshold converts it to a flag.
     pub fn measured(&self, number: f64) -> f64 {
         // A sum with 0 would lose the sign of zeros.
         if self.offset == 0.0 { number * self.factor } else { number * self.factor + self.offset }

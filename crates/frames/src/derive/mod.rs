@@ -81,7 +81,7 @@ pub struct Findings {
     unseen: Vec<Issue>,
     carried: Vec<Issue>,
     read: Vec<Issue>,
-    /// The state of the first frame, once it was seen.
+    /// The issues of quaternion orders on the first frame, once it was seen.
     orders: Option<Vec<Issue>>,
     findings: plausibility::Findings,
     velocities: contradictions::Velocities,

@@ -7,9 +7,9 @@ use teachtree_base::units::Dimension;
 /// A frame, as far as it matters.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// Numbers in SI by what they are of (`canonical_text`).
+    /// Numbers in SI, by `canonical_text`.
     pub numbers: BTreeMap<String, f64>,
-    /// What holds and what does not, by what it is (`canonical_text`).
+    /// The truth of conditions, by `canonical_text`.
     pub holds: BTreeMap<String, bool>,
     /// The leaf before, where it matters.
     pub before: Option<String>,
@@ -58,7 +58,7 @@ impl Case {
             });
             frame.before = Some(before.clone());
         }
-        // It is replayed before it is shown.
+        // The frame is replayed before it is shown.
         let is_shown = wanted.iter().all(|(formula, wanted)| formula.on(&frame) == Some(*wanted));
         is_shown.then_some(frame)
     }
@@ -80,7 +80,7 @@ impl Case {
 }
 
 impl Frame {
-    /// What is so on it, for people.
+    /// Returns a description of the frame.
     pub fn text(&self) -> String {
         match self.sentences.split_last() {
             None => "anything is so".into(),
@@ -110,7 +110,7 @@ impl Bound {
 }
 
 impl Formula {
-    /// How it comes out on a frame; `None` when that leaves it open.
+    /// Returns the outcome on a frame; `None` if the frame does not determine it.
     fn on(&self, frame: &Frame) -> Option<bool> {
         let joined = |parts: &[Self], decides: bool| {
             let all: Vec<Option<bool>> = parts.iter().map(|part| part.on(frame)).collect();

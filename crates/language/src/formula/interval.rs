@@ -1,8 +1,8 @@
-//! Where a number lies.
+//! Intervals of numbers.
 
 use std::cmp::Ordering;
 
-/// Where a number lies: the ends, and whether each is left out.
+/// An interval: its ends, and whether each is excluded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     low: (f64, bool),
@@ -10,7 +10,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    // No end is minus zero, which would come before zero.
+    // Ends are never -0, which would be less than 0.
 
     /// Anywhere.
     pub const ALL: Self = Self { low: (f64::NEG_INFINITY, false), high: (f64::INFINITY, false) };
@@ -30,7 +30,7 @@ impl Interval {
         Self { low: (value + 0.0, false), high: (value + 0.0, false) }
     }
 
-    /// Where both are; `None` for nowhere.
+    /// Returns the intersection; `None` if it is empty.
     pub fn with(self, other: Self) -> Option<Self> {
         let low = match self.low.0.total_cmp(&other.low.0) {
             Ordering::Less => other.low,
@@ -46,14 +46,14 @@ impl Interval {
         (!empty).then_some(Self { low, high })
     }
 
-    /// Where whole numbers are; `None` for nowhere.
+    /// Returns the interval of the whole numbers in it; `None` without any.
     pub fn whole(self) -> Option<Self> {
         let up = |(low, open): (f64, bool)| if open { low.floor() + 1.0 } else { low.ceil() };
         let down = |(high, open): (f64, bool)| if open { high.ceil() - 1.0 } else { high.floor() };
         Self { low: (up(self.low), false), high: (down(self.high), false) }.with(Self::ALL)
     }
 
-    /// What is below a number and what is above it.
+    /// Returns the intervals below and above a number.
     pub fn around(self, number: f64) -> [Option<Self>; 2] {
         [Self::below(number, true), Self::above(number, true)].map(|side| self.with(side))
     }
@@ -84,7 +84,7 @@ impl Interval {
     /// A number that lies here, with few digits when there is one; a whole one if asked for.
     pub fn number(self, whole: bool) -> f64 {
         let (low, high) = (self.low.0, self.high.0);
-        // Of the same order as the ends, and above zero where that is left open.
+        // A number of the magnitude of the ends, above zero if the interval allows it.
         let number = match (low.is_finite(), high.is_finite()) {
             (true, true) => low + (high - low) / 2.0,
             (true, false) if low > 0.0 => low * 2.0,

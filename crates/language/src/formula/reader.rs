@@ -151,7 +151,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// What a single condition says about a quantity.
+    /// Returns the constraint of a single condition on a quantity.
     fn bound(&self, expr: &Expr, this: Hand) -> Option<Bound> {
         let one = |expr| Quantity::One(self.number(expr, this));
         let (quantity, test) = match &expr.kind {
@@ -230,7 +230,7 @@ fn never_negative(expr: &Expr) -> bool {
     ops::of(&expr.kind).is_some_and(|operator| operator.never_negative)
 }
 
-/// What the table says of the number that a call gives.
+/// Returns the table's bounds for the number that a call returns.
 fn range(expr: &Expr) -> Option<Range> {
     let places = expr.arguments().len();
     ops::of(&expr.kind)?

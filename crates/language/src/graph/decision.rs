@@ -4,7 +4,7 @@ use super::ValueId;
 use crate::rules::Label;
 use std::collections::HashMap;
 
-/// Where a test leads.
+/// The target of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Target {
     /// Another test, by its position in [`Decision::tests`].
@@ -13,7 +13,7 @@ pub enum Target {
     Leaf(Leaf),
 }
 
-/// What a path ends in.
+/// The end of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Leaf {
     /// This primitive.
@@ -27,11 +27,11 @@ pub enum Leaf {
 /// A two-way test of a condition: a value of the graph, or what becomes of it when the graph is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Test<Condition = ValueId> {
-    /// What is asked: a single bool.
+    /// The condition, a single bool.
     pub condition: Condition,
-    /// Where to go when it holds.
+    /// The target if it holds.
     pub yes: Target,
-    /// Where to go when it does not.
+    /// The target if it does not hold.
     pub no: Target,
 }
 
@@ -40,7 +40,7 @@ pub struct Test<Condition = ValueId> {
 pub struct Decision<Condition = ValueId> {
     /// The tests; targets stand before the tests that lead to them.
     pub tests: Vec<Test<Condition>>,
-    /// Where to begin.
+    /// The first test.
     pub root: Target,
 }
 

@@ -72,7 +72,7 @@ pub struct Graph {
 /// An expression node.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Value {
-    /// What it computes.
+    /// Its computation.
     pub op: Op,
     /// Its arguments.
     pub args: Vec<ValueId>,
@@ -80,7 +80,7 @@ pub struct Value {
     pub ty: Type,
 }
 
-/// What a value computes; see `language::rules::ExprKind` for the meaning of each.
+/// The computation of a value; see `language::rules::ExprKind` for the meaning of each kind.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "each is the operation of the same name in `ExprKind`")]
 pub enum Op {
@@ -88,7 +88,7 @@ pub enum Op {
     Number(FloatBits),
     Channel(ChannelId, Hand),
     Latch(LatchId, Hand),
-    /// Whose tree: a hand's, or (`Nobody`) the one over both hands.
+    /// The tree of a hand, or (`Nobody`) the tree over both hands.
     From {
         tree: Hand,
         labels: Vec<Label>,
@@ -111,7 +111,7 @@ pub enum Op {
     Temporal(TemporalOperator<FloatBits>),
     /// With the duration in s.
     Rate(FloatBits),
-    /// Of the samples over a duration in s, or since the second argument began.
+    /// A summary of the samples over a duration in s, or since the second argument began.
     Summary(Summary, Option<FloatBits>),
     Call(Function),
 }
@@ -136,7 +136,7 @@ pub struct Tree {
     pub name: String,
     /// Whom it labels; a tree for each hand speaks of `Hand::This`.
     pub scope: TreeScope,
-    /// How long a leaf must last, s.
+    /// Minimum duration of a leaf, s.
     pub settle_s: f64,
     /// The tests.
     pub decision: Decision,

@@ -62,7 +62,7 @@ pub fn reachable_leaves(
     }
 }
 
-/// How the tests on the way to a test were answered.
+/// The answers of the tests on the path to a test.
 type Answers = BTreeMap<ValueId, bool>;
 
 /// How many combinations of a test and earlier answers are distinguished in a tree. Beyond that, answers are forgotten and a repeated test may go either way.
@@ -167,7 +167,7 @@ impl<F: Fn(ChannelId, Hand) -> AbstractValue, P: Fn(FingerPick, Hand) -> bool> W
             Op::Rate(_) => first.each(|_| 0.0),
             Op::Summary(..) if args.contains(&AbstractValue::Empty) => AbstractValue::Empty,
             Op::Summary(Summary::Min | Summary::Max | Summary::Earliest, _) => first,
-            // Of other numbers a sum is rounded.
+            // Sums of other numbers are rounded.
             Op::Summary(Summary::Mean | Summary::Integral, _) if first == AbstractValue::FALSE => first,
             Op::Summary(Summary::Mean | Summary::Integral, _) => AbstractValue::Unknown,
             // Of an array without slots `any` is false and `all` is true, whatever its elements would be.

@@ -9,7 +9,7 @@ use crate::formula::{Answer, Formula, Reader, solve};
 use crate::rules::{Consequent, Expr, ExprKind, Hand, LatchId, LeafPath, Rules, Tree, TreeScope};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What stands before the first frame.
+/// The label before the first frame.
 pub const NONE: &str = "none";
 /// The leaf of a tree over both hands while nothing is coordinated.
 pub const SEPARATE: &str = "separate";

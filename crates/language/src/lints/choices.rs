@@ -12,7 +12,7 @@ use teachtree_base::diagnostic::{Diagnostic, Span};
 /// A choice that is never taken.
 #[derive(Clone, Debug)]
 pub struct DeadChoice {
-    /// Where it begins.
+    /// Its start.
     pub choice: Span,
     /// The warning.
     pub finding: Diagnostic,
@@ -59,7 +59,7 @@ fn leaves(branch: &Branch, rules: &Rules, found: &mut BTreeSet<String>) {
 struct Choices<'a> {
     prover: Prover<'a>,
     rules: &'a Rules,
-    /// What was asked of the choices before and above, with whether it is above.
+    /// The conditions of the choices before and above, each with whether it is above.
     above: Vec<(Requirement<'a>, bool)>,
     findings: Vec<DeadChoice>,
 }
@@ -140,7 +140,7 @@ impl<'a> Choices<'a> {
         self.findings.push(DeadChoice { choice: head(choice), finding, taken });
     }
 
-    /// Of what was asked before, what leaves no frame for the `last` condition to come out as wanted.
+    /// Returns the earlier conditions that exclude the wanted outcome of the `last` condition on all frames.
     fn why(&mut self, last: &Requirement<'a>) -> Vec<(Requirement<'a>, Option<bool>)> {
         let above = self.above.iter().map(|(requirement, above)| (requirement.clone(), Some(*above)));
         let all = above.chain([(last.clone(), None)]).collect();
@@ -207,7 +207,7 @@ fn named(choice: &Choice) -> String {
     choice.name.as_ref().map_or("this choice".to_string(), |name| format!("the choice `{name}`"))
 }
 
-/// Where a choice begins.
+/// Returns the start of a choice.
 fn head(choice: &Choice) -> Span {
     choice.condition.as_ref().map_or(choice.span, |condition| condition.span)
 }

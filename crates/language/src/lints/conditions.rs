@@ -33,7 +33,7 @@ impl<'a> Conditions<'a> {
     /// Looks at a condition, and into it when there is nothing to say of the whole.
     fn look(&mut self, expr: &'a Expr) {
         let can_be = |wanted: bool| match expr.kind {
-            // What always holds because each of its parts does is reported of the parts.
+            // If each part always holds, the parts are reported instead of the whole.
             ExprKind::And(_) => wanted,
             ExprKind::Or(_) => !wanted,
             // One that always holds makes an array of what stands beside it (`rules/hand_holding.rules`).

@@ -18,7 +18,7 @@ pub struct CyclicRewrite {
     pub pair: [usize; 2],
     /// Segments of which they change one forth and back.
     pub segments: Labels,
-    /// How long that one lasts, s: at least the first, less than the second.
+    /// The bounds of its duration, s: at least the first, less than the second.
     pub lasting_s: (f64, f64),
     /// The warning.
     pub finding: Diagnostic,
@@ -44,7 +44,7 @@ pub fn cyclic_rewrites(rules: &Rules, named: &BTreeSet<u32>) -> Vec<CyclicRewrit
     let mut found = Vec::new();
     for ((one_at, one, first), (other_at, other, second)) in pairs.take(MAX_PAIRS) {
         let concerns = named.contains(&one.span.file) || named.contains(&other.span.file);
-        // What undoes the first one makes of its label what it was.
+        // The second rule restores the label that the first one replaced.
         let (was, made) = (second.becomes, first.becomes);
         let covers = |patterns: &Labels, label: Label| patterns.iter().any(|pattern| pattern.covers(label));
         if one.task != other.task || !concerns || was == made {

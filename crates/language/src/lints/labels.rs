@@ -27,15 +27,15 @@ pub struct OccurringLabels<'a> {
 enum Obstacle {
     /// None of these labels occurs.
     MissingLabels(Labels),
-    /// No coordination has this label.
+    /// The label is not one of a coordination.
     NotInBoth(Label),
     /// Neighbours would have to have the same label.
     SameNeighbours,
-    /// What lasts shorter does not settle: after how many seconds it does.
+    /// Shorter runs do not settle; the settling time, s.
     BelowSettlingTime(f64),
-    /// What it looks for is what it becomes.
+    /// The rule replaces a label with itself.
     NoChange,
-    /// It looks for coordination without the labels that it looks for.
+    /// The rule excludes the labels that it requires.
     SelfExclusion,
 }
 
@@ -89,7 +89,7 @@ impl<'a> OccurringLabels<'a> {
             RelabelKind::BetweenInHands { what, run, one, other, becomes, .. } => {
                 let shorter = rule.kind.shorter_time().map(|limit| limit.value);
                 let of = |between| self.between((what, *run, shorter), between, *becomes, labels);
-                // It is enough that the label of one hand changes.
+                // A change of one hand's label suffices.
                 match [of(one), of(other)] {
                     [Some(Obstacle::NoChange), other] | [other, Some(Obstacle::NoChange)] => other,
                     [one, other] => one.or(other),
@@ -138,7 +138,7 @@ impl<'a> OccurringLabels<'a> {
                 return Some(Obstacle::MissingLabels(patterns.clone()));
             }
         }
-        // What stands between others has settled; rules only make it longer.
+        // Labels between others have settled; rules only extend them.
         let settle = self.rules.tree(TreeScope::EachHand).and_then(|tree| tree.settle.as_ref());
         if let (Some(settle), Some(shorter)) = (settle, shorter)
             && shorter <= settle.value

@@ -23,7 +23,7 @@ impl Resolver {
             collect_asked(&tree.root, &mut asked);
         }
         for tree in &self.rules.trees {
-            // What the tree's own file declares, its author has in mind.
+            // The author of the tree knows the declarations of the same file.
             let home = tree.span.file;
             let is_new = |at: usize| {
                 !asked.contains(&at) && self.rules.primitives.get(at).is_some_and(|new| new.span.file != home)

@@ -1,4 +1,4 @@
-//! What the warnings about conditions share: proofs that some of them never come out so together, and the least of them that say why.
+//! Proofs for the warnings about conditions: proves that outcomes are impossible together, and returns a minimal set of them.
 //!
 //! A proof may be too much work; then nothing is said.
 
@@ -20,7 +20,7 @@ const MAX_LISTED: usize = 4;
 /// Proves, within bounds.
 pub struct Prover<'a> {
     reader: Reader<'a>,
-    /// Who `this` is in what is read now.
+    /// The hand `this` in the current context.
     pub this: Hand,
     /// The leaves that may come before.
     pub before: Rc<BTreeSet<String>>,
@@ -33,9 +33,9 @@ pub struct Prover<'a> {
 pub struct Requirement<'a> {
     /// The condition.
     pub expr: &'a Expr,
-    /// The same as a formula.
+    /// The condition as a formula.
     pub formula: Formula,
-    /// How it is to come out.
+    /// The wanted outcome.
     pub wanted: bool,
 }
 
@@ -74,7 +74,7 @@ impl<'a> Prover<'a> {
         }
     }
 
-    /// Of what never comes out so together, as few as show it; the last ones are kept before the first ones.
+    /// Returns a minimal set of outcomes that are impossible together. Later ones are kept in preference to earlier ones.
     pub fn least<T: Clone>(&mut self, mut all: Vec<T>, formula: impl Fn(&T) -> (&Formula, bool)) -> Vec<T> {
         let mut at = 0;
         while at < all.len() {

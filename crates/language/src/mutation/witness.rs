@@ -48,7 +48,7 @@ fn changed<'r>(rules: &'r Rules, mutant: &Mutant) -> Option<&'r Expr> {
     found
 }
 
-/// What has to happen for a change of this expression to matter.
+/// The conditions under which a change of this expression has an effect.
 fn event(rules: &Rules, expr: &Expr, what: &str) -> Option<String> {
     let text = |expr: &Expr| format!("`{}`", without_parentheses(&rules.text_of(expr)));
     let value = |constant: &Constant, factor: f64| shown(constant.value * factor, constant.dimension);

@@ -15,14 +15,14 @@ pub use temporal_operator::TemporalOperator;
 
 use super::rules::{ExprKind, Function};
 
-/// What an operator is.
+/// The kind of an operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A function of values of one frame, element by element.
     Function,
     /// A function that makes one value of all elements of an array, on one frame.
     Set,
-    /// It has memory, or looks ahead.
+    /// An operator with memory or look-ahead.
     Temporal,
 }
 
@@ -87,7 +87,7 @@ pub enum Output {
     Condition,
     /// One condition of an array.
     OneCondition,
-    /// How many, a plain number.
+    /// A count, a plain number.
     Count,
     /// The type of the first place.
     Same,
@@ -111,7 +111,7 @@ pub enum Output {
     Force,
 }
 
-/// What a number that is computed may be when the numbers of the log are finite.
+/// The possible values of a computed number when the numbers of the log are finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
     /// A whole number, 0 or more.
@@ -133,7 +133,7 @@ pub struct Signature {
     pub takes: &'static [Operand],
     /// The type of its result.
     pub gives: Output,
-    /// What its result may be, when that is a number.
+    /// The possible values of a numeric result.
     pub range: Range,
     /// Whether its value is taken over time: `x over last d`, `x since c`.
     pub over_time: bool,
@@ -156,9 +156,9 @@ pub struct Operator {
     pub example: &'static str,
     /// Whether its number is never negative.
     pub never_negative: bool,
-    /// What a condition is on the first frame of a stretch, where that does not depend on what it reads.
+    /// The value of a condition on the first frame of a stretch, if it does not depend on its inputs.
     pub at_start: Option<bool>,
-    /// What is known of its result, given what is known of its values on all frames of a log.
+    /// Returns the abstraction of its result from those of its arguments.
     pub known: fn(&[AbstractValue]) -> AbstractValue,
 }
 

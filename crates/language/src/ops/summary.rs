@@ -1,4 +1,4 @@
-//! What is made of a number over time: the mean, the least, the largest, the integral and the earliest of its samples.
+//! Summaries of a number over time: the mean, minimum, maximum, integral and earliest of its samples.
 
 /// What is made of the samples of a number, scalar or vec3; of a condition, which is 1 where it holds and 0 elsewhere, a mean or an integral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,4 +1,4 @@
-//! Operators that look at a condition over time. What they are in each layer differs only in what their constants are, so one type serves them all.
+//! Operators on a condition over time. The layers differ only in the type of the constants, so they share one generic type.
 
 use super::{Operand, Operator, by_name};
 
@@ -21,7 +21,7 @@ pub enum TemporalOperator<C> {
     /// The condition began on at least `times` of the last `n` frames. It begins on a frame on which it holds when it did not hold on the frame before, or
     /// when this is the first frame of a stretch or of what a restart begins.
     AtLeast {
-        /// How often.
+        /// The required number of beginnings.
         times: C,
         /// The duration.
         within: C,
@@ -77,7 +77,7 @@ impl<C> TemporalOperator<C> {
         }
     }
 
-    /// The same constants, to be changed.
+    /// Returns the constants mutably.
     pub fn constants_mut(&mut self) -> Vec<&mut C> {
         match self {
             Self::For(one)
@@ -90,7 +90,7 @@ impl<C> TemporalOperator<C> {
         }
     }
 
-    /// The same operator with other constants, in their order; `None` where `f` gives nothing for one. All of them are asked.
+    /// Returns the operator with the constants mapped by `f`, in their order; `None` if `f` returns `None` for one. `f` is called for all of them.
     pub fn map<D>(&self, mut f: impl FnMut(&C) -> Option<D>) -> Option<TemporalOperator<D>> {
         let constants: Vec<Option<D>> = self.constants().into_iter().map(&mut f).collect();
         TemporalOperator::new(self.name(), constants.into_iter().collect::<Option<Vec<D>>>()?)
@@ -124,7 +124,7 @@ impl<C> TemporalOperator<C> {
         by_name(self.name())
     }
 
-    /// What its constants are, in the order of [`TemporalOperator::constants`].
+    /// The kinds of its constants, in the order of [`TemporalOperator::constants`].
     pub fn kinds(&self) -> impl Iterator<Item = Operand> + use<C> {
         let signature = self.operator().and_then(|operator| operator.signatures.first());
         signature.into_iter().flat_map(|signature| signature.takes).skip(1).copied()

@@ -24,7 +24,7 @@ pub enum Candidate {
     Value,
     /// A primitive.
     Primitive,
-    /// What a hand does in a primitive.
+    /// The action of a hand in a primitive.
     Meaning,
     /// A unit.
     Unit,
@@ -90,7 +90,7 @@ fn word_start(head: &str) -> usize {
 pub(super) struct Cursor {
     /// The sign.
     pub token: usize,
-    /// Where the declarations about it stand.
+    /// The context of its declarations.
     pub level: Level,
     found: Option<Vec<Candidate>>,
 }
@@ -115,7 +115,7 @@ impl Cursor {
                 (InputLocation::Pos(at), ErrorVariant::ParsingError { positives, .. }) if begin + at == end => {
                     positives
                 }
-                // What stands before is wrong already: anything may be meant.
+                // The text before is invalid, so any candidate is possible.
                 _ => vec![Rule::expression, Rule::label],
             },
             _ => Vec::new(),

@@ -1,4 +1,4 @@
-//! From pest's pairs to expressions of the syntax tree.
+//! Converts pest's pairs to expressions of the syntax tree.
 //!
 //! INVARIANT (bounded nesting): no expression is deeper than [`MAX_DEPTH`], so that every later pass may recurse.
 
@@ -62,7 +62,7 @@ impl Builder<'_, '_, '_> {
         self.expression(inner)
     }
 
-    /// Any pair that stands for an expression. Returns nothing after reporting what is wrong.
+    /// Converts a pair to an expression. Reports an error and returns `None`.
     pub fn expression(&mut self, pair: RulePair<'_>) -> Option<Expr> {
         let span = self.piece.span(&pair);
         let expr = match pair.as_rule() {
@@ -237,7 +237,7 @@ impl Builder<'_, '_, '_> {
         Some(Expr::new(ExprKind::Number { value, dimension, bare }, span))
     }
 
-    /// How many SI units a written unit is, and its dimension. Returns nothing after reporting an unknown one.
+    /// Returns the SI value and the dimension of a written unit. Reports an unknown unit and returns `None`.
     pub fn unit(&mut self, pair: &RulePair<'_>) -> Option<(f64, Dimension)> {
         let place = self.piece.span(pair);
         match units::compound(pair.as_str()) {

@@ -63,7 +63,7 @@ fn is_whole(rule: Rule, text: &str) -> bool {
     Grammar::parse(rule, text).is_ok_and(|mut pairs| pairs.next().is_some_and(|pair| pair.as_str() == text))
 }
 
-/// Where declarations stand.
+/// The context of declarations.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Level {
     File,
@@ -220,7 +220,7 @@ impl<'a> Parser<'a> {
         next
     }
 
-    /// Where the next declaration at this level begins.
+    /// Returns the start of the next declaration at this level.
     fn next_item(&self, from: usize, end: usize) -> usize {
         let mut at = from;
         while at < end {

@@ -14,7 +14,7 @@ pub const MAX_SIGNS: usize = 16;
 /// Words, numbers and symbols that a file may have.
 pub const MAX_TOKENS: usize = 50_000;
 
-/// What a token is.
+/// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Letters, digits, underscores.
@@ -34,7 +34,7 @@ pub enum Kind {
 /// A token of the first look.
 #[derive(Clone, Copy, Debug)]
 pub struct Token {
-    /// What it is.
+    /// The kind of the token.
     pub kind: Kind,
     /// First byte.
     pub start: usize,
@@ -42,7 +42,7 @@ pub struct Token {
     pub end: usize,
     /// Whether nothing but blanks stands before it on its line.
     pub leads: bool,
-    /// How far the first token of its line is indented, in bytes.
+    /// The indentation of its line, in bytes.
     pub indent: usize,
     /// Whether brackets went wrong here, which was reported.
     pub faulty: bool,

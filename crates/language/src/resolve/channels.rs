@@ -11,7 +11,7 @@ use teachtree_base::channels::{Axis, ChannelSpec, DERIVED, Fallback, Shape};
 use teachtree_base::diagnostic::{Diagnostic, Span};
 use teachtree_base::units::Dimension;
 
-/// What analysis needs whether or not a rule reads it.
+/// The channels that the analysis always needs.
 const FOR_ANALYSIS: &[&str] =
     &["fingers.position", "fingers.force", "fingers.contact", "target", "target.position", "target.rotation"];
 

@@ -36,7 +36,7 @@ impl Resolver {
                 continue;
             }
             said.insert((first, second), before);
-            // What comes before the first file comes before whatever the second one comes before.
+            // The order is transitive.
             let ahead = self.file_order.iter().filter(|(_, to)| *to == first).map(|(from, _)| *from);
             let ahead: Vec<u32> = ahead.chain([first]).collect();
             let behind = self.file_order.iter().filter(|(from, _)| *from == second).map(|(_, to)| *to);

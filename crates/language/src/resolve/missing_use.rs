@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 use teachtree_base::diagnostic::Sources;
 
-/// What each shipped file declares.
+/// The declarations of each shipped file.
 static DECLARED: LazyLock<Vec<(&str, BTreeSet<String>)>> =
     LazyLock::new(|| SHIPPED.iter().map(|(file, text)| (*file, names(text))).collect());
 

@@ -1,4 +1,4 @@
-//! From syntax trees to a checked rule set. The passes run in this order: names, channels, params, signals, latches, trees, tasks,
+//! Resolves syntax trees to a checked rule set. The passes run in this order: names, channels, params, signals, latches, trees, tasks,
 //! relabeling rules, warnings. Each continues after a mistake and records the undefined names, so that one mistake is
 //! one report.
 
@@ -24,7 +24,7 @@ use teachtree_base::diagnostic::{Diagnostic, Sources, Span};
 use teachtree_base::hands::FingerPick;
 use teachtree_base::meaning::Meaning;
 
-/// What a rule set is made from.
+/// The inputs of a rule set.
 pub struct Input<'a> {
     /// The files in order of evaluation: a used file before the one that uses it.
     pub files: Vec<&'a syntax::File>,
@@ -76,13 +76,13 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
     (resolver.rules, resolver.findings)
 }
 
-/// What the passes share.
+/// The shared state of the passes.
 pub struct Resolver {
     /// The rule set so far.
     pub rules: Rules,
-    /// What the names mean.
+    /// The meanings of names.
     pub names: Names,
-    /// What is wrong.
+    /// The diagnostics.
     pub findings: Vec<Diagnostic>,
     /// Values and primitives that something reads.
     pub used: BTreeSet<String>,

@@ -1,4 +1,4 @@
-//! What the files declare, and what each name means.
+//! The declarations of the files, and the meaning of each name.
 
 use super::Resolver;
 use crate::codes;
@@ -62,7 +62,7 @@ impl<'a> Declarations<'a> {
     }
 }
 
-/// What the names of a rule set mean.
+/// The meanings of the names of a rule set.
 #[derive(Default)]
 pub struct Names {
     /// Params, signals and latches.
@@ -101,14 +101,14 @@ pub enum ValueKind {
     Latch,
 }
 
-/// How far a value is.
+/// The state of a value's resolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// It comes later.
+    /// Not resolved yet.
     Waiting,
     /// Its position in the list of its kind.
     Known(u32),
-    /// It is wrong, which was reported.
+    /// Invalid and reported.
     Broken,
 }
 

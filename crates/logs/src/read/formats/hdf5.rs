@@ -308,7 +308,7 @@ fn missing(dataset: &Dataset) -> Option<MissingRows> {
     let whole = |size: u64| usize::try_from(size).ok();
     let grid: Vec<u64> = shape.iter().zip(&chunk).map(|(size, chunk)| size.div_ceil((*chunk).max(1))).collect();
     let (across, rows, size) = (grid.iter().skip(1).product::<u64>(), whole(*shape.first()?)?, whole(*chunk.first()?)?);
-    // The number of rows, by the position of the first one.
+    // The number of stored chunks, by the index of their first row.
     let mut there = vec![0_u64; whole(*grid.first()?)?];
     for chunk in dataset.chunks().ok()? {
         let place = chunk.offset.first().and_then(|row| whole(*row)?.checked_div(size));

@@ -53,9 +53,9 @@ impl Layout {
 /// The signals of a recording: 0 and 1, one value a row.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Signals {
-    /// The signal that ends a part of it.
+    /// The signals for ends of its parts.
     pub term: BTreeMap<String, Vec<i64>>,
-    /// The signal that begins a part of it.
+    /// The signals for starts of its parts.
     pub start: BTreeMap<String, Vec<i64>>,
 }
 
@@ -69,7 +69,7 @@ pub struct Request<'a> {
     pub lists: &'a BTreeMap<&'static str, Vec<String>>,
     /// Whether each recording has succeeded behind each of its rows; of those whose outcome is known.
     pub successes: &'a BTreeMap<String, Vec<bool>>,
-    /// The rules and params of the signals or the list, JSON.
+    /// The provenance of the signals or the list, JSON.
     pub provenance: &'a str,
     /// Whether signals of these names, lists and attributes that are there are replaced.
     pub replace: bool,

@@ -100,7 +100,7 @@ pub struct Request<'a> {
     pub labels: &'a BTreeMap<usize, Vec<Label>>,
     /// Whether each episode has succeeded behind each of its frames; for [`LabelFormat::Success`] of all episodes.
     pub successes: &'a BTreeMap<usize, Vec<bool>>,
-    /// The rules and params of the labels.
+    /// The provenance of the labels.
     pub provenance: &'a Value,
 }
 
