@@ -40,7 +40,7 @@ def check_episode(episode, frames):
     for frame in frames:
         assert frame[COLUMN] == rows, f"episode {episode}: frames have different language"
     for row in rows:
-        assert row["timestamp"] in stamps, f"episode {episode}: {row['timestamp']} s is no stamp of a frame"
+        assert row["timestamp"] in stamps, f"episode {episode}: {row['timestamp']} s is not the stamp of a frame"
         assert row["camera"] is None and row["tool_calls"] is None and row["role"] and row["content"]
     boundaries = 0
     for style in {row["style"] for row in rows}:
@@ -64,7 +64,7 @@ def check_success(episodes):
     count = 0
     for episode, frames in episodes.items():
         flags = [frame[SUCCESS] for frame in frames]
-        assert all(isinstance(flag, bool) for flag in flags), f"episode {episode}: {flags[0]!r} is no truth"
+        assert all(isinstance(flag, bool) for flag in flags), f"episode {episode}: {flags[0]!r} is not a bool"
         assert flags == sorted(flags), f"episode {episode}: succeeds and does so no more"
         count += flags[-1]
     return count

@@ -152,7 +152,7 @@ def compare_json(old, new, added, gone):
     try:
         old, new = documents(old), documents(new)
     except json.JSONDecodeError:
-        return ["one of both is no JSON"]
+        return ["one of the two is not JSON"]
     if len(old) != len(new):
         return [f"{len(old)} documents became {len(new)}"]
     old, new = dict(flat(old)), dict(flat(new))

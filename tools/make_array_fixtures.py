@@ -245,7 +245,7 @@ def demo(path, wheel):
 
 
 def links(folder):
-    """A link that is no object, in each of the ways in which groups store links; many groups without one; a recording that is a link."""
+    """A link that is not an object, in each of the ways in which groups store links; many groups without one; a recording that is a link."""
     folder.mkdir(exist_ok=True)
     for name, libver, count, link in [
         ("soft", "earliest", 1, h5py.SoftLink("/data/demo_0/actions")),

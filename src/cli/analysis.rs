@@ -117,7 +117,7 @@ impl AnalysisArgs {
         let Self { rules, source } = self;
         let mut files: Vec<PathBuf> = source.binding.iter().chain(&source.scene).chain(&rules.rules).cloned().collect();
         let mut requests = vec![(rules.rules.clone(), self.hand_file(source.binding.as_deref()))];
-        // What is wrong with the settings is reported where they are used.
+        // Errors of the settings are reported where they are used.
         for (log, settings) in logs.iter().filter_map(|log| Some((log, source.settings(log).ok()?))) {
             files.extend(settings.files().filter(|file| file.is_file()).map(Path::to_path_buf));
             files.extend(settings.labels.as_ref().and_then(|labels| label_file(&labels.value, log).ok()));

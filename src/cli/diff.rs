@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         LogDifferences::new(args, &ours, &theirs, &names)
     })?;
     let failures = named_failures(failed);
-    // Where no recording could be read, the difference of the rules would hide it.
+    // If no recording could be read, the difference of the rules would hide the error.
     if !done.is_empty() || failures.is_empty() {
         args.form.print(&match args.form.format {
             Format::Text => text(args, &rules, &done),
@@ -164,7 +164,7 @@ fn agreement(
     theirs: &session::Analysis,
     names: &NameMap,
 ) -> Result<Agreement, Failure> {
-    // A log without labels is compared all the same.
+    // A log without labels is compared too.
     let labels = args.truth.labels_of(ours.log().path())?;
     if let Some(labels) = labels.as_ref().filter(|labels| lacks_labels(labels, ours.log().path())) {
         return Ok(Agreement::Lacking(labels.clone()));

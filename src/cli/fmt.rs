@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let text = read(&file)?;
         let new = match format(&text) {
             Ok(new) => new,
-            // The other files are worth formatting all the same.
+            // The other files are still formatted.
             Err(findings) => {
                 let sources = Sources { files: vec![Source { name: shown, text }] };
                 failures.push(Failure::Text(render(&findings, &sources, output::color_on_stderr())));

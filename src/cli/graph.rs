@@ -168,7 +168,7 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
     Ok(diagram::transitions(&all, args.form.format.into()))
 }
 
-/// What the tree of a track took at a time.
+/// The path through the tree of a track at a time.
 fn taken(found: &Analysis, who: TrackId, at_s: f64) -> Result<Option<(TrackId, TakenPath, CurrentLeaf)>, Failure> {
     let analyzed = found.explained()?;
     let explain::AnalyzedRecording { rules, frames, .. } = analyzed;

@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 args.form.print(&format!("{apart}{text}"))?;
                 done += 1;
             }
-            // The other recordings are worth having all the same.
+            // The results of the other recordings are still useful.
             Err(failure) if alone => failures.push(failure),
             Err(failure) => failures.push(failure.of_log(log)),
         }

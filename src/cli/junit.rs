@@ -16,13 +16,13 @@ pub struct Case {
     pub outcome: Outcome,
 }
 
-/// How a test ended.
+/// The result of a test.
 pub enum Outcome {
     /// As expected; with a note, or an empty text.
     Passed(String),
     /// Not as expected: a line, and the details.
     Failed(String, String),
-    /// It could not run: a line, and the details.
+    /// The test could not run: a line, and the details.
     Error(String, String),
 }
 

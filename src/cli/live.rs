@@ -220,7 +220,7 @@ impl Reader {
     }
 }
 
-/// Where events go.
+/// The receivers of events.
 struct Sink<'a> {
     args: &'a Args,
     /// Where viewers and controllers take them from.

@@ -132,7 +132,7 @@ enum Command {
     Man(help::ManArgs),
 }
 
-/// How a command ended.
+/// The result of a command.
 #[derive(PartialEq)]
 enum Failure {
     /// The answer is no; it has been printed.
@@ -285,7 +285,7 @@ fn on_interrupt(stop: impl FnOnce() + Send + 'static) {
     *ON_INTERRUPT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(stop));
 }
 
-/// What shells expect of a program that was interrupted.
+/// The exit status of an interrupted program, by the convention of shells.
 const INTERRUPTED: i32 = 130;
 
 /// Prints help, the version, or what is wrong with the command line.

@@ -57,7 +57,7 @@ pub fn of_recording(path: &Path) -> [PathBuf; 3] {
 /// # Errors
 /// When two of them are one.
 pub fn refuse_one_for_two(places: &[&Path]) -> Result<(), InputError> {
-    // What is not there yet is known by its folder and its name.
+    // A file that does not exist yet is identified by its folder and its name.
     let known = |path: &Path| -> PathBuf {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let folder = std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
@@ -72,7 +72,7 @@ pub fn refuse_one_for_two(places: &[&Path]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// What stands beside a log and is read with it.
+/// The files beside a log that are read with it.
 const BESIDE: [&str; 2] = ["scene.yaml", "events.csv"];
 
 /// Refuses a place that is one of the inputs, stands beside one, or is a file in a folder that is one.
@@ -291,7 +291,7 @@ fn is_colored(is_terminal: bool) -> bool {
     }
 }
 
-/// How many characters a line may have.
+/// Maximum number of characters of a line.
 pub fn width() -> usize {
     let asked = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     let terminal = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));

@@ -87,11 +87,11 @@ pub fn distinct_failures(failed: Vec<(&PathBuf, Failure)>) -> Vec<Failure> {
     failures
 }
 
-/// How many issues of each kind the logs have.
+/// The number of issues of each kind in the logs.
 #[derive(Clone, Debug, Default)]
 pub struct Issues(BTreeMap<String, Kind>);
 
-/// How many issues of each kind there are.
+/// The number of issues of each kind.
 pub fn counts<'a>(issues: impl IntoIterator<Item = &'a Issue>) -> BTreeMap<IssueKind, usize> {
     let mut counts = BTreeMap::new();
     issues.into_iter().for_each(|issue| *counts.entry(issue.kind).or_default() += 1);
@@ -129,7 +129,7 @@ impl Issues {
     }
 }
 
-/// How many failures of one kind are printed one by one.
+/// Maximum number of failures of one kind that are printed one by one.
 const PRINTED: usize = 3;
 
 /// The texts of failures. Those that differ only in the recording are counted, and some of them are named.

@@ -144,7 +144,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for path in expectations {
         let mut case = match read(&path) {
             Ok(case) => case,
-            // The other expectations are worth knowing all the same.
+            // The other expectations are still tested.
             Err(failure) => {
                 let message = "the recording cannot be analyzed".to_string();
                 tests.push(test(&path, Outcome::Error(message, texts(std::slice::from_ref(&failure)).join("\n"))));

@@ -1,4 +1,4 @@
-//! What may be written at a place: the grammar says which kinds of words fit, the index which there are.
+//! Completion: the grammar determines the possible kinds of words, and the index lists the words.
 
 use super::hover::kind;
 use super::workspace::{RuleSet, Spot, rule_files};
@@ -56,7 +56,7 @@ pub fn complete(spot: &Spot) -> Vec<CompletionItem> {
 
 struct List<'a> {
     rule_set: &'a RuleSet,
-    /// What is written before the word, with its dot.
+    /// The text before the word, with its dot.
     before: &'a str,
     range: Range,
     items: Vec<CompletionItem>,
@@ -116,7 +116,7 @@ impl List<'_> {
         }
     }
 
-    /// What a hand may do in a primitive.
+    /// The actions of a hand in a primitive.
     fn meanings(&mut self) {
         for meaning in Meaning::ALL {
             self.push(CompletionItem {
@@ -193,7 +193,7 @@ impl List<'_> {
         self.choices(tree, true);
     }
 
-    /// What `before` and `after` may name: choices, and primitives of leaves.
+    /// The names for `before` and `after`: choices, and primitives of leaves.
     fn anchors(&mut self, branch: &str) {
         let tree = branch.split('.').next().unwrap_or(branch);
         self.choices(tree, false);

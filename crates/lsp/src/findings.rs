@@ -29,7 +29,7 @@ pub fn all(workspace: &mut Workspace, validate: FileValidator) -> BTreeMap<PathB
     by_file
 }
 
-/// What is wrong with a file other than rules: from its place to the end of the line.
+/// The finding of a file other than rules: from its place to the end of the line.
 fn of_other(error: &InputError, path: &Path, text: &str) -> Diagnostic {
     let (file, line, column) = error.file_line_column();
     // A robot file may name others: what is wrong with one of them is shown at the beginning.

@@ -1,4 +1,4 @@
-//! What is known of the name or sign under the pointer: its declaration, type, range and comments, and its value in the recording.
+//! Hover: declaration, type, range and comments of the name or sign under the pointer, and its value in the recording.
 
 use super::recording::Recording;
 use super::workspace::{RuleSet, Spot};
@@ -14,7 +14,7 @@ use teachtree_language::{describe, ops};
 /// Lines of a declaration that are shown.
 const MAX_LINES: usize = 12;
 
-/// What is known of a place.
+/// Returns the hover text of a place.
 pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
     let rule_set = &spot.rule_set;
     let here = Span { file: spot.file, start: spot.offset, end: spot.offset };
@@ -98,7 +98,7 @@ pub fn kind(rules: &Rules, symbol: &Symbol) -> Option<String> {
     }
 }
 
-/// What a primitive is a kind of, and what a hand does in it.
+/// Returns the parent of a primitive, and the action of a hand in it.
 fn meant(rules: &Rules, primitive: PrimitiveId) -> Option<String> {
     let above: Vec<String> = rules.lineage(primitive).skip(1).map(|one| format!("`{}`", one.name)).collect();
     let does = rules.meaning(primitive).map(|meaning| format!("does `{}`: {}", meaning.name(), meaning.doc()));
@@ -183,7 +183,7 @@ fn names(rule_set: &RuleSet, symbol: &Symbol, expr: &Expr) -> bool {
     }
 }
 
-/// What a declaration declares, as an expression.
+/// Returns the declared item as an expression.
 fn own(rules: &Rules, symbol: &Symbol, span: Span) -> Option<(Expr, bool)> {
     let made = |kind, ty, per_hand| Some((Expr { kind, ty, span }, per_hand));
     let whose = |per_hand| if per_hand { Hand::This } else { Hand::Nobody };
@@ -203,7 +203,7 @@ fn own(rules: &Rules, symbol: &Symbol, span: Span) -> Option<(Expr, bool)> {
     }
 }
 
-/// What the recording says.
+/// Returns the value in the recording.
 fn lines_of(
     rule_set: &RuleSet,
     recording: &mut Recording,

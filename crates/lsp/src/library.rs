@@ -1,4 +1,4 @@
-//! What comes with the program, as files that any editor can open: the shipped rules and the pages of the codes, in the user's cache.
+//! The library of the program as files in the user's cache that any editor can open: the shipped rules and the pages of the codes.
 
 use std::env;
 use std::ffi::OsString;

@@ -1,4 +1,4 @@
-//! Where a name is declared, and where else it stands, over all files.
+//! The declaration and the occurrences of a name in all files.
 
 use super::workspace::{RuleSet, Spot, Workspace};
 use lsp_types::Location;

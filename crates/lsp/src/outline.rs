@@ -1,4 +1,4 @@
-//! What a file declares, as a tree.
+//! The declarations of a file, as a tree.
 
 use super::lines::Lines;
 use lsp_types::{DocumentSymbol, SymbolKind};

@@ -1,11 +1,11 @@
-//! What an editor may set: by options of the command line, by `initializationOptions`, and by `workspace/didChangeConfiguration`.
+//! The settings of an editor: options of the command line, `initializationOptions`, and `workspace/didChangeConfiguration`.
 
 use serde::Deserialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use teachtree_base::units;
 
-/// What is set.
+/// The settings.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default)]
 pub struct Settings {
@@ -13,7 +13,7 @@ pub struct Settings {
     pub log: Option<PathBuf>,
     /// The time in the recording, such as `2.5s`; by default its beginning.
     pub at: Option<String>,
-    /// How its columns become channels.
+    /// The binding of its columns.
     pub binding: Option<PathBuf>,
     /// A scene instead of the one that it carries.
     pub scene: Option<PathBuf>,

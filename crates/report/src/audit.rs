@@ -1,4 +1,4 @@
-//! What people see of an audit: a table for terminals, and a page for browsers that needs no network and no scripts.
+//! The report of an audit: a table for terminals, and a page for browsers that needs no network and no scripts.
 
 mod csv;
 mod json;
@@ -32,7 +32,7 @@ pub struct Audit<'a> {
     pub tasks: &'a BTreeMap<String, usize>,
     /// The number of recordings with each failed task.
     pub failures: &'a BTreeMap<String, usize>,
-    /// What is usual in the set, in words.
+    /// The usual properties of the set, as text.
     pub usual: &'a [String],
     /// Checks that were left out, with the reason, in words.
     pub unchecked: &'a [String],

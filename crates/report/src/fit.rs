@@ -1,4 +1,4 @@
-//! What was fitted, for terminals: objective before and after, the params, each recording while it was held out, and what is to be thought of it.
+//! The report of a fit for terminals: the objective before and after, the params, each held-out recording, and the verdict.
 
 use std::fmt::{Display, Write};
 use teachtree_analysis::fit::{CrossValidation, Fit, MIN_GAIN, MIN_LOGS, Objective, Verdict};

@@ -1,7 +1,8 @@
 //! The page for browsers: an analysis, its frames and its recording in, one file out that needs no network.
 //!
-//! With scripts it is a page to work in (`page`). Without, there is for each hand the lanes of raw segments, relabeled segments and tasks, and below them the signals of the paper's Figure 5 with the
-//! boundaries of the raw segments as lines and points on the curves; for both hands the lanes. Tables say the same in words.
+//! With scripts it is a page to work in (`page`). Without, there is for each hand the lanes of raw segments, relabeled segments and tasks, and below them the
+//! signals of the paper's Figure 5 with the boundaries of the raw segments as lines and points on the curves; for both hands the lanes. Tables say the same in
+//! words.
 
 use super::figure::figure;
 use super::svg::{escape, scrolled};
@@ -121,12 +122,12 @@ fn share_title(is_known: bool) -> &'static str {
     if is_known { "<th>confidence</th>" } else { "" }
 }
 
-/// How sure something is, in percent; nothing where that was not asked for.
+/// Formats a confidence in percent; empty without a confidence.
 fn share_cell(share: Option<f64>) -> String {
     share.map_or_else(String::new, |share| format!("<td class=\"number\">{}</td>", escape(&percent(share))))
 }
 
-/// How sure the start of a segment is, and where it stands when the params vary.
+/// Formats the confidence of a segment's start, and its range under variation of the params.
 fn confidence_cells(confidence: Option<Confidence>) -> String {
     confidence.map_or_else(String::new, |it| {
         let cell = share_cell(Some(it.share));

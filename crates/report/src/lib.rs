@@ -1,4 +1,5 @@
-//! What people see of an analysis: a timeline for terminals, a page for browsers; of a score: tables and a picture; of rules: diagrams. Writers return text; they open no file and print nothing.
+//! Reports: of an analysis, a timeline for terminals and a page for browsers; of a score, tables and a picture; of rules, diagrams. Writers return text; they
+//! open no file and print nothing.
 
 pub mod agreement;
 pub mod audit;
@@ -33,7 +34,7 @@ fn round_step(at_least: f64) -> f64 {
     [1.0, 2.0, 5.0].into_iter().map(|factor| factor * power).find(|step| *step >= at_least).unwrap_or(10.0 * power)
 }
 
-/// What is to be said of a task that is made of tasks beside its name and time.
+/// Returns the details of a composite task besides its name and time.
 pub fn parts(composite: &CompositeSpan) -> String {
     let cut = match (composite.open_start, composite.open_end) {
         (true, true) => "; cut off at both ends",
@@ -45,7 +46,7 @@ pub fn parts(composite: &CompositeSpan) -> String {
     format!("made of {}{failure}{cut}", composite.parts.join(", "))
 }
 
-/// What is to be said of a task beside its name and time.
+/// Returns the details of a task besides its name and time.
 pub fn remarks(task: &TaskSpan) -> String {
     let mut remarks = Vec::new();
     if task.failure {

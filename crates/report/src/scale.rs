@@ -1,4 +1,4 @@
-//! How far the scale of a plot reaches: the values of its curves in, a range out that a knock of a few frames does not stretch.
+//! The range of a plot's scale, computed from the values of its curves; a spike of a few frames does not extend it.
 //!
 //! What is brief and rare may lie outside of the scale, where it would more than double it; plots mark the place and print its largest value.
 

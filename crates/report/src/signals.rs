@@ -67,7 +67,7 @@ pub(super) struct Curve {
     pub values: Vec<f64>,
 }
 
-/// When one finger touches.
+/// The contacts of one finger.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Touch {
     /// The name of the finger.
@@ -103,7 +103,7 @@ impl<'a> Signals<'a> {
         ]
     }
 
-    /// When each finger touches; nothing when no rule reads it.
+    /// The contacts of each finger; empty if no rule reads them.
     pub fn touches(&self) -> Vec<Touch> {
         let Some(hand) = self.frames.layout.hand(self.side) else { return Vec::new() };
         let touch = |(slot, finger): (u32, &Finger)| {
@@ -113,7 +113,7 @@ impl<'a> Signals<'a> {
         (0..).zip(&hand.fingers).filter_map(touch).collect()
     }
 
-    /// How far the mean of the fingertips is from the origin of the target.
+    /// The distance between the mean of the fingertips and the origin of the target.
     fn distance(&self) -> Option<Vec<Curve>> {
         let tips = self.slots("fingers.position");
         let target = self.vector("target.position", 0)?;
@@ -176,7 +176,7 @@ impl<'a> Signals<'a> {
     }
 }
 
-/// What the paper's Figure 14 shows: how hard each hand pushes and carries, and how many of its fingers touch, on one axis.
+/// The quantities of the paper's Figure 14: pushing and carrying forces of each hand, and the number of its fingers in contact, on one axis.
 pub(super) fn of_both(frames: &Frames) -> Vec<Panel> {
     let force = |of: fn([f64; 3]) -> f64| {
         let curve = |side: Side| {

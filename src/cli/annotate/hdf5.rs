@@ -234,7 +234,7 @@ fn row(name: &str, analysis: &Analysis, wanted: &[Signal]) -> Row {
     let mut row = Row { name: name.into(), rows: Vec::new(), signals: Signals::default() };
     for Signal { name, step, starts, .. } in wanted {
         let at = step.row(found);
-        // A signal that does not rise is there all the same, as of a demonstration that failed.
+        // A signal that does not rise is written too, for example for a failed demonstration.
         let values = values(*at.as_ref().unwrap_or(&found.rows), found.rows);
         let signals = if *starts { &mut row.signals.start } else { &mut row.signals.term };
         signals.insert(name.clone(), values);

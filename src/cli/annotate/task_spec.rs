@@ -182,7 +182,7 @@ impl<'a> TaskSpec<'a> {
     /// A part, with the body that it is relative to as most demonstrations have it.
     fn part(&self, at: usize, signal: &'a Signal, found: &[Demonstration]) -> Result<Part<'a>, InputError> {
         let subject = &signal.step.subject;
-        // Who reaches for an object or closes around it moves relative to the object, whatever that is in or on.
+        // A hand that reaches for an object or closes around it moves relative to the object, also if the object is in or on another one.
         let name = signal.step.name.split('(').next().unwrap_or_default();
         let of_object = found.first().and_then(|one| one.analysis.primitives.does(name));
         let of_object = matches!(of_object, Some(Meaning::Approach | Meaning::Close));

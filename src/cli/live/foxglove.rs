@@ -26,7 +26,7 @@ use tungstenite::{Bytes, Error, Message, WebSocket};
 pub const PROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 /// The largest message, bytes.
 const MAX_MESSAGE: usize = 64 << 20;
-/// How long a connection may take to be made.
+/// The timeout of a connection attempt.
 const CONNECTING: Duration = Duration::from_secs(5);
 /// Interval of the checks of an idle connection.
 const LOOK: Duration = Duration::from_secs(1);
@@ -34,12 +34,12 @@ const LOOK: Duration = Duration::from_secs(1);
 const IDLE_LOOKS: usize = 5;
 /// … and after which the connection is lost.
 const GONE_LOOKS: usize = 15;
-/// How long a topic that the binding names may take to be advertised at first.
+/// The timeout for the first advertisement of a topic that the binding names.
 const ADVERTISING: Duration = Duration::from_secs(5);
 /// The first and the longest time before a connection is made again.
 const FIRST_WAIT: Duration = Duration::from_millis(100);
 const LONGEST_WAIT: Duration = Duration::from_secs(5);
-/// How many topics are named in a message.
+/// Maximum number of topics that a message lists.
 const MOST_NAMED: usize = 20;
 
 /// A source with its address, such as `ws://localhost:8765`.
@@ -53,9 +53,9 @@ pub struct FoxgloveSource {
 
 /// Why a connection is not read any more.
 enum ConnectionEnd {
-    /// It broke, and is to be made again.
+    /// The connection broke and is to be restored.
     Broken(String),
-    /// Nothing will come of it.
+    /// The connection failed permanently.
     Failed(InputError),
     /// The receiver is gone.
     Gone,
@@ -72,7 +72,7 @@ impl FoxgloveSource {
         if address.starts_with("wss://") {
             return Err(wrong("is encrypted, which is not supported"));
         }
-        let uri: Uri = address.parse().map_err(|_| wrong("is no address"))?;
+        let uri: Uri = address.parse().map_err(|_| wrong("is not an address"))?;
         let host = uri.host().filter(|host| !host.is_empty()).ok_or_else(|| wrong("names no host"))?;
         let authority = format!("{host}:{}", uri.port_u16().unwrap_or(8765));
         Ok(Self { address: address.to_string(), authority, uri, topics })
@@ -227,7 +227,7 @@ fn broken(error: Error) -> ConnectionEnd {
     })
 }
 
-/// What is known of a connection.
+/// The state of a connection.
 struct ConnectionState<'a> {
     robot: &'a FoxgloveSource,
     /// Topic of each channel, and how its messages are read.

@@ -1,4 +1,4 @@
-//! What is served to viewers and controllers: the topics, and the newest messages of them, from which each connection reads at its own pace.
+//! The hub for viewers and controllers: the topics with their newest messages, which each connection reads at its own pace.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -9,13 +9,13 @@ use teachtree_logs::foxglove::ServedTopic;
 use teachtree_logs::read::formats::mcap::ros2_message;
 use teachtree_session::LiveEvent;
 
-/// How many messages are kept for those that come late, and how many bytes of them.
+/// Maximum number of messages, and of their bytes, that are kept for late connections.
 const MOST_MESSAGES: usize = 1 << 16;
 const MOST_BYTES: usize = 32 << 20;
-/// How long the end of a log waits for those that read still.
+/// The time for which the end of a log waits for slow readers.
 const LAST_WAIT: Duration = Duration::from_secs(3);
 
-/// How many topics a connection may subscribe to.
+/// Maximum number of subscriptions of a connection.
 const MOST_SUBSCRIPTIONS: usize = 1000;
 
 /// The topic of all events, and its channel.
@@ -51,7 +51,7 @@ struct State {
     origin_ns: i64,
     newest_ns: u64,
     is_over: bool,
-    /// How many connections there are.
+    /// Number of connections.
     readers: usize,
 }
 
@@ -64,7 +64,7 @@ pub struct ServedMessage {
     pub bytes: Vec<u8>,
 }
 
-/// From where on a connection reads a channel.
+/// The position from which a connection reads a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReadFrom {
     /// The last message there is, and new ones.
@@ -75,7 +75,7 @@ pub enum ReadFrom {
     Kept,
 }
 
-/// What a connection has subscribed to.
+/// The subscriptions of a connection.
 #[derive(Default)]
 pub struct Subscriptions {
     of: BTreeMap<u32, Subscription>,
@@ -90,18 +90,18 @@ struct Subscription {
     after: Option<u64>,
 }
 
-/// What a connection is to be sent.
+/// The messages for a connection.
 pub struct Batch {
     /// Subscription and message.
     pub messages: Vec<(u32, Arc<ServedMessage>)>,
-    /// How many messages, of any channel, were dropped before they could be sent.
+    /// Number of messages of all channels that were dropped before they could be sent.
     pub dropped: u64,
     /// Whether these are the last ones.
     pub is_last: bool,
 }
 
 impl Hub {
-    /// Nothing was sent yet.
+    /// Returns the state before the first message.
     pub fn new() -> Self {
         let mut hasher = RandomState::new().build_hasher();
         hasher.write_u32(std::process::id());
@@ -155,7 +155,7 @@ impl Hub {
         self.changed.notify_all();
     }
 
-    /// Nothing comes any more: waits until everything was sent, though not for long.
+    /// Ends the log: waits briefly until all messages were sent.
     pub fn finish(&self) {
         let mut state = self.state();
         state.is_over = true;

@@ -155,7 +155,7 @@ impl Network {
             hub.subscribe(&subscriptions, 0, ALL_EVENTS, ReadFrom::Kept);
             while let Some(batch) = hub.next(&subscriptions, || false) {
                 for (_, message) in &batch.messages {
-                    // It fails when the session is closed, which is the end.
+                    // The call fails when the session is closed, which ends the source.
                     let _ = publisher.put(message.bytes.as_slice()).attachment(&hub.session).wait();
                 }
                 if batch.is_last {
@@ -183,7 +183,7 @@ fn answer(query: &Query, key: &OwnedKeyExpr, hub: &Hub) {
         lines.push(b'\n');
     }
     let reply = query.reply(key, lines).encoding(Encoding::APPLICATION_JSON);
-    // Who has asked may have gone.
+    // The requester may have disconnected.
     let _ = reply.attachment(&hub.session).wait();
 }
 

@@ -15,11 +15,11 @@ use tungstenite::http::{HeaderValue, StatusCode};
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket, accept_hdr_with_config};
 
-/// How many may be connected.
+/// Maximum number of connections.
 const MOST_CLIENTS: usize = 32;
 /// The largest message that a client may send, bytes.
 const MAX_MESSAGE: usize = 1 << 20;
-/// How long a client may take to say what it wants, and to take a message.
+/// The timeouts for a client's request and for sending a message.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The address that a text says, `8765` or `0.0.0.0:8765`; without a host only this machine is served.

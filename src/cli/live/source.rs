@@ -18,7 +18,7 @@ use teachtree_logs::read::memory_table::InMemoryTable;
 /// The longest line, bytes.
 pub const MAX_LINE: u64 = 1 << 20;
 
-/// What a source sends.
+/// The messages of a source.
 pub enum SourceEvent {
     Line(Vec<u8>),
     /// A line that is too long was left out.
@@ -33,13 +33,13 @@ pub enum SourceEvent {
     Refused(String, String),
     /// The connection broke; what has come after it is another stretch.
     Broken(String),
-    /// It is there again.
+    /// The source is available again.
     Connected(String),
     Failed(InputError),
     Stop,
 }
 
-/// Where a source sends to.
+/// The receiver of a source.
 #[derive(Clone)]
 pub struct Outlet {
     pub sender: SyncSender<SourceEvent>,
@@ -71,7 +71,7 @@ impl Outlet {
     }
 }
 
-/// What a source is, as its name says.
+/// The kind of a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Lines,
@@ -85,7 +85,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// What a source of this name is.
+    /// Returns the kind of a source by its name.
     ///
     /// # Errors
     /// No source has this name.
@@ -127,7 +127,7 @@ impl Kind {
         }
     }
 
-    /// How many lines or messages may wait.
+    /// Maximum number of waiting lines or messages.
     pub fn most_waiting(self) -> usize {
         match (self.has_topics(), self.is_timed()) {
             // Several topics send at a time, and images are not among them.

@@ -49,7 +49,7 @@ pub fn transitions(all: &[TransitionDiagram], form: DiagramFormat) -> String {
     }
 }
 
-/// What a diagram of transitions says below.
+/// The caption of a diagram of transitions.
 fn legend(of: &TransitionDiagram) -> Vec<String> {
     let mut caption = vec![
         "an arrow: a frame after the one leaf can give the other one, before settling; what latches remember is left open".to_string(),

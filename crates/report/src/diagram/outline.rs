@@ -9,7 +9,7 @@ use teachtree_language::rules::{Branch, Consequent, Rules, Tree, TreeScope};
 pub struct Outline {
     /// Its name and whom it labels, `single_hand for each hand`.
     pub title: String,
-    /// What was taken on a frame, if one was asked for: `right at 2.500 s: Grasp`.
+    /// The path on the requested frame, if any: `right at 2.500 s: Grasp`.
     pub frame: Option<String>,
     /// Its choices, each followed by those of its branch.
     pub rows: Vec<Row>,
@@ -20,7 +20,7 @@ pub struct Outline {
 /// A choice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// How deep its branch lies; 0 at the root.
+    /// The depth of its branch; 0 at the root.
     pub depth: usize,
     /// Its name, if it has one.
     pub name: Option<String>,
@@ -32,22 +32,22 @@ pub struct Row {
     pub place: String,
     /// Whether it is the last one of its branch, which is taken whenever the others are not.
     pub is_last: bool,
-    /// How it came out.
+    /// Its outcome.
     pub mark: Mark,
 }
 
-/// How a choice came out on the frame.
+/// The outcome of a choice on the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// It was not asked, or no frame is shown.
+    /// Not evaluated, or no frame is shown.
     Quiet,
-    /// It was asked, and not taken.
+    /// Evaluated and not taken.
     Passed,
-    /// It was taken.
+    /// Taken.
     Taken,
 }
 
-/// What was taken on a frame.
+/// The path on a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TakenPath {
     /// The position of each choice in its branch, from the root to the leaf.

@@ -18,21 +18,21 @@ const TIMES: f64 = 10_000.0;
 const MAX_TOGGLES: usize = 16_000;
 /// The bound, as a share of the range. `curves.js` shows as many digits as it permits.
 const BOUND: f64 = 1.0 / 2000.0;
-/// How many knots a band is worth.
+/// The cost of a band, in knots.
 const BAND: usize = 4;
 
-/// How much may be lost, and how much may be kept.
+/// The limits of a decimation.
 #[derive(Clone, Copy, Debug)]
 pub struct Decimation {
     /// How far the line may be from a sample, in the unit of the values; at least the two-thousandth part of the range is allowed.
     pub within: f64,
     /// The range of the values that is drawn, where that is less than all of it: shares are of this one.
     pub drawn: Option<f64>,
-    /// What is kept.
+    /// The kept parts.
     pub keep: DecimationMode,
 }
 
-/// What is kept of a curve.
+/// The kept parts of a curve.
 #[derive(Clone, Copy, Debug)]
 pub enum DecimationMode {
     /// A line within the bound if it fits into about this many knots, else bands.
@@ -47,16 +47,16 @@ pub enum DecimationMode {
 pub struct DecimatedCurve {
     /// `{"v":number}` when it is the same everywhere, else `{"a":value of step 0,"s":size of a step,"k":items}`.
     pub json: Value,
-    /// How many knots it took; a band counts as several.
+    /// Number of knots; a band counts as several.
     pub knots: usize,
-    /// How far the line is from a sample at most; bands count for nothing.
+    /// The maximum distance of the line from a sample; bands do not count.
     pub off: f64,
 }
 
 /// A point of the line: a frame and its value.
 type Knot = (usize, f64);
 
-/// What a curve is made of.
+/// The parts of a curve.
 #[derive(Clone, Copy, Debug)]
 enum Item {
     Knot(Knot),
@@ -192,7 +192,7 @@ fn sampled(values: &[f64], piece: &Range<usize>, step: usize) -> Vec<Knot> {
     kept.filter_map(|frame| Some((frame, *values.get(frame)?))).collect()
 }
 
-/// How far a line of knots is from the samples between them at most.
+/// Returns the maximum distance of a line of knots from the samples between them.
 fn farthest(values: &[f64], items: &[Item]) -> f64 {
     let mut off: f64 = 0.0;
     for pair in items.windows(2) {

@@ -35,7 +35,7 @@ pub(super) const GROUPS: [&str; 4] =
 struct CurveRequest {
     group: usize,
     title: String,
-    /// What it is, as the rules have it.
+    /// Its expression in the rules.
     note: String,
     side: Option<Side>,
     of: CurveSource,

@@ -9,13 +9,13 @@ use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Body, Part, Role, Shape};
 use teachtree_frames::frames::{ColumnKey, Frames, HandLayout};
 
-/// How far what is drawn may be from where it was, m; less is not seen.
+/// Maximum position error of the drawing, m: smaller errors are invisible.
 const WITHIN_M: f64 = 3e-4;
-/// The same for a component of a quaternion.
+/// Maximum error of a component of a quaternion.
 const WITHIN_TURN: f64 = 2e-3;
-/// The same for a component of a force, N.
+/// Maximum error of a component of a force, N.
 const WITHIN_N: f64 = 5e-3;
-/// The same for a component of a normal.
+/// Maximum error of a component of a normal.
 const WITHIN_NORMAL: f64 = 0.05;
 /// Knots of all curves together, about, for each [`FRAMES`] of the recording.
 const KNOTS: usize = 120_000;

@@ -1,4 +1,4 @@
-//! What people see of a score: tables for terminals, a picture. Writers return text.
+//! The report of a score: tables for terminals, and a picture. Writers return text.
 
 mod picture;
 mod text;
@@ -9,7 +9,7 @@ pub use text::text;
 use teachtree_analysis::score::{NONE, Score};
 use teachtree_analysis::{UNKNOWN, number::fixed};
 
-/// What cannot be said, such as a rate of nothing.
+/// The text of an undefined number, such as a rate of nothing.
 const NOTHING: &str = "–";
 
 /// A rate in percent.

@@ -193,13 +193,13 @@ fn header(place: &str, bytes: &mut dyn Read) -> Result<Header, InputError> {
     if !text.starts_with(&MAGIC) {
         return Err(wrong("begins like no array of NumPy".into()));
     }
-    let [.., major, _, a, b, _, _] = text.as_slice() else { return Err(wrong("is no array".into())) };
+    let [.., major, _, a, b, _, _] = text.as_slice() else { return Err(wrong("is not an array".into())) };
     let (begin, length) = match *major {
         1 => (10, usize::from(u16::from_le_bytes([*a, *b]))),
         2 | 3 => {
             let (a, b) = (*a, *b);
             bytes.read_exact(text.get_mut(10..).unwrap_or_default()).map_err(damaged)?;
-            let [.., c, d] = text.as_slice() else { return Err(wrong("is no array".into())) };
+            let [.., c, d] = text.as_slice() else { return Err(wrong("is not an array".into())) };
             (12, u32::from_le_bytes([a, b, *c, *d]) as usize)
         }
         other => return Err(wrong(format!("is of version {other} of the format, expected 1 to 3"))),
