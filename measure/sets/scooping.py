@@ -15,7 +15,7 @@ RATE = 100  # Hz: the repository resamples transforms at this rate, and both sen
 ABOVE, BELOW = 4.0, 2.0  # N from the value at rest: contact begins and ends
 AFTER = RATE  # rows behind the longest contact that are still labeled
 EDGE = 3 * RATE // 10  # rows
-STEADY = 1.5  # N: a witness whose value at rest changes by more is no witness, since the arm or the tool was turned
+STEADY = 1.5  # N: a value at rest that changes by more is not evidence, because the arm or the tool was turned
 
 
 def change(force):

@@ -308,7 +308,7 @@ fn check_refuses_a_binding_that_analyze_refuses() {
     ] {
         assert!(messages.iter().any(|message| message.contains(part)), "{part}: {messages:#?}");
     }
-    // What the log decides is no error: names of columns, objects without columns, units that its header may have.
+    // Properties of the log are not errors of the binding: names of columns, objects without columns, units that its header may have.
     std::fs::write(path, binding("  <object>.position: [a, b, c]\n  right.gripper.opening: \"o [mm]\"\n", "")).unwrap();
     assert_eq!(said(&teachtree(&["check", path])), format!("{path}: a binding, without errors\n"));
     // Rules of one's own are named with the binding that is for them.

@@ -5,7 +5,7 @@ use teachtree_base::log_channel::{BodyPart, LogChannel};
 use teachtree_base::pose::{pose, slerp};
 use teachtree_base::recording::Recording;
 
-/// A time is that of a row which is no farther from it, s.
+/// Maximum distance between a time and the row that counts for it, s.
 const SAME_S: f64 = 1e-9;
 
 /// The samples of a column at these rows; what was not measured is as before, and before that zero.

@@ -54,7 +54,7 @@ pub type OnSegment<'a> = &'a mut dyn FnMut(&ClosedSegment) -> Result<(), Error>;
 /// Reads a log from its lines to the end, and reports its segments; returns the analysis of the whole log.
 ///
 /// # Errors
-/// [`ErrorKind::Format`], when a line is no JSON object; as [`Rules::analyze`]; what `on_segment` returns.
+/// [`ErrorKind::Format`], when a line is not a JSON object; as [`Rules::analyze`]; what `on_segment` returns.
 pub fn follow(
     lines: impl BufRead,
     request: &OpenRequest,

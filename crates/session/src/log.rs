@@ -206,7 +206,7 @@ impl LogOptions {
     /// closed for a second; returns the analysis of the whole log, which is the one that counts.
     ///
     /// # Errors
-    /// [`ErrorKind::Format`], when a line is no JSON object; as [`Rules::analyze`](super::Rules::analyze); what `on_segment` returns.
+    /// [`ErrorKind::Format`], when a line is not a JSON object; as [`Rules::analyze`](super::Rules::analyze); what `on_segment` returns.
     pub fn follow(self, lines: impl BufRead, rules: &RulesOptions, on_segment: OnSegment) -> Result<Analysis, Error> {
         let (request, settings) = self.request("-".into())?;
         growing_log::follow(lines, &request, &settings, rules, on_segment)

@@ -14,7 +14,7 @@ use teachtree_base::recording::Recording;
 use teachtree_frames::{self as stream, OpenRequest};
 use teachtree_world::{shipped, teach};
 
-/// A boundary is right when it is no farther from the true one, s.
+/// Maximum distance of a correct boundary from the true one, s.
 const RIGHT_S: f64 = 0.15;
 /// The precision of boundaries that human annotators set, s.
 const LABELED_S: f64 = 0.25;

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::score::{Share, Tally};
 
-/// A boundary is right when it is no farther off than this, s.
+/// Maximum distance of a correct boundary from the true one, s.
 const RIGHT_S: f64 = 0.15;
 
 /// All recordings in one variant.

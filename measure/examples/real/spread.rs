@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::score::statistics::quantile;
 use teachtree_analysis::score::{Share, Tally};
 
-/// A boundary is right when it is no farther off than this, s.
+/// Maximum distance of a correct boundary from the true one, s.
 const RIGHT_S: f64 = 0.15;
 /// How often the recordings are drawn anew.
 const DRAWN: usize = 2000;

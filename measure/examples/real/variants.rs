@@ -434,7 +434,7 @@ impl Lab {
 
     fn other_hand(&mut self) -> bool {
         if self.kind.set() == Set::Desk || self.binding.contains("left.") {
-            return false; // which arm gives is no matter of the rules: the gold of these recordings names the arms
+            return false; // the gold of these recordings names the arms, but the rules do not distinguish which arm gives
         }
         self.binding = self.binding.replace("right", "left");
         self.warp.other_hand = true;

@@ -74,7 +74,7 @@ pub fn turned(mut recording: Recording, angle: f64) -> Recording {
                     let [wt, xt, yt, zt] = turned_rotation(&turn, [w[row], x[row], y[row], z[row]]);
                     (w[row], x[row], y[row], z[row]) = (wt, xt, yt, zt);
                 }
-                // A channel with fewer components is no vector of the reference frame.
+                // A channel with fewer components is not a vector of the reference frame.
                 _ => {}
             }
         }
