@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
+use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::inspect::Inspector;
@@ -150,9 +151,15 @@ struct Vocabulary {
 
 impl Vocabulary {
     fn new(demonstrations: &[Demonstration], two_hands: bool, slots: usize) -> Result<Self, InputError> {
-        let contacts = loaded(&Declarations::all(Measured { two_hands, contacts: true }).text(std::iter::empty()))?;
-        let has_contacts = |one: &Demonstration| (one.frames)(&contacts.channels).is_ok();
-        let measured = Measured { two_hands, contacts: demonstrations.par_iter().all(has_contacts) };
+        let channels = |contacts: bool| -> Result<Vec<ChannelSpec>, InputError> {
+            let all = Declarations::all(Measured { two_hands, contacts, objects: true });
+            Ok(loaded(&all.text(std::iter::empty()))?.channels)
+        };
+        let (with, without) = (channels(true)?, channels(false)?);
+        let has_contacts = |one: &Demonstration| (one.frames)(&with).is_ok();
+        let has_objects = |one: &Demonstration| (one.frames)(&without).is_ok_and(|frames| !frames.objects.is_empty());
+        let contacts = demonstrations.par_iter().all(has_contacts);
+        let measured = Measured { two_hands, contacts, objects: demonstrations.par_iter().all(has_objects) };
         let declarations = Declarations::all(measured);
         let numbers = numbers(measured);
         let signal = |(at, text): (usize, String)| format!("signal atom_{at} = {text}");

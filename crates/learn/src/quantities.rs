@@ -63,11 +63,17 @@ pub(crate) struct Measured {
     pub two_hands: bool,
     /// The contacts of fingers, or the forces that they follow from.
     pub contacts: bool,
+    /// Objects, of which one is the target.
+    pub objects: bool,
 }
 
 impl Measured {
     fn quantities(self) -> impl Iterator<Item = &'static Quantity> {
-        OF_HAND.iter().filter(move |quantity| self.contacts || quantity.definition != CONTACTS)
+        let is_measured = move |quantity: &&Quantity| {
+            (self.contacts || quantity.definition != CONTACTS)
+                && (self.objects || !quantity.definition.contains("target."))
+        };
+        OF_HAND.iter().filter(is_measured)
     }
 
     fn conditions(self) -> impl Iterator<Item = &'static str> {
@@ -84,16 +90,18 @@ const APART: Quantity =
 
 /// Durations of windows around events.
 const EVENT_WINDOWS: [&str; 9] = ["300 ms", "500 ms", "800 ms", "1.2 s", "1.8 s", "2.5 s", "3.5 s", "5 s", "7 s"];
-/// Durations of windows in which a number passes a threshold.
-const NUMBER_WINDOWS: [&str; 3] = ["1 s", "2 s", "4 s"];
+/// Durations of windows in which a length or force passes a threshold.
+const WINDOWS: &[&str] = &["1 s", "2 s", "4 s"];
+/// Durations of windows in which a speed does.
+const SPEED_WINDOWS: &[&str] = &["2 s"];
 
 /// A number that is compared with thresholds.
 #[derive(Clone, Debug)]
 pub(crate) struct Number {
     pub template: String,
     pub unit: Unit,
-    /// Whether it is compared within windows, too.
-    windows: bool,
+    /// The windows in which it is compared, too.
+    windows: &'static [&'static str],
 }
 
 /// Conditions that differ in one threshold or duration only.
@@ -135,11 +143,12 @@ pub(crate) fn numbers(measured: Measured) -> Vec<Number> {
     for quantity in measured.quantities().chain(two_hands.then_some(&APART)) {
         let mark = if quantity.name == APART.name { "" } else { "@" };
         if let Kind::Number(unit) = quantity.kind {
-            numbers.push(Number { template: format!("{mark}{}", quantity.name), unit, windows: true });
+            let windows = if unit == MM_PER_S { SPEED_WINDOWS } else { WINDOWS };
+            numbers.push(Number { template: format!("{mark}{}", quantity.name), unit, windows });
         }
     }
     for condition in measured.conditions() {
-        let mut add = |template: String| numbers.push(Number { template, unit: MM, windows: false });
+        let mut add = |template: String| numbers.push(Number { template, unit: MM, windows: &[] });
         for since in [format!("@{condition}"), format!("not @{condition}")] {
             add(format!("@height - earliest(@height since {since})"));
             add(format!("norm(@place - earliest(@place since {since}))"));
@@ -172,8 +181,8 @@ pub(crate) fn families(numbers: &[Number], measured: Measured) -> Vec<Family> {
             }
         }
     }
-    for (at, Number { template, .. }) in numbers.iter().enumerate().filter(|(_, number)| number.windows) {
-        for window in NUMBER_WINDOWS {
+    for (at, Number { template, windows, .. }) in numbers.iter().enumerate() {
+        for window in *windows {
             for when in ["last", "next"] {
                 for sign in [">", "<"] {
                     add(format!("({template} {sign} #) within {when} {window}"), Steps::Thresholds(at));
