@@ -138,23 +138,6 @@ fn planted_faults_are_found_and_good_recordings_are_not() {
     );
 }
 
-/// The description of the command names all kinds of findings that `--allow` and `--fail-on` take.
-#[test]
-fn the_help_names_each_kind_of_finding() {
-    let help = run(Path::new("."), &["audit", "--help"]);
-    let (description, options) = help.split_once("Usage:").unwrap();
-    let description = description.split_whitespace().collect::<Vec<_>>().join(" ");
-    let values = options.split_once("--allow").unwrap().1.split_once("--fail-on").unwrap().0;
-    let kinds: Vec<&str> =
-        values.lines().filter_map(|line| Some(line.trim().strip_prefix("- ")?.split_once(':')?.0)).collect();
-    assert!(kinds.contains(&"lacks_task"), "{help}");
-    for kind in kinds {
-        // `failed_grasp` is described as `failed grasps`, `lacks_task` as `lacking a task`.
-        let stem: String = kind.chars().take(4).collect::<String>().replace('_', " ");
-        assert!(description.contains(&stem), "{kind} is not in `{description}`");
-    }
-}
-
 /// A hand that brings two boxes, one after the other.
 fn two_boxes(order: [&str; 2]) -> String {
     let mut text = String::from(

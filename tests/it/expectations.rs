@@ -242,7 +242,7 @@ fn names_in_expectations_are_those_of_the_rules() {
     for (from, to, wanted) in [
         ("  Grasp ", "  Grsap ", "there is no primitive"),
         ("task pick_and_place", "task pick_and_plaec", "there is no task"),
-        ("tolerance: 20 ms", "tolerance: 20 ms\nset: nope = 3 mm", "what it names cannot be used"),
+        ("tolerance: 20 ms", "tolerance: 20 ms\nset: nope = 3 mm", "a file that it names cannot be used"),
     ] {
         let wrong = text.replace(from, to);
         assert_ne!(wrong, text, "{from}");

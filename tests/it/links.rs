@@ -42,7 +42,7 @@ fn links_out_of_a_set_and_broken_links_are_refused_before_anything_is_written() 
         (
             |at| symlink("/nonexistent", at.join("set/notes")).unwrap(),
             "set/notes",
-            "is a link to /nonexistent, which is not",
+            "is a link to /nonexistent, which does not exist",
         ),
         (
             |at| symlink("..", at.join("set/meta/around")).unwrap(),

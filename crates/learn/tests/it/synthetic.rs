@@ -140,7 +140,8 @@ impl Synthetic {
                 }
             }
         }
-        let stretches = self.gap.map_or_else(|| vec![0..len], |gap| vec![0..gap, gap..len]);
+        let bounds = self.gap.map_or_else(|| vec![0, len], |gap| vec![0, gap, len]);
+        let stretches = bounds.windows(2).map(|pair| pair[0]..pair[1]).collect();
         let time = (0..len).map(|frame| frame as f64 / RATE_HZ).collect();
         Frames { layout, channels: channels.to_vec(), columns, len, time, stretches, ..Frames::default() }
     }

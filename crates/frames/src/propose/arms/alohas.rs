@@ -4,16 +4,17 @@ use super::super::hands::side_of;
 use super::super::parts::{Part, Quantity};
 use super::super::yaml_scalar::quoted;
 use super::Arm;
+use std::f64::consts::PI;
 use teachtree_base::hands::Side;
 
 /// The joints of an arm with their limits, rad.
 const JOINTS: [(&str, [f64; 2]); 6] = [
-    ("waist", [-3.1416, 3.1416]),
+    ("waist", [-PI, PI]),
     ("shoulder", [-1.85, 1.2566]),
     ("elbow", [-1.7628, 1.6057]),
-    ("forearm_roll", [-3.1416, 3.1416]),
+    ("forearm_roll", [-PI, PI]),
     ("wrist_angle", [-1.8675, 2.234]),
-    ("wrist_rotate", [-3.1416, 3.1416]),
+    ("wrist_rotate", [-PI, PI]),
 ];
 /// Joints may be this far beyond their limits, rad.
 const BEYOND: f64 = 0.1;

@@ -196,7 +196,7 @@ fn what_is_wrong_with_a_mesh_is_said_at_the_line_of_the_urdf() {
         ("m.obj", b"v 0 0 0\nf 1 2 3\n", &["`m.obj` cannot be read as OBJ"]),
         ("m.obj", b"v 0 0 0\n", &["it has no triangles"]),
         ("m.dae", b"<COLLADA", &["`m.dae` cannot be read as DAE"]),
-        ("m.dae", cyclic.as_bytes(), &["nodes are more than 64 deep"]),
+        ("m.dae", cyclic.as_bytes(), &["nodes are nested more than 64 deep"]),
         ("m.glb", b"", &["expected a file that ends in one of `.stl`, `.obj`, `.dae`"]),
         ("m.stl", &binary_stl(&large), &["`m.stl` is 80 m long", "scale=\"0.001 0.001 0.001\""]),
         ("gone.stl", b"", &["`gone.stl` is missing"]),
