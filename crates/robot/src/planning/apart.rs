@@ -8,6 +8,7 @@
 //! nothing is too near or nothing better is found.
 
 use super::beside::{Aside, Passing};
+use super::change::Change;
 use super::couple::{Couple, of_many_kinds};
 use super::hand_planner::{HandPlanner, tip_radius};
 use super::in_hole;
@@ -142,40 +143,6 @@ struct Choice {
     measure: f64,
     /// The hand, without its arm, at each of the steps that are looked at.
     stands: Vec<Occupied>,
-}
-
-/// Tasks and walks with a pair of grasps chosen anew.
-struct Change {
-    tasks: [Task; 2],
-    walks: [Walk; 2],
-    near: Vec<Near>,
-    /// What is to be added for going through more than before, m.
-    through: f64,
-}
-
-impl Change {
-    /// The smaller the better, m.
-    fn cost(&self) -> f64 {
-        total(&self.near) + self.through
-    }
-
-    /// Takes tasks and a walk of a hand from one of these postures, where that leaves less too near.
-    fn take_nearest(
-        &mut self,
-        hand: usize,
-        begun: impl IntoIterator<Item = Moving>,
-        tasks: &[Task; 2],
-        all: &[Task],
-        scene: &Scene,
-    ) {
-        for walk in begun.into_iter().filter_map(|begun| Walk::of(begun, all, scene)) {
-            let near = walk.near_to(&self.walks[1 - hand], hand);
-            if total(&near) < total(&self.near) {
-                self.walks[hand] = walk;
-                (self.tasks, self.near) = (tasks.clone(), near);
-            }
-        }
-    }
 }
 
 impl<'a> Pair<'a> {

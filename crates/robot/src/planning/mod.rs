@@ -2,6 +2,7 @@
 
 mod apart;
 mod beside;
+mod change;
 mod couple;
 pub mod goal;
 pub mod gripper_goal;
