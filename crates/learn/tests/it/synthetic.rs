@@ -1,7 +1,7 @@
 //! Synthetic recordings: hands that reach, close a gripper, lift, and put down.
 
 use std::collections::BTreeMap;
-use teachtree_base::channels::{Axis, ChannelSpec};
+use teachtree_base::channels::{Axis, ChannelSpec, Fallback};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side, TrackId};
 use teachtree_frames::frames::{ColumnKey, Frames, HandLayout, Layout};
@@ -167,7 +167,7 @@ impl Synthetic {
             name: format!("recording of group {}", self.group),
             group: self.group,
             hands: self.hands.keys().copied().collect(),
-            frames: Box::new(|channels| match channels.iter().find(|channel| channel.name == "fingers.contact") {
+            frames: Box::new(|channels| match channels.iter().find(|channel| reads_contacts(channel)) {
                 // As a log of positions alone is refused by rules that read contacts.
                 Some(_) if self.who == TrackId::Both => Err(InputError::new("a log", "has no `fingers.contact`")),
                 _ => Ok(self.frames(channels)),
@@ -175,4 +175,9 @@ impl Synthetic {
             tracks: vec![LabeledTrack { who: self.who, spans: spans(&self.labels), present }],
         }
     }
+}
+
+/// Whether rules read the contacts of fingers.
+fn reads_contacts(channel: &ChannelSpec) -> bool {
+    channel.name == "fingers.contact" && matches!(channel.absent, Fallback::NormAbove { needed: true, .. })
 }
