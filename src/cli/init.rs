@@ -242,6 +242,10 @@ fn keys(places: Option<&Places>, rules: Option<&str>, analysis: Option<&Analysis
 /// What was guessed, and what was not found.
 fn guesses(proposal: &Proposal) -> String {
     let mut text = String::from("guessed\n");
+    let is_timing = |line: &&str| ["time:", "rate:", "resample:"].iter().any(|key| line.starts_with(key));
+    for line in proposal.binding.lines().filter(is_timing) {
+        let _ = writeln!(text, "  {line}");
+    }
     let channels = proposal.binding.lines().skip_while(|line| *line != "channels:").skip(1);
     for line in channels.take_while(|line| line.starts_with("  ")).filter(|line| !line.trim_start().starts_with('#')) {
         let _ = writeln!(text, "{line}");

@@ -212,7 +212,7 @@ fn quality(mapped: &MappedGrasp) -> String {
     parts.push(format!("pads {} degrees from the normal", each(&|finger| finger.pad_angle_deg, 0)));
     parts.extend(mapped.friction_margin.map(|margin| match margin {
         0.0 => "the contacts can push the object but not hold it".into(),
-        margin => format!("holds with {:.0} % less friction too", margin * 100.0),
+        margin => format!("holds with up to {:.0} % less friction", (margin * 100.0).floor().clamp(0.0, 99.0)),
     }));
     parts.join("; ")
 }

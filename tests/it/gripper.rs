@@ -96,7 +96,11 @@ fn each_line_of_a_proposed_binding_is_read() {
             let other: Vec<&str> = text.lines().filter(|own| !own.starts_with(&format!("  {channel}: "))).collect();
             bindings.push(other.join("\n").replacen(line, &line.replacen("# ", "", 1), 1));
         }
-        let first = if log.join("meta").is_dir() { PathBuf::from(format!("{}#0", log.display())) } else { log.clone() };
+        let first = match () {
+            () if log.join("meta").is_dir() => PathBuf::from(format!("{}#0", log.display())),
+            () if log.ends_with("lift.hdf5") => PathBuf::from(format!("{}#demo_1", log.display())),
+            () => log.clone(),
+        };
         for bound in bindings {
             let path = folder.path().join("bound.yaml");
             std::fs::write(&path, &bound).unwrap();

@@ -14,9 +14,10 @@ use teachtree_logs::read::table::{ColumnRequest, Source, Table};
 /// A value that is repeated for this long is reported, s.
 const REPEATED_SECS: f64 = 1.0;
 /// Names that columns of time have.
-const TIMES: [&str; 14] = [
+const TIMES: [&str; 15] = [
     "time",
     "t",
+    "ts",
     "timestamp",
     "time_stamp",
     "stamp",

@@ -92,16 +92,13 @@ pub fn format_clearance(nearest: &MinDistances, collisions: &[Collision]) -> Str
     let MinDistances { arms, scene, handled } = nearest;
     if let Some(nearest) = arms.as_ref().filter(|nearest| !nearest.passes_through()) {
         let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
-        let _ = writeln!(text, "the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s");
+        let _ = writeln!(text, "smallest gap of the arms: {gap:.1} mm, `{one}` and `{other}`, after {time_s:.1} s");
     }
-    for (what, nearest) in [("other bodies", scene), ("what the hand handles", handled)] {
+    for (what, nearest) in [("other bodies", scene), ("handled objects", handled)] {
         // A penetration is a warning.
         if let Some(nearest) = nearest.as_ref().filter(|nearest| !nearest.passes_through()) {
             let (gap, time_s, [link, body]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
-            let _ = writeln!(
-                text,
-                "links are {gap:.1} mm from {what} at least: `{link}` and `{body}`, after {time_s:.1} s"
-            );
+            let _ = writeln!(text, "smallest gap to {what}: {gap:.1} mm, `{link}` and `{body}`, after {time_s:.1} s");
         }
     }
     for warning in warnings(nearest, collisions) {

@@ -44,7 +44,7 @@ fn a_hand_over_is_carried_out_by_two_arms() {
         printed.contains("left pick_and_place: `box` is") && printed.contains("right pick_and_place: `box` is"),
         "{printed}"
     );
-    assert!(printed.contains("mm apart at least") && !printed.contains("go through each other"), "{printed}");
+    assert!(printed.contains("smallest gap of the arms: ") && !printed.contains("go through each other"), "{printed}");
     let page = std::fs::read_to_string(page).unwrap();
     pictures_hold_hands_and_objects(&page);
     assert!(page.contains("left hand, pick_and_place") && page.contains("right hand, pick_and_place"));

@@ -11,7 +11,7 @@ use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::compound;
 
 /// Words for the opening of a gripper, the best one first.
-const OPENINGS: [&str; 12] = [
+const OPENINGS: [&str; 14] = [
     "opening",
     "width",
     "aperture",
@@ -24,6 +24,8 @@ const OPENINGS: [&str; 12] = [
     "leftfinger",
     "finger",
     "fingers",
+    "robotiq",
+    "greifer",
 ];
 /// Words for other quantities of a gripper.
 const OTHERS: [&str; 16] = [
@@ -126,8 +128,10 @@ fn is_output(part: &Part) -> bool {
 
 /// Whether it counts up to 255, as the grippers of Robotiq do: they are shut there.
 fn is_of_robotiq(part: &Part) -> bool {
+    // A gripper that stops at an object may stay below the middle.
+    let least = if words::has(&part.words, &["robotiq"]) { 2.0 } else { 128.0 };
     let is_count = |column: &&crate::inspect::ColumnReport| {
-        column.max > 128.0
+        column.max > least
             && column.max <= 255.0
             && column.samples.iter().all(|value| value.is_nan() || value.fract() == 0.0)
     };
@@ -164,9 +168,18 @@ fn is_other_finger(one: &Part, other: &Part) -> bool {
 
 fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Body]) -> Option<Gripper> {
     let column = part.members.first()?;
-    let [low, high] = column.groups.unwrap_or([column.min, column.max]);
-    let limit = short((low + high) / 2.0);
-    let by_motion = is_low_closed(part, limit, tool, bodies);
+    let [mut low, mut high] = column.groups.unwrap_or([column.min, column.max]);
+    let carried = while_carrying(part, tool, bodies);
+    let mut limit = short((low + high) / 2.0);
+    let mut by_motion = is_low_closed(&carried, limit);
+    // A gripper that also shut on nothing has three levels; it is open at its largest width.
+    if let Some(held) = held_width(part, &carried) {
+        low = held;
+        let is_open = high > held + (column.max - held) / 2.0;
+        high = if is_open { high } else { column.max };
+        limit = short((held + high) / 2.0);
+        by_motion = Some(true);
+    }
     let says_closed = part.words.iter().any(|word| word.starts_with("clos") || word == "grasped");
     let (is_counted, is_switched) = (is_of_robotiq(part), is_output(part));
     let is_low = by_motion.unwrap_or(!(says_closed || is_counted || is_switched));
@@ -246,13 +259,16 @@ fn short(number: f64) -> f64 {
     format!("{number:.2e}").parse().unwrap_or(number)
 }
 
-/// Whether a gripper is closed at the lower end: that at which bodies move with the tool. `None` if nothing shows that.
-fn is_low_closed(part: &Part, limit: f64, tool: Option<&Part>, bodies: &[Body]) -> Option<bool> {
+/// The values of a gripper while a body moves with the tool, or moves at all where the tool is unknown.
+fn while_carrying(part: &Part, tool: Option<&Part>, bodies: &[Body]) -> Vec<f64> {
     /// A step that is longer is a motion, m.
     const STEP_M: f64 = 1e-3;
-    let [mut low, mut high] = [0_usize, 0];
-    let [column] = part.members[..] else { return None };
-    for body in bodies.iter().filter_map(|body| body.positions.first()) {
+    /// The noise of a tracker may move a body at rest this far, m.
+    const AT_REST_M: f64 = 0.01;
+    let [column] = part.members[..] else { return vec![] };
+    let mut values = vec![];
+    let bodies = bodies.iter().filter_map(|body| body.positions.first());
+    for body in bodies.filter(|body| body.extent() > AT_REST_M) {
         for row in 1..body.rows() {
             let (Some(before), Some(now)) = (body.position(row - 1), body.position(row)) else { continue };
             let moved = distance(before, now);
@@ -268,18 +284,36 @@ fn is_low_closed(part: &Part, limit: f64, tool: Option<&Part>, bodies: &[Body]) 
                 );
                 relative < moved
             });
-            let value = column.samples.get(body.row_in(row, part)).copied().unwrap_or(f64::NAN);
-            match value < limit {
-                true if with_tool => low += 1,
-                false if with_tool && value.is_finite() => high += 1,
-                _ => {}
-            }
+            let value = column.samples.get(body.row_in(row, part)).copied().filter(|value| value.is_finite());
+            values.extend(value.filter(|_| with_tool));
         }
     }
-    const LEAST: usize = 5;
+    values
+}
+
+/// The fewest rows in which a body moves with the tool that show at which end a gripper is closed.
+const LEAST: usize = 5;
+
+/// Whether a gripper is closed at the lower end: that at which bodies move with the tool. `None` if nothing shows that.
+fn is_low_closed(carried: &[f64], limit: f64) -> Option<bool> {
+    let low = carried.iter().filter(|value| **value < limit).count();
+    let high = carried.len() - low;
     match () {
         () if low >= LEAST && low >= 3 * high => Some(true),
         () if high >= LEAST && high >= 3 * low => Some(false),
         () => None,
     }
+}
+
+/// The width at which a gripper holds something, if its column is a width, and wider values are open.
+fn held_width(part: &Part, carried: &[f64]) -> Option<f64> {
+    let [column] = part.members[..] else { return None };
+    if carried.len() < LEAST || !words::has(&part.words, &["opening", "width", "aperture", "gap"]) {
+        return None;
+    }
+    let mut sorted = carried.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let [held, most] = [sorted[sorted.len() / 2], sorted[sorted.len() * 9 / 10]];
+    let range = column.max - column.min;
+    (most - held < range / 10.0 && held < column.max - range / 10.0).then_some(held)
 }

@@ -25,6 +25,10 @@ pub fn timing(log: &Inspection, survey: &Survey, answers: &Answers) -> Timing {
     match used.iter().find_map(|sheet| sheet.time.as_deref()) {
         Some("time" | "time [s]") => {}
         Some(time) => lines.push(format!("time: {}", scalar(time))),
+        None if even_stamps(&used).is_some() => {
+            let time = even_stamps(&used).unwrap_or_default();
+            lines.push(format!("time: {}    # it increases evenly; in s", scalar(time)));
+        }
         None => {
             let (rate, reason) = usual_rate(log);
             if answers.rate_hz.is_none() {
@@ -43,6 +47,21 @@ pub fn timing(log: &Inspection, survey: &Survey, answers: &Answers) -> Timing {
     }
     lines.extend(resampling(&used, survey));
     Timing { lines, question }
+}
+
+/// The column of a single sheet without stamps whose values increase by even steps of less than a second, and are not row numbers.
+fn even_stamps<'a>(used: &[&'a SheetReport]) -> Option<&'a str> {
+    let [sheet] = used else { return None };
+    let is_stamp = |column: &&crate::inspect::ColumnReport| {
+        let steps: Vec<f64> = column.samples.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
+        let mean = (column.max - column.min) / (sheet.rows.max(2) - 1) as f64;
+        let is_even = least > 0.0 && steps.iter().all(|step| *step < 2.0 * least);
+        column.unit.is_empty() && steps.len() >= 20 && is_even && (1e-4..1.0).contains(&mean)
+    };
+    let mut stamps = sheet.columns.iter().filter(is_stamp);
+    let found = stamps.next()?;
+    stamps.next().is_none().then_some(found.name.as_str())
 }
 
 /// The rate of logs without stamps by the names of their columns, and the reason.

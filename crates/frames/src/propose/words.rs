@@ -36,7 +36,7 @@ const COMMANDED: [&str; 22] = [
     "twist",
 ];
 /// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
-const GENERIC: [&str; 54] = [
+const GENERIC: [&str; 56] = [
     "obs",
     "observation",
     "observations",
@@ -68,6 +68,8 @@ const GENERIC: [&str; 54] = [
     "tf",
     "tf2",
     "xyz",
+    "wxyz",
+    "xyzw",
     "world",
     "actual",
     "current",
@@ -177,8 +179,8 @@ pub fn joint_of_finger(words: &[String]) -> Option<Finger> {
 /// The finger whose word is the first one in a name; a ring may be an object.
 fn finger_of_person(words: &[String]) -> Option<Finger> {
     const FINGERS: [(&[&str], Finger); 5] = [
-        (&["thumb", "thtip", "f1", "finger1", "leftfinger", "finger_l"], Finger::Thumb),
-        (&["index", "iftip", "f2", "finger2", "rightfinger", "finger_r"], Finger::Index),
+        (&["thumb", "thtip", "f1", "finger1", "leftfinger"], Finger::Thumb),
+        (&["index", "iftip", "f2", "finger2", "rightfinger"], Finger::Index),
         (&["middle", "mftip", "f3", "finger3"], Finger::Middle),
         (&["ring", "rftip", "f4"], Finger::Ring),
         (&["little", "pinky", "lftip", "f5"], Finger::Little),
@@ -207,8 +209,8 @@ pub fn finger(words: &[String]) -> Option<Finger> {
 /// The finger of a gripper of two: `gripper0_finger_joint1_tip`, `left_finger`, `pad_a`.
 pub fn jaw(words: &[String]) -> Option<Finger> {
     match () {
-        () if has(words, &["joint1", "left", "1", "a"]) => Some(Finger::Thumb),
-        () if has(words, &["joint2", "right", "2", "b"]) => Some(Finger::Index),
+        () if has(words, &["joint1", "left", "l", "1", "a"]) => Some(Finger::Thumb),
+        () if has(words, &["joint2", "right", "r", "2", "b"]) => Some(Finger::Index),
         () => None,
     }
 }

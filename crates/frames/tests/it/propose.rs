@@ -375,3 +375,70 @@ fn a_body_that_stands_still_is_the_socket_of_what_enters_it() {
 fn carried_end(_: f64) -> f64 {
     0.3
 }
+
+#[test]
+fn a_gripper_that_also_shut_on_nothing_is_open_at_its_largest_width() {
+    let mut columns = columns_of_peg(rubs);
+    // Shut before the grasp, then open, then 46 mm of 80 mm while it carries.
+    columns[3].1 = |passed| match passed {
+        passed if passed < 0.1 => 0.001,
+        passed if (0.15..0.9).contains(&passed) => 0.046,
+        _ => 0.08,
+    };
+    let of_width = binding(&columns);
+    assert_eq!(channel(&of_width, "right.gripper.closed"), Some("gripper_width [m] < 0.063 m"), "{of_width}");
+    // A body at rest whose tracker is noisy has no vote.
+    columns[3] = ("gripper_position", |passed| if width(passed) < 0.05 { 90.0 } else { 2.0 });
+    columns.push(("cone_x", |passed| 0.5 + 5e-4 * (passed * 700.0).sin()));
+    columns.extend([("cone_y", still as fn(f64) -> f64), ("cone_z", still)]);
+    let of_counts = binding(&columns);
+    assert_eq!(channel(&of_counts, "right.gripper.closed"), Some("gripper_position > 46"), "{of_counts}");
+}
+
+#[test]
+fn names_of_robotiq_of_two_fingers_and_of_rotations_are_known() {
+    let counts: fn(f64) -> f64 = |passed| if lift(passed) > 0.1 { 95.0 } else { 3.0 };
+    let columns: [Column; 7] = [
+        ("tcp_x", along),
+        ("tcp_y", along),
+        ("tcp_z", lift),
+        ("robotiq_pos", counts),
+        ("FingerL_x", along),
+        ("FingerL_y", along),
+        ("FingerL_z", lift),
+    ];
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "right.gripper.closed"), Some("robotiq_pos > 49"), "{found}");
+    assert!(channel(&found, "right.thumb.position").is_some(), "{found}");
+}
+
+#[test]
+fn an_even_column_is_the_time_of_a_log_without_stamps() {
+    let folder = tempfile::tempdir().unwrap();
+    let proposed = |text: &str| {
+        let log = folder.path().join("log.csv");
+        fs::write(&log, text).unwrap();
+        propose(&inspect(formats::open(&log).unwrap(), None, None).unwrap(), &Answers::default()).binding
+    };
+    let with_names =
+        |from: &str, to: &str| table(&[("tcp_x", swings), ("tcp_y", still), ("tcp_z", lift)]).replacen(from, to, 1);
+    for name in ["ts", "uptime"] {
+        let binding = proposed(&with_names("time", name));
+        assert!(binding.lines().any(|line| line.starts_with(&format!("time: {name}"))), "{binding}");
+    }
+    // Row numbers are not stamps.
+    let numbered: String = table(&[("tcp_x", swings), ("tcp_y", still), ("tcp_z", lift)])
+        .lines()
+        .enumerate()
+        .map(|(row, line)| {
+            let first = if row == 0 { "frame".to_string() } else { row.to_string() };
+            format!("{first},{}\n", line.split_once(',').unwrap().1)
+        })
+        .collect();
+    let binding = proposed(&numbered);
+    assert!(binding.contains("rate: 100 Hz"), "{binding}");
+}
+
+fn swings(passed: f64) -> f64 {
+    0.4 + 0.1 * (passed * 9.0).sin()
+}

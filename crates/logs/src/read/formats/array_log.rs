@@ -15,7 +15,10 @@ use teachtree_base::guard::guarded;
 /// The highest rate that is believed, Hz.
 pub(super) const MAX_RATE_HZ: f64 = 1e5;
 /// Names of arrays that are the stamps of their recording.
-const TIMES: [&str; 4] = ["time", "timestamp", "timestamps", "t"];
+const TIMES: [&str; 7] = ["time", "timestamp", "timestamps", "t", "ts", "stamp", "stamps"];
+/// Names of attributes and of arrays of one number that are a rate in Hz.
+pub(super) const RATES: [&str; 8] =
+    ["fps", "control_freq", "control_hz", "rate", "hz", "rate_hz", "frequency", "sampling_rate"];
 
 /// The values of an array, row by row.
 pub(super) trait ArrayValues {
@@ -158,7 +161,7 @@ pub(super) fn rate(attribute: &dyn Fn(&str) -> Value) -> Option<f64> {
         .or_else(|| number(&args, &["control_freq"]))
         .or_else(|| number(&info, &["control_freq"]))
         .or_else(|| simulated.map(|(dt, steps)| 1.0 / (dt * steps)))
-        .or_else(|| ["control_freq", "fps"].iter().find_map(|key| attribute(key).as_f64()))
+        .or_else(|| RATES.iter().find_map(|key| attribute(key).as_f64()))
         .filter(|rate| *rate > 0.0 && *rate <= MAX_RATE_HZ)
 }
 

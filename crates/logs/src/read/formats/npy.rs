@@ -20,8 +20,7 @@ const MAX_HEADER: usize = 1 << 16;
 const DEEPEST: usize = 16;
 /// The name of an array without a name.
 const UNNAMED: &str = "arr_0";
-/// Arrays of one number that are a rate in Hz, or a step in s.
-const RATES: [&str; 6] = ["fps", "control_freq", "rate", "hz", "rate_hz", "frequency"];
+/// Arrays of one number that are a step in s.
 const STEPS: [&str; 2] = ["dt", "timestep"];
 
 /// Opens a file with one array, which must be in `folders`.
@@ -151,7 +150,7 @@ fn rate(place: &str, name: &str, at: &ArrayLocation, header: &Header) -> Result<
     let fields = header.fields();
     let [Field { element: Ok(element), .. }] = fields.as_slice() else { return Ok(None) };
     let element = *element;
-    if !is_step && !RATES.contains(&name) || element.is_text() {
+    if !is_step && !super::array_log::RATES.contains(&name) || element.is_text() {
         return Ok(None);
     }
     let bytes = at.with(place, |bytes| data(place, bytes, header, element.size))?;
