@@ -173,7 +173,8 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
     let mut limit = short((low + high) / 2.0);
     let mut by_motion = is_low_closed(&carried, limit);
     // A gripper that also shut on nothing has three levels; it is open at its largest width.
-    if let Some(held) = held_width(part, &carried) {
+    let is_another = |held: &f64| (held - low).abs() > (column.max - column.min) / 8.0;
+    if let Some(held) = held_width(part, &carried).filter(is_another) {
         low = held;
         let is_open = high > held + (column.max - held) / 2.0;
         high = if is_open { high } else { column.max };
