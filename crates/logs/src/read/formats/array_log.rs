@@ -15,7 +15,7 @@ use teachtree_base::guard::guarded;
 /// The highest rate that is believed, Hz.
 pub(super) const MAX_RATE_HZ: f64 = 1e5;
 /// Names of arrays that are the stamps of their recording.
-const TIMES: [&str; 7] = ["time", "timestamp", "timestamps", "t", "ts", "stamp", "stamps"];
+const TIMES: [&str; 5] = ["time", "timestamp", "timestamps", "t", "ts"];
 /// Names of attributes and of arrays of one number that are a rate in Hz.
 pub(super) const RATES: [&str; 8] =
     ["fps", "control_freq", "control_hz", "rate", "hz", "rate_hz", "frequency", "sampling_rate"];
