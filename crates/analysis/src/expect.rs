@@ -238,8 +238,8 @@ pub fn lines(analysis: &Analysis) -> Vec<Line> {
     lines
 }
 
-/// The file with what was found instead, as `cargo insta review --extensions expect` reads it from `NAME.expect.new`: with a header, which says of which log it
-/// is.
+/// The file with the results that differ, as `cargo insta review --extensions expect` reads it from `NAME.expect.new`: with a header that names
+/// the log.
 pub fn pending(expectation: &Expectation, found: &[Line]) -> String {
     let text = expectation.updated(found, true);
     if text.starts_with(HEADER) {

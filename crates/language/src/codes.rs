@@ -4,7 +4,7 @@
 /// The pages, one a code: a heading `## E101`, and what there is to say.
 const PAGES: &str = include_str!("../../../docs/reference/codes.md");
 
-/// The page of a code, as Markdown with its heading; `None` if there is no such code.
+/// The page of a code, as Markdown with its heading; `None` for an unknown code.
 pub fn page(code: &str) -> Option<&'static str> {
     ALL.iter().find(|(known, _)| *known == code)?;
     let (_, rest) = PAGES.split_once(&format!("\n## {code}\n"))?;

@@ -26,7 +26,7 @@ const DOWN: f64 = 0.94;
 const ALONG: f64 = 0.87;
 /// The share of another way than down that is in contact: a body also slides along a surface that it has touched.
 const IN_CONTACT: f64 = 0.5;
-/// Half of the length of a long body, m: by so much it sinks with the sine of its tilt.
+/// Half of the length of a long body, m; its center sinks by this times the sine of its tilt.
 const HALF_LENGTH_M: f64 = 0.15;
 /// A body searches on the rim for this long, s, …
 const SEARCH_S: f64 = 3.0;

@@ -271,7 +271,7 @@ fn quantity(form: Form, unit: &str, words: &[String], members: &[&ColumnReport])
             Some(_) => Quantity::Other,
             None if says(&["torque", "torques", "moment", "moments"]) || last(&["t", "m", "mom"]) => Quantity::Torque,
             None if says(&["f", "force", "forces", "ft", "wrench", "grf"]) => Quantity::Force,
-            // `pad_a` is no acceleration.
+            // `pad_a` is not an acceleration.
             None if last(&["v", "w", "a", "q", "ori", "scale"]) && words::finger(words).is_none() => Quantity::Other,
             None if says(&["axis", "angle", "angles", "euler", "rpy", "rotvec"]) => Quantity::Other,
             None => Quantity::Position,

@@ -29,7 +29,7 @@ const OFF_M: f64 = 0.02;
 const HANGS_S: f64 = 0.5;
 /// A contact counts until this long before the gripper opens, s: then its weight leaves the wrist.
 const RELEASE_S: f64 = 0.15;
-/// A body that a hand holds is no farther from it, m.
+/// The maximum distance of a held body from the hand, m.
 const HELD_M: f64 = 0.3;
 /// Names of bodies that others are put into or on.
 const SOCKETS: [&str; 13] =

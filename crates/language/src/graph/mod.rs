@@ -88,7 +88,7 @@ pub enum Op {
     Number(FloatBits),
     Channel(ChannelId, Hand),
     Latch(LatchId, Hand),
-    /// The tree of a hand, or (`Nobody`) the tree over both hands.
+    /// The tree of a hand, or of both hands (`Nobody`).
     From {
         tree: Hand,
         labels: Vec<Label>,
