@@ -19,7 +19,7 @@ PATH="$programs:$PATH"
 platform=()
 [ "$(uname -s)" != Linux ] || platform=(--zig --compatibility manylinux2014)
 rm -f "$out"/teachtree-*.whl
-maturin build --manifest-path python/Cargo.toml --profile dist --locked --out "$out" "${platform[@]}"
+maturin build --manifest-path python/Cargo.toml --profile dist --locked --compression-level 9 --out "$out" "${platform[@]}"
 
 wheel=$(echo "$out"/teachtree-*.whl)
 if [ "$(uname -s)" = Linux ]; then
