@@ -45,7 +45,7 @@ fn what_is_pushed_off_the_table_ends_the_simulation() {
     let last = |name: &str| *recording.columns[name].values.last().unwrap();
     let (end_s, [y, z]) =
         (*recording.time.last().unwrap(), ["y", "z"].map(|part| last(&format!("box.position.{part}"))));
-    // It was pushed some way first; then a free fall of a metre below the base, and no more.
+    // It was pushed some way first; then a free fall of a meter below the base, and no more.
     assert!(fell_s > 1.0 && (0.3..0.8).contains(&(end_s - fell_s)), "{printed}: {end_s} s");
     assert!(y > 0.0 && (-1.1..-0.95).contains(&z), "{y} m, {z} m");
     assert!(last("block.position.z") < z, "the block fell from the beginning");

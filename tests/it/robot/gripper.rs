@@ -115,7 +115,7 @@ fn a_gripper_presses_with_its_palm_where_its_jaws_cannot() {
 fn a_push_is_refused_since_jaws_only_hold() {
     let (_, [made, done], _) = carried_out("push", "1", "parallel_jaw");
     assert_eq!((made.0, done.0), (Some(1), Some(1)));
-    let why = "no grasp, a gripper holds between thumb and fingers, and here only one side touches: it does not push";
+    let why = "no grasp, a gripper holds an object between thumb and fingers, and only one side touches it here: grippers do not push";
     assert!(made.1.contains(&format!("  index: {why}")) && done.1.contains(why), "{}{}", made.1, done.1);
 }
 

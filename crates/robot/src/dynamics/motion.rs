@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! (M + dt D) q̈ = τ - h - D q̇ - F_c tanh(q̇ / v_0) + Σ Jᵀ w        D: viscous friction, F_c: dry friction, w: wrenches on links
-//! M = Σ m J_vᵀ J_v + J_ωᵀ I J_ω + armature                          over the links, at their centres of mass
+//! M = Σ m J_vᵀ J_v + J_ωᵀ I J_ω + armature                          over the links, at their centers of mass
 //! h = Σ J_vᵀ m (a - g) + J_ωᵀ (I α + ω × I ω)                       with accelerations at q̈ = 0
 //! ```
 //!

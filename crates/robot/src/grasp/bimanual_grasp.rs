@@ -1,7 +1,7 @@
-//! Two hands on one object: when the best grasp of one leaves no room for the other, both give way.
+//! Two hands on one object: if the best grasp of one leaves no room for the other, both grasps are changed.
 //!
-//! Pairs of poses that are good for one hand each are looked at, those that are least in each other's way first; then one hand after the other goes
-//! down its own slope with the other one in the way, until both are grasps.
+//! Pairs of poses that are good for one hand each are tried, those with the least penetration first. The pose of one hand after the other is then improved by
+//! gradient descent with the other hand as an obstacle, until both are grasps.
 
 use super::candidate::{GraspCandidate, Reach};
 use super::grasp_planner::GraspPlanner;
@@ -13,17 +13,17 @@ use nalgebra::Isometry3;
 use teachtree_base::hands::Finger;
 use teachtree_base::scene::Body;
 
-/// So many pairs are improved, so many times, by so many steps of each hand.
+/// Number of pairs that are improved, rounds of each, and steps of each hand in a round.
 const PAIRS: usize = 24;
 const ROUNDS: usize = 5;
 const STEPS: usize = 25;
 
-/// One of the two hands, and what it wants to hold.
+/// One of the two hands, with its request.
 pub(crate) struct HandProblem<'a> {
     pub(crate) hand: &'a HandModel,
     pub(crate) planner: &'a GraspPlanner<'a>,
     pub(crate) request: &'a GraspRequest<'a>,
-    /// Where the arm can bring the palm.
+    /// The palm poses that the arm can reach.
     pub(crate) reach: &'a Reach<'a>,
 }
 
@@ -66,13 +66,13 @@ fn give_way(
 }
 
 impl HandProblem<'_> {
-    /// The hand at a pose, as something that is in the way.
+    /// Returns the hand at a pose as an obstacle.
     fn as_obstacle(&self, pose: &Isometry3<f64>) -> Option<Body> {
         let angles: Vec<(Finger, JointPositions)> = self.planner.angles(self.request, pose).ok()?;
         Some(body(self.hand, pose, &angles))
     }
 
-    /// What it wants with another hand in the way.
+    /// Returns the request with another hand as an obstacle.
     fn around<'b>(&'b self, there: &'b Body) -> GraspRequest<'b> {
         let mut request: GraspRequest<'b> = self.request.clone();
         request.obstacles.push(Obstacle { object_from_obstacle: Isometry3::identity(), body: there });

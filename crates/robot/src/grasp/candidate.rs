@@ -8,9 +8,10 @@ use teachtree_base::hands::Finger;
 use teachtree_command::GraspCriterion;
 
 /// Maximum number of grasps within reach of the arm that are checked for clearance.
-const LOOKED_AT: usize = 12;
+const CHECKED: usize = 12;
 
-/// At how many places of the object's way palm or arm meet something when the palm is at this pose in the frame of the object; `None` where the arm cannot go.
+/// Returns the number of places on the object's path at which palm or arm collide, with the palm at this pose in the frame of the object; `None` if the arm cannot
+/// follow.
 pub type Reach<'a> = dyn Fn(&Isometry3<f64>) -> Option<usize> + 'a;
 
 /// A palm pose with the fingers on their contacts.
@@ -18,15 +19,15 @@ pub type Reach<'a> = dyn Fn(&Isometry3<f64>) -> Option<usize> + 'a;
 pub struct GraspCandidate {
     /// The pose of the palm in the frame of the object.
     pub object_from_palm: Isometry3<f64>,
-    /// W; of a gripper what `two_finger` says.
+    /// W; for a gripper the measure of `two_finger`.
     pub measure: f64,
-    /// The share by which friction may be smaller than assumed until the contacts do not hold.
+    /// The share by which friction may be smaller than assumed before the contacts no longer hold.
     pub friction_margin: f64,
     /// The fingers that touch, in the order of the contacts.
     pub fingers: Vec<FingerPlacement>,
     /// Joint positions of the fingers that do not touch.
     pub idle: Vec<(Finger, JointPositions)>,
-    /// How far the jaws of a gripper are open, m.
+    /// The opening of the jaws of a gripper, m.
     pub opening: Option<f64>,
     /// The gaps, on the exact shapes.
     pub clearance: Clearance,
@@ -43,11 +44,11 @@ pub struct FingerPlacement {
     pub manipulability: f64,
     /// Freedom from joint limits, 0 to 1.
     pub freedom: f64,
-    /// Angle between the way its pad looks and the way into the surface, rad.
+    /// Angle between the direction of its pad and the direction into the surface, rad.
     pub pad_angle: f64,
     /// The alignment of the pad with the surface, 0 to 1.
     pub alignment: f64,
-    /// How far its tip stays away from the contact, m.
+    /// Distance of its tip from the contact, m.
     pub miss: f64,
 }
 
@@ -77,11 +78,11 @@ impl FingerPlacement {
     }
 }
 
-/// Of grasps in their order, each with the number of places at which the arm meets something, the first one that is clear, else the clearest of the first
-/// ones.
+/// Returns the first of some ordered grasps without collisions of the arm, else the one of the first [`CHECKED`] with the fewest. Each grasp comes with its number
+/// of places with collisions.
 pub(super) fn clearest(grasps: impl Iterator<Item = (usize, GraspCandidate)>) -> Option<(usize, GraspCandidate)> {
     let mut best: Option<(usize, GraspCandidate)> = None;
-    for (met, grasp) in grasps.take(LOOKED_AT) {
+    for (met, grasp) in grasps.take(CHECKED) {
         if best.as_ref().is_none_or(|(least, _)| met < *least) {
             best = Some((met, grasp));
         }

@@ -14,7 +14,7 @@ use teachtree_base::scene::{Body, Shape};
 use teachtree_description::polytope::Polytope;
 use teachtree_description::shape::CollisionShape;
 
-/// Overlaps are looked for up to this gap, m.
+/// Largest gap that is computed, m.
 const NEAR_M: f64 = 0.05;
 
 /// The smallest gaps, m, negative for an overlap; capped at 50 mm.
@@ -22,14 +22,14 @@ const NEAR_M: f64 = 0.05;
 pub struct Clearance {
     /// Between links of the hand and the object; fingertips touch and are not counted.
     pub object: f64,
-    /// Between the hand and whatever else is there.
+    /// Between the hand and the obstacles.
     pub obstacles: f64,
     /// Between fingers.
     pub fingers: f64,
 }
 
 impl Clearance {
-    /// The largest overlap, m, and between whom.
+    /// Returns the largest overlap, m, and the pair that overlaps.
     pub(super) fn worst_overlap(&self) -> Option<(f64, String)> {
         let all = [(self.object, "hand and object"), (self.obstacles, "hand and obstacle"), (self.fingers, "fingers")];
         let worst = all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
@@ -42,7 +42,7 @@ pub(super) struct Shapes {
     object: Vec<(Pose, SharedShape)>,
     obstacles: Vec<(Pose, SharedShape)>,
     palm: Vec<CollisionShape>,
-    /// The pieces of meshes that the hand has, each with the same for parry.
+    /// The pieces of meshes of the hand, each with its shape for parry.
     pieces: Vec<(Arc<Polytope>, SharedShape)>,
 }
 
@@ -90,7 +90,7 @@ impl Shapes {
         }
         for (index, (finger, at, link)) in links.iter().enumerate() {
             for (other, other_at, other_link) in links.iter().skip(index + 1) {
-                // The knuckles stand in the palm.
+                // The knuckles are inside the palm.
                 if finger != other && *finger != Finger::Palm && *other != Finger::Palm {
                     clearance.fingers = clearance.fingers.min(gap(at, link, other_at, other_link));
                 }
@@ -111,7 +111,7 @@ impl Shapes {
             CollisionShape::Piece(pose, polytope) => {
                 match self.pieces.iter().find(|(known, _)| Arc::ptr_eq(known, polytope)) {
                     Some((_, shape)) => (parry_pose(&(object_from_palm * pose)), shape.clone()),
-                    // A piece of which parry makes no shape is the box about it.
+                    // A piece that parry cannot represent is replaced by its bounding box.
                     None => {
                         let (middle, half) = solid.bounding_box();
                         (parry_pose(&(object_from_palm * middle)), SharedShape::cuboid(half.x, half.y, half.z))
@@ -121,7 +121,7 @@ impl Shapes {
         }
     }
 
-    /// How far the palm is from the object and from the obstacles, m: zero when it is in them, infinite when there are none.
+    /// Returns the distances of the palm from the object and from the obstacles, m: 0 for a penetration, infinite without obstacles.
     pub(super) fn palm(&self, object_from_palm: &Isometry3<f64>) -> [f64; 2] {
         [&self.object, &self.obstacles].map(|others| {
             let to_all = |(at, palm): (Pose, SharedShape)| {
@@ -170,7 +170,7 @@ fn shapes(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<(Pose, SharedSh
         let at = object_from_body * part.pose();
         match part.shape {
             Shape::Box([x, y, z]) => (parry_pose(&at), SharedShape::cuboid(x.0 / 2.0, y.0 / 2.0, z.0 / 2.0)),
-            // parry's cylinder stands along y.
+            // The axis of parry's cylinder is y.
             Shape::Cylinder([radius, height]) => {
                 let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
                 (parry_pose(&(at * upright)), SharedShape::cylinder(height.0 / 2.0, radius.0))

@@ -1,13 +1,13 @@
-//! What a hand must not go into: convex parts of the object and of the obstacles, with the distance to each and the way out of it.
+//! The distance field of the shapes that a hand must not penetrate: convex parts of the object and of the obstacles, with distance and gradient.
 
 use super::grasp_request::GraspRequest;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use teachtree_base::scene::{Body, Shape};
 
-/// How far an obstacle may be from the object to matter, m: more than a hand's length.
+/// Largest distance of an obstacle from the object at which it matters, m: more than a hand's length.
 const FAR_M: f64 = 0.4;
 
-/// A convex part of something that is in the way.
+/// A convex part of the object or of an obstacle.
 pub(super) struct ConvexPart {
     part_from_object: Isometry3<f64>,
     /// Its middle, object frame.
@@ -15,14 +15,14 @@ pub(super) struct ConvexPart {
     shape: Shape,
 }
 
-/// The same, seen from a palm.
+/// A part in the frame of the palm.
 pub(super) struct PalmFramePart {
     turn: Matrix3<f64>,
     shift: Vector3<f64>,
     shape: Shape,
 }
 
-/// The parts of the object, and then of whatever is near it; and how many are the object's.
+/// Returns the parts of the object, then those of near obstacles, and the number of the object's parts.
 pub(super) fn parts(request: &GraspRequest<'_>) -> (Vec<ConvexPart>, usize) {
     let mut parts = of_body(request.object, &Isometry3::identity());
     let own = parts.len();
@@ -62,7 +62,7 @@ impl PalmFramePart {
         self.shape.distance(&(self.turn * point.coords + self.shift))
     }
 
-    /// The way in which the distance grows fastest at a point, unit; frame of the palm.
+    /// The gradient of the distance at a point, unit vector, frame of the palm.
     pub(super) fn out(&self, point: &Point3<f64>) -> Vector3<f64> {
         self.turn.tr_mul(&self.shape.outward(&(self.turn * point.coords + self.shift)))
     }

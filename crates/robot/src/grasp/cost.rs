@@ -1,10 +1,11 @@
-//! What a pose of the palm costs: the smaller the better, with a slope everywhere.
+//! The cost of a pose of the palm: smaller is better, and it has a gradient everywhere.
 //!
 //! ```text
 //! cost(T) = -ln W(T)  +  Σ (overlap / 2 mm)²  +  Σ (pad angle beyond / 0.1)²  +  Σ (crossing / 2 mm)²
 //! ```
 //!
-//! W is without the factor of the contacts' friction, which is the same at all poses. An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
+//! W is without the factor of the contacts' friction, which is the same at all poses. Beyond 2 mm, the cost of an overlap is linear. A finger that cannot reach has
+//! the smallest measure, and costs 0.4 for each missing mm.
 
 use super::candidate::FingerPlacement;
 use super::clearance_field::{ConvexPart, PalmFramePart, parts};
@@ -21,13 +22,13 @@ use std::cell::Cell;
 use teachtree_base::hands::Finger;
 use teachtree_command::GraspCriterion;
 
-/// A finger that does not touch goes with one that does, with its second joint opened by one of these, rad.
+/// An idle finger follows a touching one, with its second joint opened by one of these angles, rad.
 const LIFTED: [f64; 2] = [0.2, 0.45];
 
-/// Fingers that stand side by side are at least this far apart at their tips, in the order of their bases, m.
+/// Smallest distance of the tips of adjacent fingers, in the order of their bases, m.
 const UNCROSSED_M: f64 = 0.004;
 
-/// The bars of one finger, palm frame.
+/// The capsules of one finger, palm frame.
 type SphereRows = Vec<SphereRow>;
 
 /// Number of evaluations of a search.
@@ -35,9 +36,9 @@ type SphereRows = Vec<SphereRow>;
 pub struct SearchEffort {
     /// The cost of a pose.
     pub costs: u64,
-    /// The cost and its slope.
+    /// The cost and its gradient.
     pub slopes: u64,
-    /// Only what the fingers miss, and a step that brings them nearer.
+    /// Only the missing distances of the fingers, and a step that reduces them.
     pub fits: u64,
 }
 
@@ -48,13 +49,13 @@ pub(super) struct Cost<'a> {
     contacts: Vec<(usize, Contact, Point3<f64>)>,
     /// Indices of the fingers that do not touch.
     idle: Vec<usize>,
-    /// How far pads may look away, rad.
+    /// Largest angle of pads from the surface normal, rad.
     pub(super) largest_pad_angle: f64,
     criterion: GraspCriterion,
-    /// Kept free beyond what is needed, m.
+    /// Additional clearance, m.
     away: f64,
     parts: Vec<ConvexPart>,
-    /// How many of the parts are the object's.
+    /// The number of the object's parts.
     own: usize,
     effort: Cell<SearchEffort>,
 }
@@ -81,12 +82,12 @@ impl<'a> Cost<'a> {
         Ok(Self { hand, beads, contacts, idle, largest_pad_angle, criterion, away: 0.0, parts, own, effort })
     }
 
-    /// Keeps this much farther away from everything but the contacts, m.
+    /// Adds a clearance from everything but the contacts, m.
     pub(super) fn keep_away(&mut self, away: f64) {
         self.away = away;
     }
 
-    /// What was evaluated since it was made.
+    /// The evaluations since its creation.
     pub(super) fn effort(&self) -> SearchEffort {
         self.effort.get()
     }
@@ -97,7 +98,7 @@ impl<'a> Cost<'a> {
         self.effort.set(effort);
     }
 
-    /// The fingers on their contacts at a pose.
+    /// Returns the fingers at their contacts at a pose.
     pub(super) fn fingers(&self, pose: &Isometry3<f64>) -> Vec<FingerPlacement> {
         let held = self.contacts.iter().map(|(index, contact, tip)| {
             let finger = &self.hand.fingers[*index];
@@ -117,14 +118,14 @@ impl<'a> Cost<'a> {
         held.collect()
     }
 
-    /// How far a finger stays from its contact at a pose, m.
+    /// Returns the distance of a finger from its contact at a pose, m.
     pub(super) fn ik_residual(&self, pose: &Isometry3<f64>, finger: Finger) -> f64 {
         let hand = self.hand;
         let contact = self.contacts.iter().find(|(index, ..)| hand.fingers[*index].finger == finger);
         contact.map_or(0.0, |(index, _, tip)| hand.fingers[*index].ik_residual(pose.inverse_transform_point(tip)))
     }
 
-    /// What the fingers that do not touch do at a pose.
+    /// Returns the postures of the idle fingers at a pose.
     pub(super) fn idle(&self, pose: &Isometry3<f64>) -> Vec<(Finger, JointPositions)> {
         let scene = self.seen_from(pose);
         let touching: Vec<(usize, JointPositions)> = self
@@ -139,19 +140,18 @@ impl<'a> Cost<'a> {
         idle.collect()
     }
 
-    /// The posture of an idle finger that is least in the way. It goes with the nearest finger that touches, lifted off; or it is stretched,
-    /// half bent or curled.
+    /// Returns the posture of an idle finger with the lowest cost: that of the nearest touching finger, lifted off, or stretched, half bent or curled.
     fn idle_posture(&self, index: usize, touching: &[(usize, JointPositions)], scene: &[PalmFramePart]) -> IdleFinger {
         let finger = &self.hand.fingers[index];
         let mut best = IdleFinger { angles: [0.0; MAX_DOFS], bars: Vec::new(), cost: f64::INFINITY, follows: None };
-        let neighbour = touching
+        let neighbor = touching
             .iter()
             .filter(|(other, _)| {
                 let other = &self.hand.fingers[*other];
                 other.finger != Finger::Thumb && finger.finger != Finger::Thumb && other.dofs.len() == finger.dofs.len()
             })
             .min_by_key(|(other, _)| other.abs_diff(index));
-        for (other, followed) in neighbour.into_iter() {
+        for (other, followed) in neighbor.into_iter() {
             for lift in LIFTED {
                 let mut angles = *followed;
                 for (joint, ([low, high], angle)) in finger.ranges.iter().zip(&mut angles).enumerate() {
@@ -183,7 +183,7 @@ impl<'a> Cost<'a> {
         best
     }
 
-    /// What is in the way, seen from the palm.
+    /// Returns the shapes to avoid, in the frame of the palm.
     fn seen_from(&self, object_from_palm: &Isometry3<f64>) -> Vec<PalmFramePart> {
         self.parts.iter().map(|part| part.seen_from(object_from_palm)).collect()
     }
@@ -194,7 +194,7 @@ impl<'a> Cost<'a> {
         self.evaluate(pose, None)
     }
 
-    /// The cost of a pose, and how it changes with a shift of the palm (a metre) and a turn (rad) about a point, in the frame of the object.
+    /// Returns the cost of a pose, and its gradient by a translation of the palm (1/m) and a rotation about a point (1/rad), frame of the object.
     pub(super) fn with_slope(&self, pose: &Isometry3<f64>, about: &Point3<f64>) -> (f64, Vector6<f64>) {
         self.count(|effort| effort.slopes += 1);
         let mut slope = Vector6::zeros();
@@ -244,13 +244,13 @@ impl<'a> Cost<'a> {
             }
         }
         cost += self.palm(&scene, &palm_from_object, &mut pushes);
-        // Fingers and fingers.
+        // Pairs of fingers.
         for (first, one) in bars.iter().enumerate() {
             for (second, other) in bars.iter().enumerate().skip(first + 1) {
                 cost += fingers_overlap((first, one), (second, other), &mut pushes);
             }
         }
-        // Fingers that stand side by side do not cross.
+        // Adjacent fingers do not cross.
         let mut before: Option<usize> = None;
         for at in 0..touching.len() {
             let Some(base) = touching[at].base().filter(|_| touching[at].finger.finger != Finger::Thumb) else {
@@ -275,7 +275,7 @@ impl<'a> Cost<'a> {
         cost
     }
 
-    /// The cost of a pad with this cosine to the way into the surface, and its derivative; `share` is the weight of a finger.
+    /// Returns the cost of a pad with this cosine to the direction into the surface, and its derivative; `share` is the weight of a finger.
     fn pad(&self, cosine: f64, share: f64) -> (f64, f64) {
         let beyond = (self.largest_pad_angle.cos() + 0.01 - cosine).max(0.0);
         let (alignment, slope) = match self.criterion {
@@ -285,7 +285,7 @@ impl<'a> Cost<'a> {
         ((beyond / 0.1).powi(2) - share * alignment.ln(), -200.0 * beyond - share * slope / alignment)
     }
 
-    /// What the palm costs.
+    /// Returns the cost of the palm.
     fn palm(
         &self,
         scene: &[PalmFramePart],
@@ -310,7 +310,7 @@ impl<'a> Cost<'a> {
                 }
             }
         }
-        // What no point of the palm is near may be in it all the same.
+        // A shape may be inside the palm although no sampled point of the palm is near it.
         for part in self.parts.iter().take(self.own) {
             let centre = palm_from_object * part.centre;
             for (pose, half) in &beads.palm_boxes {
@@ -330,14 +330,14 @@ impl<'a> Cost<'a> {
         cost
     }
 
-    /// What a bar of the hand costs that overlaps something.
+    /// Returns the cost of the overlaps of a capsule of the hand.
     fn overlap(&self, scene: &[PalmFramePart], bar: &SphereRow) -> f64 {
         let mut cost = 0.0;
         self.overlaps(scene, bar, |_, _, over| cost += price(over));
         cost
     }
 
-    /// How that changes with where its balls are.
+    /// Returns the gradient of that cost by the positions of its spheres.
     fn push_out(&self, scene: &[PalmFramePart], finger: usize, bar: &SphereRow, pushes: &mut Vec<PointGradient>) {
         self.overlaps(scene, bar, |part, ball, over| {
             let slope = part.out(&ball) * -price_slope(over);
@@ -345,7 +345,7 @@ impl<'a> Cost<'a> {
         });
     }
 
-    /// The parts that balls of a bar overlap or come too near to: part, ball, and by how much, m.
+    /// Returns the parts that spheres of a capsule overlap or come too near to: part, sphere, and missing distance, m.
     fn overlaps(
         &self,
         scene: &[PalmFramePart],
@@ -365,8 +365,7 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// A pose moved so that the fingers come nearer to their contacts: Gauss and Newton's step on what each finger misses, without a look at
-    /// anything else. And what they missed before, m.
+    /// Returns a pose that brings the fingers nearer to their contacts, by a Gauss–Newton step on the missing distances alone, and the missing distance before it, m.
     pub(super) fn nearer(&self, pose: &Isometry3<f64>) -> (f64, Isometry3<f64>) {
         self.count(|effort| effort.fits += 1);
         let mut square = Matrix6::identity() * 1e-7;
@@ -378,7 +377,7 @@ impl<'a> Cost<'a> {
             let reached = finger.ik(target);
             missed += reached.miss;
             let at = finger.posture(&reached.angles).tip;
-            // The palm moves by (t, ω) in its own frame: the tip goes along.
+            // The palm moves by (t, ω) in its own frame, and the tip moves with it.
             let r = at.coords;
             let mut rows = Matrix3x6::zeros();
             rows.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
@@ -390,19 +389,19 @@ impl<'a> Cost<'a> {
         let Some(step) = step else { return (missed, *pose) };
         let shift: Vector3<f64> = step.fixed_rows::<3>(0).into();
         let turn: Vector3<f64> = step.fixed_rows::<3>(3).into();
-        // Far steps are cut: what a finger misses is only known nearby.
+        // Long steps are shortened, since the linearization holds nearby only.
         let cut = (0.5 / turn.norm().max(1e-9)).min(0.05 / shift.norm().max(1e-9)).min(1.0);
         (missed, pose * Isometry3::new(shift * cut, turn * cut))
     }
 
-    /// The middle of the contacts, the scale of the search about it, and the fingers' touch in the object's frame.
+    /// The middle of the contacts, the scale of the search about it, and the contacts in the object's frame.
     pub(super) fn middle(&self) -> Point3<f64> {
         let sum: Vector3<f64> = self.contacts.iter().map(|(.., tip)| tip.coords).sum();
         Point3::from(sum / self.contacts.len().max(1) as f64)
     }
 }
 
-/// An idle finger: its angles, its bars, what it costs that they overlap something, and the finger that it goes with.
+/// An idle finger: its angles, its capsules, the cost of their overlaps, and the finger that it follows.
 struct IdleFinger {
     angles: JointPositions,
     bars: SphereRows,
@@ -410,7 +409,7 @@ struct IdleFinger {
     follows: Option<usize>,
 }
 
-/// What it costs that two fingers overlap.
+/// Returns the cost of the overlap of two fingers.
 fn fingers_overlap(
     (first, one): (usize, &[SphereRow]),
     (second, other): (usize, &[SphereRow]),

@@ -1,4 +1,4 @@
-//! How much friction contacts need to hold an object against each other: force closure while the friction is uncertain.
+//! The friction that contacts need to hold an object: force closure with uncertain friction.
 //!
 //! Contacts hold if forces within their friction cones are in balance (Murray, Li and Sastry, *A Mathematical Introduction to Robotic Manipulation*, 1994,
 //! section 5.3; contacts are points with friction). The smallest coefficient of friction for which such forces exist is found by bisection. For each

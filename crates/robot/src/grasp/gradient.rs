@@ -1,8 +1,8 @@
-//! How the cost of a pose changes with the pose.
+//! The gradient of the cost of a pose.
 //!
-//! What a search pays for is spent at points: balls of fingers and points of the palm that are pushed, tips that are drawn to their contacts.
-//! A push on a ball turns the joints below it; the joints follow the tip's target by the inverse of the finger; and the target, which stays on the object,
-//! moves against the palm. So all of it comes together in one push and one moment on the palm. Only the inverse of a finger is differenced.
+//! Costs act at points like forces: spheres of fingers and points of the palm are pushed, tips are drawn to their contacts. A push on a sphere turns the joints
+//! below it; the joints follow the target of the tip by the inverse kinematics of the finger; the target is fixed to the object and moves relative to the palm. All
+//! of them add up to one force and one moment on the palm. Only the inverse kinematics of a finger is differentiated numerically.
 
 use super::penalty::measure_cost;
 use crate::kinematics::finger::{FingerModel, FingerPose};
@@ -10,37 +10,37 @@ use crate::kinematics::joint_positions::{IkSolution, JointPositions, MAX_DOFS};
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector3, Vector6};
 
-/// The difference for the inverse of a finger, m.
+/// The step of the numerical derivative of a finger's inverse kinematics, m.
 const DIFFERENCE_M: f64 = 1e-6;
 
-/// How the cost changes with the place of a point; palm frame.
+/// The gradient of the cost by the position of a point; palm frame.
 pub(super) struct PointGradient {
-    /// The finger and the joint that it hangs at; the palm's if none.
+    /// The finger and the joint that move it; `None` for the palm.
     pub(super) on: Option<(usize, usize)>,
-    /// Whether what pushes stays with the object; otherwise it goes with the palm.
+    /// Whether the pushing shape is fixed to the object; otherwise it moves with the palm.
     pub(super) outside: bool,
     pub(super) at: Point3<f64>,
     /// 1/m.
     pub(super) slope: Vector3<f64>,
 }
 
-/// A finger on its contact.
+/// A finger at its contact.
 pub(super) struct ContactFinger<'a> {
     index: usize,
     pub(super) finger: &'a FingerModel,
-    /// Where its tip is to be, palm frame.
+    /// The target of its tip, palm frame.
     pub(super) target: Point3<f64>,
-    /// How the cost changes with that, but for what its joints do, 1/m.
+    /// The gradient of the cost by the target, without the effect of its joints, 1/m.
     pub(super) target_slope: Vector3<f64>,
     reached: IkSolution,
     posture: FingerPose,
-    /// The way into the surface, palm frame; and how the cost changes with the cosine between it and the pad.
+    /// The direction into the surface, palm frame, and the derivative of the cost by the cosine between it and the pad.
     into: Vector3<f64>,
     pad_slope: f64,
     joint_slope: JointPositions,
 }
 
-/// A finger that does not touch and goes with one that does.
+/// An idle finger that follows a touching one.
 pub(super) struct FollowerFinger {
     pub(super) index: usize,
     pub(super) follows: usize,
@@ -48,7 +48,7 @@ pub(super) struct FollowerFinger {
 }
 
 impl PointGradient {
-    /// On a point of the palm by something that stays with the object.
+    /// A push on a point of the palm by a shape that is fixed to the object.
     pub(super) fn of_palm(at: Point3<f64>, slope: Vector3<f64>) -> Self {
         Self { on: None, outside: true, at, slope }
     }
@@ -68,12 +68,12 @@ impl<'a> ContactFinger<'a> {
         Self { index, finger, target, target_slope, reached, posture, into, pad_slope, joint_slope: [0.0; MAX_DOFS] }
     }
 
-    /// Where its first joint is.
+    /// The position of its first joint.
     pub(super) fn base(&self) -> Option<Point3<f64>> {
         self.posture.joints.first().map(|pose| pose.translation.vector.into())
     }
 
-    /// How the cost changes with the target, its joints following; `share` is what its measure counts for.
+    /// Returns the gradient of the cost by the target, with the effect of its joints; `share` is the weight of its measure.
     fn followed(&self, share: f64) -> Vector3<f64> {
         let near = self.finger.reach_near(self.target, &self.reached);
         let here = measure_cost(near.measure, near.miss);
@@ -92,7 +92,7 @@ impl<'a> ContactFinger<'a> {
     }
 }
 
-/// The slope of the cost with a shift, m, and a turn, rad, of the palm about a point; frame of the object.
+/// Returns the gradient of the cost by a translation (1/m) and a rotation (1/rad) of the palm about a point; frame of the object.
 pub(super) fn twist(
     object_from_palm: &Isometry3<f64>,
     about: &Point3<f64>,

@@ -15,20 +15,20 @@ use nalgebra::{Isometry3, Point3, Vector6};
 use teachtree_base::hands::Finger;
 use teachtree_command::GraspCriterion;
 
-/// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
+/// Additional clearance of the search if the exact shapes overlap although its spheres do not, m.
 const AWAY_M: [f64; 2] = [0.001, 0.003];
 /// Number of the best poses that are tilted, and number of candidates that are kept.
 const LEANT: usize = 3;
 const CANDIDATES: usize = 40;
 /// The minimum distance between candidates, m.
 const APART_M: f64 = 0.005;
-/// For grasps of many kinds: number of poses, their minimum distance, m, and steps of improvement.
+/// For alternative grasps: number of poses, their minimum distance, m, and steps of improvement.
 const SPREAD: usize = 600;
 const SPREAD_M: f64 = 0.010;
 const IMPROVED: usize = 12;
 /// Number of poses that are evaluated together.
 const AT_ONCE: usize = 32;
-/// What pushes is held to no pose, and the best ones are all alike: those on the way to them count too.
+/// Pushing contacts do not determine a pose, and the best poses are alike: poses on the way to them are candidates too.
 const PUSHING: [usize; 3] = [IMPROVED, 3, 0];
 
 /// A smaller margin of friction counts like this one, so that grasps of such contacts still differ by their poses.
@@ -40,7 +40,7 @@ struct CheckedShapes {
     friction: f64,
 }
 
-/// What is known of a hand before any grasp: made once, used for all.
+/// Data of a hand that are computed once, for all grasps.
 #[derive(Clone, Debug)]
 pub struct GraspPlanner<'a> {
     hand: &'a HandModel,
@@ -81,13 +81,13 @@ impl<'a> GraspPlanner<'a> {
     /// Finds the best pose of the palm.
     ///
     /// # Errors
-    /// Which finger cannot reach and by how much, or what is in the way, at the best pose that was found.
+    /// The finger that cannot reach, with the missing distance, or the obstacle, at the best pose.
     pub fn map(&self, request: &GraspRequest<'_>) -> Result<GraspCandidate, NoGrasp> {
         self.map_where(request, &|_| Some(0)).map(|(_, found)| found)
     }
 
-    /// The same among poses of the palm, frame of the object, that an arm can bring it to, those first with which it meets nothing; and at how many places it
-    /// meets something.
+    /// Like [`Self::map`], among palm poses, frame of the object, that an arm can reach; poses without collisions are preferred. Also returns the number of places with
+    /// collisions.
     ///
     /// # Errors
     /// As [`Self::map`].
@@ -98,7 +98,7 @@ impl<'a> GraspPlanner<'a> {
         }
     }
 
-    /// The same as [`Self::map`], and what it took.
+    /// Like [`Self::map`], with the number of evaluations.
     ///
     /// # Errors
     /// A finger that the hand does not have.
@@ -111,8 +111,8 @@ impl<'a> GraspPlanner<'a> {
         Ok((found, cost.effort()))
     }
 
-    /// What a pose of the palm costs a search, and how that changes with a shift of the palm along x, y and z of the object's frame, a metre, and with
-    /// a turn about them through the object's origin, a rad.
+    /// Returns the cost of a pose of the palm in the search, and its gradient by a translation along x, y and z of the object's frame (1/m) and a rotation about them
+    /// through the object's origin (1/rad).
     ///
     /// # Errors
     /// A finger that the hand does not have.
@@ -160,18 +160,18 @@ impl<'a> GraspPlanner<'a> {
         Err(failure.unwrap_or(NoGrasp::ArmOutOfReach))
     }
 
-    /// The grasp at a given pose of the palm, when it is one.
+    /// Returns the grasp at a given pose of the palm, if the pose is feasible.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The reason why the pose is not feasible.
     pub fn at(&self, request: &GraspRequest<'_>, object_from_palm: &Isometry3<f64>) -> Result<GraspCandidate, NoGrasp> {
         self.check(object_from_palm, &self.cost_of(request)?, &self.shapes(request))
     }
 
-    /// Improves a pose that is near a good one, without looking elsewhere.
+    /// Improves a pose locally.
     ///
     /// # Errors
-    /// What is wrong with the pose that was found.
+    /// The reason why the improved pose is not feasible.
     pub fn polish(
         &self,
         request: &GraspRequest<'_>,
@@ -182,11 +182,10 @@ impl<'a> GraspPlanner<'a> {
         self.check(&pose, &cost, &self.shapes(request))
     }
 
-    /// A long search that knows nothing of where to begin, by differential evolution: the reference for tests. `chance` gives numbers
-    /// from 0 to 1.
+    /// Searches without start poses, by differential evolution: the slow reference for tests. `chance` returns random numbers from 0 to 1.
     ///
     /// # Errors
-    /// What is wrong with the best pose that was found.
+    /// The reason why the best pose is not feasible.
     pub fn search_everywhere(
         &self,
         request: &GraspRequest<'_>,
@@ -198,8 +197,8 @@ impl<'a> GraspPlanner<'a> {
         self.check(&pose, &cost, &self.shapes(request))
     }
 
-    /// Poses of the palm to begin with when something else moves as well, cheapest first, whether or not they are grasps: where a search ends, and the
-    /// best of those leant over to all sides.
+    /// Returns start poses of the palm for searches in which another hand moves too, cheapest first, feasible or not: the results of a search, and the best ones tilted
+    /// to all sides.
     ///
     /// # Errors
     /// A finger that the hand does not have.
@@ -220,7 +219,7 @@ impl<'a> GraspPlanner<'a> {
         Ok(kept)
     }
 
-    /// Grasps of many kinds, whether or not an arm can take them.
+    /// Returns grasps that differ from each other, whether or not an arm can reach them.
     ///
     /// # Errors
     /// A finger that the hand does not have, contacts that jaws cannot take.
@@ -264,7 +263,7 @@ impl<'a> GraspPlanner<'a> {
         Ok(search::improved(&cost, pose, steps))
     }
 
-    /// The angles of every finger at a pose: on its contact or as near as it comes, or out of the way.
+    /// Returns the angles of every finger at a pose: at its contact or as near as possible, or out of the way.
     ///
     /// # Errors
     /// A finger that the hand does not have.
@@ -278,8 +277,8 @@ impl<'a> GraspPlanner<'a> {
         Ok(touching.chain(cost.idle(pose)).collect())
     }
 
-    /// The pose that copies the demonstrated one: the hand half closed in the middle of its ranges, laid over the demonstrated contacts. What it is
-    /// worth without any search is what the search is compared with; `None` where the fingers do not reach, and for a gripper, which is not a copy of a hand.
+    /// Returns the measure of the pose that copies the demonstrated one: the hand half closed in the middle of its ranges, over the demonstrated contacts. The search
+    /// is compared with it. `None` if the fingers do not reach, and for a gripper, which does not copy a hand.
     pub fn copied(&self, request: &GraspRequest<'_>) -> Option<f64> {
         if self.hand.jaws.is_some() {
             return None;
@@ -287,14 +286,14 @@ impl<'a> GraspPlanner<'a> {
         self.measure(request, &seeds::laid_over(self.hand, request)?)
     }
 
-    /// The measure of a pose of the palm, whether or not something is in the way; `None` where the fingers do not reach.
+    /// Returns the measure of a pose of the palm without regard to obstacles; `None` if the fingers do not reach.
     pub fn measure(&self, request: &GraspRequest<'_>, object_from_palm: &Isometry3<f64>) -> Option<f64> {
         let fingers = self.cost_of(request).ok()?.fingers(object_from_palm);
         let reached = fingers.iter().all(|held| held.miss < REACHED_M);
         reached.then(|| self.quality(&fingers, friction_margin(&request.contacts)))
     }
 
-    /// The measure of fingers on contacts with this margin of friction. Contacts that push, or were measured as if they did not hold, have a measure too.
+    /// Returns the measure of fingers at contacts with this margin of friction. Contacts that push, or whose measured points cannot hold, have a measure too.
     fn quality(&self, fingers: &[FingerPlacement], friction: f64) -> f64 {
         let opposed = fingers.iter().any(|held| held.finger == Finger::Thumb) && fingers.len() > 1;
         let factor = match self.criterion {

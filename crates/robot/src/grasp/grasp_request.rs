@@ -1,17 +1,17 @@
-//! What is to be grasped: contacts, the object and what is in the way.
+//! A request for a grasp: contacts, the object and the obstacles.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::hands::Finger;
 use teachtree_base::scene::Body;
 
-/// A pad that grasps may look past the surface normal by this angle, rad (80 degrees).
+/// Largest angle between a grasping pad and the surface normal, rad (80 degrees).
 pub const LARGEST_PAD_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
-/// One that only pushes by this one, rad (95 degrees: the end of the finger).
+/// Largest angle between a pushing pad and the surface normal, rad (95 degrees: the end of the finger).
 pub const LARGEST_PUSHING_ANGLE: f64 = 95.0 * std::f64::consts::PI / 180.0;
-/// Shapes are clear of each other when they overlap by no more than this, m.
+/// Largest overlap of shapes that count as clear of each other, m.
 pub const CLEAR_M: f64 = 1e-4;
 
-/// Where one finger touched the object; object frame.
+/// The contact of one finger; object frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Which finger.
@@ -22,7 +22,7 @@ pub struct Contact {
     pub normal: Vector3<f64>,
 }
 
-/// A body that the hand must not touch, and where it is.
+/// A body that the hand must not touch, with its pose.
 #[derive(Clone, Debug)]
 pub struct Obstacle<'a> {
     /// The pose in the frame of the object.
@@ -31,13 +31,13 @@ pub struct Obstacle<'a> {
     pub body: &'a Body,
 }
 
-/// What is to be held, and where.
+/// The object and its contacts.
 #[derive(Clone, Debug)]
 pub struct GraspRequest<'a> {
     /// The demonstrated contacts, at most one a finger.
     pub contacts: Vec<Contact>,
     /// The object.
     pub object: &'a Body,
-    /// What else is there while it is held.
+    /// The obstacles while it is held.
     pub obstacles: Vec<Obstacle<'a>>,
 }

@@ -1,8 +1,7 @@
-//! From fingers to jaws: what the operator did with a thumb and several fingers as a gripper is to do it.
+//! From fingers to jaws: converts the contacts of a thumb and several fingers to those of a gripper.
 //!
-//! The thumb's contact stays. The other jaw takes the mean of the other fingers' contacts, brought back onto the object's surface, and the sum of their
-//! forces, put into the friction cone there. Where that is more than a jaw may press with, both jaws press less, in the same measure, so that they stay in
-//! balance.
+//! The thumb's contact stays. The contact of the other jaw is the mean of the other fingers' contacts, projected onto the object's surface. Its force is the sum of
+//! their forces, projected into the friction cone. If it exceeds the limit of a jaw, the forces of both jaws are scaled down together, so that they stay in balance.
 
 use crate::model::gripper::Jaws;
 use crate::model::hand::HandModel;
@@ -12,20 +11,20 @@ use teachtree_base::hands::Finger;
 use teachtree_base::scene::Body;
 use teachtree_command::{Contact, GraspSpec, Segment, Task, Tip, into_cone};
 
-/// What a grasp of fingers becomes.
+/// A grasp of fingers as a grasp of jaws.
 struct JawContact {
-    /// The jaw that stands for several fingers, and these.
+    /// The jaw that replaces several fingers, and these fingers.
     jaw: Finger,
     fingers: Vec<Finger>,
     /// Its contact.
     contact: Contact,
-    /// From the mean of the fingers' tips to its own, and from the middle of all tips to that of the jaws' tips; object frame, m.
+    /// The vectors from the mean of the fingers' tips to its tip, and from the middle of all tips to the middle of the jaws' tips; object frame, m.
     tip_off: Vector3<f64>,
     hand_off: Vector3<f64>,
 }
 
 impl Jaws {
-    /// Gives a task of the operator's fingers, whose tips have a radius (m), to these jaws of a hand.
+    /// Converts a task of the operator's fingers, whose tips have a radius (m), to these jaws of a hand.
     pub(crate) fn take_over(&self, task: &mut Task, hand: &HandModel, object: &Body, tip_radius: f64) {
         let most = [&self.pair[0], &self.pair[1]]
             .map(|jaw| (jaw.finger, hand.finger(jaw.finger).map_or(0.0, |model| model.force)));
@@ -47,7 +46,7 @@ impl Jaws {
         }
     }
 
-    /// What takes the place of the fingers beside the thumb; `None` when only that touches.
+    /// Returns the replacement of the fingers opposite the thumb; `None` if only the thumb touches.
     fn taken(&self, grasp: &GraspSpec, object: &Body, tip_radius: f64) -> Option<JawContact> {
         let (thumb, others): (Vec<&Contact>, Vec<&Contact>) =
             grasp.contacts.iter().partition(|contact| contact.finger == Finger::Thumb);
@@ -59,7 +58,7 @@ impl Jaws {
         let mean = middle(others.iter().map(centre));
         let normals: Vector3<f64> = others.iter().map(|contact| Vector3::from(contact.normal)).sum();
         let seen = Point3::from(mean);
-        // Without a shape the mean is all that is known.
+        // Without a shape, the mean is taken as it is.
         let (point, normal) = match face_normal(object, &seen) {
             Some(normal) => (mean - normal * surface_distance(object, &seen), normal),
             None => {
@@ -102,7 +101,7 @@ impl JawContact {
     }
 }
 
-/// Lets jaws press no harder than each may, all in the same measure.
+/// Scales the forces of jaws down together to the limits of all.
 fn within(tips: &mut [Tip], most: &[(Finger, f64)]) {
     let may = |tip: &Tip| most.iter().find(|(finger, _)| *finger == tip.finger).map_or(f64::INFINITY, |it| it.1);
     let samples = tips.iter().map(|tip| tip.force.len()).min().unwrap_or_default();

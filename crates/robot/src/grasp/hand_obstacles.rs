@@ -1,4 +1,4 @@
-//! The other hand as something that is in the way: where both hold one object, the second one goes where there is room.
+//! The other hand as an obstacle: if both hold one object, the second hand takes the remaining room.
 
 use super::held_path::held;
 use crate::kinematics::finger::FingerModel;
@@ -13,10 +13,10 @@ use teachtree_base::scene::{Body, Part, Role, Shape};
 use teachtree_command::Task;
 use teachtree_description::shape::CollisionShape;
 
-/// Hands that hold an object at the same time by less than this do not meet, s.
+/// Shorter overlaps of two holds are ignored, s.
 const TOGETHER_S: f64 = 0.05;
 
-/// The grasps that the other hand has on the same object while a grasp of a task holds it: indices of task and grasp.
+/// Returns the grasps of the other hand on the same object during a grasp of a task: indices of task and grasp.
 pub(crate) fn meeting(tasks: &[Task], (number, grasp): (usize, usize)) -> Vec<(usize, usize)> {
     let task = &tasks[number];
     let Some([from_s, to_s]) = held(task, grasp) else { return Vec::new() };
@@ -28,7 +28,7 @@ pub(crate) fn meeting(tasks: &[Task], (number, grasp): (usize, usize)) -> Vec<(u
     places.filter(meets).collect()
 }
 
-/// The hands in those of these grasps that are mapped, as bodies in the frame of the object.
+/// Returns the hands in the mapped ones of these grasps as bodies in the frame of the object.
 pub(crate) fn bodies(tasks: &[Task], places: &[(usize, usize)], robot: &Robot) -> Vec<Body> {
     let body = |&(number, grasp): &(usize, usize)| {
         let task = &tasks[number];
@@ -47,7 +47,7 @@ pub(crate) fn bodies(tasks: &[Task], places: &[(usize, usize)], robot: &Robot) -
     places.iter().filter_map(body).collect()
 }
 
-/// A hand with these angles of its fingers as a body in the frame of the object.
+/// Returns a hand with these finger angles as a body in the frame of the object.
 pub(crate) fn body(hand: &HandModel, object_from_palm: &Isometry3<f64>, angles: &[(Finger, JointPositions)]) -> Body {
     let mut solids = hand.palm_solids.clone();
     for (finger, angles) in angles {
@@ -68,7 +68,7 @@ pub(crate) fn body(hand: &HandModel, object_from_palm: &Isometry3<f64>, angles: 
     }
 }
 
-/// A bar is a cylinder between two balls, and a piece of a mesh the box about it.
+/// A capsule becomes a cylinder and two balls, and a piece of a mesh its bounding box.
 fn parts(solid: &CollisionShape) -> Vec<Part> {
     let part = |shape: Shape, at: &Isometry3<f64>| Part {
         shape,

@@ -8,12 +8,12 @@
 //! ```
 //!
 //! with Yoshikawa's manipulability w, the length L of the finger, its freedom p from joint limits, the alignment a of its pad with the surface, and the friction μ
-//! that the contacts need of the assumed one μ₀. All factors are without a unit and have the exponent 1: a grasp that is half as good by one of them is half as good.
-//! The last factor depends on the contacts alone, so that the search leaves it out.
+//! that the contacts need of the assumed one μ₀. All factors are dimensionless and have the exponent 1. The last factor depends on the contacts alone, so the search
+//! leaves it out.
 //!
-//! Every fingertip ball touches its contact point. Hand, object and obstacles must be clear of each other, fingers uncrossed and pads
-//! turned to the surface; what is violated costs its square, and what is out of reach costs its distance, so that the search has a slope
-//! everywhere. At the end all of it is checked on the exact shapes. A gripper, whose jaws have no manipulability, is mapped in closed form (`two_finger`).
+//! Every fingertip ball touches its contact point. Hand, object and obstacles must be clear of each other, fingers must not cross, and pads must face the surface. A
+//! violation costs its square and a missing distance is linear, so the cost has a gradient everywhere. The result is checked on the exact shapes. A gripper, whose
+//! jaws have no manipulability, is mapped in closed form (`two_finger`).
 
 mod bimanual_grasp;
 mod candidate;

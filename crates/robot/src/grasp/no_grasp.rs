@@ -1,28 +1,28 @@
-//! Why a grasp is refused, with the sentence that the user reads.
+//! The reasons for refusing a grasp, and their messages.
 
 use teachtree_base::hands::Finger;
 use teachtree_command::FRICTION;
 
-/// Why no pose of the hand holds the object at the demonstrated contacts.
+/// The reason why no pose of the hand holds the object at the demonstrated contacts.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoGrasp {
     /// The hand has no such finger.
     Lacks(Finger),
-    /// Of the best pose, the finger that stays farthest from its contact, and how far, m.
+    /// The finger that is farthest from its contact at the best pose, and the missing distance, m.
     OutOfReach(Finger, f64),
-    /// Every finger reaches, but hand, object, obstacles and fingers are not clear of each other: the worst overlap, m, and between whom.
+    /// Every finger reaches its contact, but hand, object, obstacles or fingers overlap: the largest overlap, m, and the pair.
     InTheWay(f64, String),
-    /// The arm cannot bring the palm to any pose that was found.
+    /// The arm cannot reach any of the poses.
     ArmOutOfReach,
-    /// Every finger reaches, but a pad looks away from the surface: by this angle, rad.
+    /// Every finger reaches its contact, but a pad faces away from the surface by this angle, rad.
     PadTurnedAway(Finger, f64),
-    /// Nothing touches against the thumb, or no thumb against what touches: there is nothing to be held between jaws.
+    /// The contacts are on one side only, so that jaws have nothing between them.
     OneSided,
-    /// Jaws do not open as far as they must: so far, m, and at most as far.
+    /// The jaws do not open far enough: the required and the largest opening, m.
     TooWide(f64, f64),
-    /// Jaws do not close as far as they must: so far, m, and at least as far.
+    /// The jaws do not close far enough: the required and the smallest opening, m.
     TooNarrow(f64, f64),
-    /// The line between the jaws leans from the surface at one of them by this angle, rad, and friction does not hold it there.
+    /// The line between the jaws leans from the surface normal at one jaw by this angle, rad, and friction does not hold it there.
     SlipsOff(Finger, f64),
 }
 
@@ -33,13 +33,13 @@ impl std::fmt::Display for NoGrasp {
             Self::OutOfReach(finger, miss) => {
                 write!(f, "{finger} cannot reach its contact: {:.1} mm are missing", miss * 1e3)
             }
-            Self::InTheWay(overlap, who) => write!(f, "{who} are in each other's way by {:.1} mm", overlap * 1e3),
+            Self::InTheWay(overlap, who) => write!(f, "{who} overlap by {:.1} mm", overlap * 1e3),
             Self::ArmOutOfReach => f.write_str("the arm cannot bring the palm there"),
             Self::PadTurnedAway(finger, angle) => {
-                write!(f, "the pad of {finger} looks {:.0} degrees past the surface", angle.to_degrees())
+                write!(f, "the pad of {finger} faces {:.0} degrees away from the surface", angle.to_degrees())
             }
             Self::OneSided => f.write_str(
-                "a gripper holds between thumb and fingers, and here only one side touches: it does not push",
+                "a gripper holds an object between thumb and fingers, and only one side touches it here: grippers do not push",
             ),
             Self::TooWide(wanted, most) => {
                 let [wanted, most] = [wanted, most].map(|opening| opening * 1e3);

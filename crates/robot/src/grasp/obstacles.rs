@@ -1,4 +1,4 @@
-//! What stands about an object when it is taken and when it is let go, and which of it keeps a hand from holding it.
+//! The obstacles around an object when it is grasped and released, and which of them prevent a grasp.
 
 use super::grasp_request::Obstacle;
 use super::held_path::{held, way};
@@ -6,21 +6,21 @@ use nalgebra::Isometry3;
 use teachtree_base::scene::{Body, Role, Scene};
 use teachtree_command::Task;
 
-/// A demonstrated pose goes a little into what carries the object: obstacles are lowered by this, m.
+/// Distance by which obstacles are lowered, m: a demonstrated pose penetrates the support of the object a little.
 pub(super) const SUNK_M: f64 = 0.001;
 
-/// Of more things than this none is left out by itself: each takes a search.
+/// Largest number of obstacles that are left out one at a time, since each requires a search.
 const MANY: usize = 24;
 
-/// Something that is in the way of a grasp, and how a message names it: times are those of the recording.
+/// An obstacle, with its name in messages; times are those of the recording.
 pub(crate) struct NamedObstacle<'a> {
     pub(crate) obstacle: Obstacle<'a>,
     what: String,
     when: String,
 }
 
-/// What is in the way of a grasp: the fixed bodies, seen from the object where it is taken and where it is let go, the other objects where they
-/// stood at the beginning, seen from where it is taken, and `others`, the other hand in the frame of the object.
+/// Returns the obstacles of a grasp, in the frame of the object: the fixed bodies where it is grasped and released, the other objects at their initial poses where it
+/// is grasped, and `others`, the other hand.
 pub(crate) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'a [Body]) -> Vec<NamedObstacle<'a>> {
     let mut around = Vec::new();
     let way = way(task, grasp);
@@ -48,8 +48,8 @@ pub(crate) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'
     around
 }
 
-/// Without which of these a grasp `can` be held: each that alone makes the difference, else each body wherever it is met, else all of them;
-/// `None` when it cannot be held even so.
+/// Returns the obstacles without which a grasp `can` be held: each one that alone makes the difference, else each body at all its poses, else all of them; `None` if
+/// it cannot be held without any.
 pub(crate) fn to_blame(around: &[NamedObstacle<'_>], can: &dyn Fn(Vec<Obstacle<'_>>) -> bool) -> Option<String> {
     let without = |left_out: &dyn Fn(&NamedObstacle<'_>) -> bool| {
         can(around.iter().filter(|it| !left_out(it)).map(|it| it.obstacle.clone()).collect())
@@ -68,11 +68,11 @@ pub(crate) fn to_blame(around: &[NamedObstacle<'_>], can: &dyn Fn(Vec<Obstacle<'
         names
     };
     if around.len() > MANY {
-        return Some("what stands about it".into());
+        return Some("the bodies around it".into());
     }
     let mut blamed = each(&|it| format!("{}{}", it.what, it.when));
     if blamed.is_empty() {
         blamed = each(&|it| it.what.clone());
     }
-    Some(if blamed.is_empty() { "what stands about it".into() } else { blamed.join(", or without ") })
+    Some(if blamed.is_empty() { "the bodies around it".into() } else { blamed.join(", or without ") })
 }

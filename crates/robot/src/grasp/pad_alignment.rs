@@ -1,11 +1,11 @@
-//! How squarely the pad of a fingertip faces the surface.
+//! The alignment of the pad of a fingertip with the surface.
 
 use super::grasp_request::LARGEST_PAD_ANGLE;
 
-/// Angles beyond the allowed ones count like the one with this alignment: a search pays for them elsewhere.
+/// Smallest alignment: larger angles have a cost of their own in the search.
 const LEAST: f64 = 0.1;
 
-/// The alignment of a pad, and its derivative with respect to the cosine of the angle between the pad and the way into the surface.
+/// Returns the alignment of a pad, and its derivative by the cosine of the angle between the pad and the direction into the surface.
 ///
 /// It is the cosine of that angle: the share of a force normal to the surface that presses along the axis of the pad, where a sensor and the soft part of a
 /// fingertip are. For a finger that only pushes, and may touch with the end of the finger, angles are scaled so that both limits have the same alignment.

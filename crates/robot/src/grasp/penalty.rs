@@ -1,12 +1,12 @@
-//! What a measure, a miss and an overlap cost.
+//! The costs of a measure, a missing distance and an overlap.
 
 use crate::kinematics::joint_positions::REACHED_M;
 
-/// No measure counts for less.
+/// The smallest measure.
 const SMALLEST: f64 = 1e-3;
-/// What a metre that is missing costs.
+/// The cost of a missing distance, 1/m.
 const PER_METRE: f64 = 400.0;
-/// Shapes are kept this far apart while searching, m, and an overlap of this much costs 1.
+/// Clearance of shapes in the search, m; an overlap of the same length costs 1.
 pub(super) const MARGIN_M: f64 = 0.0008;
 const OVERLAP_M: f64 = 0.002;
 
@@ -16,7 +16,7 @@ pub(super) fn measure_cost(measure: f64, miss: f64) -> f64 {
     PER_METRE * miss - measure.max(SMALLEST).ln()
 }
 
-/// Returns the cost of an overlap, m: its square, and less steep where the search has far to go.
+/// Returns the cost of an overlap, m: its square, and linear for large overlaps.
 pub(super) fn price(over: f64) -> f64 {
     let over = over / OVERLAP_M;
     if over < 1.0 { over * over } else { 2.0 * over - 1.0 }

@@ -1,7 +1,7 @@
 //! The search over poses of the palm: many starts are evaluated, some are improved, the best is polished.
 //!
 //! Improving is a quasi-Newton descent (BFGS) in six coordinates about the current pose: a shift of the
-//! middle of the contacts in m, and a turn about it in units of 0.1 m / rad, so that both move fingertips alike.
+//! middle of the contacts in m, and a rotation about it in units of 0.1 m / rad, so that both move fingertips by similar distances.
 
 use super::cost::Cost;
 use super::grasp_request::GraspRequest;
@@ -10,21 +10,21 @@ use teachtree_base::hands::Finger;
 
 /// Number of steps toward the contacts from each start, by the contacts only; repeated from the better half.
 const FITTED: usize = 2;
-/// Descents go on in rounds: number of the cheapest poses, and number of further steps.
+/// Rounds of the descent: number of the cheapest poses, and number of further steps.
 const ROUNDS: [(usize, usize); 3] = [(24, 4), (10, 8), (4, 60)];
 /// Number of the best poses from which the descent restarts at the end.
 const RENEWED: usize = 2;
-/// How far a pose is leant over, rad.
+/// The angle by which a pose is tilted, rad.
 const ROLLS: [f64; 7] = [0.0, -0.4, 0.4, -0.8, 0.8, -1.2, 1.2];
 const TILTS: [f64; 3] = [0.0, -0.4, 0.4];
 /// m for one rad.
 const TURN_M: f64 = 0.1;
-/// A descent ends when a step gains less than this.
+/// Smallest gain of a step with which a descent continues.
 const GAIN: f64 = 2e-5;
-/// Two starts are apart when they differ by more than this, m.
+/// Smallest difference of two starts, m.
 const APART_M: f64 = 0.030;
 
-/// Starts with their fingers brought to the contacts, and what they cost, cheapest first; the half that missed more is left out.
+/// Returns starts with their fingers brought to the contacts, and their costs, cheapest first; the half with the larger missing distances is left out.
 fn ranked(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<(f64, Isometry3<f64>)> {
     let mut fitted: Vec<(f64, Isometry3<f64>)> = starts.iter().map(|start| fitted(cost, start)).collect();
     fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -38,7 +38,7 @@ fn ranked(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<(f64, Isometry3<f64
     ranked
 }
 
-/// So many of the starts, the cheapest that are farther apart than this, m, with their fingers on the contacts.
+/// Returns the `count` cheapest starts at most that are farther than `far_m` apart, m, with their fingers brought to the contacts.
 pub(super) fn spread(cost: &Cost<'_>, starts: &[Isometry3<f64>], count: usize, far_m: f64) -> Vec<Isometry3<f64>> {
     let mut kept: Vec<Isometry3<f64>> = Vec::new();
     for (_, pose) in ranked(cost, starts) {
@@ -62,7 +62,7 @@ pub(super) fn best_poses(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<Isom
         descents.iter_mut().take(count).for_each(|descent| descent.run(cost, &middle, steps));
         descents.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
-    // A descent that has come to a kink goes on along it when it begins anew.
+    // A descent that stopped at a kink continues along it after a restart.
     for descent in descents.iter_mut().take(RENEWED) {
         descent.inverse_hessian = None;
         descent.run(cost, &middle, ROUNDS[2].1);
@@ -71,12 +71,12 @@ pub(super) fn best_poses(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<Isom
     descents.into_iter().map(|descent| descent.pose).collect()
 }
 
-/// A pose with the fingers brought to the contacts, and what they missed just before, m.
+/// Returns a pose with the fingers brought to the contacts, and the missing distance before the last step, m.
 fn fitted(cost: &Cost<'_>, pose: &Isometry3<f64>) -> (f64, Isometry3<f64>) {
     (0..FITTED).fold((0.0, *pose), |(_, pose), _| cost.nearer(&pose))
 }
 
-/// A pose improved as far as it goes.
+/// Improves a pose until the descent ends.
 pub(super) fn polished(cost: &Cost<'_>, pose: &Isometry3<f64>) -> Isometry3<f64> {
     let mut descent = Descent::new(*pose, cost.of(pose));
     for _ in 0..4 {
@@ -86,7 +86,7 @@ pub(super) fn polished(cost: &Cost<'_>, pose: &Isometry3<f64>) -> Isometry3<f64>
     descent.pose
 }
 
-/// A pose leant over about the line from the thumb to the fingers and about the row of fingers, with the fingers back on their contacts.
+/// Returns a pose tilted about the line from the thumb to the fingers and about the row of fingers, with the fingers at their contacts again.
 pub(super) fn leant(cost: &Cost<'_>, request: &GraspRequest<'_>, pose: &Isometry3<f64>) -> Vec<Isometry3<f64>> {
     let middle = cost.middle();
     let thumb = request.contacts.iter().find(|contact| contact.finger == Finger::Thumb).or(request.contacts.first());
@@ -147,7 +147,7 @@ pub(super) fn everywhere(cost: &Cost<'_>, generations: usize, chance: &mut dyn F
     polished(cost, &at(&best))
 }
 
-/// How far two poses are apart, m, a turn counted as in the search.
+/// Returns the difference of two poses, m, with rotations scaled as in the search.
 pub(super) fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
     (one.translation.vector - other.translation.vector).norm() + TURN_M * one.rotation.angle_to(&other.rotation)
 }
@@ -160,7 +160,7 @@ fn moved(pose: &Isometry3<f64>, about: &Point3<f64>, x: &Vector6<f64>) -> Isomet
     Isometry3::from_parts(Translation3::from(about.coords + shift + turn * arm), turn * pose.rotation)
 }
 
-/// A descent under way.
+/// The state of a descent.
 struct Descent {
     pose: Isometry3<f64>,
     value: f64,
@@ -184,7 +184,7 @@ impl Descent {
         }
     }
 
-    /// The cost and its slope in the six coordinates.
+    /// Returns the cost and its gradient in the six coordinates.
     fn look(cost: &Cost<'_>, middle: &Point3<f64>, pose: &Isometry3<f64>) -> (f64, Vector6<f64>) {
         let (value, mut slope) = cost.with_slope(pose, middle);
         slope.fixed_rows_mut::<3>(3).scale_mut(1.0 / TURN_M);
@@ -193,7 +193,7 @@ impl Descent {
 
     fn step(&mut self, cost: &Cost<'_>, middle: &Point3<f64>) {
         let slope = self.slope.take().unwrap_or_else(|| Self::look(cost, middle, &self.pose).1);
-        // The first step goes about 5 mm.
+        // The first step has about 5 mm.
         let first = Matrix6::identity() * (0.005 / slope.norm().max(1e-9));
         let mut inverse = *self.inverse_hessian.get_or_insert(first);
         let mut direction = -(inverse * slope);
@@ -215,7 +215,7 @@ impl Descent {
             }
         };
         let Some((pose, value, next)) = found else {
-            // Down a kink from here: start over with the slope alone, once.
+            // At a kink: restart once from the gradient alone.
             self.over = self.inverse_hessian.is_some_and(|inverse| inverse == first);
             self.inverse_hessian = Some(first);
             self.slope = Some(slope);

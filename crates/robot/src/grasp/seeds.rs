@@ -1,4 +1,4 @@
-//! Where to begin: the palm facing the object, the fingers on one side of it and the thumb on the other, rolled about that line.
+//! Start poses of the search: the palm faces the object, with the fingers on one side and the thumb on the other, at several rolls about that line.
 
 use super::grasp_request::GraspRequest;
 use crate::kinematics::joint_positions::MAX_DOFS;
@@ -20,10 +20,10 @@ const THUMBS: [[f64; 3]; 7] = [
     [0.3, 0.3, 0.3],
     [0.5, 0.2, 0.3],
 ];
-/// This many postures, the nearest in width to the contacts, are tried.
+/// Number of postures that are tried: those whose width is nearest to that of the contacts.
 const TRIED: usize = 14;
 const TRIED_WIDE: usize = 28;
-/// Rolls about the line of opposition, in turns, for contacts whose order shows which way is up, and for others.
+/// Rolls about the line of opposition, in turns, for contacts whose order shows the orientation of the hand, and for others.
 const ROLLS: [f64; 7] = [0.0, -0.06, 0.06, -0.13, 0.13, -0.2, 0.2];
 const ALL_ROUND: usize = 14;
 /// Tilts about the row of fingers, in turns, for fingers that push without an opponent.
@@ -62,7 +62,7 @@ pub(super) fn postures(hand: &HandModel) -> Vec<HandPosture> {
     postures
 }
 
-/// Poses of the palm in the object's frame to begin with; more of them, in all directions, when it is to be `wide`.
+/// Returns start poses of the palm in the object's frame; with `wide`, more of them in all directions.
 pub(super) fn starts(
     hand: &HandModel,
     postures: &[HandPosture],
@@ -96,7 +96,7 @@ pub(super) fn starts(
     starts
 }
 
-/// The hand in the middle of its ranges laid over the contacts.
+/// Returns the pose of the hand, in the middle of its ranges, over the contacts.
 pub(super) fn laid_over(hand: &HandModel, request: &GraspRequest<'_>) -> Option<Isometry3<f64>> {
     let (object, _) = object_frame(hand, request)?;
     let mut hand_posture = HandPosture { tips: Vec::new(), pads: Vec::new() };
@@ -119,7 +119,7 @@ struct Opposition {
     width: f64,
 }
 
-/// Of the contacts; and whether their order shows which way the hand is turned.
+/// Returns the frame of the contacts, and whether their order shows the orientation of the hand.
 fn object_frame(hand: &HandModel, request: &GraspRequest<'_>) -> Option<(Opposition, bool)> {
     let tips: Vec<(Finger, Point3<f64>, Vector3<f64>)> = request
         .contacts
@@ -133,7 +133,7 @@ fn object_frame(hand: &HandModel, request: &GraspRequest<'_>) -> Option<(Opposit
     Some((frame(&tips, None)?, sided))
 }
 
-/// Of the same fingers of the hand in a posture.
+/// Returns the frame of the same fingers of the hand in a posture.
 fn hand_frame(hand: &HandModel, request: &GraspRequest<'_>, hand_posture: &HandPosture) -> Option<Opposition> {
     let tips: Vec<(Finger, Point3<f64>, Vector3<f64>)> = request
         .contacts
@@ -143,7 +143,7 @@ fn hand_frame(hand: &HandModel, request: &GraspRequest<'_>, hand_posture: &HandP
             Some((contact.finger, *hand_posture.tips.get(index)?, *hand_posture.pads.get(index)?))
         })
         .collect();
-    // Of a single finger the row is that of all.
+    // A single finger takes the row of all fingers.
     let others: Vec<&Point3<f64>> = hand
         .fingers
         .iter()
@@ -166,7 +166,7 @@ fn frame(tips: &[(Finger, Point3<f64>, Vector3<f64>)], row: Option<Vector3<f64>>
             let way = mean(&points) - tip.coords;
             (tip.coords + way / 2.0, way, way.norm())
         }
-        // Without an opponent, x looks against the way the tips press.
+        // Without an opponent, x is opposite to the direction in which the tips press.
         (None, false) => {
             let press = mean(&fingers.iter().map(|(.., press)| *press).collect::<Vec<_>>());
             (mean(&points), -press, 0.0)

@@ -1,4 +1,4 @@
-//! The hand as balls on strings: quick to compare with shapes and with each other while a search runs.
+//! Sphere approximation of the hand, for fast distances to shapes and between fingers in the search.
 
 use crate::kinematics::finger::{FingerModel, FingerPose};
 use crate::kinematics::joint_positions::{JointPositions, MAX_DOFS};
@@ -7,40 +7,40 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_description::polytope::Polytope;
 use teachtree_description::shape::CollisionShape;
 
-/// Balls along a bar are at most this far apart, m.
+/// Largest distance of neighboring spheres along a capsule, m.
 const APART_M: f64 = 0.012;
-/// Points over the faces of a palm are at most this far apart, m.
+/// Largest distance of neighboring points on the faces of a palm, m.
 const PALM_APART_M: f64 = 0.03;
-/// Shares of the ranges at which a finger that does not touch may be held: stretched, half bent, curled.
+/// Postures of an idle finger, as shares of the ranges: stretched, half bent, curled.
 const IDLE: [[f64; 2]; 3] = [[0.12, 0.05], [0.45, 0.4], [0.85, 0.9]];
 
-/// Balls of one size in a straight row.
+/// A capsule: spheres of one size in a straight row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SphereRow {
-    /// The joint that it hangs at.
+    /// The joint that moves it.
     pub(super) joint: usize,
-    /// Centres of the first and of the last ball, m.
+    /// Centers of the first and of the last ball, m.
     pub(super) from: Point3<f64>,
     pub(super) to: Point3<f64>,
     /// m.
     pub(super) radius: f64,
-    /// Whether it is of the mesh that touches the object: see [`FingerModel::touches`].
+    /// Whether it belongs to the mesh that touches the object: see [`FingerModel::touches`].
     pub(super) touches: bool,
-    /// How many ways from ball to ball there are.
+    /// The number of intervals between spheres.
     parts: usize,
 }
 
 /// The balls of a hand.
 #[derive(Clone, Debug)]
 pub(super) struct HandSpheres {
-    /// Of each finger, its bars in the frames of their joints.
+    /// The capsules of each finger, in the frames of their joints.
     pub(super) fingers: Vec<Vec<SphereRow>>,
-    /// Points of the palm's surface, palm frame; and the middle and the radius, m, of a ball about all of them.
+    /// Points of the palm's surface, palm frame, with the center and the radius, m, of their bounding sphere.
     pub(super) palm: Vec<Point3<f64>>,
     pub(super) about_palm: (Point3<f64>, f64),
     /// The boxes of the palm.
     pub(super) palm_boxes: Vec<(Isometry3<f64>, Vector3<f64>)>,
-    /// For each finger, the postures that it may have when it does not touch: angles, and bars in the palm's frame.
+    /// The postures of each finger when it is idle: angles, and capsules in the palm's frame.
     pub(super) idle: Vec<Vec<(JointPositions, Vec<SphereRow>)>>,
 }
 
@@ -86,18 +86,18 @@ impl HandSpheres {
 }
 
 impl SphereRow {
-    /// The centres of its balls.
+    /// The centers of its balls.
     pub(super) fn balls(&self) -> impl Iterator<Item = Point3<f64>> {
         let (from, way, parts) = (self.from, self.to - self.from, self.parts);
         (0..=parts).map(move |part| from + way * (part as f64 / parts as f64))
     }
 
-    /// The middle, and the radius of a ball about all of it, m.
+    /// Returns the center and the radius of its bounding sphere, m.
     pub(super) fn around(&self) -> (Point3<f64>, f64) {
         (nalgebra::center(&self.from, &self.to), (self.to - self.from).norm() / 2.0 + self.radius)
     }
 
-    /// The nearest that the lines of the centres of two bars can be, squared, m².
+    /// Returns a lower bound of the squared distance between the center lines of two capsules, m².
     pub(super) fn gap2(&self, other: &Self) -> f64 {
         let (way, other_way, between) = (self.to - self.from, other.to - other.from, self.from - other.from);
         let (a, e, f) = (way.norm_squared(), other_way.norm_squared(), other_way.dot(&between));
@@ -114,7 +114,7 @@ impl SphereRow {
     }
 }
 
-/// The bars in a posture, palm frame.
+/// Returns the capsules in a posture, palm frame.
 pub(super) fn placed(bars: &[SphereRow], posture: &FingerPose) -> impl Iterator<Item = SphereRow> {
     bars.iter().filter_map(|bar| {
         let pose = posture.joints.get(bar.joint)?;
@@ -133,7 +133,7 @@ fn bars(finger: &FingerModel) -> Vec<SphereRow> {
             CollisionShape::Capsule(from, to, radius) => bar(joint, from, to, radius),
             solid @ (CollisionShape::Box(..) | CollisionShape::Piece(..)) => {
                 let (pose, half) = solid.bounding_box();
-                // A box is the bar along its longest edge, as thick as the mean of the others.
+                // A box becomes a capsule along its longest edge, with the mean of the other edges as its thickness.
                 let axis = half.imax();
                 let radius = (half.sum() - half[axis]) / 2.0;
                 let reach = Vector3::ith(axis, (half[axis] - radius).max(0.0));

@@ -1,7 +1,6 @@
-//! Commands mapped to a robot: for each grasp of each task, the palm pose and the finger angles of the hand that does it.
+//! Maps commands to a robot: finds the palm pose and the finger angles for each grasp of each task.
 //!
-//! One pose is chosen for a grasp and carried along its trajectory. Whatever stands about the object when it is taken and when it is let go is
-//! in the way.
+//! One pose is chosen for a grasp and kept along its trajectory. Bodies around the object when it is grasped and released are obstacles.
 
 use super::bimanual_grasp::{HandProblem, grasp_pair};
 use super::candidate::{GraspCandidate, Reach};
@@ -26,31 +25,31 @@ use teachtree_base::pose::pose_array;
 use teachtree_base::scene::{Body, Scene};
 use teachtree_command::{self as command, Commands, GraspCriterion, MappedFinger, MappedGrasp, Task};
 
-/// So many starts of the arm's inverse kinematics, with so many steps each, decide whether it reaches.
+/// Number of starts of the arm's inverse kinematics, and steps of each, that decide whether it reaches a pose.
 const REACH_STARTS: usize = 48;
 const REACH_STEPS: usize = 100;
-/// Grasps with which palm and arm stay so far from fixed bodies are preferred, m: controllers deviate from their ways.
+/// Grasps with which palm and arm keep this distance from fixed bodies are preferred, m: controllers deviate from their paths.
 const ROOM_M: f64 = 0.003;
-/// So many grasps of many kinds are looked at for a clearer one, whose measure is at least this share of the best one's.
-const LOOKED_AT: usize = 64;
+/// Maximum number of different grasps that are checked for one with more room; its measure must be at least the share `WORTH` of the best one's.
+const CHECKED: usize = 64;
 const WORTH: f64 = 0.3;
-/// A hand that fumbles for an object moves it by less than this, m.
+/// Largest displacement of an object by a hand that fumbles for it, m.
 const NUDGED_M: f64 = 0.040;
-/// So many alternatives of a grasp are kept, which differ by more than this, m (a turn counts as in the search).
+/// Maximum number of alternatives of a grasp, and the smallest difference between them, m (a turn counts as in the search).
 const ALTERNATIVES: usize = 256;
 const APART_M: f64 = 0.012;
 
-/// A grasp that was found without regard to the other hand, which leaves it no room: where it is, that hand's, and why there is none.
+/// A grasp without room beside the other hand: its indices, those of the other hand's grasp, and the reason.
 pub(crate) struct BlockedGrasp {
     pub(crate) grasp: (usize, usize),
     pub(crate) other: (usize, usize),
     pub(crate) why: String,
 }
 
-/// Maps every grasp of commands; what cannot be held is noted with its reason.
+/// Maps every grasp of commands, and notes the reason where an object cannot be held.
 ///
-/// Where two hands hold one object at the same time, the one that takes it first is in the way of the other; when that leaves no room, both give way. Where that
-/// is not enough, the grasp is returned as crowded. `progress` receives the part that is done, 0 to 1.
+/// If two hands hold one object at the same time, the first hand is an obstacle for the second. If that leaves no room, both grasps are changed. If that is not
+/// enough, the grasp is returned as crowded. `progress` receives the part that is done, 0 to 1.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
@@ -104,34 +103,34 @@ pub(crate) fn map(
     Ok(crowded)
 }
 
-/// Grasps that meet: each with the one that another hand has on the same object at the same time, as task and grasp; every pair once.
+/// Returns the pairs of grasps of two hands that hold the same object at the same time, as task and grasp, each pair once.
 pub(crate) fn meetings(tasks: &[Task]) -> Vec<[(usize, usize); 2]> {
     let grasps = tasks.iter().enumerate().flat_map(|(number, task)| (0..task.grasps.len()).map(move |at| (number, at)));
     let pairs = grasps.flat_map(|one| meeting(tasks, one).into_iter().map(move |other| [one, other]));
     pairs.filter(|[one, other]| one < other).collect()
 }
 
-/// What a search for grasps found.
+/// The result of a search for grasps.
 type Search = Result<Vec<TaskGrasp>, InputError>;
 
-/// Other ways to take hold for each grasp of mapped commands by the criterion of that grasp, best first; they differ from each other. Whether the arm can go them is left
-/// open. They are computed when they are first asked for.
+/// Alternatives for each grasp of mapped commands by the criterion of that grasp, best first; they differ from each other. It is not checked whether the arm can
+/// follow them. They are computed on first use.
 pub(crate) struct Alternatives<'a> {
     robot: &'a Robot,
     scene: &'a Scene,
-    /// By the number of the task and its grasp.
+    /// By the indices of the task and its grasp.
     found: BTreeMap<(usize, usize), OnceLock<Search>>,
 }
 
 impl<'a> Alternatives<'a> {
-    /// Returns those of all grasps of tasks, before any is computed.
+    /// Returns the alternatives of all grasps of tasks, not computed yet.
     pub(crate) fn new(tasks: &[Task], robot: &'a Robot, scene: &'a Scene) -> Self {
         let places =
             tasks.iter().enumerate().flat_map(|(number, task)| (0..task.grasps.len()).map(move |at| (number, at)));
         Self { robot, scene, found: places.map(|place| (place, OnceLock::new())).collect() }
     }
 
-    /// Returns those of a grasp of a task, which has this number among all tasks.
+    /// Returns the alternatives of a grasp of a task; `number` is the index of the task among all tasks.
     ///
     /// # Errors
     /// As [`map`].
@@ -145,13 +144,13 @@ impl<'a> Alternatives<'a> {
     }
 }
 
-/// Grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.
+/// Finds grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.
 fn give_way(
     tasks: &mut [Task],
     holders: &[GraspContext<'_>],
     [first, second]: [(usize, usize); 2],
 ) -> Option<TaskGrasp> {
-    // Jaws have no poses between which they could give way.
+    // Jaws have no continuous set of poses to adjust.
     if [first, second].iter().any(|(number, _)| holders[*number].hand.jaws.is_some()) {
         return None;
     }
@@ -188,7 +187,7 @@ struct GraspContext<'a> {
 #[derive(Clone)]
 pub(crate) struct TaskGrasp {
     mapped: MappedGrasp,
-    /// The contacts with the fingers that take them.
+    /// The contacts, assigned to fingers.
     contacts: Vec<Contact>,
 }
 
@@ -215,7 +214,7 @@ impl<'a> GraspContext<'a> {
         Ok(Self { robot, hand, planner, object, scene, surroundings })
     }
 
-    /// Gives the operator's task to a gripper: to two jaws what several fingers did.
+    /// Converts the operator's task to a gripper.
     fn give(&self, task: &mut Task) {
         let operator = self.scene.hands.get(&task.track);
         if let (Some(jaws), Some(operator)) = (&self.hand.jaws, operator) {
@@ -223,14 +222,14 @@ impl<'a> GraspContext<'a> {
         }
     }
 
-    /// What is to be held with `others` in the way, which are in the frame of the object.
+    /// Returns the request with `others` as obstacles, frame of the object.
     fn request<'b>(&'b self, task: &Task, grasp: usize, others: &'b [Body]) -> GraspRequest<'b> {
         let obstacles = around(task, grasp, self.scene, others).into_iter().map(|it| it.obstacle).collect();
         let contacts = task.grasps[grasp].contacts.iter().map(contact).collect();
         GraspRequest { contacts, object: self.object, obstacles }
     }
 
-    /// The way of the object while it is held, and where it stood before the operator nudged it, which the robot does not.
+    /// Returns the path of the held object, and its pose before the operator nudged it, which the robot does not repeat.
     fn way(&self, task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
         let mut way = way(task, grasp);
         let stood = self.object.pose();
@@ -241,8 +240,8 @@ impl<'a> GraspContext<'a> {
         way
     }
 
-    /// At how many places of the way of the object the palm meets a fixed body, and the arm one or itself in the posture in which it does so least; `None` where
-    /// the arm cannot bring the palm along. A hand without an arm meets nothing.
+    /// Returns the number of places on the path of the object at which the palm collides with a fixed body, or the arm with one or with itself, in the best posture;
+    /// `None` if the arm cannot follow the path. A hand without an arm has no collisions.
     fn met(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> Option<usize> {
         let (robot, hand) = (self.robot, self.hand);
         if hand.arm.is_empty() {
@@ -266,7 +265,7 @@ impl<'a> GraspContext<'a> {
         Some(least? + way.iter().filter(meets).count())
     }
 
-    /// The best way to take hold with `others` in the way, frame of the object.
+    /// Returns the best grasp with `others` as obstacles, frame of the object.
     fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<TaskGrasp, NoGrasp> {
         let request = self.request(task, grasp, others);
         let (found, contacts) = self.found(&request, &self.way(task, grasp))?;
@@ -277,14 +276,14 @@ impl<'a> GraspContext<'a> {
         TaskGrasp { mapped: self.mapped(request, found), contacts: request.contacts.clone() }
     }
 
-    /// Ways to take hold that differ from each other, best first.
+    /// Returns grasps that differ from each other, best first.
     fn alternatives(&self, task: &Task, grasp: usize) -> Vec<TaskGrasp> {
         let request = self.request(task, grasp, &[]);
         let kept = self.distinct_grasps(&request).into_iter();
         kept.map(|(found, contacts)| self.held(&GraspRequest { contacts, ..request.clone() }, &found)).collect()
     }
 
-    /// Grasps that differ from each other, best first, and the contacts with the fingers that take them.
+    /// Returns grasps that differ from each other, best first, with the contacts assigned to fingers.
     fn distinct_grasps(&self, request: &GraspRequest<'_>) -> Vec<(GraspCandidate, Vec<Contact>)> {
         let mut found = Vec::new();
         for contacts in self.contact_orders(&request.contacts) {
@@ -306,8 +305,8 @@ impl<'a> GraspContext<'a> {
         kept
     }
 
-    /// The contacts, and the same taken the other way round where that differs: which finger pushes where does not matter, nor which of a row stands against
-    /// the thumb.
+    /// Returns the contacts, and the same with the fingers in reverse order if that differs: the order of pushing fingers, or of those opposite the thumb, does not
+    /// matter.
     fn contact_orders(&self, contacts: &[Contact]) -> Vec<Vec<Contact>> {
         let other = match &self.hand.jaws {
             Some(jaws) => swapped_jaws(jaws, contacts),
@@ -318,8 +317,8 @@ impl<'a> GraspContext<'a> {
         std::iter::once(contacts.to_vec()).chain(differs.then_some(other)).collect()
     }
 
-    /// The best grasp with which the object can be brought along its way, with palm and arm clear where they can be, and the contacts with the fingers that take
-    /// them. A grasp of many kinds that is clearer is taken if its measure is no small part of the best one's.
+    /// Returns the best grasp with which the object can be moved along its path, with palm and arm clear where possible, and the contacts assigned to fingers. A
+    /// different grasp with more room is taken if its measure is at least the share `WORTH` of the best one's.
     fn found(
         &self,
         request: &GraspRequest<'_>,
@@ -329,7 +328,7 @@ impl<'a> GraspContext<'a> {
         let (mut least, mut found, mut contacts) = self.reached(request, &reach)?;
         if least > 0 {
             let worth = |(other, _): &(GraspCandidate, Vec<Contact>)| other.measure >= WORTH * found.measure;
-            let others: Vec<_> = self.distinct_grasps(request).into_iter().filter(worth).take(LOOKED_AT).collect();
+            let others: Vec<_> = self.distinct_grasps(request).into_iter().filter(worth).take(CHECKED).collect();
             for (other, by) in others {
                 let Some(met) = reach(&other.object_from_palm).filter(|met| *met < least) else { continue };
                 (least, found, contacts) = (met, other, by);
@@ -341,7 +340,7 @@ impl<'a> GraspContext<'a> {
         Ok((found, contacts))
     }
 
-    /// The clearest of the best grasps in either order of the contacts, and at how many places it meets something.
+    /// Returns the best grasp with the fewest collisions in either order of the contacts, and their number of places.
     fn reached(
         &self,
         request: &GraspRequest<'_>,
@@ -363,7 +362,7 @@ impl<'a> GraspContext<'a> {
         best
     }
 
-    /// Why a grasp cannot be held, and what has to be away for it: looked for by leaving out what stands about it.
+    /// Returns the reason why a grasp cannot be held, and the obstacles that prevent it, found by leaving them out.
     fn explained(&self, why: &NoGrasp, task: &Task, grasp: usize, others: &[Body]) -> String {
         let around = around(task, grasp, self.scene, others);
         let way = self.way(task, grasp);
@@ -377,7 +376,7 @@ impl<'a> GraspContext<'a> {
         }
     }
 
-    /// A grasp as commands have it.
+    /// Returns a grasp in the form of commands.
     fn mapped(&self, request: &GraspRequest<'_>, found: &GraspCandidate) -> MappedGrasp {
         let mut q = vec![0.0; self.robot.tree.dofs.len()];
         found.set(self.hand, &mut q);
@@ -404,7 +403,7 @@ impl<'a> GraspContext<'a> {
 }
 
 impl TaskGrasp {
-    /// Puts it into a task.
+    /// Writes it into a task.
     pub(crate) fn note(self, task: &mut Task, grasp: usize) {
         rename(task, grasp, &self.contacts);
         task.grasps[grasp].mapped = Some(self.mapped);
@@ -416,7 +415,7 @@ fn contact(contact: &command::Contact) -> Contact {
     Contact { finger: contact.finger, point: Point3::from(contact.point), normal: Vector3::from(contact.normal) }
 }
 
-/// The same contacts with their fingers in the opposite order; a thumb stays where it is.
+/// Returns the same contacts with the fingers in reverse order; the thumb stays.
 fn reversed_fingers(contacts: &[Contact]) -> Vec<Contact> {
     let (mut turned, row): (Vec<Contact>, Vec<Contact>) =
         contacts.iter().partition(|contact| contact.finger == Finger::Thumb);
@@ -425,12 +424,12 @@ fn reversed_fingers(contacts: &[Contact]) -> Vec<Contact> {
     turned
 }
 
-/// The same contacts with the jaws exchanged.
+/// Returns the same contacts with the jaws exchanged.
 fn swapped_jaws(jaws: &Jaws, contacts: &[Contact]) -> Vec<Contact> {
     contacts.iter().map(|contact| Contact { finger: jaws.opponent(contact.finger), ..*contact }).collect()
 }
 
-/// Gives what a finger did in a grasp to the one that is at its contact now.
+/// Reassigns the motion of a finger in a grasp to the finger that now has its contact.
 fn rename(task: &mut Task, grasp: usize, contacts: &[Contact]) {
     let before: Vec<Contact> = task.grasps[grasp].contacts.iter().map(contact).collect();
     let now = |finger: Finger| {

@@ -1,14 +1,15 @@
-//! Grasps of a gripper: the jaws on the line between their contacts, and the palm turned about that line so that it has the most room.
+//! Grasps of a gripper: the jaws are on the line between their contacts, and the palm is turned about that line for the largest clearance.
 //!
-//! A jaw has one degree of freedom at most, so that there is no manipulability to be made large. A grasp is measured by
+//! A jaw has at most one degree of freedom, so its manipulability is zero. The measure of a grasp is
 //!
 //! ```text
 //! W = 4 u (1 - u) · (Π_i (1 - tan α_i / μ) cos β_i)^(1/2) · (Π_k g_k / (g_k + L))^(1/2)        all of it ours
 //! ```
 //!
-//! the freedom of the opening from its limits (u: share by which the jaws are open), how squarely they stand to the surface within the friction
-//! cone (α: angle between the line and the normal, μ: friction), how squarely the pads of turning jaws face each other (β: angle between pad and line), and the room of the palm (g: its gaps to the object and to whatever else
-//! is there, L: how far the jaws stand out of it). All but the last are the same all about the line; that one and what is in the way choose the turn.
+//! the distance of the opening from its limits (u: share by which the jaws are open), the alignment of the jaws with the surface normals within the friction cone (α:
+//! angle between the line and the normal, μ: friction), the alignment of the pads of turning jaws (β: angle between pad and line), and the clearance of the palm (g:
+//! its gaps to the object and to obstacles, L: length of the jaws beyond the palm). All factors but the last are the same at all turns about the line; the last one
+//! and collisions decide the turn.
 
 use super::candidate::{FingerPlacement, GraspCandidate, Reach, clearest};
 use super::clearance::Shapes;
@@ -24,10 +25,10 @@ use teachtree_command::FRICTION;
 
 /// Number of rotations about the line that are evaluated: every 3 degrees.
 const TURNS: usize = 120;
-/// Measures that differ by less are alike, and the first one is taken: not what rounding makes of them.
+/// Measures that differ by less are equal, and the first one is taken, so that rounding does not affect the result.
 const ALIKE: f64 = 1e-9;
 
-/// The best pose of the palm for a gripper among those that an arm can bring it to, and at how many places palm or arm meet something then.
+/// Returns the best pose of the palm for a gripper among those that an arm can reach, and the number of places with collisions of palm or arm.
 pub(super) fn best(
     hand: &HandModel,
     jaws: &Jaws,
@@ -39,7 +40,7 @@ pub(super) fn best(
     clearest(reached).ok_or(NoGrasp::ArmOutOfReach)
 }
 
-/// All evaluated poses of the palm for a gripper without collision, best first.
+/// Returns all evaluated poses of the palm for a gripper without collision, best first.
 pub(super) fn all(hand: &HandModel, jaws: &Jaws, request: &GraspRequest<'_>) -> Result<Vec<GraspCandidate>, NoGrasp> {
     let two_finger = TwoFingerGrasp::new(jaws, &request.contacts)?;
     let shapes = Shapes::new(hand, request);
@@ -63,15 +64,15 @@ pub(super) fn all(hand: &HandModel, jaws: &Jaws, request: &GraspRequest<'_>) -> 
 /// Jaws on their line in the frame of the object.
 struct TwoFingerGrasp<'a> {
     jaws: &'a Jaws,
-    /// From the thumb to the other jaw.
+    /// The direction from the thumb to the other jaw.
     along: Unit<Vector3<f64>>,
-    /// The centre of the thumb's ball.
+    /// The center of the thumb's ball.
     thumb: Point3<f64>,
-    /// How far the jaws are open, m, and the share.
+    /// The opening, m, and its share of the range.
     opening: f64,
     share: f64,
     stance: JawStance,
-    /// How far the line leans from the normal at each jaw, rad; and these normals.
+    /// The angle between the line and the normal at each jaw, rad, and these normals.
     leans: [f64; 2],
     normals: [Vector3<f64>; 2],
 }
@@ -91,7 +92,7 @@ impl<'a> TwoFingerGrasp<'a> {
         let along = Unit::try_new(way, 1e-6).ok_or(NoGrasp::TooNarrow(opening, least))?;
         let leans = [(one, along.into_inner()), (two, -along.into_inner())]
             .map(|(contact, inward)| inward.angle(&-contact.normal));
-        // How far jaws open is not a question where contacts do not oppose each other.
+        // Contacts that do not oppose each other have no opening.
         if let Some((contact, lean)) = [one, two].into_iter().zip(leans).find(|(_, lean)| squarely(*lean) <= 0.0) {
             return Err(NoGrasp::SlipsOff(contact.finger, lean));
         }
@@ -105,7 +106,7 @@ impl<'a> TwoFingerGrasp<'a> {
         Ok(Self { jaws, along, thumb: centres[0], opening, share, stance: jaws.stance(share), leans, normals })
     }
 
-    /// The palm turned about the line.
+    /// Returns the pose of the palm turned about the line.
     fn pose(&self, turn: f64) -> Isometry3<f64> {
         let Self { stance, along, .. } = self;
         let object_from_line = Rotation3::from_axis_angle(along, turn) * frame(along, &across(along, &Vector3::z()));
@@ -114,7 +115,7 @@ impl<'a> TwoFingerGrasp<'a> {
         Isometry3::from_parts(Translation3::from(self.thumb.coords - rotation * stance.thumb.coords), rotation)
     }
 
-    /// The grasp at a pose, or the worst overlap, m, and between whom.
+    /// Returns the grasp at a pose, or the largest overlap, m, and the pair.
     fn grasp(&self, hand: &HandModel, pose: &Isometry3<f64>, shapes: &Shapes) -> Result<GraspCandidate, (f64, String)> {
         let angles = |jaw: &Jaw| Some((hand.finger(jaw.finger)?, jaw.angles(self.share)));
         let all: Vec<(&FingerModel, JointPositions)> = self.jaws.pair.iter().filter_map(angles).collect();
@@ -125,7 +126,7 @@ impl<'a> TwoFingerGrasp<'a> {
         let free = (4.0 * self.share * (1.0 - self.share)).clamp(0.0, 1.0);
         let stand = self.leans.map(squarely);
         let facing = self.stance.askew.map(|askew| askew.cos().max(0.0));
-        // The gap to what is not there is infinite.
+        // Without obstacles the gap is infinite.
         let out = self.jaws.out;
         let room = shapes.palm(pose).map(|gap| if gap.is_finite() { gap / (gap + out).max(1e-9) } else { 1.0 });
         let placement = |index: usize| -> Option<FingerPlacement> {
@@ -155,18 +156,18 @@ impl<'a> TwoFingerGrasp<'a> {
     }
 }
 
-/// How squarely a jaw stands to a surface from whose normal its line leans: 1 for upright, 0 at the edge of the friction cone and beyond.
+/// Returns the alignment of a jaw with a surface: 1 along the normal, 0 at the edge of the friction cone and beyond.
 fn squarely(lean: f64) -> f64 {
     if lean < FRICTION.atan() { 1.0 - lean.tan() / FRICTION } else { 0.0 }
 }
 
-/// A unit vector across another one, as near as may be to a third.
+/// Returns a unit vector perpendicular to `along`, as near as possible to `near`.
 fn across(along: &Unit<Vector3<f64>>, near: &Vector3<f64>) -> Unit<Vector3<f64>> {
     let part = |vector: &Vector3<f64>| Unit::try_new(vector - along.into_inner() * along.dot(vector), 1e-6);
     [*near, Vector3::x(), Vector3::y()].iter().find_map(part).unwrap_or_else(Vector3::z_axis)
 }
 
-/// The rotation whose first two axes are these.
+/// Returns the rotation with these first two axes.
 fn frame(along: &Unit<Vector3<f64>>, across: &Unit<Vector3<f64>>) -> Rotation3<f64> {
     let third = along.cross(across);
     Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[along.into_inner(), across.into_inner(), third]))

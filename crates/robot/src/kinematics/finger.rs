@@ -48,7 +48,7 @@ pub struct FingerModel {
     pub length: f64,
     /// Index of the link with the tip.
     pub tip_link: usize,
-    /// Centre of the ball, frame of that link.
+    /// Center of the ball, frame of that link.
     pub tip_in_link: Point3<f64>,
     pub(crate) spec: FingerSpec,
     steps: Vec<FingerJoint>,
@@ -75,7 +75,7 @@ struct FingerJoint {
 pub struct FingerPose {
     /// Poses of its joints' frames.
     pub joints: Vec<Isometry3<f64>>,
-    /// Centre of the tip.
+    /// Center of the tip.
     pub tip: Point3<f64>,
     /// The direction in which its pad looks, unit.
     pub pad: Vector3<f64>,
@@ -88,7 +88,7 @@ impl FingerModel {
         let mut at = spec.link;
         while at != palm {
             if at == 0 {
-                return Err("does not hang on the palm".into());
+                return Err("is not connected to the palm".into());
             }
             path.push(at);
             at = tree.links[at].parent;

@@ -256,7 +256,7 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
     let joint_names = std::mem::take(&mut parsed.joint_names);
     let mut built = if let Some(urdf) = &parsed.urdf {
         if parsed.root.is_some() || parsed.links.len() + parsed.joints.len() + parsed.parts.len() > 0 {
-            let message = "stands beside `root`, `links`, `joints` or `parts`, expected one of them";
+            let message = "is given beside `root`, `links`, `joints` or `parts`, expected one of them";
             return Err(places.error("urdf", "", message.into()));
         }
         let beside = beside(file, urdf);
@@ -284,7 +284,7 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
         }
         built
     } else if let Some(key) = parsed.of_urdf() {
-        return Err(places.error(key, "", "stands without `urdf`, expected beside it".into()));
+        return Err(places.error(key, "", "is given without `urdf`, expected both".into()));
     } else if parsed.parts.is_empty() {
         single(parsed, &places)?
     } else {
@@ -295,7 +295,7 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
             ("hand", parsed.hand.is_some()),
         ];
         if let Some((key, _)) = beside.iter().find(|(_, there)| *there) {
-            return Err(places.error(key, "", "stands beside `parts`, expected one of the two".into()));
+            return Err(places.error(key, "", "is given beside `parts`, expected one of the two".into()));
         }
         assembly(parsed, &places, files, depth)?
     };
@@ -352,8 +352,7 @@ impl SourceMap<'_> {
 /// A tree of links and joints.
 fn single(file: RobotFile, places: &SourceMap<'_>) -> Result<Robot, InputError> {
     let RobotFile { name, root, links, joints, hand, .. } = file;
-    let root =
-        root.ok_or_else(|| InputError::new(places.file, "the key `root` is missing: the link that stands still"))?;
+    let root = root.ok_or_else(|| InputError::new(places.file, "the key `root` is missing: the fixed link"))?;
     if links.len() > MAX_LINKS {
         return Err(places.error("links", "", format!("there are {}, at most {MAX_LINKS} are read", links.len())));
     }
@@ -371,7 +370,7 @@ fn single(file: RobotFile, places: &SourceMap<'_>) -> Result<Robot, InputError> 
             return Err(places.error("joints", name, format!("has the child `{root}`, but that is the root")));
         }
         if let Some((other, _)) = joints.iter().take(at).find(|(_, one)| one.child == joint.child) {
-            let message = format!("has the child `{}`, which hangs at `{other}` already", joint.child);
+            let message = format!("has the child `{}`, which is a child of `{other}` already", joint.child);
             return Err(places.error("joints", name, message));
         }
     }
@@ -383,7 +382,7 @@ fn single(file: RobotFile, places: &SourceMap<'_>) -> Result<Robot, InputError> 
         at += 1;
     }
     if let Some((name, _)) = links.iter().find(|(name, _)| !order.contains(name)) {
-        let message = format!("does not hang on the root `{root}`: {}", above(name, &joints));
+        let message = format!("is not connected to the root `{root}`: {}", above(name, &joints));
         return Err(places.error("links", name, message));
     }
     let dofs = dofs(&joints, places)?;
@@ -407,7 +406,7 @@ fn single(file: RobotFile, places: &SourceMap<'_>) -> Result<Robot, InputError> 
     Ok(built)
 }
 
-/// What a link hangs on, that does not hang on the root.
+/// Describes the parent of a link that is not connected to the root.
 fn above(link: &str, joints: &IndexMap<String, JointFile>) -> String {
     let mut way = vec![link];
     loop {
@@ -416,12 +415,12 @@ fn above(link: &str, joints: &IndexMap<String, JointFile>) -> String {
             return format!("`{at}` is the child of no joint");
         };
         if file.parent == at {
-            return format!("`{at}` hangs on itself, by `{joint}`");
+            return format!("`{at}` is its own parent, by `{joint}`");
         }
         if let Some(begins) = way.iter().position(|known| *known == file.parent) {
             let ring: Vec<String> =
                 way[begins..].iter().chain([&way[begins]]).map(|link| format!("`{link}`")).collect();
-            return format!("{} hang on each other in a ring", ring.join(", "));
+            return format!("{} form a cycle", ring.join(", "));
         }
         way.push(&file.parent);
     }
@@ -453,7 +452,7 @@ fn made_link(name: &str, link: &LinkFile, places: &SourceMap<'_>) -> Result<Link
                 CollisionShape::Capsule(at * Point3::origin(), at * Point3::new(size(length)?, 0.0, 0.0), size(radius)?)
             }
             (None, Some([x, y, z])) => CollisionShape::Box(at, Vector3::new(size(x)?, size(y)?, size(z)?) / 2.0),
-            _ => return Err(refuse("has a part that wants one of `capsule` and `box`".into())),
+            _ => return Err(refuse("has a part with neither or both of `capsule` and `box`, expected one".into())),
         });
     }
     let (centre, inertia) = inertia_of(link.mass.0, &solids);

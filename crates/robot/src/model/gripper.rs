@@ -143,7 +143,7 @@ impl Jaws {
             if off > ASKEW_DEG {
                 return Err((
                     jaw.finger,
-                    format!("has a pad that looks {off:.0} degrees off the line to the other jaw"),
+                    format!("has a pad that faces {off:.0} degrees off the line to the other jaw"),
                 ));
             }
             let beside = ends.map(|end| (end.tip - closed.tip).cross(&along).norm()).into_iter().fold(0.0, f64::max);
@@ -160,7 +160,7 @@ impl Jaws {
         for (index, jaw) in self.pair.iter().enumerate() {
             let off = stances.iter().map(|stance| stance.askew[index].to_degrees()).fold(f64::INFINITY, f64::min);
             if off > ASKEW_TURNING_DEG {
-                let message = format!("has a pad that looks {off:.0} degrees off the line to the other jaw");
+                let message = format!("has a pad that faces {off:.0} degrees off the line to the other jaw");
                 return Err((jaw.finger, message));
             }
             let [closed, half, open] = [0.0, 0.5, 1.0].map(|share| jaw.posture(share));
@@ -168,7 +168,7 @@ impl Jaws {
             if !jaw.model.dofs.is_empty() && across > ACROSS_DEG {
                 return Err((
                     jaw.finger,
-                    format!("closes {across:.0} degrees off the direction in which its pad looks"),
+                    format!("closes {across:.0} degrees off the direction in which its pad faces"),
                 ));
             }
         }

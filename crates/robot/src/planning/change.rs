@@ -1,14 +1,14 @@
-//! A change of two hands: tasks and walks with a pair of grasps chosen anew, and its cost.
+//! A change for two hands: tasks and rollouts with a new pair of grasps, and its cost.
 
 use super::moving::Moving;
-use super::walk::{Near, Walk, total};
+use super::rollout::{Near, Rollout, total};
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
 
-/// Tasks and walks with a pair of grasps chosen anew.
+/// Tasks and rollouts with a new pair of grasps.
 pub(super) struct Change {
     pub(super) tasks: [Task; 2],
-    pub(super) walks: [Walk; 2],
+    pub(super) rollouts: [Rollout; 2],
     pub(super) near: Vec<Near>,
     /// The increase of the penetration depth, m.
     pub(super) through: f64,
@@ -20,7 +20,7 @@ impl Change {
         total(&self.near) + self.through
     }
 
-    /// Takes tasks and a walk of a hand from one of these postures, where that leaves less too near.
+    /// Takes tasks and a rollout of a hand from one of these postures, if that reduces the missing distance.
     pub(super) fn take_nearest(
         &mut self,
         hand: usize,
@@ -29,10 +29,10 @@ impl Change {
         all: &[Task],
         scene: &Scene,
     ) {
-        for walk in begun.into_iter().filter_map(|begun| Walk::of(begun, all, scene)) {
-            let near = walk.near_to(&self.walks[1 - hand], hand);
+        for rollout in begun.into_iter().filter_map(|begun| Rollout::of(begun, all, scene)) {
+            let near = rollout.near_to(&self.rollouts[1 - hand], hand);
             if total(&near) < total(&self.near) {
-                self.walks[hand] = walk;
+                self.rollouts[hand] = rollout;
                 (self.tasks, self.near) = (tasks.clone(), near);
             }
         }

@@ -4,12 +4,12 @@
 use super::trajectory::JointTrajectory;
 use std::fmt::Write;
 
-/// The goals of a trajectory: for each controller its name and the YAML.
+/// Returns the goals of a trajectory: for each controller its name and the YAML.
 pub fn goals(made: &JointTrajectory) -> Vec<(String, String)> {
     made.groups.iter().map(|(name, joints)| (name.clone(), goal(made, joints))).collect()
 }
 
-/// The goals of grippers, numbered in order of time: for each action its name and the YAML.
+/// Returns the goals of grippers, numbered in order of time: for each action its name and the YAML.
 pub fn gripper_files(made: &JointTrajectory) -> Vec<(String, String)> {
     let numbered = made.grippers.iter().enumerate();
     let files = numbered.flat_map(|(at, goal)| {
@@ -28,7 +28,7 @@ fn goal(made: &JointTrajectory, joints: &[usize]) -> String {
         made.header.frame_id,
         names.join(", ")
     );
-    // Always with a point: a whole number in a list would be no float.
+    // Always with a decimal point: a whole number in a list would not be read as a float.
     let list = |values: &[f64]| {
         let chosen = joints.iter().filter_map(|joint| values.get(*joint));
         chosen.map(|value| format!("{:.6}", value + 0.0)).collect::<Vec<String>>().join(", ")

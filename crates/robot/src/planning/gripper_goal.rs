@@ -1,4 +1,4 @@
-//! Goals of the controllers of grippers: each time its jaws close or open, their positions, and the effort with which they press as commanded.
+//! Goals of the controllers of grippers: the positions of the jaws at each closing and opening, and the effort of the commanded force.
 
 use super::moving::Moving;
 use crate::model::gripper::Jaws;
@@ -8,21 +8,21 @@ use std::fmt::Write;
 use teachtree_base::hands::Side;
 use teachtree_command::Task;
 
-/// Jaws that move by less between two points stand still, m.
+/// Largest motion between two points of jaws at rest, m.
 const STILL_M: f64 = 1e-5;
-/// Jaws that move by less in all neither close nor open, m.
+/// Smallest motion of a closing or an opening, m.
 const MOVED_M: f64 = 1e-3;
 
 /// A motion of jaws, from rest to rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GripperGoal {
-    /// The name of the controller, as that of the trajectory's part.
+    /// The name of the controller, as in the parts of the trajectory.
     pub controller: String,
-    /// When it begins, s since the beginning of the trajectory.
+    /// Its start, s since the beginning of the trajectory.
     pub time_s: f64,
     /// Whether the jaws close.
     pub closes: bool,
-    /// The joints that are driven.
+    /// The driven joints.
     pub joints: Vec<GripperJoint>,
 }
 
@@ -63,13 +63,13 @@ impl GripperGoal {
         format!("# {}, {:.2} s after the beginning of the trajectory\n", self.verb(), self.time_s)
     }
 
-    /// What the jaws do.
+    /// Returns `close` or `open`.
     pub fn verb(&self) -> &'static str {
         if self.closes { "close" } else { "open" }
     }
 }
 
-/// The goals of all grippers in a trajectory, in order of time. `controllers` are the names of the hands' controllers; points have a time, s, and the positions of all
+/// Returns the goals of all grippers in a trajectory, in order of time. `controllers` are the names of the hands' controllers; points have a time, s, and the positions of all
 /// joints of the hands, in their order.
 pub(super) fn gripper_goals(
     robot: &Robot,
@@ -107,7 +107,7 @@ pub(super) fn gripper_goals(
     goals
 }
 
-/// From which to which point jaws with these openings, m, close or open.
+/// Returns the ranges of points in which jaws with these openings, m, close or open.
 fn moves(openings: &[f64]) -> Vec<(usize, usize)> {
     let direction = |at: usize| {
         let by = openings[at + 1] - openings[at];
@@ -119,7 +119,7 @@ fn moves(openings: &[f64]) -> Vec<(usize, usize)> {
     ends.filter(|(from, to)| (openings[*to] - openings[*from]).abs() > MOVED_M).collect()
 }
 
-/// The largest commanded force of a fingertip in each grasp of a hand, N, in order of time.
+/// Returns the largest commanded force of a fingertip in each grasp of a hand, N, in order of time.
 fn forces(tasks: &[Task], side: Side) -> Vec<f64> {
     let mut forces = Vec::new();
     for task in tasks.iter().filter(|task| task.track == side) {
@@ -132,7 +132,7 @@ fn forces(tasks: &[Task], side: Side) -> Vec<f64> {
     forces
 }
 
-/// The joints of jaws at these positions of the hand's degrees of freedom, which press with a force at a share of their opening.
+/// Returns the joints of jaws at these positions of the hand's degrees of freedom, with the effort of a force.
 fn joints(robot: &Robot, hand: &Moving, jaws: &Jaws, q: &[f64], pressing: Option<(f64, f64)>) -> Vec<GripperJoint> {
     let mut driven: Vec<(usize, usize)> = Vec::new();
     for (index, jaw) in jaws.pair.iter().enumerate() {

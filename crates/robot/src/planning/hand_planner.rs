@@ -1,4 +1,4 @@
-//! The planner of one hand: where it begins, and its plans of each group of tasks from where it is.
+//! The planner of one hand: its start, and its plans of each group of tasks from the current pose.
 
 use super::plan::pace::insertions;
 use super::plan::{Plan, Target};
@@ -16,7 +16,7 @@ use teachtree_base::scene::{Role, Scene};
 use teachtree_command::Task;
 use teachtree_description::shape::solids;
 
-/// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
+/// Iterations of the inverse kinematics at each step of a plan, and the largest share of the joints' speed that the arm uses.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
 /// The help text for an arm that cannot follow its path.
@@ -31,7 +31,7 @@ pub(super) fn tip_radius(scene: &Scene, side: Side) -> f64 {
     scene.hands.get(&side).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0)
 }
 
-/// Where an object is, reference frame; `None` for what is no body of the scene.
+/// Returns the pose of an object, reference frame; `None` for a name that is not a body of the scene.
 pub(crate) type PoseLookup<'a> = dyn Fn(&str) -> Option<Isometry3<f64>> + 'a;
 
 /// The planner of a hand.
@@ -41,17 +41,17 @@ pub(crate) struct HandPlanner {
     pub(crate) hand: HandModel,
     /// Radius of the demonstrated fingertips, m.
     demonstrated_radius: f64,
-    /// What ways that no one showed are to be clear of.
+    /// The shapes of which paths that were not demonstrated must be clear.
     scene: Arc<Scene>,
-    /// Its first task, and when of the plan of that it begins, s, until that plan is made.
+    /// Its first task, and the start time within the plan of that task, s, until that plan is made.
     fresh: Option<(usize, f64)>,
 }
 
 impl HandPlanner {
-    /// Returns the planner of a hand before its first task, the starts of the robot that moves it, of which the first is the one to take, and its first target.
+    /// Returns the planner of a hand before its first task, the possible starts of its robot (the first one is preferred), and its first target.
     ///
     /// # Errors
-    /// A hand that the robot does not have or no task is for; a first task that cannot be planned, or whose way the arm cannot go.
+    /// A hand that the robot does not have, or that has no task; a first task that cannot be planned, or whose path the arm cannot follow.
     pub(crate) fn begin(
         side: Side,
         limb: &Robot,
@@ -74,8 +74,8 @@ impl HandPlanner {
         Ok((planner, starts, target))
     }
 
-    /// Returns the planner of a hand before its first task, its start in the posture that its arm comes to from this one (by the names of joints), and its first target;
-    /// `None` where the arm cannot go the whole way of its first task from there.
+    /// Returns the planner of a hand before its first task, its start in the posture that its arm reaches from this one (by the names of joints), and its first target;
+    /// `None` if the arm cannot follow the whole path of its first task from there.
     pub(crate) fn begin_near(
         side: Side,
         limb: &Robot,
@@ -91,7 +91,7 @@ impl HandPlanner {
         Some((planner, start, target))
     }
 
-    /// The planner of a hand before its first task, the number of that, and its plan.
+    /// Returns the planner of a hand before its first task, the index of that task, and its plan.
     fn before<'t>(
         side: Side,
         limb: &Robot,
@@ -110,7 +110,7 @@ impl HandPlanner {
         Ok((planner, number, plan))
     }
 
-    /// Returns its plans of a group of tasks, one after the other, for a palm that is at `palm`. `stretch(plan, t)` retimes a plan from the time `t` on, s, and
+    /// Returns its consecutive plans of a group of tasks, for a palm at `palm`. `stretch(plan, t)` retimes a plan from the time `t` on, s, and
     /// returns the new `t`.
     ///
     /// # Errors
@@ -124,7 +124,7 @@ impl HandPlanner {
         place: &PoseLookup<'_>,
         stretch: &mut dyn FnMut(&mut Plan<'t>, f64) -> f64,
     ) -> Result<HandPlans<'t>, InputError> {
-        // A hand that has not begun is where its first task lets it begin, unless that one is not done.
+        // Before its start, a hand is at the start of its first task, if that task is executed.
         let fresh = self.fresh.take_if(|(number, _)| group.contains(number));
         let mut palm = fresh.is_none().then_some(palm);
         let mut made = HandPlans::default();
@@ -141,8 +141,8 @@ impl HandPlanner {
         Ok(made)
     }
 
-    /// Stretches a plan from a time on, s, until the arm can follow it from `q`, which goes along; returns where that time is then, s. `root` is the pose of the
-    /// robot's root.
+    /// Stretches a plan from a time on, s, until the arm can follow it from `q`, which is updated; returns the stretched time, s. `root` is the pose of the robot's
+    /// root.
     pub(crate) fn slow_down(
         &self,
         limb: &Robot,
@@ -161,13 +161,13 @@ impl HandPlanner {
         })
     }
 
-    /// How many times too fast the arm goes from one posture to another within a time, s.
+    /// Returns the factor by which the arm exceeds its speed from one posture to another within a time, s.
     pub(super) fn too_fast(&self, limb: &Robot, before: &[f64], q: &[f64], dt: f64) -> f64 {
         let speed = |dof: &usize| (q[*dof] - before[*dof]).abs() / dt / (UNHURRIED * limb.tree.dofs[*dof].speed);
         self.hand.arm.iter().map(speed).fold(0.0, f64::max)
     }
 
-    /// The way of the palm from a time of the plan of its first task on, s, through all of its tasks, as if each object were where the operator took it. It ends
+    /// Returns the path of the palm from a time of the plan of its first task on, s, through all of its tasks, with each object at its demonstrated pose. The path ends
     /// before a task that cannot be planned.
     fn whole_way(
         &self,

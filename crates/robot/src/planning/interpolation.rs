@@ -1,29 +1,29 @@
-//! Curves through samples and shares of motions: what plans are drawn with.
+//! Curves through samples, and shares of motions.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use teachtree_base::pose::{PoseArray, pose_from_array, slerp};
 
-/// A share of a motion, as a screw: a turn about an axis in space, and along it.
+/// Returns a share of a screw motion: a rotation about an axis in space and a translation along it.
 pub(crate) fn screw_motion(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
     let Some((axis, angle)) = whole.rotation.axis_angle().filter(|(_, angle)| *angle > 1e-6) else {
         return share_of(whole, share);
     };
     let (moved, along) = (whole.translation.vector, axis.dot(&whole.translation.vector));
     let across = moved - axis.into_inner() * along;
-    // The point that stays: (1 - R) c = across.
+    // The fixed point: (1 - R) c = across.
     let centre = (across + axis.cross(&across) / (angle / 2.0).tan()) / 2.0;
     let turn = UnitQuaternion::from_axis_angle(&axis, angle * share);
     let translation = centre - turn * centre + axis.into_inner() * (along * share);
     Isometry3::from_parts(Translation3::from(translation), turn)
 }
 
-/// A part of a displacement.
+/// Returns a part of a displacement.
 pub(crate) fn share_of(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
     let turn = slerp(&UnitQuaternion::identity(), &whole.rotation, share);
     Isometry3::from_parts(Translation3::from(whole.translation.vector * share), turn)
 }
 
-/// The two samples about a share of a list, and how far it is between them.
+/// Returns the two samples around a share of a list, and the share between them.
 pub(crate) fn between<T: Copy>(samples: &[T], share: f64) -> Option<(usize, f64)> {
     let last = samples.len().checked_sub(1)?;
     let at = share.clamp(0.0, 1.0) * last as f64;
@@ -31,7 +31,7 @@ pub(crate) fn between<T: Copy>(samples: &[T], share: f64) -> Option<(usize, f64)
     Some((index, at - index as f64))
 }
 
-/// Catmull and Rom's curve through samples: no jumps of the velocity.
+/// Returns a point of the Catmull–Rom spline through samples, whose velocity is continuous.
 pub(crate) fn vector_at(samples: &[[f64; 3]], share: f64) -> Vector3<f64> {
     let Some((index, t)) = between(samples, share) else { return Vector3::zeros() };
     let last = samples.len() - 1;
@@ -54,7 +54,7 @@ pub(crate) fn pose_at(samples: &[PoseArray], share: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(place), slerp(&turn(index), &turn(index + 1), t))
 }
 
-/// How far an object goes, m.
+/// Returns the length of the path of an object, m.
 pub(crate) fn way_of(object: &[PoseArray]) -> f64 {
     let step = |pair: &[PoseArray]| {
         let place = |at: usize| pose_from_array(&pair[at]).translation.vector;
@@ -63,7 +63,7 @@ pub(crate) fn way_of(object: &[PoseArray]) -> f64 {
     object.windows(2).map(step).sum()
 }
 
-/// How long poses of an object that go over in `duration_s` must take, s, so that nothing speeds it up by more than `most`, m/s².
+/// Returns the duration that poses of an object, demonstrated in `duration_s`, must take so that its acceleration is at most `most`, m/s².
 pub(crate) fn gentle_s(object: &[PoseArray], duration_s: f64, most: f64) -> f64 {
     let at = |index: usize| pose_from_array(&object[index]).translation.vector;
     let step = duration_s / (object.len().max(2) - 1) as f64;

@@ -1,27 +1,27 @@
 //! Planning: from commands and mapped grasps to targets at each instant, for both hands on one time scale.
 
-mod apart;
-mod beside;
+mod axial_retreat;
+mod bimanual_separation;
 mod change;
-mod couple;
+pub mod delayed_start;
+mod detour;
 pub mod goal;
+mod grasp_pair;
 pub mod gripper_goal;
-pub(crate) mod hand_over;
 pub(crate) mod hand_planner;
-mod in_hole;
+pub(crate) mod handover_grasps;
+mod insertion_yaw;
 pub(crate) mod interpolation;
-pub mod late_start;
-mod lifted;
+mod lift_over;
 mod moving;
-mod own_axis;
 pub mod plan;
 pub mod posture;
 mod precedence;
 pub(crate) mod resolved_grasp;
+pub(crate) mod rollout;
 pub(crate) mod schedule;
 pub mod start;
 pub mod time_scale;
 pub mod toppra;
 pub mod trajectory;
 pub mod validation;
-pub(crate) mod walk;

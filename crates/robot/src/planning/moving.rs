@@ -13,30 +13,30 @@ use teachtree_base::hands::Side;
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
 
-/// Fingers take the shape of another grasp in this time, s.
+/// Time in which fingers change to the shape of another grasp, s.
 const RESHAPING_S: f64 = 0.8;
-/// Steps of the arm's inverse from one point to the next.
+/// Iterations of the arm's inverse kinematics from one point to the next.
 const ITERATIONS: usize = 20;
-/// A palm that stays farther from where it is to be cannot be brought there.
+/// Largest residual of a palm pose that counts as reached, m and rad.
 const MISSED: PoseError = PoseError { m: 2e-3, rad: 2e-2 };
 
-/// A hand with its arm on its way.
+/// A hand with its arm in motion.
 pub(super) struct Moving {
     pub(super) planner: HandPlanner,
-    /// Its robot, and the pose of its root: a hand without an arm is carried about.
+    /// Its robot, and the pose of its root: a hand without an arm moves freely.
     pub(super) limb: Robot,
     pub(super) root: Isometry3<f64>,
-    /// All degrees of freedom now, and as they were when the task began that is done now.
+    /// Values of all degrees of freedom, now and at the start of the current task.
     pub(super) q: Vec<f64>,
     before: Vec<f64>,
-    /// That task, and when it began.
+    /// The current task, and its start time.
     pub(super) doing: Option<(usize, f64)>,
-    /// Where the palm was aimed at last.
+    /// The last target of the palm.
     pub(super) palm: Isometry3<f64>,
 }
 
 impl Moving {
-    /// Returns a hand before its first task, in each posture of the arm from which it can begin; the first is the one to take.
+    /// Returns a hand before its first task, in each possible start posture of the arm; the first one is preferred.
     ///
     /// # Errors
     /// As [`HandPlanner::begin`].
@@ -55,7 +55,7 @@ impl Moving {
         Ok(begun.collect())
     }
 
-    /// Returns a hand before its first task in the posture that its arm comes to from this one; `None` where it cannot go the whole way from there.
+    /// Returns a hand before its first task, in the start posture that its arm reaches from this one; `None` if it cannot follow the whole path from there.
     pub(super) fn begin_near(
         side: Side,
         limb: &Robot,
@@ -69,7 +69,7 @@ impl Moving {
         Some(Self { planner, limb: limb.clone(), root, before: q.clone(), q, doing: None, palm: target.palm })
     }
 
-    /// Goes on to a time of a plan; `at_s` is the time since the group began, s.
+    /// Advances to a time of a plan; `at_s` is the time since the start of the group, s.
     pub(super) fn advance(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) -> Result<(), String> {
         if self.doing.is_none_or(|(doing, _)| doing != task) {
             self.before.clone_from(&self.q);
@@ -85,7 +85,7 @@ impl Moving {
             let missing = hand.arm_on(&self.limb.tree).inverse_kinematics(root, &target.palm, &mut self.q, ITERATIONS);
             if missing.m > MISSED.m || missing.rad > MISSED.rad {
                 return Err(format!(
-                    "{at_s:.2} s into it the arm leaves the palm {:.1} mm and {:.1} deg from where it is to be",
+                    "{at_s:.2} s into it the palm is {:.1} mm and {:.1} deg from its target",
                     missing.m * 1e3,
                     missing.rad.to_degrees()
                 ));

@@ -1,9 +1,8 @@
-//! What hand and object are to do at each instant of a task: from commands and a mapped grasp to targets of palm and fingertips.
+//! Turns commands and a mapped grasp into targets of palm and fingertips at each instant of a task.
 //!
-//! While the object is touched, the palm goes where the object goes, by the one pose of the grasp. Before and after, it goes as the middle of the operator's
-//! fingertips went, turned as in the grasp. Fingers close and open along the contact normals with minimum jerk. A task begins with a way from
-//! wherever the palm is. When the object is found elsewhere than it was demonstrated, everything is done relative to it, until the first
-//! carrying segment has brought it onto the demonstrated way.
+//! While the object is touched, the palm moves with the object, at the pose of the grasp. Before and after, it follows the middle of the operator's fingertips, with
+//! the orientation of the grasp. Fingers close and open along the contact normals with minimum jerk. A task begins with a path from the current palm pose. If the
+//! object is not at its demonstrated pose, all motions are relative to the object until the first carrying segment has brought it onto the demonstrated path.
 
 mod forces;
 mod lift;
@@ -32,51 +31,51 @@ use teachtree_base::pose::{pose_from_array, slerp};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_command::{Precedence, Segment, Task};
 
-/// Fingers open in this time, s; faster where the object is to fall from between them, and not along them.
+/// Time in which fingers open, s; shorter where the object is to fall from between them, and not along them.
 const OPENING_S: f64 = 0.4;
 const DROPPING_S: f64 = 0.15;
-/// Closing and squeezing take at least this long together, s.
+/// Minimum duration of closing and squeezing together, s.
 const CLOSING_S: f64 = 0.9;
-/// Letting go and going away take at least this long, s.
+/// Minimum duration of a release with its retreat, s.
 const LEAVING_S: f64 = 1.0;
 /// Time for which an object rests before an insertion or an intended fall, s.
 const STEADIES_S: f64 = 1.0;
-/// Into a socket it goes no faster, m/s: hasty operators' hands give way where a robot's jam.
+/// Largest speed of an insertion into a socket, m/s: hasty operators' hands give way where a robot's jam.
 const INSERTS_M_S: f64 = 0.04;
-/// What hangs between two tips, as on a hinge, is not sped up more, m/s²: it would swing.
+/// Largest acceleration of an object that hangs between two tips, m/s²: it would swing as on a hinge.
 const HINGED_M_S2: f64 = 1.5;
-/// Nor is what two flat pads hold sped up more than this, m/s²: it would slip.
+/// Largest acceleration of an object between two flat pads, m/s²: it would slip.
 const PINCHED_M_S2: f64 = 5.0;
-/// Speeds are looked at this often, s, and no phase is stretched more.
+/// Interval at which speeds are checked, s; the largest factor by which a phase is stretched.
 const WATCHED_S: f64 = 0.02;
 const MOST_STRETCHED: f64 = 20.0;
 /// Twice the time between samples of commands, s.
 const SAMPLE_S: f64 = 0.02;
-/// A palm that would jump farther from one phase to the next, m and rad, goes over.
+/// Largest step of the palm from one phase to the next without a path between them, m and rad.
 const JUMP: (f64, f64) = (0.003, 0.05);
 
-/// No task is longer, s.
+/// Maximum duration of a task, s.
 const LONGEST_S: f64 = 600.0;
 
-/// What is wanted at one instant; reference frame.
+/// The target at one instant; reference frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
     /// The palm.
     pub palm: Isometry3<f64>,
-    /// Fingertips that take part: which, centre, force on the object.
+    /// The participating fingertips: finger, center, force on the object.
     pub tips: Vec<(Finger, Point3<f64>, Vector3<f64>)>,
-    /// Where the joints of the others are to be, out of the way.
+    /// The joint positions of the idle fingers.
     pub idle: Vec<(Finger, JointPositions)>,
-    /// Where the object is to be.
+    /// The pose of the object.
     pub object: Isometry3<f64>,
-    /// Whether nothing keeps the object from where it is to be: it hangs in the hand, or is pushed about with nothing beside it.
+    /// Whether the object can move freely to its target: it hangs in the hand, or is pushed with no body beside it.
     pub free: bool,
-    /// Whether fingers push it about, without a thumb that would hold it.
+    /// Whether fingers push the object without a thumb.
     pub pushed: bool,
 }
 
 impl Target {
-    /// Moves all of it by a share of a displacement.
+    /// Moves the target by a share of a displacement.
     pub fn blend_toward(&mut self, off: &Isometry3<f64>, share: f64) {
         let part = share_of(off, share);
         self.palm = part * self.palm;
@@ -86,13 +85,13 @@ impl Target {
         }
     }
 
-    /// The shapes of a hand there, reference frame.
+    /// Returns the shapes of a hand at the target, reference frame.
     pub(super) fn shapes(&self, hand: &HandModel) -> Vec<PlacedShape> {
         let solids = hand.solids(|finger| self.angles(finger));
         solids.iter().map(|shape| PlacedShape::new(0, shape.moved(&self.palm))).collect()
     }
 
-    /// The angles of a finger: with its tip where it is to be, or out of the way.
+    /// Returns the angles of a finger, with its tip at the target, or idle.
     pub fn angles(&self, finger: &FingerModel) -> JointPositions {
         if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
             return finger.ik(self.palm.inverse_transform_point(tip)).angles;
@@ -102,23 +101,23 @@ impl Target {
     }
 }
 
-/// Where an object is found.
+/// The displacement of an object from its demonstrated pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectOffset {
-    /// From where it was demonstrated to where it is, reference frame.
+    /// From the demonstrated pose to the actual one, reference frame.
     pub off: Isometry3<f64>,
-    /// When something else has brought it onto the demonstrated way, s of the recording; infinite when nothing does.
+    /// The time at which another task has brought it onto the demonstrated path, s of the recording; infinite without one.
     pub until_s: f64,
 }
 
-/// A task as it is performed.
+/// The plan of a task.
 pub struct Plan<'a> {
     task: &'a Task,
     phases: Vec<Phase<'a>>,
     grips: Vec<ResolvedGrasp>,
     from: Isometry3<f64>,
     transfer: f64,
-    /// By how much the middle of the way to the task is lifted, reference frame, m.
+    /// Displacement of the middle of the path to the task, reference frame, m.
     lifted: Vector3<f64>,
     /// Intervals (s of the recording) in which another hand inserts something into the object.
     insertions: Vec<[f64; 2]>,
@@ -131,19 +130,19 @@ struct Phase<'a> {
     role: Role,
     start: f64,
     duration: f64,
-    /// From where the commands want the object to where it is, and how far that has faded at the beginning and at the end, 0 to 1.
+    /// The displacement of the object from its commanded pose, and the share by which it has faded at the beginning and at the end, 0 to 1.
     anchor: Isometry3<f64>,
     faded: [f64; 2],
-    /// From when to when the operator did it, s of the recording; the same twice for what no one showed.
+    /// Start and end in the recording, s; equal for a part that was not demonstrated.
     demonstrated: [f64; 2],
-    /// Where the object stands all the time, as it was demonstrated, when nothing has touched it yet: what the operator nudged on the way, the robot does not.
+    /// The demonstrated pose of the object before its first touch: the robot does not repeat nudges on the path.
     stands: Option<Isometry3<f64>>,
-    /// By how much the middle of a way that no one showed is lifted, reference frame, m.
+    /// Displacement of the middle of a path that was not demonstrated, reference frame, m.
     lifted: Vector3<f64>,
 }
 
 impl<'a> Phase<'a> {
-    /// A phase of an object that is where it was demonstrated.
+    /// Returns a phase for an object at its demonstrated pose.
     fn new(segment: &'a Segment, role: Role, start: f64, duration: f64, demonstrated: [f64; 2]) -> Self {
         let grip = segment.grasp.unwrap_or(0);
         let (anchor, lifted) = (Isometry3::identity(), Vector3::zeros());
@@ -156,10 +155,10 @@ enum Role {
     Free,
     Close,
     Hold,
-    /// The object stays where the segment begins.
+    /// The object stays at its pose at the beginning of the segment.
     Steady,
     Leave,
-    /// From how the hand left to how it takes hold next, which no one showed.
+    /// The path from one grasp to the next, which was not demonstrated.
     Over,
 }
 
@@ -199,13 +198,13 @@ impl<'a> Plan<'a> {
         };
         let mut clock = 0.0;
         let mut anchor = found.off;
-        // For how long the hand has held the object since it began to bring it onto the demonstrated way, and how long that takes, s.
+        // The time for which the hand has held the object since it began to bring it onto the demonstrated path, and the time that this takes, s.
         let mut fading: Option<(f64, f64)> = None;
         let touched = task.segments.iter().position(|segment| segment.touching).unwrap_or(0);
         for (index, segment) in task.segments.iter().enumerate() {
             let begins = segment.demonstrated_start_s;
             let ends = ends_s(&task.segments, index);
-            // Who touches an object after something else has brought it onto the demonstrated way goes there on the demonstrated way.
+            // After another task has brought the object onto the demonstrated path, the hand approaches it there.
             let touch = task.segments[index..].iter().find(|segment| segment.touching).unwrap_or(segment);
             if touch.demonstrated_start_s > found.until_s - SAMPLE_S {
                 anchor = Isometry3::identity();
@@ -216,7 +215,7 @@ impl<'a> Plan<'a> {
                 (true, Meaning::Open) => Role::Leave,
                 (true, _) => Role::Hold,
             };
-            // What pushes without a grasp closes on the way: a touch before it.
+            // A push without a grasp closes on the path, as a touch before the push.
             let first_touch = segment.touching && index > 0 && !task.segments[index - 1].touching;
             if first_touch && role == Role::Hold {
                 let closing = Phase::new(segment, Role::Close, clock, CLOSING_S, [begins; 2]);
@@ -238,7 +237,7 @@ impl<'a> Plan<'a> {
                 clock += STEADIES_S;
             }
             let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
-            // What stands elsewhere than it was demonstrated waits for that.
+            // An object that is not at its demonstrated pose waits for that.
             let brings = role == Role::Close && is_brought(segment) && is_near(&anchor);
             let pinched = (role == Role::Hold || brings) && plan.grips.get(grip).is_some_and(ResolvedGrasp::is_pinch);
             let most_m_s2 = if hand.has_flat_pads() { PINCHED_M_S2 } else { HINGED_M_S2 };
@@ -248,7 +247,7 @@ impl<'a> Plan<'a> {
                 Some(precedence) => [precedence_s(&task.segments, index, precedence); 2],
                 None => [begins, ends],
             };
-            // What is brought along while the hand closes comes after it has closed.
+            // Motion of the object during the closing is executed after the closing.
             let bring = brings.then_some(duration);
             if bring.is_some() {
                 (duration, demonstrated) = (CLOSING_S, [begins; 2]);
@@ -276,7 +275,7 @@ impl<'a> Plan<'a> {
             }
             match role {
                 Role::Hold if fading.is_none() && !later => anchor = Isometry3::identity(),
-                // A hand that closes waits for the object to come along; by how much the operator moved it while grasping is made up for later.
+                // The object stays while the hand closes; its motion during the demonstrated grasp is made up for later.
                 Role::Close => {
                     if let (Some(first), Some(last)) = (segment.object.first(), segment.object.last()) {
                         anchor = anchor * pose_from_array(first) * pose_from_array(last).inverse();
@@ -293,7 +292,7 @@ impl<'a> Plan<'a> {
             let turn = first.rotation.angle_to(&plan.from.rotation);
             plan.transfer = transfer_time(way, turn);
         }
-        // Written so that a length that is no number is refused too.
+        // Written so that a NaN length is refused too.
         let duration = plan.duration();
         if duration <= LONGEST_S {
             Ok(plan)
@@ -302,7 +301,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Puts a way between phases of a free hand where the palm would jump: from one grasp to the next.
+    /// Inserts a path between phases of a free hand where the palm would jump: from one grasp to the next.
     fn go_over(&mut self) {
         let free = |role: Role| matches!(role, Role::Free | Role::Leave);
         let mut index = 1;
@@ -317,7 +316,7 @@ impl<'a> Plan<'a> {
                 let duration = transfer_time(way, turn);
                 let Phase { segment, start, anchor, stands, .. } = self.phases[after];
                 let (mut from_s, mut to_s) = (self.phases[before].demonstrated[1], self.phases[after].demonstrated[0]);
-                // It is gone with the way before or after it, if that has precedence.
+                // It is executed with the path before or after it, if that has precedence.
                 match (self.phases[before].segment.precedence, self.phases[after].segment.precedence) {
                     (Some(Precedence::First), _) => to_s = from_s,
                     (_, Some(Precedence::Last)) => from_s = to_s,
@@ -334,8 +333,8 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Stretches each phase from a time on until the arm can follow: `too_fast` is asked for one palm after the other how many times too fast it is to
-    /// go there from the one before, within this time, s. Where that time is afterwards, s.
+    /// Stretches each phase from a time on until the arm can follow. `too_fast` returns for consecutive palm poses the factor by which the arm would exceed its speed from
+    /// the previous one, within a time, s. Returns the stretched time, s.
     pub fn slow_down(&mut self, from_s: f64, too_fast: &mut dyn FnMut(&Isometry3<f64>, f64) -> f64) -> f64 {
         let mut stretched = vec![1.0_f64; self.phases.len()];
         let mut transfer = 1.0_f64;
@@ -343,7 +342,7 @@ impl<'a> Plan<'a> {
         for step in 0..=steps {
             let time = from_s + step as f64 * WATCHED_S;
             let much = too_fast(&self.at(time).palm, WATCHED_S).clamp(1.0, MOST_STRETCHED);
-            // The first one is where the arm is.
+            // The first pose is the current one of the arm.
             match (step, time < self.transfer) {
                 (0, _) => {}
                 (_, true) => transfer = transfer.max(much),
@@ -370,12 +369,12 @@ impl<'a> Plan<'a> {
         self.phases.partition_point(|phase| phase.start <= time).saturating_sub(1)
     }
 
-    /// How long it takes, s.
+    /// Returns its duration, s.
     pub fn duration(&self) -> f64 {
         self.transfer + self.phases.last().map_or(0.0, |phase| phase.start + phase.duration)
     }
 
-    /// When something is touched first, and when it is let go last, s.
+    /// Returns the times of the first touch and of the last release, s.
     pub fn touches(&self) -> (f64, f64) {
         let touching = || self.phases.iter().filter(|phase| !matches!(phase.role, Role::Free | Role::Over));
         let first = touching().next().map_or(0.0, |phase| phase.start);
@@ -384,7 +383,7 @@ impl<'a> Plan<'a> {
         (self.transfer + first, self.transfer + last)
     }
 
-    /// Its parts, with when they were demonstrated, in order.
+    /// Returns its parts with their demonstrated times, in order.
     pub fn parts(&self) -> Vec<Part> {
         let begins = self.phases.first().map_or(0.0, |phase| phase.demonstrated[0]);
         let transfer = Part { demonstrated: [begins; 2], needs_s: self.transfer };
@@ -392,7 +391,7 @@ impl<'a> Plan<'a> {
         std::iter::once(transfer).chain(phases).collect()
     }
 
-    /// The primitive at a time, s, and what the hand does in it. The way to the task is as the way that the operator came.
+    /// Returns the primitive at a time, s, with its action. The path to the task has those of the operator's approach.
     pub fn primitive(&self, time: f64) -> (&'a str, Meaning) {
         if time < self.transfer {
             let came = self.task.segments.iter().find(|segment| segment.does == Meaning::Free);
@@ -407,8 +406,8 @@ impl<'a> Plan<'a> {
         self.phases[self.index_at(time - self.transfer)].grip.min(self.grips.len() - 1)
     }
 
-    /// Returns where it is at a time, s, on a free way of its commands: which segment, and how far in it, 0 to 1; `None` where it touches, or goes where no one
-    /// showed.
+    /// Returns the position at a time, s, on a free path of its commands: the segment and the share of it, 0 to 1; `None` during a touch, or on a path that was not
+    /// demonstrated.
     pub(in crate::planning) fn on_way(&self, time: f64) -> Option<(usize, f64)> {
         let local = time - self.transfer;
         let phase = &self.phases[self.index_at(local)];
@@ -422,7 +421,7 @@ impl<'a> Plan<'a> {
         Some((segment, share))
     }
 
-    /// Whether the hand is open and away from its contacts at a time, s: on a way to them, or from them.
+    /// Whether the hand is open and away from its contacts at a time, s: approaching or retreating.
     pub(in crate::planning) fn is_away(&self, time: f64) -> bool {
         let local = time - self.transfer;
         let phase = &self.phases[self.index_at(local)];
@@ -430,30 +429,30 @@ impl<'a> Plan<'a> {
         local < 0.0 || matches!(phase.role, Role::Free | Role::Over) || leaves
     }
 
-    /// Whether it holds the object at a time, s: it has closed, and has not let go.
+    /// Whether the hand holds the object at a time, s: it has closed, and has not released.
     pub(in crate::planning) fn holds(&self, time: f64) -> bool {
         matches!(self.phases[self.index_at(time - self.transfer)].role, Role::Hold | Role::Steady)
     }
 
-    /// Returns how much of its target pose comes, at a time (s), from the body whose hole the object goes into: 0 far from it, 1 from just above it on.
+    /// Returns the share of its target pose at a time (s) that is relative to the body with the hole of the object: 0 far from it, 1 from just above it on.
     pub fn leans(&self, time: f64) -> f64 {
         let Some(over) = self.phases.iter().position(|phase| phase.role == Role::Steady) else { return 0.0 };
         let (from, to) = (self.phases[over.saturating_sub(1)].start, self.phases[over].start);
         minimum_jerk((time - self.transfer - from) / (to - from).max(SHORTEST_S))
     }
 
-    /// The posture of the arm in the commands, as degrees of freedom and their values; empty where there is none.
+    /// The posture of the arm in the commands, as degrees of freedom and their values; empty without one.
     pub(super) fn arm(&self) -> &[(usize, f64)] {
         self.grips.first().map_or(&[], |grip| &grip.arm)
     }
 
-    /// Where the operator left the object.
+    /// Returns the demonstrated final pose of the object.
     pub fn demonstrated_end(&self) -> Isometry3<f64> {
         let last = self.task.segments.last().and_then(|segment| segment.object.last());
         last.map_or_else(Isometry3::identity, pose_from_array)
     }
 
-    /// What is wanted at a time, s.
+    /// Returns the target at a time, s.
     pub fn at(&self, time: f64) -> Target {
         if time >= self.transfer {
             return self.shown(time - self.transfer);
@@ -470,13 +469,13 @@ impl<'a> Plan<'a> {
         Target { palm, tips, idle: first.idle, object: first.object, free: false, pushed: false }
     }
 
-    /// What the commands want at a time after their beginning.
+    /// Returns the commanded target at a time after the beginning of the commands.
     fn shown(&self, time: f64) -> Target {
         let index = self.index_at(time);
         self.in_phase(index, time - self.phases[index].start)
     }
 
-    /// Between the phases before and after: a screw motion of the palm about the object, so that a hand goes about what it turned.
+    /// Returns a target between the previous and the next phase: a screw motion of the palm about the object, so that a hand moves around an object that it turned.
     fn over(&self, index: usize, share: f64) -> Target {
         let before = self.in_phase(index - 1, self.phases[index - 1].duration);
         let after = self.in_phase(index + 1, 0.0);
@@ -499,7 +498,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// What the commands want at a time after the beginning of a phase.
+    /// Returns the commanded target at a time after the beginning of a phase.
     fn in_phase(&self, index: usize, local: f64) -> Target {
         let phase = &self.phases[index];
         if phase.role == Role::Over {
@@ -518,7 +517,7 @@ impl<'a> Plan<'a> {
             Role::Free => {
                 let last = segment.hand.last().map_or_else(Vector3::zeros, |it| Vector3::from(*it)) - grip.middle;
                 let to_touch = self.leads_to_touch(phase);
-                // The last of the way leads exactly over the contacts.
+                // The end of the path is exactly over the contacts.
                 let over = if to_touch { last * minimum_jerk((share - 0.5) / 0.5) } else { Vector3::zeros() };
                 (vector_at(&segment.hand, share) - grip.middle - over, 1.0, 0.0)
             }
@@ -534,7 +533,7 @@ impl<'a> Plan<'a> {
                 let fading = 1.0 - minimum_jerk(local / (0.4 * opening_s));
                 let mut hand = vector_at(&segment.hand, away);
                 if falls {
-                    // The way of the hand is told beside the object, which falls away from it.
+                    // The path of the hand is relative to the object, which falls away from it.
                     let fallen = pose_at(&segment.object, 0.0).inverse() * pose_at(&segment.object, away);
                     hand = (fallen * Point3::from(hand)).coords;
                 }
@@ -560,7 +559,7 @@ impl<'a> Plan<'a> {
         Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, free, pushed }
     }
 
-    /// Whether the hand touches after this phase.
+    /// Whether the hand touches the object after this phase.
     fn leads_to_touch(&self, phase: &Phase<'_>) -> bool {
         let next = self.phases.iter().find(|other| other.start > phase.start && other.role != Role::Over);
         next.is_some_and(|next| next.segment.touching)

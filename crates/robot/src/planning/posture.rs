@@ -1,4 +1,4 @@
-//! The posture from which a robot begins, as `ros2 topic echo --once /joint_states` prints it.
+//! The start posture of a robot, as `ros2 topic echo --once /joint_states` prints it.
 
 use serde::Deserialize;
 use teachtree_base::error::InputError;
@@ -14,10 +14,10 @@ pub struct Posture {
 }
 
 impl Posture {
-    /// Reads it; `file` is its name in errors.
+    /// Reads a posture; `file` is its name in errors.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The text is not a posture.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
         // A printed message ends with the beginning of the next document.
         let first = text.trim_start_matches("---\n").split("\n---").next().unwrap_or(text);
@@ -35,7 +35,7 @@ impl Posture {
         }
     }
 
-    /// The positions of these joints, in their order.
+    /// Returns the positions of these joints, in their order.
     pub(super) fn of(&self, joints: &[String]) -> Result<Vec<f64>, InputError> {
         let position = |joint: &String| {
             let at = self.name.iter().position(|name| name == joint);

@@ -1,13 +1,13 @@
-//! Ways without the object that a hand may go before or after what the other hand does meanwhile: one hand waits where both cannot pass. The ways themselves stay
-//! as they are, and what hands do with objects stays at the same time: path coordination (O'Donnell and Lozano-Pérez 1989; LaValle, *Planning Algorithms*, 7.2.2)
-//! with one choice of an order for each way.
+//! Precedence of paths: a hand follows a path without the object before or after the simultaneous motion of the other hand, if both cannot pass at once. The paths
+//! are unchanged, and contacts with objects keep their times: path coordination (O'Donnell and Lozano-Pérez 1989; LaValle, *Planning Algorithms*, 7.2.2) with one
+//! choice of an order for each path.
 
 use std::ops::Range;
 use teachtree_base::meaning::Meaning;
 use teachtree_command::{Precedence, Segment, Task};
 
-/// The ways of a task that may have another precedence than now. `shared` says that the other hand handles the object too, or one that goes into it or has a hole for
-/// it: a hand does not let go of that earlier or later, since the other one would have to hold all of it, and does not come to it before it has been brought there.
+/// Returns the paths of a task whose precedence may change. With `shared`, the other hand handles the same object, or one that is inserted into it or contains it:
+/// the times at which a hand reaches or releases such an object are fixed, since the other hand depends on them.
 pub(super) fn orders(task: &Task, shared: bool) -> Vec<(Range<usize>, Precedence)> {
     let segments = &task.segments;
     let is_way = |segment: &Segment| !segment.touching || segment.does == Meaning::Open && !shared;

@@ -1,4 +1,4 @@
-//! A grasp as a plan uses it: with the fingertips on their contacts, and opened.
+//! A grasp for a plan: with the fingertips at their contacts, and opened.
 
 use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::joint_positions::JointPositions;
@@ -12,7 +12,7 @@ use teachtree_base::short_number::ShortNumber;
 use teachtree_command::GraspSpec;
 use teachtree_description::shape::CollisionShape;
 
-/// Fingers open by this much, m.
+/// Distance by which fingers open, m.
 const OPENED_M: f64 = 0.018;
 /// Joints are written with six decimals, rad or m.
 const ROUNDED: f64 = 1e-5;
@@ -20,18 +20,18 @@ const ROUNDED: f64 = 1e-5;
 /// A mapped grasp, palm frame.
 pub(crate) struct ResolvedGrasp {
     pub(crate) object_from_palm: Isometry3<f64>,
-    /// Which, centre of the tip on its contact, the same opened.
+    /// Finger, center of the tip at its contact, and center of the opened tip.
     pub(crate) tips: Vec<(Finger, Point3<f64>, Point3<f64>)>,
     /// The middle of the contacts, object frame.
     pub(crate) middle: Vector3<f64>,
-    /// What the other fingers do.
+    /// The postures of the idle fingers.
     pub(crate) idle: Vec<(Finger, JointPositions)>,
     /// The degrees of freedom of the arm whose values the commands give.
     pub(crate) arm: Vec<(usize, f64)>,
 }
 
 impl ResolvedGrasp {
-    /// The grip of a mapped grasp; `demonstrated_radius` is that of the demonstrated fingertips, m.
+    /// Returns the resolved grasp of a mapped grasp; `demonstrated_radius` is that of the demonstrated fingertips, m.
     ///
     /// # Errors
     /// A grasp that was not mapped, or not to this hand.
@@ -57,7 +57,7 @@ impl ResolvedGrasp {
             let (point, normal) = (Point3::from(contact.point), Vector3::from(contact.normal));
             let closed = object_from_palm.inverse_transform_point(&(point + normal * model.radius));
             let way = object_from_palm.inverse_transform_vector(&(normal * mapped.opens.unwrap_or(OPENED_M)));
-            // As far as the finger goes.
+            // As far as the finger reaches.
             let open = model.posture(&model.ik(closed + way).angles).tip;
             tips.push((finger, closed, open));
             middle += (point + normal * demonstrated_radius).coords;
@@ -78,7 +78,7 @@ impl ResolvedGrasp {
         Ok(Self { object_from_palm, idle: idle.collect(), tips, middle, arm: arm.collect() })
     }
 
-    /// The shapes of the hand in it, closed and opened, frame of the object.
+    /// Returns the shapes of the hand in this grasp, closed and opened, frame of the object.
     pub(crate) fn shapes(&self, hand: &HandModel) -> [Vec<PlacedShape>; 2] {
         [false, true].map(|opened| {
             let shapes = hand.solids(|finger| {
@@ -94,7 +94,7 @@ impl ResolvedGrasp {
         })
     }
 
-    /// The shapes of the opened hand with its fingertip balls, frame of the object.
+    /// Returns the shapes of the opened hand with its fingertip balls, frame of the object.
     pub(crate) fn opened(&self, hand: &HandModel) -> Vec<PlacedShape> {
         let [_, mut shapes] = self.shapes(hand);
         for (finger, _, open) in &self.tips {
@@ -120,7 +120,7 @@ pub(crate) fn resting(ranges: &[[f64; 2]]) -> JointPositions {
     angles
 }
 
-/// Refuses values of joints that a part of a robot does not have, and values that they cannot take.
+/// Refuses values of unknown joints, and values out of range.
 fn check(limb: &Robot, part: &str, dofs: &[usize], values: &BTreeMap<String, f64>) -> Result<(), String> {
     for (name, value) in values {
         let mut of_part = dofs.iter().map(|dof| &limb.tree.dofs[*dof]);

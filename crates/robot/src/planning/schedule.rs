@@ -1,5 +1,5 @@
 //! The schedule of a group of tasks: tasks of both hands that the operator did at the same time are planned together and run on one time scale. A task that
-//! nothing else overlaps is a group of its own, planned when the one before is over and the object is seen where it is.
+//! overlaps no other is a group of its own, planned after the previous group has ended, from the actual pose of the object.
 
 use super::plan::{ObjectOffset, Plan};
 use super::time_scale::{Part, TimeScale};
@@ -9,9 +9,9 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_command::{Commands, Task};
 
-/// With two hands the time scale changes its speed within this time before and after, s.
+/// With two hands, the time before and after a change of speed over which the time scale changes, s.
 pub(super) const EASED_S: f64 = 0.1;
-/// Tasks that overlap by less were done one after the other, s.
+/// Tasks that overlap by less than this are consecutive, s.
 const OVERLAP_S: f64 = 0.02;
 
 /// Returns the indices of the tasks of each group, in order.
@@ -29,7 +29,7 @@ pub(crate) fn groups(tasks: &[Task]) -> Vec<Vec<usize>> {
     groups.into_iter().map(|(_, those)| those).collect()
 }
 
-/// The task that touches its object first, the first one where none does; before that the operator may have dropped it elsewhere, which is left out.
+/// Returns the task that touches its object first, or the first task if none does. An earlier displacement of the object is not part of the commands.
 pub(super) fn first_to_touch<'t>(tasks: impl Iterator<Item = &'t Task>) -> Option<&'t Task> {
     let touched_s = |task: &Task| {
         let touch = task.segments.iter().find(|segment| segment.touching);
@@ -38,7 +38,7 @@ pub(super) fn first_to_touch<'t>(tasks: impl Iterator<Item = &'t Task>) -> Optio
     tasks.min_by(|a, b| touched_s(a).total_cmp(&touched_s(b)))
 }
 
-/// The task that touches its object last.
+/// Returns the task that touches its object last.
 pub(super) fn last_to_touch<'t>(tasks: impl Iterator<Item = &'t Task>) -> Option<&'t Task> {
     let touched_s = |task: &Task| {
         let touch = task.segments.iter().rfind(|segment| segment.touching);
@@ -47,8 +47,8 @@ pub(super) fn last_to_touch<'t>(tasks: impl Iterator<Item = &'t Task>) -> Option
     tasks.max_by(|a, b| touched_s(a).total_cmp(&touched_s(b)))
 }
 
-/// Where the object of a task is found by its hand, when it is at `object` as the group begins: what another task of the group has brought onto the
-/// demonstrated way is there afterwards. Whoever touches it first finds it there.
+/// Returns where the hand of a task finds its object, if the object is at `object` when the group begins: the hand that touches it first finds it there. After
+/// another task of the group has brought it onto the demonstrated path, it is there.
 pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Isometry3<f64>) -> ObjectOffset {
     let same = || group.iter().filter(|other| tasks[**other].object == tasks[number].object);
     let first = first_to_touch(same().map(|other| &tasks[*other]));
@@ -62,7 +62,7 @@ pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Iso
 pub(crate) struct HandPlans<'a> {
     /// The indices of its tasks and their plans, one after the other.
     pub(crate) plans: Vec<(usize, Plan<'a>)>,
-    /// When of them it begins, s.
+    /// The start time within the plans, s.
     pub(crate) begins_s: f64,
 }
 
@@ -72,7 +72,7 @@ impl<'a> HandPlans<'a> {
         self.plans.iter().flat_map(|(_, plan)| plan.parts()).collect()
     }
 
-    /// Returns what the hand does at a time of its own plans, s: its task, the plan and the time in it; `None` for one that does nothing.
+    /// Returns the task, the plan and the time in it at a time of the hand's plans, s; `None` for an idle hand.
     pub(crate) fn at(&self, mut own_s: f64) -> Option<(usize, &Plan<'a>, f64)> {
         for (number, plan) in &self.plans {
             if own_s <= plan.duration() {
@@ -100,19 +100,19 @@ impl<'a> Schedule<'a> {
         Self { hands, time: TimeScale::of(&parts, if together { EASED_S } else { 0.0 }) }
     }
 
-    /// Returns when the first hand begins that does anything, s.
+    /// Returns the start time of the first hand with a task, s.
     pub(crate) fn begins_s(&self) -> f64 {
         let busy = self.hands.iter().enumerate().filter(|(_, hand)| !hand.plans.is_empty());
         busy.map(|(place, hand)| self.time.when(place, hand.begins_s)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns what a hand does at a time, s: its task, the plan and the time in it; `None` for one that does nothing.
+    /// Returns the task, the plan and the time in it of a hand at a time, s; `None` for an idle hand.
     pub(crate) fn at(&self, hand: usize, time_s: f64) -> Option<(usize, &Plan<'a>, f64)> {
         let hand_plans = self.hands.get(hand)?;
         hand_plans.at(self.time.at(hand, time_s).max(hand_plans.begins_s))
     }
 
-    /// Where the operator left an object in the end, as the last of the tasks about it says.
+    /// Returns the final pose of an object, from the last task with it.
     pub(crate) fn demonstrated_end(&self, tasks: &[Task], object: &str) -> Isometry3<f64> {
         let about =
             self.hands.iter().flat_map(|hand| &hand.plans).filter(|(number, _)| tasks[*number].object == object);
@@ -121,19 +121,19 @@ impl<'a> Schedule<'a> {
     }
 }
 
-/// What is wrong with a task, by its number.
+/// An error about a task, by its number.
 pub(crate) fn at_task(tasks: &[Task], number: usize, message: String) -> InputError {
     InputError::new(format!("task {} ({})", number + 1, tasks[number].task), message)
 }
 
-/// The hands that commands are for, each once, in order.
+/// Returns the hands of commands, each once, in order.
 ///
 /// # Errors
-/// No task, or one of no hand; commands that were made for another robot.
+/// No tasks; a task without a hand; commands for another robot.
 pub(crate) fn sides(commands: &Commands, robot: &Robot) -> Result<Vec<Side>, InputError> {
     let refuse = |message: String| InputError::new("commands", message);
     if commands.tasks.is_empty() {
-        return Err(refuse("have no tasks, nothing is to be done".into()));
+        return Err(refuse("have no tasks, expected at least one".into()));
     }
     if let Some(other) = commands.robot.as_ref().filter(|other| **other != robot.name) {
         let help = "make them again for this one: `teachtree retarget LOG --robot ROBOT -o COMMANDS`";

@@ -1,4 +1,4 @@
-//! Where a robot begins: joint positions from which its arm can bring the palm along the whole way of a plan.
+//! Start positions of a robot: joint positions from which its arm can move the palm along the whole path of a plan.
 
 use super::plan::{Plan, Target};
 use crate::kinematics::arm_ik::{PathFailure, PathPosture};
@@ -9,11 +9,11 @@ use crate::model::robot::Robot;
 use nalgebra::Isometry3;
 use std::collections::BTreeMap;
 
-/// The way of the palm is looked at this often, s, from so many starts of the arm with so many iterations each.
+/// Interval at which the path of the palm is sampled, s; number of starts of the inverse kinematics, and iterations of each.
 const WAY_S: f64 = 0.1;
 const STARTS: usize = 48;
 const ITERATIONS: usize = 150;
-/// The first free motion is left out in so many parts.
+/// Number of parts in which the first free motion is shortened.
 const LEFT_OUT: u32 = 4;
 
 /// A robot at rest at its first target.
@@ -21,25 +21,25 @@ const LEFT_OUT: u32 = 4;
 pub struct Start {
     /// Values of all degrees of freedom.
     pub q: Vec<f64>,
-    /// Where the root is, `world_from_root`.
+    /// The pose of the root, `world_from_root`.
     pub root: Isometry3<f64>,
     /// The joint positions of each finger.
     pub fingers: Vec<JointPositions>,
-    /// Where the palm is to be.
+    /// The target pose of the palm.
     pub palm: Isometry3<f64>,
 }
 
 impl Start {
-    /// Returns the start at a target, with an arm that can bring the palm along `way`, which begins there. A hand without an arm is carried about.
+    /// Returns the start at a target, with an arm that can move the palm along `way`, which begins there. A hand without an arm moves freely.
     ///
     /// # Errors
-    /// A way that the arm cannot go.
+    /// A path that the arm cannot follow.
     pub fn new(robot: &Robot, hand: &HandModel, target: &Target, way: &[Isometry3<f64>]) -> Result<Self, String> {
         Self::all(robot, hand, target, way, &Surroundings::default()).map(|mut all| all.swap_remove(0))
     }
 
-    /// Returns the starts in all postures of the arm from which it can go the way, one at least: those first whose links meet the surroundings and each other
-    /// at the fewest places, then those that stay farthest from their limits.
+    /// Returns the starts in all postures of the arm from which it can follow the path, at least one: those with the fewest collisions first, then those farthest from
+    /// their limits.
     fn all(
         robot: &Robot,
         hand: &HandModel,
@@ -65,7 +65,7 @@ impl Start {
         Ok(postures.into_iter().map(|q| Self::at(hand, target, root, q)).collect())
     }
 
-    /// The start at a target with the arm in a posture.
+    /// Returns the start at a target with the arm in a posture.
     fn at(hand: &HandModel, target: &Target, root: Isometry3<f64>, mut q: Vec<f64>) -> Self {
         let fingers: Vec<JointPositions> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
         for (finger, angles) in hand.fingers.iter().zip(&fingers) {
@@ -76,8 +76,8 @@ impl Start {
         Self { q, root, fingers, palm: target.palm }
     }
 
-    /// Returns the start at the beginning of a plan in the posture that the arm comes to from this one, by the names of joints; `None` where it cannot go the whole way
-    /// from there, or there is no arm.
+    /// Returns the start of a plan in the posture that the arm reaches from this one, by the names of joints; `None` if it cannot follow the whole path from there, or if
+    /// the robot has no arm.
     pub(crate) fn near(robot: &Robot, hand: &HandModel, plan: &Plan<'_>, arm: &BTreeMap<String, f64>) -> Option<Self> {
         let (way, target, root) = (way_of(plan, 0.0), plan.at(0.0), Isometry3::identity());
         let mut q = vec![0.0; robot.tree.dofs.len()];
@@ -90,11 +90,11 @@ impl Start {
         (moves && arm.follows(&root, &way, &q)).then(|| Self::at(hand, &target, root, q))
     }
 
-    /// Returns the starts of a plan, first the one that is nearest to the arm's posture in its commands, or else the best; and when of the plan that is, s: the
-    /// operator may come from where the arm cannot be, so as much of the first free motion is left out as must be.
+    /// Returns the starts of a plan, first the one nearest to the arm's posture in its commands, otherwise the best one; and the time in the plan, s. The operator's hand
+    /// may come from outside the arm's workspace, so the first free motion is shortened as far as necessary.
     ///
     /// # Errors
-    /// A plan whose way the arm cannot go, wherever it begins.
+    /// A plan whose path the arm cannot follow from any start.
     pub(crate) fn of_plan(
         robot: &Robot,
         hand: &HandModel,
@@ -120,7 +120,7 @@ impl Start {
     }
 }
 
-/// The way of the palm from a time of a plan on, s, until it has let go.
+/// Returns the path of the palm from a time of a plan on, s, until the release.
 fn way_of(plan: &Plan<'_>, from_s: f64) -> Vec<Isometry3<f64>> {
     let (_, released) = plan.touches();
     let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);

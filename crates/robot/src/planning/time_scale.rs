@@ -1,46 +1,46 @@
 //! One time scale for all hands: it maps the time of a group of tasks to the time of each hand's own plans.
 //!
-//! The operator's hands did what they did at the same times. A robot's hand may need longer for a part of it, and for some things that no one demonstrated.
-//! Between two times of the recording at which any hand begins something, the time scale takes as long as the hand that needs most; the others are slowed
-//! by the same factor. So what two hands did together they do together, and one waits for the other as it did in the demonstration.
+//! The operator's hands moved at the same time. A robot's hand may need longer for a part of the motion, and for parts that were not demonstrated.
+//! Between two times of the recording at which a part of any hand begins, the time scale takes as long as the slowest hand; the others are slowed down by the same
+//! factor. Simultaneous motions therefore stay simultaneous, and one hand waits for the other as in the demonstration.
 
-/// Times of the recording are the same when they are nearer, s.
+/// Largest difference of equal times of the recording, s.
 const SAME_S: f64 = 1e-6;
 
-/// A part of what a hand does.
+/// A part of the motion of a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
-    /// From when to when the operator did it, s of the recording; the same twice for what no one showed.
+    /// Start and end in the recording, s; equal for a part that was not demonstrated.
     pub demonstrated: [f64; 2],
-    /// How long the robot needs for it, s.
+    /// Its duration on the robot, s.
     pub needs_s: f64,
 }
 
-/// From the time of all to the time of each.
+/// Maps the common time to the time of each hand.
 #[derive(Clone, Debug, Default)]
 pub struct TimeScale {
     hands: Vec<Vec<Knot>>,
     eased_s: f64,
 }
 
-/// Time stands still, and goes on, within this time, s.
+/// Time over which the time scale stops and resumes, s.
 const STANDS_S: f64 = 0.1;
 
-/// How long time has stood still for what no plan knew of.
+/// A pause of the time scale for an event that no plan contains.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pause {
-    /// From 0 where it goes to 1 where it stands.
+    /// From 0 (running) to 1 (stopped).
     stands: f64,
     waited_s: f64,
 }
 
 impl Pause {
-    /// For how long it has stood, s.
+    /// The total time stopped, s.
     pub const fn waited_s(&self) -> f64 {
         self.waited_s
     }
 
-    /// Lets time pass, s, while it is to stand still or to go on.
+    /// Advances by a time, s, while the time scale stops or resumes.
     pub fn advance(&mut self, waits: bool, dt: f64) {
         let way = if waits { dt } else { -dt } / STANDS_S;
         self.stands = (self.stands + way).clamp(0.0, 1.0);
@@ -48,7 +48,7 @@ impl Pause {
     }
 }
 
-/// Where a hand is in its own parts at a time of the group, s, and the area under that from the beginning, s².
+/// The time of a hand in its own parts at a time of the group, s, and its integral from the beginning, s².
 #[derive(Clone, Copy, Debug, Default)]
 struct Knot {
     clock: f64,
@@ -57,8 +57,8 @@ struct Knot {
 }
 
 impl TimeScale {
-    /// Returns the time scale of hands whose parts are in order; one that was demonstrated before the one ahead of it ended begins when that ended. Where it
-    /// changes its speed it does so within `eased_s` before and after.
+    /// Returns the time scale of hands with ordered parts; a part that was demonstrated before the end of the previous one begins at that end. Changes of speed take
+    /// `eased_s` before and after.
     pub fn of(hands: &[Vec<Part>], eased_s: f64) -> Self {
         let hands: Vec<Vec<Part>> = hands.iter().map(|parts| in_order(parts)).collect();
         let hands = hands.as_slice();
@@ -84,28 +84,28 @@ impl TimeScale {
         Self { hands: made, eased_s }
     }
 
-    /// How long all of it takes, s.
+    /// Returns its duration, s.
     pub fn duration(&self) -> f64 {
         self.hands.iter().filter_map(|knots| knots.last()).map(|knot| knot.clock).fold(0.0, f64::max)
     }
 
-    /// When every hand has come to the end of its parts, s: where it changes its speed that takes a little longer.
+    /// Returns the time at which every hand has ended its parts, s: changes of speed make it a little longer.
     pub fn over(&self) -> f64 {
         self.duration() + self.eased_s
     }
 
-    /// Where a hand is in its own parts, s.
+    /// Returns the time of a hand in its own parts, s.
     pub fn at(&self, hand: usize, time: f64) -> f64 {
         let Some(knots) = self.hands.get(hand) else { return 0.0 };
         if self.eased_s <= 0.0 {
             return seen(knots, time).own;
         }
-        // The mean over the time about now; before the beginning it stood where it begins.
+        // The mean over the time around now; before the beginning, the time is the initial one.
         let area = |time: f64| if time < 0.0 { time * knots[0].own } else { seen(knots, time).area };
         (area(time + self.eased_s) - area(time - self.eased_s)) / (2.0 * self.eased_s)
     }
 
-    /// When a hand is at a time of its own parts first, s.
+    /// Returns the first time at which a hand is at a time of its own parts, s.
     pub fn when(&self, hand: usize, own: f64) -> f64 {
         let Some(knots) = self.hands.get(hand) else { return 0.0 };
         let after = knots.partition_point(|knot| knot.own < own);
@@ -128,7 +128,7 @@ fn in_order(parts: &[Part]) -> Vec<Part> {
     ordered.collect()
 }
 
-/// Lets time pass until every hand has done what it needs time for.
+/// Advances until every hand has completed its part.
 fn advance(hands: &[Vec<Part>], made: &mut [Vec<Knot>], now: &mut f64, needs: &dyn Fn(&Part) -> f64) {
     let each: Vec<f64> = hands.iter().map(|parts| parts.iter().map(needs).sum()).collect();
     let longest = each.iter().copied().fold(0.0, f64::max);
@@ -143,7 +143,7 @@ fn advance(hands: &[Vec<Part>], made: &mut [Vec<Knot>], now: &mut f64, needs: &d
     }
 }
 
-/// What is between two knots; after the last one it stands.
+/// Interpolates between two knots; constant after the last one.
 fn seen(knots: &[Knot], time: f64) -> Knot {
     let index = knots.partition_point(|knot| knot.clock <= time).saturating_sub(1);
     let before = knots[index];

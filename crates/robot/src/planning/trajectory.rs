@@ -1,8 +1,7 @@
-//! What the joints of arm and hand are to do, with its times: for controllers that take a joint trajectory instead of targets of palm and fingertips.
+//! Joint trajectories of arm and hand, for controllers that take them instead of targets of palm and fingertips.
 //!
 //! It has the fields of ROS 2's `trajectory_msgs/JointTrajectory`. Joints follow the targets of [`super::plan::Plan`] by the inverse kinematics alone;
-//! where a joint would exceed its limits, both hands are slowed down, in one measure ([`super::toppra`]). Forces are in the
-//! commands, not here.
+//! where a joint would exceed its limits, both hands are slowed down by the same factor ([`super::toppra`]). Forces are in the commands, not here.
 
 use super::gripper_goal::{GripperGoal, gripper_goals};
 use super::moving::Moving;
@@ -19,29 +18,29 @@ use teachtree_base::scene::Scene;
 use teachtree_command::Commands;
 use teachtree_description::tree::Dof;
 
-/// Points in a second, before it is slowed down: those of commands.
+/// Points per second before it is slowed down: the rate of commands.
 const RATE_HZ: f64 = 100.0;
-/// The way from the present posture takes this long at least, s.
+/// Minimum duration of the path from the present posture, s.
 const LEADS_IN_S: f64 = 0.5;
-/// A joint that would have to be faster than this many times what it may be jumps.
+/// Multiple of the speed limit above which a joint counts as jumping.
 const SLOWEST: f64 = 20.0;
 
-/// A joint trajectory: `trajectory_msgs/JointTrajectory`, and what was slowed down for it.
+/// A joint trajectory: `trajectory_msgs/JointTrajectory`, and the groups that were slowed down.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointTrajectory {
-    /// Frame and time that it refers to.
+    /// Its frame and time.
     pub header: Header,
-    /// The joints that are driven, in the order of the numbers below.
+    /// The driven joints, in the order of the numbers below.
     pub joint_names: Vec<String>,
-    /// The way, from the first point on.
+    /// The points.
     pub points: Vec<JointTrajectoryPoint>,
-    /// What has a controller of its own, with the places of its joints among the names; not written.
+    /// The controllers, with the indices of their joints among the names; not written.
     #[serde(skip)]
     pub groups: Vec<(String, Vec<usize>)>,
-    /// How much slower than planned tasks are, in order; not written.
+    /// The factors by which groups of tasks are slowed down, in order; not written.
     #[serde(skip)]
     pub slowed: Vec<Slowdown>,
-    /// When grippers close and open, in order of time; not written.
+    /// The motions of grippers, in order of time; not written.
     #[serde(skip)]
     pub grippers: Vec<GripperGoal>,
 }
@@ -49,11 +48,11 @@ pub struct JointTrajectory {
 /// Tasks that are slowed down together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slowdown {
-    /// Which, counted from zero.
+    /// Their indices.
     pub tasks: Vec<usize>,
-    /// How many times slower, at least 1.
+    /// The factor, at least 1.
     pub times: f64,
-    /// The joint that is at its limit for longest; `None` when none is.
+    /// The joint that is longest at its limit; `None` if no joint is.
     pub joint: Option<String>,
 }
 
@@ -71,7 +70,7 @@ pub struct Header {
 pub struct Duration {
     /// Whole seconds.
     pub sec: i32,
-    /// The rest, ns.
+    /// The remaining nanoseconds.
     pub nanosec: u32,
 }
 
@@ -101,21 +100,21 @@ impl Duration {
 }
 
 impl JointTrajectory {
-    /// Its text.
+    /// Returns it as JSON.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// It cannot be written.
     pub fn json(&self) -> Result<String, InputError> {
         let failed = |error| InputError::new("the trajectory", format!("cannot be written: {error}"));
         serde_json::to_string(self).map(|text| text + "\n").map_err(failed)
     }
 }
 
-/// The joint trajectory of commands in a scene, whose objects may stand elsewhere than they were demonstrated. The joints of both hands are in one
-/// trajectory, and tasks that both did at the same time are slowed down together. It begins at rest at the `present` posture, if there is one.
+/// Returns the joint trajectory of commands in a scene, whose objects may have other poses than in the demonstration. The joints of both hands are in one
+/// trajectory, and simultaneous tasks are slowed down together. It begins at rest at the `present` posture, if given.
 ///
 /// # Errors
-/// As [`crate::simulation::run::simulate`]; a joint that would have to jump, a place that the arm cannot come to; a posture without one of the joints.
+/// As [`crate::simulation::run::simulate`]; a joint that would have to jump, a pose out of the arm's reach; a posture without one of the joints.
 pub fn trajectory(
     commands: &Commands,
     robot: &Robot,
@@ -156,7 +155,7 @@ pub fn trajectory(
     for numbers in &groups(tasks) {
         let mut plans = Vec::new();
         for hand in &mut hands {
-            // Time enough is given to the joints at the end.
+            // The joints have enough time at the end.
             let place = &|object: &str| places.get(object).copied();
             plans.push(hand.planner.plans(tasks, numbers, &hand.limb, hand.palm, place, &mut |_, from_s| from_s)?);
         }
@@ -187,7 +186,7 @@ pub fn trajectory(
     Ok(made)
 }
 
-/// What has a controller of its own: the arm and the hand of each side.
+/// Returns the controllers: one for the arm and one for the hand of each side.
 fn controllers(hands: &[Moving]) -> Vec<(String, Vec<usize>)> {
     let mut groups = Vec::new();
     let mut base = 0;
@@ -204,12 +203,12 @@ fn controllers(hands: &[Moving]) -> Vec<(String, Vec<usize>)> {
     groups
 }
 
-/// The name of a controller of one hand's arm or hand.
+/// Returns the name of the controller of an arm or a hand.
 fn controller(hands: &[Moving], hand: &Moving, what: &str) -> String {
     if hands.len() > 1 { format!("{}_{what}", hand.planner.side) } else { what.into() }
 }
 
-/// Straight from one posture to another in the space of the joints, with minimum jerk.
+/// Returns a straight motion in joint space from one posture to another, with minimum jerk.
 fn lead_in(from: &[f64], to: &[f64], dofs: &[Dof]) -> Vec<Vec<f64>> {
     let ways = from.iter().zip(to).map(|(from, to)| (to - from).abs());
     // The peaks of a minimum-jerk motion of length and time 1.
@@ -226,7 +225,7 @@ fn lead_in(from: &[f64], to: &[f64], dofs: &[Dof]) -> Vec<Vec<f64>> {
     (0..=points).map(point).collect()
 }
 
-/// The values of all degrees of freedom of all hands at each point of a group; what is wrong with which task.
+/// Returns the values of all degrees of freedom of all hands at each point of a group, or the number of a task and its error.
 fn way(hands: &mut [Moving], schedule: &Schedule<'_>) -> Result<Vec<Vec<f64>>, (usize, String)> {
     let begins_s = schedule.begins_s();
     let points = ((schedule.time.over() - begins_s) * RATE_HZ).ceil().max(1.0) as usize;
@@ -244,7 +243,7 @@ fn way(hands: &mut [Moving], schedule: &Schedule<'_>) -> Result<Vec<Vec<f64>>, (
     Ok(way)
 }
 
-/// A joint that goes from one sample to the next as no motion does, and when, s since the group began.
+/// Returns a joint that jumps from one sample to the next, and the time, s since the beginning of the group.
 fn jump(dofs: &[Dof], way: &[Vec<f64>]) -> Option<(usize, f64)> {
     way.windows(2).enumerate().find_map(|(at, pair)| {
         let far = |joint: &usize| (pair[1][*joint] - pair[0][*joint]).abs() > SLOWEST * dofs[*joint].speed / RATE_HZ;
@@ -254,7 +253,7 @@ fn jump(dofs: &[Dof], way: &[Vec<f64>]) -> Option<(usize, f64)> {
 
 fn append(points: &mut Vec<JointTrajectoryPoint>, timed: TimedPath) {
     let begins_s = points.last().map_or(0.0, |last| last.time_from_start.seconds() + 1.0 / RATE_HZ);
-    // Six decimals, as everything that is written: a thousandth of a millimetre at the end of an arm.
+    // Six decimals, as in all outputs: a thousandth of a millimeter at the end of an arm.
     let rounded = |values: Vec<f64>| values.into_iter().map(|value| (value * 1e6).round() / 1e6).collect();
     points.extend(timed.knots.into_iter().map(|knot| JointTrajectoryPoint {
         positions: rounded(knot.positions),

@@ -13,7 +13,7 @@ use teachtree_command::{Commands, Task};
 /// objects at their demonstrated poses.
 ///
 /// # Errors
-/// The same as those of the two functions.
+/// As the two functions.
 pub fn validate(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
     commands.check()?;
     let tasks = &commands.tasks;

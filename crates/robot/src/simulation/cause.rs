@@ -112,7 +112,7 @@ impl fmt::Display for FailureCause {
                 let what = finger.map_or_else(|| "palm".into(), |finger| finger.to_string());
                 let turned =
                     if finger.is_none() { format!(" and {:.1} degrees", rad.to_degrees()) } else { String::new() };
-                write!(to, "`{joint}` is at its limit, the {what} {:.1} mm{turned} off its way", m * 1e3)
+                write!(to, "`{joint}` is at its limit, the {what} {:.1} mm{turned} off its path", m * 1e3)
             }
             Self::TorqueMissing(joint, missing, JointKind::Revolute) => {
                 write!(to, "`{joint}` lacks {missing:.2} N m of torque")
@@ -123,11 +123,11 @@ impl fmt::Display for FailureCause {
             Self::ContactSlipped(finger, by) => write!(to, "the {finger} slipped by {:.1} mm", by * 1e3),
             Self::ContactLost(finger) => write!(to, "the {finger} lost its contact"),
             Self::Dropped => write!(to, "the object was dropped"),
-            Self::HoleMissed(within) => write!(to, "the hole was not within {:.1} mm", within * 1e3),
+            Self::HoleMissed(within) => write!(to, "the hole was not found within {:.1} mm", within * 1e3),
             Self::LeftWay(m, rad) => {
                 write!(
                     to,
-                    "the object left its way, by {:.1} mm and {:.1} degrees in the end",
+                    "the object left its path, by {:.1} mm and {:.1} degrees in the end",
                     m * 1e3,
                     rad.to_degrees()
                 )

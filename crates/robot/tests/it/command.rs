@@ -40,7 +40,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     check(&|task| task["start_s"] = 1.0.into(), &["segment 1", "s on, expected 1 s or later"]);
     check(
         &|task| task["segments"][2]["demonstrated_start_s"] = 0.1.into(),
-        &["segment 3", "was demonstrated from 0.1 s on, expected", "s or later, when what is ahead of it began"],
+        &["segment 3", "was demonstrated from 0.1 s on, expected", "s or later, when the preceding one began"],
     );
     check(
         &|task| task["segments"][1]["quality"]["jerk_after"] = 1e300.into(),
@@ -53,7 +53,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     let share = |task: &mut Value| task["grasps"][0]["mapped"]["fingers"][0]["freedom"] = 1e300.into();
     check(&share, &["a share of thumb", "the number 1e300"]);
     let backwards = serde_json::json!([{"primitives": ["Move"], "start_s": 2.0, "end_s": 1.0, "why": "pause"}]);
-    check(&|task| task["left_out"] = backwards.clone(), &["what is left out, 1, ends at 1 s, before it begins at 2 s"]);
+    check(&|task| task["left_out"] = backwards.clone(), &["omission 1 ends at 1 s, before it begins at 2 s"]);
     check(&|task| task["segments"][1]["duration_s"] = (-1.0).into(), &["segment 2", "takes -1 s"]);
     check(&|task| task["segments"][1]["start_s"] = 0.0.into(), &["segment 2", "before the one ahead of it ends"]);
     check(

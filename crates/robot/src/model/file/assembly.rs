@@ -37,7 +37,7 @@ pub(super) fn assembly(
         let parent = match on {
             None => 0,
             Some(on) => links.iter().position(|link| link.name == *on).ok_or_else(|| {
-                refuse(part, format!("stands on `{on}`, which is not a link of a part before it; expected `part/link`"))
+                refuse(part, format!("is on `{on}`, which is not a link of a part before it; expected `part/link`"))
             })?,
         };
         let (base, first_dof) = (links.len(), whole.tree.dofs.len());

@@ -187,7 +187,11 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &SourceMap<'_>)
             (None, Some(travel)) => {
                 (travel.map(|length| length.0), 10.0, joint.force.map(|it| it.0), joint.slide_speed.map(|it| it.0))
             }
-            _ => return Err(refuse("wants one of `range` (it turns), `travel` (it slides) and `coupled`".into())),
+            _ => {
+                return Err(refuse(
+                    "needs exactly one of `range` (it turns), `travel` (it slides) and `coupled`".into(),
+                ));
+            }
         };
         if !(range[0] < range[1] && range.iter().all(|end| end.abs() <= largest)) {
             let unit = if joint.range.is_some() { "rad" } else { "m" };

@@ -13,7 +13,7 @@ use teachtree_command::Segment;
 pub struct PlannedForce {
     /// The finger.
     pub finger: Finger,
-    /// The commanded force; while the hand closes or lets go, the planned share of it.
+    /// The commanded force; while the hand closes or releases, the planned share of it.
     pub commanded: Vector3<f64>,
     /// The demonstrated force; `None` if it was not measured.
     pub demonstrated: Option<Vector3<f64>>,
@@ -65,8 +65,7 @@ impl Plan<'_> {
         forces.collect()
     }
 
-    /// The commanded force of a finger at a share of a phase, frame of the object. What is brought along after a hand has closed is pressed as firmly as at the end
-    /// of the closing.
+    /// Returns the commanded force of a finger at a share of a phase, frame of the object. Motion after a closing keeps the force at the end of the closing.
     pub(super) fn commanded_force(&self, index: usize, at: f64, finger: Finger) -> Vector3<f64> {
         let phase = &self.phases[index];
         let segment = phase.segment;
@@ -76,7 +75,7 @@ impl Plan<'_> {
             Role::Hold if has_closed(&self.phases, segment) => (segment, 1.0),
             Role::Hold | Role::Steady if segment.does != Meaning::Open => (segment, at),
             Role::Hold | Role::Steady | Role::Leave => {
-                // The force at the end of what comes before a release.
+                // The force at the end of the phase before a release.
                 let holds = |before: &Phase<'_>| matches!(before.role, Role::Close | Role::Hold);
                 let Some(before) = self.phases[..index].iter().rposition(holds) else { return Vector3::zeros() };
                 (self.phases[before].segment, self.final_share(before))
@@ -86,8 +85,8 @@ impl Plan<'_> {
         force_at(segment, finger, share, false).unwrap_or_default()
     }
 
-    /// The share of a segment whose force a hand has at the end of a phase in which it closes or holds: the last one. An object that is let go as soon as it is
-    /// grasped is pressed as firmly as the operator pressed it at any time.
+    /// Returns the share of a segment whose force applies at the end of a phase in which a hand closes or holds: the last one. For an object that is released at once,
+    /// it is the share with the operator's largest force.
     fn final_share(&self, index: usize) -> f64 {
         let (phase, next) = (&self.phases[index], self.phases.get(index + 1));
         let only_closes = phase.role == Role::Close && next.is_some_and(|next| next.role == Role::Leave);

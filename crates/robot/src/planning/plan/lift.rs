@@ -1,4 +1,4 @@
-//! Ways that no one showed, to a task and from one grasp to the next, are lifted over what the hand would go through.
+//! Lifts paths that were not demonstrated, to a task and from one grasp to the next, over the shapes that the hand would go through.
 
 use super::segments::TRANSFER_M_S;
 use super::{Plan, Role};
@@ -8,16 +8,16 @@ use crate::kinematics::surroundings::Surroundings;
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Vector3};
 
-/// A way that no one showed is looked at in so many parts, and lifted by a multiple of this, m, up to so many times.
-const LOOKED_AT: usize = 24;
+/// A path that was not demonstrated is checked in `PARTS` parts, and lifted in multiples of `LIFT_M`, m, at most `LIFTS` times.
+const PARTS: usize = 24;
 const LIFT_M: f64 = 0.02;
 const LIFTS: u32 = 15;
-/// From so many starts, with so many iterations each, an arm is found to reach such a way.
+/// Number of starts of the inverse kinematics, and iterations of each, that decide whether an arm reaches such a path.
 const REACHED_FROM: (usize, usize) = (16, 60);
 
 impl Plan<'_> {
-    /// Lifts the ways that no one showed, to the task and from one grasp to the next, over what the hand would go through: until it is clear, or else where that
-    /// halves the places at which it meets something. `up` is a unit vector, reference frame; where there is an arm, no way is lifted out of its reach.
+    /// Lifts the paths that were not demonstrated, to the task and from one grasp to the next, until the hand is clear of all shapes, or else if that at least
+    /// halves the number of places at which it meets one. `up` is a unit vector, reference frame; no path is lifted out of the reach of an arm.
     pub(in crate::planning) fn lift(
         &mut self,
         hand: &HandModel,
@@ -32,11 +32,11 @@ impl Plan<'_> {
                 Some(index) => (self.transfer + self.phases[index].start, self.phases[index].duration),
                 None => (0.0, self.transfer),
             };
-            // The fingers hardly move in the hand on such a way.
+            // The fingers hardly move on such a path.
             let middle = self.at(from_s + takes_s / 2.0);
             let solids = hand.solids(|finger| middle.angles(finger));
             let palms = |plan: &Self| -> Vec<Isometry3<f64>> {
-                let times = (1..LOOKED_AT).map(|at| from_s + takes_s * at as f64 / LOOKED_AT as f64);
+                let times = (1..PARTS).map(|at| from_s + takes_s * at as f64 / PARTS as f64);
                 times.map(|time| plan.at(time).palm).collect()
             };
             let met = |palms: &[Isometry3<f64>]| {
@@ -70,7 +70,7 @@ impl Plan<'_> {
         }
     }
 
-    /// By how much a phase is lifted, or the way to the task.
+    /// The lift of a phase, or of the path to the task.
     fn lifted(&mut self, way: Option<usize>) -> &mut Vector3<f64> {
         match way {
             Some(index) => &mut self.phases[index].lifted,
@@ -79,7 +79,7 @@ impl Plan<'_> {
     }
 }
 
-/// Whether an arm can bring its palm along a way.
+/// Whether an arm can move its palm along a path.
 fn reaches(arm: &Arm<'_>, palms: &[Isometry3<f64>]) -> bool {
     let (root, q) = (Isometry3::identity(), vec![0.0; arm.tree.dofs.len()]);
     arm.postures_along(&root, palms, &q, REACHED_FROM, &Surroundings::default()).next().is_some()

@@ -1,4 +1,4 @@
-//! What a plan asks about the segments of a task.
+//! Properties of the segments of a task, for plans.
 
 use super::{LEAVING_S, OPENING_S, Phase, Role, SAMPLE_S};
 use crate::planning::interpolation::pose_at;
@@ -7,15 +7,15 @@ use teachtree_base::meaning::Meaning;
 use teachtree_base::pose::pose_from_array;
 use teachtree_command::{Precedence, Segment};
 
-/// Nothing takes less, s.
+/// Minimum duration of a phase, s.
 pub(super) const SHORTEST_S: f64 = 0.05;
-/// How fast a palm goes where no one showed a way, m/s and rad/s, and the shortest time that it takes, s.
+/// Largest speeds of a palm on a path that was not demonstrated, m/s and rad/s, and the shortest time of such a path, s.
 pub(super) const TRANSFER_M_S: f64 = 0.25;
 const TRANSFER_RAD_S: f64 = 1.0;
 const TRANSFER_S: f64 = 0.8;
-/// What moves farther while a hand closes, m and rad, is brought along; less is made up for later.
+/// Displacement of an object while a hand closes above which it is executed after the closing, m and rad; a smaller one is made up for later.
 const BROUGHT: (f64, f64) = (0.010, 0.087);
-/// What is let go and then goes down faster than this falls, m/s: the hand does not go with it, as it does with what the other hand takes.
+/// Downward speed above which a released object falls, m/s: the hand does not follow it, unlike an object that the other hand takes.
 const FALLS_M_S: f64 = 0.5;
 
 /// Returns the end time of a segment, s of the recording. Sample times start at zero in each task.
@@ -37,31 +37,31 @@ pub(super) fn precedence_s(segments: &[Segment], at: usize, precedence: Preceden
     .unwrap_or(segments[at].demonstrated_start_s)
 }
 
-/// Whether the object of a segment goes or turns far.
+/// Whether the object of a segment moves or turns far.
 pub(super) fn is_brought(segment: &Segment) -> bool {
     let ends = segment.object.first().zip(segment.object.last());
     ends.is_some_and(|(first, last)| !is_near(&(pose_from_array(first).inverse() * pose_from_array(last))))
 }
 
-/// Whether a displacement is so small that what moves no farther while a hand closes stays where it is.
+/// Whether a displacement is small enough that the object stays while a hand closes.
 pub(super) fn is_near(off: &Isometry3<f64>) -> bool {
     off.translation.vector.norm() <= BROUGHT.0 && off.rotation.angle() <= BROUGHT.1
 }
 
-/// Where the object of a segment in which a hand lets go is when the hand has gone this far on its way, 0 to 1: it opens before it goes, and the other hand may
-/// move the object on meanwhile.
+/// Returns the pose of the object of a release when the hand has covered a share of its retreat, 0 to 1: the hand opens first, and the other hand may move the object
+/// at the same time.
 pub(in crate::planning) fn left_at(segment: &Segment, gone: f64) -> Isometry3<f64> {
     let lasts_s = segment.duration_s.max(LEAVING_S);
     pose_at(&segment.object, (OPENING_S + gone * (lasts_s - OPENING_S)) / lasts_s)
 }
 
-/// Whether a hand that closes in a segment has hold of the object with the same grasp already, as after a stop on the way: it holds on.
+/// Whether a hand that closes in a segment already holds the object with the same grasp, as after a stop on the path: it keeps the grasp.
 pub(super) fn holds_on(segments: &[Segment], index: usize) -> bool {
     let before = index.checked_sub(1).map(|before| &segments[before]).filter(|before| before.touching);
     before.is_some_and(|before| before.does != Meaning::Open && before.grasp == segments[index].grasp)
 }
 
-/// Whether a hand has closed in a phase of a segment: what it brings along in the rest of it is pressed as hard as at its end.
+/// Whether a hand has closed in a phase of a segment: the rest of the segment has the force at its end.
 pub(super) fn has_closed(phases: &[Phase<'_>], segment: &Segment) -> bool {
     let closes = |phase: &Phase<'_>| phase.role == Role::Close && std::ptr::eq(phase.segment, segment);
     segment.does == Meaning::Close && phases.iter().any(closes)
@@ -73,9 +73,9 @@ pub(super) fn falls(segment: &Segment) -> bool {
     segment.object.windows(2).any(|pair| pair[0][2] - pair[1][2] > FALLS_M_S * step_s)
 }
 
-/// How long it takes to bring an object that stands elsewhere onto the demonstrated way, s: soon, when it is carried, since another hand may be about to come to
-/// it there; what stays on its support is not dragged aside before, and what is never carried goes over through the first segment in which it is held. More segments, when these are
-/// too short for it.
+/// Returns the time to bring a displaced object onto the demonstrated path, s. A carried object is brought there soon, since the other hand may approach it there. An
+/// object on its support is not dragged before it is carried. An object that is never carried is brought there in the first segment in which it is held, or in more
+/// segments if that one is too short.
 pub(super) fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
     let needs = transfer_time(off.translation.vector.norm(), off.rotation.angle());
     let mut takes: f64 = 0.0;
@@ -90,19 +90,19 @@ pub(super) fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
     takes.max(SHORTEST_S)
 }
 
-/// The segments in which an object is held from now on until it is let go or put in; while it is grasped anew it stands.
+/// Returns the segments in which an object is held until it is released or inserted; during a regrasp it stands still.
 fn held(segments: &[Segment]) -> impl Iterator<Item = &Segment> {
     let held = segments.iter().filter(|segment| segment.does != Meaning::Close);
     held.take_while(|segment| segment.touching && !matches!(segment.does, Meaning::Open | Meaning::Insert))
 }
 
-/// Whether what is held stays on its support now and is carried later.
+/// Whether the held object stays on its support now and is carried later.
 pub(super) fn is_carried_later(segments: &[Segment]) -> bool {
     let carried = |segment: &Segment| segment.does == Meaning::Carry;
     segments.first().is_some_and(|now| !carried(now)) && held(segments).any(carried)
 }
 
-/// When the fingers press most firmly in a segment, as commanded, 0 to 1 of its time.
+/// Returns the share of the time of a segment at which the commanded forces are largest, 0 to 1.
 pub(super) fn firmest(segment: &Segment) -> f64 {
     let samples = segment.tips.iter().map(|tip| tip.force.len()).min().unwrap_or(0);
     let firmness = |at: usize| segment.tips.iter().map(|tip| Vector3::from(tip.force[at]).norm()).sum::<f64>();
@@ -110,18 +110,18 @@ pub(super) fn firmest(segment: &Segment) -> f64 {
     at as f64 / samples.saturating_sub(1).max(1) as f64
 }
 
-/// How long a palm takes over a way and a turn, s.
+/// Returns the duration of a path and a rotation of a palm, s.
 pub(super) fn transfer_time(way: f64, turn: f64) -> f64 {
     // The peak speed of minimum jerk is 1.9 times its mean.
     (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S)
 }
 
-/// How far a hand has gone on its way from an object, 0 to 1, so long after it began to let go, s, when all of it takes `duration`, s.
+/// Returns the share of the retreat of a hand, 0 to 1, at a time after the beginning of a release that takes `duration`, s.
 pub(super) fn gone(since_s: f64, duration_s: f64) -> f64 {
     ((since_s - OPENING_S) / (duration_s - OPENING_S)).clamp(0.0, 1.0)
 }
 
-/// How far a way is lifted at a share of it, 0 at its ends to 1 in its middle.
+/// Returns the relative lift at a share of a path: 0 at its ends, 1 in its middle.
 pub(super) fn arch(share: f64) -> f64 {
     4.0 * share * (1.0 - share)
 }

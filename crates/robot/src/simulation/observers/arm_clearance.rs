@@ -76,7 +76,7 @@ impl Collision {
 }
 
 /// Number of steps from one distance measurement to the next.
-const LOOKED_AT: usize = 10;
+const MEASURED_EVERY: usize = 10;
 
 /// The minimum distances so far, and the collisions of each arm.
 #[derive(Clone, Debug)]
@@ -124,7 +124,7 @@ impl ArmClearance {
             with,
             time_s,
             depth_m: depth(gap),
-            lasts_s: LOOKED_AT as f64 * STEP_S,
+            lasts_s: MEASURED_EVERY as f64 * STEP_S,
         };
         let handled = hand.doing.map(|doing| doing.body);
         let mut met: Vec<Collision> = Vec::new();
@@ -157,7 +157,7 @@ impl ArmClearance {
 
 impl Observer for ArmClearance {
     fn observe(&mut self, step: &Step<'_>) {
-        if !step.in_group.is_multiple_of(LOOKED_AT) {
+        if !step.in_group.is_multiple_of(MEASURED_EVERY) {
             return;
         }
         let doing = |hand: &HandAgent<'_>| hand.doing.map(|doing| doing.task);

@@ -53,7 +53,7 @@ fn between(trace: &Trace, moment: &TraceSample, link: &str, body: &str) -> f64 {
     let at = moment.bodies[trace.scene.bodies.get_index_of(body).unwrap()];
     let mut least = f64::INFINITY;
     for part in &trace.scene.bodies[body].parts {
-        let Shape::Box(edges) = &part.shape else { panic!("{body} has a part that is no box") };
+        let Shape::Box(edges) = &part.shape else { panic!("{body} has a part that is not a box") };
         let half = Vector3::from(edges.map(|edge| edge.0 / 2.0));
         let body_from_part = Isometry3::translation(part.at[0].0, part.at[1].0, part.at[2].0);
         for (point, radius) in &points {

@@ -97,13 +97,13 @@ fn the_opening_has_a_closed_form_with_one_motor_and_with_two() {
 }
 
 #[test]
-fn what_slides_but_is_no_gripper_is_refused() {
+fn what_slides_but_is_not_a_gripper_is_refused() {
     let beside = changed(&[("at: [97 mm, 8 mm, 0 mm]", "at: [97 mm, 8 mm, 3 mm]")]).unwrap_err();
     assert!(beside.contains("gripper.yaml:20: `index` slides 3.0 mm beside the line of the thumb"), "{beside}");
     let against = changed(&[("ratio: 1}", "ratio: -1}")]).unwrap_err();
     assert!(against.contains("`index` opens while the thumb closes, and both are driven by one joint"), "{against}");
     let askew = changed(&[("pad: [0, -1, 0]", "pad: [1, -1, 0]")]).unwrap_err();
-    assert!(askew.contains("`index` has a pad that looks 45 degrees off the line to the other jaw"), "{askew}");
+    assert!(askew.contains("`index` has a pad that faces 45 degrees off the line to the other jaw"), "{askew}");
     let thumbless = changed(&[("    thumb: {", "    middle: {")]).unwrap_err();
     assert!(thumbless.contains("`middle` is a jaw without an opponent"), "{thumbless}");
     let third = "    index: {link: index_jaw";
@@ -116,7 +116,7 @@ fn what_slides_but_is_no_gripper_is_refused() {
     assert!(third.unwrap_err().contains("is a third finger that slides"));
     // Both turn about the line between them, so that their pads pass each other.
     let turning = of_urdf(&URDF.replace("prismatic", "revolute")).unwrap_err();
-    assert!(turning.contains("`thumb` closes 90 degrees off the direction in which its pad looks"), "{turning}");
+    assert!(turning.contains("`thumb` closes 90 degrees off the direction in which its pad faces"), "{turning}");
 }
 
 #[test]
@@ -162,7 +162,10 @@ fn what_jaws_cannot_hold_is_reported_with_what_is_missing() {
     );
     contacts.remove(0);
     let pushes = mapped(&gripper, &object, contacts, Vec::new()).unwrap_err();
-    assert_eq!(pushes, "a gripper holds between thumb and fingers, and here only one side touches: it does not push");
+    assert_eq!(
+        pushes,
+        "a gripper holds an object between thumb and fingers, and only one side touches it here: grippers do not push"
+    );
 }
 
 /// A gripper of one of the fixtures.
@@ -218,7 +221,7 @@ fn turning_jaws_that_face_elsewhere_are_refused() {
     };
     let askew = robot::open("one_jaw.yaml", &text_of).map(|robot| robot.name).unwrap_err().to_string();
     assert!(
-        askew.contains("`index` has a pad that looks") && askew.contains("off the line to the other jaw"),
+        askew.contains("`index` has a pad that faces") && askew.contains("off the line to the other jaw"),
         "{askew}"
     );
 }

@@ -272,7 +272,7 @@ fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
         teachtree_robot::map(&mut commands, &shipped("gifu_hand_iii_right"), &scene).unwrap();
         commands.tasks[0].grasps[0].infeasible.clone().unwrap_or_default()
     };
-    // Clear of the cube where it stands, but not of the fingers behind it.
+    // Clear of the cube where it stands, but not of the fingers after it.
     let rail = "position: [100 mm, 75 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 120 mm]}]";
     let printed =
         why(&[("rail", rail), ("far", "position: [100 mm, 275 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 20 mm]}]")]);
@@ -284,7 +284,7 @@ fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
     // Two of them, each of which is enough.
     let other = "position: [100 mm, -75 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 120 mm]}]";
     let printed = why(&[("rail", rail), ("other", other)]);
-    assert!(printed.ends_with("it could be held without what stands about it"), "{printed}");
+    assert!(printed.ends_with("it could be held without the bodies around it"), "{printed}");
     assert_eq!(why(&[]), "");
 }
 

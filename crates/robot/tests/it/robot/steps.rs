@@ -184,7 +184,7 @@ fn motors_at_their_limits_do_not_wind_up() {
 
 /// Targets are NaN for some time: all torques are finite, the arm keeps its position, and it continues afterwards without an effect.
 #[test]
-fn wants_that_are_no_numbers_move_nothing_and_are_forgotten() {
+fn wants_that_are_not_numbers_move_nothing_and_are_forgotten() {
     for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut rig = Rig::new();
         let (before, nothing) = (rig.arm(), rig.nothing());

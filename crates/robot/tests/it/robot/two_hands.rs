@@ -6,7 +6,7 @@ use crate::demonstrated::commanded;
 use nalgebra::Vector3;
 use teachtree_base::hands::Side;
 use teachtree_command::{Commands, Precedence, Task};
-use teachtree_robot::planning::late_start::begun_late;
+use teachtree_robot::planning::delayed_start::begun_late;
 use teachtree_robot::planning::trajectory::trajectory;
 use teachtree_robot::simulation::{Verdict, simulate};
 use teachtree_world as world;

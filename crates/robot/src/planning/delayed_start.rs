@@ -1,13 +1,13 @@
-//! Leaves out the beginning of a hand's first way, where arms would go through each other on it: from where people's hands come, arms need not be able to be.
+//! Shortens the first path of a hand where the arms would go through each other at its beginning: people's hands come from where robots' arms have no room.
 
 use teachtree_base::pose::pose_from_array;
 use teachtree_command::Task;
 
-/// An object stands as long as it is no farther than this from where it was, m and rad.
+/// Largest displacement with which an object counts as standing still, m and rad.
 const STANDS: (f64, f64) = (0.001, 0.02);
 
-/// The first way of a task in which the hand stands where this share of it is gone, until it goes on from there; `None` for a task that begins with a touch. Only
-/// the part of the way counts on which the object stands: the other hand may move it.
+/// Returns a task whose hand waits at `share` of its first path until the path continues there; `None` for a task that begins with a touch. Only the part of
+/// the path counts on which the object stands still: the other hand may move it.
 pub fn begun_late(task: &Task, share: f64) -> Option<Task> {
     let way = task.segments.iter().take_while(|segment| !segment.touching);
     let samples = way.flat_map(|segment| segment.hand.iter().zip(&segment.object));

@@ -1,4 +1,4 @@
-//! What a hand with its arm does in a group of tasks, by inverse kinematics alone: its shapes step by step, to be held against those of the other hand.
+//! The motion of a hand with its arm in a group of tasks, by inverse kinematics alone: its shapes at each step, for comparison with those of the other hand.
 
 use super::hand_planner::HandPlanner;
 use super::moving::Moving;
@@ -16,43 +16,43 @@ use teachtree_base::scene::Scene;
 use teachtree_command::Task;
 use teachtree_description::shape::{CollisionShape, solids};
 
-/// Arms that are so far apart leave room for each other, m: what controllers deviate from their ways is less.
+/// Gap with which arms leave room for each other, m: controllers deviate less from their paths.
 pub(super) const ROOM_M: f64 = 0.005;
-/// Arms are looked at this often, s, first at every so many of these steps: most pairs that meet do so for longer.
+/// Interval at which the gap of arms is computed, s. The first pass takes every 16th step: most pairs that collide do so for longer.
 const STEP_S: f64 = 0.02;
 const STRIDES: [usize; 2] = [16, 1];
 
-/// Where only some times are looked at, the arm goes from one of these steps to the next, s.
+/// Steps of the arm between sampled times, s.
 const COARSE_S: f64 = 0.1;
 
-/// A hand is so far from what the other one handles, m: where one object goes into another, fingers are near both.
+/// Smallest gap between a hand and an object that the other hand handles, m: during an insertion, fingers are near both objects.
 const BESIDE_M: f64 = 0.003;
 
-/// By how much more a millimeter counts by which hands are in each other than one that is missing between them.
+/// Additional weight of a millimeter of penetration over a millimeter of missing distance.
 const DEEPER: f64 = 4.0;
 
 /// Penetrations of hands up to this depth, m, are not reported: the controllers deviate from their paths by as much.
 const REPORTED_M: f64 = 0.001;
 
-/// A limb at a step, with what its hand handles; reference frame.
+/// A hand, with or without its arm, and its object at a step; reference frame.
 #[derive(Clone, Debug)]
 pub(super) struct Occupied {
     pub(super) limb: Vec<PlacedShape>,
-    /// Of an object that both hands handle: empty while this one is on a way without it.
+    /// The shapes of the object; empty for an object of both hands while this hand is on a path without it.
     pub(super) object: Vec<PlacedShape>,
-    /// Whether it may touch what the other hand handles: both handle the same, and it is at it.
+    /// Whether the hand may touch the object of the other hand: both handle the same object, and this hand is at it.
     shares: bool,
 }
 
 impl Occupied {
-    /// A hand with its arm where it is, and its object at a time of its plan, s.
+    /// Returns a hand with its arm and its object at a time of its plan, s.
     fn of_limb(hand: &Moving, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
         let poses = hand.limb.tree.forward_kinematics(&hand.q);
         let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
         Self::new(placed(&hand.limb.tree, &poses), plan, own_s, object)
     }
 
-    /// A hand, without its arm, and its object at a time of its plan, s.
+    /// Returns a hand without its arm, and its object, at a time of its plan, s.
     pub(super) fn of_hand(hand: &HandModel, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
         Self::new(plan.at(own_s).shapes(hand), plan, own_s, object)
     }
@@ -67,7 +67,7 @@ impl Occupied {
         Self { limb, object, shares }
     }
 
-    /// By how much two limbs are nearer to each other, or to what the other one handles, than they should be, m; what is in the other one counts more.
+    /// Returns the missing distance between two limbs, or a limb and the object of the other one, m; a penetration has a larger weight.
     pub(super) fn too_near(&self, other: &Self) -> f64 {
         let by = |ours: &[PlacedShape], theirs: &[PlacedShape], room: f64| {
             arm_distance(ours, theirs, room).map_or(0.0, |found| room - found.gap + DEEPER * (-found.gap).max(0.0))
@@ -78,14 +78,14 @@ impl Occupied {
         by(&self.limb, &other.limb, ROOM_M).max(touched(self, other)).max(touched(other, self))
     }
 
-    /// Whether there is room beside this limb and what it handles for a hand on its way that is moved by so much, m.
+    /// Whether this limb and its object leave room for a hand on a path that is displaced by `by`, m.
     pub(super) fn leaves_room(&self, hand: &[PlacedShape], by: &Vector3<f64>) -> bool {
         let moved: Vec<PlacedShape> = hand.iter().map(|shape| shape.shifted(by)).collect();
         !nearer(&moved, &self.limb, ROOM_M) && !nearer(&moved, &self.object, BESIDE_M)
     }
 }
 
-/// Where an object is when tasks begin, reference frame.
+/// The pose of an object at the start of tasks, reference frame.
 pub(super) fn place_of(tasks: &[Task], scene: &Scene, object: &str) -> Option<Isometry3<f64>> {
     let first = first_to_touch(tasks.iter().filter(|task| task.object == object));
     first.map(Task::grasp_pose).or_else(|| scene.bodies.get(object).map(|body| body.pose()))
@@ -95,7 +95,7 @@ pub(super) fn place_of(tasks: &[Task], scene: &Scene, object: &str) -> Option<Is
 pub(super) struct HandledObject {
     /// Its frame.
     solids: Vec<CollisionShape>,
-    /// Whether the other hand handles it too.
+    /// Whether the other hand handles the object too.
     is_shared: bool,
 }
 
@@ -107,14 +107,14 @@ impl HandledObject {
     }
 }
 
-/// What a hand does in a group of tasks, step by step of its own time.
+/// The motion of a hand in a group of tasks, in steps of its own time.
 #[derive(Clone)]
-pub(super) struct Walk {
-    /// The posture in which its arm begins.
+pub(super) struct Rollout {
+    /// The start posture of its arm.
     pub(super) arm: BTreeMap<String, f64>,
     /// The planner of the hand, before the first task.
     pub(super) planner: HandPlanner,
-    /// The parts of its plans, as slow as the arm needs them, and how long each of them takes by its plan, s: steps are at times of the plans.
+    /// The parts of its plans, slowed down as the arm requires, and the duration of each in the plan, s. Steps are at times of the plans.
     parts: Vec<Part>,
     planned_s: Vec<f64>,
     begins_s: f64,
@@ -126,20 +126,20 @@ pub(super) struct Walk {
 pub struct Crossing {
     /// The indices of the tasks.
     pub tasks: Vec<usize>,
-    /// How deep they are in each other at most, m.
+    /// Largest penetration, m.
     pub depth_m: f64,
 }
 
-/// A step at which two walks come near to each other.
+/// A step at which two rollouts come near to each other.
 pub(super) struct Near {
-    /// The step of each.
+    /// The step of each rollout.
     pub(super) steps: [usize; 2],
-    /// By how much they are nearer than they should be, m, as [`Occupied::too_near`] counts it.
+    /// The missing distance, m, by [`Occupied::too_near`].
     pub(super) by: f64,
 }
 
-impl Walk {
-    /// The walks of the hand of a task, one from each of the best postures, so many at most, from which its arm can go it.
+impl Rollout {
+    /// Returns the rollouts of the hand of a task, one from each of the `most` best postures at most from which its arm can follow the task.
     pub(super) fn all(
         tasks: &[Task],
         number: usize,
@@ -151,7 +151,7 @@ impl Walk {
         Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene)).take(most).collect())
     }
 
-    /// The hand of a task before its walks, in each posture in which its arm can begin, the best one first.
+    /// Returns the hand of a task at its start, in each posture in which its arm can begin, the best one first.
     pub(super) fn begun(
         tasks: &[Task],
         number: usize,
@@ -163,7 +163,7 @@ impl Walk {
         let begun = Moving::begin(side, &robot.limb(side)?, tasks, scene, &place)?;
         let mut different: Vec<Moving> = Vec::new();
         for hand in begun {
-            // A joint that is turned all the way round is where it was.
+            // Angles that differ by a full turn are equal.
             let same = |other: &Moving| {
                 hand.q.iter().zip(&other.q).all(|(a, b)| (a - b).sin().abs() < 1e-3 && (a - b).cos() > 0.0)
             };
@@ -174,7 +174,7 @@ impl Walk {
         Ok(different)
     }
 
-    /// The walk of a hand; `None` for one that the arm cannot go.
+    /// Returns the rollout of a hand; `None` if the arm cannot follow it.
     pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene) -> Option<Self> {
         let place = |object: &str| place_of(tasks, scene, object);
         let arm = hand.planner.hand.arm.iter().map(|dof| (hand.limb.tree.dofs[*dof].name.clone(), hand.q[*dof]));
@@ -206,7 +206,7 @@ impl Walk {
         (!steps.is_empty()).then_some(Self { arm, planner, parts, planned_s, begins_s, steps })
     }
 
-    /// Where the hand is at times of its plans, s, with its arm; `None` where the arm cannot go the walk.
+    /// Returns the hand with its arm at times of its plans, s; `None` if the arm cannot follow them.
     pub(super) fn stands(mut hand: Moving, tasks: &[Task], scene: &Scene, times: &[f64]) -> Option<Vec<Occupied>> {
         let place = |object: &str| place_of(tasks, scene, object);
         let group: Vec<usize> = (0..tasks.len()).collect();
@@ -235,9 +235,9 @@ impl Walk {
         stands.into_iter().collect()
     }
 
-    /// Of postures in which the hand may begin, the one that is most like that of this walk.
+    /// Returns the start posture that is nearest to the one of this rollout.
     pub(super) fn like(&self, begun: Vec<Moving>) -> Option<Moving> {
-        // A joint that is turned all the way round is where it was.
+        // Angles that differ by a full turn are equal.
         let far = |hand: &Moving| {
             let dofs = hand.planner.hand.arm.iter().map(|dof| (&hand.limb.tree.dofs[*dof].name, hand.q[*dof]));
             dofs.map(|(name, at)| self.arm.get(name).map_or(0.0, |own| 1.0 - (own - at).cos())).sum::<f64>()
@@ -245,14 +245,14 @@ impl Walk {
         begun.into_iter().min_by(|a, b| far(a).total_cmp(&far(b)))
     }
 
-    /// The same walk at other times of the recording: of each part, those of these plans.
+    /// Returns the same rollout with the times of these plans.
     pub(super) fn at_times_of(&self, plans: &HandPlans<'_>) -> Self {
         let parts = plans.parts().into_iter().zip(&self.parts);
         let parts = parts.map(|(at, own)| Part { demonstrated: at.demonstrated, ..*own }).collect();
         Self { parts, ..self.clone() }
     }
 
-    /// The time of its plans at a time of its parts, s, which may take longer.
+    /// Returns the time of its plans at a time of its parts, s, which may be slower.
     fn planned_at(&self, own_s: f64) -> f64 {
         let (mut slow_s, mut planned_s) = (0.0, 0.0);
         for (part, takes_s) in self.parts.iter().zip(&self.planned_s) {
@@ -264,25 +264,25 @@ impl Walk {
         planned_s
     }
 
-    /// Its limb at a step; after the last one it stands.
+    /// Returns its limb at a step; after the last step it stands still.
     pub(super) fn at(&self, step: usize) -> &Occupied {
         &self.steps[step.min(self.steps.len() - 1)]
     }
 
-    /// The time in its plans at a step, s.
+    /// Returns the time of its plans at a step, s.
     pub(super) fn own_s(&self, step: usize) -> f64 {
         self.begins_s + step as f64 * STEP_S
     }
 
-    /// The smallest gap to the hand of another walk, m; as soon as it is no more than `least`, that is the answer.
+    /// Returns the smallest gap to the hand of another rollout, m, or the first gap of at most `least`.
     pub(super) fn gap(&self, other: &Self, least: f64) -> f64 {
-        let walks = [self, other];
-        let time = time_of(&walks);
+        let rollouts = [self, other];
+        let time = time_of(&rollouts);
         let all = (time.over() / STEP_S) as usize;
         let mut gap = f64::INFINITY;
         for step in STRIDES.into_iter().flat_map(|stride| (0..=all).step_by(stride)) {
-            let [one, other] = steps(&walks, &time, step);
-            gap = arm_distance(&self.at(one).limb, &walks[1].at(other).limb, gap).map_or(gap, |found| found.gap);
+            let [one, other] = steps(&rollouts, &time, step);
+            gap = arm_distance(&self.at(one).limb, &rollouts[1].at(other).limb, gap).map_or(gap, |found| found.gap);
             if gap <= least {
                 break;
             }
@@ -290,27 +290,27 @@ impl Walk {
         gap
     }
 
-    /// The steps of two walks that are at the same time, in order.
+    /// Returns the simultaneous steps of two rollouts, in order.
     pub(super) fn together(&self, other: &Self) -> Vec<[usize; 2]> {
-        let walks = [self, other];
-        let time = time_of(&walks);
+        let rollouts = [self, other];
+        let time = time_of(&rollouts);
         let all = (time.over() / STEP_S) as usize;
-        (0..=all).map(|step| steps(&walks, &time, step)).collect()
+        (0..=all).map(|step| steps(&rollouts, &time, step)).collect()
     }
 
-    /// How two walks of these tasks go through each other, at steps that are near; `None` where they do not.
+    /// Returns the penetration of two rollouts of these tasks at the steps `near`; `None` if they do not penetrate each other.
     pub(super) fn crossing(&self, other: &Self, near: &[Near], tasks: &[usize]) -> Option<Crossing> {
         let gap = |near: &Near| arm_distance(&self.at(near.steps[0]).limb, &other.at(near.steps[1]).limb, -REPORTED_M);
         let depth_m = near.iter().filter_map(gap).map(|found| -found.gap).fold(0.0, f64::max);
         (depth_m > 0.0).then(|| Crossing { tasks: tasks.to_vec(), depth_m })
     }
 
-    /// As [`Walk::near`], for a walk of the hand with this number; steps are in the order of the hands.
+    /// As [`Rollout::near`], for the rollout of the hand with this index; steps are in the order of the hands.
     pub(super) fn near_to(&self, other: &Self, hand: usize) -> Vec<Near> {
         if hand == 0 { self.near(other) } else { other.near(self) }
     }
 
-    /// The steps at which two walks are nearer to each other than they should be.
+    /// Returns the steps at which two rollouts are too near to each other.
     pub(super) fn near(&self, other: &Self) -> Vec<Near> {
         let steps = self.together(other).into_iter();
         let near = steps.map(|steps| Near { steps, by: self.at(steps[0]).too_near(other.at(steps[1])) });
@@ -318,21 +318,21 @@ impl Walk {
     }
 }
 
-/// The time scale of two walks.
-fn time_of(walks: &[&Walk; 2]) -> TimeScale {
-    TimeScale::of(&walks.map(|walk| walk.parts.clone()), EASED_S)
+/// The time scale of two rollouts.
+fn time_of(rollouts: &[&Rollout; 2]) -> TimeScale {
+    TimeScale::of(&rollouts.map(|rollout| rollout.parts.clone()), EASED_S)
 }
 
-/// The step of each of two walks at a step of the time of both.
-fn steps(walks: &[&Walk; 2], time: &TimeScale, step: usize) -> [usize; 2] {
+/// The step of each of two rollouts at a step of the time of both.
+fn steps(rollouts: &[&Rollout; 2], time: &TimeScale, step: usize) -> [usize; 2] {
     [0, 1].map(|hand| {
-        let planned_s = walks[hand].planned_at(time.at(hand, step as f64 * STEP_S));
-        let since_s = (planned_s - walks[hand].begins_s).max(0.0);
+        let planned_s = rollouts[hand].planned_at(time.at(hand, step as f64 * STEP_S));
+        let since_s = (planned_s - rollouts[hand].begins_s).max(0.0);
         (since_s / STEP_S).round() as usize
     })
 }
 
-/// By how much hands are nearer than they should be, m in all of some steps, as [`Occupied::too_near`] counts it; `None` where it is more than `most`.
+/// Returns the missing distance of hands, m, summed over steps, by [`Occupied::too_near`]; `None` above `most`.
 pub(super) fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Option<f64> {
     let mut sum = 0.0;
     for (one, other) in ours.iter().zip(theirs) {
@@ -344,7 +344,7 @@ pub(super) fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Opt
     Some(sum)
 }
 
-/// What is too near, m in all, as [`Occupied::too_near`] counts it.
+/// Returns the summed missing distance, m, by [`Occupied::too_near`].
 pub(super) fn total(near: &[Near]) -> f64 {
     near.iter().map(|near| near.by).sum()
 }

@@ -1,8 +1,8 @@
-//! Ways of a hand to its contacts and away from them along its own axis.
+//! Approach and retreat of a hand along its own axis.
 //!
-//! Contacts of two hands that alternate around an object leave no room for both hands to come and go from the same side: seen from there, the arc from the
-//! thumb of one hand over its palm to its fingers crosses that of the other one, and each would have to be the upper one. So one of them comes or goes
-//! the way that its own palm lies.
+//! If the contacts of two hands alternate around an object, both hands cannot approach and retreat on the same side: seen from there, the arc from the thumb of
+//! one hand over its palm to its fingers crosses that of the other one, and each would have to be above the other. One of them therefore moves along the axis of
+//! its own palm.
 
 use super::plan::segments::left_at;
 use super::resolved_grasp::ResolvedGrasp;
@@ -13,27 +13,27 @@ use teachtree_base::meaning::Meaning;
 use teachtree_base::pose::pose_from_array;
 use teachtree_command::{Segment, Task};
 
-/// The direction of a demonstrated way is that to where it is so far from its end at the object, m.
+/// Distance from the object at which the direction of a demonstrated path is taken, m.
 const AWAY_M: f64 = 0.06;
-/// Up to so far from there a way is turned as a whole, and farther than this not at all, m.
+/// Distances from the object up to which a path is fully turned, and beyond which it is unchanged, m.
 const TURNED_M: [f64; 2] = [0.10, 0.25];
 
-/// A way of a hand that touches nothing.
+/// A path of a hand that touches nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum Leg {
     /// To the contacts.
-    There,
+    Approach,
     /// From them.
-    Away,
+    Retreat,
 }
 
-/// Turns the way of a hand to or from a grasp so that it is along the hand's own axis near the object. Returns whether there is anything to turn.
-pub(super) fn turn(task: &mut Task, grasp: usize, grip: &ResolvedGrasp, which: Way) -> bool {
+/// Turns the path of a hand to or from a grasp along the hand's own axis near the object. Returns false if there is nothing to turn.
+pub(super) fn turn(task: &mut Task, grasp: usize, grip: &ResolvedGrasp, which: Leg) -> bool {
     let Some(axis) = axis(grip) else { return false };
     let places = places(task, grasp, which);
     let way: Vec<Vector3<f64>> =
         places.iter().flat_map(|at| &task.segments[*at].hand).map(|it| Vector3::from(*it)).collect();
-    let from_object: Vec<Vector3<f64>> = if which == Way::There { way.into_iter().rev().collect() } else { way };
+    let from_object: Vec<Vector3<f64>> = if which == Leg::Approach { way.into_iter().rev().collect() } else { way };
     let Some(end) = from_object.first().copied() else { return false };
     let far = from_object.iter().map(|at| at - end);
     let shown = far
@@ -53,36 +53,36 @@ pub(super) fn turn(task: &mut Task, grasp: usize, grip: &ResolvedGrasp, which: W
 }
 
 /// Where the middle of the fingertips is in each sample of a segment of a way, object frame, m; and where the object is then, reference frame.
-pub(super) fn course(segment: &Segment, which: Way) -> impl Iterator<Item = (Vector3<f64>, Isometry3<f64>)> {
+pub(super) fn course(segment: &Segment, which: Leg) -> impl Iterator<Item = (Vector3<f64>, Isometry3<f64>)> {
     let last = segment.hand.len().saturating_sub(1).max(1) as f64;
     let samples = segment.hand.iter().zip(&segment.object).enumerate();
     samples.map(move |(at, (hand, object))| match which {
-        Way::There => (Vector3::from(*hand), pose_from_array(object)),
-        Way::Away => (Vector3::from(*hand), left_at(segment, at as f64 / last)),
+        Leg::Approach => (Vector3::from(*hand), pose_from_array(object)),
+        Leg::Retreat => (Vector3::from(*hand), left_at(segment, at as f64 / last)),
     })
 }
 
 /// The offsets of the middle of the fingertips on a way, from their place on the object, object frame, m; and the poses of the object.
-pub(super) fn offsets(task: &Task, grasp: usize, which: Way) -> Vec<(Vector3<f64>, Isometry3<f64>)> {
+pub(super) fn offsets(task: &Task, grasp: usize, which: Leg) -> Vec<(Vector3<f64>, Isometry3<f64>)> {
     let segments = places(task, grasp, which).into_iter().map(|at| &task.segments[at]);
     let way: Vec<(Vector3<f64>, Isometry3<f64>)> = segments.flat_map(|segment| course(segment, which)).collect();
-    let end = if which == Way::There { way.last() } else { way.first() };
+    let end = if which == Leg::Approach { way.last() } else { way.first() };
     let end = end.map_or_else(Vector3::zeros, |(end, _)| *end);
     way.into_iter().map(|(at, object)| (at - end, object)).collect()
 }
 
 /// The segments of a way.
-fn places(task: &Task, grasp: usize, which: Way) -> Vec<usize> {
+fn places(task: &Task, grasp: usize, which: Leg) -> Vec<usize> {
     let of = |at: &usize| task.segments[*at].grasp == Some(grasp);
     let all = 0..task.segments.len();
     match which {
-        Way::There => {
+        Leg::Approach => {
             let touches = task.segments.iter().position(|segment| segment.touching && segment.grasp == Some(grasp));
             let touches = touches.unwrap_or_default();
             let begins = task.segments[..touches].iter().rposition(|segment| segment.touching).map_or(0, |at| at + 1);
             (begins..touches).collect()
         }
-        Way::Away => all.filter(of).filter(|at| task.segments[*at].does == Meaning::Open).collect(),
+        Leg::Retreat => all.filter(of).filter(|at| task.segments[*at].does == Meaning::Open).collect(),
     }
 }
 

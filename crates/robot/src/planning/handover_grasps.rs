@@ -1,18 +1,18 @@
-//! Grasps of two hands of which one gives an object to the other one, their ways to it and from it, and the postures of the arms, chosen so that the arms do
-//! not go through each other.
+//! Grasps for handing an object from one hand to the other: both grasps, their paths, and the postures of the arms are chosen so that the arms do not go
+//! through each other.
 //!
-//! Pairs of grasps are looked at in the order of their measures: first the hands alone, closed on the object, and opened on their ways while the other one
-//! holds it; then both arms, which go through their tasks by inverse kinematics, in every posture in which they can begin. The time scale of both hands says
-//! which steps of them are at the same time, so that any pair is judged by gaps alone. The first pair that leaves room is taken; where none does, the one
-//! that leaves most, or the grasps as they were where all meet.
+//! Pairs of grasps are checked in the order of their measures: first the hands alone, closed on the object, and opened on their paths while the other one
+//! holds it; then both arms, which follow their tasks by inverse kinematics, in every posture in which they can begin. The time scale of both hands
+//! determines which of their steps are simultaneous, so that a pair is judged by gaps alone. The first pair with enough room is taken, otherwise the pair with
+//! the largest gap, or the previous grasps if all pairs collide.
 
-use super::apart;
+use super::axial_retreat::{Leg, offsets, turn};
+use super::bimanual_separation;
 use super::hand_planner::tip_radius;
-use super::lifted::lift;
-use super::own_axis::{Way, offsets, turn};
+use super::lift_over::lift;
 use super::resolved_grasp::ResolvedGrasp;
+use super::rollout::{Crossing, ROOM_M, Rollout};
 use super::schedule::groups;
-use super::walk::{Crossing, ROOM_M, Walk};
 use crate::grasp::held_path::held;
 use crate::grasp::task_grasps::{self, Alternatives, BlockedGrasp, TaskGrasp, meetings};
 use crate::kinematics::arm_distance::{PlacedShape, nearer};
@@ -25,14 +25,14 @@ use teachtree_base::scene::Scene;
 use teachtree_command::{Commands, GraspCriterion, Task};
 use teachtree_description::shape::SHORT_M;
 
-/// Ways are looked at up to so far from the object, at so many places, m.
+/// Distance from the object up to which paths are checked, m, and the number of places.
 const NEAR_M: f64 = 0.16;
 const PLACES: usize = 8;
-/// So many pairs are looked at with their arms.
+/// Maximum number of pairs that are checked with their arms.
 const PAIRS: usize = 60;
-/// Hands that take an object or let it go within this time do so together, s.
+/// Hands that grasp or release an object within this time of each other act together, s.
 const TOGETHER_S: f64 = 0.3;
-/// The parts of the work that are done when every grasp is mapped, and when those of hand-overs are chosen.
+/// Progress when every grasp is mapped, and when the grasps of hand-overs are chosen.
 const MAPPED_MET: [f64; 2] = [0.2, 0.5];
 
 /// Maps every grasp of commands by its quality, as [`map_by`] does.
@@ -43,8 +43,8 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<
     map_by(commands, robot, scene, GraspCriterion::default(), &mut |_| {})
 }
 
-/// Maps every grasp of commands by a criterion; what cannot be held is noted with its reason. Where a hand gives an object to the other one, both grasps are chosen together.
-/// Returns where hands or arms go through each other all the same. `progress` receives the part that is done, 0 to 1.
+/// Maps every grasp of commands by a criterion, and notes the reason where an object cannot be held. If one hand gives an object to the other, both grasps are
+/// chosen together. Returns where hands or arms still go through each other. `progress` receives the part that is done, 0 to 1.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
@@ -81,7 +81,8 @@ pub fn map_by(
             }
         }
     }
-    let crossings = apart::keep(commands, robot, scene, &others, &mut |part| progress(met + (1.0 - met) * part))?;
+    let crossings =
+        bimanual_separation::keep(commands, robot, scene, &others, &mut |part| progress(met + (1.0 - met) * part))?;
     for BlockedGrasp { grasp: (number, grasp), other, why } in crowded {
         let closed = [(number, grasp), other].map(|(number, grasp)| {
             let task = &commands.tasks[number];
@@ -99,20 +100,20 @@ pub fn map_by(
     Ok(crossings)
 }
 
-/// Two grasps that meet when an object is handed over.
+/// The two grasps of a hand-over.
 struct Meeting<'a> {
-    /// The tasks that are done at the same time as theirs, and where the two are among them.
+    /// The tasks of their group, and the indices of the two tasks in it.
     tasks: Vec<&'a Task>,
     places: [(usize, usize); 2],
-    /// The two among all tasks.
+    /// The indices of the two tasks among all tasks.
     pair: [(usize, usize); 2],
-    /// Whether the first of them gives the object to the other one, or takes it.
+    /// Whether the first hand gives the object; otherwise it takes it.
     first_gives: bool,
     robot: &'a Robot,
     scene: &'a Scene,
 }
 
-/// A grasp with the hand on the object, closed and opened, frame of the object; and its ways.
+/// A grasp with the hand at the object, closed and opened, frame of the object, and its paths.
 struct Choice {
     measure: f64,
     closed: Vec<PlacedShape>,
@@ -120,18 +121,18 @@ struct Choice {
     ways: Vec<Ways>,
 }
 
-/// Ways to a grasp and from it: the task with them, the places on them where the hand is near, and the walks of the arm.
+/// Paths to and from a grasp: the task with them, the places on them at which the hand is near, and the rollouts of the arm.
 struct Ways {
     task: Task,
     near: [Vec<Vector3<f64>>; 2],
-    walks: OnceCell<Vec<Walk>>,
+    rollouts: OnceCell<Vec<Rollout>>,
 }
 
-/// A task, and the posture in which its arm begins.
+/// A task, and the start posture of its arm.
 type Chosen = (Task, BTreeMap<String, f64>);
 
 impl<'a> Meeting<'a> {
-    /// `None` where no hand gives the object to the other one, or where a hand has done something before: its arm has a posture then.
+    /// Returns `None` if no hand gives the object to the other one, or if a hand has had a task before, which determines the posture of its arm.
     fn new(tasks: &'a [Task], robot: &'a Robot, scene: &'a Scene, pair: [(usize, usize); 2]) -> Option<Self> {
         let numbers = groups(tasks).into_iter().next()?;
         let [one, other] = pair.map(|(number, grasp)| held(&tasks[number], grasp).unwrap_or_default());
@@ -146,14 +147,14 @@ impl<'a> Meeting<'a> {
         Some(Self { tasks, places, pair, first_gives, robot, scene })
     }
 
-    /// The tasks with grasps that leave room; `None` when those that are mapped do, or no others are better.
+    /// Returns the tasks with grasps that leave room; `None` if the mapped grasps do, or if no others are better.
     fn chosen(&self, others: &Alternatives<'_>) -> Result<Option<[Chosen; 2]>, InputError> {
         let mapped = [0, 1].map(|hand| self.choice(hand, None));
         let mut apart = SHORT_M;
         if let [Some(one), Some(other)] = &mapped {
-            let walks = [self.walks(0, &one.ways[0]).first(), self.walks(1, &other.ways[0]).first()];
-            // An arm that cannot go its way is refused later, with its reason.
-            let [Some(one), Some(other)] = walks else { return Ok(None) };
+            let rollouts = [self.rollouts(0, &one.ways[0]).first(), self.rollouts(1, &other.ways[0]).first()];
+            // An arm that cannot follow its path is refused later, with the reason.
+            let [Some(one), Some(other)] = rollouts else { return Ok(None) };
             apart = one.gap(other, 0.0).max(SHORT_M);
             if apart >= ROOM_M {
                 return Ok(None);
@@ -172,12 +173,12 @@ impl<'a> Meeting<'a> {
         pairs.sort_by(|a, b| measure(b).total_cmp(&measure(a)));
         let mut best: Option<(f64, [Chosen; 2])> = None;
         for ways in pairs.into_iter().flat_map(|pair| self.free_ways(pair)).take(PAIRS) {
-            let [ones, others] = [0, 1].map(|hand| self.walks(hand, ways[hand]));
+            let [ones, others] = [0, 1].map(|hand| self.rollouts(hand, ways[hand]));
             for [one, other] in ones.iter().flat_map(|one| others.iter().map(move |other| [one, other])) {
                 let least = best.as_ref().map_or(apart, |(gap, _)| *gap);
                 let gap = one.gap(other, least);
                 if gap > least {
-                    let chosen = |hand: usize, walk: &Walk| (ways[hand].task.clone(), walk.arm.clone());
+                    let chosen = |hand: usize, rollout: &Rollout| (ways[hand].task.clone(), rollout.arm.clone());
                     best = Some((gap, [chosen(0, one), chosen(1, other)]));
                 }
                 if gap >= ROOM_M {
@@ -188,7 +189,7 @@ impl<'a> Meeting<'a> {
         Ok(best.map(|(_, chosen)| chosen))
     }
 
-    /// A grasp with its ways, as demonstrated and along the hand's own axis; the one that is mapped where no other is given.
+    /// Returns a grasp, by default the mapped one, with its paths: as demonstrated, and along the hand's own axis.
     fn choice(&self, hand: usize, other: Option<TaskGrasp>) -> Option<Choice> {
         let (number, grasp) = self.places[hand];
         let mut task = self.tasks[number].clone();
@@ -201,28 +202,28 @@ impl<'a> Meeting<'a> {
         let grip = ResolvedGrasp::new(&task.grasps[grasp], self.robot, model, radius).ok()?;
         let [closed, opened] = grip.shapes(model);
         let mut tasks = vec![task];
-        for way in [Way::There, Way::Away] {
+        for way in [Leg::Approach, Leg::Retreat] {
             for mut task in tasks.clone() {
                 if turn(&mut task, grasp, &grip, way) {
                     tasks.push(task);
                 }
             }
         }
-        let near = |task: &Task, way: Way| {
+        let near = |task: &Task, way: Leg| {
             let near = || offsets(task, grasp, way).into_iter().map(|(off, _)| off).filter(|off| off.norm() < NEAR_M);
             near().step_by(near().count().div_ceil(PLACES).max(1)).collect()
         };
         let ways = tasks.into_iter().map(|task| Ways {
-            near: [Way::There, Way::Away].map(|way| near(&task, way)),
+            near: [Leg::Approach, Leg::Retreat].map(|way| near(&task, way)),
             task,
-            walks: OnceCell::new(),
+            rollouts: OnceCell::new(),
         });
         Some(Choice { measure, closed, opened, ways: ways.collect() })
     }
 
-    /// The ways of two grasps on which each hand, opened, leaves room for the other one where that holds the object.
+    /// Returns the paths of two grasps on which each opened hand leaves room for the other hand that holds the object.
     fn free_ways<'c>(&self, pair: [&'c Choice; 2]) -> Vec<[&'c Ways; 2]> {
-        // The hand that takes over comes to the other one, which then leaves it.
+        // The receiving hand approaches the giving hand, which then retreats.
         let comes = [!self.first_gives, self.first_gives];
         let leaves = [self.first_gives, !self.first_gives];
         let free = |hand: usize, ways: &Ways| {
@@ -234,7 +235,7 @@ impl<'a> Meeting<'a> {
                 })
             })
         };
-        // A way that is of no concern stays as it was demonstrated.
+        // Other paths stay as demonstrated.
         let [ones, others] = [0, 1].map(|hand| {
             let concerns = |at: &usize| (comes[hand] || at & 1 == 0) && (leaves[hand] || at & 2 == 0);
             let ways = pair[hand].ways.iter().enumerate().filter(move |(at, _)| concerns(at)).map(|(_, ways)| ways);
@@ -243,18 +244,18 @@ impl<'a> Meeting<'a> {
         ones.into_iter().flat_map(|one| others.iter().map(move |other| [one, *other])).collect()
     }
 
-    /// The walks of an arm, first the one from the posture that it takes by itself.
-    fn walks<'c>(&self, hand: usize, ways: &'c Ways) -> &'c [Walk] {
+    /// Returns the rollouts of an arm; the first one starts from its default posture.
+    fn rollouts<'c>(&self, hand: usize, ways: &'c Ways) -> &'c [Rollout] {
         let (number, _) = self.places[hand];
-        ways.walks.get_or_init(|| {
+        ways.rollouts.get_or_init(|| {
             let mut tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
             tasks[number] = ways.task.clone();
-            Walk::all(&tasks, number, self.robot, self.scene, usize::MAX).unwrap_or_default()
+            Rollout::all(&tasks, number, self.robot, self.scene, usize::MAX).unwrap_or_default()
         })
     }
 }
 
-/// Whether hands are well apart.
+/// Whether hands are clear of each other.
 fn leave_room(ours: &[PlacedShape], theirs: &[PlacedShape]) -> bool {
     !nearer(ours, theirs, ROOM_M)
 }

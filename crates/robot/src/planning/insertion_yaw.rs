@@ -1,5 +1,5 @@
-//! Turns an object that goes into a hole about the axis of the hole, on its way there. In the hole it may be turned as it likes, so that a hand may come to the other one
-//! from another side, with the taught contacts.
+//! Turns an object about the axis of its hole while it is carried there. Its angle in the hole is free, so the hand can approach from another side with the
+//! demonstrated contacts.
 
 use super::schedule::last_to_touch;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -9,11 +9,11 @@ use teachtree_base::pose::{pose_array, pose_from_array};
 use teachtree_base::scene::Scene;
 use teachtree_command::{Task, hole_of};
 
-/// An axis that leans no more is upright, rad: about it the weight does not come to other fingers.
+/// Largest tilt of an axis that counts as upright, rad: a turn about it does not shift the weight to other fingers.
 const UPRIGHT_RAD: f64 = 0.1;
 
-/// A task with its object turned by an angle, rad, while it is carried to the hole; `None` where it goes into none, where the hole is not upright, or where another
-/// of the tasks is about the object too.
+/// Returns a task with its object turned by an angle, rad, while it is carried to the hole; `None` without an insertion, for a hole that is not upright, or if
+/// another task handles the object too.
 pub(super) fn turned(tasks: &[Task], number: usize, scene: &Scene, angle: f64) -> Option<Task> {
     let task = &tasks[number];
     if tasks.iter().enumerate().any(|(other, it)| other != number && it.object == task.object) {
@@ -45,7 +45,7 @@ pub(super) fn turned(tasks: &[Task], number: usize, scene: &Scene, angle: f64) -
     Some(task)
 }
 
-/// Where a task leaves its object, reference frame.
+/// Returns the final pose of the object of a task, reference frame.
 fn left_at(task: &Task) -> Option<Isometry3<f64>> {
     let last = task.segments.iter().rfind(|segment| segment.touching)?;
     last.object.last().map(pose_from_array)

@@ -1,7 +1,7 @@
-//! Lifts the way of an opened hand to its contacts where it would go through the object or a fixed body. An operator's hand brushes past an object, or pushes it a
-//! little, where a robot's hand, which is another one and comes to other contacts, would push it away.
+//! Lifts the path of an opened hand to its contacts where it would go through the object or a fixed body. An operator's hand brushes past an object, or pushes it
+//! a little; a robot's hand has another shape and comes to other contacts, and would push the object away.
 
-use super::own_axis::{Way, course, offsets};
+use super::axial_retreat::{Leg, course, offsets};
 use super::resolved_grasp::ResolvedGrasp;
 use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
@@ -14,22 +14,22 @@ use teachtree_base::scene::{Body, Role, Scene};
 use teachtree_command::{Segment, Task};
 use teachtree_description::shape::{CollisionShape, solids};
 
-/// A hand is lifted by a multiple of this, until it is so far from what it would go through, up to so far, m.
+/// A path is lifted in multiples of `STEP_M`, up to `MOST_M`, until the hand is `CLEAR_M` from the shapes that it would go through, m.
 pub(super) const STEP_M: f64 = 0.005;
 const CLEAR_M: f64 = 0.002;
 pub(super) const MOST_M: f64 = 0.15;
-/// It rises and comes down at this speed, m/s; on the last of the way it comes down at the second one, m/s, and slows down by the third, m/s².
+/// Speed at which a hand rises and descends, m/s; largest speed and deceleration at the end of the descent, m/s and m/s².
 const RISES_M_S: f64 = 0.25;
 const STEEP_M_S: f64 = 0.5;
 const SLOWS_M_S2: f64 = 3.0;
-/// Its speed changes over so many samples before and after.
+/// Number of samples before and after a change of speed over which the speed changes.
 const EASED: usize = 12;
-/// An object is as high as before where its height differs by less than this, m.
+/// Largest difference in height at which an object counts as being as high as before, m.
 const LEVEL_M: f64 = 0.005;
-/// Ways are looked at in at most so many places.
-const LOOKED_AT: usize = 40;
+/// Maximum number of places at which a path is checked.
+const PLACES: usize = 40;
 
-/// At how many of at most [`LOOKED_AT`] places on the ways to a grasp and from it the opened hand goes through the object or a fixed body.
+/// Returns the number of places, of at most [`PLACES`] on each path to and from a grasp, at which the opened hand goes through the object or a fixed body.
 pub(super) fn goes_through(
     task: &Task,
     grasp: usize,
@@ -40,19 +40,19 @@ pub(super) fn goes_through(
 ) -> usize {
     let World { up, object, fixed } = World::of(task, object, scene);
     let opened = grip.opened(hand);
-    let meets = |way: Way| {
+    let meets = |way: Leg| {
         let places: Vec<(Vector3<f64>, Isometry3<f64>)> = offsets(task, grasp, way);
-        let step = places.len().div_ceil(LOOKED_AT).max(1);
+        let step = places.len().div_ceil(PLACES).max(1);
         let meets = |(offset, pose): &&(Vector3<f64>, Isometry3<f64>)| {
             let fixed = fixed.moved(&pose.inverse());
             Stage { up, object: &object, fixed }.is_nearer(&opened, offset, 0.0)
         };
         places.iter().step_by(step).filter(meets).count()
     };
-    meets(Way::There) + meets(Way::Away)
+    meets(Leg::Approach) + meets(Leg::Retreat)
 }
 
-/// Lifts the ways of a task to its mapped grasps, and from them where the object is as high in the end as before: it stands, or the other hand moves it on.
+/// Lifts the paths of a task to its mapped grasps, and those from them if the object ends at its initial height: it rests, or the other hand takes it over.
 pub(super) fn lift(task: &mut Task, hand: &HandModel, grips: &[ResolvedGrasp], object: &Body, scene: &Scene) {
     let world = World::of(task, object, scene);
     for at in 0..task.segments.len() {
@@ -61,24 +61,24 @@ pub(super) fn lift(task: &mut Task, hand: &HandModel, grips: &[ResolvedGrasp], o
         if at > 0 && task.segments[at].touching && !task.segments[at - 1].touching {
             let begins = task.segments[..at].iter().rposition(|segment| segment.touching).map_or(0, |at| at + 1);
             lead_to_contacts(task, at - 1, &grip.middle);
-            world.lift(&mut task.segments[begins..at], &opened, &grip.middle, Way::There);
+            world.lift(&mut task.segments[begins..at], &opened, &grip.middle, Leg::Approach);
         }
         let segment = &mut task.segments[at..=at];
         if segment[0].touching && segment[0].does == Meaning::Open && keeps_height(&segment[0], &world.up) {
             let first = segment[0].hand.first().map_or_else(Vector3::zeros, |first| Vector3::from(*first));
-            world.lift(segment, &opened, &first, Way::Away);
+            world.lift(segment, &opened, &first, Leg::Retreat);
         }
     }
 }
 
-/// Whether the object of a segment is as high at its end as at its beginning.
+/// Whether the object of a segment has the same height at its end as at its beginning.
 fn keeps_height(segment: &Segment, up: &Vector3<f64>) -> bool {
     let place = |pose: &PoseArray| pose_from_array(pose).translation.vector;
     let ends = segment.object.first().map(place).zip(segment.object.last().map(place));
     ends.is_some_and(|(first, last)| (last - first).dot(up).abs() < LEVEL_M)
 }
 
-/// What hands must be clear of: the object, its frame, and fixed bodies, reference frame.
+/// The shapes of which hands must be clear: the object, in its frame, and fixed bodies, in the reference frame.
 struct World {
     up: Vector3<f64>,
     object: Vec<CollisionShape>,
@@ -86,7 +86,7 @@ struct World {
 }
 
 impl World {
-    /// The object of a task, the fixed bodies of a scene, and the body into whose hole the object goes.
+    /// Returns the object of a task, the fixed bodies of the scene, and the body with the hole of the object.
     fn of(task: &Task, object: &Body, scene: &Scene) -> Self {
         let up = scene.up();
         let into =
@@ -98,8 +98,8 @@ impl World {
         Self { up, object: solids(object), fixed: Surroundings::sunk(scene, SUNK_M).with(into) }
     }
 
-    /// Lifts a way, on which an opened hand is `offset` from its place on the object where it is at `from`, object frame.
-    fn lift(&self, way: &mut [Segment], opened: &[PlacedShape], from: &Vector3<f64>, which: Way) {
+    /// Lifts a path of an opened hand; `from` is the position of the middle of its fingertips at the grasp, object frame.
+    fn lift(&self, way: &mut [Segment], opened: &[PlacedShape], from: &Vector3<f64>, which: Leg) {
         let needs = |(place, world_from_object): (Vector3<f64>, Isometry3<f64>)| {
             let up = world_from_object.inverse_transform_vector(&self.up);
             let stage = Stage { up, object: &self.object, fixed: self.fixed.moved(&world_from_object.inverse()) };
@@ -109,17 +109,17 @@ impl World {
         let (mut needed, mut ups): (Vec<f64>, Vec<Vector3<f64>>) = samples.map(needs).unzip();
         let takes_s: f64 = way.iter().map(|segment| segment.duration_s).sum();
         let step_s = takes_s / needed.len().saturating_sub(1).max(1) as f64;
-        if which == Way::Away {
+        if which == Leg::Retreat {
             needed.reverse();
             ups.reverse();
         }
-        // What is not clear at the object cannot be on the way.
+        // A hand that is not clear at the object cannot be lifted clear on the path.
         if needed.last().is_none_or(|needed| *needed > 0.0) || needed.iter().all(|needed| *needed == 0.0) {
             return;
         }
         let mut lifted: Vec<Vector3<f64>> =
             eased(&needed, step_s).into_iter().zip(ups).map(|(height, up)| up * height).collect();
-        if which == Way::Away {
+        if which == Leg::Retreat {
             lifted.reverse();
         }
         for (place, lifted) in way.iter_mut().flat_map(|segment| &mut segment.hand).zip(lifted) {
@@ -128,7 +128,7 @@ impl World {
     }
 }
 
-/// Lets a way end exactly over the contacts, as a plan would.
+/// Lets a path end exactly over the contacts, as a plan does.
 fn lead_to_contacts(task: &mut Task, at: usize, middle: &Vector3<f64>) {
     let hand = &mut task.segments[at].hand;
     let Some(last) = hand.last().map(|last| Vector3::from(*last) - middle) else { return };
@@ -139,7 +139,7 @@ fn lead_to_contacts(task: &mut Task, at: usize, middle: &Vector3<f64>) {
     }
 }
 
-/// What a hand must be clear of at a time, frame of the object.
+/// The shapes of which a hand must be clear at a time, frame of the object.
 struct Stage<'a> {
     up: Vector3<f64>,
     object: &'a [CollisionShape],
@@ -147,13 +147,13 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// Whether a hand at an offset from its place on the object is nearer than this to anything, m.
+    /// Whether a hand at an offset from its pose at the grasp is nearer than this to a shape, m.
     fn is_nearer(&self, hand: &[PlacedShape], offset: &Vector3<f64>, than: f64) -> bool {
         let others = || self.object.iter().chain(self.fixed.shapes());
         hand.iter().map(|shape| shape.shifted(offset)).any(|shape| others().any(|other| shape.is_nearer(other, than)))
     }
 
-    /// By how much a hand at an offset from its place on the object is to be lifted, m.
+    /// Returns the height by which a hand at an offset from its pose at the grasp must be lifted, m.
     fn needed(&self, hand: &[PlacedShape], offset: &Vector3<f64>) -> f64 {
         if !self.is_nearer(hand, offset, 0.0) {
             return 0.0;
@@ -163,7 +163,7 @@ impl Stage<'_> {
     }
 }
 
-/// The heights by which a way to an object is lifted, m: what is needed, with a rise before it and a descent after it. `step_s` is the time from one to the next.
+/// Returns the heights by which a path to an object is lifted, m: the needed heights, with a rise before and a descent after them. `step_s` is the sampling time.
 pub(super) fn eased(needed: &[f64], step_s: f64) -> Vec<f64> {
     let mut heights = needed.to_vec();
     for at in 1..heights.len() {
@@ -181,7 +181,7 @@ pub(super) fn eased(needed: &[f64], step_s: f64) -> Vec<f64> {
     (0..needed.len()).map(height).collect()
 }
 
-/// How high a hand may be so long before it has come down, m.
+/// Returns the largest height at a time before the end of the descent, m.
 fn left_to_fall(left_s: f64) -> f64 {
     let slows_s = STEEP_M_S / SLOWS_M_S2;
     if left_s < slows_s { SLOWS_M_S2 * left_s * left_s / 2.0 } else { STEEP_M_S * (left_s - slows_s / 2.0) }

@@ -1,39 +1,39 @@
-//! Leads the ways of a hand to its contacts and from them past the other hand. Where an operator's fingertips pass each other, a robot's hands, which are wider, need not.
+//! Leads the approach and the retreat of a hand past the other hand: a robot's hands are wider than an operator's fingertips and need more room.
 
-use super::lifted::{MOST_M, STEP_M, eased};
+use super::lift_over::{MOST_M, STEP_M, eased};
+use super::rollout::{Occupied, Rollout};
 use super::schedule::HandPlans;
-use super::walk::{Occupied, Walk};
 use crate::kinematics::arm_distance::PlacedShape;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use teachtree_base::pose::pose_from_array;
 use teachtree_command::Task;
 
-/// Which way a hand gives way.
+/// The direction in which a path is led aside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Aside {
-    /// Away from the other palm, level.
+    /// Horizontally away from the other palm.
     Level,
-    /// The same, and as much upward.
+    /// Away from the other palm and upward, by 45°.
     Upward,
 }
 
-/// Two hands on their ways.
+/// Two hands with their plans.
 pub(super) struct Passing<'p, 't> {
-    pub(super) walks: [&'p Walk; 2],
+    pub(super) rollouts: [&'p Rollout; 2],
     pub(super) plans: [&'p HandPlans<'t>; 2],
-    /// Unit, reference frame; zero where there is no weight.
+    /// Upward unit vector, reference frame; zero without gravity.
     pub(super) up: Vector3<f64>,
 }
 
-/// What a segment of a way needs: in which direction, reference frame, and how far at each of its samples, m.
+/// The displacement of a segment: its direction, reference frame, and its length at each sample, m.
 struct Needed {
     aside: Vector3<f64>,
     by: Vec<f64>,
 }
 
 impl Passing<'_, '_> {
-    /// A task of one of the hands with its ways to a grasp and from it led aside where they come too near to the other hand or its arm; `None` where they do not.
+    /// Returns a task with the paths to and from a grasp led aside where they come too near to the other hand or its arm; `None` if they do not.
     pub(super) fn led_past(&self, hand: usize, task: &Task, at: (usize, usize), aside: Aside) -> Option<Task> {
         let needed = self.needed(hand, task, at, aside);
         let mut task = task.clone();
@@ -70,7 +70,7 @@ impl Passing<'_, '_> {
         changed.then_some(task)
     }
 
-    /// How far each segment on the ways to a grasp and from it is to be led aside.
+    /// Returns the displacement of each segment on the paths to and from a grasp.
     fn needed(
         &self,
         hand: usize,
@@ -78,13 +78,13 @@ impl Passing<'_, '_> {
         (number, grasp): (usize, usize),
         aside: Aside,
     ) -> BTreeMap<usize, Needed> {
-        let model = &self.walks[hand].planner.hand;
+        let model = &self.rollouts[hand].planner.hand;
         let mut needed: BTreeMap<usize, Needed> = BTreeMap::new();
         let mut before: Option<(usize, usize)> = None;
-        // All of a way goes aside in one direction.
+        // A whole path is displaced in one direction.
         let mut direction: Option<Vector3<f64>> = None;
-        for steps in self.walks[0].together(self.walks[1]) {
-            let [own, other] = [hand, 1 - hand].map(|hand| self.plans[hand].at(self.walks[hand].own_s(steps[hand])));
+        for steps in self.rollouts[0].together(self.rollouts[1]) {
+            let [own, other] = [hand, 1 - hand].map(|hand| self.plans[hand].at(self.rollouts[hand].own_s(steps[hand])));
             let (Some((of, plan, own_s)), Some((_, other, other_s))) = (own, other) else { continue };
             let on_way = plan.on_way(own_s).filter(|_| of == number);
             let on_way = on_way.filter(|(at, _)| task.segments[*at].grasp == Some(grasp));
@@ -102,7 +102,7 @@ impl Passing<'_, '_> {
             });
             let Needed { by, .. } =
                 needed.entry(at).or_insert_with(|| Needed { aside: *aside, by: vec![0.0; samples] });
-            let theirs = self.walks[1 - hand].at(steps[1 - hand]);
+            let theirs = self.rollouts[1 - hand].at(steps[1 - hand]);
             let far = clear_by(&ours, theirs, aside);
             let sample = (share * samples.saturating_sub(1) as f64).round() as usize;
             let from = before.filter(|(segment, _)| *segment == at).map_or(sample, |(_, from)| from.min(sample));
@@ -113,7 +113,7 @@ impl Passing<'_, '_> {
     }
 }
 
-/// How far a hand is to be moved to be clear of the other one, m; not at all where nothing helps.
+/// Returns the distance by which a hand must be moved to be clear of the other one, m; 0 if no distance suffices.
 fn clear_by(ours: &[PlacedShape], theirs: &Occupied, aside: &Vector3<f64>) -> f64 {
     let steps = (0..=(MOST_M / STEP_M) as usize).map(|step| step as f64 * STEP_M);
     { steps }.find(|by| theirs.leaves_room(ours, &(aside * *by))).unwrap_or(0.0)
