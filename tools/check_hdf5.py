@@ -7,7 +7,7 @@
 - Every data set and attribute of the file is in the copy with the same type, shape and values, and nothing else is but signals and mask.
 - Fields of success agree: the attribute `success`, the lists `mask/teachtree_success` and `…_failure`, and `rewards` and `dones` where they are new.
 - Signals are flat int64 of 0 and then 1, as long as the recording; `mask/teachtree_ok` has those recordings whose signals all rise.
-- The ends of subtasks by MimicGen's documented rule are printed: the row behind the one at which the signal rises, as in `actions[start:end]`.
+- The ends of subtasks by MimicGen's documented rule are printed: the row after the one at which the signal rises, as in `actions[start:end]`.
 """
 
 import sys

@@ -92,7 +92,7 @@ fn list<'py>(py: Python<'py>, array: &ArrayRef) -> PyResult<Bound<'py, PyList>> 
             }
             Ok(all)
         }
-        other => Err(PyTypeError::new_err(format!("no list is made of {other}"))),
+        other => Err(PyTypeError::new_err(format!("{other} cannot be converted to a list"))),
     }
 }
 
@@ -152,7 +152,7 @@ pub fn columns(stream: RecordBatchStreamReader, units: &BTreeMap<String, String>
     let mut rows = 0;
     for batch in stream {
         let batch = batch.map_err(|error| {
-            ColumnError::new("", format!("the Arrow stream cannot be read: {error}"), "read the table anew")
+            ColumnError::new("", format!("the Arrow stream cannot be read: {error}"), "read the table again")
         })?;
         for ((taken, array), field) in taken.iter_mut().zip(batch.columns()).zip(schema.fields()) {
             match taken {

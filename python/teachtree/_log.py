@@ -51,7 +51,7 @@ class Log:
     speaks the Arrow PyCapsule interface (pyarrow, polars, pandas 3, duckdb, …), or a mapping from names to arrays.
 
     The columns of tables and mappings have the names of docs/logs.md, such as ``time``, ``right.thumb.force.x``, ``cube.position.x``, or those that
-    ``binding`` expects. A unit stands behind the name, ``"right.thumb.force.x [mN]"``, or in ``units``; without one, values are in the unit that
+    ``binding`` expects. A unit follows the name, ``"right.thumb.force.x [mN]"``, or is in ``units``; without one, values are in the unit that
     docs/logs.md gives for the name. What was not measured is NaN or null. A list or a row of a matrix is a column for each place, ``state[0]``.
 
     What is not named here is taken from the nearest ``teachtree.yaml`` above the file (docs/project.md); ``project=False`` leaves that file out.

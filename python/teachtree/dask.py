@@ -20,7 +20,7 @@ def run(
 ) -> fleet.Ran:
     """Does what is not done yet on the workers of ``client``; what else is ``given`` is that of :func:`teachtree.fleet.plan`.
 
-    A worker that ends is no loss: Dask gives its shards to others. A shard that ends every worker that it runs on, as one that needs more memory than
+    If a worker ends, nothing is lost: Dask gives its shards to others. A shard that ends every worker that it runs on, as one that needs more memory than
     they have, is divided. A recording that does it alone, when nothing else of this run is on the cluster, is a row of ``manifest`` with the code
     ``killed``. A cluster that loses its last worker and has none for ``patience`` seconds ends the run with a ``RuntimeError``; what was written stays,
     and the same call goes on from there.

@@ -156,8 +156,7 @@ fn compare(args: &Args, log: &Path, map: &NameMap) -> Result<AgreementByKind, Fa
                 }
             };
             let who = interval.track.or(track).ok_or_else(|| {
-                wrong("the row does not say which hand it is about, and the recording has several tracks")
-                    .help("name it with --track")
+                wrong("the row names no track, and the recording has several").help("name it with --track")
             })?;
             let span = Span { label, start_s: interval.start_s, end_s: interval.end_s };
             tracks.entry((who, interval.kind)).or_default().push(span);

@@ -203,7 +203,7 @@ fn omitted(log: &Path, kinds: &BTreeMap<IssueKind, usize>) -> String {
     format!("{}: the table omits issues, `--format text` prints them: {}", log.display(), kinds.join(", "))
 }
 
-/// The timeline, in colour where the terminal wants it.
+/// The timeline, in color where the terminal wants it.
 pub fn timeline(analysis: &Analysis, to_terminal: bool) -> String {
     analysis.text(Style { color: to_terminal && output::color(), unicode: true, width: output::width() })
 }

@@ -241,7 +241,7 @@ fn check_mask(args: &Args) -> Result<(), InputError> {
     if let Some(mask) = &args.mask {
         let is_file = matches!(args.logs.as_slice(), [file] if file.is_file() && formats::is_hdf5(file)?);
         if !is_file || formats::all_of(first(args))?.is_none() {
-            let message = "a mask is of one HDF5 file with several recordings, found another input";
+            let message = "a mask needs one HDF5 file with several recordings, found another input";
             return Err(InputError::new("--mask", message).help("name that file alone, or write --keep FILE"));
         }
         output::refuse_existing(mask)?;

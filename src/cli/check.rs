@@ -247,7 +247,7 @@ fn size(rules: &Rules) -> String {
     )
 }
 
-/// The size of the compiled rules, what a frame costs, and by how much live labels lag behind.
+/// Formats the size of the compiled rules, the cost of a frame, and the delay of live labels.
 fn cost(rules: &Rules) -> Result<String, Failure> {
     let graph = lower(rules);
     let mut out = format!(

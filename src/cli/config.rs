@@ -67,7 +67,7 @@ fn project_line(settings: &ProjectSettings, log: &Path) -> Line {
     match &settings.file {
         Some(file) => {
             let place = if project_file::is_above(file, log) { "the log" } else { "this folder" };
-            let fits = if settings.has_entry { "" } else { "; no entry fits the log" };
+            let fits = if settings.has_entry { "" } else { "; no entry matches the log" };
             ("project file", file.display().to_string(), format!("the nearest one above {place}{fits}"))
         }
         None => ("project file", "none".into(), format!("no {} above the log or this folder", project_file::NAME)),

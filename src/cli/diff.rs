@@ -202,7 +202,10 @@ fn text(args: &Args, rules: &RuleDifferences, logs: &[(&PathBuf, LogDifferences)
     write_tree_differences(&rules.trees, &mut text);
     if rules.trees.differences.is_empty() && !rules.trees.is_cut {
         for tree in &rules.trees.trees {
-            let _ = writeln!(text, "{tree}: the same leaf on every frame, as long as the declarations mean the same");
+            let _ = writeln!(
+                text,
+                "{tree}: the same leaf on every frame, if declarations of the same name have the same meaning"
+            );
         }
     }
     for (log, found) in logs {
@@ -264,7 +267,7 @@ fn write_agreement(args: &Args, agreement: &Agreement, text: &mut String) {
         Agreement::Known(compared) => compared,
     };
     for (primitive, time) in unknown {
-        let _ = writeln!(text, "  the labels do not know {primitive}: {time:.1} s with it are not compared");
+        let _ = writeln!(text, "  no label names {primitive}: {time:.1} s with it are not compared");
     }
     if let [Some(one), Some(other)] = accuracy {
         let better = match (other - one) * 100.0 {

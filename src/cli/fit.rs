@@ -137,7 +137,7 @@ fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Fai
     let mut recordings = Vec::new();
     for (log, one) in all {
         if one.rules.digest() != rules.digest() {
-            let message = "the recording is read by other rules than the first one";
+            let message = "the recording uses other rules than the first one";
             return Err(InputError::new(log.display().to_string(), message)
                 .help("name the rules with --rules; recordings of one and of two hands are fitted apart")
                 .into());
@@ -166,7 +166,7 @@ fn chosen(args: &Args, rules: &Rules, fixed: &[(String, String)]) -> Result<Vec<
         }
         return Err(match rules.param(name) {
             Some(param) if param.range.is_none() => wrong(format!("`{name}` has no range"))
-                .help(format!("declare between what it may lie: `param {name} = … in LOW .. HIGH`")),
+                .help(format!("declare its range: `param {name} = … in LOW .. HIGH`")),
             Some(_) => wrong(format!("`{name}` is computed from others")).help("name those that it is computed from"),
             None => {
                 let near = nearest(name, rules.params.iter().map(|param| param.name.as_str()));

@@ -83,7 +83,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let drawn = match &args.log {
         Some(log) => of_recording(args, log)?,
         None if args.source.binding.is_some() || args.source.scene.is_some() => {
-            let message = "a binding and a scene say how a recording is read, and none is named";
+            let message = "--binding and --scene are for a recording, found none";
             return Err(InputError::new("the command line", message).help("add `--log LOG`").into());
         }
         None => {
@@ -117,8 +117,8 @@ fn analysis(args: &Args) -> AnalysisArgs {
 /// The diagram with what a recording took.
 fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
     if args.at.is_none() && !args.transitions {
-        return Err(InputError::new("--log", "a tree is marked at a time, and none is named")
-            .help("add `--at 2.5s`, or `--transitions` for what followed what")
+        return Err(InputError::new("--log", "found no time at which the tree is marked")
+            .help("add `--at 2.5s`, or `--transitions` to count transitions")
             .into());
     }
     let analysis = analysis(args);

@@ -229,7 +229,7 @@ fn keys(places: Option<&Places>, rules: Option<&str>, analysis: Option<&Analysis
         None => vec!["params: {}    # values of params, such as touch_on: 0.3 N".into()],
     };
     if let Some(rules) = rules {
-        keys.push(format!("rules: [{rules}]    # without failures: the place of the hand is not known"));
+        keys.push(format!("rules: [{rules}]    # without failures: the position of the hand is not known"));
     }
     let tasks: Vec<String> =
         analysis.iter().flat_map(|analysis| analysis.tasks()).map(|task| task.name().to_string()).collect();
@@ -239,7 +239,7 @@ fn keys(places: Option<&Places>, rules: Option<&str>, analysis: Option<&Analysis
     keys
 }
 
-/// What was guessed, and what was not found.
+/// Formats the guesses, and the quantities that were not found.
 fn guesses(proposal: &Proposal) -> String {
     let mut text = String::from("guessed\n");
     let is_timing = |line: &&str| ["time:", "rate:", "resample:"].iter().any(|key| line.starts_with(key));

@@ -60,7 +60,7 @@ fn in_rules(path: &Path, file: &BindingFile, error: Error) -> InputError {
     if error.help.is_some() {
         return error;
     }
-    let own = format!("if it is for rules of your own, name these too: `teachtree check my.rules {}`", path.display());
+    let own = format!("if it is for rules of your own, name them too: `teachtree check my.rules {}`", path.display());
     error.help(own)
 }
 
@@ -107,7 +107,7 @@ fn jerks(robot: &Robot) -> String {
     }
 }
 
-/// What a URDF has that is not read as it stands, on links that do not matter.
+/// Formats the parts of a URDF that are ignored or replaced, on links that no hand or arm needs.
 fn oddities(robot: &Robot) -> String {
     let listed = robot.oddities.iter().take(ODDITIES).map(|Oddity { error, instead, .. }| {
         let instead = instead.unwrap_or("the joint is fixed");

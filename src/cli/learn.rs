@@ -22,16 +22,16 @@ use teachtree_session::{AnalysisInternals, LabelsInternals, Log, LogInternals};
 /// Options of `learn`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\nWithout -o the rules are printed. The file is written only where it is better than the rules of --rules on recordings that were held out.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
+    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\nWithout -o the rules are printed. The file is written only if it is better than the rules of --rules on held-out recordings.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
 )]
 pub struct Args {
     /// Labeled recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// What recordings of one group have in common in their names, such as the person: a regular expression, of which the first group of parentheses counts
+    /// Regular expression whose first capture group is the group of a recording, such as the person, in its name
     #[arg(long, value_name = "REGEX")]
     group_by: Option<String>,
-    /// Write rules even where they are not better than those of --rules
+    /// Write rules even if they are not better than those of --rules
     #[arg(long)]
     anyway: bool,
     #[command(flatten)]
@@ -40,7 +40,7 @@ pub struct Args {
     analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
-    /// Where to write the rules; standard output when left out
+    /// Output file of the rules; by default standard output
     #[arg(long, short, value_name = "FILE.rules")]
     out: Option<PathBuf>,
 }

@@ -37,7 +37,7 @@ const MAX_CALIBRATION: u64 = 16 << 20;
   teachtree live bag.mcap --binding cell.binding.yaml --follow
   teachtree live demonstration.csv --calibration demonstration.csv --no-labels")]
 pub struct Args {
-    /// Where rows come from: `-` for standard input, `udp://ADDRESS:PORT` for a datagram a row, `zenoh:KEY` for a sample of Zenoh a row, or a file. Rows
+    /// Source of rows: `-` for standard input, `udp://ADDRESS:PORT` for a datagram a row, `zenoh:KEY` for a sample of Zenoh a row, or a file. Rows
     /// are JSON objects or CSV with a header; an MCAP file has messages of topics, and so has a robot that publishes by the Foxglove protocol,
     /// `ws://HOST:8765`
     source: String,
@@ -52,7 +52,7 @@ pub struct Args {
     /// Continue to read an MCAP file while it is being written
     #[arg(long)]
     follow: bool,
-    /// How long frames wait for a topic of the binding, by the stamps of the other topics
+    /// Time for which frames wait for a topic of the binding, by the stamps of the other topics
     #[arg(long, value_name = "SECONDS", default_value_t = WAIT_S, value_parser = seconds)]
     wait: f64,
     /// Calibrate rate and sensors from the first seconds of the log
@@ -108,7 +108,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match &binder {
         Some(binder) if kind.has_topics() => binder.check_topics()?,
         None if kind.has_topics() => {
-            let error = InputError::new(&args.source, "has topics, whose fields need a binding to channels");
+            let error = InputError::new(&args.source, "has topics, expected a binding of their fields to channels");
             return Err(error.help("name a binding with --binding (docs/bindings.md)").into());
         }
         _ => {}

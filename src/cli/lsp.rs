@@ -27,7 +27,7 @@ pub struct Args {
     scene: Option<PathBuf>,
     #[command(flatten)]
     hand: HandArg,
-    /// What some editors add for every server: there is no other way than standard input and output
+    /// Accepted because some editors pass it to every server; the server always uses standard input and output
     #[arg(long, hide = true)]
     stdio: bool,
 }

@@ -1,4 +1,4 @@
-//! Writing: files whole or not at all, colour and width only for a terminal.
+//! Writing: files whole or not at all, color and width only for a terminal.
 
 use super::print_args::{ColorMode, color_mode, is_quiet};
 use super::progress;
@@ -65,7 +65,7 @@ pub fn refuse_one_for_two(places: &[&Path]) -> Result<(), InputError> {
     };
     for (at, place) in places.iter().enumerate() {
         if !place.starts_with("/dev") && places[..at].iter().any(|other| known(other) == known(place)) {
-            let message = "is to be written twice, and only one of the two would be left";
+            let message = "is the file of two outputs, and one would overwrite the other";
             return Err(InputError::new(place.display().to_string(), message).help("write to two files"));
         }
     }

@@ -82,9 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut commands =
         command::commands(&opened.trusted()?, analysis.found(), touch_forces(analysis.rules()), &log.name())?;
     if commands.tasks.is_empty() {
-        output::print(
-            "no task was found with an object that fingers touch: nothing is commanded, and nothing written\n",
-        )?;
+        output::print("found no task with an object that fingers touch: no commands are written\n")?;
         output::print(&without_shape(&opened.recording.scene))?;
         return Err(Failure::Negative);
     }
@@ -149,7 +147,7 @@ fn crosses(crossing: &Crossing) -> String {
     let tasks: Vec<String> = crossing.tasks.iter().map(|task| (task + 1).to_string()).collect();
     let (depth, tasks) = (crossing.depth_m * 1e3, tasks.join(" and "));
     format!(
-        "warning: hands or arms go through each other by {depth:.1} mm in tasks {tasks}: no grasps and ways that keep them apart were found\n"
+        "warning: hands or arms go through each other by {depth:.1} mm in tasks {tasks}: no grasps and paths that keep them apart were found\n"
     )
 }
 
@@ -168,7 +166,7 @@ fn too_hard(commands: &Commands, robot: &Robot) -> String {
             let gives = hand.finger(finger).map(|finger| finger.force);
             if let Some(gives) = gives.filter(|gives| asked > *gives) {
                 let task = format!("task {} ({} {})", number + 1, task.track, task.task);
-                let of = format!("{task} asks the {finger} for {asked:.2} N");
+                let of = format!("{task} requires {asked:.2} N of the {finger}");
                 let _ = writeln!(text, "warning: {of}, which gives {gives:.2} N at most");
             }
         }
@@ -199,7 +197,7 @@ pub fn open_scene(name: &str) -> Result<Scene, InputError> {
     if is_yaml(name) { teachtree_logs::read::csv::read_scene(Path::new(name)) } else { teachtree_world::scene(name) }
 }
 
-/// Formats what makes a grasp good, by finger.
+/// Formats the factors of a grasp's measure by finger.
 fn quality(mapped: &MappedGrasp) -> String {
     let each = |of: &dyn Fn(&MappedFinger) -> f64, digits: usize| {
         mapped.fingers.iter().map(|finger| format!("{:.digits$}", of(finger))).collect::<Vec<String>>().join(", ")

@@ -137,7 +137,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         args.posture.as_ref().map(|path| Posture::read(&text::read(path, MAX_POSTURE)?, &path.display().to_string()));
     let present = present.transpose()?;
     if present.is_some() && args.trajectory.is_none() && args.goals.is_none() {
-        let message = "is where a trajectory begins, and none is to be written";
+        let message = "is the start of a trajectory, found no output for one";
         return Err(InputError::new("--posture", message).help("give `--trajectory` or `--goals`").into());
     }
     // The robot's own recording has canonical names.

@@ -89,13 +89,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let duration = recording.time.last().copied().unwrap_or_default();
     let mut printed = format!("{}: {} frames, {duration:.1} s\n", out.display(), recording.time.len());
     for (hand, tasks, begun) in hand_tasks(&recording) {
-        let tasks = if tasks.is_empty() { "no task to its end".into() } else { tasks.join(", ") };
-        let begun = begun.map_or(String::new(), |task| format!(", and was at {task} when the recording ended"));
-        printed += &format!("the {hand} hand did {tasks}{begun}\n");
+        let tasks = if tasks.is_empty() { "no task".into() } else { tasks.join(", ") };
+        let begun = begun.map_or(String::new(), |task| format!(", and was doing {task} when the recording ended"));
+        printed += &format!("the {hand} hand completed {tasks}{begun}\n");
     }
     for event in losses(&recording) {
         let hand = event.subjects.first().map_or("a", String::as_str);
-        printed += &format!("the {hand} hand lost what it held at {:.1} s\n", event.time_s);
+        printed += &format!("the {hand} hand lost its object at {:.1} s\n", event.time_s);
     }
     for event in events(&recording, "step_left_undone") {
         if let [hand, step] = event.subjects.as_slice() {
@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let [hand, step, body] = event.subjects.as_slice() {
             let (time_s, step) = (event.time_s, step_of(operator_name, hand, step));
             printed += &format!(
-                "the {hand} hand did not meet `{body}` in {step}: it had gone the whole distance at {time_s:.1} s\n"
+                "the {hand} hand did not meet `{body}` in {step}: it reached the end of its path at {time_s:.1} s\n"
             );
         }
     }
@@ -128,9 +128,9 @@ fn teach(scene: &Scene, operator: &Operator, seed: u64) -> Result<Recording, Fai
 
 /// Kinds of events that are counted over many recordings, and what a hand did in each.
 const NOTED: [(&str, &str); 3] = [
-    ("object_lost", "lost what it held"),
+    ("object_lost", "lost its object"),
     ("step_left_undone", "gave up a step of its script that took too long"),
-    ("contact_not_met", "did not meet what should have ended a step of its script"),
+    ("contact_not_met", "did not meet the body that ends a step of its script"),
 ];
 
 /// Records many simulated operators, as many at a time as there are processors. What a seed gives does not depend on the others.
@@ -161,7 +161,7 @@ fn many(scene: &Scene, operator: &Operator, places: &[(u64, PathBuf)], folder: &
     }
     let idle = recorded.iter().filter(|(.., idle)| *idle).count();
     if idle > 0 {
-        printed += &format!("in {idle} of them no hand did a task to its end\n");
+        printed += &format!("in {idle} of them no hand completed a task\n");
     }
     output::print(&printed)?;
     Ok(())

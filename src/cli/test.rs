@@ -126,7 +126,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let AnalysisArgs { rules, source } = &args.analysis;
     let given = !rules.rules.is_empty() || !rules.set.values.is_empty() || rules.hand.file.is_some();
     if !args.update && (given || source.binding.is_some() || source.scene.is_some()) {
-        let message = "rules, params, hand file, binding and scene stand in each `.expect` file, those given here would not count";
+        let message = "rules, params, hand file, binding and scene are read from each `.expect` file, found them on the command line";
         return Err(InputError::new("the command line", message)
             .help("edit the settings of the files, or write new ones with `--update`")
             .into());
@@ -215,12 +215,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let left = if args.replace {
             "pinned lines are not replaced"
         } else {
-            "`--update --replace` accepts what was found, except for lines marked `pinned`"
+            "`--update --replace` accepts the results, except for lines marked `pinned`"
         };
         let _ = writeln!(printed, "{left}");
     }
     if args.pending && unmet > 0 {
-        printed.push_str("what was found instead is in the `.expect.new` files: `cargo insta review --workspace-root . --extensions expect`, or `--update --replace`\n");
+        printed.push_str("the results are in the `.expect.new` files: `cargo insta review --workspace-root . --extensions expect`, or `--update --replace`\n");
     }
     args.check_only(&cases)?;
     let mut enough = true;
@@ -268,7 +268,7 @@ fn expectations(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
             if path.is_file() && path.extension().is_none_or(|ending| ending != ENDING) {
                 let beside = path.with_extension(ENDING);
                 let fix = match beside.is_file() {
-                    true => format!("`teachtree test {}` tests what stands beside it", beside.display()),
+                    true => format!("`teachtree test {}` tests the expectations beside it", beside.display()),
                     false => format!(
                         "write one with `teachtree test {} --update`",
                         path.parent().filter(|at| !at.as_os_str().is_empty()).unwrap_or(Path::new(".")).display()

@@ -555,7 +555,7 @@ fn a_full_destination_is_named_with_the_cause() {
 }
 
 #[test]
-fn what_is_no_whole_set_and_a_folder_that_is_not_there_are_named() {
+fn what_is_not_a_whole_set_and_a_folder_that_is_not_there_are_named() {
     let folder = with_set();
     for (args, message) in [
         (["set#0", "-o", "copy"], "set#0: is one recording, expected a whole set"),

@@ -247,7 +247,7 @@ fn the_good_recordings_of_a_file_are_listed_in_a_copy_of_it() {
     assert_eq!(of("masked.hdf5"), of("lift.hdf5").replace("lift.hdf5", "masked.hdf5"));
     for (args, message) in [
         (&["--mask", "masked.hdf5"][..], "exists already"),
-        (&["lift.hdf5#demo_1", "--mask", "other.hdf5"][..], "a mask is of one HDF5 file"),
+        (&["lift.hdf5#demo_1", "--mask", "other.hdf5"][..], "a mask needs one HDF5 file"),
         (&["--keep", "lift.hdf5"][..], "is an input of this command"),
         (&["--rest", "0"][..], "expected a time in s greater than 0"),
     ] {

@@ -21,7 +21,7 @@ fn the_demo_tells_the_experiment_of_the_chapter() {
     let out = folder.path().join("demo");
     let output = teachtree(&["demo", "--out", out.to_str().unwrap()]);
     assert!(output.status.success(), "{}", complained(&output));
-    assert!(!said(&output).contains('\u{1b}'), "no colour when piped");
+    assert!(!said(&output).contains('\u{1b}'), "no color when piped");
     assert_eq!(complained(&output), "", "no progress bar when piped");
     let analysis = read(&out.join("analysis.json"));
     assert_eq!(analysis["schema"], "teachtree.analysis/2");
@@ -57,7 +57,7 @@ fn the_demo_tells_the_experiment_of_the_chapter() {
 }
 
 #[test]
-fn files_in_the_working_directory_do_not_replace_the_rules_that_nobody_named() {
+fn files_in_the_working_directory_do_not_replace_the_default_rules() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("rules")).unwrap();
     for file in ["rules/contact.rules", "contact.rules", "rules/hand_force.rules", "bimanual.rules"] {
@@ -209,7 +209,7 @@ fn exit_status_tells_a_no_from_bad_input() {
     for args in [
         &["analyze", "no_such.csv"][..],
         &["analyze", "README.md"],
-        &["teach", "nowhere", "nobody", "-o", "x.csv"],
+        &["teach", "nowhere", "no_operator", "-o", "x.csv"],
         &["walk"],
     ] {
         let output = teachtree(args);
@@ -399,7 +399,7 @@ fn a_lost_row_cuts_no_task() {
     let (whole, holed) = (path("whole.csv"), path("holed.csv"));
     let taught = teachtree(&["teach", "pick_and_place", "pick_and_place", "--seed", "3", "-o", &whole]);
     let said = String::from_utf8(taught.stdout).unwrap();
-    assert!(said.contains("the right hand did pick_and_place\n"), "{said}");
+    assert!(said.contains("the right hand completed pick_and_place\n"), "{said}");
     let text = std::fs::read_to_string(&whole).unwrap();
     let without = |rows: &[std::ops::Range<usize>]| {
         let kept = text.lines().enumerate().filter(|(row, _)| !rows.iter().any(|lost| lost.contains(row)));

@@ -165,7 +165,7 @@ fn a_page_shows_what_the_robot_did() {
     let (drawings, _) = text.split_once("<script").unwrap();
     assert!(!drawings.contains("NaN") && !text.contains("http"), "a page of its own");
     plays(Path::new(&page));
-    // The first line of this colour is in the legend. Carried, the object weighs on the fingers: the curve of the total force along z leaves zero.
+    // The first line of this color is in the legend. Carried, the object weighs on the fingers: the curve of the total force along z leaves zero.
     let drawn = text.split("aria-label=\"total force on the object, z, N\"").nth(1).unwrap();
     let curve = drawn.split("class=\"line c0\" d=\"M").nth(2).unwrap().split('"').next().unwrap();
     assert!(curve.contains('l') && curve.len() > 200, "{curve}");

@@ -13,7 +13,7 @@ primitive Shut, Lift, Close, Never, Open
 tree lid for each hand, settle 40 ms {
   rest: not (lid.angle > open) {
     lid.speed > 0.1 rad/s and from(none, Shut, Lift) => Lift
-    lid.speed > 3 rad/s and lid.speed < 2 rad/s      => Never   // nobody is that quick
+    lid.speed > 3 rad/s and lid.speed < 2 rad/s      => Never   // both cannot hold
     from(Open, Close)                                => Close
     else                                             => Shut
   }
@@ -155,9 +155,9 @@ fn what_followed_what_is_counted() {
 #[test]
 fn what_cannot_be_drawn_is_said() {
     for (args, wanted) in [
-        (&["graph", "--log", LIFT[1]][..], "a tree is marked at a time, and none is named"),
+        (&["graph", "--log", LIFT[1]][..], "found no time at which the tree is marked"),
         (&["graph", "--at", "2s"], "--log"),
-        (&["graph", "--binding", LIFT[3]], "say how a recording is read, and none is named"),
+        (&["graph", "--binding", LIFT[3]], "are for a recording, found none"),
         (&["graph", "--log", LIFT[1], "--binding", LIFT[3], "--at", "1s"], "the recording goes from 7.904 s"),
         (
             &["graph", "--log", LIFT[1], "--binding", LIFT[3], "--at", "9s", "--track", "left"],

@@ -219,7 +219,7 @@ fn broken_expectations_are_bad_input() {
     assert_eq!(nothing.status.code(), Some(2));
     assert!(all_said(&nothing).contains("there are no expectations"), "{}", all_said(&nothing));
     for (text, wanted) in [
-        ("tolerance: 20 ms\n", "does not say which log it is about"),
+        ("tolerance: 20 ms\n", "names no log"),
         ("log: a.csv\ntolerance: wide\n", "a.expect:2: `wide` is not a tolerance"),
         ("log: a.csv\ntrack right\n  Grasp 1\n", "a.expect:3: expected a segment"),
         ("log: a.csv\ntrack upper\n", "a.expect:2: there is no track `upper`"),
@@ -290,7 +290,7 @@ fn coverage_and_mutation_can_be_of_one_rule_file() {
 }
 
 #[test]
-fn a_log_is_no_expectation() {
+fn a_log_is_not_an_expectation() {
     let folder = folder();
     let refused = |name: &str| {
         let output = teachtree_in(folder.path(), &["test", name]);

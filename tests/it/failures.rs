@@ -96,7 +96,7 @@ fn an_unknown_task_is_neither() {
     );
 }
 
-/// The mark stands behind all else, but in front of `before`.
+/// The mark is after everything except `before`.
 #[test]
 fn the_mark_is_read_and_kept_by_the_formatter() {
     let text = "\

@@ -364,7 +364,7 @@ fn two_runs_at_once_leave_one_recording() {
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_error() {
+fn a_reader_that_goes_away_is_not_an_error() {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), &TEACH);
     for args in [&["analyze", "log.csv", "--format", "json"][..], &["graph"], &["man"], &["check", "--explain", "W404"]]

@@ -177,18 +177,18 @@ fn thresholds_keep_their_order_and_params_their_ranges() {
 }
 
 #[test]
-fn what_may_be_chance_is_no_patch_unless_it_is_asked_for() {
+fn what_may_be_chance_is_not_a_patch_unless_it_is_asked_for() {
     // The label has nothing to do with the speed: of seven recordings four are one, three the other.
     let labels = ["Rest", "Run", "Rest", "Run", "Rest", "Run", "Rest"];
     let texts: Vec<String> = labels.iter().zip(0..).map(|(label, seed)| recording(seed, Some(label))).collect();
     let folder = folder(&belt("100 mm/s", "60 mm/s"), &texts);
     let output = fit(folder.path(), &["-o", "belt.patch"]);
     assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
-    assert!(said(&output).contains("not borne out"), "{}", said(&output));
+    assert!(said(&output).contains("not confirmed"), "{}", said(&output));
     assert!(!said(&output).contains("@@") && !folder.path().join("belt.patch").exists());
     let anyway = fit(folder.path(), &["--anyway"]);
     assert_eq!(anyway.status.code(), Some(0), "{}", all_said(&anyway));
-    assert!(said(&anyway).contains("not borne out") && said(&anyway).contains("@@"), "{}", said(&anyway));
+    assert!(said(&anyway).contains("not confirmed") && said(&anyway).contains("@@"), "{}", said(&anyway));
 }
 
 #[test]

@@ -108,7 +108,7 @@ fn each_line_of_a_proposed_binding_is_read() {
             {
                 opened = open(Path::new(rest.split_once('`').unwrap().0));
             }
-            // A fixture of a few rows, a second apart, is no recording.
+            // A fixture of a few rows, a second apart, is not a recording.
             let is_slow = opened.as_ref().is_err_and(|error| error.to_string().contains("one row every 1 s"));
             assert!(opened.is_ok() || is_slow, "{}: {}\n{bound}", log.display(), opened.unwrap_err());
         }

@@ -65,7 +65,7 @@ fn segments_are_printed_while_the_log_is_written() {
 }
 
 #[test]
-fn lines_that_are_no_objects_end_it() {
+fn lines_that_are_not_objects_end_it() {
     let folder = tempfile::tempdir().unwrap();
     let binding = "time: clock.ms [ms]\nhand_file: hand_flags.rules\nparams: {turns: 2 rad/s}\n";
     std::fs::write(folder.path().join("lab.binding.yaml"), binding).unwrap();

@@ -43,7 +43,7 @@ fn a_calibration_file_is_what_was_learned() {
 }
 
 #[test]
-fn what_is_no_calibration_is_refused() {
+fn what_is_not_a_calibration_is_refused() {
     let rows = without_contacts("pick_and_place");
     let log = rows.log();
     let text = Calibration::of(&log, &Rules::for_log(&log).unwrap()).unwrap().text().unwrap();

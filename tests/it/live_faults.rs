@@ -215,7 +215,7 @@ fn a_sample_that_cannot_be_is_reported_and_changes_nothing() {
 
 /// What changes for good was measured, and no row waits for more than a moment.
 #[test]
-fn what_changes_and_stays_is_no_fault_of_a_row() {
+fn what_changes_and_stays_is_not_a_fault_of_a_row() {
     let mut rows = Rows::of(&demonstration("pick_and_place"));
     let (rules, calibration) = learned(&rows);
     let column = rows.titles.iter().position(|title| title == "right.thumb.force.y").unwrap();

@@ -43,7 +43,7 @@ const TASK: &str = "task    right pick_and_place";
 const PATIENCE: Duration = Duration::from_secs(120);
 
 #[test]
-fn lines_that_are_no_rows_are_left_out() {
+fn lines_that_are_not_rows_are_left_out() {
     let (scene, lines) = json(&demonstration("pick_and_place"));
     let (early, rest) = lines.split_at(1000);
     let (middle, late) = rest.split_at(3000);
@@ -91,7 +91,7 @@ fn texts_that_are_numbers_are_read() {
 }
 
 #[test]
-fn what_is_no_log_is_refused() {
+fn what_is_not_a_log_is_refused() {
     let (scene, lines) = json(&demonstration("pick_and_place"));
     let said = [
         refused(&[], "time,right.thumb.force.x,right.thumb.force.x\n"),

@@ -313,7 +313,7 @@ fn refused(args: &[&str]) -> String {
 }
 
 #[test]
-fn what_is_no_robot_is_refused() {
+fn what_is_not_a_robot_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let binding = binding("sawyer_lift.binding.yaml", folder.path());
     // A port without a listener, and one where another program answers.

@@ -220,7 +220,7 @@ fn refused(args: &[&str]) -> String {
 }
 
 #[test]
-fn what_is_no_key_or_endpoint_is_refused() {
+fn what_is_not_a_key_or_endpoint_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("zenoh.json5");
     std::fs::write(&config, "{ mode: 'somewhere' }").unwrap();

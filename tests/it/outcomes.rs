@@ -157,7 +157,7 @@ fn fail_on_names_outcomes_and_issues() {
 
 /// An analysis of a position in mm that is read as m finds tasks, but they are not those of the recording.
 #[test]
-fn a_recording_in_a_wrong_unit_is_no_success() {
+fn a_recording_in_a_wrong_unit_is_not_a_success() {
     let folder = folder();
     assert_eq!(outcome(folder.path(), &[])["result"], "success");
     let path = folder.path().join("several.csv");
@@ -253,7 +253,7 @@ fn an_audit_of_as_many_failures_as_successes_says_which_are_good() {
 
 /// In three recordings a block is carried, which these rules call a failure, and then slid, which mends it; in two, a can is only slid.
 #[test]
-fn a_failure_that_most_recordings_mended_is_no_usual_task() {
+fn a_failure_that_most_recordings_mended_is_not_a_usual_task() {
     let folder = tempfile::tempdir().unwrap();
     let rules = "use \"contact.rules\"\ntask carried = Move .. Release with Translate or Place  is failure  before pick_and_place\n";
     std::fs::write(folder.path().join("carried.rules"), rules).unwrap();

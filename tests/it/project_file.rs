@@ -170,7 +170,7 @@ fn patterns_that_never_fit_are_refused() {
         let output = teachtree_in(folder.path(), &["config", "a.csv"]);
         assert_eq!(output.status.code(), Some(2), "{pattern}");
         let complained = complained(&output);
-        assert!(complained.contains(&format!("`{pattern}` never fits a log")), "{complained}");
+        assert!(complained.contains(&format!("`{pattern}` never matches a log")), "{complained}");
         assert!(complained.contains(help), "{complained}");
     }
 }
@@ -185,7 +185,7 @@ fn a_pattern_with_the_folder_of_the_file_leaves_out_those_below() {
     let below = config("jams/b.csv");
     assert!(below.contains("binding       none") && below.contains("labels        jams  ("), "{below}");
     fs::write(folder.path().join("teachtree.yaml"), "logs: {'*.tsv': {binding: lab/plug.binding.yaml}}").unwrap();
-    assert!(config("a.csv").contains("above the log; no entry fits the log"), "{}", config("a.csv"));
+    assert!(config("a.csv").contains("above the log; no entry matches the log"), "{}", config("a.csv"));
 }
 
 #[test]

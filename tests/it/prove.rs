@@ -91,7 +91,7 @@ fn declarations_that_may_change_labels_without_a_new_primitive_refute() {
         (CONTACT, "relabel { sequence Approach, Extra*, Grasp becomes Grasp }", "may act without a new primitive"),
         // Tasks that are made of tasks, keys, and their order.
         (CONTACT, "task tour = pick_and_place, push", "the task `tour`, made of tasks, needs no new primitive"),
-        (CONTACT, "extend task slide with Place", "the task `slide` asks for something else"),
+        (CONTACT, "extend task slide with Place", "the task `slide` has other keys"),
         // Data of a recording: rows in which a channel is not measured, and the contact channel.
         (
             CONTACT,
@@ -136,7 +136,7 @@ fn declarations_that_may_change_labels_without_a_new_primitive_refute() {
         (flag("false"), flag("true"), "the channel `lamp.on` means something else"),
         (flag("false"), flag("false").replace("A does free", "A does carry"), "the primitive `A` means something else"),
         (flag("false"), flag("false").replace("hand { lamp", "hand, settle 50 ms { lamp"), "the settling of `t` means"),
-        (flag("false"), flag("false").replace("with B", "with A"), "`u` asks for something"),
+        (flag("false"), flag("false").replace("with B", "with A"), "`u` has other keys"),
     ] {
         let (status, printed) = compared(&base, &extended);
         assert!(status == Some(1) && printed.contains(told), "{told}\n{printed}");
@@ -227,7 +227,7 @@ fn outcomes_of_tasks_are_compared() {
 }
 
 #[test]
-fn what_can_not_hold_together_is_no_difference() {
+fn what_can_not_hold_together_is_not_a_difference() {
     let folder = tempfile::tempdir().unwrap();
     // The base gives Insert above 5 mm/s: what is added lies within, or gives what the base gives.
     let rules =

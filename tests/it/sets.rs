@@ -47,7 +47,7 @@ fn each_episode_of_a_set_is_a_recording() {
     assert_eq!(names(&documents(&analyze(&["set#1..2", "set#1"]))), ["set#1", "set#2"]);
     for (choice, message) in [
         ("set#2..1", "expected the smaller number first"),
-        ("set#1..3", "found 3 recordings, with numbers up to 2; `#1..3` asks for others"),
+        ("set#1..3", "found 3 recordings, with numbers up to 2; `#1..3` selects others"),
         ("b.yaml#*", "found one recording, expected a LeRobot data set"),
         ("none#*", "there is no such file"),
         ("set", "set#*"),

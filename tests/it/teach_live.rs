@@ -246,7 +246,7 @@ fn only_who_has_the_address_may_ask_and_nothing_leads_to_a_file() {
 }
 
 #[test]
-fn what_is_no_message_is_answered_with_a_sentence_and_harms_nothing() {
+fn what_is_not_a_message_is_answered_with_a_sentence_and_harms_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let teaching = Teaching::start(folder.path(), &["hand_over_left_to_right"]);
     let mut device = teaching.connect();
@@ -301,9 +301,9 @@ fn what_is_no_message_is_answered_with_a_sentence_and_harms_nothing() {
 fn what_cannot_be_taught_by_hand_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let scene = "bodies:\n  table: {role: support, parts: [{box: [1 m, 1 m, 20 mm]}]}\n";
-    std::fs::write(folder.path().join("nobody.yaml"), scene).unwrap();
+    std::fs::write(folder.path().join("handless.yaml"), scene).unwrap();
     for (args, wanted) in [
-        (&["nobody.yaml", "--live"][..], "the scene has no hand"),
+        (&["handless.yaml", "--live"][..], "the scene has no hand"),
         (&["no_such_scene", "--live"], "no_such_scene"),
         (&["pick_and_place", "--live", "-o", "x.mcap"], "expected .csv or .parquet"),
         (&["pick_and_place", "pick_and_place", "--live"], "cannot be used with"),

@@ -121,7 +121,7 @@ fn lines() -> Vec<(String, String, String)> {
     lines
 }
 
-/// Rule files name primitives, and say what a hand does in them; the program goes by that. Only the ground truth of the simulated operators, which
+/// Rule files name primitives, and declare the action of a hand in them; the program uses the actions. Only the ground truth of the simulated operators, which
 /// shares nothing with the rules, has names of its own.
 #[test]
 fn only_the_ground_truth_names_primitives() {

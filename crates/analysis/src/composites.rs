@@ -1,6 +1,6 @@
 //! Tasks that are made of tasks: the names of a hand's tasks in, one at a time, the rows of tasks that are one task of theirs out.
 //!
-//! From the first task on, the first rule whose tasks follow each other here takes them, and matching continues behind them. Tasks
+//! From the first task on, the first rule whose tasks follow each other here takes them, and matching continues after these tasks. Tasks
 //! without a name between two of them belong to it. Each task is decided as early as possible, and a live log has the same composite tasks as a whole one.
 
 use super::{TaskSpan, UNKNOWN};

@@ -35,9 +35,9 @@ pub const COLUMNS: [&str; 20] = [
     "digest",
     "version",
 ];
-/// The columns behind them where it was asked how sure boundaries are: of the start of a segment after relabeling; of a task the first one only.
+/// The columns after them where it was asked how sure boundaries are: of the start of a segment after relabeling; of a task the first one only.
 pub const CONFIDENCE: [&str; 4] = ["confidence", "earliest_s", "latest_s", "margin"];
-/// Number of columns with the same value in each row: one before the others, the rest behind them.
+/// Number of columns with the same value in each row: one before the others, the rest after them.
 const CONSTANT: usize = 4;
 
 /// Writes the table with its header.

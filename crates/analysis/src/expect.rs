@@ -134,7 +134,7 @@ impl Expectation {
             }
         }
         if read.log.is_empty() {
-            return Err(InputError::new(name, "does not say which log it is about").help("begin it with `log: FILE`"));
+            return Err(InputError::new(name, "names no log").help("begin it with `log: FILE`"));
         }
         Ok(read)
     }

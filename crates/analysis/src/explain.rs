@@ -179,7 +179,7 @@ pub fn explain(analyzed: &AnalyzedRecording, question: &Question) -> Result<Vec<
             let name = question.why_not.as_deref().unwrap_or_default();
             let message = format!("no leaf of the tree over `{}` gives `{name}`", question.who);
             return Err(
-                InputError::new("--why-not", message).help("relabeling may bring it in: see the rules that become it")
+                InputError::new("--why-not", message).help("relabeling may produce it: see the `become` rules for it")
             );
         }
         let mut before: Option<(Vec<usize>, Option<Label>)> = None;
@@ -239,9 +239,9 @@ fn asked<'a>(
     if found.is_empty() {
         let start = frames.time.first().copied().unwrap_or_default();
         let end = frames.len.checked_sub(1).map_or(0.0, |last| frames.end_of(last));
-        let message = format!("nothing is known at {from:.3} s: the recording goes from {start:.3} s to {end:.3} s");
+        let message = format!("there is no frame at {from:.3} s: the recording goes from {start:.3} s to {end:.3} s");
         return Err(
-            InputError::new("--at", message).help("within a gap nothing is labeled either; `inspect` lists gaps")
+            InputError::new("--at", message).help("frames within gaps have no labels either; `inspect` lists gaps")
         );
     }
     Ok(found)

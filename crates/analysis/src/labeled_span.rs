@@ -1,7 +1,7 @@
 //! Segments in the making: runs with a provenance of the rules that changed them.
 //!
 //! A lane holds the pieces of one track in one gap-free stretch. Invariants: pieces are in order, none is empty,
-//! neighbours meet and have different labels.
+//! neighbors meet and have different labels.
 
 use std::ops::Range;
 use teachtree_engine::runs::Run;

@@ -107,7 +107,7 @@ impl Analysis {
         Outcome::new(self)
     }
 
-    /// The row of the log, counted from 0, behind the last task that is a success. `None` unless the outcome of the recording is a success.
+    /// The row of the log, counted from 0, after the last task that is a success. `None` unless the outcome of the recording is a success.
     pub fn success_end(&self) -> Option<usize> {
         outcome::success_end(self)
     }

@@ -114,7 +114,7 @@ impl Naming<'_> {
                         end_s: self.end_s(),
                         channel: format!("{side}.{channel}"),
                         message: format!(
-                            "the recording has no `{channel}`, so a key that asks how far the target went or turned does not hold: {}",
+                            "the recording has no `{channel}`, so keys with a distance or an angle of the target do not hold: {}",
                             tasks.join(", ")
                         ),
                     });

@@ -67,7 +67,7 @@ impl<'a> Spans<'a> {
     }
 }
 
-/// Joins neighbouring spans wherever `goes_on` says so; a span that begins with the first primitive is never joined to the one before.
+/// Joins neighboring spans wherever `goes_on` says so; a span that begins with the first primitive is never joined to the one before.
 pub(super) fn join(spans: &[Span], goes_on: impl Fn(&Span, &Span) -> bool) -> Vec<Span> {
     let rows = spans.chunk_by(|one, next| !next.has_first && goes_on(one, next));
     rows.filter_map(|row| {

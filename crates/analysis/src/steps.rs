@@ -101,7 +101,7 @@ impl Step {
         Ok(step)
     }
 
-    /// The row of the log on which the signal rises, counted from 0: the first that is in what starts, or behind what ends.
+    /// The row of the log on which the signal rises, counted from 0: the first that is in what starts, or after what ends.
     ///
     /// # Errors
     /// Why it does not rise.
@@ -111,7 +111,7 @@ impl Step {
             return Err(SignalError::NotFound(self.what()));
         }
         let key = |rows: &Range<usize>| if self.end { rows.end } else { rows.start };
-        // A signal that is 1 from the first row on does not rise, and one that would rise behind the last row neither.
+        // A signal that is 1 from the first row on does not rise, and one that would rise after the last row neither.
         let rows = spans.iter().map(key).filter(|row| (1..analysis.rows).contains(row));
         let row = if self.last { rows.max() } else { rows.min() };
         row.ok_or_else(|| SignalError::CutOff(self.what()))

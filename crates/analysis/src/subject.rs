@@ -25,7 +25,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// ` right_cube`, ` peg (holder)` behind a name; nothing without an object.
+    /// ` right_cube`, ` peg (holder)` after a name; nothing without an object.
     pub fn suffix(&self) -> String {
         match (&self.object, &self.partner) {
             (Some(object), Some(partner)) => format!(" {object} ({partner})"),

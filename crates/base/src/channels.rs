@@ -161,7 +161,7 @@ pub const DERIVED: &[DerivedChannel] = &[
         "target.radius",
         Shape::Scalar,
         Dimension::LENGTH,
-        "radius of the ball about the target's origin that holds it",
+        "radius of the sphere about the target's origin that contains it",
     ),
     hand(
         "target.weight",

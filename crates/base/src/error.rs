@@ -40,7 +40,7 @@ pub struct InputError {
     pub help: Option<String>,
     /// What it is about, where that is known already; the caller knows it otherwise ([`InputError::or_kind`]).
     pub kind: Option<ErrorKind>,
-    /// The error of the system behind it.
+    /// The underlying error of the system.
     pub cause: Option<Arc<std::io::Error>>,
 }
 
@@ -64,7 +64,7 @@ impl InputError {
         use std::io::ErrorKind;
         let message = match error.kind() {
             ErrorKind::NotFound => "there is no such file".to_string(),
-            ErrorKind::PermissionDenied => "the file may not be read".to_string(),
+            ErrorKind::PermissionDenied => "no permission to read the file".to_string(),
             ErrorKind::IsADirectory => "found a folder, expected a file".to_string(),
             ErrorKind::InvalidData => "the file is not valid UTF-8".to_string(),
             // Without the number that the system gives it: `Too many open files (os error 24)`.
@@ -86,7 +86,7 @@ impl InputError {
             ErrorKind::NotFound => "there is no such folder".to_string(),
             ErrorKind::PermissionDenied => "the folder cannot be written".to_string(),
             ErrorKind::AlreadyExists | ErrorKind::DirectoryNotEmpty => {
-                "another program has taken this name meanwhile".to_string()
+                "another program has created this file in the meantime".to_string()
             }
             // Without the number that the system gives it: `No space left on device (os error 28)`.
             _ => error.to_string().split(" (os error").next().unwrap_or_default().to_string(),

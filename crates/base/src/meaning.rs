@@ -1,4 +1,4 @@
-//! What a hand may do in a primitive: the closed set of words behind `does`. docs/robot.md lists what the robot does for each.
+//! What a hand may do in a primitive: the closed set of words after `does`. docs/robot.md lists what the robot does for each.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -90,7 +90,7 @@ impl Meaning {
         Self::Fit,
     ];
 
-    /// The word behind `does`.
+    /// The word after `does`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Free => "free",

@@ -4,7 +4,7 @@ use super::short_number::{PLAIN, ShortNumber};
 use super::units::{Dimension, compound};
 use serde::{Deserialize, Deserializer};
 
-/// A number in SI, written in the file with a unit of the dimension `M K S R` (exponents of metre, kilogram, second, radian).
+/// A number in SI, written in the file with a unit of the dimension `M K S R` (exponents of meter, kilogram, second, radian).
 ///
 /// Deserializing refuses a missing unit and a unit of another dimension.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]

@@ -21,7 +21,7 @@ pub fn nearest<'n>(word: &str, known: impl IntoIterator<Item = &'n str>) -> Opti
         .map(|(_, near)| near)
 }
 
-/// Letters to add, drop, change, or swap with their neighbour; a change of case is none.
+/// Letters to add, drop, change, or swap with their neighbor; a change of case is none.
 fn distance(one: &str, two: &str) -> usize {
     let one: Vec<char> = one.to_lowercase().chars().collect();
     let two: Vec<char> = two.to_lowercase().chars().collect();

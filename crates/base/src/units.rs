@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-/// The physical dimension of a quantity, as exponents of metre, kilogram, second and radian.
+/// The physical dimension of a quantity, as exponents of meter, kilogram, second and radian.
 ///
 /// The radian is a separate dimension, so that an angular velocity cannot be compared with a frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Dimension {
-    /// Exponent of the metre.
+    /// Exponent of the meter.
     pub metre: i8,
     /// Exponent of the kilogram.
     pub kilogram: i8,

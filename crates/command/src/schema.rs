@@ -207,7 +207,7 @@ pub enum Precedence {
 pub struct Tip {
     /// The finger.
     pub finger: Finger,
-    /// Centre of the fingertip, frame of the object, m; one a sample.
+    /// Center of the fingertip, frame of the object, m; one a sample.
     pub position: Vec<[f64; 3]>,
     /// Desired force on the object, frame of the object, N; one a sample, zero without contact.
     pub force: Vec<[f64; 3]>,

@@ -72,9 +72,9 @@ pub(super) struct Series {
 /// One finger.
 pub(super) struct FingerSeries {
     pub(super) finger: Finger,
-    /// Centre of the tip, frame of the object, m.
+    /// Center of the tip, frame of the object, m.
     tip: Vec<Vector3<f64>>,
-    /// Centre of the tip, reference frame, m.
+    /// Center of the tip, reference frame, m.
     pub(super) tip_in_world: Vec<Vector3<f64>>,
     /// The recorded force on the object, frame of the object, N; and the desired force, before smoothing.
     pub(super) force: Vec<Vector3<f64>>,

@@ -106,21 +106,21 @@ impl Task {
             segment.check(rate_hz, self.grasps.len()).map_err(named)?;
             if segment.start_s < ended_s - SAME_S {
                 let begins = format!("begins at {} s, before", ShortNumber(segment.start_s));
-                return Err(named(format!("{begins} the one ahead of it ends, at {:.3} s", ShortNumber(ended_s))));
+                return Err(named(format!("{begins} the preceding one ends, at {:.3} s", ShortNumber(ended_s))));
             }
             ended_s = segment.start_s + segment.duration_s;
             if segment.demonstrated_start_s < demonstrated_s - SAME_S {
                 let found =
                     format!("was demonstrated from {} s on, expected", ShortNumber(segment.demonstrated_start_s));
                 return Err(named(format!(
-                    "{found} {} s or later, when what is ahead of it began",
+                    "{found} {} s or later, when the preceding one began",
                     ShortNumber(demonstrated_s)
                 )));
             }
             demonstrated_s = segment.demonstrated_start_s;
         }
         let left_out = |(number, left): (usize, &Omission)| {
-            left.check().map_err(|message| format!("what is left out, {}, {message}", number + 1))
+            left.check().map_err(|message| format!("omission {} {message}", number + 1))
         };
         self.left_out.iter().enumerate().try_for_each(left_out)?;
         self.check_end()

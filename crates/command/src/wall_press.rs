@@ -1,5 +1,5 @@
 //! Shifts pushed objects into the wall. An operator who pushes an object along a wall presses it only lightly and loses contact briefly (the paper, section
-//! 3.2: a fluctuation). A robot that repeats this path with an error of a tenth of a millimetre may lose the wall, so it keeps the smallest distance of the
+//! 3.2: a fluctuation). A robot that repeats this path with an error of a tenth of a millimeter may lose the wall, so it keeps the smallest distance of the
 //! demonstration minus a small offset.
 
 use super::RATE_HZ;

@@ -214,7 +214,7 @@ impl CollisionShape {
         }
     }
 
-    /// Volume, m^3, centre, and inertia about the centre for a density of 1 kg/m^3.
+    /// Volume, m^3, center, and inertia about the center for a density of 1 kg/m^3.
     pub fn mass_properties(&self) -> (f64, Point3<f64>, Matrix3<f64>) {
         use std::f64::consts::PI;
         match self {
@@ -268,7 +268,7 @@ fn solid(part: &Part) -> CollisionShape {
     }
 }
 
-/// Centre of mass and inertia about it, of a mass spread evenly over solids. Without any, a ball of 10 mm.
+/// Center of mass and inertia about it, of a mass spread evenly over solids. Without any, a ball of 10 mm.
 pub fn inertia_of(mass: f64, solids: &[CollisionShape]) -> (Point3<f64>, Matrix3<f64>) {
     let parts: Vec<_> = solids.iter().map(CollisionShape::mass_properties).collect();
     let volume: f64 = parts.iter().map(|(volume, ..)| volume).sum();

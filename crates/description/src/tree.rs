@@ -30,9 +30,9 @@ pub struct Link {
     pub joint: Option<Joint>,
     /// Mass, kg.
     pub mass: f64,
-    /// Centre of mass, link frame, m.
+    /// Center of mass, link frame, m.
     pub centre: Point3<f64>,
-    /// Inertia about the centre of mass, link frame, kg m^2.
+    /// Inertia about the center of mass, link frame, kg m^2.
     pub inertia: Matrix3<f64>,
     /// What it is made of, link frame.
     pub solids: Vec<CollisionShape>,
@@ -88,7 +88,7 @@ pub enum JointKind {
     Prismatic,
 }
 
-/// A degree of freedom: what a motor drives. Units are those of a revolute joint, and behind `or` those of a prismatic one.
+/// A degree of freedom: what a motor drives. Units are those of a revolute joint, and after `or` those of a prismatic one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dof {
     /// The name of the joint that it moves by once.

@@ -28,7 +28,7 @@ const USUAL_ARMATURE: f64 = 2e-4;
 /// How a file of macros becomes a URDF.
 const EXPAND: &str = "expand the macros of the file: `xacro robot.urdf.xacro > robot.urdf`";
 
-/// A part of a file that is not read as it stands.
+/// A part of a file that is ignored or replaced.
 #[derive(Clone, Debug)]
 pub struct Oddity {
     /// The joint; empty for a link that hangs on none.
@@ -37,7 +37,7 @@ pub struct Oddity {
     pub link: String,
     /// What was found, at its line.
     pub error: InputError,
-    /// What counts instead; `None` where the pose of the link is not known.
+    /// The replacement; `None` where the pose of the link is not known.
     pub instead: Option<&'static str>,
 }
 
@@ -62,7 +62,7 @@ pub fn with_meshes(text: &str, file: &str) -> Result<(KinematicTree, Vec<MeshNam
 enum Scope {
     /// All of it.
     Whole,
-    /// Links and joints; what is odd is noted.
+    /// Links and joints; oddities are noted.
     Kinematics,
 }
 
@@ -73,7 +73,7 @@ fn read(text: &str, file: &str, scope: Scope) -> Result<(KinematicTree, Vec<Mesh
     let text = text::parsable(text);
     let document = text::document(&text).map_err(|error| {
         let at = error.pos();
-        InputError::new(format!("{file}:{}:{}", at.row, at.col), format!("is no XML: {error}"))
+        InputError::new(format!("{file}:{}:{}", at.row, at.col), format!("is not valid XML: {error}"))
     })?;
     let reader = Reader { document: &document, file, scope, oddities: RefCell::default() };
     let root = document.root_element();
@@ -136,13 +136,13 @@ impl<'a> Reader<'a> {
         InputError::new(self.place(node), message)
     }
 
-    /// The error about a value that is not what was expected.
+    /// The error about an unexpected value.
     fn unexpected(&self, node: Node<'_, '_>, key: &str, text: &str, expected: &str) -> InputError {
         let error = self.error(node, format!("`{key}` is `{text}`, expected {expected}"));
         if text.contains("${") { error.help(EXPAND) } else { error }
     }
 
-    /// Notes an error where only links and joints are read, with what counts instead.
+    /// Notes an error with the replacement, if only links and joints are read.
     ///
     /// # Errors
     /// This error, where all is read.
@@ -160,7 +160,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Notes an error about a single link, with what counts instead; the first one of each link.
+    /// Notes the first error about a link, with the replacement.
     fn tolerate(&self, joint: &str, link: &str, error: InputError, instead: Option<&'static str>) {
         let mut oddities = self.oddities.borrow_mut();
         if self.scope == Scope::Kinematics || oddities.iter().all(|oddity| oddity.link != link) {
@@ -241,7 +241,7 @@ impl<'a> Reader<'a> {
             tree.links.push(link);
         }
         for (node, name) in links.iter().filter(|(_, name)| !order.contains(name)) {
-            let message = format!("the link `{name}` does not hang on `{top}`: the tree does not close");
+            let message = format!("the link `{name}` is not connected to the root `{top}`");
             self.note("", name, self.error(*node, message), None)?;
         }
         Ok((tree, meshes))
@@ -253,7 +253,7 @@ impl<'a> Reader<'a> {
             let name = self.name(node, "name")?;
             if links.iter().any(|(_, known)| *known == name) {
                 let error = self.error(node, format!("the link `{name}` occurs twice"));
-                self.note("", name, error, Some("the first one counts"))?;
+                self.note("", name, error, Some("the first one is used"))?;
                 continue;
             }
             links.push((node, name));
@@ -307,7 +307,7 @@ impl<'a> Reader<'a> {
                     }
                     let scale = self.three(mesh, "scale", [1.0; 3])?;
                     if scale.contains(&0.0) {
-                        return Err(self.error(mesh, "`scale` has a 0, expected three factors".into()));
+                        return Err(self.error(mesh, "`scale` has a 0, expected three factors other than 0".into()));
                     }
                     let (file, scale) = (self.name(mesh, "filename")?.to_string(), scale.into());
                     meshes.push(MeshName { link, usage, file, scale, at, place: self.place(mesh) });
@@ -388,7 +388,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Where a joint stands in the frame of its parent, and its motion.
+    /// The pose of a joint in the frame of its parent, and its motion.
     fn placed(
         &self,
         node: Node<'a, 'a>,
@@ -491,10 +491,9 @@ impl<'a> Reader<'a> {
                 match balanced(own) {
                     Some(own) => turn * own * turn.transpose(),
                     None => {
-                        let message =
-                            "has an inertia that no body has, expected three moments of which none is negative";
+                        let message = "has an impossible inertia, expected three moments of 0 or more";
                         let error = self.error(node, format!("`{name}` {message}"));
-                        self.tolerate("", name, error, Some("that of its shapes counts"));
+                        self.tolerate("", name, error, Some("the inertia of its shapes is used"));
                         inertia_of(link.mass, &link.solids).1
                     }
                 }

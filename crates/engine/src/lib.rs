@@ -1,7 +1,7 @@
 //! The evaluators: frames in, leaves out. They read no clock and no file.
 //!
 //! `reference` follows the meaning of a run literally and is the definition; `compiled` evaluates whole logs block by block; `live` takes one frame at a
-//! time. `inspect` gives the value of any expression after a run. What they share stands in `semantics` and `runs`.
+//! time. `inspect` gives the value of any expression after a run. Their common parts are in `semantics` and `runs`.
 
 pub mod compiled;
 pub mod inspect;

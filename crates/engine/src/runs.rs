@@ -21,7 +21,7 @@ pub struct Run {
 pub struct Leaves {
     /// The stretch.
     pub frames: Range<usize>,
-    /// The leaves of each hand's tree; neighbours differ, no frame is left out.
+    /// The leaves of each hand's tree; neighbors differ, no frame is left out.
     pub hands: BTreeMap<Side, Vec<Run>>,
     /// The leaves of the tree over both hands; empty without such a tree, or for a log with one hand.
     pub both: Vec<Run>,
@@ -77,7 +77,7 @@ impl Settler {
         Self { frames, settled: None, pending_since: None }
     }
 
-    /// Takes the next run of leaves (neighbouring runs may have equal labels) and returns the settled run that it closes, if it closes one.
+    /// Takes the next run of leaves (neighboring runs may have equal labels) and returns the settled run that it closes, if it closes one.
     pub fn push(&mut self, leaf: Run) -> Option<Run> {
         let Some(settled) = &mut self.settled else {
             self.settled = Some(leaf);

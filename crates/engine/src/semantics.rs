@@ -31,7 +31,7 @@ pub fn samples(duration_s: f64, rate_hz: f64) -> Result<u32, InputError> {
     }
     if samples > MAX_WINDOW {
         let message = format!(
-            "a duration of {} s is {:.0} samples at {rate_hz:.1} Hz, at most {MAX_WINDOW:.0} are counted",
+            "a duration of {} s is {:.0} samples at {rate_hz:.1} Hz, expected at most {MAX_WINDOW:.0}",
             ShortNumber(duration_s),
             ShortNumber(samples)
         );

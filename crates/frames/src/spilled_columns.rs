@@ -39,7 +39,7 @@ pub struct SpilledColumns {
 }
 
 impl SpilledColumns {
-    /// Puts values behind those of a column that are there.
+    /// Puts values after those of a column that are there.
     ///
     /// # Errors
     /// When the folder of temporary files has no room.

@@ -273,7 +273,7 @@ impl FirstPass {
             while start < stretch.end {
                 let core = start..(start + WINDOW).min(stretch.end);
                 let seen = core.start.saturating_sub(around).max(stretch.start)..(core.end + around).min(stretch.end);
-                // A log may report faults of its rows behind the last one.
+                // A log may report faults of its rows after the last one.
                 let is_last = core.end == self.time.len();
                 while is_last || held.end() < seen.end {
                     let mut block = match blocks.next()? {

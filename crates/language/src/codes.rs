@@ -99,7 +99,7 @@ codes! {
     AFTER_ELSE = "E402";
     /// `stay` can be reached from `none`
     STAY_FROM_NONE = "E403";
-    /// `separate` stands in the tree of a single hand
+    /// `separate` is used in the tree of a single hand
     SEPARATE_HAND = "E404";
     /// a second tree labels the same hands
     SECOND_TREE = "E405";
@@ -109,7 +109,7 @@ codes! {
     NO_ANCHOR = "E407";
     /// an extension brings an `else`
     EXTENDED_ELSE = "E408";
-    /// tasks stand before each other in a circle
+    /// the `before` orders of tasks form a cycle
     CIRCULAR_TASKS = "E409";
     /// a task whose keys are joined by `and` gets another key
     EXTENDED_AND = "E410";
@@ -117,7 +117,7 @@ codes! {
     SEPARATE_TASK = "E411";
     /// rules that are to label something have no tree
     TREE_NEEDED = "E412";
-    /// files come before each other in a circle
+    /// the orders of the files form a cycle
     CIRCULAR_ORDER = "E413";
     /// a task that is made of tasks stands where one of primitives is needed
     COMPOSITE = "E414";

@@ -84,10 +84,10 @@ impl Resolver {
         if let Some(earlier) = self.rules.composites.iter().take(MAX_COMPARED).find(takes) {
             let (taker, span) = (earlier.name.clone(), earlier.span);
             self.report(
-                Diagnostic::warning(codes::HIDDEN_TASK, format!("no tasks are ever left for `{}`", name.text))
-                    .at(name.span, "declared behind the other one")
+                Diagnostic::warning(codes::HIDDEN_TASK, format!("no tasks remain for `{}`", name.text))
+                    .at(name.span, "declared after the other one")
                     .at(span, format!("`{taker}` takes them"))
-                    .help("declare it in front of the other one"),
+                    .help("declare it before the other one"),
             );
         }
     }

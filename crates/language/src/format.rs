@@ -140,7 +140,7 @@ fn pass(text: &str, heads: &BTreeSet<u32>) -> String {
     out
 }
 
-/// Where the line behind one begins, in bytes.
+/// Where the line after one begins, in bytes.
 fn after(text: &str, offset: usize, line: &str) -> usize {
     let end = offset + line.len();
     let rest = text.get(end..).unwrap_or("");

@@ -68,7 +68,7 @@ pub struct Declaration {
     pub name: Span,
     /// The whole declaration.
     pub extent: Span,
-    /// The comments right above it and behind it, without their slashes.
+    /// The comments right above it and after it, without their slashes.
     pub doc: String,
 }
 
@@ -149,7 +149,7 @@ impl Index {
         self.mentions.iter().rfind(near).copied()
     }
 
-    /// The thing of this kind and name; `tree` is empty for what is not a choice.
+    /// The symbol of this kind and name; `tree` is empty unless it is a choice.
     pub fn find(&self, kind: Kind, tree: &str, name: &str) -> Option<usize> {
         self.by_name.get(&(kind.space(), tree.to_string(), name.to_string())).copied()
     }
@@ -234,7 +234,7 @@ impl Symbol {
     }
 }
 
-/// The comments right above a declaration, and the one behind it on its last line.
+/// The comments right above a declaration, and the one after it on its last line.
 fn doc(comments: &[Span], sources: &Sources, extent: Span) -> String {
     let between = |start: u32, end: u32| sources.text(Span { start, end, ..extent });
     let words = |comment: &Span| sources.text(*comment).trim_start_matches('/').trim().to_string();

@@ -164,7 +164,7 @@ fn expressions(rules: &Rules) -> Vec<(&Expr, Hand)> {
             }
         }
     }
-    let whose = |per_hand: bool| if per_hand { Hand::This } else { Hand::Nobody };
+    let whose = |per_hand: bool| if per_hand { Hand::This } else { Hand::Shared };
     let mut all: Vec<(&Expr, Hand)> = Vec::new();
     all.extend(rules.signals.iter().map(|signal| (&signal.expr, whose(signal.per_hand))));
     for latch in &rules.latches {

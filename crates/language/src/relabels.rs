@@ -92,11 +92,11 @@ impl Resolver {
 
     /// The limit of a rule: a duration, or a distance of the target.
     fn bound(&mut self, limit: &syntax::Expr) -> Option<Constant> {
-        let read = self.constant(limit, None, Scope::NOBODY)?;
+        let read = self.constant(limit, None, Scope::SHARED)?;
         if read.dimension == Dimension::LENGTH {
             return Some(read);
         }
-        self.constant(limit, Some(Dimension::TIME), Scope::NOBODY)
+        self.constant(limit, Some(Dimension::TIME), Scope::SHARED)
     }
 
     fn pair(

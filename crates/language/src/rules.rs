@@ -103,21 +103,21 @@ impl Type {
     pub const BOOL: Self = Self { shape: Shape::Bool, dimension: Dimension::NONE, axis: None };
 }
 
-/// Whose value is meant.
+/// The hand to which a value belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Hand {
-    /// The hand at hand: inside `for each hand`.
+    /// The current hand: inside `for each hand`.
     This,
-    /// The one that is not at hand: `other.load` inside `for each hand`.
+    /// The opposite hand: `other.load` inside `for each hand`.
     Other,
     /// A hand by name: `left.load`.
     Named(Side),
-    /// No hand: the value is not declared per hand.
-    Nobody,
+    /// Neither hand: the value is declared once, not per hand.
+    Shared,
 }
 
 impl Hand {
-    /// Whose value that is in a declaration or tree of the hand `this`, or of none.
+    /// Returns the hand of the value in a declaration or tree of the hand `this`; `None` for a value that is declared once.
     pub const fn side(self, this: Option<Side>) -> Option<Side> {
         match self {
             Self::This => this,
@@ -126,11 +126,11 @@ impl Hand {
                 None => None,
             },
             Self::Named(side) => Some(side),
-            Self::Nobody => None,
+            Self::Shared => None,
         }
     }
 
-    /// Whose value that is, seen from outside a declaration or tree of the hand `this`.
+    /// Returns the hand of the value as seen from outside a declaration or tree of the hand `this`.
     #[must_use]
     pub const fn seen_from(self, this: Self) -> Self {
         match (self, this) {
@@ -138,8 +138,8 @@ impl Hand {
             (Self::Other, Self::This) => Self::Other,
             (Self::Other, Self::Other) => Self::This,
             (Self::Other, Self::Named(side)) => Self::Named(side.other()),
-            (Self::Other, Self::Nobody) => Self::Nobody,
-            (whose @ (Self::Named(_) | Self::Nobody), _) => whose,
+            (Self::Other, Self::Shared) => Self::Shared,
+            (whose @ (Self::Named(_) | Self::Shared), _) => whose,
         }
     }
 }
@@ -343,7 +343,7 @@ pub type Labels = Vec<Label>;
 /// What a relabeling rule does. The time of rewritten segments belongs to the surviving label.
 #[derive(Clone, Debug)]
 pub enum RelabelKind {
-    /// `X [shorter than d] between A and B becomes C`; with `run`, X is `(P or Q)+`: one or more neighbours.
+    /// `X [shorter than d] between A and B becomes C`; with `run`, X is `(P or Q)+`: one or more neighbors.
     Between {
         /// X.
         what: Labels,

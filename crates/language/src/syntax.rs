@@ -46,7 +46,7 @@ impl Path {
         join(&self.parts)
     }
 
-    /// Whose value is asked for, where that is written, and the names behind it. `other`, `either` and `both` are names too: before
+    /// Whose value is asked for, where that is written, and the names after it. `other`, `either` and `both` are names too: before
     /// nothing and before a component they are.
     pub fn whose(&self) -> (Option<HandPrefix>, &[Name]) {
         let Some((first, rest)) = self.parts.split_first() else { return (None, &[]) };
@@ -318,7 +318,7 @@ pub struct Task {
     pub without: Vec<Label>,
     /// Whether `joined` stands.
     pub joined: bool,
-    /// Whether `is failure` stands.
+    /// Whether `is failure` is written.
     pub failure: bool,
     /// The task that it comes before.
     pub before: Option<Name>,
@@ -331,7 +331,7 @@ pub struct Composite {
     pub name: Name,
     /// The tasks in their order, each with whether it may come several times in a row.
     pub parts: Vec<(Name, bool)>,
-    /// Whether `is failure` stands.
+    /// Whether `is failure` is written.
     pub failure: bool,
 }
 

@@ -92,7 +92,7 @@ impl Resolver {
                 );
                 return None;
             }
-            *place = Some(self.constant(value, Some(dimension), Scope::NOBODY)?);
+            *place = Some(self.constant(value, Some(dimension), Scope::SHARED)?);
         }
         Some(demanded)
     }
@@ -158,7 +158,7 @@ impl Resolver {
         next: &dyn Fn(usize) -> Option<usize>,
         declared: &[(&syntax::Task, Option<Task>)],
     ) {
-        let mut finding = Diagnostic::error(codes::CIRCULAR_TASKS, "tasks stand before each other in a circle");
+        let mut finding = Diagnostic::error(codes::CIRCULAR_TASKS, "the `before` orders of tasks form a cycle");
         let mut task = start;
         for _ in 0..declared.len().min(6) {
             if let Some((syntax, _)) = declared.get(task) {

@@ -61,7 +61,7 @@ pub(crate) struct Bank {
 }
 
 impl Bank {
-    /// The bits of an atom for a hand; those behind the end of a track are zero.
+    /// The bits of an atom for a hand; those after the end of a track are zero.
     pub fn row(&self, atom: usize, slot: usize) -> &[u64] {
         &self.rows[atom * self.slots + slot]
     }
@@ -252,7 +252,7 @@ fn asked<'r>(rules: &'r Rules, count: usize, hands: &[Side]) -> Result<Vec<(&'r 
     let first = rules.signals.iter().position(|signal| signal.name == "atom_0").unwrap_or(rules.signals.len());
     let signals = rules.signals.get(first..first + count);
     let signals = signals.filter(|signals| signals.iter().zip(0..).all(|(it, at)| it.name == format!("atom_{at}")));
-    let signals = signals.ok_or_else(|| internal("a condition is no signal".into()))?;
+    let signals = signals.ok_or_else(|| internal("a condition is not a signal".into()))?;
     Ok(signals.iter().flat_map(|signal| hands.iter().map(|side| (&signal.expr, Some(*side)))).collect())
 }
 
@@ -263,7 +263,7 @@ fn internal(message: String) -> InputError {
 fn loaded(text: &str) -> Result<Rules, InputError> {
     let loaded = load(&Request { texts: vec![("conditions".into(), text.into())], ..Request::default() });
     let why = || loaded.diagnostics.first().map_or_else(String::new, |found| found.message.clone());
-    loaded.rules.clone().ok_or_else(|| internal(format!("the conditions are no rules: {}", why())))
+    loaded.rules.clone().ok_or_else(|| internal(format!("the conditions do not compile: {}", why())))
 }
 
 /// The values of numbers on labeled frames of a recording.

@@ -44,7 +44,7 @@ pub struct Demonstration<'a> {
     pub hands: Vec<Side>,
     /// Its frames.
     pub frames: Box<FramesOf<'a>>,
-    /// What is true of it.
+    /// Its true label.
     pub tracks: Vec<LabeledTrack>,
 }
 
@@ -62,7 +62,7 @@ pub struct LabeledTrack {
 /// A label over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LabeledSpan {
-    /// Its position in the list of labels; in the result of the present rules also behind its end, for any other name.
+    /// Its position in the list of labels; in the result of the present rules also after its end, for any other name.
     pub label: usize,
     /// Start, s.
     pub start_s: f64,

@@ -1,4 +1,4 @@
-//! The rule file of a model: each rule a signal with its conditions and a choice of the tree, with the evidence for it behind it.
+//! The rule file of a model: each rule a signal with its conditions and a choice of the tree, with the evidence for it after it.
 
 use super::bank::Bank;
 use super::model::{Model, Rule};
@@ -110,7 +110,7 @@ pub(crate) fn rule_file(
 /// The text in the style of rule files.
 fn checked(text: &str) -> Result<String, InputError> {
     let internal = |why: &str| {
-        InputError::new("teachtree learn", format!("the learned rules are no rules: {why}"))
+        InputError::new("teachtree learn", format!("the learned rules do not compile: {why}"))
             .or_kind(ErrorKind::Internal)
     };
     let text = format(text).map_err(|found| internal(found.first().map_or("", |found| &found.message)))?;

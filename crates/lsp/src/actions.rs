@@ -58,7 +58,7 @@ pub fn style(workspace: &Workspace, uri: &Uri) -> Answer<Vec<TextEdit>> {
     };
     let formatted = format(&document.text).map_err(|findings| {
         let first = findings.first().map_or("", |finding| finding.message.as_str());
-        RequestError::failed(format!("a file is formatted when it can be read: {first}"))
+        RequestError::failed(format!("a file with syntax errors is not formatted: {first}"))
     })?;
     let end = if document.text.contains("\r\n") { "\r\n" } else { "\n" };
     let old: Vec<&str> = document.text.split_inclusive('\n').collect();

@@ -23,7 +23,7 @@ pub fn complete(spot: &Spot) -> Vec<CompletionItem> {
     let (start, wanted) = candidates(text, cursor);
     let written = text.get(start..cursor).unwrap_or("");
     let is_path = !wanted.contains(&Candidate::File);
-    // Only the part behind the last dot is replaced.
+    // Only the part after the last dot is replaced.
     let before = if is_path { written.rfind('.').map_or("", |dot| written.split_at(dot + 1).0) } else { "" };
     let place = |offset: usize| u32::try_from(offset).unwrap_or(u32::MAX);
     let span = Span { file: spot.file, start: place(start + before.len()), end: spot.offset };
@@ -142,7 +142,7 @@ impl List<'_> {
                 Kind::Channel => CompletionItemKind::Field,
                 _ => continue,
             };
-            if side.is_some() && is_nobodys(rule_set, symbol) {
+            if side.is_some() && is_shared(rule_set, symbol) {
                 continue;
             }
             if let Some(rest) = symbol.name.strip_prefix(before) {
@@ -185,7 +185,7 @@ impl List<'_> {
         }
     }
 
-    /// Trees, and behind a tree's name its branches.
+    /// Trees, and after a tree's name its branches.
     fn trees(&mut self) {
         let Some(tree) = self.before.strip_suffix('.') else {
             return self.symbols(Kind::Tree, CompletionItemKind::Class);
@@ -225,8 +225,8 @@ impl List<'_> {
     }
 }
 
-/// Whether no hand has a value of its own, as far as that is known.
-fn is_nobodys(rule_set: &RuleSet, symbol: &Symbol) -> bool {
+/// Whether a symbol is declared once, not per hand, as far as the survey shows.
+fn is_shared(rule_set: &RuleSet, symbol: &Symbol) -> bool {
     let (rules, name) = (&rule_set.survey.rules, symbol.name.as_str());
     let per_hand = match symbol.kind {
         Kind::Signal => rules.signals.iter().find(|signal| signal.name == name).map(|signal| signal.per_hand),

@@ -1,4 +1,4 @@
-//! Diagnostics as editors show them: each where it is, with its code, what is said about it, and what to do.
+//! Diagnostics for editors: each with its place, code, message and fix.
 
 use super::library::Library;
 use super::workspace::{RuleSet, Workspace};
@@ -71,7 +71,7 @@ pub fn shown(workspace: &Workspace, rule_set: &RuleSet, finding: &Finding) -> (P
     let page = workspace.library.page(finding.code);
     if page.is_none() {
         // Nothing to click on: say where the page is.
-        message.push_str(&format!("\n`teachtree check --explain {}` says more", finding.code));
+        message.push_str(&format!("\n`teachtree check --explain {}` explains it", finding.code));
     }
     let related = finding.labels.iter().filter(|label| label.span != span).filter_map(|label| {
         Some(DiagnosticRelatedInformation {

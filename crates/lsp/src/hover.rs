@@ -186,7 +186,7 @@ fn names(rule_set: &RuleSet, symbol: &Symbol, expr: &Expr) -> bool {
 /// Returns the declared item as an expression.
 fn own(rules: &Rules, symbol: &Symbol, span: Span) -> Option<(Expr, bool)> {
     let made = |kind, ty, per_hand| Some((Expr { kind, ty, span }, per_hand));
-    let whose = |per_hand| if per_hand { Hand::This } else { Hand::Nobody };
+    let whose = |per_hand| if per_hand { Hand::This } else { Hand::Shared };
     match symbol.kind {
         Kind::Signal => {
             let at = rules.signals.iter().position(|signal| signal.name == symbol.name)?;

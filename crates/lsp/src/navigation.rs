@@ -16,7 +16,7 @@ impl Spot {
 }
 
 impl RuleSet {
-    /// The thing that a name stands for.
+    /// The symbol that a name refers to.
     pub fn symbol(&self, mention: Mention) -> Option<&Symbol> {
         self.survey.index.symbols.get(mention.symbol)
     }
@@ -73,7 +73,7 @@ pub fn find_matches(workspace: &mut Workspace, spot: &Spot) -> Vec<SymbolMatch> 
         .collect()
 }
 
-/// All places that name the thing at a place, by file.
+/// All references to the symbol at a place, by file.
 pub fn references(workspace: &mut Workspace, spot: &Spot, declarations: bool) -> Vec<Location> {
     let mut places: BTreeMap<(PathBuf, u32), Location> = BTreeMap::new();
     for found in find_matches(workspace, spot) {

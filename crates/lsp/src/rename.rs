@@ -58,10 +58,10 @@ fn renameable(workspace: &Workspace, spot: &Spot, symbol: &Symbol) -> Answer<()>
         path.is_none_or(|path| workspace.library.holds(path)).then(|| spot.rule_set.survey.sources.place(at.name))
     });
     Err(RequestError::failed(match symbol.kind {
-        Kind::File => "a file is renamed where it lies, and then in the `use` lines".to_string(),
+        Kind::File => "rename the file itself, then change the `use` lines".to_string(),
         Kind::Function => format!("`{name}` is a function of the language"),
         Kind::Channel if symbol.declared.is_empty() => format!("`{name}` is derived by the program"),
-        Kind::Channel => format!("`{name}` is what logs call this channel; a binding gives their columns other names"),
+        Kind::Channel => format!("`{name}` is the name of this channel in logs; a binding maps other columns to it"),
         _ => match shipped {
             Some(place) => format!("the {word} `{name}` comes with the program ({place}) and keeps its name"),
             None => return Ok(()),
@@ -90,7 +90,7 @@ fn readable(survey: &CheckedSource) -> Answer<()> {
     let unread = survey.diagnostics.iter().find(|finding| finding.code.starts_with("E1"));
     unread.map_or(Ok(()), |finding| {
         let place = finding.place().map_or(String::new(), |span| format!(", {}", survey.sources.place(span)));
-        Err(RequestError::failed(format!("names are changed when the files can be read: {}{place}", finding.message)))
+        Err(RequestError::failed(format!("files with errors are not changed: {}{place}", finding.message)))
     })
 }
 

@@ -117,7 +117,7 @@ impl<W: Write> Server<W> {
         }
     }
 
-    /// Puts a message behind the others; a request that is cancelled goes.
+    /// Puts a message after the others; a request that is cancelled goes.
     fn queue(&mut self, queue: &mut VecDeque<WireMessage>, incoming: WireMessage) -> io::Result<()> {
         let cancelled = match &incoming {
             WireMessage::Message(Message::Notification(it)) if it.method == "$/cancelRequest" => {
@@ -157,7 +157,7 @@ impl<W: Write> Server<W> {
             }),
             (Phase::ShutDown, _) => Err(RequestError {
                 code: ErrorCode::InvalidRequest,
-                message: format!("`{method}` came behind `shutdown`"),
+                message: format!("`{method}` came after `shutdown`"),
             }),
             (Phase::Running, "initialize") => {
                 Err(RequestError { code: ErrorCode::InvalidRequest, message: "`initialize` came twice".into() })
@@ -237,9 +237,7 @@ impl<W: Write> Server<W> {
                 let params: CodeActionParams = read(params)?;
                 to_json(&actions::fixes(&mut self.workspace, &params))
             }
-            _ => {
-                Err(RequestError { code: ErrorCode::MethodNotFound, message: format!("`{method}` is not known here") })
-            }
+            _ => Err(RequestError { code: ErrorCode::MethodNotFound, message: format!("`{method}` is not supported") }),
         }
     }
 
@@ -384,7 +382,7 @@ impl<W: Write> Server<W> {
             return Ok(());
         }
         let all = catch_unwind(AssertUnwindSafe(|| findings::all(&mut self.workspace, self.validate)));
-        let Ok(all) = all else { return self.warn("looking at the files failed: this is a bug") };
+        let Ok(all) = all else { return self.warn("checking the files failed: this is a bug") };
         let gone: Vec<Uri> =
             self.published.iter().filter(|(path, _)| !all.contains_key(*path)).map(|(_, uri)| uri.clone()).collect();
         self.published.clear();

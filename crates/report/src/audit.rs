@@ -16,7 +16,7 @@ use teachtree_analysis::{TrackId, number::fixed};
 
 /// The widest name of a recording in a table.
 const NAME: usize = 48;
-/// Letters of the text behind the names that a line has at least.
+/// Letters of the text after the names that a line has at least.
 const TEXT: usize = 40;
 /// The width of the time axis of a page, and the height of a lane.
 const WIDTH: f64 = 720.0;
@@ -84,12 +84,12 @@ impl Audit<'_> {
     }
 }
 
-/// From when to when something is, behind its words.
+/// An interval, printed after its words.
 fn span(span_s: Option<[f64; 2]>) -> String {
     span_s.map_or(String::new(), |[start, end]| format!(" [{}–{} s]", fixed(start, 2), fixed(end, 2)))
 }
 
-/// A finding in words: its column, what it is, and when.
+/// A finding in words: column, kind and time.
 fn described(finding: &Finding) -> String {
     let column = finding.column.as_ref().map_or(String::new(), |column| format!("{column}: "));
     format!("{column}{}{}", finding.message, span(finding.span_s))

@@ -106,7 +106,7 @@ fn verdict(fit: &Fit) -> String {
     match fit.verdict {
         Verdict::Gain => format!("better: {spread}"),
         Verdict::NotBorneOut => format!(
-            "not borne out: {spread}.\nThese values may fit the recordings by chance; add recordings, or print the patch nevertheless with `--anyway`."
+            "not confirmed: {spread}.\nThese values may fit the recordings by chance; add recordings, or print the patch with `--anyway`."
         ),
         Verdict::NothingToGain => {
             format!(
@@ -141,7 +141,7 @@ pub fn patch(fit: &Fit, lacking: &[String], place: Option<impl Display>) -> Stri
     if !lacking.is_empty() {
         let _ = writeln!(
             text,
-            "not here as it was read: {}. Files that come with the program are changed by a copy beside your rules, or by `params` of a binding.",
+            "changed since it was read, or not a file in this folder: {}. To change a file that comes with the program, copy it beside your rules, or set `params` in a binding.",
             lacking.join(", ")
         );
     }

@@ -1,22 +1,22 @@
-//! One colour for what a hand does in a primitive, the same in terminals and pages.
+//! One color for what a hand does in a primitive, the same in terminals and pages.
 //!
-//! The colours are light enough for dark letters on them (contrast at least 4.5 : 1) and stand on light and dark backgrounds. Families:
-//! free motion grey, grasps green, carrying blue and teal, insertion violet, contact warm.
+//! The colors are light enough for dark letters on them (contrast at least 4.5 : 1) and stand on light and dark backgrounds. Families:
+//! free motion gray, grasps green, carrying blue and teal, insertion violet, contact warm.
 
 use teachtree_base::hands::Side;
 use teachtree_base::meaning::Meaning;
 
-/// A colour, red green blue.
+/// A color, red green blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
-/// The letters on every colour of a primitive.
+/// The letters on every color of a primitive.
 pub const INK: Color = Color(0x16, 0x19, 0x1f);
 
 /// What tasks are drawn in, by turns.
 pub const TASKS: [Color; 2] = [Color(0xb9, 0xc4, 0xd6), Color(0xdd, 0xe3, 0xec)];
 
-/// The colour of a primitive: that of what the hand does, where it says so.
+/// The color of a primitive: that of what the hand does, where it says so.
 pub fn color(primitive: &str, does: Option<Meaning>) -> Color {
     does.map_or_else(|| spare(primitive), |meaning| of_meaning(meaning, side_of(primitive)))
 }
@@ -51,7 +51,7 @@ const fn of_meaning(meaning: Meaning, side: Option<Side>) -> Color {
     }
 }
 
-/// Colours for primitives that do not say what a hand does.
+/// Colors for primitives that do not say what a hand does.
 const SPARE: &[Color] = &[
     Color(0x7f, 0xd6, 0xe8),
     Color(0xe8, 0xb0, 0x8f),
@@ -62,7 +62,7 @@ const SPARE: &[Color] = &[
 ];
 
 fn spare(primitive: &str) -> Color {
-    // A name has the same colour in every report, whatever else is in it.
+    // A name has the same color in every report, whatever else is in it.
     let sum = primitive.bytes().fold(0_usize, |sum, byte| (sum * 31 + usize::from(byte)) % 9973);
     SPARE.get(sum % SPARE.len()).copied().unwrap_or(INK)
 }
@@ -73,7 +73,7 @@ impl Color {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 
-    /// The nearest colour of the 6 × 6 × 6 cube that every colour terminal has.
+    /// The nearest color of the 6 × 6 × 6 cube that every color terminal has.
     pub fn terminal(self) -> u8 {
         // The levels of the cube are 0, 95, 135, 175, 215, 255.
         let level = |part: u8| match part {

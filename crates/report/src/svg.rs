@@ -89,7 +89,7 @@ pub struct Bar<'a> {
     pub x: Range<f64>,
     /// Its name.
     pub name: &'a str,
-    /// Its colour.
+    /// Its color.
     pub color: Color,
     /// What is said over it.
     pub title: String,

@@ -1,7 +1,7 @@
 //! The timeline for terminals: an analysis in, lanes and lists out.
 //!
 //! Every track has a lane of raw segments, one of relabeled segments when rules changed something, and one of tasks, all to the same
-//! scale, and below the tasks and their segments with times and trails. Without colour the lanes are drawn with letters
+//! scale, and below the tasks and their segments with times and trails. Without color the lanes are drawn with letters
 //! and bars; without Unicode everything is ASCII. No line of the timeline is longer than the width.
 
 use super::palette::{self, Color, INK};
@@ -14,7 +14,7 @@ use teachtree_analysis::{Analysis, Confidence, Segment, Subject, TaskSpan, Track
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Style {
-    /// Whether colours may be used.
+    /// Whether colors may be used.
     pub color: bool,
     /// Whether characters beyond ASCII may be used.
     pub unicode: bool,
@@ -22,7 +22,7 @@ pub struct Style {
     pub width: usize,
 }
 
-/// Without colour, with Unicode, 100 columns wide.
+/// Without color, with Unicode, 100 columns wide.
 impl Default for Style {
     fn default() -> Self {
         Self { color: false, unicode: true, width: 100 }
@@ -36,7 +36,7 @@ pub const MIN_WIDTH: usize = 40;
 const GUTTER: usize = 12;
 /// Columns of the names in the lists, at least.
 const NAME: usize = 21;
-/// Columns of the color of a segment and the blank behind it.
+/// Columns of the color of a segment and the blank after it.
 const SWATCH: usize = 3;
 
 /// Draws the timeline and the lists.

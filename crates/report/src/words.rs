@@ -53,7 +53,7 @@ impl Style {
 pub struct Words {
     /// The row.
     pub row: usize,
-    /// The row behind the last one of what they name, at most that of the next words.
+    /// The row after the last one of what they name, at most that of the next words.
     pub end: usize,
     /// The words.
     pub content: String,

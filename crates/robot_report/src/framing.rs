@@ -25,9 +25,9 @@ const LEAST_M: f64 = 0.3;
 pub(super) struct Framing {
     /// Height of a picture whose width is [`WIDTH`].
     pub height: f64,
-    /// Units of a picture in a metre.
+    /// Units of a picture in a meter.
     pub scale: f64,
-    /// What is in the middle: metres to the right and up from the origin.
+    /// What is in the middle: meters to the right and up from the origin.
     pub middle: [f64; 2],
 }
 

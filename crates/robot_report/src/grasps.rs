@@ -1,4 +1,4 @@
-//! The grasps of a task: what makes each of them good, by finger.
+//! The grasps of a task, with the factors of their measures by finger.
 
 use std::collections::BTreeSet;
 use teachtree_analysis::number::decimals;

@@ -27,7 +27,7 @@ pub(super) struct View {
     painted: Vec<PaintedShape>,
 }
 
-/// What a shape belongs to, as the class of its drawing, and its colour.
+/// What a shape belongs to, as the class of its drawing, and its color.
 #[derive(Clone, Copy)]
 struct Paint {
     class: &'static str,

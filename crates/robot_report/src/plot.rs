@@ -9,14 +9,14 @@ const HEIGHT: f64 = 84.0;
 const TOP: f64 = BAR + 26.0;
 /// Room for a name in the legend.
 const NAME: f64 = 92.0;
-/// Colours of lines, as classes of the page's style.
+/// Colors of lines, as classes of the page's style.
 const COLORS: usize = 8;
 
 /// A line.
 pub(super) struct Line {
     /// Its name in the legend.
     pub name: String,
-    /// Which of the colours.
+    /// Which of the colors.
     pub color: usize,
     /// The stroke of the line.
     pub stroke: Stroke,

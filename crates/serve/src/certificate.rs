@@ -62,7 +62,7 @@ impl Certificate {
         Self::of(&pem, host)
     }
 
-    /// Reads a certificate, with those that signed it behind it, and its key, which may be in the same file.
+    /// Reads a certificate, with those that signed it after it, and its key, which may be in the same file.
     ///
     /// # Errors
     /// When a file cannot be read or lacks them, when they do not belong together, or when the certificate is for other hosts.

@@ -55,7 +55,7 @@ impl DuplexStream {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Ends the connection in good order; who reads or writes it is no longer held up.
+    /// Closes the connection; pending reads and writes return.
     pub fn close(&self) {
         self.close_writing();
         self.hang_up();

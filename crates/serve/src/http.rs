@@ -31,9 +31,9 @@ const POLICY: &str = "default-src 'none'; style-src 'self'; style-src-attr 'unsa
 pub struct Request {
     /// `GET`, `HEAD`, `POST` or `PUT`.
     pub method: String,
-    /// The path, decoded, without what is behind `?`.
+    /// The path, decoded, without what is after `?`.
     pub path: String,
-    /// What is behind `?`, decoded.
+    /// What is after `?`, decoded.
     pub query: Vec<(String, String)>,
     /// The field `Host`.
     pub host: String,
@@ -61,7 +61,7 @@ pub enum Range {
 }
 
 impl Request {
-    /// The value of a key behind `?`.
+    /// The value of a key after `?`.
     pub fn query_value(&self, key: &str) -> Option<&str> {
         self.query.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
     }
@@ -259,7 +259,7 @@ fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, 
     }
     let field = |name| fields(name).next().map(|field| String::from_utf8_lossy(field.value).trim().to_string());
     if field("Transfer-Encoding").is_some() {
-        return refused(411, "a body in chunks is not taken, expected `Content-Length`");
+        return refused(411, "a chunked body is not supported, expected `Content-Length`");
     }
     let body = field("Content-Length").map_or(Ok(0), |text| text.parse::<usize>());
     let Ok(body) = body else { return refused(400, "`Content-Length` is not a number") };

@@ -230,7 +230,7 @@ fn logs_in(
     let place = || folder.display().to_string();
     let fail = |error: std::io::Error| InputError::new(place(), format!("the folder cannot be read: {error}"));
     if depth > DEEPEST {
-        let message = format!("found folders nested deeper than {DEEPEST}, the most that are looked through");
+        let message = format!("found folders nested deeper than {DEEPEST}, the most that are searched");
         return Err(InputError::new(place(), message));
     }
     let mut entries = Vec::new();

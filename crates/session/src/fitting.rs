@@ -102,7 +102,7 @@ impl Runner {
         self.recordings.iter().map(|recording| recording.meta.log.clone()).collect()
     }
 
-    /// The objective of each point on each recording; `None` for a point whose rules are wrong or cannot run.
+    /// The objective of each point on each recording; `None` for a point whose rules are invalid or cannot run.
     pub fn objectives(&self, space: &Space, points: &[ParamVector]) -> Vec<Option<Rc<[Objective]>>> {
         let key = |point: &ParamVector| -> PointBits { point.iter().map(|value| value.to_bits()).collect() };
         let mut new: Vec<&ParamVector> = Vec::new();

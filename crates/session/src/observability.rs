@@ -248,7 +248,7 @@ fn silent(frames: &Frames) -> SilentChannels {
                 let state = if first == 0.0 { "zero" } else { "constant" };
                 let reason = match (channel.name.as_str(), side) {
                     ("target", Some(side)) => always_one_target(frames, side, first),
-                    (name, _) => format!("`{name}` is {state} all along"),
+                    (name, _) => format!("`{name}` is {state} in the whole log"),
                 };
                 silent.insert((index, side), (reason, AbstractValue::Constant(first)));
             }
@@ -262,10 +262,10 @@ fn always_one_target(frames: &Frames, side: Side, target: f64) -> String {
     let name = if target < 0.0 { None } else { frames.objects.get(target as usize) };
     match (name, frames.objects.len()) {
         (Some(name), 1) if frames.layout.hands.len() > 1 => {
-            format!("`{name}` is the only object, so both hands have the same target all along")
+            format!("`{name}` is the only object, so both hands always have the same target")
         }
-        (Some(name), 1) => format!("`{name}` is the only object, so it is the target all along"),
-        (Some(name), _) => format!("`{name}` is the target of the {side} hand all along"),
+        (Some(name), 1) => format!("`{name}` is the only object, so it is always the target"),
+        (Some(name), _) => format!("`{name}` is always the target of the {side} hand"),
         (None, _) => format!("the {side} hand has no target"),
     }
 }

@@ -102,7 +102,7 @@ impl Rules {
         self.0.rules.tasks.iter().map(|task| task.name.as_str())
     }
 
-    /// The names of the tasks that are failures (`is failure`), those that are made of tasks behind the others. Every other task is a success.
+    /// The names of the tasks that are failures (`is failure`), those that are made of tasks after the others. Every other task is a success.
     pub fn failures(&self) -> impl Iterator<Item = &str> {
         let rules = &self.0.rules;
         let tasks = rules.tasks.iter().filter(|task| task.failure).map(|task| task.name.as_str());

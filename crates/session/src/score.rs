@@ -82,13 +82,12 @@ pub fn meets(labels: &labels::Labels, time: &[f64]) -> Result<(), InputError> {
     }
     let [start_s, end_s, first, last] = [start_s, end_s, *first, *last].map(|time_s| fixed(time_s, 3));
     let message = format!("has labels from {start_s} s to {end_s} s, and the recording is from {first} s to {last} s");
-    Err(InputError::new(&labels.file, message)
-        .help("write the times of the labels as the stamps of the recording count"))
+    Err(InputError::new(&labels.file, message).help("write the times of the labels on the time base of the recording"))
 }
 
 fn own_truth(opened: &OpenedLog, map: &NameMap) -> Result<Truth, InputError> {
     Truth::of_recording(&opened.recording, map).ok_or_else(|| {
-        let message = "the log does not say what is true: it has no `right.label`, `left.label` or `both.label`";
+        let message = "the log has no true labels: it has no `right.label`, `left.label` or `both.label`";
         InputError::new(opened.log.display().to_string(), message)
             .help("name a label file with --labels, or bind a column of the log as `right.label`")
     })

@@ -161,7 +161,7 @@ impl ValueCatalog<'_> {
             all.into_iter().filter(|side| asked.is_none() || *side == asked).collect()
         };
         let expr = |side: Option<Side>, kind: &dyn Fn(Hand) -> ExprKind, ty: Type, span| {
-            let hand = if side.is_some() { Hand::This } else { Hand::Nobody };
+            let hand = if side.is_some() { Hand::This } else { Hand::Shared };
             (side, ValueSource::Expr(Expr { kind: kind(hand), ty, span }))
         };
         let mut found = Vec::new();

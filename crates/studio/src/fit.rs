@@ -108,7 +108,7 @@ impl Studio {
             recordings.push(recording);
         }
         if recordings.is_empty() {
-            let error = InputError::new("the recordings", "none that these rules read has labels");
+            let error = InputError::new("the recordings", "no recording of these rules has labels");
             return Err(argument(error.help("correct labels, or accept those that are right with `All is right`")));
         }
         let fixed = rules.params();

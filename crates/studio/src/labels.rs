@@ -125,7 +125,7 @@ pub fn read(opened: &OpenedLog, only: Option<TrackId>, folders: &AllowedFolders)
     }
     let lines = found.intervals.into_iter().map(|interval| {
         let track = interval.track.or(only).ok_or_else(|| {
-            let message = "the row does not say which hand it is about, and the recording has several tracks";
+            let message = "the row names no track, and the recording has several";
             InputError::new(format!("{} {}", found.file, interval.place), message).help("add a column `track`")
         })?;
         let (pinned, by, at) = provenance.get(&interval.place).cloned().unwrap_or_default();

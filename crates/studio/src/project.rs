@@ -45,7 +45,7 @@ pub struct Options {
     pub who: String,
 }
 
-/// The recordings, and what is known of them.
+/// The recordings, with the results so far.
 pub struct Studio {
     /// In the order of the list.
     pub recordings: Vec<Recording>,
@@ -221,7 +221,7 @@ impl Studio {
     }
 
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
-        // What is behind the lock is whole after each step.
+        // The locked value is complete after each step.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -258,7 +258,7 @@ impl Studio {
         Ok(loaded)
     }
 
-    /// Analyzes a recording, with what is known of it from before.
+    /// Analyzes a recording, using earlier results.
     ///
     /// # Errors
     /// What is wrong with the recording.

@@ -155,7 +155,7 @@ fn labels_json(labels: &Labels) -> Value {
 fn body<T: DeserializeOwned>(request: &Request, answer: impl FnOnce(T) -> Result<Response, Error>) -> Response {
     match serde_json::from_slice(&request.body) {
         Ok(sent) => answer(sent).unwrap_or_else(|error| Response::refused(422, &error.to_string())),
-        Err(error) => Response::refused(400, &format!("the body is not as it should be: {error}")),
+        Err(error) => Response::refused(400, &format!("invalid body: {error}")),
     }
 }
 
@@ -176,7 +176,7 @@ fn video(at: &str, place: &str, studio: &Studio) -> Response {
 fn explained(request: &Request, at: usize, studio: &Studio) -> Response {
     let Some(time) = request.query_value("t").and_then(|time| time.parse::<f64>().ok()).filter(|time| time.is_finite())
     else {
-        return Response::refused(400, "expected a time behind `t=`");
+        return Response::refused(400, "expected a time after `t=`");
     };
     let question = Question::at(time);
     let question =

@@ -87,7 +87,7 @@ pub(super) fn perform(teaching: &Arc<Teaching>, take: Option<usize>) -> Result<(
     let (take, file) = {
         let mut takes = lock(&teaching.takes);
         if takes.robot.as_ref().is_some_and(|robot| robot.result.is_none()) {
-            return Err("the robot is at work".into());
+            return Err("the robot is busy".into());
         }
         let take = take.unwrap_or_else(|| takes.list.len().saturating_sub(1));
         let written = takes.list.get(take).filter(|take| take.is_written).map(|take| take.file.clone());

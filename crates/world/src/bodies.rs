@@ -2,7 +2,7 @@
 //! that names rapier.
 //!
 //! A contact is rapier's damped spring (60 Hz, overdamped: a 50 g cube sinks 0.07 mm into its base) with Coulomb friction.
-//! The force of a contact over a step is its impulse divided by the step. INVARIANT (millimetre world): rapier's lengths are scaled so that
+//! The force of a contact over a step is its impulse divided by the step. INVARIANT (millimeter world): rapier's lengths are scaled so that
 //! tolerances are micrometres, and nothing ever sleeps.
 
 use super::body_dynamics::BodyDynamics;
@@ -20,7 +20,7 @@ use teachtree_base::short_number::ShortNumber;
 
 /// Maximum number of bodies of a scene.
 const MAX_BODIES: usize = 64;
-/// rapier's tolerances are for metres; ours are for centimetres: errors below 50 µm, contacts predicted 0.2 mm ahead.
+/// rapier's tolerances are for meters; ours are for centimeters: errors below 50 µm, contacts predicted 0.2 mm ahead.
 const LENGTH_UNIT: f64 = 0.01;
 /// Sweeps over all contacts per step, so that stacks and corners converge.
 const SWEEPS: usize = 4;
@@ -298,7 +298,7 @@ impl Bodies {
     }
 }
 
-/// Mass, centre and inertia of a solid of this density, kg/m³; body frame.
+/// Mass, center and inertia of a solid of this density, kg/m³; body frame.
 fn mass_properties(solid: &Solid, density: f64) -> MassProperties {
     let mut sum = MassProperties::default();
     for part in solid.parts() {

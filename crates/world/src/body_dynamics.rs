@@ -22,16 +22,16 @@ pub(super) struct BodyDynamics {
     /// Now, and before the last step.
     now: Motion,
     before: Motion,
-    /// What acts during the next step, N and N m about the centre of mass.
+    /// What acts during the next step, N and N m about the center of mass.
     force: Vector3<f64>,
     torque: Vector3<f64>,
-    /// The point masses of the next step: their sum, first moment and inertia about the body's centre of mass.
+    /// The point masses of the next step: their sum, first moment and inertia about the body's center of mass.
     held: f64,
     moment: Vector3<f64>,
     inertia: Matrix3<f64>,
 }
 
-/// Motion of the centre of mass.
+/// Motion of the center of mass.
 #[derive(Clone, Copy)]
 struct Motion {
     com: Point3<f64>,
@@ -45,7 +45,7 @@ pub(super) struct LumpedMass {
     pub(super) mass: f64,
     /// Body frame.
     pub(super) com: Point3<f64>,
-    /// About that centre, body frame, kg m².
+    /// About that center, body frame, kg m².
     pub(super) inertia: Matrix3<f64>,
 }
 
@@ -67,7 +67,7 @@ impl BodyDynamics {
         }
     }
 
-    /// Its centre of mass, body frame.
+    /// Its center of mass, body frame.
     pub(super) fn com_in_body(&self) -> Point3<f64> {
         self.com_in_body
     }
@@ -124,18 +124,18 @@ impl BodyDynamics {
         })
     }
 
-    /// Velocity of the centre of mass with the point masses, m/s.
+    /// Velocity of the center of mass with the point masses, m/s.
     pub(super) fn lumped_velocity(&self) -> Vector3<f64> {
         self.now.velocity + self.now.spin.cross(&self.offset())
     }
 
-    /// What acts during the next step, N and N m about the centre of mass with the point masses; they have no weight.
+    /// What acts during the next step, N and N m about the center of mass with the point masses; they have no weight.
     pub(super) fn load(&self, gravity: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let force = self.force + gravity * self.mass;
         (force, self.torque - self.offset().cross(&force))
     }
 
-    /// Takes over the velocities of a step, that of the centre of mass with the point masses, and forgets what acted.
+    /// Takes over the velocities of a step, that of the center of mass with the point masses, and forgets what acted.
     pub(super) fn answered(&mut self, lumped_velocity: Vector3<f64>, spin: Vector3<f64>, com: Point3<f64>) {
         // Where the body was before: what the step did to it was solved there.
         let velocity = lumped_velocity - spin.cross(&self.offset());
@@ -145,7 +145,7 @@ impl BodyDynamics {
         (self.held, self.moment, self.inertia) = (0.0, Vector3::zeros(), Matrix3::zeros());
     }
 
-    /// How far the point masses draw the centre of mass.
+    /// How far the point masses draw the center of mass.
     fn offset(&self) -> Vector3<f64> {
         self.moment / (self.mass + self.held)
     }

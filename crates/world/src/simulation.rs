@@ -65,7 +65,7 @@ impl Fingertips {
 pub struct HandTarget {
     /// The palm, reference frame; fingertips turn with it.
     pub palm: Isometry3<f64>,
-    /// The centres of the fingertip balls in the order of the scene, m, reference frame.
+    /// The centers of the fingertip balls in the order of the scene, m, reference frame.
     pub tips: Vec<Point3<f64>>,
 }
 
@@ -98,7 +98,7 @@ pub struct HandState {
 pub struct TipState {
     /// The name of the finger.
     pub finger: Finger,
-    /// Centre of the ball, m.
+    /// Center of the ball, m.
     pub position: Point3<f64>,
     /// Its velocity, m/s.
     pub velocity: Vector3<f64>,
@@ -188,7 +188,7 @@ pub struct HandMotion {
 /// The motion of a fingertip under a [`Mover`]; reference frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipMotion {
-    /// Centre of the ball, m.
+    /// Center of the ball, m.
     pub position: Point3<f64>,
     /// Its velocity, m/s.
     pub velocity: Vector3<f64>,
@@ -201,7 +201,7 @@ pub struct TipMotion {
 pub struct TipWrench {
     /// Force on the fingertip, N.
     pub force: Vector3<f64>,
-    /// Torque on it about the centre of its ball, N m.
+    /// Torque on it about the center of its ball, N m.
     pub torque: Vector3<f64>,
 }
 

@@ -57,7 +57,7 @@ impl Default for TouchLaw {
 pub(super) struct Bristle {
     /// The anchor of the bristle, body frame.
     anchor_in_body: Point3<f64>,
-    /// The normal of the step before, body frame: it stands in when the centre of the ball lies on the surface.
+    /// The normal of the step before, body frame: it stands in when the center of the ball lies on the surface.
     normal_in_body: Vector3<f64>,
     /// Twist of the tip against the body about the normal, rad.
     twist: f64,

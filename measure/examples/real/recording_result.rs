@@ -271,7 +271,7 @@ fn tally(truth: &Truth, analysis: &Analysis) -> Result<Tally, String> {
     Ok(all)
 }
 
-/// The same with some primitives called by other names; equal neighbours are joined.
+/// The same with some primitives called by other names; equal neighbors are joined.
 fn renamed(analysis: &Analysis, names: &[(&str, &str)]) -> Analysis {
     let mut analysis = analysis.clone();
     for track in &mut analysis.tracks {
@@ -450,7 +450,7 @@ fn outside(track: &Track) -> usize {
     track.relabeled.iter().filter(|it| !track.tasks.iter().any(|task| task.frames.contains(&it.frames.start))).count()
 }
 
-/// How many segments the longest part has that goes in the order of the task. The same primitive twice in a row is no order, except Move and Approach.
+/// How many segments the longest part has that goes in the order of the task. Two consecutive segments of one primitive do not count as being in order, except Move and Approach.
 fn in_order(task: &str, segments: &[Segment]) -> usize {
     // The most segments so far that end at each place.
     let mut most = [0_usize; 10];

@@ -25,7 +25,7 @@ SHARD_SIZE = 64
 
 @dataclass(frozen=True)
 class Recording:
-    """A recording, and what tells whether it is still the same one."""
+    """A recording, and its identity, by which a changed recording is detected."""
 
     path: str
     """As :class:`teachtree.Log` takes it; in an object store a URL, with ``#3`` behind it for an episode."""

@@ -90,14 +90,14 @@ impl SinkArgs {
     pub fn check(&self, logs: &[PathBuf]) -> Result<(), InputError> {
         for (path, Sink { option, noun, check, .. }) in self.given() {
             if logs.len() > 1 {
-                return Err(InputError::new(option, format!("{noun} is of one recording, found several")));
+                return Err(InputError::new(option, format!("{noun} is written for one recording, found several")));
             }
             check(self, path, logs)?;
         }
         if self.signals.is_empty() || self.given().any(|(_, sink)| sink.has_signals) {
             return Ok(());
         }
-        Err(InputError::new("--signals", "the values of signals are in no output of this command")
+        Err(InputError::new("--signals", "no output of this command contains values of signals")
             .help("name one: --frames FILE, --mcap FILE.mcap, or --trace FILE.json"))
     }
 

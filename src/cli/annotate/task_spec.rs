@@ -18,7 +18,7 @@ use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
 use teachtree_session::signals::Signal;
 
-/// How many rows behind an end a part may be cut, as MimicGen's templates have it.
+/// How many rows after an end a part may be cut, as MimicGen's templates have it.
 const OFFSETS: [usize; 2] = [10, 20];
 
 /// The table of formats.
@@ -85,7 +85,7 @@ impl<'a> TaskSpec<'a> {
         output::refuse_one_for_two(&[path, &args.out])?;
         if path.symlink_metadata().is_ok() {
             let error = InputError::new(place, "exists already, expected the name of a new file");
-            return Err(error.help("name another one, or delete it first: what was edited in it would be lost"));
+            return Err(error.help("name another one, or delete it first: its edits would be lost"));
         }
         super::folder_above(path)?;
         Ok(Self { args, path: path.into(), format, wanted, bodies: formats::hdf5::annotate::bodies(&args.data)? })
@@ -209,9 +209,7 @@ impl<'a> TaskSpec<'a> {
         if !self.bodies.is_empty() && !self.bodies.contains(&object_ref) {
             let message = format!("signal `{}`: the file has no poses of `{object_ref}`", signal.name);
             let names = self.bodies.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-            return Err(self
-                .wrong(message)
-                .help(format!("it has {names}; say which one is meant: --object-ref {body}=NAME")));
+            return Err(self.wrong(message).help(format!("it has {names}; name one: --object-ref {body}=NAME")));
         }
         let hand = hands.into_iter().max_by_key(|(_, count)| *count).map_or(Side::Right, |(side, _)| side);
         Ok(Part { at, signal, hand, object_ref })

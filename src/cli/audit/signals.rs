@@ -1,4 +1,4 @@
-//! What an audit finds in raw columns. Recordings whose columns have other names than those of channels, and for which there is no binding, are audited by it
+//! Audits raw columns. Recordings whose columns have other names than those of channels, and for which there is no binding, are audited by it
 //! alone.
 
 use super::super::Failure;

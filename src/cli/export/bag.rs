@@ -113,7 +113,7 @@ impl Choice {
             match picture_file::file(picture) {
                 Ok(file) => match picture_file::size(&file) {
                     Some(size) => spool.add(&file, size).map(Ok),
-                    None => Ok(Err("a picture has an alpha channel, or does not say its size".into())),
+                    None => Ok(Err("a picture has an alpha channel, or no declared size".into())),
                 },
                 Err(why) => Ok(Err(why)),
             }

@@ -1,4 +1,4 @@
-//! Where a bag is cut into episodes, and what is said of them in words.
+//! Cuts a bag into episodes, with their tasks in words.
 
 use super::super::Failure;
 use super::super::analysis::AnalysisArgs;

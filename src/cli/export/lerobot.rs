@@ -170,7 +170,8 @@ fn features(args: &Args, bag: &OpenBag, episodes: &Episodes) -> Features {
 fn same(path: &Path, known: &Features, found: &Features) -> Result<(), InputError> {
     let wrong = |message: String| {
         let error = InputError::new(path.display().to_string(), message);
-        Err(error.help("`--state`, `--action` and `--camera` choose what all bags have; or export it by itself"))
+        Err(error
+            .help("`--state`, `--action` and `--camera` select columns that all bags have; or export this bag alone"))
     };
     let lists = [("observation.state", &known.state, &found.state), ("action", &known.action, &found.action)];
     for (feature, expected, found) in lists {
@@ -216,7 +217,7 @@ fn episode(
         return Ok(Err(format!("not all topics have messages then, they do from {from:.2} to {to:.2} s")));
     }
     let Some(task) = args.task.clone().or_else(|| episodes.task(span)) else {
-        return Ok(Err("no task is found in it, and `--task` does not say what is done".into()));
+        return Ok(Err("no task is found in it, and `--task` names none".into()));
     };
     let times: Vec<f64> = (0..frames).map(|frame| (start_s + frame as f64 / fps).min(end_s)).collect();
     let mut made = Episode { task, ..Episode::default() };

@@ -120,7 +120,7 @@ pub struct NewEntries<'a> {
     old: Option<String>,
     /// Patterns that stand before others, which so count more.
     before: Vec<String>,
-    /// Patterns that stand behind others.
+    /// Patterns that stand after others.
     behind: Vec<String>,
 }
 
@@ -163,7 +163,7 @@ impl<'a> NewEntries<'a> {
     /// # Errors
     /// A file whose text cannot take them; the help has their lines.
     pub fn text(&self, keys: &[String]) -> Result<Option<String>, InputError> {
-        const HEAD: &str = "# Written by `teachtree init`. Options override it; `teachtree config LOG` prints what holds (docs/project.md).\nlogs:\n";
+        const HEAD: &str = "# Written by `teachtree init`. Options override it; `teachtree config LOG` prints the settings of a log (docs/project.md).\nlogs:\n";
         let all = |indent: usize| lines(&self.before, keys, indent) + &lines(&self.behind, keys, indent);
         let Some(old) = &self.old else { return Ok(Some(format!("{HEAD}{}", all(2)))) };
         if self.before.is_empty() && self.behind.is_empty() {
@@ -177,7 +177,7 @@ impl<'a> NewEntries<'a> {
         })
     }
 
-    /// The text with lines behind `logs:` and at its end.
+    /// The text with lines after `logs:` and at its end.
     fn added(&self, old: &str, keys: &[String]) -> Option<String> {
         let is_blank = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
         let mut at = 0;

@@ -20,7 +20,7 @@ impl Groups {
     /// The groups of a pattern; without one, of the names up to their last `_` or `-` where that makes fewer groups than recordings, else each recording.
     ///
     /// # Errors
-    /// A pattern that is no regular expression, or that a name does not match.
+    /// A pattern that is not a regular expression, or that a name does not match.
     pub fn new(logs: &[PathBuf], pattern: Option<&str>) -> Result<Self, InputError> {
         let stems: Vec<String> = logs.iter().map(|log| stem(log)).collect();
         if let Some(pattern) = pattern {

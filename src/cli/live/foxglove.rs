@@ -137,7 +137,7 @@ impl FoxgloveSource {
             if let Some(socket) = socket.take() {
                 match self.read(socket, is_first, outlet) {
                     ConnectionEnd::Broken(why) => {
-                        let message = format!("the connection to {} broke: {why}; it is made again", self.address);
+                        let message = format!("the connection to {} broke: {why}; reconnecting", self.address);
                         if !outlet.send(SourceEvent::Broken(message)) {
                             return;
                         }
@@ -221,7 +221,7 @@ fn is_timeout(error: &std::io::Error) -> bool {
 fn broken(error: Error) -> ConnectionEnd {
     ConnectionEnd::Broken(match error {
         Error::ConnectionClosed | Error::AlreadyClosed => "the other side has closed it".into(),
-        Error::Protocol(ProtocolError::ResetWithoutClosingHandshake) => "the other side has gone".into(),
+        Error::Protocol(ProtocolError::ResetWithoutClosingHandshake) => "the other side has disconnected".into(),
         Error::Io(error) => error.to_string(),
         error => error.to_string(),
     })
@@ -323,7 +323,7 @@ impl ConnectionState<'_> {
             true => "it advertises no topic".to_string(),
             false => format!("it advertises {}{more}", named.join(", ")),
         };
-        InputError::new(&self.robot.address, format!("none of its topics is one that the binding names; {found}")).help(
+        InputError::new(&self.robot.address, format!("it has none of the topics in the binding; {found}")).help(
             "columns of topics are called `<topic>.<field>`, such as `/wrench.wrench.force.<xyz>` (docs/bindings.md)",
         )
     }

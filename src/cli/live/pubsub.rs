@@ -69,7 +69,7 @@ impl ZenohArgs {
         if !is_source && self.zenoh_publish.is_none() {
             let is_named =
                 !self.zenoh_connect.is_empty() || !self.zenoh_listen.is_empty() || self.zenoh_config.is_some();
-            let message = "nothing is done with it, expected the source `zenoh:KEY` or `--zenoh-publish KEY`";
+            let message = "its options are not used, expected the source `zenoh:KEY` or `--zenoh-publish KEY`";
             return if is_named { Err(InputError::new("Zenoh", message)) } else { Ok(None) };
         }
         let config = self.config().map_err(|error| {
@@ -173,7 +173,7 @@ impl Network {
     }
 }
 
-/// Answers `KEY` with all events that are kept, one a line, and `KEY?after=120;session=…` with those behind that number.
+/// Answers `KEY` with all events that are kept, one a line, and `KEY?after=120;session=…` with those after that number.
 fn answer(query: &Query, key: &OwnedKeyExpr, hub: &Hub) {
     let asked = query.parameters();
     let from = asked.get("after").map_or(ReadFrom::Kept, |after| hub.resume(asked.get("session"), after));

@@ -158,7 +158,7 @@ fn a_name_that_cannot_be_changed_is_refused_with_the_reason() {
         ("=> H|over", "Grasp", "`Grasp` is a primitive already"),
         ("task h|over =", "push", "`push` is a task already"),
         ("e|xtend", "x", "nothing here has a name that can be changed"),
-        ("\"pa|rt.rules\"", "x", "a file is renamed where it lies"),
+        ("\"pa|rt.rules\"", "x", "rename the file itself"),
     ] {
         if reason.contains("`push`") {
             // The tasks of contact.rules are there only when it is used.
@@ -176,7 +176,7 @@ fn a_name_that_cannot_be_changed_is_refused_with_the_reason() {
     for (place, reason) in [
         ("n|orm", "`norm` is a function of the language"),
         ("t|arget", "`target.velocity` is derived by the program"),
-        ("o|wn.thing", "`own.thing` is what logs call this channel"),
+        ("o|wn.thing", "`own.thing` is the name of this channel in logs"),
     ] {
         let answer = editor.at("textDocument/prepareRename", "names.rules", place, json!({}));
         assert!(answer["error"]["message"].as_str().unwrap().contains(reason), "{answer}");
@@ -185,7 +185,7 @@ fn a_name_that_cannot_be_changed_is_refused_with_the_reason() {
     editor.change("main.rules", &format!("{MAIN}\r\nsignal b = away and and\r\n"));
     let answer = editor.at("textDocument/rename", "main.rules", "a|way and flown", json!({ "newName": "gone" }));
     let message = answer["error"]["message"].as_str().unwrap();
-    assert!(message.contains("names are changed when the files can be read"), "{message}");
+    assert!(message.contains("files with errors are not changed"), "{message}");
     editor.end();
 }
 
@@ -301,7 +301,10 @@ fn what_is_proposed_says_what_it_is() {
     assert_eq!(item("far")["documentation"], "As far as an arm reaches 🦾.\nours");
     assert_eq!(item("away")["detail"], "a condition, of each hand");
     assert_eq!(item("norm")["detail"], "norm(v)");
-    assert_eq!(item("target.radius")["documentation"], "radius of the ball about the target's origin that holds it");
+    assert_eq!(
+        item("target.radius")["documentation"],
+        "radius of the sphere about the target's origin that contains it"
+    );
 }
 
 /// Declarations of a file: what they are, and where their names begin.

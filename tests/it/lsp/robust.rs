@@ -33,7 +33,7 @@ fn a_connection_begins_and_ends_in_order() {
 }
 
 #[test]
-fn what_is_no_message_is_said_and_skipped() {
+fn what_is_not_a_message_is_said_and_skipped() {
     let mut editor = Editor::new(&[]);
     for garbage in [
         "Content-Length: 7\r\n\r\n{\"a\": 1",

@@ -91,7 +91,7 @@ fn is_mated(analysis: &Value) {
 }
 
 #[test]
-fn bumps_are_no_fit() {
+fn bumps_are_not_a_fit() {
     is_mated(&shipped("BaxterPegInHole_demo_1.csv"));
     let Some(path) = given("robosuite/BaxterPegInHole_demo_1.csv") else { return };
     is_mated(&analysis(&path, "demos/robosuite/baxter_peg_in_hole.binding.yaml"));

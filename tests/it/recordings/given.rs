@@ -77,7 +77,7 @@ fn a_snap_assembly_ends_its_approach_at_the_first_contact() {
 }
 
 #[test]
-fn a_failed_assembly_is_no_peg_in_hole() {
+fn a_failed_assembly_is_not_a_peg_in_hole() {
     for trial in ["ERROR-02", "ERROR-05"] {
         let Some(path) = given(&format!("hiro_snap/{trial}")) else { return };
         let analysis = analysis(&path, SNAP);

@@ -45,7 +45,7 @@ pub fn drawn(browser: &mut Browser) {
     browser.wait("window.drawn");
 }
 
-/// How many colours the replay has, and a number that tells pictures apart.
+/// How many colors the replay has, and a number that tells pictures apart.
 pub fn picture(browser: &mut Browser) -> (u64, i64) {
     let printed = browser.eval(
         "(() => { const canvas = document.querySelector('#replay canvas');
@@ -342,7 +342,7 @@ fn the_replay_moves_with_the_time() {
     let Some((mut browser, ..)) = taught("paper_box", "1") else { return };
     let (colors, begin) = picture(&mut browser);
     // Shaded faces and balls on a stage.
-    assert!(colors > 50, "{colors} colours");
+    assert!(colors > 50, "{colors} colors");
     browser.click("[data-pick='cut 0 raw 4']");
     let (_, grasped) = picture(&mut browser);
     assert_ne!(begin, grasped, "another time, another picture");

@@ -64,7 +64,7 @@ fn the_agreement_is_also_json_and_labels_can_be_renamed() {
 }
 
 #[test]
-fn recordings_of_folders_add_up_and_whoever_swaps_people_changes_nothing() {
+fn recordings_of_folders_add_up_in_either_order_of_the_people() {
     let folder = folder();
     for (person, text) in [("mika", ONE), ("noor", OTHER)] {
         std::fs::create_dir(folder.path().join(person)).unwrap();
@@ -88,7 +88,7 @@ fn recordings_of_folders_add_up_and_whoever_swaps_people_changes_nothing() {
 
 /// Where label files are in a folder, recordings without one are left out with one warning.
 #[test]
-fn what_nobody_labeled_is_left_out() {
+fn recordings_without_labels_are_left_out() {
     let folder = folder();
     for (person, names) in [("mika", &["a", "b", "c7"][..]), ("noor", &["a", "c7"])] {
         std::fs::create_dir(folder.path().join(person)).unwrap();
@@ -112,9 +112,9 @@ fn what_nobody_labeled_is_left_out() {
         "{compared}"
     );
     // Nothing is left.
-    std::fs::create_dir(folder.path().join("nobody")).unwrap();
+    std::fs::create_dir(folder.path().join("unlabeled")).unwrap();
     for (person, message) in
-        [("nobody", "the log has no label file"), ("noone", "noone: there is no such file or folder")]
+        [("unlabeled", "the log has no label file"), ("nofolder", "nofolder: there is no such file or folder")]
     {
         let output = run(&["agree", "mika", person, "logs"]);
         assert_eq!(output.status.code(), Some(2));

@@ -181,7 +181,7 @@ fn annotations_of_a_set_are_labels_in_the_words_that_were_written() {
     assert_eq!(scored["results"][0]["all"]["tasks"]["sequences"]["right"], 1, "{scored:#}");
     std::fs::write(&file, document.to_string()).unwrap();
     for (from, to, message) in [
-        ("\"Grasp\"", "\"take it\"", "found `take it`, which is not the words of one name of the rules"),
+        ("\"Grasp\"", "\"take it\"", "found `take it`, which are not the words for a name of the rules"),
         ("\"version\":2", "\"version\":7", "found version 7, expected 2"),
         ("\"atoms\"", "\"subtasks\"", "`episodes.0`: expected a list `atoms`"),
         ("\"timestamp\":0.0", "\"timestamp\":\"now\"", "`atoms[0]`"),

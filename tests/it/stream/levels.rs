@@ -86,7 +86,7 @@ fn a_force_without_two_groups_has_no_level_and_that_is_an_issue() {
     }
     let found = analysis(folder.path(), &text, WRIST);
     let told = issues(&found, "no_contact_level");
-    assert!(told.len() == 1 && told[0].contains("above 5 N, as the rules have it"), "{told:?}");
+    assert!(told.len() == 1 && told[0].contains("above 5 N, the threshold of the rules"), "{told:?}");
     // A level that the binding fixes is not learned.
     let fixed = WRIST.replace("  tool.position", "  right.palm.level: = 12 N\n  tool.position");
     assert!(issues(&analysis(folder.path(), &text, &fixed), "no_contact_level").is_empty());
@@ -112,7 +112,7 @@ fn a_sensor_that_never_reads_less_than_a_contact_wants_a_tare() {
 }
 
 #[test]
-fn the_weight_of_an_object_is_no_contact_whose_level_is_missing() {
+fn the_weight_of_an_object_is_not_contact_whose_level_is_missing() {
     let folder = tempfile::tempdir().unwrap();
     // A second group of 3 N.
     let told = |binding: &str| issues(&analysis(folder.path(), &rubbing(3.0, 0.1), binding), "no_contact_level").len();
@@ -151,7 +151,7 @@ fn buttons() -> String {
 }
 
 #[test]
-fn buttons_that_a_heavy_tool_presses_are_presses_and_turning_it_is_no_contact() {
+fn buttons_that_a_heavy_tool_presses_are_presses_and_turning_it_is_not_contact() {
     let folder = tempfile::tempdir().unwrap();
     let binding = WRIST.replace("  tool.position", "  tool.rotation: q<wxyz>\n  tool.position");
     let analysis = analysis(folder.path(), &buttons(), &binding);

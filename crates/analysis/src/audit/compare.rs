@@ -67,13 +67,13 @@ pub fn unchecked(recordings: &[Facts]) -> Vec<String> {
     let grasps = count(|facts| facts.has_unjudged_grasps);
     if grasps > 0 {
         sentences.push(format!(
-            "failed grasps in {grasps} of {all} recordings: they have no poses of the objects, and the rules cannot detect in them that an object is carried"
+            "failed grasps in {grasps} of {all} recordings: without poses of the objects, the rules cannot detect that an object is carried"
         ));
     }
     let unmeasured = count(|facts| facts.has_unmeasured);
     if unmeasured > 0 {
         sentences
-            .push(format!("expected tasks in {unmeasured} of {all} recordings: the logs lack what shows these tasks"));
+            .push(format!("expected tasks in {unmeasured} of {all} recordings: the logs lack channels by which these tasks are detected"));
     }
     sentences
 }

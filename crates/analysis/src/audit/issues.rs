@@ -3,7 +3,7 @@
 use super::{Finding, FindingKind};
 use teachtree_logs::issue::{Issue, IssueKind};
 
-/// The finding that an issue is; `None` of one that changes no label, or only says what was learned.
+/// Returns an issue as a finding; `None` if it changes no label, or only reports a learned value.
 fn kind(kind: IssueKind) -> Option<FindingKind> {
     Some(match kind {
         kind if kind.is_of_setup() => FindingKind::Setup,

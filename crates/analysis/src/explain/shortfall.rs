@@ -1,6 +1,6 @@
 //! The distance of conditions from their wanted outcomes, frame by frame. It orders the paths to a primitive.
 //!
-//! The degree of a condition is 0 where it is as wanted, and at most 1. A comparison is short by the distance of its value from the threshold, as a share of
+//! The degree of a condition is 0 where it has the wanted outcome, and at most 1. A comparison is short by the distance of its value from the threshold, as a share of
 //! the sum of both. All of several conditions are short by the largest degree, one of several by the smallest. A flag is short by 1.
 
 use std::ops::Range;

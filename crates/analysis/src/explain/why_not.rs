@@ -1,4 +1,4 @@
-//! Why a primitive was not given: of all paths to it, on all frames asked about, the one that lacks least ([`shortfall`](super::shortfall)).
+//! The reason why a primitive was not given: the path with the smallest [`shortfall`](super::shortfall), among all paths to it on all frames of the question.
 
 use super::reason::{EvalPoint, Reason, Reasons};
 use super::shortfall::{Shortfall, ShortfallMeter};

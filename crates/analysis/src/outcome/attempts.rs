@@ -31,7 +31,7 @@ pub fn number(tracks: &mut [Track]) {
     }
 }
 
-/// The attempt of a task behind these. The last one that it repeats, or that has its object and target, decides.
+/// The attempt of a task after these. The last one that it repeats, or that has its object and target, decides.
 fn attempt(task: &TaskSpan, before: &[TaskSpan]) -> usize {
     // A success without a target is elsewhere than a task with one.
     let is_elsewhere =

@@ -230,7 +230,7 @@ fn names(found: &Analysis) -> Vec<&str> {
     names.into_iter().map(|(_, name)| name).collect()
 }
 
-/// The row behind the last task that is a success; `None` unless the outcome is a success.
+/// The row after the last task that is a success; `None` unless the outcome is a success.
 pub(super) fn success_end(found: &Analysis) -> Option<usize> {
     let ends = results(found).into_iter().filter(|result| !result.failure).map(|result| result.end_row);
     ends.max().filter(|_| Outcome::new(found).result == OutcomeKind::Success)
@@ -246,7 +246,7 @@ struct TaskResult<'a> {
     /// The failure is a part of a task that is a success.
     is_part_of_success: bool,
     span_s: [f64; 2],
-    /// The row behind it.
+    /// The row after it.
     end_row: usize,
 }
 

@@ -1,7 +1,7 @@
 //! Truth and result of a track on one scale: named spans and segments in, two rows of pieces over the scored time out.
 //!
 //! Scored is the time that has a true name and a result. The rest (masked, or in a gap of the recording) is cut out and what is left is put
-//! together, as is usual where only a part of the frames is labeled; so neighbours of one name become one piece.
+//! together, as is usual where only a part of the frames is labeled; so neighbors of one name become one piece.
 //! The result uses the labels of the truth: see [`Layout::new`].
 
 use super::name_map::SEPARATE;
@@ -66,7 +66,7 @@ impl Layout {
     /// Lays truth and result out.
     ///
     /// Where the truth has alternatives, `Move|Approach`, that is one class: a resulting segment whose name is among the alternatives of true
-    /// segments gets the class with which it shares most time, else as the only class that has its name, and neighbours of one class are one
+    /// segments gets the class with which it shares most time, else as the only class that has its name, and neighbors of one class are one
     /// segment.
     pub fn new(truth: &[Span], result: &[(&str, f64, f64)]) -> Self {
         let moments = moments(truth, result);

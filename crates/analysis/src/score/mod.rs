@@ -101,8 +101,9 @@ impl Score {
             return Ok(self);
         }
         let message = "nothing can be scored: no time has both a true label that is not masked and a result";
-        Err(InputError::new(log, message)
-            .help("`teachtree analyze` shows when the recording was analyzed; compare it with the times and tracks of the labels"))
+        Err(InputError::new(log, message).help(
+            "`teachtree analyze` prints the times and tracks of its results; compare them with those of the labels",
+        ))
     }
 
     /// Returns the number of scored recordings.
@@ -122,7 +123,7 @@ pub fn score(truth: &Truth, analysis: &Analysis, stage: Stage, meta: &Meta) -> R
         let track = analysis.track(truth.who).ok_or_else(|| {
             let found: Vec<String> = analysis.tracks.iter().map(|track| track.who.to_string()).collect();
             let found = if found.is_empty() { "no track".into() } else { found.join(", ") };
-            let message = format!("the truth is about the track `{}`, the analysis has {found}", truth.who);
+            let message = format!("the true labels are of the track `{}`, the analysis has {found}", truth.who);
             InputError::new(&meta.log, message).help(
                 "use rules with a tree for this track; a tree `for left, right` analyzes recordings of both hands only",
             )

@@ -67,7 +67,7 @@ impl NameMap {
         for pair in text.split(',') {
             let (foreign, ours) = pair.split_once('=').ok_or_else(|| {
                 InputError::new("--map", format!("found `{pair}`, expected FOREIGN=OURS"))
-                    .help("several pairs stand behind commas, alternatives behind bars: `S1=Move|Approach,S9=mask`")
+                    .help("separate pairs by commas and alternatives by bars: `S1=Move|Approach,S9=mask`")
             })?;
             let ours = ours.split('|').map(|name| name.trim().to_string()).collect();
             insert(&mut entries, foreign.trim().to_string(), ours)
@@ -100,7 +100,7 @@ impl NameMap {
 
 fn insert(entries: &mut IndexMap<String, Vec<String>>, foreign: String, mut ours: Vec<String>) -> Result<(), String> {
     if foreign.is_empty() || ours.is_empty() || ours.iter().any(String::is_empty) {
-        return Err(format!("`{foreign}` is mapped to a name that is empty; `{MASK}` leaves its time out"));
+        return Err(format!("`{foreign}` is mapped to an empty name; `{MASK}` leaves its time out"));
     }
     if ours.iter().any(|name| name == MASK) {
         if ours.len() > 1 {

@@ -1,4 +1,4 @@
-//! The counts of a score, and the measures that follow from them. The counts of recordings add up; measures of several recordings are those of the sum.
+//! The counts of a score, and the measures that follow from them. The counts of recordings are added; measures of several recordings are computed from the sum.
 
 use super::overlap::Matches;
 use super::statistics::{Share, quantile, ratio};

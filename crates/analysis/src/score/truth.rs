@@ -1,7 +1,7 @@
 //! The truth about a recording: its own label columns or a label file in, named spans of each track out.
 //!
 //! Invariants: the spans of a list are in order and apart; time that no span of primitives covers is not scored. Tasks are listed in full:
-//! where no span of tasks is, there is no task.
+//! time without a span of a task has no task.
 
 use super::name_map::{KnownNames, MASK, NameMap, SEPARATE};
 use crate::{TrackId, UNKNOWN};
@@ -79,11 +79,8 @@ impl Truth {
         for interval in &labels.intervals {
             let place = format!("{} {}", labels.file, interval.place);
             let who = interval.track.or(track).ok_or_else(|| {
-                InputError::new(
-                    &place,
-                    "the row does not say which hand it is about, and the recording has several tracks",
-                )
-                .help("add a column `track`, or say --track left, right or both")
+                InputError::new(&place, "the row names no track, and the recording has several")
+                    .help("add a column `track`, or name one with --track left, right or both")
             })?;
             let names = match map.get(&interval.name) {
                 Some(names) => names.to_vec(),

@@ -145,7 +145,7 @@ fn expected_tasks_are_there_in_order() {
 }
 
 #[test]
-fn a_missing_task_that_the_log_cannot_show_is_no_failure() {
+fn a_missing_task_that_the_log_cannot_show_is_not_a_failure() {
     let mut analysis = expecting(&[("push", "a", "")], "push, insert");
     let unmeasured =
         |task: &str, failure: bool| UnmeasuredTask { task: task.into(), failure, reason: "no depth".into() };
@@ -212,7 +212,7 @@ fn a_recording_has_succeeded_behind_its_last_success() {
 }
 
 #[test]
-fn what_is_no_expectation_is_refused() {
+fn what_is_not_an_expectation_is_refused() {
     for text in ["", "insert x", "insert x 0", "insert 2", "insert x 2 turn", "insert,", "a-b", "insert x -1"] {
         assert!(ExpectedTasks::parse(text).is_err(), "{text}");
     }

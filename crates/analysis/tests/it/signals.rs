@@ -82,7 +82,7 @@ fn frames_are_missing() {
 }
 
 #[test]
-fn a_late_frame_is_no_gap() {
+fn a_late_frame_is_not_a_gap() {
     let facts = audit(|table| table.stamps_s[100] += 0.03);
     assert_eq!(found(&facts), vec![]);
 }

@@ -62,7 +62,7 @@ fn tab(at: (usize, usize)) -> SyntaxError {
     SyntaxError::new(at, "found a tab, expected blanks").help("YAML is indented with blanks")
 }
 
-/// What does not continue the mapping that begins at `opened`: a line in another column, or more text behind a value.
+/// What does not continue the mapping that begins at `opened`: a line in another column, or more text after a value.
 fn unexpected_key(text: &str, at: (usize, usize), opened: (usize, usize)) -> SyntaxError {
     let found = found(text, at);
     if found.starts_with("- ") {
@@ -72,14 +72,14 @@ fn unexpected_key(text: &str, at: (usize, usize), opened: (usize, usize)) -> Syn
     match above(text, at.0) {
         Some(above) if indent(line(text, at.0)) + 1 == at.1 => wrong_column(text, at.0, above),
         _ => {
-            let message = format!("found `{found}` behind a value, expected the end of the line");
+            let message = format!("found `{found}` after a value, expected the end of the line");
             SyntaxError::new(at, message).help(QUOTE_VALUE)
         }
     }
 }
 
 fn missing_colon(text: &str, at: (usize, usize)) -> SyntaxError {
-    let message = format!("found `{}`, expected a key with `:` and a blank behind it", found(text, at));
+    let message = format!("found `{}`, expected a key with `:` and a blank after it", found(text, at));
     SyntaxError::new(at, message).help("write `KEY: VALUE`")
 }
 

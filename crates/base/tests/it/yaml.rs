@@ -57,11 +57,11 @@ fn errors_of_signs_name_the_sign_that_is_expected() {
     for (text, wanted, help) in [
         (
             "time: t\nnormals:by_role\nlist: [a]\n",
-            "b.yaml:2:1: found `normals:by_role`, expected a key with `:` and a blank behind it",
+            "b.yaml:2:1: found `normals:by_role`, expected a key with `:` and a blank after it",
             "\n  help: write `KEY: VALUE`",
         ),
         ("time: a: b\n", "b.yaml:1:8: found `:` in a value, expected one key with one value", QUOTES),
-        ("time: \"a\" b\n", "b.yaml:1:11: found `b` behind a value, expected the end of the line", QUOTES),
+        ("time: \"a\" b\n", "b.yaml:1:11: found `b` after a value, expected the end of the line", QUOTES),
         ("time: @a\n", "b.yaml:1:7: found `@`, which cannot begin a value, expected a value in quotes", QUOTES),
         (
             "time: *a\n",

@@ -139,7 +139,7 @@ fn a_brush_is_part_of_the_way() {
     assert!((way.demonstrated_start_s + way.duration_s - touch.demonstrated_start_s).abs() < 0.02);
 }
 
-/// This person's box comes off the wall by tenths of a millimetre as it is pushed along it: the robot is to keep it a little into the wall, which is at -200 mm.
+/// This person's box comes off the wall by tenths of a millimeter as it is pushed along it: the robot is to keep it a little into the wall, which is at -200 mm.
 #[test]
 fn what_is_pushed_along_a_wall_leans_against_it() {
     let commands = commanded("push_and_trace", 36);

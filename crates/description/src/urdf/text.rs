@@ -34,7 +34,7 @@ pub(super) fn parsable(text: &str) -> Cow<'_, str> {
     text
 }
 
-/// A text with blanks in the place of what stands between these marks. A document type with definitions of its own is left.
+/// Replaces the text between these marks by blanks. A document type with definitions of its own is left.
 fn blanked(text: &str, begin: &str, end: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;

@@ -176,7 +176,7 @@ impl<'a> Instantiation<'a> {
         let state = self.plan.cost().state_bytes;
         if state > MAX_STATE {
             let message =
-                format!("the windows need {} MB of state, at most {} MB are taken", state >> 20, MAX_STATE >> 20);
+                format!("the windows need {} MB of state, expected at most {} MB", state >> 20, MAX_STATE >> 20);
             let help = "shorten the longest windows, or resample the log to a lower rate";
             return Err(InputError::new("rules", message).help(help));
         }

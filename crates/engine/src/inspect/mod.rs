@@ -243,7 +243,7 @@ impl<'a> Inspector<'a> {
     }
 
     fn evaluate(&self, asked: &[ExprInstance<'_>]) -> Result<Replay<'a>> {
-        let whose = |side: Option<Side>| if side.is_some() { Hand::This } else { Hand::Nobody };
+        let whose = |side: Option<Side>| if side.is_some() { Hand::This } else { Hand::Shared };
         let exprs: Vec<(&Expr, Hand)> = asked.iter().map(|(expr, side)| (*expr, whose(*side))).collect();
         let (graph, values) = lower_values(self.rules, &exprs);
         let values: Vec<(ValueId, Option<Side>)> =

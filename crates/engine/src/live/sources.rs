@@ -98,7 +98,7 @@ fn place(plan: &Plan, id: NumberId) -> Place {
     }
 }
 
-/// The values before the first frame, and one half behind them for conditions that are read from the log.
+/// The values before the first frame, and one half after them for conditions that are read from the log.
 pub fn constants(plan: &Plan) -> Vec<f64> {
     let numbers =
         plan.numbers.iter().map(|(number, _)| if let Number::Constant(number) = number { number.get() } else { 0.0 });

@@ -10,7 +10,7 @@ mod witnesses;
 use teachtree_base::diagnostic::render;
 use teachtree_language::LoadedRules;
 
-/// What a user sees of it, without colours.
+/// What a user sees of it, without colors.
 fn report(loaded: &LoadedRules) -> String {
     render(&loaded.diagnostics, &loaded.sources, false)
 }

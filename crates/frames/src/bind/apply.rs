@@ -57,7 +57,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
     read.issues.extend(robots::unread_parts(file, &read.recording.time));
     read.recording.scene = scene;
     read.recording.spelling.add(file.spelling());
-    // Before anything is computed from their neighbours.
+    // Before anything is computed from their neighbors.
     read.issues.extend(spikes::reject(&mut read.recording));
     if binding.resample.is_some() {
         read.issues.extend(untracked_bodies::unmeasure_recording(&mut read.recording));
@@ -165,7 +165,7 @@ pub struct BoundColumns {
     pub sources: Vec<ColumnSource>,
     /// The places in arrays whose elements have names.
     pub places: Vec<BoundPlace>,
-    /// The poses that stand in another frame than the one in which poses count.
+    /// The poses in another frame than the common one.
     pub frames: FrameComposition,
 }
 

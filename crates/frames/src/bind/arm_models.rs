@@ -18,9 +18,9 @@ pub enum ArmModel {
 /// The parts of an arm that a hand of a binding consists of.
 #[derive(Debug)]
 pub struct Tool {
-    /// The link that stands for the palm.
+    /// The link of the palm.
     pub palm: &'static str,
-    /// The links in the middle of the pads, which stand for thumb and index.
+    /// The links in the middle of the pads: thumb and index.
     pub pads: [&'static str; 2],
     /// The joint of the gripper.
     pub gripper: &'static str,

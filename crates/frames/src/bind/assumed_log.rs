@@ -1,4 +1,4 @@
-//! A log that has each column that a binding names, and no rows: what is refused of it is refused of every log.
+//! A log with each column that a binding names, and without rows: faults that are found in it occur in every log.
 
 use super::apply::{BoundColumns, unshared_stamps};
 use super::header::{Header, fillings};

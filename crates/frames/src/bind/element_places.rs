@@ -57,7 +57,7 @@ impl PlaceWatch {
 fn changed(place: &BoundPlace, first: &str, then: &str, start_s: f64, end_s: f64) -> Issue {
     let named = ElementPlace::of(&place.title).map(|of| of.named(first)).unwrap_or_default();
     let message = format!(
-        "is bound by its place, where the element is `{first}` at first and `{then}` at {} s; bind it by its name, `{named}`",
+        "is bound by its index, whose element is `{first}` at first and `{then}` at {} s; bind it by its name, `{named}`",
         ShortNumber((start_s * 1e3).round() / 1e3)
     );
     Issue { kind: IssueKind::CHANGED_ELEMENT, start_s, end_s, channel: place.title.clone(), message }

@@ -23,7 +23,7 @@ const RESTS_WITHIN: f64 = 0.002;
 const MOVED: f64 = 0.020;
 
 /// Moves each body of `places` to where the log shows it. A body whose place the log does not show loses its sockets, and that is an issue:
-/// nothing can be told to be in them.
+/// no object can be found in them.
 ///
 /// # Errors
 /// When a body or object is not in the scene, or nothing says when the two touch.
@@ -40,8 +40,8 @@ pub fn learn(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>
         } else {
             body.sockets.clear();
             let lacks = match place.when {
-                Instant::FirstContact => "never touches it where its position is measured",
-                Instant::Rest => "never comes to rest elsewhere than it began",
+                Instant::FirstContact => "never touches it while its position is measured",
+                Instant::Rest => "never comes to rest away from its start",
             };
             let message = format!("`{}` {lacks}; no object is found in its sockets", place.by);
             issues.push(preprocess::over_all(&recording.time, IssueKind::UNKNOWN_PLACE, name, message));

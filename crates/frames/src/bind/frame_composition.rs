@@ -1,4 +1,4 @@
-//! Poses that stand in different frames: transforms of the log are composed, so that all poses count in one frame.
+//! Poses in different frames: transforms of the log are composed, so that all poses are expressed in one frame.
 
 use super::BindingFile;
 use super::frame_tree::{FrameTree, FramedPose, Transform};
@@ -21,7 +21,7 @@ pub struct FrameComposition {
     transforms: IndexSet<[usize; 7]>,
     /// The issues of the frames.
     pub report: Option<String>,
-    /// Whether the poses stand in frames that no transform connects.
+    /// Whether the poses are in frames that no transform connects.
     pub is_unconnected: bool,
 }
 
@@ -64,20 +64,20 @@ impl FrameComposition {
             let wrong = |message: String| file.error("channels", format!("`{}`: {message}", pose.channel));
             if let [one, other] = pose.frames.as_slice() {
                 return Err(wrong(format!(
-                    "its frame changes from `{one}` to `{other}`, expected one frame all along"
+                    "its frame changes from `{one}` to `{other}`, expected the same frame in all messages"
                 )));
             }
             let from = pose.frames.first().map_or("", String::as_str);
             let Some(chain) = tree.chain(from, to).map_err(wrong)? else {
                 let message = format!(
-                    "`{}` stands in the frame `{from}`, which no transform of the log connects with `{to}`",
+                    "`{}` is in the frame `{from}`, which no transform of the log connects with `{to}`",
                     pose.channel
                 );
                 return Err(file.error("frame", message));
             };
             if !chain.is_empty() && !pose.is_plain {
                 let message = format!(
-                    "it stands in the frame `{from}` and has to be composed, expected its columns without signs"
+                    "it is in the frame `{from}` and is composed with transforms, expected its columns without signs"
                 );
                 return Err(wrong(message));
             }
@@ -94,7 +94,7 @@ impl FrameComposition {
         let names: Vec<String> =
             frames.iter().filter(|frame| **frame != to).map(|frame| format!("`{frame}`")).collect();
         let report = wanted.is_none().then(|| {
-            format!("the poses stand in different frames; those in {} are composed with the transforms of the log, and all count in `{to}`", names.join(" and "))
+            format!("the poses are in different frames; those in {} are composed with the transforms of the log, and all are expressed in `{to}`", names.join(" and "))
         });
         Ok(Self { poses: composed, transforms, report, is_unconnected: false })
     }

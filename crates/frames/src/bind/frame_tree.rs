@@ -1,4 +1,4 @@
-//! The frames of a log: transforms between them, as topics such as `/tf` have them, and the frames in which poses stand.
+//! The frames of a log: transforms between them, as in topics such as `/tf`, and the frames in which poses are expressed.
 //!
 //! A transform has the name of its parent frame (`header.frame_id`, `parent_frame_id`), that of its child, and the pose of the child in the parent.
 
@@ -9,7 +9,7 @@ use teachtree_base::log_channel::LogChannel;
 use teachtree_base::units::Dimension;
 use teachtree_logs::read::table::Source;
 
-/// Fields with the name of the frame in which a message stands, behind its path.
+/// Fields with the name of the frame in which a message stands, after its path.
 const FRAME: [&str; 3] = ["header.frame_id", "parent_frame_id", "frame_id"];
 /// The fields of a transform's position and rotation: in ROS, and in Foxglove's schemas.
 const PARTS: [[&str; 2]; 2] = [["transform.translation", "transform.rotation"], ["translation", "rotation"]];
@@ -38,7 +38,7 @@ pub struct Transform {
     pub rotation: [usize; 4],
 }
 
-/// A bound pose and the frame in which it stands.
+/// A bound pose and its frame.
 pub struct FramedPose {
     /// The position or rotation.
     pub channel: String,
@@ -118,7 +118,7 @@ impl FrameTree {
         poses
     }
 
-    /// The frame in which the message or element with this column stands.
+    /// The frame of the message or element with this column.
     fn frame(&self, title: &str, header: &Header) -> Option<&[String]> {
         let ends = title.rmatch_indices('.').map(|(at, _)| at).chain([0]);
         let mut paths = ends.filter_map(|end| title.get(..end));

@@ -204,7 +204,7 @@ impl Header {
         }
         if name.contains('*') || name.contains(" + ") {
             return format!(
-                "the log has no column `{name}`; scale and offset are numbers with blanks around `*` and `+`, and the unit is behind them: `x * 0.1 + 3 [mm]`"
+                "the log has no column `{name}`; scale and offset are numbers with blanks around `*` and `+`, and the unit follows: `x * 0.1 + 3 [mm]`"
             );
         }
         match nearest(name, self.columns.keys().map(String::as_str)) {
@@ -351,7 +351,7 @@ impl Header {
     }
 }
 
-/// Whether a title is this name and a text in brackets behind it.
+/// Whether a title is this name and a text in brackets after it.
 fn is_with_unit(title: &str, name: &str) -> bool {
     let Some(unit) = title.strip_prefix(name).map(str::trim).filter(|_| !name.is_empty()) else { return false };
     let is_index = |unit: &str| unit.bytes().all(|byte| byte.is_ascii_digit());

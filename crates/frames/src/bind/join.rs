@@ -234,7 +234,7 @@ impl TopicJoin {
             };
             topic.writers.all_mut().filter(|writer| is_behind(writer)).for_each(|writer| writer.is_silent = true);
             let message = format!(
-                "no message for {:.1} s, by the stamps of the others; its channels are not measured until the next one",
+                "no message for {:.1} s, by the stamps of the other topics; its channels are not measured until the next one",
                 newest_s - since_s
             );
             issues.push(issue(IssueKind::GAP, since_s, newest_s, name, message));
@@ -395,11 +395,11 @@ impl Writer {
         let [at, newest] = [time_s, newest_s].map(|time| ShortNumber((time * 1e6).round() / 1e6));
         let message = if is_behind {
             format!(
-                "the message of {at} s came when the rows up to {newest} s were made; messages are left out until one comes in time (--wait)"
+                "the message of {at} s arrived after the rows up to {newest} s were completed; messages are dropped until one arrives in time (--wait)"
             )
         } else {
             format!(
-                "the message of {at} s came after that of {newest} s; messages are left out until a later one comes"
+                "the message of {at} s arrived after that of {newest} s; messages are dropped until a later one arrives"
             )
         };
         PushOutcome::Late(Some(issue(IssueKind::DUPLICATE_STAMP, time_s, newest_s, name, message)))

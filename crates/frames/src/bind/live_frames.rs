@@ -1,4 +1,4 @@
-//! Poses that stand in different frames of a log that is being made: a row waits until the transforms at its stamp are known.
+//! Poses in different frames of a live log: a row waits until the transforms at its stamp are known.
 
 use super::frame_composition::FrameComposition;
 use super::frame_tree::{MOST_NAMES, names_frame};

@@ -5,10 +5,10 @@ use teachtree_base::error::InputError;
 
 /// The longest step that is bridged, s: its rows come at once.
 const MAX_BRIDGE_S: f64 = 60.0;
-/// The longest time that rows wait for what channels read at rest, s.
+/// Maximum time for which rows wait for the readings of channels at rest, s.
 const MAX_TARE_S: f64 = 60.0;
 
-/// Refuses what only a whole log shows.
+/// Refuses keys that need the whole log.
 ///
 /// # Errors
 /// A key that needs the whole log, or a time that is too long to wait, at `file:line:column`.
@@ -21,11 +21,14 @@ pub fn check(file: &BindingFile) -> Result<(), InputError> {
         return whole("rate", "send a stamp with each row, and name its column as `time`");
     }
     if binding.resample.is_some() && binding.bridge.0 > MAX_BRIDGE_S {
-        let message = format!("found {} s, a live log is bridged over {MAX_BRIDGE_S} s at most", binding.bridge.0);
+        let message = format!("found {} s, expected at most {MAX_BRIDGE_S} s in a live log", binding.bridge.0);
         return Err(file.error("bridge", message));
     }
     if let Some(tare) = binding.tare.as_ref().filter(|tare| tare.to.0 > MAX_TARE_S) {
-        let message = format!("`to`: found {} s, rows of a live log wait for {MAX_TARE_S} s at most", tare.to.0);
+        let message = format!(
+            "`to`: found {} s, expected at most {MAX_TARE_S} s, for which the rows of a live log wait",
+            tare.to.0
+        );
         return Err(file.error("tare", message));
     }
     if !binding.places.is_empty() {

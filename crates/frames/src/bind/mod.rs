@@ -282,7 +282,7 @@ impl BindingFile {
         let binding: Binding = yaml::read(&text, &name).map_err(|error| {
             let bracket = error.message.ends_with("expected `,` or `]`");
             if bracket {
-                error.help("within a list a column with its unit stands in quotes: `[\"a [mm]\", \"b [mm]\"]`")
+                error.help("within a list, write a column with its unit in quotes: `[\"a [mm]\", \"b [mm]\"]`")
             } else {
                 error
             }
@@ -306,7 +306,7 @@ impl BindingFile {
                 return Err(file.error("time", "has an offset, expected it as `time_offset: 5 s`".into()));
             }
             Some(form) if form.scale < 0.0 => {
-                return Err(file.error("time", "has a negative scale: time would run backwards".into()));
+                return Err(file.error("time", "has a negative scale: time would run backward".into()));
             }
             _ => {}
         }
@@ -456,7 +456,7 @@ pub fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap
             while let Some((name, Value(value))) = entries.next_entry()? {
                 if params.len() == MAX_PARAMS {
                     let message = format!(
-                        "`{name}` is one parameter too many, a file overrides at most {MAX_PARAMS}: values that more logs need belong in the rules"
+                        "`{name}` is one parameter too many, expected at most {MAX_PARAMS}: values for many logs belong in the rules"
                     );
                     return Err(de::Error::custom(message));
                 }

@@ -29,7 +29,7 @@ pub enum Columns {
 pub struct OffsetPoint {
     /// Its position in that frame, m.
     pub at: [f64; 3],
-    /// The frame: what `.position` and `.rotation` stand behind.
+    /// The frame: what `.position` and `.rotation` stand after.
     pub of: String,
 }
 
@@ -47,7 +47,7 @@ pub struct LinkPoint {
 /// The distance of two points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointDistance {
-    /// The points: what `.position` stands behind.
+    /// The points: what `.position` stands after.
     pub between: [String; 2],
     /// The subtracted length, m.
     pub less: f64,
@@ -106,7 +106,7 @@ pub struct Pattern {
     pub unit: Option<String>,
     /// -1 when the pattern begins with `-`.
     pub sign: f64,
-    /// `* 0.1 + 3` behind the name.
+    /// `* 0.1 + 3` after the name.
     pub linear: Option<LinearForm>,
     /// The name with scale and offset, which may also be the name of a column, such as `Marker - 2`.
     pub title: Template,
@@ -144,7 +144,7 @@ impl Threshold {
 /// A number with its unit, SI, and what it measures.
 fn number_with_unit(text: &str) -> Result<(f64, Dimension), String> {
     let text = text.trim();
-    // The unit begins behind the number.
+    // The unit begins after the number.
     let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | ' '));
     let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` in `{text}` is not a known unit"))?;
     Ok((quantity::parse(text, dimension)?, dimension))

@@ -208,7 +208,7 @@ impl Group {
         }
     }
 
-    /// Whether later rows change nothing about a new row behind this one.
+    /// Whether later rows change nothing about a new row after this one.
     fn is_known(&self, row: u64, newest: f64, bridge: f64) -> bool {
         match self.about(row) {
             (Some(from), None) => self.interpolation == Interpolation::Hold || newest - from.time > bridge,

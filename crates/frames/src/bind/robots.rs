@@ -86,7 +86,7 @@ pub struct BoundRobot {
     source: String,
     /// Whether the columns are the usual ones of its model.
     has_usual_columns: bool,
-    /// What is not read as it stands in the file.
+    /// The parts of the file that are ignored or replaced.
     oddities: Vec<Oddity>,
 }
 
@@ -97,7 +97,7 @@ impl BoundRobot {
         std::iter::successors(Some(link), parent).any(|at| self.tree.links.get(at).is_some_and(|it| it.name == name))
     }
 
-    /// What keeps the pose of a link from being known.
+    /// The reason why the pose of a link is not known.
     fn unknown_above(&self, link: usize) -> Option<&InputError> {
         let unknown = self.oddities.iter().filter(|oddity| oddity.instead.is_none());
         unknown.filter(|oddity| self.hangs_on(link, &oddity.link)).map(|oddity| &oddity.error).next()
@@ -217,7 +217,7 @@ fn convert(
     for (key, is_there) in [("norm", declared.norm.is_some()), ("calibration", declared.calibration.is_some())] {
         if is_there && motors.is_empty() {
             let message =
-                format!("`{key}` is for motors of LeRobot, `model: so101`: name a unit behind the columns, `q [deg]`");
+                format!("`{key}` is for motors of LeRobot, `model: so101`: write a unit after the columns, `q [deg]`");
             return Err(error(key, message));
         }
     }
@@ -282,11 +282,11 @@ pub fn column_error(file: &BindingFile, robot: &str, joint: &str, message: Strin
 /// The most parts of a file that a message names.
 const NAMED: usize = 3;
 
-/// An issue for each robot whose file has parts that are not read as they stand.
+/// Returns an issue for each robot whose file has parts that are ignored or replaced.
 pub fn unread_parts(file: &BindingFile, time: &[f64]) -> Vec<Issue> {
     let issue = |(name, robot): (&String, &BoundRobot)| {
         let parts = robot.oddities.iter().take(NAMED).map(|oddity| {
-            let instead = oddity.instead.unwrap_or("nothing that is bound hangs on it");
+            let instead = oddity.instead.unwrap_or("no bound channel depends on it");
             format!("{}: {}; {instead}", oddity.error.place, oddity.error.message)
         });
         let mut parts: Vec<String> = parts.collect();

@@ -68,7 +68,7 @@ pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
     }
     let largest = columns.iter().flat_map(|column| measured(column)).map(|(_, value)| value.abs()).fold(0.0, f64::max);
     let message = format!(
-        "its angles are read as radians and the largest is {}, expected within ±2π: are they degrees? Then write `[deg]` behind their columns",
+        "its angles are read as radians and the largest is {}, expected within ±2π: if they are degrees, write `[deg]` after their columns",
         ShortNumber((largest * 1e2).round() / 1e2)
     );
     Some(over_all(time, IssueKind::IMPLAUSIBLE_ROTATION, channel, message))

@@ -1,6 +1,6 @@
 //! A binding of a log that is being made: rows, or messages of several topics, are bound as they come.
 //!
-//! What a binding learns from the whole log is refused; rows wait for what it learns from the beginning. Topics are joined ([`TopicJoin`]), shifted
+//! Keys that need the whole log are refused; rows wait for values that are learned from the beginning. Topics are joined ([`TopicJoin`]), shifted
 //! ([`Shifter`]) and brought to an even rate ([`Resampler`]) as [`bind`](super::bind) does with the whole log.
 
 use super::apply::{BoundColumns, add_normals};

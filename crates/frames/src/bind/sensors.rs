@@ -165,10 +165,10 @@ fn unknown_weight(recording: &Recording, channel: &str, why: UnknownTool) -> Iss
             format!("it hardly turns: the direction of gravity in the frame of the sensor scatters by {scatter:.2} rad")
         }
         UnknownTool::HardlyFree(share) => {
-            format!("it is hardly ever free: one mass describes {:.0} % of its orientations", share * 100.0)
+            format!("it is rarely free of contact: one mass fits only {:.0} % of its orientations", share * 100.0)
         }
         UnknownTool::EndsDiffer(off) => format!(
-            "what fits most of the log is {off:.1} N off at its beginning and at its end, where the tool should be free"
+            "the fit of most of the log is {off:.1} N off at its beginning and at its end, where the tool should be free"
         ),
         UnknownTool::Uncertain { mass_sd, .. } if mass_sd.is_infinite() => {
             "it turns in one part of the log only".to_string()
@@ -180,7 +180,7 @@ fn unknown_weight(recording: &Recording, channel: &str, why: UnknownTool) -> Iss
         ),
     };
     let message = format!(
-        "the log does not show what the tool weighs: {why}; nothing is subtracted; name the mass, such as `tool: 430 g`, or turn the free tool"
+        "the log does not show the weight of the tool: {why}; nothing is subtracted; name the mass, such as `tool: 430 g`, or turn the free tool"
     );
     preprocess::over_all(&recording.time, IssueKind::UNKNOWN_WEIGHT, channel, message)
 }

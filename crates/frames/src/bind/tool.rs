@@ -17,7 +17,7 @@ use std::fmt;
 const LOOKED_AT: usize = 4000;
 /// Steps of the fit; it is settled long before.
 const STEPS: usize = 50;
-/// The least standard deviation of the direction of gravity in the sensor frame: below it, weight and bias cannot be told apart.
+/// The least standard deviation of the direction of gravity in the sensor frame: below it, weight and bias cannot be distinguished.
 const TURNS: f64 = 0.1;
 /// Samples count as turned alike where the directions of gravity are in one cell of this size, as a share of its length.
 const ALIKE: f64 = 0.05;
@@ -94,7 +94,7 @@ impl fmt::Display for LearnedTool {
     }
 }
 
-/// Why a log does not show what a tool weighs.
+/// The reason why a log does not show the weight of a tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UnknownTool {
     /// It has no readings, or no gravity.

@@ -1,4 +1,4 @@
-//! The weight of a tool that a binding does not mention: what the force at a wrist owes to the orientation of the tool.
+//! The weight of a tool that a binding does not mention: the part of the force at a wrist that follows the orientation of the tool.
 //!
 //! A heavy tool that turns freely reads as much as a contact. Where the log has the orientation, and the readings of most of the log are those of a weight
 //! that turns with it, that weight is subtracted. How the sensor is mounted is not known without `frame`, and is fitted too.
@@ -42,7 +42,7 @@ pub fn take_off(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Iss
         let Some(found) = mountings.iter().find_map(weight) else { continue };
         weigh(recording, &channel, &found.tool, Some(&turns), file)?;
         let message = format!(
-            "turns with the tool as a weight does: {found} are subtracted; where they are none, bind `tool: 0 g`"
+            "turns with the tool as a weight does: {found} are subtracted; if the sensor carries no tool, bind `tool: 0 g`"
         );
         issues.push(preprocess::over_all(&recording.time, IssueKind::LEARNED_WEIGHT, &channel, message));
     }

@@ -51,7 +51,7 @@ pub fn learn(recording: &mut Recording) -> Vec<Issue> {
             }
             None => {
                 let message = format!(
-                    "the openings do not fall into two groups, so the gripper counts as open all along; bind `{closed}`, such as `opening [mm] < 30 mm`"
+                    "the openings do not fall into two groups, so the gripper counts as open throughout; bind `{closed}`, such as `opening [mm] < 30 mm`"
                 );
                 (f64::NEG_INFINITY, message)
             }

@@ -68,7 +68,7 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
             let (_, length, _) = lengths.select_nth_unstable_by(middle, f64::total_cmp);
             if (*length - 1.0).abs() > UNIT_WITHIN {
                 let message = format!(
-                    "its quaternions are {} long, expected 1: are these its w, x, y and z? They are read as rotations nevertheless",
+                    "its quaternions are {} long, expected 1: check that these are its w, x, y and z; they are still read as rotations",
                     (*length * 1e3).round() / 1e3
                 );
                 issues.push(over_all(time, IssueKind::IMPLAUSIBLE_ROTATION, &channel, message));

@@ -1,4 +1,4 @@
-//! Contact levels of fingertip sensors: what a sensor reads without contact, and from which force on it is in contact, learned from its readings alone.
+//! Contact levels of fingertip sensors: the reading without contact and the threshold of contact, learned from the readings alone.
 //!
 //! The readings without contact are a group about the least forces. It grows from the least readings, or from those that are known to be far from every
 //! object, while a reading is within a few times the usual distance of the group from its median. Readings of contact may be spread as wide as they

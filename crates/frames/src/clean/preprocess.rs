@@ -70,13 +70,13 @@ pub struct Window<'a> {
     pub is_first: bool,
     /// The states before the frames that count, by what is followed.
     pub before: &'a BTreeMap<String, State>,
-    /// The states before the frame `kept`, or behind the last frame.
+    /// The states before the frame `kept`, or after the last frame.
     pub after: &'a RefCell<BTreeMap<String, State>>,
     /// The frame with which the next window begins to count.
     pub kept: usize,
     /// The states before the averaged frames.
     pub averaged_before: &'a BTreeMap<String, State>,
-    /// The states before the frame `averaged_kept`, or behind the last frame.
+    /// The states before the frame `averaged_kept`, or after the last frame.
     pub averaged_after: &'a RefCell<BTreeMap<String, State>>,
     /// The frame with which the averaged frames of the next window begin.
     pub averaged_kept: usize,
@@ -295,7 +295,7 @@ impl<'a> CleanLog<'a> {
         }
     }
 
-    /// Subtracts what a sensor reads without contact from a channel of three columns.
+    /// Subtracts the bias of a sensor from a channel of three columns.
     pub fn subtract_rest(&mut self, name: &str, level: &RestLevel) {
         for (axis, component) in ["x", "y", "z"].into_iter().enumerate() {
             if let Some((_, values)) = self.columns.get_mut(format!("{name}.{component}").as_str()) {

@@ -1,7 +1,7 @@
 //! Samples that cannot be: out and back within one or two of them, faster than anything moves, turns or presses.
 //!
 //! A marker that is taken for another, a bit that tips on the way: one such sample would be a fingertip elsewhere, a blow or a turn. It is
-//! made unmeasured where a log is opened, before anything is computed from its neighbours, and goes the way of every other drop-out. So are the
+//! made unmeasured where a log is opened, before anything is computed from its neighbors, and goes the way of every other drop-out. So are the
 //! first one or two of a log and the last ones, where a device sends zeros before it sees anything. What changes amid a log and stays is not such a
 //! sample, nor is a blow that lasts: those were measured.
 //!
@@ -496,7 +496,7 @@ pub(crate) fn of_other_length(
     };
     let rounded = |value: f64| ShortNumber((value * 1e3).round() / 1e3);
     let message = format!(
-        "{samples} is {} long at {} s, others are {}; taken as not measured",
+        "{samples} is {} long at {} s, others are {}; treated as not measured",
         rounded(length),
         ShortNumber(start_s),
         rounded(usual)
@@ -569,10 +569,10 @@ pub(crate) fn issue(channel: &str, kind: Quantity, samples: &[Sample], worst: &S
     };
     let at_s = rounded(shown.time);
     let (cannot, are) = match samples.len() {
-        1 => (format!("1 sample cannot be: {value} at {at_s} s"), "it is"),
-        many => (format!("{many} samples cannot be: the farthest, {value} at {at_s} s,"), "they are"),
+        1 => (format!("1 sample is impossible: {value} at {at_s} s"), "it is"),
+        many => (format!("{many} samples are impossible: the farthest, {value} at {at_s} s,"), "they are"),
     };
-    let message = format!("{cannot} is {jump} from the samples about it; {are} taken as not measured");
+    let message = format!("{cannot} is {jump} from the samples around it; {are} treated as not measured");
     let (kind, channel) = (IssueKind::IMPOSSIBLE_JUMP, channel.into());
     Some(Issue { kind, start_s: first.time, end_s: last.time, channel, message })
 }

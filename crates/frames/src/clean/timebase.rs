@@ -212,16 +212,16 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
     };
     let help = if long {
         format!(
-            "if the stamps are in {unit}, say `time [{unit}]` in the header or in a binding; without a unit they are in s"
+            "if the stamps are in {unit}, write `time [{unit}]` in the header or in a binding; without a unit they are in s"
         )
     } else {
         // The steps are too short by a power of 1000: stamps declared in `us` may be in ms.
         let names: Vec<&str> = ["s"].into_iter().chain(UNITS.map(|(name, _)| name)).collect();
         let thousands = names.iter().position(|name| *name == unit).unwrap_or_default();
         let pairs = names.iter().skip(thousands).zip(&names);
-        let pairs: Vec<String> = pairs.map(|(called, is)| format!("`{called}`, say `time [{is}]`")).collect();
+        let pairs: Vec<String> = pairs.map(|(called, is)| format!("`{called}`, write `time [{is}]`")).collect();
         format!(
-            "if the header or a binding calls the stamps {}; a log of more than {} kHz must be thinned first",
+            "if the header or a binding names the unit {}; resample a log of more than {} kHz to a lower rate first",
             pairs.join("; if "),
             1e-3 / STEPS.start
         )

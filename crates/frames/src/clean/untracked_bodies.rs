@@ -14,7 +14,7 @@ use teachtree_logs::names;
 /// A step to the origin or from it that is longer than this is none of a hand, m.
 const JUMP_M: f64 = 0.05;
 
-/// The columns of the pose of a body, behind its name.
+/// The columns of the pose of a body, after its name.
 const PARTS: [&str; 7] =
     ["position.x", "position.y", "position.z", "rotation.w", "rotation.x", "rotation.y", "rotation.z"];
 
@@ -45,7 +45,7 @@ pub fn unmeasure(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
         let (Some(first), Some(last)) = (lost.first(), lost.last()) else { continue };
         let samples = zeros(columns, channel, &lost);
         let message = format!(
-            "{samples} samples are exactly 0 0 0, a step from where the body is before or after: it was lost, and they count as not measured"
+            "{samples} samples are exactly 0 0 0, far from the poses before and after: the body was lost, and they are treated as not measured"
         );
         issues.push(Issue { message, ..interval(time, channel, &(first.start..last.end)) });
         let body = channel.strip_suffix("position").unwrap_or(channel);
@@ -154,7 +154,7 @@ impl LostBodies {
                 let column = recording.columns.get_mut(&format!("{body}{part}"));
                 column.into_iter().for_each(|column| column.values.fill(f64::NAN));
             }
-            let message = "a position that is exactly 0 0 0, a step from where the body was, is that of a lost body, and is not measured";
+            let message = "a position that is exactly 0 0 0, far from the last one, is that of a lost body, and is treated as not measured";
             issues.push(Issue { message: message.into(), ..interval(&recording.time, &channel, &(0..1)) });
         }
         issues

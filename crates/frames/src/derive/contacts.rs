@@ -266,9 +266,9 @@ pub fn never_carried(measured: &CleanLog, objects: &[usize], contacts: &Contacts
         let lacking = if is_unplaced {
             format!("`{name}.position` in the log, with the shape of `{name}`")
         } else if it.parts.is_empty() || support.is_none_or(|(_, support)| support.parts.is_empty()) {
-            format!("shapes (`parts`) of `{name}` and of what carries it")
+            format!("shapes (`parts`) of `{name}` and of its support")
         } else {
-            format!("its true place: by its shape `{name}` never comes near anything")
+            format!("its true position: by its shape, `{name}` never comes near another body")
         };
         let message = format!(
             "no channel shows when `{name}` is carried: Grasp cannot be distinguished from Translate, and Place is not found; expected \

@@ -94,7 +94,7 @@ fn looks<'a>(measured: &'a CleanLog) -> impl Iterator<Item = (usize, &'a Range<u
     })
 }
 
-/// The mean over the time from the first frame to the one behind the last, by trapezoids.
+/// The mean over the time from the first frame to the one after the last, by trapezoids.
 fn mean(columns: [&[f64]; 3], frames: Range<usize>) -> Vector3<f64> {
     let n = frames.len() as f64;
     let mean = |column: &[f64]| {
@@ -132,8 +132,8 @@ impl VelocityComparison {
         let times = self.product / self.square;
         if self.moves >= LEAST_LOOKS && !(0.5..=2.0).contains(&times) {
             return Some(format!(
-                "the velocity is {} times what the {pose} shows: it is in another unit or frame, or its sign is wrong; without this channel, it \
-                 is taken from the {pose}",
+                "the velocity is {} times the derivative of the {pose}: it is in another unit or frame, or its sign is wrong; leave this channel \
+                 out to derive it from the {pose}",
                 rounded(times)
             ));
         }
@@ -142,8 +142,8 @@ impl VelocityComparison {
         (lasts && is_offset).then(|| {
             let [x, y, z] = (self.difference / self.differs as f64).map(rounded).into();
             format!(
-                "the velocity differs from what the {pose} shows by ({x}, {y}, {z}) {unit} on average: subtract what it is at rest; without this \
-                 channel, it is taken from the {pose}"
+                "the velocity differs from the derivative of the {pose} by ({x}, {y}, {z}) {unit} on average: subtract its value at rest; leave \
+                 this channel out to derive it from the {pose}"
             )
         })
     }
@@ -165,7 +165,7 @@ pub fn issues(velocities: &Velocities) -> Vec<Issue> {
     velocities.iter().filter_map(issue).collect()
 }
 
-/// A number with three digits behind the point.
+/// A number with three digits after the point.
 fn rounded(value: f64) -> f64 {
     // No negative zero.
     (value * 1000.0).round() / 1000.0 + 0.0

@@ -1,9 +1,9 @@
 //! The signed gap between two convex shapes, without a physics library.
 //!
-//! A direction separates two shapes by `s(d) = (a - b)·d - h_a(d) - h_b(d)`, with their centres `a`, `b` and half widths `h` along it, which have
+//! A direction separates two shapes by `s(d) = (a - b)·d - h_a(d) - h_b(d)`, with their centers `a`, `b` and half widths `h` along it, which have
 //! closed forms for box, cylinder and ball. The gap is the largest `s` over all directions: positive where they are apart, minus the
 //! way out where they overlap. It is looked for among the directions that can be the one (face normals, products of edges, the way between
-//! centres), and with a cylinder refined from there. That of a ball has a closed form.
+//! centers), and with a cylinder refined from there. That of a ball has a closed form.
 //!
 //! Any direction gives a gap that is not too large. For two boxes the sign is exact, and so is the depth of an overlap; beside edges and
 //! corners the gap is short by up to a factor of 1.8. With a ball it is exact, with a cylinder within 50 µm, as long as it is less than [`NEAR`].
@@ -34,7 +34,7 @@ pub struct Gap {
 /// A convex part at its place.
 struct ConvexPart {
     shape: Shape,
-    /// Its centre, reference frame, m.
+    /// Its center, reference frame, m.
     centre: Vector3<f64>,
     /// Its axes, reference frame, are the columns.
     axes: Matrix3<f64>,
@@ -83,7 +83,7 @@ impl ConvexPart {
     /// Returns the bound on the gap from a direction.
     fn along(&self, other: &Self, direction: Unit<Vector3<f64>>) -> Gap {
         let between = self.between(other);
-        // Both shapes are the same seen from either side: only the side of the centre counts.
+        // Both shapes are the same seen from either side: only the side of the center counts.
         let normal = if direction.dot(&between) < 0.0 { -direction } else { direction };
         Gap { width: between.dot(&normal) - self.half_width(&normal) - other.half_width(&normal), normal: *normal }
     }

@@ -164,7 +164,7 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
     for (body, noise) in &found.positions {
         measured.positions.insert(body.clone(), *noise);
         let message = format!(
-            "its samples scatter by {:.1} mm; what is slower than {:.0} mm/s is taken for that noise, not for motion",
+            "its samples scatter by {:.1} mm; motion slower than {:.0} mm/s is treated as noise",
             noise.deviation * 1e3,
             noise.limit * 1e3
         );
@@ -175,7 +175,7 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
         if rest.is_biased() {
             measured.subtract(channel, rest.bias.into());
             let message = format!(
-                "reads {:.3} N while the fingertip is far from every object; that is taken for its bias and subtracted",
+                "reads {:.3} N while the fingertip is far from every object; this is taken as its bias and subtracted",
                 rest.bias.norm()
             );
             issues.push(measured.over_all(IssueKind::BIASED, channel, message));
@@ -192,7 +192,7 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
                 drift => format!(", and drifts by {drift:.3} N"),
             };
             let message = format!(
-                "reads {largest:.3} N without contact{drifts}; that is taken for its bias and subtracted; contact is above {:.3} N",
+                "reads {largest:.3} N without contact{drifts}; this is taken as its bias and subtracted; contact is above {:.3} N",
                 level.begins
             );
             issues.push(measured.over_all(IssueKind::BIASED, channel, message));
@@ -211,7 +211,7 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
         measured.subtract(channel, level.rest.into());
         if level.rest.norm() > level.scatter.max(BIASED) {
             let message = format!(
-                "reads {:.3} N without contact; that is taken for its bias and subtracted; contact is above {:.3} N",
+                "reads {:.3} N without contact; this is taken as its bias and subtracted; contact is above {:.3} N",
                 level.rest.norm(),
                 level.begins
             );

@@ -217,7 +217,7 @@ impl<'a> TargetFinder<'a> {
 
     /// The object whose surface is nearest to the fingertips; the target so far, unless another is clearly nearer.
     fn nearest(&self, frame: usize, target: Option<usize>, sure: &mut Option<CachedTarget>) -> Option<usize> {
-        // However far it is, there is no other.
+        // The only candidate is taken at any distance.
         if let [only] = self.objects {
             return Some(*only);
         }

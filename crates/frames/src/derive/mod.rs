@@ -145,8 +145,8 @@ fn never_changes(measured: &CleanLog, channel: &str, [off, on]: [bool; 2]) -> Op
         (false, true, false) => {
             "the contact lasts as long as the log: a sensor with a bias, or a threshold that is too low"
         }
-        (false, true, true) => "the gripper is closed all along: look at the threshold or the column",
-        (true, false, true) => "the gripper is never closed: look at the threshold or the column",
+        (false, true, true) => "the gripper is closed throughout: check the threshold and the column",
+        (true, false, true) => "the gripper is never closed: check the threshold and the column",
         _ => return None,
     };
     (end_s - start_s >= LONG_SECS).then(|| measured.over_all(IssueKind::CONSTANT_FLAG, channel, message.to_string()))

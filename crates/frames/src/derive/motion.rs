@@ -1,6 +1,6 @@
 //! Motion of bodies: poses from the log or from the scene, velocities from the log or differentiated, all without the tremor of a hand.
 //!
-//! A hand trembles at 8 to 12 Hz with up to a millimetre, and what it holds moves with 60 mm/s without going anywhere. So each velocity is
+//! A hand trembles at 8 to 12 Hz with up to a millimeter, and what it holds moves with 60 mm/s without going anywhere. So each velocity is
 //! averaged over [`TREMOR_SECS`] around the frame, twice: the weights are a triangle of twice that width, the delay is none, and what is left
 //! of a tremor is at most a twentieth. An average of a differentiated position is the way from the mean place before to the mean place after.
 

@@ -147,8 +147,8 @@ pub fn far_issues(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -
             let or_force =
                 if measures_contact { "" } else { ", or its force is not zero at rest (`tare` it in a binding)" };
             let message = format!(
-                "the fingertip touches while it is {} mm from the nearest object, `{nearest}`: one of their positions stands still, or is in \
-                 another unit or frame{or_force}",
+                "the fingertip touches while it is {} mm from the nearest object, `{nearest}`: one of their positions does not change, or is \
+                 in another unit or frame{or_force}",
                 (mean * 1e3).round()
             );
             issues.push(found.issue(IssueKind::IMPLAUSIBLE_POSITION, channel, message));
@@ -291,8 +291,8 @@ fn pull_issues(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
         if pushed && lasts && mean > PULLS && found.share() > ALONG {
             let or_other = if exchanged { ", or is it the force of another finger?" } else { "" };
             let message = format!(
-                "the finger pulls with {} N on what others of its hand push on: turn the sign of its force, which is the fingertip's on the \
-                 object{or_other}",
+                "the finger pulls with {} N on the object that others of its hand push: invert the sign of its force, which is the fingertip's \
+                 on the object{or_other}",
                 tenths(mean)
             );
             issues.push(found.out.issue(IssueKind::IMPLAUSIBLE_FORCE, format!("{side}.{finger}.force"), message));
@@ -309,7 +309,7 @@ pub fn sign_issues(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
         let Some(mean) = carries.mean(measured).filter(|mean| *mean < -PULLS) else { continue };
         let lasts = empty.frames as f64 * every(measured) as f64 / measured.rate_hz >= LASTS;
         let at_rest = empty.sum / (empty.frames as f64).max(1.0);
-        let pulls = format!("the fingers pull down with {} N what they carry", tenths(-mean));
+        let pulls = format!("the fingers pull the carried object down with {} N", tenths(-mean));
         let message = if !lasts {
             format!(
                 "{pulls}: `tare` the force in a binding if it is not zero at rest; otherwise turn its sign, it is the fingertip's on the object, z \
@@ -344,7 +344,7 @@ pub fn sign_issues(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     issues
 }
 
-/// A number with two digits behind the point.
+/// A number with two digits after the point.
 fn tenths(value: f64) -> f64 {
     (value * 100.0).round() / 100.0
 }

@@ -41,8 +41,8 @@ pub fn swapped(measured: &CleanLog) -> Vec<Issue> {
         }
         let order = said.split('=').next().unwrap_or_default();
         let message = format!(
-            "at the start it is turned by {}° from the `rotation` of the scene, and by {}° if the columns read as w, x, y, z hold {hold}: unless it \
-             stood so, say so in a binding, `<{order}=…>` instead of `<{instead}=…>`, or `{channel}: {channel}.<{said}>` for columns that are called so",
+            "at the start it differs by {}° from the `rotation` of the scene, and by {}° if the columns that are read as w, x, y, z are {hold}: if they \
+             are, write `<{order}=…>` instead of `<{instead}=…>` in a binding, or `{channel}: {channel}.<{said}>` for columns with canonical names",
             degrees(as_read),
             degrees(by)
         );

@@ -122,7 +122,7 @@ pub fn read(
 const SAME_WEIGHT: f64 = 0.2;
 /// Where fingers are, in the rules.
 const POSITION: &str = "fingers.position";
-/// The channel of the force from which a finger is in contact, behind the finger's name.
+/// The channel of the force from which a finger is in contact, after the finger's name.
 const LEVEL: &str = ".level";
 /// Readings without contact, a tenth of which exceed this multiple of the least force of the rules, may contain contacts.
 const BROAD: f64 = 2.0;
@@ -143,7 +143,7 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
         }
         Some(LearnedLevel::Mixed { weakest, strongest }) if *strongest > otherwise => {
             let mut message = format!(
-                "the readings do not fall into contact and no contact; contact is above {} N, as the rules have it",
+                "the readings do not form groups with and without contact; contact is above {} N, the threshold of the rules",
                 ShortNumber(otherwise)
             );
             if *weakest > otherwise {
@@ -160,8 +160,8 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
             if level.usual > SMALL * otherwise && !is_weight(measured, finger, level.usual) =>
         {
             let message = format!(
-                "the readings fall into two groups, but those of the second, {:.2} N, are below the {} N from which on the rules see a contact; where they \
-                 are one, bind `{finger}.level: = {:.2} N`",
+                "the readings form two groups, but the second one, {:.2} N, is below the threshold of contact of the rules, {} N; if it is contact, bind \
+                 `{finger}.level: = {:.2} N`",
                 level.usual,
                 ShortNumber(otherwise),
                 level.begins
@@ -186,7 +186,7 @@ fn unclear_fingertip(measured: &CleanLog, force: &str, [on, off]: [f64; 2]) -> O
     let Some(FingertipLevel::Unclear(weakest)) = measured.fingertips.get(force) else { return None };
     let finger = force.trim_end_matches(".force");
     let message = format!(
-        "the readings show no group without contact; contact is above {} N, as the rules have it, and ends below {} N, but 90 % of the readings are above \
+        "the readings show no group without contact; contact is above {} N, the threshold of the rules, and ends below {} N, but 90 % of the readings are above \
          {weakest:.3} N; subtract the bias of the sensor with `tare`, or bind `{finger}.level`",
         ShortNumber(on),
         ShortNumber(off)
@@ -201,7 +201,7 @@ fn doubt(finger: &str, level: &ContactLevel, least: f64) -> Option<String> {
         let (weaker, stronger) = (usual.min(other.usual), usual.max(other.usual));
         let doubt = if other.usual < *usual { "contact too" } else { "not contact" };
         return Some(format!(
-            "the readings fall into three groups: without contact, about {weaker:.1} N and about {stronger:.1} N; contact is above {begins:.1} N; where \
+            "the readings form three groups: without contact, about {weaker:.1} N and about {stronger:.1} N; contact is above {begins:.1} N; if \
              {weaker:.1} N are {doubt}, bind `{finger}.level: = {:.1} N`",
             other.begins
         ));
@@ -209,7 +209,7 @@ fn doubt(finger: &str, level: &ContactLevel, least: f64) -> Option<String> {
     (*scatter > BROAD * least).then(|| {
         let least = ShortNumber(least);
         format!(
-            "contact is above {begins:.1} N, and a tenth of the readings below that are above {scatter:.1} N; where these are contact too, bind \
+            "contact is above {begins:.1} N, and a tenth of the readings below that are above {scatter:.1} N; if these are contact too, bind \
              `{finger}.level: = {least} N`"
         )
     })

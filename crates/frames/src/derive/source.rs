@@ -15,7 +15,7 @@ impl<const N: usize> Source<'_, N> {
     /// All zero.
     pub const ZERO: Self = Self::Same([0.0; N]);
 
-    /// Puts the values of some frames behind those that are there, a column for each component.
+    /// Puts the values of some frames after those that are there, a column for each component.
     pub fn append(&self, frames: Range<usize>, columns: &mut [Vec<f64>; N]) {
         match self {
             Self::Same(values) => {

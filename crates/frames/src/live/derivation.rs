@@ -1,5 +1,5 @@
 //! Frames in, channels of the rules out, window by window: each frame once no later frame can change what is derived of it, and, on request, the frames
-//! behind that as though the log ended with them.
+//! after that as if the log ended with them.
 
 use super::Calibration;
 use crate::clean::preprocess::{CleanLog, State, Window};
@@ -55,7 +55,7 @@ pub struct LiveChunk<'a> {
     pub frames: &'a Frames,
     /// The frames of the columns that no later one changes.
     pub core: Range<usize>,
-    /// The frames behind `core`, as though the log ended with them.
+    /// The frames after `core`, as if the log ended with them.
     pub newest: Range<usize>,
     /// Stamps of the frames that no later one changes, s.
     pub time: &'a [f64],
@@ -116,7 +116,7 @@ impl Derivation {
         self.first + self.time.len()
     }
 
-    /// Derives the frames that no later one can change, and gives them to `each`; with `newest` also those behind them, as though the log ended with
+    /// Derives the frames that no later one can change, and gives them to `each`; with `newest` also those after them, as if the log ended with
     /// them. With `ends` no later one comes: all frames are given, and the next stretch begins.
     ///
     /// # Errors
@@ -166,7 +166,7 @@ impl Derivation {
         (self.stretch + before / ANCHOR * ANCHOR).max(self.first)
     }
 
-    /// Derives frames for good, and those behind them up to `last` for now; follows what depends on the frame before.
+    /// Derives frames for good, and those after them up to `last` for now; follows what depends on the frame before.
     fn derive(
         &self,
         core: Range<usize>,

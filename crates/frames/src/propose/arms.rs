@@ -84,7 +84,7 @@ fn is_joint(part: &Part) -> bool {
     part.quantity == Quantity::Number && !words::has(&part.words, &others)
 }
 
-/// What stands before and behind the name of a joint of an SO-101, with its place.
+/// What stands before and after the name of a joint of an SO-101, with its place.
 fn so101_joint(pattern: &str) -> Option<(&str, &str, usize)> {
     SO101.iter().enumerate().find_map(|(at, joint)| {
         let (head, tail) = pattern.split_once(joint)?;
@@ -145,7 +145,7 @@ fn so101(side: Side, joints: &[&Part]) -> Option<Arm> {
     Some(Arm { side, entry, reason, is_incomplete: is_ticks, sheet: first.sheet.name.clone() })
 }
 
-/// The text before and behind the last number of a name, and the number.
+/// The text before and after the last number of a name, and the number.
 fn numbered(pattern: &str) -> Option<(&str, &str, usize)> {
     let end = pattern.rfind(|letter: char| letter.is_ascii_digit())? + 1;
     let digits = pattern.get(..end)?.chars().rev().take_while(char::is_ascii_digit).count();

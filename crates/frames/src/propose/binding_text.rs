@@ -15,7 +15,7 @@ const MAX_UNUSED: usize = 40;
 /// Writes the binding.
 pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     let mut text = String::from(
-        "# Guessed by `teachtree init` from the names, units and values of the columns. Behind `#` are reasons and alternatives\n# (docs/bindings.md); `teachtree inspect LOG` lists what can be detected.\nabout: what this log is, for people\n",
+        "# Guessed by `teachtree init` from the names, units and values of the columns. Comments give reasons and alternatives\n# (docs/bindings.md); `teachtree inspect LOG` lists what can be detected.\nabout: what this log is, for people\n",
     );
     if is_pair(survey) {
         text.push_str("hand_file: hand_gripper_pair.rules    # two grippers, and no pose of an object\n");
@@ -66,7 +66,7 @@ fn left_out(survey: &Survey) -> String {
         );
     }
     if survey.is_y_up {
-        text.push_str("  # y points up: an object is lifted along it; if z does, take the columns behind `else`\n");
+        text.push_str("  # y points up: an object is lifted along it; if z does, take the columns after `else`\n");
     }
     let turned = |columns: &str, what: &str| {
         format!("  # left out: {}: y points up, and {what} cannot be turned to z up\n", comment(&scalar(columns)))

@@ -35,7 +35,7 @@ impl Line {
     }
 }
 
-/// What touches what.
+/// The two bodies of a contact.
 #[derive(Clone, Debug, PartialEq)]
 enum Touch {
     Finger(Side, Finger, String),

@@ -1,4 +1,4 @@
-//! Insertions: where a body that was carried off meets something, and goes straight on from there until it rests. On a table it would stop where it meets it.
+//! Insertions: a carried body touches something and then moves straight on until it rests. On a table it would stop at the touch.
 
 use nalgebra::{UnitQuaternion, Vector3};
 

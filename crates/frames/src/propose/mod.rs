@@ -164,7 +164,7 @@ impl<'a> Survey<'a> {
         }
     }
 
-    /// Adds what the bound log shows.
+    /// Adds guesses from the bound log.
     fn place(&mut self, recording: &Recording) {
         for body in &self.bodies {
             let start = sockets::start(recording, &body.name);
@@ -283,7 +283,7 @@ fn lacking(survey: &Survey) -> Vec<String> {
         );
     }
     if survey.bodies.is_empty() && !survey.is_fixed_tool() {
-        lacking.push("no column is the position of an object: what is held moves with the hand, and where it stands is not known".into());
+        lacking.push("no column is the position of an object: a held object moves with the hand, and its position is otherwise unknown".into());
     }
     lacking
 }

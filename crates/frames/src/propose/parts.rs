@@ -281,7 +281,7 @@ fn quantity(form: Form, unit: &str, words: &[String], members: &[&ColumnReport])
     }
 }
 
-/// The unit that a name ends with, behind the component of a vector: `mm` of `tip_x_mm`, none of the torque `ft_mx`; empty without one.
+/// The unit that a name ends with, after the component of a vector: `mm` of `tip_x_mm`, none of the torque `ft_mx`; empty without one.
 pub fn unit_in_name(group: &Group) -> &'static str {
     const UNITS: [(&str, &str); 9] = [
         ("_um", "um"),

@@ -10,9 +10,8 @@ use std::fmt::Write as _;
 
 /// Writes the scene.
 pub fn scene(survey: &Survey) -> String {
-    let mut text = String::from(
-        "# Guessed by `teachtree init`: what is handled, and what carries it (docs/scenes.md).\nbodies:\n",
-    );
+    let mut text =
+        String::from("# Guessed by `teachtree init`: objects and their supports (docs/scenes.md).\nbodies:\n");
     let is_measured = survey.contacts.are_of_bodies();
     let has_gripper = !survey.grippers.is_empty() || survey.contacts.are_of_fingers();
     let held_m = survey.grippers.values().find_map(|gripper| gripper.held_m).or(survey.contacts.held_m);
@@ -54,7 +53,7 @@ pub fn scene(survey: &Survey) -> String {
         return "# Guessed by `teachtree init`: nothing in the log shows where an object is (docs/scenes.md).\nbodies: {}\n".into();
     }
     for support in &survey.contacts.supports {
-        let _ = writeln!(text, "  {}: {{role: support}}    # what touches it is carried by it", scalar(support));
+        let _ = writeln!(text, "  {}: {{role: support}}    # it carries the objects that touch it", scalar(support));
     }
     let names_support = survey.bodies.iter().any(|body| is_support(&body.name));
     if !is_measured && !names_support && !survey.bodies.is_empty() {
@@ -117,7 +116,7 @@ fn reason(socket: &FoundSocket) -> String {
     if socket.is_by_name {
         return format!("by its name, and {object} comes to rest there: give the true rim");
     }
-    format!("{object} goes straight on from a contact there; radius and depth are at least those of its way")
+    format!("{object} moves straight on from a contact there; radius and depth are at least those of its path")
 }
 
 /// Sockets of one body as entries.

@@ -28,7 +28,7 @@ pub fn quoted(text: &str) -> String {
     quoted + "\""
 }
 
-/// A text behind `#`.
+/// A text after `#`.
 pub fn comment(text: &str) -> String {
     text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
 }

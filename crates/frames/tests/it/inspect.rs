@@ -33,7 +33,7 @@ fn plain(names: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn columns_that_are_numbered_on_are_no_vector() {
+fn numbered_columns_are_not_a_vector() {
     assert_eq!(plain(&["pos_1", "pos_2", "pos_3"]), ["pos<xyz=_1 _2 _3>"]);
     let joints = ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6", "joint_7"];
     assert_eq!(plain(&joints), joints);
@@ -45,7 +45,7 @@ fn columns_that_are_numbered_on_are_no_vector() {
     assert_eq!(plain(&["x_max", "y_max", "z_max"]), ["<xyz>_max"]);
 }
 
-/// The groups of an array with these elements behind a position.
+/// The groups of an array with these elements after a position.
 fn pose(values: [&[f64]; 4]) -> Vec<(String, Form)> {
     let at: &[f64] = &[0.1, 0.4];
     let names = ["p[0]", "p[1]", "p[2]", "p[3]", "p[4]", "p[5]", "p[6]"];

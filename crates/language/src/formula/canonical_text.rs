@@ -22,7 +22,7 @@ const fn whose(hand: Hand, this: Hand) -> &'static str {
         Hand::This => "",
         Hand::Other => "other",
         Hand::Named(side) => side.name(),
-        Hand::Nobody => "both",
+        Hand::Shared => "both",
     }
 }
 

@@ -83,7 +83,7 @@ impl Frame {
     /// Returns a description of the frame.
     pub fn text(&self) -> String {
         match self.sentences.split_last() {
-            None => "anything is so".into(),
+            None => "any values do so".into(),
             Some((last, [])) => last.clone(),
             Some((last, others)) => format!("{} and {last}", others.join(", ")),
         }

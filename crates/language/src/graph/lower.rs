@@ -21,7 +21,7 @@ pub fn lower(rules: &Rules) -> Graph {
         .map(|tree| {
             let this = match tree.scope {
                 TreeScope::EachHand => Hand::This,
-                TreeScope::BothHands => Hand::Nobody,
+                TreeScope::BothHands => Hand::Shared,
             };
             let mut builder = Builder::default();
             let root = lowering.branch(&tree.root, this, &mut builder);
@@ -58,7 +58,7 @@ pub fn lower_values(rules: &Rules, exprs: &[(&Expr, Hand)]) -> (Graph, Vec<Value
 fn needed<'r>(rules: &'r Rules, read: impl IntoIterator<Item = (&'r Expr, Hand)>) -> BTreeSet<(SignalId, Hand)> {
     let mut needed = BTreeSet::new();
     for latch in &rules.latches {
-        let this = if latch.per_hand { Hand::This } else { Hand::Nobody };
+        let this = if latch.per_hand { Hand::This } else { Hand::Shared };
         signals_of(&latch.set, this, &mut needed);
         signals_of(&latch.clear, this, &mut needed);
     }
@@ -69,7 +69,7 @@ fn needed<'r>(rules: &'r Rules, read: impl IntoIterator<Item = (&'r Expr, Hand)>
     for (at, signal) in rules.signals.iter().enumerate().rev() {
         let at = u32::try_from(at).unwrap_or(u32::MAX);
         let users: Vec<Hand> =
-            needed.range((SignalId(at), Hand::This)..=(SignalId(at), Hand::Nobody)).map(|(_, hand)| *hand).collect();
+            needed.range((SignalId(at), Hand::This)..=(SignalId(at), Hand::Shared)).map(|(_, hand)| *hand).collect();
         for this in users {
             signals_of(&signal.expr, this, &mut needed);
         }
@@ -81,7 +81,7 @@ fn needed<'r>(rules: &'r Rules, read: impl IntoIterator<Item = (&'r Expr, Hand)>
 fn tree_conditions(rules: &Rules) -> Vec<(&Expr, Hand)> {
     let mut conditions = Vec::new();
     for tree in &rules.trees {
-        let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
+        let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Shared };
         let mut branches = vec![&tree.root];
         while let Some(branch) = branches.pop() {
             for choice in &branch.choices {
@@ -132,7 +132,7 @@ impl<'a> Lowering<'a> {
     fn latches(&mut self) -> Vec<Latch> {
         let rules = self.rules;
         let latch = |latch: &crate::rules::Latch| {
-            let this = if latch.per_hand { Hand::This } else { Hand::Nobody };
+            let this = if latch.per_hand { Hand::This } else { Hand::Shared };
             let (set, clear) = (self.expr(&latch.set, this), self.expr(&latch.clear, this));
             Latch { name: latch.name.clone(), per_hand: latch.per_hand, set, clear }
         };

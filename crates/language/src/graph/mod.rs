@@ -88,7 +88,7 @@ pub enum Op {
     Number(FloatBits),
     Channel(ChannelId, Hand),
     Latch(LatchId, Hand),
-    /// The tree of a hand, or of both hands (`Nobody`).
+    /// The tree of a hand, or of both hands (`Shared`).
     From {
         tree: Hand,
         labels: Vec<Label>,

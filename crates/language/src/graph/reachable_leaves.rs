@@ -20,7 +20,7 @@ pub fn reachable_leaves(
 ) -> BTreeSet<Label> {
     let mut reached: BTreeSet<Label> = BTreeSet::new();
     loop {
-        let this = if scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
+        let this = if scope == TreeScope::EachHand { Hand::This } else { Hand::Shared };
         let (channel, has) = (&channel, &has);
         let mut walk = Walk { graph, channel, has, reached: &reached, scope, this, values: BTreeMap::new() };
         let mut found = reached.clone();
@@ -205,8 +205,8 @@ impl<F: Fn(ChannelId, Hand) -> AbstractValue, P: Fn(FingerPick, Hand) -> bool> W
 
     fn from(&self, tree: Hand, labels: &[Label], none: bool) -> AbstractValue {
         let own = match self.scope {
-            TreeScope::EachHand => tree != Hand::Nobody,
-            TreeScope::BothHands => tree == Hand::Nobody,
+            TreeScope::EachHand => tree != Hand::Shared,
+            TreeScope::BothHands => tree == Hand::Shared,
         };
         let can = none || !own || labels.iter().any(|pattern| self.reached.iter().any(|label| pattern.covers(*label)));
         if can { AbstractValue::Unknown } else { AbstractValue::FALSE }

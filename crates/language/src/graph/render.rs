@@ -56,7 +56,7 @@ fn round(number: f64) -> f64 {
 
 const fn hand(hand: Hand) -> &'static str {
     match hand {
-        Hand::This | Hand::Nobody => "",
+        Hand::This | Hand::Shared => "",
         Hand::Other => "other.",
         Hand::Named(Side::Left) => "left.",
         Hand::Named(Side::Right) => "right.",

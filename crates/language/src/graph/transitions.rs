@@ -1,4 +1,4 @@
-//! Which leaf of a tree can follow which: for each leaf before, the paths whose conditions can hold together.
+//! The possible transitions between leaves of a tree: for each previous leaf, the paths whose conditions can hold together.
 //!
 //! An arrow from A to B says that a frame after a leaf A can give B, decided on intervals of quantities, on hystereses and on what a latch
 //! lets hold on the frame itself (`language::formula`). What a latch remembers of earlier frames is left open. So an arrow that is missing never
@@ -67,7 +67,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(rules: &'a Rules, tree: &'a Tree, can: &BTreeSet<String>) -> Self {
-        let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
+        let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Shared };
         let (reader, paths) = (Reader::new(rules), tree.root.paths());
         let leaf = |path: &LeafPath| match &path.choice.then {
             Consequent::Primitive(label) => Some(rules.label_name(*label)),
@@ -154,7 +154,7 @@ fn of_latches(path: &LeafPath, rules: &Rules, reader: &Reader<'_>, this: Hand) -
             clauses.push((Formula::Any(vec![not(is_set()), not(clear())]), true));
         }
         // The latch of a hand that a recording lacks is never set, whatever holds.
-        let is_there = own || this == Hand::Nobody;
+        let is_there = own || this == Hand::Shared;
         if is_there && known(&latch.clear) && known(&latch.set) {
             clauses.push((Formula::Any(vec![is_set(), not(set()), clear()]), true));
         }

@@ -26,7 +26,7 @@ pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<DeadChoice> {
     let mut lint = Choices { prover: Prover::new(rules), rules, above: Vec::new(), findings: Vec::new() };
     let mut findings = Vec::new();
     for tree in &rules.trees {
-        lint.prover.this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
+        lint.prover.this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Shared };
         let mut before = BTreeSet::from(["none".to_string()]);
         leaves(&tree.root, rules, &mut before);
         lint.prover.before = before.into();
@@ -158,13 +158,13 @@ impl<'a> Choices<'a> {
         if why.len() == 1 {
             finding = self.prover.alone(finding, &last);
         } else {
-            finding = finding.at(place, "no frame that gets here has this");
+            finding = finding.at(place, "no frame that reaches this choice satisfies this");
         }
         for (requirement, above) in why.iter().filter_map(|(requirement, above)| Some((requirement, (*above)?))) {
             let text = match (above, earlier) {
-                (true, _) => "every frame on this way has this",
-                (false, 1) => "this takes every such frame before",
-                (false, _) => "this takes some of them before",
+                (true, _) => "every frame on this path satisfies this",
+                (false, 1) => "this takes every such frame first",
+                (false, _) => "this takes some of them first",
             };
             finding = finding.at(requirement.expr.span, text);
         }
@@ -172,7 +172,7 @@ impl<'a> Choices<'a> {
             finding = finding.note(reason);
         }
         let finding = finding.help(if earlier > 0 {
-            "move it up, in front of what takes its frames, or remove it"
+            "move it up, before the choices that take its frames, or remove it"
         } else {
             "change one of the conditions, or remove this choice"
         });
@@ -185,21 +185,21 @@ impl<'a> Choices<'a> {
     fn always(&mut self, not: Requirement<'a>, next: &Choice) -> Diagnostic {
         let why = self.why(&not);
         let reason = self.prover.reason(&why.iter().map(|(requirement, _)| requirement.clone()).collect::<Vec<_>>());
-        let mut finding = Diagnostic::warning(codes::ALWAYS_TAKEN, "nothing behind this choice is ever taken");
+        let mut finding = Diagnostic::warning(codes::ALWAYS_TAKEN, "no choice after this one is ever taken");
         finding = if why.len() == 1 {
             self.prover.alone(finding, &not)
         } else {
-            finding.at(not.expr.span, "every frame that gets here has this")
+            finding.at(not.expr.span, "every frame that reaches this choice satisfies this")
         };
         for (requirement, above) in why.iter().filter_map(|(requirement, above)| Some((requirement, (*above)?))) {
-            let text = if above { "every frame on this way has this" } else { "this takes the others before" };
+            let text = if above { "every frame on this path satisfies this" } else { "this takes the others first" };
             finding = finding.at(requirement.expr.span, text);
         }
         finding = finding.at(head(next), "never taken");
         if let Some(reason) = reason {
             finding = finding.note(reason);
         }
-        finding.help("write `else` for this condition and remove what is behind it, or change the condition")
+        finding.help("write `else` for this condition and remove the choices after it, or change the condition")
     }
 }
 

@@ -65,7 +65,7 @@ impl<'a> Conditions<'a> {
             None => finding,
         };
         let word = if wanted { "false" } else { "true" };
-        self.findings.push((expr, finding.help(format!("correct it; if it is meant so, write `{word}`"))));
+        self.findings.push((expr, finding.help(format!("correct it; if this is intended, write `{word}`"))));
         true
     }
 }

@@ -1,4 +1,4 @@
-//! Relabeling rules that undo each other: what one makes of a segment between its neighbours, the other makes into what it was.
+//! Relabeling rules that undo each other: what one makes of a segment between its neighbors, the other makes into what it was.
 //!
 //! Rules are applied until nothing changes, so two such rules go on until the rounds are given up.
 
@@ -27,7 +27,7 @@ pub struct CyclicRewrite {
 /// A rule that changes single segments.
 struct Rule<'a> {
     what: &'a Labels,
-    /// The neighbours that it asks for.
+    /// The neighbors that it asks for.
     between: Option<&'a (Labels, Labels)>,
     shorter_s: f64,
     becomes: Label,
@@ -68,8 +68,8 @@ pub fn cyclic_rewrites(rules: &Rules, named: &BTreeSet<u32>) -> Vec<CyclicRewrit
         let finding = Diagnostic::warning(codes::UNDOING_RULES, "two rules undo each other")
             .at(other.span, format!("this makes `{was_name}` of `{made_name}` …"))
             .at(one.span, format!("… and this makes `{made_name}` of `{was_name}` again"))
-            .note(format!("for instance {} becomes {}, and back, until it is given up", row(was), row(made)))
-            .help("let one of them ask for other neighbours, or remove it");
+            .note(format!("for instance {} becomes {}, and back, until relabeling is stopped", row(was), row(made)))
+            .help("give one of them other neighbors, or remove it");
         let lasting_s = (settle_s, limit_s);
         found.push(CyclicRewrite { pair: [*one_at, *other_at], segments, lasting_s, finding });
     }
@@ -89,7 +89,7 @@ fn single(rule: &RelabelRule) -> Option<Rule<'_>> {
     }
 }
 
-/// A segment with neighbours that both rules ask for and neither changes; alone when they ask for none.
+/// A segment with neighbors that both rules ask for and neither changes; alone when they ask for none.
 fn around(was: Label, made: Label, rules: [&Rule; 2], labels: &BTreeSet<Label>) -> Option<Labels> {
     let asked: Vec<_> = rules.iter().filter_map(|rule| rule.between).collect();
     if asked.is_empty() {
@@ -99,7 +99,7 @@ fn around(was: Label, made: Label, rules: [&Rule; 2], labels: &BTreeSet<Label>) 
         let anywhere = rules.iter().filter(|rule| rule.between.is_none());
         anywhere.into_iter().any(|rule| rule.what.iter().any(|pattern| pattern.covers(*label)))
     };
-    let neighbour = |side: fn(&(Labels, Labels)) -> &Labels| {
+    let neighbor = |side: fn(&(Labels, Labels)) -> &Labels| {
         let fits = |label: &Label| {
             *label != was && *label != made && !changed(label) && {
                 let only = BTreeSet::from([*label]);
@@ -108,5 +108,5 @@ fn around(was: Label, made: Label, rules: [&Rule; 2], labels: &BTreeSet<Label>) 
         };
         labels.iter().copied().find(|label| fits(label))
     };
-    Some(vec![neighbour(|between| &between.0)?, was, neighbour(|between| &between.1)?])
+    Some(vec![neighbor(|between| &between.0)?, was, neighbor(|between| &between.1)?])
 }

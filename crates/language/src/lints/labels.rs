@@ -29,8 +29,8 @@ enum Obstacle {
     MissingLabels(Labels),
     /// The label is not one of a coordination.
     NotInBoth(Label),
-    /// Neighbours would have to have the same label.
-    SameNeighbours,
+    /// Neighbors would have to have the same label.
+    SameNeighbors,
     /// Shorter runs do not settle; the settling time, s.
     BelowSettlingTime(f64),
     /// The rule replaces a label with itself.
@@ -145,7 +145,7 @@ impl<'a> OccurringLabels<'a> {
         {
             return Some(Obstacle::BelowSettlingTime(settle.value));
         }
-        let fits = |inner: &Label, neighbours: &[Label]| neighbours.iter().any(|label| label != inner);
+        let fits = |inner: &Label, neighbors: &[Label]| neighbors.iter().any(|label| label != inner);
         let starts = inner.iter().filter(|label| fits(label, &before));
         let ends = |label: &Label| fits(label, &after);
         // A run of two labels may begin with one and end with the other.
@@ -155,7 +155,7 @@ impl<'a> OccurringLabels<'a> {
             starts.filter(|label| ends(label)).copied().collect()
         };
         if found.is_empty() {
-            return Some(Obstacle::SameNeighbours);
+            return Some(Obstacle::SameNeighbors);
         }
         found.iter().all(|label| Some(*label) == becomes).then_some(Obstacle::NoChange)
     }
@@ -166,7 +166,7 @@ pub fn covered(patterns: &[Label], labels: &BTreeSet<Label>) -> Vec<Label> {
     labels.iter().filter(|label| patterns.iter().any(|pattern| pattern.covers(**label))).copied().collect()
 }
 
-/// Whether labels, neighbours different, can stand in a sequence so that one of them changes.
+/// Whether labels, neighbors different, can stand in a sequence so that one of them changes.
 fn sequence(elements: &[(Labels, Repetition)], becomes: Label, labels: &BTreeSet<Label>) -> Option<Obstacle> {
     let found: Vec<Vec<Label>> = elements.iter().map(|(patterns, _)| covered(patterns, labels)).collect();
     for ((patterns, repeat), found) in elements.iter().zip(&found) {
@@ -193,7 +193,7 @@ fn sequence(elements: &[(Labels, Repetition)], becomes: Label, labels: &BTreeSet
         }
         open.extend(states.into_iter().filter(|state| seen.insert(*state)));
     }
-    Some(if ends { Obstacle::NoChange } else { Obstacle::SameNeighbours })
+    Some(if ends { Obstacle::NoChange } else { Obstacle::SameNeighbors })
 }
 
 /// Warns of what tasks and rules in the `named` files ask for though it never comes, and returns the primitives that it reported.
@@ -222,7 +222,7 @@ pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>,
         }
         for key in task.keys.iter().filter(|key| named.contains(&key.span.file)) {
             if let Some(name) = lacks(&key.label) {
-                let message = format!("the task `{}` asks for {name}, which nothing gives", task.name);
+                let message = format!("the task `{}` requires {name}, which nothing gives", task.name);
                 let others = !task.all_keys && task.keys.len() > 1;
                 let text = "no leaf of a tree gives it and no rule rewrites to it";
                 let finding = Diagnostic::warning(codes::MISSING_LABEL, message).at(key.span, text);
@@ -255,12 +255,15 @@ impl Obstacle {
                 format!("nothing gives {}", names.join(" or "))
             }
             Self::NotInBoth(label) => format!("no tree over both hands gives `{}`", rules.label_name(*label)),
-            Self::SameNeighbours => "neighbours never have the same label: they would be one segment".into(),
+            Self::SameNeighbors => "neighbors never have the same label: they would be one segment".into(),
             Self::BelowSettlingTime(seconds) => {
-                format!("what stands between two others has lasted as long as the settling, {} ms", seconds * 1e3)
+                format!(
+                    "a segment between two others has lasted at least as long as the settling, {} ms",
+                    seconds * 1e3
+                )
             }
-            Self::NoChange => "what it finds is already what it becomes".into(),
-            Self::SelfExclusion => "it looks for coordination that is without what it looks for".into(),
+            Self::NoChange => "its pattern finds the label that it gives".into(),
+            Self::SelfExclusion => "its pattern excludes the coordination that it looks for".into(),
         }
     }
 }

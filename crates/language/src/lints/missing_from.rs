@@ -1,5 +1,5 @@
 //! A new primitive that a `from` does not name: `from` names leaves, and lists that were written before do not name the new one. A branch that goes
-//! on by what it gave itself (`from(Move, Approach)` in a branch that gives Move and Approach) loses its thread behind the new leaf.
+//! on by what it gave itself (`from(Move, Approach)` in a branch that gives Move and Approach) does not recognize its own state after the new leaf.
 //!
 //! A branch that only tests how it was entered, or that always returns the new leaf, causes no warning.
 
@@ -65,8 +65,8 @@ impl Resolver {
         let leaf = gives(next).map_or("…".to_string(), |label| self.rules.label_name(label));
         Diagnostic::warning(codes::FORGOTTEN_FROM, format!("this branch does not define the leaf after `{name}`"))
             .at(choice.span, format!("on the frame after, the leaf before is `{name}`"))
-            .at(condition.span, "this asks for other leaves")
-            .help(format!("say what may follow it, such as `from({name}) and … => {leaf}` behind it"))
+            .at(condition.span, "this tests for other leaves")
+            .help(format!("name the leaf that may follow it, such as `from({name}) and … => {leaf}` after it"))
     }
 }
 

@@ -43,7 +43,7 @@ impl<'a> Prover<'a> {
     /// Reads the conditions of a rule set.
     pub fn new(rules: &'a Rules) -> Self {
         let reader = Reader::with_open_constants(rules);
-        Self { reader, this: Hand::Nobody, before: Rc::default(), steps: MAX_STEPS, size: MAX_SIZE }
+        Self { reader, this: Hand::Shared, before: Rc::default(), steps: MAX_STEPS, size: MAX_SIZE }
     }
 
     /// Returns a condition with its wanted result as a requirement; `None` when the limit of formulas is reached.
@@ -102,7 +102,7 @@ impl<'a> Prover<'a> {
         let parts = self.parts(requirement);
         let parts = self.least(parts, |part| (&part.formula, part.wanted));
         let text = |part: &Requirement| match (parts.len(), part.wanted) {
-            (1, true) if matches!(part.expr.kind, ExprKind::From { .. }) => "no leaf before is one of these",
+            (1, true) if matches!(part.expr.kind, ExprKind::From { .. }) => "the previous leaf is never one of these",
             (1, true) => "this never holds",
             (1, false) => "this always holds",
             (_, true) if requirement.wanted => "this has to hold …",

@@ -18,7 +18,7 @@ pub fn zero_divisors(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
                 findings.push(
                     Diagnostic::warning(codes::ZERO_DIVISOR, "this divides by zero")
                         .at(divisor.span, "this is 0")
-                        .note("what comes out is infinite or not a number; what is not a number is neither above nor below anything")
+                        .note("the result is infinite or NaN; NaN is neither above nor below any threshold")
                         .help("divide by something else"),
                 );
             }

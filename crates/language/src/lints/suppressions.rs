@@ -54,8 +54,8 @@ fn idle(code: &str, place: Span) -> Diagnostic {
         return finding.at(place, "this is the code of an error").help("only warnings can be allowed");
     }
     finding
-        .at(place, format!("there is no {code} on the line that this is about"))
-        .help("remove it; it is about its own line, or about the next one when it stands alone")
+        .at(place, format!("the line to which this applies has no {code}"))
+        .help("remove it; it applies to its own line, or to the next one if it is alone on its line")
 }
 
 /// The lines of a file.

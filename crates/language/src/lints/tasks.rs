@@ -20,10 +20,10 @@ pub fn hidden_tasks(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
         }
         findings.push(
             Diagnostic::warning(codes::HIDDEN_TASK, format!("the task `{}` never names anything", task.name))
-                .at(task.span, format!("what has its keys has those of `{}` too", earlier.name))
-                .at(earlier.span, "this is tried before, and takes it")
+                .at(task.span, format!("segments with its keys also have those of `{}`", earlier.name))
+                .at(earlier.span, "this is tried first, and matches")
                 .note(format!("for instance {} is `{}`", span_of(task, rules), earlier.name))
-                .help(format!("put `before {}` behind it, or give it a key that `{0}` lacks", earlier.name)),
+                .help(format!("add `before {}` at its end, or give it a key that `{0}` lacks", earlier.name)),
         );
     }
     findings

@@ -1,7 +1,7 @@
 //! The table of the operators of the language: how each is written, what it takes and gives, what it does, and what can be said of its result without a log.
 //!
 //! The checker of types, the parser, the language server and the proofs read it; `crates/engine/tests/it/language/operators.rs` walks it and holds the
-//! evaluators, the editors' grammars and the language reference against it. Signs (`+`, `<`, `and`, `not`) are part of the grammar and stand in no row.
+//! evaluators, the editors' grammars and the language reference against it. Signs (`+`, `<`, `and`, `not`) are part of the grammar and have no row.
 
 mod abstract_value;
 mod summary;

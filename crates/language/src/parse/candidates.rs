@@ -1,4 +1,4 @@
-//! What may stand where an author is writing, as the grammar says it: the text up to there is read with a sign behind it that fits nowhere,
+//! What may stand where an author is writing, as the grammar says it: the text up to there is read with a sign after it that fits nowhere,
 //! and what pest expected instead of that sign is the answer. The text that follows is not read and may contain errors.
 
 use super::grammar::{Grammar, MAX_TOKENS, Rule};
@@ -13,7 +13,7 @@ use teachtree_base::units;
 /// The sign that fits nowhere.
 const NOWHERE: char = '\u{1}';
 
-/// A kind of word that may stand at a place.
+/// A kind of word that the grammar accepts at a place.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Candidate {
     /// A word or words of the language.
@@ -51,7 +51,7 @@ pub fn candidates(text: &str, at: usize) -> (usize, Vec<Candidate>) {
     let Some(token) = scan.tokens.len().checked_sub(1) else { return (start, Vec::new()) };
     let last = scan.tokens.get(token).map(|token| token.kind);
     if !scan.word(token).ends_with(NOWHERE) {
-        // In a comment, or behind a bound at which the file is cut.
+        // In a comment, or after a bound at which the file is cut.
         return (start, Vec::new());
     }
     if last == Some(Kind::Text) {
@@ -177,7 +177,7 @@ const fn words(rule: Rule) -> &'static [&'static str] {
     }
 }
 
-/// What a rule is about, in a declaration that begins with `head` and directly behind the word `before`; `place` is what an `extend` names.
+/// What a rule is about, in a declaration that begins with `head` and directly after the word `before`; `place` is what an `extend` names.
 fn meant(rule: Rule, head: &str, before: &str, place: &str) -> Option<Candidate> {
     Some(match rule {
         Rule::expression

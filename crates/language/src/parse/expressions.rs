@@ -88,7 +88,7 @@ impl Builder<'_, '_, '_> {
         };
         if expr.depth > MAX_DEPTH {
             self.findings.push(
-                Diagnostic::error(codes::TOO_DEEP, format!("more than {MAX_DEPTH} operators lie one within the other"))
+                Diagnostic::error(codes::TOO_DEEP, format!("operators are nested more than {MAX_DEPTH} deep"))
                     .at(expr.span, "this is too long a chain")
                     .help("split it into signals"),
             );

@@ -50,9 +50,11 @@ fn example(head: &str, rules: &[Rule]) -> Option<&'static str> {
         "task" if expects(Rule::range) => {
             Some("a task runs from one primitive to another: `task lift = Move .. Release with Lift`")
         }
-        "relabel" if expects(Rule::open_brace) => Some("rules stand in braces: `relabel { … }`, `relabel task { … }`"),
+        "relabel" if expects(Rule::open_brace) => {
+            Some("rules are written in braces: `relabel { … }`, `relabel task { … }`")
+        }
         "extend" if expects(Rule::anchor) || expects(Rule::kw_first) => {
-            Some("say where in the branch: `extend single_hand before carried { … }`")
+            Some("name the place in the branch: `extend single_hand before carried { … }`")
         }
         _ => None,
     }
@@ -113,7 +115,7 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     if before == "use" && kind(found) == Some(Kind::Word) {
         let ends = scan.word(found + 1) == "." && scan.word(found + 2) == "rules";
         let name = if ends { scan.span(found, found + 3) } else { place };
-        return finding.fix("a file name stands in quotes", name, format!("\"{word}.rules\""));
+        return finding.fix("a file name is written in quotes", name, format!("\"{word}.rules\""));
     }
     if word == ":" && expects(&[Rule::equals]) {
         return finding.fix("write `=`", place, "=");
@@ -144,28 +146,27 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
         return finding.help("a fraction is written with a point: `0.5 N`");
     }
     if expects(&[Rule::kw_and]) && matches!(word, "becomes" | "become") {
-        return finding.help("a rule names both neighbours: `X between A and B becomes C`");
+        return finding.help("a rule names both neighbors: `X between A and B becomes C`");
     }
     if word == "(" && matches!(scan.word(found + 1), "left" | "right") && is_capitalized(before) {
         return finding.fix("a side touches its primitive", gap, "");
     }
     let value = [Rule::expression, Rule::guard, Rule::sum, Rule::choice, Rule::conjunction, Rule::comparison];
     if expects(&value) && is_capitalized(word) {
-        return finding
-            .help("only primitives are capitalized; `from(Grasp)` asks for the primitive of the frame before");
+        return finding.help("only primitives are capitalized; `from(Grasp)` tests the primitive of the frame before");
     }
     let names = [Rule::name, Rule::path, Rule::choice, Rule::choice_name, Rule::anchor_name];
     if expects(&names) && lower_case && Grammar::parse(Rule::name, word).is_err() {
         return finding.help(format!("`{word}` is a word of the language; choose another name"));
     }
     if word == "=" && matches!(scan.word(found + 1), "true" | "false") {
-        return finding.help(format!("a condition stands alone: `{before}`, `not {before}`"));
+        return finding.help(format!("write the condition itself: `{before}`, `not {before}`"));
     }
     if word == "=" && units::unit(scan.word(found + 2)).is_some() {
         return finding.help("measured numbers are compared by `<` and `>`");
     }
     if word == "is" && scan.word(found + 1) == "failure" {
-        return finding.help("`is failure` stands at the end of a task, in front of `before`");
+        return finding.help("`is failure` belongs at the end of a task, ahead of `before`");
     }
     let replacement = match word {
         "&&" | "&" => "and",
@@ -179,7 +180,7 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
         "#" => return finding.help("comments begin with `//`"),
         "<" | ">" | "<=" | ">=" => return finding.help("comparisons do not chain: write `1 N < load and load < 3 N`"),
         _ if matches!(before, "if" | "when") || matches!(word, "if" | "when" | "then") => {
-            return finding.help("there is no `if`: a condition stands alone, before `=>` or `{`");
+            return finding.help("there is no `if`: write the condition itself before `=>` or `{`");
         }
         _ => return finding,
     };
@@ -231,6 +232,6 @@ pub fn unknown_unit(word: &str, place: Span) -> Diagnostic {
     });
     finding.help(prefixed.unwrap_or_else(|| {
         let units = known().collect::<Vec<_>>().join(", ");
-        format!("the units are {units}, and what is made of them, such as `mm/s` and `N m`")
+        format!("the units are {units}, and combinations of them, such as `mm/s` and `N m`")
     }))
 }

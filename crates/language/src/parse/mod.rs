@@ -112,7 +112,7 @@ impl<'a> Parser<'a> {
         items
     }
 
-    /// The declaration that begins at `at`, and the token behind it.
+    /// The declaration that begins at `at`, and the token after it.
     fn item(&mut self, at: usize, end: usize, level: Level) -> (Option<ItemKind>, usize) {
         let next = self.next_item(at + 1, end);
         let word = self.scan.word(at);
@@ -137,7 +137,7 @@ impl<'a> Parser<'a> {
         (item, next)
     }
 
-    /// The declaration with braces that begins at `at`, and the token behind its closing brace; the next declaration begins at `next`.
+    /// The declaration with braces that begins at `at`, and the token after its closing brace; the next declaration begins at `next`.
     fn block(&mut self, at: usize, next: usize) -> (Option<ItemKind>, usize) {
         let open = (at..next).find(|at| self.scan.word(*at) == "{");
         let (head, body) = match open {
@@ -249,7 +249,7 @@ impl<'a> Parser<'a> {
             && nearest(self.scan.word(at), HAND_WORDS.iter().chain(ITEM_WORDS).copied()).is_some()
     }
 
-    /// Remembers the names that an unreadable piece declares: the words that stand behind its first one.
+    /// Remembers the names that an unreadable piece declares: the words that stand after its first one.
     fn break_names(&mut self, tokens: Range<usize>) {
         let many = self.scan.word(tokens.start) == "primitive";
         let words: Vec<String> = tokens

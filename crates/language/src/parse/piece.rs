@@ -52,7 +52,7 @@ impl<'s, 'a> Piece<'s, 'a> {
         }
     }
 
-    /// The place in the file of what pest parsed, without the blanks and comments that pest counts in behind an optional part.
+    /// The place in the file of what pest parsed, without the blanks and comments that pest counts in after an optional part.
     pub fn span(self, pair: &Pair<'_, Rule>) -> Span {
         let span = pair.as_span();
         let (start, end) = (self.start + span.start(), self.start + span.end());

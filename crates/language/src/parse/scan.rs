@@ -2,7 +2,7 @@
 //!
 //! Comes in: text of any kind. Goes out: tokens with bracket partners and the findings about brackets.
 //! INVARIANT (bounded nesting): no more than [`MAX_NESTING`] brackets are open anywhere, and more than [`MAX_SIGNS`] signs or `not`s in
-//! a row are marked as faulty. Everything behind recurses on brackets, so it never sees anything deeper.
+//! a row are marked as faulty. All later passes recurse on brackets, so they never see anything deeper.
 
 use crate::codes;
 use teachtree_base::diagnostic::{Diagnostic, Span};
@@ -113,7 +113,7 @@ impl<'a> Scan<'a> {
         self.tokens.get(at).is_some_and(|open| self.tokens.get(open.partner).is_some_and(|end| end.partner == at))
     }
 
-    /// Where the tokens behind the bracket at `at` go on.
+    /// Where the tokens after the bracket at `at` go on.
     pub fn behind(&self, at: usize) -> usize {
         let partner = self.tokens.get(at).map_or(at, |open| open.partner);
         if self.is_closed(at) { partner + 1 } else { partner.max(at + 1) }
@@ -333,7 +333,7 @@ impl<'a> Scan<'a> {
             }
             if row == MAX_SIGNS + 1 {
                 findings.push(
-                    Diagnostic::error(codes::TOO_DEEP, format!("more than {MAX_SIGNS} signs or `not`s stand in a row"))
+                    Diagnostic::error(codes::TOO_DEEP, format!("found more than {MAX_SIGNS} signs or `not`s in a row"))
                         .at(self.span(at, at + 1), "this one is too much"),
                 );
             }

@@ -80,7 +80,7 @@ impl Builder<'_, '_, '_> {
 }
 
 impl Parser<'_> {
-    /// The choices behind the brace at `open`; when it is never closed, some may be missing.
+    /// The choices after the brace at `open`; when it is never closed, some may be missing.
     pub(super) fn branch_choices(&mut self, open: usize, body: Range<usize>) -> Vec<Choice> {
         let mut choices = self.choices(body);
         if !self.scan.is_closed(open) {
@@ -90,7 +90,7 @@ impl Parser<'_> {
         choices
     }
 
-    /// The choices among these tokens. A choice ends with the leaf behind `=>` or with the brace that closes its branch.
+    /// The choices among these tokens. A choice ends with the leaf after `=>` or with the brace that closes its branch.
     fn choices(&mut self, tokens: Range<usize>) -> Vec<Choice> {
         let mut choices = Vec::new();
         let mut at = tokens.start;
@@ -134,7 +134,7 @@ impl Parser<'_> {
                 }
                 // Before a number it is a mistyped `>=`.
                 "=>" if self.scan.tokens.get(to + 1).is_none_or(|next| next.kind != Kind::Number) => {
-                    // The leaf stands behind the arrow; a word on the next line belongs to the next choice, unless it can only be a leaf.
+                    // The leaf stands after the arrow; a word on the next line belongs to the next choice, unless it can only be a leaf.
                     let leaf = self.scan.word(to + 1);
                     let next = self.scan.tokens.get(to + 1);
                     let taken = to + 1 < end

@@ -136,12 +136,12 @@ impl Resolver {
                 self.norm_above(channel, value, on, off)
             }
             _ if matches!(channel.ty.shape, Shape::Scalar | Shape::Vec3) => {
-                let Constant { value, .. } = self.constant(default, Some(channel.ty.dimension), Scope::NOBODY)?;
+                let Constant { value, .. } = self.constant(default, Some(channel.ty.dimension), Scope::SHARED)?;
                 Some(Fallback::Constant(value))
             }
             // An angle other than 0 would need an axis.
             _ if channel.ty.shape == Shape::Rotation => {
-                let angle = self.constant(default, Some(Dimension::ANGLE), Scope::NOBODY)?;
+                let angle = self.constant(default, Some(Dimension::ANGLE), Scope::SHARED)?;
                 if angle.value != 0.0 {
                     self.report(
                         Diagnostic::error(codes::NOT_CONSTANT, "invalid default of a rotation")
@@ -154,7 +154,7 @@ impl Resolver {
             }
             _ => {
                 self.report(
-                    Diagnostic::error(codes::NOT_CONSTANT, "this cannot stand for a channel that a log lacks")
+                    Diagnostic::error(codes::NOT_CONSTANT, "this cannot replace a channel that a log lacks")
                         .at(default.span, "neither a constant nor `norm(channel) above … until below …`"),
                 );
                 None
@@ -173,7 +173,7 @@ impl Resolver {
         };
         let Some((source, place)) = source else {
             self.report(
-                Diagnostic::error(codes::NOT_CONSTANT, "this cannot stand for a channel that a log lacks")
+                Diagnostic::error(codes::NOT_CONSTANT, "this cannot replace a channel that a log lacks")
                     .at(value.span, "only `norm(channel)` may be tested here"),
             );
             return None;
@@ -186,14 +186,14 @@ impl Resolver {
         if !fits || spec.absent == Fallback::Derived {
             let over = if channel.ty.axis == Some(Axis::Fingers) { "a raw vec3 per finger" } else { "a raw vec3" };
             self.report(
-                Diagnostic::error(codes::WRONG_TYPE, format!("`{source}` cannot stand for `{}`", channel.name.text()))
+                Diagnostic::error(codes::WRONG_TYPE, format!("`{source}` cannot replace `{}`", channel.name.text()))
                     .at(place, format!("{over} is expected here"))
                     .at(channel.name.span, "for this channel"),
             );
             return None;
         }
-        let on_value = self.constant(on, Some(spec.dimension), Scope::NOBODY)?;
-        let off_value = self.constant(off, Some(spec.dimension), Scope::NOBODY)?;
+        let on_value = self.constant(on, Some(spec.dimension), Scope::SHARED)?;
+        let off_value = self.constant(off, Some(spec.dimension), Scope::SHARED)?;
         self.threshold_order(&on_value, &off_value, true)?;
         Some(Fallback::NormAbove { channel: source, on: on_value.value, off: off_value.value, needed: true })
     }

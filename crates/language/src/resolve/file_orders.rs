@@ -27,8 +27,8 @@ impl Resolver {
                 continue;
             }
             if self.file_order.contains(&(second, first)) {
-                let mut finding = Diagnostic::error(codes::CIRCULAR_ORDER, "files come before each other in a circle")
-                    .at(before.span, "this closes the circle");
+                let mut finding = Diagnostic::error(codes::CIRCULAR_ORDER, "the orders of the files form a cycle")
+                    .at(before.span, "this closes the cycle");
                 for (_, place) in said.iter().filter(|((from, to), _)| *from == second || *to == first) {
                     finding = finding.at(place.span, "said here");
                 }

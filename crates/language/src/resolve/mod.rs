@@ -140,7 +140,7 @@ impl Resolver {
         self.report(finding);
     }
 
-    /// The primitive that a label names. In a leaf and behind `becomes` (`exact`) a sided primitive needs its side.
+    /// The primitive that a label names. In a leaf and after `becomes` (`exact`) a sided primitive needs its side.
     pub fn label(&mut self, label: &syntax::Label, exact: bool) -> Option<Label> {
         let Some(primitive) = self.rules.primitive(&label.name.text) else {
             self.unknown("primitive", &label.name.text, label.name.span, |resolver| {

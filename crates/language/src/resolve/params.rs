@@ -34,7 +34,7 @@ impl Resolver {
     }
 
     fn param(&mut self, param: &syntax::Param, overrides: &[(String, String)]) -> Option<Param> {
-        let declared = self.constant(&param.value, None, Scope::NOBODY)?;
+        let declared = self.constant(&param.value, None, Scope::SHARED)?;
         let dimension = declared.dimension;
         if let Some((low, high)) = &param.range {
             self.unit_of_range(&param.value, low, high)?;
@@ -42,8 +42,8 @@ impl Resolver {
         let name = param.name.text.clone();
         let mut range = None;
         if let Some((low, high)) = &param.range {
-            let low_end = self.constant(low, Some(dimension), Scope::NOBODY)?;
-            let high_end = self.constant(high, Some(dimension), Scope::NOBODY)?;
+            let low_end = self.constant(low, Some(dimension), Scope::SHARED)?;
+            let high_end = self.constant(high, Some(dimension), Scope::SHARED)?;
             range = Some((low_end.value, high_end.value));
             if low_end.value > high_end.value {
                 self.report(
@@ -73,7 +73,7 @@ impl Resolver {
         if !value.is_bare_number() {
             return Some(());
         }
-        let wanted = self.constant(low, None, Scope::NOBODY)?.dimension;
+        let wanted = self.constant(low, None, Scope::SHARED)?.dimension;
         if wanted == Dimension::NONE {
             return Some(());
         }

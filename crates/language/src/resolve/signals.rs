@@ -91,11 +91,11 @@ impl Resolver {
             if members.len() == 1 {
                 format!("the signal {} is defined by itself", words.first().map_or("", String::as_str))
             } else {
-                format!("signals are defined by each other in a circle: {}", words.join(" reads "))
+                format!("the definitions of signals form a cycle: {}", words.join(" reads "))
             },
         );
         for member in members.iter().take(6) {
-            finding = finding.at(member.span, "a signal of the circle");
+            finding = finding.at(member.span, "a signal of the cycle");
         }
         self.report(finding.help("a latch remembers; a signal is computed from this frame"));
         for member in members {
@@ -109,7 +109,7 @@ impl Resolver {
         if self.names.values.get(&name.text).is_none_or(|value| value.state == State::Broken) {
             return;
         }
-        let scope = if per_hand { Scope::HAND } else { Scope::NOBODY };
+        let scope = if per_hand { Scope::HAND } else { Scope::SHARED };
         let expr = signal.value.as_ref().and_then(|value| self.expr(value, scope));
         let declarations =
             declared.signals.iter().filter(|(other, _)| other.name.text == name.text && other.ty.is_some());
@@ -141,7 +141,7 @@ impl Resolver {
         found: Type,
     ) -> bool {
         let Some(written) = declared_as.ty else { return true };
-        let hand = if per_hand { Hand::This } else { Hand::Nobody };
+        let hand = if per_hand { Hand::This } else { Hand::Shared };
         let wanted = Type {
             shape: written.shape,
             dimension: written.dimension,
@@ -171,7 +171,7 @@ impl Resolver {
             if self.names.values.get(&name.text).is_none_or(|value| value.span != name.span) {
                 continue;
             }
-            let scope = if *per_hand { Scope::HAND } else { Scope::NOBODY }.with_memory();
+            let scope = if *per_hand { Scope::HAND } else { Scope::SHARED }.with_memory();
             let set = self.condition(&latch.set, scope, "a latch is set by");
             let clear = self.condition(&latch.clear, scope, "a latch is cleared by");
             let id = u32::try_from(self.rules.latches.len()).ok();

@@ -37,7 +37,7 @@ enum Place {
 /// What is known of a file that was asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Progress {
-    /// It is being read: a `use` of it now closes a circle.
+    /// It is being read: a `use` of it now closes a cycle.
     Open,
     /// It is read.
     Done,
@@ -176,7 +176,7 @@ impl Loader {
                 );
                 self.findings.push(match user {
                     Some(user) => {
-                        finding.at(user, "this closes the circle").help("move what both need into a third file")
+                        finding.at(user, "this closes the cycle").help("move what both need into a third file")
                     }
                     None => finding.in_file(shown),
                 });
@@ -255,7 +255,7 @@ impl Loader {
         self.findings.push(error.help.iter().fold(finding, |finding, help| finding.help(help)));
     }
 
-    /// Parses a text, loads what it uses, and puts it behind that.
+    /// Parses a text, loads what it uses, and puts it after that.
     fn parse(&mut self, place: Place, name: String, text: String, depth: usize) {
         let Ok(id) = u32::try_from(self.sources.files.len()) else { return };
         let (file, findings) = parse::parse(&text, id);

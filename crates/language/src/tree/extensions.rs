@@ -66,7 +66,7 @@ impl Resolver {
         let tree = extend.place.parts.first().map_or("", |tree| tree.text.as_str());
         let draft = drafts.iter_mut().find(|draft| draft.tree.name == tree);
         let hands = draft.as_ref().map(|draft| draft.tree.scope);
-        let scope = if hands == Some(TreeScope::BothHands) { Scope::NOBODY } else { Scope::HAND };
+        let scope = if hands == Some(TreeScope::BothHands) { Scope::SHARED } else { Scope::HAND };
         let mut whole = true;
         let mut choices = self.tree_choices(&extend.choices, scope.with_memory(), &mut whole);
         if let Some(draft) = draft {

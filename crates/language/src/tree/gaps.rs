@@ -28,7 +28,7 @@ pub struct Gap<'a> {
 pub fn gaps<'a>(rules: &'a Rules, tree: &'a Tree) -> Vec<Gap<'a>> {
     let (this, more) = match tree.scope {
         TreeScope::EachHand => (Hand::This, None),
-        TreeScope::BothHands => (Hand::Nobody, Some("separate")),
+        TreeScope::BothHands => (Hand::Shared, Some("separate")),
     };
     // Leaves that other files may bring are among those before, so that no extension makes a gap.
     let before = rules.label_names().chain(more.into_iter().chain(["none", OTHER]).map(str::to_string));

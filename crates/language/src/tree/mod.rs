@@ -59,10 +59,10 @@ impl Resolver {
     }
 
     fn draft(&mut self, tree: &syntax::Tree) -> Draft {
-        let scope = if tree.each_hand { Scope::HAND } else { Scope::NOBODY }.with_memory();
+        let scope = if tree.each_hand { Scope::HAND } else { Scope::SHARED }.with_memory();
         let mut whole = true;
         let settle = tree.settle.as_ref().and_then(|settle| {
-            let settle = self.constant(settle, Some(Dimension::TIME), Scope::NOBODY)?;
+            let settle = self.constant(settle, Some(Dimension::TIME), Scope::SHARED)?;
             self.want_duration(&settle)?;
             Some(settle)
         });
@@ -92,7 +92,7 @@ impl Resolver {
         if scope.hand == Hand::This {
             let name = &label.name.text;
             self.report(
-                Diagnostic::error(codes::WRONG_SIDE, format!("`{name}(side)` stands in the tree of a single hand"))
+                Diagnostic::error(codes::WRONG_SIDE, format!("`{name}(side)` is used in the tree of a single hand"))
                     .at(label.span, "a choice of the left hand and one of the right")
                     .help("only a tree `for left, right` chooses between the hands"),
             );
@@ -102,8 +102,8 @@ impl Resolver {
         if choice.condition.is_none() {
             let name = &label.name.text;
             self.report(
-                Diagnostic::error(codes::WRONG_SIDE, format!("`{name}(side)` stands behind `else`"))
-                    .at(label.span, "`else` holds for the left hand, and the right one is never asked")
+                Diagnostic::error(codes::WRONG_SIDE, format!("`{name}(side)` is used after `else`"))
+                    .at(label.span, "`else` holds for the left hand, and the right one is never tried")
                     .help(format!("say which: `{name}(left)` or `{name}(right)`")),
             );
             *whole = false;
@@ -135,7 +135,7 @@ impl Resolver {
             syntax::Consequent::Separate => {
                 if scope.hand == Hand::This {
                     self.report(
-                        Diagnostic::error(codes::SEPARATE_HAND, "`separate` stands in the tree of a single hand")
+                        Diagnostic::error(codes::SEPARATE_HAND, "`separate` is used in the tree of a single hand")
                             .at(choice.span, "there is nothing to separate here")
                             .help("only a tree `for left, right` may leave the hands to their own trees"),
                     );
@@ -173,7 +173,7 @@ impl Resolver {
             if let Some(first) = otherwise {
                 self.report(
                     Diagnostic::error(codes::AFTER_ELSE, "this choice is never reached")
-                        .at(choice.span, "it stands after `else`")
+                        .at(choice.span, "it is after `else`")
                         .at(first, "this takes every frame")
                         .help("move it up"),
                 );
@@ -206,7 +206,7 @@ impl Resolver {
     fn check_gaps(&mut self, tree: &Tree) {
         let finding = |gap: gaps::Gap| {
             let finding = Diagnostic::error(codes::NOT_EXHAUSTIVE, "this branch leaves frames without a choice")
-                .at(gap.branch.span, "none of its choices may hold");
+                .at(gap.branch.span, "possibly none of its choices holds");
             let finding = match gap.frame {
                 Some(frame) => finding.note(format!("for instance on a frame where {}", frame.text())),
                 None => finding,
@@ -229,9 +229,9 @@ impl Resolver {
                     self.report(
                         Diagnostic::error(
                             codes::STAY_FROM_NONE,
-                            "`stay` can be reached when there is nothing to stay with",
+                            "`stay` can be reached before any primitive has begun",
                         )
-                        .at(choice.span, "on the first frame no primitive is going on")
+                        .at(choice.span, "on the first frame there is no primitive to stay with")
                         .help("put a choice `from(none) => …` before it"),
                     );
                 }

@@ -95,7 +95,7 @@ impl Resolver {
         match hand {
             Hand::Named(side) => format!("the {what} of the {side} hand"),
             Hand::Other => format!("the {what} of the other hand"),
-            Hand::This | Hand::Nobody => format!("the {what} of this hand"),
+            Hand::This | Hand::Shared => format!("the {what} of this hand"),
         }
     }
 

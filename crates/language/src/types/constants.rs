@@ -76,7 +76,7 @@ impl Resolver {
         let (begin, until) = if rising { ("above", "below") } else { ("below", "above") };
         let message = if rising { "at least" } else { "at most" };
         self.report(
-            Diagnostic::error(codes::THRESHOLD_ORDER, "the thresholds stand in the wrong order")
+            Diagnostic::error(codes::THRESHOLD_ORDER, "the thresholds are in the wrong order")
                 .at(off.span, format!("it ends {until} this, {} {}", off.value, off.dimension.si_unit()))
                 .at(on.span, format!("it begins {begin} this, {} {}", on.value, on.dimension.si_unit()))
                 .help(format!("in `{begin} a until {until} b`, `a` is {message} `b`")),
@@ -87,7 +87,7 @@ impl Resolver {
     /// Reports a duration that is not a time ahead, or longer than what is remembered.
     pub fn want_duration(&mut self, duration: &Constant) -> Option<()> {
         let wanted = match duration.value {
-            short if short <= 0.0 => "a duration is longer than nothing",
+            short if short <= 0.0 => "a duration is greater than 0",
             long if long > LONGEST_S => "a duration is at most an hour",
             _ => return Some(()),
         };
@@ -102,9 +102,9 @@ impl Resolver {
     /// rounded up when the rules are run.
     pub fn want_times(&mut self, times: &Constant) -> Option<()> {
         let wanted = match times.value {
-            few if few <= 0.0 => "a condition is counted once or more often",
-            many if many > MOST_TIMES => "a condition is counted 1000 times at most",
-            part if part.fract() != 0.0 && times.params.is_empty() => "a whole number of times is expected here",
+            few if few <= 0.0 => "expected a count of 1 or more",
+            many if many > MOST_TIMES => "expected a count of 1000 or less",
+            part if part.fract() != 0.0 && times.params.is_empty() => "a whole number is expected here",
             _ => return Some(()),
         };
         self.report(

@@ -32,8 +32,8 @@ pub struct Scope {
 impl Scope {
     /// In `for each hand`.
     pub const HAND: Self = Self { hand: Hand::This, memory: false, ahead: None, summary: None };
-    /// Outside of it.
-    pub const NOBODY: Self = Self { hand: Hand::Nobody, memory: false, ahead: None, summary: None };
+    /// Outside `for each hand`.
+    pub const SHARED: Self = Self { hand: Hand::Shared, memory: false, ahead: None, summary: None };
 
     /// The same where bare names are those of this hand.
     pub const fn of(self, hand: Hand) -> Self {
@@ -180,18 +180,20 @@ impl Resolver {
     /// Whether memory of the tree may be read here (grammar/README.md, Meaning of a run, point 2).
     fn memory_allowed(&mut self, what: &str, span: Span, declared: Option<Span>, scope: Scope) -> Option<()> {
         let finding = match scope.ahead {
-            Some((name, window)) => Diagnostic::error(codes::READS_MEMORY, format!("`{name}` cannot look at {what}"))
-                .at(span, "what it will be is not known yet")
-                .at(window, "this looks ahead"),
+            Some((name, window)) => {
+                Diagnostic::error(codes::READS_MEMORY, format!("`{name}` cannot be applied to {what}"))
+                    .at(span, "its future values are not known yet")
+                    .at(window, "this looks ahead")
+            }
             None if scope.memory && scope.summary.is_some() => {
                 let finding =
-                    Diagnostic::error(codes::READS_MEMORY, format!("a number over time cannot look at {what}"))
+                    Diagnostic::error(codes::READS_MEMORY, format!("a summary over time cannot be applied to {what}"))
                         .at(span, "this is memory of the tree");
                 let finding = scope
                     .summary
                     .into_iter()
                     .fold(finding, |finding, place| finding.at(place, "this is computed from the log alone"));
-                finding.help("ask a signal, such as `grasped`")
+                finding.help("use a signal, such as `grasped`")
             }
             None if !scope.memory => Diagnostic::error(codes::READS_MEMORY, format!("a signal cannot read {what}"))
                 .at(span, "this remembers")
@@ -259,7 +261,7 @@ impl Resolver {
                 if left.ty.shape == Shape::Vec3 && right.ty.shape == Shape::Vec3 {
                     let finding =
                         two_sides(codes::WRONG_TYPE, "`*` does not multiply two vec3".to_string(), left, right);
-                    self.report(finding.help("`dot(a, b)` is their scalar product"));
+                    self.report(finding.help("`dot(a, b)` is their dot product"));
                     return None;
                 }
                 let shape = if left.ty.shape == Shape::Vec3 { Shape::Vec3 } else { right.ty.shape };
@@ -314,7 +316,7 @@ impl Resolver {
     fn carried(&mut self, dimension: Option<Dimension>, span: Span) -> Option<Dimension> {
         if dimension.is_none() {
             let finding = Diagnostic::error(codes::WRONG_TYPE, "the unit of this has a power that is too high");
-            self.report(finding.at(span, "no quantity of the field has such a unit"));
+            self.report(finding.at(span, "no supported quantity has this unit"));
         }
         dimension
     }

@@ -19,11 +19,11 @@ impl Resolver {
             Some(HandPrefix::Other) => match scope.hand {
                 Hand::This => Some(Hand::Other),
                 Hand::Named(side) => Some(Hand::Named(side.other())),
-                Hand::Other | Hand::Nobody => {
+                Hand::Other | Hand::Shared => {
                     self.report(
                         Diagnostic::error(codes::WHOSE_HAND, "`other` is the other hand of a hand")
                             .at(path.span, "and here there is none")
-                            .help("`either` asks one hand or the other, `left` and `right` a hand by its name"),
+                            .help("`either` reads one hand or the other, `left` and `right` one hand"),
                     );
                     return None;
                 }
@@ -40,7 +40,7 @@ impl Resolver {
         if left.ty != Type::BOOL {
             let word = if all { "both" } else { "either" };
             let finding =
-                Diagnostic::error(codes::WRONG_TYPE, format!("`{word}` asks the hands for a single condition"))
+                Diagnostic::error(codes::WRONG_TYPE, format!("`{word}` takes a single condition of the hands"))
                     .at(path.span, format!("this is {}", describe(left.ty)));
             self.report(finding.help("declare the condition as a signal in `for each hand { … }`"));
             return None;
@@ -51,7 +51,7 @@ impl Resolver {
         Some(Expr { kind, ty: Type::BOOL, span: path.span })
     }
 
-    /// A path behind its hand, if one is written.
+    /// A path after its hand, if one is written.
     fn path_of(&mut self, path: &Path, parts: &[Name], side: Option<Hand>, scope: Scope) -> Option<Expr> {
         let Some(head) = parts.first() else {
             self.report(
@@ -181,17 +181,17 @@ impl Resolver {
     ) -> Option<Hand> {
         let finding = match (per_hand, side) {
             (true, Some(side)) => return Some(side),
-            (true, None) if scope.hand != Hand::Nobody => return Some(scope.hand),
-            (false, None) => return Some(Hand::Nobody),
+            (true, None) if scope.hand != Hand::Shared => return Some(scope.hand),
+            (false, None) => return Some(Hand::Shared),
             (true, None) => Diagnostic::error(codes::WHOSE_HAND, format!("each hand has its own `{name}`"))
-                .at(span, "whose is meant?")
+                .at(span, "it is ambiguous which hand is meant")
                 .help(format!("write `left.{name}` or `right.{name}`")),
             (false, Some(side)) => Diagnostic::error(codes::NO_HAND, format!("`{name}` belongs to no hand"))
                 .at(
                     span,
                     match side {
-                        Hand::Named(side) => format!("asked of the {side} hand"),
-                        _ => "asked of the other hand".to_string(),
+                        Hand::Named(side) => format!("read from the {side} hand"),
+                        _ => "read from the other hand".to_string(),
                     },
                 )
                 .fix("leave the hand out", span, name),

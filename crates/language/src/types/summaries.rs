@@ -92,12 +92,12 @@ impl Resolver {
         };
         let names: Vec<String> = Summary::ALL.iter().map(|summary| format!("`{}`", summary.name())).collect();
         let (last, rest) = names.split_last().map_or((String::new(), &[][..]), |(last, rest)| (last.clone(), rest));
-        let finding = Diagnostic::error(codes::WRONG_COUNT, format!("`{name}` does not look at samples over time"))
+        let finding = Diagnostic::error(codes::WRONG_COUNT, format!("`{name}` does not take samples over time"))
             .at(place, "this is computed from one frame")
-            .at(read, format!("{written} stands here"));
+            .at(read, format!("{written} is written here"));
         self.report(match name {
             "any" | "all" | "count" => finding.help(
-                "`(condition) within last 200 ms` asks whether it held, `mean(condition over last 200 ms)` how often",
+                "`(condition) within last 200 ms` tests whether it held, `mean(condition over last 200 ms)` gives the share of the time",
             ),
             _ => finding.help(format!("{} and {last} do", rest.join(", "))),
         });
@@ -107,7 +107,7 @@ impl Resolver {
     pub(super) fn want_watched(&mut self, watched: &Expr, window: &str) -> Option<()> {
         if matches!(watched.ty.shape, Shape::Scalar | Shape::Vec3) {
             self.report(
-                Diagnostic::error(codes::WRONG_TYPE, format!("`{window}` watches a condition"))
+                Diagnostic::error(codes::WRONG_TYPE, format!("`{window}` takes a condition"))
                     .at(watched.span, format!("this is {}", describe(watched.ty)))
                     .help("compare it with a threshold; `max(x over last 200 ms)` is the largest of the last samples"),
             );

@@ -1,4 +1,4 @@
-//! What editors colour is what the language has: the words of `editors/` against the grammar.
+//! What editors color is what the language has: the words of `editors/` against the grammar.
 
 use std::collections::BTreeSet;
 use teachtree_base::units::UNITS;

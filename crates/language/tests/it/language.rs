@@ -14,7 +14,7 @@ mod trees;
 use teachtree_base::diagnostic::render;
 use teachtree_language::LoadedRules;
 
-/// What a user sees of it in the folder of the project, without colours.
+/// What a user sees of it in the folder of the project, without colors.
 fn report(loaded: &LoadedRules) -> String {
     render(&loaded.diagnostics, &loaded.sources, false).replace(&format!("{}/", crate::ROOT), "")
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 
 const PIPE: &str = "a pipe";
-const WITHOUT_PIPE: &str = "write what comes through it into a file, and name that one";
+const WITHOUT_PIPE: &str = "write its output to a file, and name that file";
 /// Maximum depth of subfolders that are searched for pipes.
 const DEEPEST: usize = 32;
 

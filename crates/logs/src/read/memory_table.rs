@@ -1,4 +1,4 @@
-//! Rows that are in memory already: named columns in, a table of what is wanted of them out.
+//! Rows in memory: selects the requested columns of a table.
 
 use crate::issue::Issue;
 use crate::names;

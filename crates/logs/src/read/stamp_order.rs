@@ -72,7 +72,7 @@ impl StampOrder {
 }
 
 /// The advice about stamps of too few digits.
-const MORE_DIGITS: &str = "stamps need more digits than the step between rows is long";
+const MORE_DIGITS: &str = "stamps need enough digits to distinguish consecutive rows";
 
 /// Formats the message about stamps of too few digits: many rows repeat the stamp of one that was kept; `None` for fewer.
 fn too_few_digits(repeated: usize, kept: usize) -> Option<String> {

@@ -41,7 +41,7 @@ pub fn check_cells(place: &str, rows: usize, cells: usize) -> Result<(), InputEr
         return Ok(());
     }
     let message = format!(
-        "found {cells} cells in {rows} rows and maybe more; in memory fit {MAX_NUMBERS}, {DERIVED} a row for what is derived among them"
+        "found {cells} cells in {rows} rows or more, expected at most {MAX_NUMBERS} in memory, {DERIVED} of them a row for derived values"
     );
     Err(InputError::new(place, message)
         .help("cut the log into parts; a plain log of any length is read in windows (docs/logs.md)"))
@@ -61,7 +61,7 @@ pub fn check_rows(place: &str, rows: usize) -> Result<(), InputError> {
 
 /// The advice about a log in which no column is known to have the stamps.
 pub const NAME_TIME: &str =
-    "name it in a binding as `time: <column>`, or say `rate: 100 Hz` when the rows are evenly spaced";
+    "name it in a binding as `time: <column>`, or write `rate: 100 Hz` if the rows are evenly spaced";
 
 /// A log whose columns are known.
 pub struct Source {

@@ -18,7 +18,7 @@ fn a_place_that_is_taken_meanwhile_is_not_replaced() {
         std::fs::remove_dir(&target).unwrap();
         made().commit_file(Path::new("file")).unwrap_err()
     }] {
-        assert!(error.message.contains("another program has taken this name meanwhile"), "{error}");
+        assert!(error.message.contains("another program has created this file in the meantime"), "{error}");
         assert!(std::fs::read_dir(&target).unwrap().next().is_none());
     }
     std::fs::remove_dir(&target).unwrap();

@@ -60,7 +60,7 @@ fn the_names_of_the_field_mean_the_same() {
 }
 
 #[test]
-fn other_names_are_no_channels() {
+fn other_names_are_not_channels() {
     let wrong = [
         "",
         "cube",

@@ -87,7 +87,7 @@ fn tasks_are_labels_too() {
 }
 
 #[test]
-fn time_with_two_names_is_not_labelled() {
+fn time_with_two_names_is_not_labeled() {
     let labels = reading("label,start_s,end_s\nA,0,2\nA,1,3\nB,2.5,5\nC,3.5,4\n").unwrap();
     let printed: Vec<_> =
         labels.intervals.iter().map(|label| (label.name.as_str(), label.start_s, label.end_s)).collect();

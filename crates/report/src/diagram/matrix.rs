@@ -32,11 +32,11 @@ pub fn transitions(all: &[TransitionDiagram]) -> String {
             ));
             right = right.max(2.0 * MARGIN + text.chars().count() as f64 * LETTER);
         };
-        line("title", &format!("{}: what can follow what", of.tree), &mut y);
+        line("title", &format!("{}: possible transitions", of.tree), &mut y);
         for now in &of.now {
             line("caption", &format!("{}, after {}", now.caption, now.before), &mut y);
         }
-        line("quiet", "rows: the leaf before; columns: the leaf that follows", &mut y);
+        line("quiet", "rows: the previous leaf; columns: the next leaf", &mut y);
         for caption in legend(of) {
             let caption = caption
                 .replace("an arrow: a frame", "a dot: a frame")

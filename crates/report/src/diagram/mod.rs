@@ -52,13 +52,14 @@ pub fn transitions(all: &[TransitionDiagram], form: DiagramFormat) -> String {
 /// The caption of a diagram of transitions.
 fn legend(of: &TransitionDiagram) -> Vec<String> {
     let mut caption = vec![
-        "an arrow: a frame after the one leaf can give the other one, before settling; what latches remember is left open".to_string(),
+        "an arrow: a frame after the first leaf can give the second one, before settling; latches may have any state"
+            .to_string(),
     ];
     if let Some(log) = &of.log {
         caption.push(format!("numbers: how often in {log}; arrows that it does not show are left out"));
     }
     if of.shown().any(|(_, arrow)| !arrow.is_decided) {
-        caption.push("dashed: undecided, since it was too much work to find out".into());
+        caption.push("dashed: undecided within the limit of work".into());
     }
     if !of.never.is_empty() {
         caption.push(format!("never reached: {}", of.never.join(", ")));
@@ -66,7 +67,7 @@ fn legend(of: &TransitionDiagram) -> Vec<String> {
     caption
 }
 
-/// The colour of a leaf: that of its primitive, or of paper.
+/// The color of a leaf: that of its primitive, or of paper.
 fn fill(leaf: &str, primitives: &Primitives) -> String {
     use super::palette::{Color, color};
     let is_primitive = leaf.starts_with(char::is_uppercase);

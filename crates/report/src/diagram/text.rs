@@ -49,7 +49,7 @@ pub fn transitions(all: &[TransitionDiagram]) -> String {
         if !text.is_empty() {
             text.push('\n');
         }
-        let _ = writeln!(text, "tree {}: what can follow what", of.tree);
+        let _ = writeln!(text, "tree {}: possible transitions", of.tree);
         for now in &of.now {
             let _ = writeln!(text, "{}, after {}", now.caption, now.before);
         }

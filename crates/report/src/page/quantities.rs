@@ -235,7 +235,7 @@ fn constant(rules: &Rules, expr: &Expr) -> Option<f64> {
 fn declared(rules: &Rules, frames: &Frames) -> Vec<CurveRequest> {
     let mut found = Vec::new();
     for side in owners(frames) {
-        let hand = if side.is_some() { Hand::This } else { Hand::Nobody };
+        let hand = if side.is_some() { Hand::This } else { Hand::Shared };
         let mut add = |name: &str, note: String, kind: ExprKind, ty: Type, span| {
             let of = CurveSource::Expr(Expr { kind, ty, span });
             let (thresholds, shades) = (Vec::new(), Vec::new());

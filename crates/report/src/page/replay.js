@@ -155,7 +155,7 @@ function reachOf(body, direction) {
   return body.parts.length ? Math.max(...body.parts.map(of)) : body.radius;
 }
 
-/** Objects are told apart by hue and lightness; what stands still is grey. */
+/** Objects differ in hue and lightness; fixed bodies are gray. */
 const OBJECT_COLORS = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [204, 121, 167], [240, 228, 66], [213, 94, 0]];
 const ROBOT_COLOR = [142, 155, 176];
 const packed = ([r, g, b]) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;

@@ -1,4 +1,4 @@
-//! What the replay moves: bodies with their shapes and poses, fingertips with their forces, what touches the targets. Lengths in metres, forces in
+//! What the replay moves: bodies with their shapes and poses, fingertips with their forces, what touches the targets. Lengths in meters, forces in
 //! newtons, reference frame.
 
 use super::decimation::{Decimation, DecimationMode, curve, rounded, toggles};
@@ -258,7 +258,7 @@ pub fn part(part: &Part) -> Value {
     json!({ "shape": shape, "size": size, "at": part.at.map(|length| rounded(length.0)), "turned": part.turned.map(rounded) })
 }
 
-/// A quaternion and its negative are one rotation: neighbours get the same sign, so that what lies between them does too.
+/// A quaternion and its negative are one rotation: neighbors get the same sign, so that what lies between them does too.
 pub fn one_sign(columns: &mut [Vec<f64>; 4]) {
     let len = columns.iter().map(Vec::len).min().unwrap_or(0);
     let mut last = [0.0; 4];

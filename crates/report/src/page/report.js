@@ -1,4 +1,4 @@
-// The page of one recording: its data are in the page, and the moment that is looked at is in the address.
+// The page of one recording: its data are in the page, and the displayed time is in the address.
 
 let later;
 
@@ -18,7 +18,7 @@ function recall() {
   setTime(number("t", data.start), false);
 }
 
-// What nobody looks at is not laid out: drawings that are folded away come into the page when they are opened or printed, long tables a part at a time.
+// Hidden content is not laid out: folded drawings are added to the page when they are opened or printed, long tables in parts.
 const drawings = byId("drawings");
 if (drawings.matches("details")) {
   const folded = document.createDocumentFragment();

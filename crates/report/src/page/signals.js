@@ -222,7 +222,7 @@ function drawPanel(panel) {
     context.strokeStyle = paint("--cut");
     context.setLineDash([2, 3]);
     context.beginPath();
-    // So many lines that nothing could be seen between them are left out.
+    // Lines that are too dense to be distinguished are left out.
     const cuts = track.raw.filter(([, start]) => start >= state.from && start <= state.to);
     if (cuts.length < width / 8) for (const [, start] of cuts) if (start > data.start && start >= state.from && start <= state.to) { context.moveTo(x(start), 0); context.lineTo(x(start), height); }
     context.stroke();
@@ -325,7 +325,7 @@ function tellDetail(panel, sentences) {
 
 /**
  * A piece of a line. Of many points in a column of pixels the first, the least, the greatest and the last are drawn, as they would be one by one. A band that
- * is wider than a column is no line: it is added to `bands`.
+ * is wider than a column is not a line: it is added to `bands`.
  */
 function trace(context, { t, v, low, high }, x, y, bands) {
   const first = Math.max(0, lastNotAfter(t, state.from)), last = Math.min(t.length - 1, lastNotAfter(t, state.to) + 1);

@@ -1,6 +1,6 @@
 // Long tables of a page: a part of the rows at a time, and a text that is looked for.
 
-/** A table with more rows shows so many at a time, of those that have a text that is looked for. */
+/** Maximum number of rows that a table shows at a time, of those that contain the searched text. */
 const ROWS = 60;
 const long = [];
 

@@ -50,7 +50,7 @@ function changeHtml(change, who) {
   } else if (before) {
     html += `<p>The tree of ${who === "both" ? "both hands" : `the ${escaped(who)} hand`} takes the same way on both sides.</p>`;
   } else {
-    html += `<p>Here the recording begins, or goes on after a gap.</p>`;
+    html += `<p>The recording begins here, or continues after a gap.</p>`;
   }
   html += `<h4>The way through the tree ${escaped(after.tree)} at ${seconds(after.time)}, to ${escaped(after.leaf)}</h4>${pathHtml(after.path, decided)}`;
   if (after.latches.length) html += `<p class="quiet">Latches: ${after.latches.map(escaped).join("; ")}</p>`;
@@ -75,7 +75,7 @@ function segmentHtml([name, start, end, was, by, subject]) {
 
 function explain() {
   if (!state.selected) {
-    why.innerHTML = data.tracks.some((track) => track.lanes) ? `<p class="quiet">Click a task to see what came of it.</p>` : `<p class="quiet">Click a boundary to see what changed there, a segment to see what became of it, a task to see how it came to its name.</p>`;
+    why.innerHTML = data.tracks.some((track) => track.lanes) ? `<p class="quiet">Click a task to see how it was named.</p>` : `<p class="quiet">Click a boundary to see what changed there, a segment to see how it was relabeled, a task to see how it was named.</p>`;
     return;
   }
   const { kind, number, lane, at } = state.selected, track = data.tracks[number], item = track[lane][at];
@@ -83,7 +83,7 @@ function explain() {
   if (kind === "task") {
     const asks = (asked) => asked.map(([holds, what, found]) => `<li>${verdict(holds)} <code>${escaped(what)}</code> <span class="quiet">${escaped(found)}</span></li>`).join("");
     const rows = (item.tried || []).map(([matches, name, place, asked]) => `<li>${verdict(matches)} <b>${escaped(name)}</b> <small class="quiet">${escaped(place)}</small><ul>${asks(asked)}</ul></li>`);
-    why.innerHTML = `${close}<h3>${escaped(item.task)}${item.subject ? ` ${escaped(item.subject)}` : ""} <small class="quiet">${escaped(track.who)}</small></h3><p class="quiet">${seconds(item.start)} – ${seconds(item.end)}${item.remarks ? `; ${escaped(item.remarks)}` : ""}</p>${rows.length ? `<h4>Tasks by priority, and what they ask for</h4><ul class="tried">${rows.join("")}</ul>` : ""}`;
+    why.innerHTML = `${close}<h3>${escaped(item.task)}${item.subject ? ` ${escaped(item.subject)}` : ""} <small class="quiet">${escaped(track.who)}</small></h3><p class="quiet">${seconds(item.start)} – ${seconds(item.end)}${item.remarks ? `; ${escaped(item.remarks)}` : ""}</p>${rows.length ? `<h4>Tasks by priority, and their keys</h4><ul class="tried">${rows.join("")}</ul>` : ""}`;
     return;
   }
   const [name, start] = item;
@@ -91,6 +91,6 @@ function explain() {
   const raw = lane === "raw" ? at : track.raw.findIndex((one) => Math.abs(one[1] - start) < 1e-6);
   const head = kind === "cut" ? `${from} → ${chip(name)} <small class="quiet">${escaped(track.who)} ${lane}, ${seconds(start)}</small>` : `${chip(name)} <small class="quiet">${escaped(track.who)} ${lane}</small>`;
   const own = kind === "segment" || lane === "relabeled" && item[4] ? segmentHtml(item) : "";
-  const beginning = track.lanes ? "" : raw >= 0 ? `${kind === "segment" ? `<h4>How it began, at ${seconds(start)}</h4>` : ""}${cutHtml(number, raw)}` : "<p>No tree begins anything here: relabeling put the boundary here.</p>";
+  const beginning = track.lanes ? "" : raw >= 0 ? `${kind === "segment" ? `<h4>How it began, at ${seconds(start)}</h4>` : ""}${cutHtml(number, raw)}` : "<p>No tree has a boundary here: relabeling put it here.</p>";
   why.innerHTML = `${close}<h3>${head}</h3>${own}${beginning}`;
 }

@@ -8,7 +8,7 @@ const escaped = (text) => String(text).replace(/[&<>"']/g, (letter) => `&#${lett
 const seconds = (time) => `${time.toFixed(3)} s`;
 const paints = new Map();
 
-/** A colour of the style sheet, light or dark. */
+/** A color of the style sheet, light or dark. */
 function paint(name) {
   if (!paints.has(name)) paints.set(name, getComputedStyle(document.documentElement).getPropertyValue(name).trim());
   return paints.get(name);
@@ -139,7 +139,7 @@ function drawLanes() {
       const left = Math.max(0, x(start)), right = Math.min(width, x(end));
       if (!seen(start, end) || right - left >= NARROW || isPicked(at)) return;
       drawn.add(at);
-      // What is within half a pixel of the bar before cannot be told from it.
+      // A bar within half a pixel of the previous one cannot be distinguished from it.
       if (right < (ends.get(color) ?? -1) + 0.5) return;
       ends.set(color, right);
       const wide = Math.max(0.5, right - left).toFixed(1);
@@ -433,10 +433,10 @@ function showReplay() {
   figure.innerHTML = `<canvas role="img" aria-label="Replay of the demonstration"></canvas><figcaption></figcaption>`;
   const caption = figure.querySelector("figcaption");
   replay = new Replay(figure.querySelector("canvas"), caption, data.replay, data.tracks);
-  const forces = replay.strong > 0 ? ` Arrows: <span class="force">forces of fingertips</span>, <span class="contact">forces on what they hold</span>; the bar is their scale.` : "";
+  const forces = replay.strong > 0 ? ` Arrows: <span class="force">forces of fingertips</span>, <span class="contact">forces on the held object</span>; the bar is their scale.` : "";
   const { every } = data.replay;
   const coarse = every ? ` <span class="detail">This page holds the poses and forces of every ${every.frames}th frame (${(every.frames * step).toPrecision(2)} s) and interpolates between them: up to ${(every.m * 1000).toPrecision(2)} mm${every.n > 0 ? ` and ${every.n.toPrecision(2)} N` : ""} beside the log.</span>` : "";
-  caption.innerHTML = `Hands are in the colours of their primitives; a thick ring is a touch.${forces}${coarse}`;
+  caption.innerHTML = `Hands have the colors of their primitives; a thick ring is a touch.${forces}${coarse}`;
 }
 
 /** Shows a recording, with the signals of these titles where it has them, else the usual ones. */

@@ -292,7 +292,7 @@ impl Feed {
         let message = if is_on {
             "labels of the newest frames are reported again"
         } else {
-            "rows come nearly faster than they can be analyzed; labels of the newest frames are left out"
+            "rows come almost faster than they can be analyzed; labels of the newest frames are left out"
         };
         self.issue(IssueKind::OVERRUN, message.into())
     }

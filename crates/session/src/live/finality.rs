@@ -192,7 +192,7 @@ impl ReportedFrames {
             let segment = segments.iter().find(|segment| segment.frames.contains(&at))?;
             let mut piece = self.whole(segment, which);
             if !segment.by.is_empty() {
-                // The labels behind the cut repeat.
+                // The labels after the cut repeat.
                 let known = segment.was.len();
                 let is_before = |raw: &&Segment| raw.frames.start <= at && raw.frames.end > segment.frames.start;
                 let before = track.segments.iter().filter(is_before).count();

@@ -441,7 +441,7 @@ impl Live {
             let before = self.history.len() - most / 2;
             let [start_s, end_s] = [0, before].map(|frame| self.history.time_s(frame).unwrap_or_default());
             let message = format!(
-                "for {KEPT_SECS} s no task has ended with every hand at rest; what was before {end_s:.3} s is forgotten, and a task that began there begins there"
+                "for {KEPT_SECS} s no task has ended with every hand at rest; data before {end_s:.3} s are discarded, and a task that began earlier begins there"
             );
             let issue = Issue { kind: IssueKind::RELABELING_STOPPED, start_s, end_s, channel: String::new(), message };
             self.event(Inner::Issue(issue));

@@ -24,7 +24,7 @@ impl LogPattern {
     /// What is not a pattern, or fits no log whatever its name; the place is left to the caller.
     pub fn read(text: &str, folder: &Path) -> Result<Self, InputError> {
         if let Some((why, right)) = never_fits(text, folder) {
-            let message = format!("`{text}` never fits a log: {why}");
+            let message = format!("`{text}` never matches a log: {why}");
             return Err(InputError::new("", message).help(format!("write {right}")));
         }
         let glob = Pattern::new(text.strip_prefix('/').unwrap_or(text)).map_err(|error| {
@@ -87,7 +87,7 @@ fn is_absolute(text: &str, folder: &Path) -> bool {
     from_folder(text, folder).is_some() || Path::new("/").join(first).is_dir() && !folder.join(first).is_dir()
 }
 
-/// The rest of an absolute path behind the folder of the file.
+/// The rest of an absolute path after the folder of the file.
 fn from_folder<'a>(text: &'a str, folder: &Path) -> Option<&'a str> {
     let folder = super::absolute(folder);
     let rest = text.strip_prefix(folder.to_str()?)?.strip_prefix('/')?;

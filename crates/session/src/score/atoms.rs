@@ -66,7 +66,7 @@ pub(super) fn read(path: &Path, opened: &OpenedLog, map: &NameMap, known: &Known
             for (part, ParsedPhrase { hand, name }) in content.split("; ").zip(phrasing.names(content, style, names)) {
                 let name = name.ok_or_else(|| {
                     let message =
-                        format!("{place}: found `{content}`, which is not the words of one name of the rules");
+                        format!("{place}: found `{content}`, which are not the words for a name of the rules");
                     wrong(message).help("write the name itself, or map the words: --map 'WORDS=NAME'")
                 })?;
                 if name != UNKNOWN {

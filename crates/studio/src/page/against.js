@@ -103,7 +103,7 @@ export function tellDifferences() {
     const by = Math.round((counts.own - counts.accuracy) * 1000);
     parts.push(`the rules agree with the labels in ${percent(counts.own)} of the time, ${name} in ${percent(counts.accuracy)}${by ? `: ${by > 0 ? "the rules" : name} better` : ""}`);
   }
-  for (const [primitive, time] of Object.entries(counts.unknown ?? {})) parts.push(`the labels do not know ${primitive}: ${time.toFixed(1)} s with it are not compared`);
+  for (const [primitive, time] of Object.entries(counts.unknown ?? {})) parts.push(`no label names ${primitive}: ${time.toFixed(1)} s with it are not compared`);
   words.textContent = parts.join("; ");
 }
 

@@ -89,7 +89,7 @@ function showErrors() {
 
 function tellErrors() {
   const errors = rules.findings.filter(isError).length;
-  const lanes = current.answer?.failed ? "there are no lanes until they are mended" : "the lanes are those of the last text without";
+  const lanes = current.answer?.failed ? "lanes are shown after they are fixed" : "the lanes are those of the last text without";
   status.textContent = `${errors} error${errors > 1 ? "s" : ""}: ${lanes}`;
 }
 

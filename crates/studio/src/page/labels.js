@@ -198,7 +198,7 @@ const commands = {
   },
   merge() {
     const one = meant(), next = one && one.spans[one.at + 1];
-    if (!next) return say("There is no label behind this one.");
+    if (!next) return say("There is no label after this one.");
     const { track, kind, span } = one;
     change(replaced(labels.lines, track, kind, span.start, next.end, [{ ...span, end: next.end }], sign()));
     select(one.number, kind, one.at);
@@ -222,7 +222,7 @@ const commands = {
   /** Takes a label back: the rules say what is there. */
   release() {
     const one = meant();
-    if (!one || !one.span.line) return say("This label is what the rules say.");
+    if (!one || !one.span.line) return say("This label is the result of the rules.");
     const lines = replaced(labels.lines, one.track, one.kind, one.span.start, one.span.end, [], sign());
     change(one.kind === "primitive" ? followed(labels.lines, lines, one.track) : lines);
     select();

@@ -13,7 +13,7 @@ const listeners = [];
 /** Calls `opened` with what the server says of each recording that is opened, and whether it was open before. */
 export const onOpen = (opened) => listeners.push(opened);
 
-/** Opens a recording; where it is open already, the time that is looked at stays. */
+/** Opens a recording; if it is open already, the displayed time stays. */
 export async function open(at, to = {}) {
   const again = current.at === at && current.answer;
   current.at = at;

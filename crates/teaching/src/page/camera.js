@@ -13,7 +13,7 @@ const TIPS = { thumb: 4, index: 8, middle: 12, ring: 16, little: 20 };
 const WIDE = Math.tan(Math.PI / 6);
 /** From the wrist to the knuckle of the middle finger, m: of a hand of usual size. The size that a picture has of a hand is off by up to a third. */
 const PALM = 0.092;
-/** A hand that is not in so many pictures comes into view anew. */
+/** Number of pictures without a hand after which the hand counts as coming into view anew. */
 const LOST = 10;
 /** How much less a point is smoothed while it moves, 1/m, and the least frequency that passes, Hz (Casiez et al. 2012). */
 const BETA = 40, LEAST = 1.2;
@@ -62,11 +62,11 @@ export function offerCamera({ button, picture, status }, stage, hands) {
   const say = (text) => { status.textContent = text; };
 
   async function begin() {
-    say("The camera is being started …");
+    say("Starting the camera …");
     button.disabled = true;
     const own = stream = await navigator.mediaDevices.getUserMedia({ video: { width: 640, height: 480, facingMode: "user" } });
     Object.assign(picture, { srcObject: stream, hidden: false });
-    Object.assign(button, { textContent: "End the camera", disabled: false });
+    Object.assign(button, { textContent: "Stop the camera", disabled: false });
     await picture.play();
     const finder = await findsHands();
     // The person may have ended the camera in the meantime, and begun again.

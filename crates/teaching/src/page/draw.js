@@ -75,7 +75,7 @@ function shapes() {
   return { box, cylinder, ball, cone, edges, ring };
 }
 
-/** Objects are told apart by hue and lightness, as in the report. */
+/** Objects differ in hue and lightness, as in the report. */
 const OBJECTS = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#d55e00"];
 /** The tangent of half the height of the view. */
 const TALL = 0.36;
@@ -87,7 +87,7 @@ export class Stage {
     this.canvas = canvas;
     this.scene = scene;
     const gl = this.gl = canvas.getContext("webgl2", { antialias: true, stencil: true, xrCompatible: true });
-    if (!gl) throw new Error("This browser shows no WebGL 2, which the scene is drawn with.");
+    if (!gl) throw new Error("This browser lacks WebGL 2, with which the scene is drawn.");
     const compiled = (kind, text) => {
       const shader = gl.createShader(kind);
       gl.shaderSource(shader, text);

@@ -130,7 +130,7 @@ export class Hands {
     addEventListener("blur", () => this.held.clear());
   }
 
-  /** Goes on with the keys that are held, for so many seconds; `pad` adds what a gamepad asks for. */
+  /** Applies the held keys for a time in seconds; `pad` adds the input of a gamepad. */
   advance(seconds, pad) {
     if (!this.hand.at) return;
     const held = (...keys) => keys.some((key) => this.held.has(key)) ? 1 : 0;

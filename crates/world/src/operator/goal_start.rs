@@ -105,7 +105,9 @@ impl<'a> Performer<'a> {
                     (Some(phase), None) => self.phase_of_other(phase)?,
                     (None, Some(time)) => positive("time", time.0, 60.0, "s")?,
                     _ => {
-                        return Err(refused("goes together without an end, expected one of `until` and `time`".into()));
+                        return Err(refused(
+                            "has a step `together` without an end, expected one of `until` and `time`".into(),
+                        ));
                     }
                 }
             }

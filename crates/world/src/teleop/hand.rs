@@ -62,7 +62,7 @@ const OPENED_M: (f64, f64) = (0.045, 0.100);
 pub enum HandInput {
     /// Tracked fingertips, in the order of the scene, and the palm, if known.
     Tips {
-        /// Centres of the fingertips, m.
+        /// Centers of the fingertips, m.
         tips: Vec<Point3<f64>>,
         /// The palm.
         palm: Option<Isometry3<f64>>,

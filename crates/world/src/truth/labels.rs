@@ -157,7 +157,7 @@ fn short(labels: &mut [&'static str]) {
 /// Relabels interruptions: following a wall begins and ends with a hold at it and may lose it briefly; an object that is set down may bounce.
 fn relabel_interruptions(labels: &mut [&'static str]) {
     for run in runs(labels) {
-        let Some((before, next)) = neighbours(labels, &run) else { continue };
+        let Some((before, next)) = neighbors(labels, &run) else { continue };
         let into = match (before, labels[run.start], next) {
             ("Translate" | "Follow", "Press", "Follow") | ("Follow", "Translate", "Follow") => "Follow",
             ("Follow", "Press", _) => "Follow",
@@ -174,13 +174,13 @@ fn relabel_interruptions(labels: &mut [&'static str]) {
 /// Relabels rests: an object that comes to rest before its release was slid until the release (docs/sources.md, X3).
 fn relabel_rests(labels: &mut [&'static str]) {
     for run in runs(labels) {
-        if neighbours(labels, &run) == Some(("Slide", "Release")) && labels[run.start] == "Grasp" {
+        if neighbors(labels, &run) == Some(("Slide", "Release")) && labels[run.start] == "Grasp" {
             labels[run].fill("Slide");
         }
     }
 }
 
 /// Returns the labels before and after a run.
-fn neighbours(labels: &[&'static str], run: &Range<usize>) -> Option<(&'static str, &'static str)> {
+fn neighbors(labels: &[&'static str], run: &Range<usize>) -> Option<(&'static str, &'static str)> {
     Some((*labels.get(run.start.checked_sub(1)?)?, *labels.get(run.end)?))
 }

@@ -1,4 +1,4 @@
-//! Cameras whose picture stays the same while things move, and videos that end before their episode.
+//! Frozen cameras, whose picture does not change during motion, and videos that end before their episode.
 
 use super::rests::Motion;
 use super::{EpisodeDeclaration, Finding, FindingKind, short};

@@ -1,6 +1,6 @@
-//! Audits recordings by their raw columns, without rules: stamps, missing frames, rests, spikes, and cameras whose picture stays the same.
+//! Audits recordings by their raw columns, without rules: stamps, missing frames, rests, spikes, and frozen cameras.
 //!
-//! Nothing is known of the columns, neither their meaning nor their units. A finding is therefore one that holds for columns of any kind: a sample that is
+//! Neither the meaning nor the units of the columns are known. A finding is therefore one that holds for columns of any kind: a sample that is
 //! far away from all others and from its neighbors, or a column that stays within its own noise.
 
 mod cameras;
@@ -38,7 +38,7 @@ pub fn facts(log: &RawLog, declared: &EpisodeDeclaration, rest_s: f64) -> (Facts
     let (mut findings, mut unchecked) = (of_columns(log, declared, motion.as_ref()), unchecked(log));
     match &motion {
         Some(motion) => findings.extend(motion.rests([start_s, end_s], rest_s)),
-        None => unchecked.push("rests: no column changes as one that is measured does".into()),
+        None => unchecked.push("rests: no column changes as a measurement does".into()),
     }
     findings.sort_by_key(|finding| finding.kind);
     (Facts::of_signals([start_s, end_s], findings), unchecked)
@@ -81,7 +81,7 @@ fn unchecked(log: &RawLog) -> Vec<String> {
     let mut sentences: Vec<String> = log.refused.iter().map(|(name, why)| format!("{name}: {why}")).collect();
     for table in log.tables.iter().filter(|table| table.stamps_s.is_empty()) {
         let name = if table.name.is_empty() { "the table" } else { &table.name };
-        sentences.push(format!("{name}: no column has stamps in numbers, by which gaps and rests are found"));
+        sentences.push(format!("{name}: no column has numeric stamps, which the search for gaps and rests requires"));
     }
     sentences
 }
@@ -98,7 +98,7 @@ fn stamps_of(table: &RawTable) -> String {
     if table.name.is_empty() { "time".into() } else { table.name.clone() }
 }
 
-/// A number with up to four digits behind the point.
+/// A number with up to four decimals.
 fn short(value: f64) -> ShortNumber {
     ShortNumber((value * 1e4).round() / 1e4)
 }

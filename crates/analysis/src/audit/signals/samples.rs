@@ -1,4 +1,4 @@
-//! The samples of a column: its numbers with their stamps, and what is known of their noise.
+//! The samples of a column: its numbers with their stamps, and their noise where it is known.
 
 use teachtree_frames::raw_log::RawTable;
 

@@ -8,7 +8,7 @@ use super::{Finding, FindingKind, short};
 use std::f64::consts::TAU;
 use teachtree_frames::raw_log::RawTable;
 
-/// The fewest samples by which it is known how a column changes.
+/// Minimum number of samples that show how a column changes.
 const FEWEST: usize = 30;
 /// The share of steps in which a column changes at least.
 const CHANGING: f64 = 0.5;

@@ -8,7 +8,7 @@ use teachtree_frames::raw_log::RawTable;
 const GAP_STEPS: f64 = 1.5;
 /// Number of next steps that may compensate for a long one.
 const CATCH_UP: usize = 4;
-/// Fewest steps by which a rate is known.
+/// Minimum number of steps that determine a rate.
 const FEWEST_STEPS: usize = 10;
 /// A sender is periodic if this share of its steps is within half of the usual one.
 const PERIODIC: f64 = 0.8;
@@ -170,7 +170,7 @@ fn numbers(table: &RawTable) -> Option<Finding> {
     let span_s =
         table.stamps_s.get(*at).zip(table.stamps_s.get(at + 1)).map(|(from, to)| [from.min(*to), from.max(*to)]);
     let message = format!(
-        "{} missing by their numbers, which go from {from} to {to}{}",
+        "{} missing by their sequence numbers, which go from {from} to {to}{}",
         frames_are(count as u64),
         if jumps.len() == 1 { String::new() } else { format!(", and skip in {} places", jumps.len()) }
     );

@@ -45,7 +45,7 @@ fn e2_a_hand_over_is_a_pass_and_two_tasks() {
 }
 
 #[test]
-fn lifting_together_is_no_pass() {
+fn lifting_together_is_not_a_pass() {
     let analysis = run(
         &chapter(),
         &[

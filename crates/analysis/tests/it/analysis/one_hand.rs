@@ -72,7 +72,7 @@ fn every_task_of_the_chapter() {
 }
 
 #[test]
-fn a_key_that_asks_for_more_is_no_key_without_it() {
+fn a_key_with_a_condition_requires_it() {
     // 10 frames travel 10 mm and turn 0.1 rad, less than the keys ask for.
     case("Move Approach Push Release", "unknown: Move Approach Push Release");
     case("Move Approach Grasp Slide Grasp Release", "unknown: Move Approach Grasp Slide Grasp Release");
@@ -109,7 +109,7 @@ fn several_tasks_follow_each_other_and_keep_other_keys() {
 }
 
 #[test]
-fn moving_about_is_no_task_and_an_aborted_touch_has_no_name() {
+fn moving_about_is_not_a_task_and_an_aborted_touch_has_no_name() {
     case("Move", "");
     case("Move Approach Move Approach Move", "");
     case("Move Approach Release Move", "unknown: Move Approach Release");

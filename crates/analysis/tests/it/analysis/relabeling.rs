@@ -33,7 +33,7 @@ fn a_run_is_as_long_as_it_can_be() {
     let mut rules = bare(0.0);
     between(&mut rules, "", "Slide Turn Grasp +", "Grasp Move", "Grasp Release", "Grasp");
     assert_eq!(after(&rules, "Move 5 Slide 5 Turn 5 Slide 5 Release 5"), "Move Grasp Release");
-    // A neighbour that is one of the labels ends the run when nothing farther out does.
+    // A neighbor that is one of the labels ends the run when nothing farther out does.
     assert_eq!(after(&rules, "Approach 5 Grasp 5 Slide 5 Turn 5 Release 5"), "Approach Grasp Release");
     assert_eq!(after(&rules, "Move 5 Turn 5 Grasp 5 Slide 5 Approach 5"), "Move Grasp Slide Approach");
 }

@@ -9,7 +9,7 @@ fn spans(rows: &[(&str, f64, f64)]) -> Vec<Span> {
 }
 
 #[test]
-fn what_chance_gives_is_no_agreement() {
+fn what_chance_gives_is_not_agreement() {
     let time: Vec<f64> = (0..100).map(f64::from).collect();
     // Independent labels of equal frequencies.
     let one = spans(&[("A", 0.0, 50.0), ("B", 50.0, 100.0)]);

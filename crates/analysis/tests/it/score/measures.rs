@@ -257,7 +257,7 @@ fn a_track_that_was_not_analyzed_is_refused() {
     let mut truth = truth("Move 1");
     truth.tracks[0].who = teachtree_analysis::TrackId::Both;
     let error = score(&truth, &result("Move 1"), Stage::Raw, &meta("log.csv")).unwrap_err();
-    let message = "log.csv: the truth is about the track `both`, the analysis has right";
+    let message = "log.csv: the true labels are of the track `both`, the analysis has right";
     assert_eq!(error.to_string().lines().next(), Some(message));
     // A recording of one hand, and rules with a tree for both.
     let mut nothing = result("Move 1");
@@ -265,7 +265,7 @@ fn a_track_that_was_not_analyzed_is_refused() {
     truth.tracks[0].who = teachtree_analysis::TrackId::Hand(teachtree_base::hands::Side::Right);
     let error = score(&truth, &nothing, Stage::Raw, &meta("log.csv")).unwrap_err();
     let message =
-        "log.csv: the truth is about the track `right`, the analysis has no track\n  help: use rules with a tree";
+        "log.csv: the true labels are of the track `right`, the analysis has no track\n  help: use rules with a tree";
     assert!(error.to_string().starts_with(message), "{error}");
 }
 

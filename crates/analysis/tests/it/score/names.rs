@@ -41,7 +41,7 @@ fn a_column_is_runs_of_names_and_an_empty_cell_is_not_known() {
 }
 
 #[test]
-fn an_empty_cell_of_both_hands_is_no_coordination() {
+fn an_empty_cell_of_both_hands_is_not_coordination() {
     let truth = Truth::of_recording(&recording(&[("both.label", "- - Pass -")]), &NameMap::default()).unwrap();
     assert_eq!(
         (truth.tracks[0].who, printed(&truth.tracks[0].primitives)),
@@ -50,7 +50,7 @@ fn an_empty_cell_of_both_hands_is_no_coordination() {
 }
 
 #[test]
-fn no_label_is_no_truth() {
+fn no_label_is_not_truth() {
     assert_eq!(Truth::of_recording(&recording(&[("right.label", "- - -")]), &NameMap::default()), None);
     assert_eq!(Truth::of_recording(&Recording::default(), &NameMap::default()), None);
 }
@@ -107,7 +107,7 @@ fn maps_that_cannot_be_meant_are_refused() {
 }
 
 #[test]
-fn names_that_nobody_knows_are_refused() {
+fn unknown_names_are_refused() {
     let labels = |name: &str, kind, track: Option<TrackId>| Labels {
         file: "labels.csv".into(),
         intervals: vec![Interval { place: "row 7".into(), track, kind, name: name.into(), start_s: 0.0, end_s: 1.0 }],

@@ -6,7 +6,7 @@ use teachtree_analysis::score::{Row, Score, Share, Stage, Tally, TrackTruth, Tru
 
 const NAMES: [&str; 5] = ["Move", "Approach", "Grasp", "Translate", "Release"];
 
-/// Segments with lengths in tenths of a second; neighbours may have one name.
+/// Segments with lengths in tenths of a second; neighbors may have one name.
 fn texts() -> impl Strategy<Value = Vec<(usize, u32)>> {
     prop::collection::vec((0..NAMES.len(), 1_u32..40), 1..25)
 }

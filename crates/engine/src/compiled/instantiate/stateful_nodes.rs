@@ -1,4 +1,4 @@
-//! Stateful nodes and their restarts: latches, and what makes an operator with memory begin anew.
+//! Stateful nodes and their restarts: latches, and the events that reset an operator with memory.
 
 use super::{Instantiation, Item};
 use crate::compiled::plan::{BitId, Condition, StatefulId, StatefulNode};

@@ -202,7 +202,7 @@ fn the_grammar_the_editors_and_the_reference_have_every_operator() {
         for word in operator.name.split(' ') {
             // Which word is which the tests of `editors` hold; functions are names, no tokens.
             assert!(operator.is_called() || tokens.contains(&format!("kw_{word} ")), "the grammar has no `{word}`");
-            assert!(vim.contains(word) && code.contains(word), "an editor does not colour `{word}`");
+            assert!(vim.contains(word) && code.contains(word), "an editor does not color `{word}`");
         }
         assert_eq!(operator.kind == Kind::Temporal, operator.becomes != CheckedForm::Contact && has_memory(operator));
     }
@@ -260,9 +260,9 @@ fn intervals_of_a_condition_last() {
 #[test]
 fn a_number_of_times_is_checked() {
     for (times, wanted) in [
-        ("0", "once or more often"),
-        ("2000", "1000 times at most"),
-        ("2.5", "a whole number of times"),
+        ("0", "expected a count of 1 or more"),
+        ("2000", "expected a count of 1000 or less"),
+        ("2.5", "a whole number"),
         ("(3 N)", "is expected here"),
         ("three", "E201"),
     ] {

@@ -144,14 +144,14 @@ fn a_number_that_has_left_the_window_leaves_nothing_behind() {
 fn mistakes_are_explained() {
     let mut missed = Vec::new();
     for (value, wanted) in [
-        ("norm(target.velocity over last 1 s)", "`norm` does not look at samples over time"),
-        ("count(high over last 1 s)", "`(condition) within last 200 ms` asks whether it held"),
-        ("mean(x over last 0 s)", "a duration is longer than nothing"),
+        ("norm(target.velocity over last 1 s)", "`norm` does not take samples over time"),
+        ("count(high over last 1 s)", "`(condition) within last 200 ms` tests whether it held"),
+        ("mean(x over last 0 s)", "a duration is greater than 0"),
         ("mean(x over last 3 N)", "E303"),
         ("mean(target over last 1 s)", "`mean` over time takes a number, a vec3 or a condition"),
         ("max(target.velocity over last 1 s)", "`norm(v)` is the length of a vec3"),
         ("earliest(high over last 1 s)", "`earliest` over time takes a number, a vec3 or a rotation"),
-        ("mean(x since x)", "`since` watches a condition"),
+        ("mean(x since x)", "`since` takes a condition"),
         ("mean((x) within last 1 s)", "`max(x over last 200 ms)` is the largest of the last samples"),
         ("earliest(x)", "`earliest` takes samples over time"),
         ("mean(reads over last 1 s)", "a signal cannot read the latch"),
@@ -169,7 +169,7 @@ fn mistakes_are_explained() {
     let tree = "use \"hand_force.rules\"\nprimitive A, B\ntree t for each hand {\n  \
                 norm(target.position - earliest(target.position since from(A))) > 1 m => A\n  else => B\n}\n";
     let printed = report(&language::load_text("tree.rules", tree));
-    assert!(printed.contains("a number over time cannot look at `from`"), "{printed}");
+    assert!(printed.contains("a summary over time cannot be applied to `from`"), "{printed}");
 }
 
 #[test]

@@ -47,7 +47,7 @@ impl Replay<'_> {
         let (per_hand, axis, dimension, absent) = (false, None, Dimension::NONE, Fallback::Refused);
         self.channels.push(ChannelSpec { name, per_hand, axis, shape, dimension, absent });
         self.values.push(value);
-        of(ExprKind::Channel(ChannelId(at), Hand::Nobody), shape)
+        of(ExprKind::Channel(ChannelId(at), Hand::Shared), shape)
     }
 
     /// A number of the frame; 0 for one of which the frame says nothing.
@@ -203,7 +203,7 @@ impl Replay<'_> {
 const fn this(scope: TreeScope) -> Hand {
     match scope {
         TreeScope::EachHand => Hand::This,
-        TreeScope::BothHands => Hand::Nobody,
+        TreeScope::BothHands => Hand::Shared,
     }
 }
 

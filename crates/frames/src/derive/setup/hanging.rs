@@ -13,7 +13,7 @@ use teachtree_logs::issue::{Issue, IssueKind};
 const AWAY: f64 = 0.050;
 /// The gaps below an object at rest differ by less than this, m, where the scene is wrong.
 const ALIKE: f64 = 5e-3;
-/// Nothing carries an object from so far below, m.
+/// Smallest gap below an object at which nothing carries it, m.
 const DEEPEST: f64 = 1.0;
 /// The search for the surface below ends this near to it, m, or after as many steps.
 const REACHED: f64 = 0.1e-3;
@@ -71,7 +71,7 @@ fn hangs(scene: &Scene, survey: &Survey, object: usize) -> Option<Issue> {
             let found = other.position.map(|length| length.0);
             let moved = Vector3::from(found) + scene.up() * depth;
             format!(
-                "it hangs {} mm above `{its}` at rest, and no hand is near: `{its}` stands wrong in the scene (`position: {}` instead of `{}`), the scene lacks \
+                "it hangs {} mm above `{its}` at rest, and no hand is near: `{its}` is misplaced in the scene (`position: {}` instead of `{}`), the scene lacks \
                  what carries `{name}`, or the `parts` or the tracked point of `{name}` are wrong",
                 mm(depth),
                 in_scene(moved.into()),
@@ -79,7 +79,7 @@ fn hangs(scene: &Scene, survey: &Survey, object: usize) -> Option<Issue> {
             )
         }
         _ => format!(
-            "it hangs in the air at rest, no hand is near, and nothing is below it in the scene: the scene lacks what carries `{name}`, or the position is in \
+            "it hangs in the air at rest, no hand is near, and nothing is below it in the scene: the scene lacks the support of `{name}`, or the position is in \
              another frame"
         ),
     };

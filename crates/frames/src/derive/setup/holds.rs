@@ -1,4 +1,4 @@
-//! Objects that move while a hand grips, and not together with it: their poses stand in different frames, have different clocks, or belong to other things.
+//! Objects that move while a hand grips, but not together with it: the poses are in different frames, have different clocks, or belong to other bodies.
 
 use super::co_motion::{CoMotion, MOVES, TOGETHER, mismatch, steps};
 use super::median;
@@ -59,7 +59,7 @@ fn apart(scene: &Scene, survey: &Survey, hand: &HandSamples, object: usize) -> O
         held.iter().all(is_target).then_some(())?;
         let differ = median(held.iter().map(|step| step.mismatch(|hand| *hand)).collect())?;
         (differ > APART && share(together(&held, |hand| *hand)) < FEW).then(|| {
-            "one of their positions is of another thing or in another frame, or the hold is of another hand".to_string()
+            "one of the positions is of another body or in another frame, or another hand holds the object".to_string()
         })
     };
     let cause = lag(survey, hand, &held).or_else(|| turned(&held)).or_else(unexplained)?;
@@ -123,7 +123,7 @@ fn turned(held: &[CoMotion]) -> Option<String> {
     (is_planar && angle > TURNED && nearly_all(held, together(held, |hand| rotation * hand))).then(|| {
         let [x, y, z] = [axis.x, axis.y, axis.z].map(|part| (part * 10.0).round() / 10.0 + 0.0);
         format!(
-            "their frames differ by a turn of {:.0}° about [{x}, {y}, {z}]; bring both into one frame (`frame` and transforms in docs/bindings.md)",
+            "their frames differ by a rotation of {:.0}° about [{x}, {y}, {z}]; bring both into one frame (`frame` and transforms in docs/bindings.md)",
             angle.to_degrees()
         )
     })

@@ -50,7 +50,7 @@ fn in_scene(position: [f64; 3]) -> String {
     format!("[{x} mm, {y} mm, {z} mm]")
 }
 
-/// A length in whole millimetres.
+/// A length in whole millimeters.
 fn mm(length: f64) -> f64 {
     (length * 1e3).round() + 0.0
 }

@@ -90,10 +90,10 @@ fn of_body(scene: &Scene, survey: &Survey, other: usize, overlaps: &[Overlap], r
         let moved = Vector3::from(found) - first.normal * depth;
         let is_or_are = if objects.len() > 1 { "rest" } else { "rests" };
         let cause = if logged {
-            "its position in the log is wrong by that, or the `parts` of a body are".to_string()
+            "its position in the log is wrong by this distance, or the `parts` of a body are wrong".to_string()
         } else {
             format!(
-                "`{its}` stands wrong in the scene (`position: {}` instead of `{}`), or the `parts` or the tracked point of {} are wrong",
+                "`{its}` is misplaced in the scene (`position: {}` instead of `{}`), or the `parts` or the tracked point of {} are wrong",
                 in_scene(moved.into()),
                 in_scene(found),
                 objects.join(" and ")
@@ -105,7 +105,7 @@ fn of_body(scene: &Scene, survey: &Survey, other: usize, overlaps: &[Overlap], r
     let single = overlaps.iter().map(|overlap| {
         let object = name(overlap.object);
         let message = format!(
-            "it rests {} mm inside `{its}`, on which other objects rest right: the `parts` of `{object}` are too large, or its tracked point is not the origin \
+            "it rests {} mm inside `{its}`, on which other objects rest correctly: the `parts` of `{object}` are too large, or its tracked point is not the origin \
              of its `parts`",
             mm(overlap.depth)
         );

@@ -1,4 +1,4 @@
-//! Tool points that stay far from what the gripper holds: the flange of the arm is bound, not the point between the fingertips.
+//! Tool points that stay far from the held object: the flange of the arm is bound, not the point between the fingertips.
 
 use super::co_motion::{CoMotion, MOVES, TOGETHER, steps};
 use super::survey::{HandSamples, Survey};

@@ -124,14 +124,14 @@ fn too_fast(survey: &Survey, track: &Track) -> Option<Issue> {
     let (units, unit) = units_of(extent);
     (fast > TOO_FAST && many && extent > TOO_FAR).then(|| {
         let message = format!(
-            "it moves by {extent:.0} m, at up to {fast:.0} m/s: it is probably in {units} and read in a larger unit; write the unit behind its columns, such as \
+            "it moves by {extent:.0} m, at up to {fast:.0} m/s: it is probably in {units} and read in a larger unit; write the unit after its columns, such as \
              ` [{unit}]`"
         );
         over_all(survey, track.channel.clone(), message)
     })
 }
 
-/// A gripper whose usual openings, when it is open and when it is closed, are those of no gripper.
+/// A gripper whose usual openings, open and closed, are impossible for a gripper.
 fn opening(survey: &Survey, hand: &HandSamples) -> Option<Issue> {
     let openings = hand.opening.iter().copied().filter(|opening| opening.is_finite()).collect();
     let [closed, open] = otsu::clear_means(openings)?;
@@ -141,7 +141,7 @@ fn opening(survey: &Survey, hand: &HandSamples) -> Option<Issue> {
         _ => ("mm", "a larger unit"),
     };
     let message = format!(
-        "its usual openings are {} mm and {} mm: it is probably in {unit} and read in {read}; write the unit behind its column, ` [{unit}]`",
+        "its usual openings are {} mm and {} mm: it is probably in {unit} and read in {read}; write the unit after its column, ` [{unit}]`",
         in_mm(closed),
         in_mm(open)
     );

@@ -18,7 +18,7 @@ const JOINTS: [(&str, [f64; 2]); 6] = [
 ];
 /// Joints may be this far beyond their limits, rad.
 const BEYOND: f64 = 0.1;
-/// Where the arms stand in the simulated ALOHA, as entries of `robots`: they face each other.
+/// The poses of the arms in the simulated ALOHA, as entries of `robots`: they face each other.
 const BASES: [&str; 2] = ["position: [-469 mm, 0 mm, 0 mm]", "position: [469 mm, 0 mm, 0 mm], rotation: [0, 0, 0, 1]"];
 /// The finger of a gripper by its share of the way from shut to open, as the constants of ALOHA normalize it.
 const OF_SHARE: &str = " * 0.03956 + 0.01844 [m]";

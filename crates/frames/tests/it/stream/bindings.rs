@@ -26,7 +26,7 @@ fn at(recording: &Recording, name: &str, time: f64) -> f64 {
 fn columns_get_canonical_names_in_si() {
     let recording = opened().recording;
     assert_eq!(recording.columns["right.thumb.position.x"].dimension, Dimension::LENGTH);
-    // The header says millimetres, and the third component comes from the column `TipB 2`.
+    // The header says millimeters, and the third component comes from the column `TipB 2`.
     assert_eq!(at(&recording, "right.thumb.position.x", 0.1), -0.060);
     assert_eq!(at(&recording, "right.index.position.z", 0.1), 0.06);
     assert_eq!(recording.labels["right.label"].first().unwrap(), "idle");

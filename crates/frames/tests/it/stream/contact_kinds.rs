@@ -67,7 +67,7 @@ fn two_kinds_of_contact_are_reported_with_the_level_between_them() {
 }
 
 #[test]
-fn motion_is_no_weaker_kind_of_contact() {
+fn motion_is_not_a_weaker_kind_of_contact() {
     // It rests, moves with 3 N, and rubs with 22 N.
     let (found, about) = level(&[(5.0, 0.0), (1.5, 3.0), (6.0, 22.0), (1.5, 3.0), (2.0, 0.0)]);
     assert!((2.5..14.0).contains(&found), "{found} N");

@@ -80,7 +80,7 @@ fn an_element_bound_by_its_place_is_reported_where_another_one_takes_it() {
     assert_eq!(
         changes(&issues),
         [
-            "is bound by its place, where the element is `cube` at first and `ball` at 0.4 s; bind it by its name, `poses.cube.position.x`"
+            "is bound by its index, whose element is `cube` at first and `ball` at 0.4 s; bind it by its name, `poses.cube.position.x`"
         ]
     );
     // An array without names has places only, and nothing can be said about them.

@@ -15,7 +15,7 @@ mod text;
 use crate::shared::files::{bound, bound_text, fixture, folder, header, values};
 
 #[test]
-fn what_is_no_log_is_refused() {
+fn what_is_not_a_log_is_refused() {
     let folder = folder(&[("log.db3", "SQLite format 3"), ("picture.png", "\u{89}PNG"), ("empty/readme.md", "")]);
     let refused = |name: &str| bound(&folder.path().join(name), "").unwrap_err();
     insta::assert_snapshot!(

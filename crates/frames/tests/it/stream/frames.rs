@@ -103,9 +103,11 @@ fn a_binding_names_the_frame() {
     let (log, _) = bound_text("log.jsonl", &lines("world"), &of_tool.replace("frame: base\n", "")).unwrap();
     are(&log, "right.palm", |_| wrist_from_tool(), 1e-12);
     let error = |binding: &str| bound_text("log.jsonl", &lines("world"), binding).map(|_| ()).unwrap_err();
-    assert!(error(&of_tool.replace("frame: base", "frame: map")).contains(
-        "`right.palm.position` stands in the frame `wrist`, which no transform of the log connects with `map`"
-    ));
+    assert!(
+        error(&of_tool.replace("frame: base", "frame: map")).contains(
+            "`right.palm.position` is in the frame `wrist`, which no transform of the log connects with `map`"
+        )
+    );
     assert!(
         error(
             &of_tool

@@ -1,4 +1,4 @@
-//! One bad sample does not ruin a log: what is out and back at once is taken as not measured, and nothing else is.
+//! One bad sample does not ruin a log: a spike is treated as not measured, and nothing else is.
 
 use crate::shared::samples::{Change, add, jumps, set, slower, taught};
 use teachtree_base::recording::Recording;
@@ -8,7 +8,7 @@ use teachtree_logs::issue::Issue;
 
 /// A velocity that its pose bears out was measured, and so was one that changes for good.
 #[test]
-fn a_velocity_that_the_pose_bears_out_is_no_jump() {
+fn a_velocity_that_the_pose_bears_out_is_not_a_jump() {
     let folder = tempfile::tempdir().unwrap();
     let mut log = taught();
     // 0.6 mm within a millisecond, and back in the next.
@@ -35,7 +35,7 @@ fn what_is_said_names_value_and_time() {
 }
 
 #[test]
-fn what_may_be_is_no_jump() {
+fn what_may_be_is_not_a_jump() {
     let folder = tempfile::tempdir().unwrap();
     let plain = taught();
     let blow = |log: &mut Recording| {
@@ -229,7 +229,7 @@ fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
         let jumps: Vec<&Issue> = opened.issues.iter().filter(|issue| issue.kind == "impossible_jump").collect();
         assert!(!jumps.is_empty() && jumps.iter().all(|issue| issue.channel == reported), "{channels}: {jumps:?}");
         assert!(
-            jumps[0].message.starts_with(&format!("`{column}`: 1 sample cannot be")),
+            jumps[0].message.starts_with(&format!("`{column}`: 1 sample is impossible")),
             "{channels}: {}",
             jumps[0].message
         );

@@ -73,7 +73,7 @@ fn tool_point_fingertips_and_opening_come_from_the_joints() {
             * Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         assert!((found.to_rotation_matrix().matrix() - wanted.matrix()).norm() < 1e-9, "row {row}");
     }
-    // A joint that was not measured leaves open where the links behind it are, and so how far apart its fingertips are.
+    // A joint that was not measured leaves open where the links after it are, and so how far apart its fingertips are.
     assert!(value("right.palm.position.x", 2).is_nan() && value("right.gripper.opening", 2).is_nan());
     assert!(recording.columns.keys().all(|name| !name.starts_with("robots.")), "{:?}", recording.columns.keys());
 }
@@ -129,7 +129,7 @@ fn each_fault_of_a_robot_is_one_error_with_its_place() {
         ..OpenRequest::default()
     };
     let error = open(&request).map(|_| ()).unwrap_err().to_string();
-    assert!(error.contains("arm.urdf:1:") && error.contains("is no XML"), "{error}");
+    assert!(error.contains("arm.urdf:1:") && error.contains("is not valid XML"), "{error}");
 }
 
 #[test]
@@ -185,13 +185,13 @@ fn what_no_bound_link_needs_does_not_keep_a_robot_from_being_read() {
         (joint("prismatic", "<limit lower=\"-1e+16\" upper=\"1e+16\"/>"), "`lower` is `-1e+16`, expected a number; its limits are not used"),
         (joint("revolute", "<limit lower=\"\" upper=\"\"/>"), "`lower` is ``"),
         (joint("planar", ""), "the joint is `planar`"),
-        (joint("revolute", "<mimic joint=\"none\"/>"), "`j` mimics `none`, which does not move by itself; nothing that is bound hangs on it"),
+        (joint("revolute", "<mimic joint=\"none\"/>"), "`j` mimics `none`, which does not move by itself; no bound channel depends on it"),
         (joint("revolute", "<axis xyz=\"0 0 0\"/><limit lower=\"0\" upper=\"1\"/>"), "an axis without direction"),
         (
             "<link name=\"world\"/><joint name=\"free\" type=\"floating\"><parent link=\"world\"/><child link=\"base\"/></joint>".into(),
             "the joint is `floating`, expected one of revolute, continuous, prismatic, fixed; it counts as fixed",
         ),
-        ("<link name=\"leftover\"/>".into(), "the link `leftover` does not hang on `base`"),
+        ("<link name=\"leftover\"/>".into(), "the link `leftover` is not connected to the root `base`"),
         (inertia.into(), ""),
         ("<!-- old -- not used -->".into(), ""),
         ("HEAD <!DOCTYPE robot>".into(), ""),
@@ -219,7 +219,7 @@ fn what_a_bound_link_needs_must_be_readable() {
     assert!(
         error(&joint("<origin xyz=\"0 0 ${z}\"/><limit lower=\"0\" upper=\"1\"/>")).contains("xacro robot.urdf.xacro")
     );
-    assert!(error("<link name=\"more\"/>").contains("the link `more` does not hang on `base`"));
+    assert!(error("<link name=\"more\"/>").contains("the link `more` is not connected to the root `base`"));
     let itself = joint("<mimic joint=\"j\"/>");
     assert!(error(&itself).contains("`j` mimics itself"));
 }

@@ -166,11 +166,11 @@ fn an_opening_of_no_gripper_is_reported() {
     for width in [2e-3, 0.08, 0.9] {
         assert_eq!(opens_to(width), [""; 0], "{width} m");
     }
-    let advice = "it is probably in m and read in mm or cm; write the unit behind its column, ` [m]`";
+    let advice = "it is probably in m and read in mm or cm; write the unit after its column, ` [m]`";
     let small =
         format!("implausible_unit right.gripper.opening: its usual openings are 0.024 mm and 0.080 mm: {advice}");
     assert_eq!(opens_to(80e-6), [small]);
-    let advice = "it is probably in mm and read in a larger unit; write the unit behind its column, ` [mm]`";
+    let advice = "it is probably in mm and read in a larger unit; write the unit after its column, ` [mm]`";
     let large =
         format!("implausible_unit right.gripper.opening: its usual openings are 24000 mm and 80000 mm: {advice}");
     assert_eq!(opens_to(80.0), [large]);

@@ -67,7 +67,7 @@ fn weights(opened: &OpenedLog) -> Vec<&str> {
 }
 
 #[test]
-fn what_the_orientation_explains_is_no_contact_however_the_sensor_is_mounted() {
+fn what_the_orientation_explains_is_not_contact_however_the_sensor_is_mounted() {
     let text = log(2.0, 0.6, 0.0);
     let frame = "sensors: {right.palm.force: {frame: right.palm.rotation}}";
     for (rotation, sensors) in [("right.palm.rotation", ""), ("tool.rotation", ""), ("right.palm.rotation", frame)] {

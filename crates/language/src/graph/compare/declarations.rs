@@ -88,7 +88,7 @@ fn declared(shared: &CommonLabels, other: &Rules) -> Vec<Declaration> {
 }
 
 const fn this(per_hand: bool) -> Hand {
-    if per_hand { Hand::This } else { Hand::Nobody }
+    if per_hand { Hand::This } else { Hand::Shared }
 }
 
 /// Formats the type of a channel and its default.

@@ -18,8 +18,7 @@ pub fn acts(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
                 findings.push(Finding { what: format!("the task `{name}` is gone"), place });
             }
             Some(other) if asks(task, &all) != asks(other, extended) => {
-                findings
-                    .push(Finding { what: format!("the task `{name}` asks for something else"), place: place(other) });
+                findings.push(Finding { what: format!("the task `{name}` has other keys"), place: place(other) });
             }
             Some(other) if task.failure != other.failure => {
                 findings.push(Finding { what: outcome(name, other.failure), place: place(other) });
@@ -42,8 +41,10 @@ pub fn acts(base: &Rules, extended: &CommonLabels) -> Vec<Finding> {
         others.into_iter().find(|((_, first, last), known)| known.is_none_or(|it| (&it.1, &it.2) != (first, last)));
     if let Some(((task, ..), _)) = other {
         let (from, to) = (rules.label_name(task.first.label), rules.label_name(task.last.label));
-        let what =
-            format!("the task `{}` runs from {from} to {to}: what ends so without a key becomes `unknown`", task.name);
+        let what = format!(
+            "the task `{}` runs from {from} to {to}: spans with this end and without a key become `unknown`",
+            task.name
+        );
         findings.push(Finding { what, place: place(task) });
     }
     let never = |task: &Task| !is_known(task) && needs_new(task, extended);
@@ -102,7 +103,7 @@ pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
                 lines.push(format!("the task `{name}` differs only in new primitives"));
                 lines.extend((task.failure != theirs.failure).then(|| outcome(name, theirs.failure)));
             }
-            Some(_) => lines.push(format!("the task `{name}` asks for something else")),
+            Some(_) => lines.push(format!("the task `{name}` has other keys")),
         }
     }
     for composite in &one.composites {

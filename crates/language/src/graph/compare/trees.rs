@@ -60,7 +60,7 @@ struct ComparedPath<'a> {
 pub(super) fn trees(one: &Rules, other: &Rules, is_new: &dyn Fn(Label) -> bool) -> TreeComparison {
     let mut compared = TreeComparison::default();
     for scope in [TreeScope::EachHand, TreeScope::BothHands] {
-        let this = if scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
+        let this = if scope == TreeScope::EachHand { Hand::This } else { Hand::Shared };
         match (one.tree(scope), other.tree(scope)) {
             (Some(ours), Some(theirs)) => {
                 compared.trees.push(theirs.name.clone());

@@ -56,7 +56,7 @@ fn what_is_written_once_is_the_same_as_what_is_written_twice() {
     }
 }
 
-/// A choice with `(side)` is one where others are put before or behind it, and where it has a name.
+/// A choice with `(side)` is one where others are put before or after it, and where it has a name.
 #[test]
 fn a_choice_for_each_side_is_one_place() {
     let base = tree("mine: p => D(side)  else => B");

@@ -90,7 +90,7 @@ fn every_shipped_primitive_has_a_meaning() {
 }
 
 #[test]
-fn what_nobody_writes_is_refused_at_once() {
+fn pathological_declarations_are_refused_at_once() {
     // More kinds than are allowed, beside each other and in a chain; each list would name all of them.
     let beside: String = (0..5000).map(|at| format!("primitive K{at} is A\n")).collect();
     let chain: String = (1..3000).map(|at| format!("primitive K{at} is K{}\n", at - 1)).collect();

@@ -156,14 +156,14 @@ fn a_branch_that_loses_its_thread_behind_a_new_leaf_is_warned_of() {
 }
 
 #[test]
-fn a_new_leaf_that_takes_no_thread_away_is_no_reason_to_warn() {
+fn a_new_leaf_that_takes_no_thread_away_is_not_a_reason_to_warn() {
     for text in [
         // Something asks for it.
         "extend single_hand.apart first { near and from(Approach, Wait) => Wait  from(Wait) and near => Approach }",
         "extend single_hand.apart first { near => Wait }  extend single_hand first { from(Wait) and touching => Approach }",
         "extend single_hand.apart first { near => Wait }  for each hand { latch waited set (from(Wait)) for 60 ms clear touching }
          extend single_hand first { waited and moving => Slide }",
-        // Nothing of the branch's own is asked for behind it.
+        // Nothing of the branch's own is asked for after it.
         "extend single_hand.apart last { near => Wait }",
         "extend single_hand before carried { moving => Wait }",
         "extend single_hand first { moving => Wait }",

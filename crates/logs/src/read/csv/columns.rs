@@ -1,4 +1,4 @@
-//! The columns of a canonical table: names, units, and what is read of each.
+//! The columns of a canonical table: names, units, and the type of each.
 
 use crate::issue::Issue;
 use crate::names;

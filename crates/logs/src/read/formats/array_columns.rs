@@ -17,13 +17,13 @@ const POSE: [&str; 7] =
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ArrayColumns {
     name: String,
-    /// The dimensions behind the first one, those of a pose left out.
+    /// The dimensions after the first one, those of a pose left out.
     dimensions: Vec<usize>,
     poses: bool,
 }
 
 impl ArrayColumns {
-    /// The columns of an array whose dimensions behind the first one are these; `None` if a row has more than [`MAX_WIDTH`] numbers, or none.
+    /// The columns of an array whose dimensions after the first one are these; `None` if a row has more than [`MAX_WIDTH`] numbers, or none.
     /// `first` is its first row, which distinguishes poses from other matrices.
     pub fn new(name: &str, dimensions: &[usize], first: &[f64]) -> Option<Self> {
         let width = width(dimensions)?;

@@ -71,7 +71,7 @@ pub(super) struct Array {
     pub name: String,
     /// Its first dimension.
     pub rows: usize,
-    /// The dimensions behind the first one.
+    /// The dimensions after the first one.
     pub dimensions: Vec<usize>,
     /// Its conversion to columns; `None` for texts.
     spread: Option<ArrayColumns>,

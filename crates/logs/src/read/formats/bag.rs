@@ -81,7 +81,7 @@ pub fn play(path: &Path, folders: &AllowedFolders, each: MessageSink) -> Result<
 
 /// The message about a file that ends too early.
 fn cut(place: &str) -> String {
-    format!("{place} ends in the middle of a record; what is before counts")
+    format!("{place} ends in the middle of a record; the records before it are read")
 }
 
 #[cfg(feature = "mcap")]

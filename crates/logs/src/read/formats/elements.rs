@@ -108,7 +108,7 @@ impl Element {
         }
     }
 
-    /// The text in these bytes, without the zeros behind it.
+    /// The text in these bytes, without the zeros after it.
     pub fn text(self, bytes: &[u8]) -> String {
         let text = match self.kind {
             Kind::Unicode => {

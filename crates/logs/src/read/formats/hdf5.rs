@@ -67,7 +67,7 @@ struct Container {
     file: File,
     /// The folders that the file must be in.
     folders: AllowedFolders,
-    /// The path of the group that holds the recordings, with a slash behind it.
+    /// The path of the group that holds the recordings, with a slash after it.
     parent: &'static str,
     names: Vec<String>,
 }
@@ -160,7 +160,7 @@ fn has_other_filter(dataset: &Dataset) -> bool {
     dataset.filters().iter().any(|filter| ![1, 2, 3, 6, 32_000].contains(filter))
 }
 
-/// Whether a data set has its check sum (filter 3) before another filter; the library expects it behind all others.
+/// Whether a data set has its checksum (filter 3) before another filter; the library expects it after all others.
 fn has_early_check_sum(dataset: &Dataset) -> bool {
     let filters = dataset.filters();
     filters.iter().position(|filter| *filter == 3).is_some_and(|at| at + 1 < filters.len())
@@ -261,7 +261,7 @@ fn array(
     }
     if has_early_check_sum(&dataset) {
         return refused(
-            "has a check sum (Fletcher32) before its other filters, expected it behind them: write it without check sum",
+            "has a checksum (Fletcher32) before its other filters, expected it after them: write it without a checksum",
         );
     }
     let float = match NumberReader::of(&dataset.datatype().map_err(failed)?) {
@@ -322,7 +322,7 @@ fn missing(dataset: &Dataset) -> Option<MissingRows> {
     let (first, last) = (there.iter().position(lacks)?, there.iter().rposition(lacks)?);
     let missing: u64 = there.iter().map(|count| across.saturating_sub(*count)).sum();
     let message = format!(
-        "{missing} of {} chunks were never written; they read as the fill value, which is right only if the writer left them out since every value is that",
+        "{missing} of {} chunks were never written; they read as the fill value, which is correct only if the writer omitted them because all values are equal to it",
         grid.iter().product::<u64>()
     );
     Some(MissingRows { rows: first * size..((last + 1) * size).min(rows), message })
@@ -416,7 +416,7 @@ fn damaged(place: &str, error: &Error) -> InputError {
         }
         Error::Format(FormatError::ChecksumMismatch { .. }) => InputError::new(
             place,
-            "is damaged: a check sum of its structure is wrong, as where its recorder ended without closing it",
+            "is damaged: a checksum of its structure is wrong, for example because its recorder ended without closing it",
         ),
         _ => InputError::new(place, format!("cannot be read as HDF5: {error}")),
     }

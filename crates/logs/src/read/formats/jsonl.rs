@@ -45,7 +45,7 @@ pub fn source(rows: InMemoryTable, scene: Option<Scene>, cut: Option<String>) ->
     Source { scene, issues, ..Source::one(rows.place.clone(), rows.header(), Box::new(rows)) }
 }
 
-/// Puts an object as a row behind the others.
+/// Puts an object as a row after the others.
 pub fn push(row: &Row, rows: &mut InMemoryTable) -> Result<(), String> {
     rows.begin_row_at(row.line).map_err(|error| error.message)?;
     json::put(&row.object, rows).map_err(|failure| match failure {

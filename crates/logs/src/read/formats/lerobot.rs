@@ -35,7 +35,7 @@ fn info(folder: &Path) -> PathBuf {
 /// Opens an episode of a data set whose files must be in `folders`.
 ///
 /// # Errors
-/// When the set is not as it should be, a file is outside of the folders, or it is not said which of its episodes is meant.
+/// The set is invalid, a file is outside of the folders, or no episode is chosen.
 pub fn open(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
     let set = Dataset::read(folder, folders)?;
     let episode = set.meant(episode)?;
@@ -122,7 +122,7 @@ impl Dataset {
         number.ok_or_else(|| self.wrong(format!("the number `{key}` is missing")))
     }
 
-    /// The episode that a text behind `#` names.
+    /// The episode that a text after `#` names.
     fn meant(&self, text: Option<&str>) -> Result<usize, InputError> {
         let number = |text: &str| {
             let message = format!("found `#{text}`, expected the number of an episode");
@@ -144,7 +144,7 @@ impl Dataset {
             None if episodes == 1 => Ok(0),
             None => {
                 Err(InputError::new(folder.to_string(), format!("the data set has {episodes} episodes, one is a log"))
-                    .help(format!("choose one behind `#`, such as `{folder}#0`, or all with `{folder}#*`")))
+                    .help(format!("choose one after `#`, such as `{folder}#0`, or all with `{folder}#*`")))
             }
         }
     }

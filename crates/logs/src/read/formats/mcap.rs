@@ -50,7 +50,7 @@ pub(super) fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<
     if is_cut && topics.is_empty() {
         return Err(InputError::new(file, "cannot be read as MCAP: it ends before its first message"));
     }
-    Ok(is_cut.then(|| format!("{file} ends in the middle of a record; what is before counts")))
+    Ok(is_cut.then(|| format!("{file} ends in the middle of a record; the records before it are read")))
 }
 
 /// Gives the messages of a file as they come, in the order of the file; whether it ends in the middle of a record.
@@ -113,7 +113,7 @@ struct Fields<'a>(&'a [u8]);
 impl<'a> Fields<'a> {
     fn bytes(&mut self, count: usize) -> Result<&'a [u8], Fault> {
         let (taken, rest) = self.0.split_at_checked(count).ok_or_else(|| {
-            Fault::Damaged(format!("a record is damaged: it wants {count} bytes more, and has {}", self.0.len()))
+            Fault::Damaged(format!("a record is damaged: it declares {count} more bytes, and has {}", self.0.len()))
         })?;
         self.0 = rest;
         Ok(taken)
@@ -161,7 +161,7 @@ fn decompressed(chunk: &[u8]) -> Result<Vec<u8>, Fault> {
     };
     // A missing sum is written as zero.
     if sum != 0 && sum != crc32fast::hash(&plain) {
-        return Err(Fault::Damaged("a chunk is damaged: its check sum is wrong".into()));
+        return Err(Fault::Damaged("a chunk is damaged: its checksum is wrong".into()));
     }
     Ok(plain)
 }
@@ -207,7 +207,7 @@ impl ChannelRegistry {
                 CHANNEL => self.channel(&mut Fields(&body))?,
                 MESSAGE => self.message(&mut Fields(&body), each)?,
                 CHUNK if outer => self.records(&mut decompressed(&body)?.as_slice(), false, each)?,
-                // The index and the summary behind it are not needed.
+                // The index and the summary after it are not needed.
                 DATA_END | FOOTER if outer => return Ok(()),
                 _ => {}
             }

@@ -236,13 +236,13 @@ fn ending(path: &Path) -> String {
     path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-/// A log without the recording behind it.
+/// A log without the recording after it.
 pub fn without_episode(path: &Path) -> PathBuf {
     split(path).0
 }
 
-/// A path and the recording that stands behind it: an episode by number, or a recording of a file that is there. A file that is really called so
-/// has none behind it.
+/// A path and the recording that stands after it: an episode by number, or a recording of a file that is there. A file that is really called so
+/// has none after it.
 fn split(path: &Path) -> (PathBuf, Option<String>) {
     let text = path.to_string_lossy();
     let is_name = |name: &str| !name.is_empty() && !name.contains(['/', '\\']);

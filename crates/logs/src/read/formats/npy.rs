@@ -179,7 +179,7 @@ struct Field {
     /// Its offset in an element.
     offset: usize,
     element: Result<Element, String>,
-    /// Its own dimensions; then those of the array behind the first one as well.
+    /// Its own dimensions; then those of the array after the first one as well.
     dimensions: Vec<usize>,
 }
 

@@ -77,7 +77,7 @@ pub fn source(file: File, name: String) -> Result<Source, InputError> {
 }
 
 /// A file that knows its end. Of a plain file the library takes the memory that a damaged length asks for, and goes on reading nothing
-/// behind its end.
+/// after its end.
 struct SizedFile {
     file: File,
     length: u64,

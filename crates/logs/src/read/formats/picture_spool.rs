@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{Error, Read as _, Seek as _, SeekFrom, Write as _};
 use teachtree_base::error::InputError;
 
-/// A file that is gone when the program ends.
+/// A temporary file, deleted when the program ends.
 pub struct PictureSpool {
     file: File,
     length: u64,

@@ -1,4 +1,4 @@
-//! Qualisys motion capture as text: lines `KEY<tab>values`, then a row of markers a frame, in millimetres.
+//! Qualisys motion capture as text: lines `KEY<tab>values`, then a row of markers a frame, in millimeters.
 //!
 //! A marker that was lost is written as zeros or as nothing at all; both become values that were not measured.
 //! The columns are `time [s]`, `frame`, and `<marker> X [mm]`, `<marker> Y [mm]`, `<marker> Z [mm]`.
@@ -161,7 +161,7 @@ impl<R: BufRead> Lines<R> {
             return Ok(None);
         }
         if read as u64 == MAX_LINE || line.split(|byte| *byte == b'\t').any(|cell| cell.len() > MAX_CELL) {
-            return Err(InputError::new(place, "the line is longer than any that is read"));
+            return Err(InputError::new(place, "the line is longer than the maximum"));
         }
         self.row += 1;
         let text =

@@ -29,7 +29,7 @@ impl RecordingRange {
     }
 }
 
-/// The recordings that a path with a choice behind it stands for, such as `set#*` or `file.hdf5#0..9`; `None` for any other path.
+/// The recordings that a path with a choice after it stands for, such as `set#*` or `file.hdf5#0..9`; `None` for any other path.
 ///
 /// # Errors
 /// When there is no data set, no store and no HDF5 file at the path, or it does not have what is chosen.
@@ -50,7 +50,7 @@ pub fn chosen_within(path: &Path, folders: &AllowedFolders) -> Result<Option<Vec
         let message = format!(
             "found one recording, expected a LeRobot data set, a Zarr store or an HDF5 file with several for `#{text}`"
         );
-        return Err(wrong(message).help("leave out what stands behind the `#`"));
+        return Err(wrong(message).help("leave out the `#` and the text after it"));
     };
     let RecordingRange::Numbers(first, last) = choice else { return Ok(Some(all(&log, &names))) };
     if first > last {
@@ -64,7 +64,7 @@ pub fn chosen_within(path: &Path, folders: &AllowedFolders) -> Result<Option<Vec
         Some(highest) if last <= highest && !found.is_empty() => Ok(Some(found)),
         _ => {
             let up_to = highest.map_or(String::new(), |highest| format!(", with numbers up to {highest}"));
-            let message = format!("found {} recordings{up_to}; `#{text}` asks for others", names.len());
+            let message = format!("found {} recordings{up_to}; `#{text}` selects others", names.len());
             Err(wrong(message).help(format!("`{place}#*` stands for all of them")))
         }
     }
@@ -153,7 +153,7 @@ pub(super) fn choose(
 ) -> Result<Option<usize>, InputError> {
     let Some(first) = names.first() else {
         let Some(asked) = asked else { return Ok(None) };
-        let message = format!("the {what} is one recording, found `#{asked}` behind its name");
+        let message = format!("the {what} is one recording, found `#{asked}` after its name");
         return Err(InputError::new(place, message).help("leave it out"));
     };
     let like = format!("such as `{place}#{first}`");
@@ -163,7 +163,7 @@ pub(super) fn choose(
         }
         let message = format!("the {what} has {} recordings, expected the name of one", names.len());
         return Err(
-            InputError::new(place, message).help(format!("choose one behind `#`, {like}, or all with `{place}#*`"))
+            InputError::new(place, message).help(format!("choose one after `#`, {like}, or all with `{place}#*`"))
         );
     };
     let number = asked.parse::<u64>().ok();
@@ -272,7 +272,7 @@ fn groups(_: &Path, _: &AllowedFolders) -> Result<Option<Vec<String>>, InputErro
     Ok(None)
 }
 
-/// The name of the recording behind a `#`: `demo_3` of `lift.hdf5#demo_3`.
+/// The name of the recording after a `#`: `demo_3` of `lift.hdf5#demo_3`.
 pub fn recording_of(path: &Path) -> Option<String> {
     split(path).1
 }

@@ -33,7 +33,7 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
     if is_cut && topics.is_empty() {
         return Err(InputError::new(file, "the bag ends before its first message"));
     }
-    let cut = is_cut.then(|| format!("{file} ends in the middle of a record; what is before counts"));
+    let cut = is_cut.then(|| format!("{file} ends in the middle of a record; the records before it are read"));
     let mut source = topics.finish()?;
     source.issues.extend(cut.map(|message| truncated(0.0, message)));
     Ok(source)
@@ -82,7 +82,7 @@ impl Bag<'_> {
                 Some([CONNECTION]) => self.connection(&fields, &data)?,
                 Some([CHUNK]) if outer => self.chunk(&fields, &data)?,
                 Some([_]) => {}
-                _ => return Err(Fault::Damaged("a record does not say what it is".into())),
+                _ => return Err(Fault::Damaged("a record has no type".into())),
             }
         }
         Ok(())

@@ -331,12 +331,9 @@ impl Decoder<'_> {
             Count::Sequence => self.bytes.length()?,
         };
         if count > self.bytes.left() {
-            return Err(format!(
-                "`{}` is said to have {count} elements, and {} bytes are left",
-                self.path,
-                self.bytes.left()
-            )
-            .into());
+            return Err(
+                format!("`{}` declares {count} elements, and {} bytes are left", self.path, self.bytes.left()).into()
+            );
         }
         let muted = self.muted;
         self.muted |= count > MAX_ARRAY;
@@ -499,7 +496,7 @@ impl<'a> Bytes<'a> {
     fn wide_text(&mut self) -> Result<String, String> {
         let length = self.length()?;
         if length > self.left() {
-            return Err(format!("a text is said to have {length} letters, and {} bytes are left", self.left()));
+            return Err(format!("a string declares {length} bytes, and {} are left", self.left()));
         }
         let mut letters = vec![];
         for _ in 0..length {

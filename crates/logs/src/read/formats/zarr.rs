@@ -35,7 +35,7 @@ const DATA: &str = "data/";
 /// Opens a recording of a store whose files must be in `folders`.
 ///
 /// # Errors
-/// When the store is damaged or outside of the folders, or it is not said which of its recordings is meant.
+/// The store is damaged or outside of the folders, or no recording is chosen.
 pub(super) fn open(path: &Path, recording: Option<&str>, folders: &AllowedFolders) -> Result<Source, InputError> {
     let place = path.display().to_string();
     guarded(&place, || {
@@ -143,7 +143,7 @@ impl Container {
         }
     }
 
-    /// The rows behind the last one of each episode, which rise.
+    /// The rows after the last one of each episode, which rise.
     fn ends(&self, array: &ChunkedArray) -> Result<Vec<usize>, InputError> {
         let wrong = |message: String| InputError::new(format!("{} array {}", self.place, array.path()), message);
         if !array.dimensions().is_empty() {

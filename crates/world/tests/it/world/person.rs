@@ -15,7 +15,7 @@ pub fn place_of(work: &TeleopWorld, body: &str) -> Vector3<f64> {
     work.observation().bodies[index].pose.translation.vector
 }
 
-/// Fingertips of a hand of three: the thumb in front of the middle, the others behind it, `open` from it.
+/// Fingertips of a hand of three: the thumb in front of the middle, the others after it, `open` from it.
 pub fn tips(middle: Vector3<f64>, open: f64) -> HandInput {
     let tip = |x: f64, y: f64| Point3::from(middle + Vector3::new(x, y, 0.0));
     HandInput::Tips { tips: vec![tip(0.0, -open), tip(-0.014, open), tip(0.014, open)], palm: None }

@@ -109,7 +109,7 @@ fn a_hand_waits_only_for_what_the_other_one_begins() {
     assert!(refused("{wait: lift}").contains(wanted), "{}", refused("{wait: lift}"));
     assert!(refused("{together: {until: lift}}").contains(wanted), "{}", refused("{together: {until: lift}}"));
     let endless = refused("{together: {share: 0.5}}");
-    assert!(endless.contains("goes together without an end, expected one of `until` and `time`"), "{endless}");
+    assert!(endless.contains("has a step `together` without an end, expected one of `until` and `time`"), "{endless}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use teachtree_world::{HandTarget, Observation, STEP_S, World};
 
 const TWO: &str = "{right: {fingers: [thumb, index]}}";
 const THREE: &str = "{right: {fingers: [thumb, index, middle]}}";
-/// Where the ball (radius 10 mm) just touches the cube's face, m from its centre.
+/// Where the ball (radius 10 mm) just touches the cube's face, m from its center.
 const FACE: f64 = 0.07;
 /// Stiffness of tip and coupling in series, N/m.
 const SERIES: f64 = 1.0 / (1.0 / 1000.0 + 1.0 / 300.0);
@@ -20,7 +20,7 @@ fn force_on_cube(seen: &Observation) -> Vector3<f64> {
 fn lifted_by(squeeze: f64) -> f64 {
     let mut world = world(&cube_on_base("", TWO));
     let inside = FACE - squeeze / SERIES;
-    // The grip is at the centre, so that the cube has no reason to turn.
+    // The grip is at the center, so that the cube has no reason to turn.
     let at = |z: f64, y: f64| [hand(&[[0.0, -y, z], [0.0, y, z]])];
     for step in 0..steps(0.4) {
         let closed = (step as f64 / 200.0).min(1.0);
@@ -257,7 +257,7 @@ fn what_fingertips_feel_is_what_moves_the_cube() {
 
 #[test]
 fn a_pinch_of_two_tips_resists_a_twist_by_its_patches_only() {
-    // Gripped 5 mm beside the centre of mass: m g × 5 mm of torque about the line between the tips.
+    // Gripped 5 mm beside the center of mass: m g × 5 mm of torque about the line between the tips.
     let swing = |squeeze: f64| {
         let mut world = world(&cube_on_base("", TWO));
         let inside = FACE - squeeze / SERIES;
@@ -277,7 +277,7 @@ fn a_pinch_of_two_tips_resists_a_twist_by_its_patches_only() {
 
 #[test]
 fn what_flat_pads_hold_beside_its_middle_sinks_as_far_as_they_twist() {
-    // Gripped 5 mm beside the centre of mass, which is 2.45 mN m about the line between the pads. A disc of the radius r of an elastic foundation that has
+    // Gripped 5 mm beside the center of mass, which is 2.45 mN m about the line between the pads. A disc of the radius r of an elastic foundation that has
     // 700 N/m for 4 mm twists by 700 N/m (r / 4 mm)² r² / 2 a rad.
     let sunk = |pad: f64| {
         let mut world = world(&cube_on_base("", TWO));

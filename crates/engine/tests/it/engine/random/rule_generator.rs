@@ -160,7 +160,7 @@ impl RuleGenerator {
         let at = self.rules.channels.iter().position(|channel| channel.name == name).unwrap();
         let spec = &self.rules.channels[at];
         let (shape, axis) = (spec.shape, spec.axis.map(|axis| (axis, hand)));
-        let hand = if spec.per_hand { hand } else { Hand::Nobody };
+        let hand = if spec.per_hand { hand } else { Hand::Shared };
         expr(ExprKind::Channel(ChannelId(at as u32), hand), shape, axis)
     }
 
@@ -174,7 +174,7 @@ impl RuleGenerator {
             })
             .collect();
         let at = *fitting.get(self.random.below(fitting.len().max(1)))?;
-        let hand = if self.rules.signals[at].per_hand { hand } else { Hand::Nobody };
+        let hand = if self.rules.signals[at].per_hand { hand } else { Hand::Shared };
         Some(expr(ExprKind::Signal(SignalId(at as u32), hand), shape, axis))
     }
 
@@ -324,7 +324,7 @@ impl RuleGenerator {
                     5 => self.channel("target.over_socket", hand),
                     6 if !self.rules.latches.is_empty() => {
                         let at = self.random.below(self.rules.latches.len());
-                        let hand = if self.rules.latches[at].per_hand { hand } else { Hand::Nobody };
+                        let hand = if self.rules.latches[at].per_hand { hand } else { Hand::Shared };
                         expr(ExprKind::Latch(LatchId(at as u32), hand), Shape::Bool, None)
                     }
                     _ => {

@@ -59,7 +59,7 @@ fn the_first_line_may_carry_the_scene() {
 }
 
 #[test]
-fn lines_that_are_no_objects_are_refused() {
+fn lines_that_are_not_objects_are_refused() {
     let refused = |text: &str| bound_text("log.jsonl", text, "").unwrap_err();
     insta::assert_snapshot!(
         [

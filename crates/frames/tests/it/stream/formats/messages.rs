@@ -159,11 +159,11 @@ fn a_length_that_no_record_has_is_refused_at_once() {
     writer.add_channel(schema, "/wrench", "cdr", &BTreeMap::new()).unwrap();
     finish(writer);
     let mut damaged = std::fs::read(&path).unwrap();
-    // The name of the topic is said to have four thousand million letters.
+    // The name of the topic declares four thousand million bytes.
     let at = damaged.windows(7).position(|window| window == b"/wrench").unwrap();
     damaged[at - 4..at].copy_from_slice(&[0xff; 4]);
     std::fs::write(&path, damaged).unwrap();
-    insta::assert_snapshot!(bound(&path, "").unwrap_err(), @"log.mcap: cannot be read as MCAP: a record is damaged: it wants 4294967295 bytes more, and has 18");
+    insta::assert_snapshot!(bound(&path, "").unwrap_err(), @"log.mcap: cannot be read as MCAP: a record is damaged: it declares 4294967295 more bytes, and has 18");
 }
 
 #[test]

@@ -43,7 +43,7 @@ fn changed(statements: &str) -> (tempfile::TempDir, std::path::PathBuf) {
 }
 
 #[test]
-fn a_file_of_sqlite_that_is_no_bag_is_refused() {
+fn a_file_of_sqlite_that_is_not_a_bag_is_refused() {
     let error = |statements: &str| {
         let (_folder, path) = changed(statements);
         formats::open(&path).map(|_| ()).unwrap_err().to_string()

@@ -102,14 +102,14 @@ fn missing_chunks_are_reported() {
     let (cut, issues) = bound(&log, binding).unwrap();
     let said =
         issues.iter().map(|it| format!("{} {} {}–{} s: {}", it.kind, it.channel, it.start_s, it.end_s, it.message));
-    insta::assert_snapshot!(said.collect::<Vec<_>>().join("\n"), @"missing_chunk action 0.9–1 s: missing chunks: 1 of 3, first `data/action/2.0`; they read as the fill value 0, which is correct only if the writer omitted them because all values are equal to that");
+    insta::assert_snapshot!(said.collect::<Vec<_>>().join("\n"), @"missing_chunk action 0.9–1 s: missing chunks: 1 of 3, first `data/action/2.0`; they read as the fill value 0, which is correct only if the writer omitted them because all values are equal to it");
     assert_eq!(values(&cut, "cube.position.x"), values(&whole, "cube.position.x"));
     std::fs::remove_file(store.join("meta/episode_ends/0")).unwrap();
     insta::assert_snapshot!(bound(&log, binding).unwrap_err(), @"replay_buffer.zarr array meta/episode_ends: lacks chunks with the ends of the episodes");
 }
 
 #[test]
-fn archives_and_files_that_are_no_arrays_are_refused() {
+fn archives_and_files_that_are_not_arrays_are_refused() {
     let folder = folder(&[
         ("a.npy", "\u{93}NUMPY"),
         ("b.mat", "MATLAB 5.0 MAT-file"),

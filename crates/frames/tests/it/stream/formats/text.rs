@@ -144,7 +144,7 @@ fn rows_without_stamps_have_a_rate() {
     assert_eq!(recording.time, [0.0, 0.01]);
     insta::assert_snapshot!(bound_text("log.csv", text, PALM).unwrap_err(), @"
     binding.yaml: the log has no column `time`
-      help: name it in a binding as `time: <column>`, or say `rate: 100 Hz` when the rows are evenly spaced
+      help: name it in a binding as `time: <column>`, or write `rate: 100 Hz` if the rows are evenly spaced
     ");
 }
 
@@ -388,7 +388,7 @@ fn lines_about_the_recording_and_units_stand_above_the_numbers() {
         ("log.csv", "time,a,b\ns,N,mm\n0,1,2000\n0.01,null,3000\n"),
         (
             "log.txt",
-            "Recording of a hand\nby: nobody in particular\ntime\ta\tb\n[s]\t-\t[mm]\n0,00\t1,0\t2000,0\n0,01\t1,0\t3000,0\n",
+            "Recording of a hand\nby: a test\ntime\ta\tb\n[s]\t-\t[mm]\n0,00\t1,0\t2000,0\n0,01\t1,0\t3000,0\n",
         ),
         ("log", "time;a;b\n0,00;1,0;2\n0,01;1,0;3\n"),
     ] {

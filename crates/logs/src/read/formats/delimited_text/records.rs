@@ -1,7 +1,7 @@
 //! Records and cells of a delimited text, read where they stand in the text (RFC 4180).
 //!
 //! A record ends at a line feed or a carriage return. Empty lines and comments are not records. A cell in quotes may contain delimiters, ends of lines,
-//! and quotes, which are doubled; text behind its closing quote is part of the cell. Quotes within a cell that does not begin with one are text.
+//! and quotes, which are doubled; text after its closing quote is part of the cell. Quotes within a cell that does not begin with one are text.
 
 use super::dialect::Dialect;
 use crate::read::table::MAX_CELL;

@@ -54,7 +54,7 @@ pub fn find(bytes: impl Read, file: &str) -> Result<Vec<Section>, InputError> {
             if let Some(last) = sections.last_mut() {
                 last.bytes.end = begin;
             }
-            // Its rows begin behind the line with the rate.
+            // Its rows begin after the line with the rate.
             sections.push(Section { name, bytes: at..u64::MAX, lines });
         }
         if lines == 2 && sections.is_empty() {

@@ -67,7 +67,7 @@ pub struct Request<'a> {
     pub signals: &'a BTreeMap<String, Signals>,
     /// Lists of recordings by their data sets: [`MASK`] with those that have all signals, or [`AUDITED`].
     pub lists: &'a BTreeMap<&'static str, Vec<String>>,
-    /// Whether each recording has succeeded behind each of its rows; of those whose outcome is known.
+    /// Whether each recording has succeeded after each of its rows; of those whose outcome is known.
     pub successes: &'a BTreeMap<String, Vec<bool>>,
     /// The provenance of the signals or the list, JSON.
     pub provenance: &'a str,
@@ -167,7 +167,7 @@ struct Paths {
     new: BTreeMap<String, NewValues>,
     /// Lists of recordings by path, in order.
     lists: BTreeMap<&'static str, Vec<String>>,
-    /// An attribute of a group, by the path of the group with a slash behind it; `""` is the root.
+    /// An attribute of a group, by the path of the group with a slash after it; `""` is the root.
     attributes: BTreeMap<String, (&'static str, AttrValue)>,
     /// Data sets that are there and are replaced or dropped.
     old: BTreeSet<String>,

@@ -23,7 +23,7 @@ pub(super) fn refuse(path: &Path) -> Result<(), InputError> {
     let place = path.display().to_string();
     let links = found(path, &AllowedFolders::default(), "", DEEPEST)?;
     let Some(Link { words: link, .. }) = links.first() else { return Ok(()) };
-    let help = "put what it leads to in its place, as `h5copy` of the HDF5 tools does";
+    let help = "replace it by its target, as `h5copy` of the HDF5 tools does";
     Err(InputError::new(place, format!("has {link}, which a copy would lack")).help(help))
 }
 
@@ -49,7 +49,7 @@ pub(super) fn explained(path: &Path, folders: &AllowedFolders, error: InputError
 
 fn unread(place: String, link: &Link) -> InputError {
     InputError::new(place, format!("has {}, which is not read here", link.words))
-        .help("put what it leads to in its place, as `h5copy` of the HDF5 tools does")
+        .help("replace it by its target, as `h5copy` of the HDF5 tools does")
 }
 
 /// A link of a group.

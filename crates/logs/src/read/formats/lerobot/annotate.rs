@@ -98,7 +98,7 @@ pub struct Request<'a> {
     pub legacy: &'static str,
     /// The labels of each episode; those of episodes that are left out are not known.
     pub labels: &'a BTreeMap<usize, Vec<Label>>,
-    /// Whether each episode has succeeded behind each of its frames; for [`LabelFormat::Success`] of all episodes.
+    /// Whether each episode has succeeded after each of its frames; for [`LabelFormat::Success`] of all episodes.
     pub successes: &'a BTreeMap<usize, Vec<bool>>,
     /// The provenance of the labels.
     pub provenance: &'a Value,

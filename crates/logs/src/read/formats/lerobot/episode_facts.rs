@@ -30,7 +30,7 @@ pub struct EpisodeFacts {
 /// The facts about an episode of a set whose files must be in `folders`.
 ///
 /// # Errors
-/// When the set is not as it should be, or a file is damaged.
+/// The set is invalid, or a file is damaged.
 pub fn episode_facts(
     folder: &Path,
     episode: Option<&str>,

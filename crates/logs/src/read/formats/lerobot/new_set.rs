@@ -63,7 +63,7 @@ pub struct Episode {
     pub pictures: Vec<Vec<Vec<u8>>>,
     /// The labels.
     pub labels: Vec<Label>,
-    /// Whether the task has succeeded behind the frame.
+    /// Whether the task has succeeded after the frame.
     pub success: Vec<bool>,
 }
 

@@ -24,7 +24,7 @@ pub struct Video {
 /// The videos of an episode that are there, by the names of their cameras. The files that describe the set must be in `folders`.
 ///
 /// # Errors
-/// When the set is not as it should be, or a file is outside of the folders.
+/// The set is invalid, or a file is outside of the folders.
 pub fn videos(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> Result<Vec<Video>, InputError> {
     let set = Dataset::read(folder, folders)?;
     let features = set.info.get("features").and_then(Value::as_object);

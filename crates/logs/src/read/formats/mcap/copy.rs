@@ -1,4 +1,4 @@
-//! Files whose records are copied: what is known of them beforehand, and their records by time.
+//! Files whose records are copied: a survey of their contents, and their records by time.
 
 use super::super::rosbag2::Metadata;
 use super::super::{folder, rosbag};
@@ -134,7 +134,7 @@ fn mcap_file(log: &Path) -> std::result::Result<PathBuf, InputError> {
     Err(InputError::new(place, format!("is another kind of log, {expected}")))
 }
 
-/// A file, decompressed where all of it is compressed, behind its first bytes.
+/// A file, decompressed where all of it is compressed, after its first bytes.
 fn opened(path: &Path) -> std::result::Result<Box<dyn Read + Send>, InputError> {
     let mut bytes = BufReader::new(file::open(path)?);
     let begun = move || -> Result<Box<dyn Read + Send>> {
@@ -164,7 +164,7 @@ pub struct OriginalRecords {
 }
 
 impl OriginalRecords {
-    /// Opens files of which this is known.
+    /// Opens files with the results of the survey.
     ///
     /// # Errors
     /// When one cannot be opened.
@@ -195,7 +195,7 @@ impl OriginalRecords {
         Ok(None)
     }
 
-    /// Reads the next record of the file, or of the next file behind its end.
+    /// Reads the next record of the file, or of the next file after its end.
     fn read(&mut self) -> Result<Option<Record>> {
         let failed = |fault: Fault| match fault {
             Fault::Damaged(message) => Error::other(message),

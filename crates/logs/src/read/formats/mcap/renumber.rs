@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, VecDeque};
 /// A record: its kind and its bytes.
 pub(super) type Record = (u8, Vec<u8>);
 
-/// Schemas or channels, each with its bytes behind the number.
+/// Schemas or channels, each with its bytes after the number.
 pub(super) type Numbered = BTreeMap<u16, Vec<u8>>;
 
 /// The new numbers of a file, by the old ones.

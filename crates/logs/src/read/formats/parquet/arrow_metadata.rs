@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// The key of the metadata.
 pub(super) const KEY: &str = "ARROW:schema";
 
-/// The schema with these fields instead of those of the same names, behind the others, and with this metadata instead of that of the same keys, where
+/// The schema with these fields instead of those of the same names, after the others, and with this metadata instead of that of the same keys, where
 /// it has some. `None` for a text that is not a schema.
 pub(super) fn updated(encoded: &str, fields: &[Field], metadata: &[(String, String)]) -> Option<String> {
     let bytes = STANDARD.decode(encoded).ok()?;

@@ -1,11 +1,11 @@
-//! Numbers of columns that are not lists, decoded straight behind those that are there.
+//! Numbers of columns that are not lists, decoded directly into the output.
 
 use super::BATCH;
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::DataType;
 use ::parquet::errors::ParquetError;
 
-/// Reads numbers of a column that is not a list, behind those that are there; how many.
+/// Appends numbers of a column that is not a list; returns their count.
 pub(super) fn flat(
     reader: &mut ColumnReader,
     max_def: i16,

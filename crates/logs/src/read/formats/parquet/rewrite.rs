@@ -1,4 +1,4 @@
-//! A Parquet file once more, with columns instead of those of the same names or behind the others: all other columns are copied as they are stored, byte
+//! A Parquet file once more, with columns instead of those of the same names or after the others: all other columns are copied as they are stored, byte
 //! for byte, and compared afterwards. The schemas of Arrow and of `datasets` in its metadata are brought up to date.
 
 use super::arrow_metadata;

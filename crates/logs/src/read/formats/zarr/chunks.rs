@@ -41,7 +41,7 @@ impl ChunkedArray {
         self.shape.first().copied().unwrap_or(0)
     }
 
-    /// The dimensions behind the first one.
+    /// The dimensions after the first one.
     pub fn dimensions(&self) -> &[usize] {
         self.shape.get(1..).unwrap_or_default()
     }
@@ -176,7 +176,7 @@ impl ChunkedArray {
         let (key, fill) = (self.key(first), self.layout.fill);
         let read = if fill.is_nan() { "not measured".to_string() } else { format!("the fill value {fill}") };
         let message = format!(
-            "missing chunks: {} of {}, first `{key}`; they read as {read}, which is correct only if the writer omitted them because all values are equal to that",
+            "missing chunks: {} of {}, first `{key}`; they read as {read}, which is correct only if the writer omitted them because all values are equal to it",
             missing.len(),
             chunks.len()
         );

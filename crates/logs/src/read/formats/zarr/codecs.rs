@@ -25,7 +25,7 @@ pub(super) enum Codec {
     Zstd,
     Blosc,
     Lz4,
-    /// A check sum behind the bytes.
+    /// A checksum after the bytes.
     Crc32c,
 }
 
@@ -73,10 +73,10 @@ impl Codec {
                 Ok(unpacked)
             }
             Self::Crc32c => {
-                let at = bytes.len().checked_sub(4).ok_or("is too short for its check sum")?;
+                let at = bytes.len().checked_sub(4).ok_or("is too short for its checksum")?;
                 let (bytes, sum) = bytes.split_at_checked(at).unwrap_or_default();
                 if crc32c(bytes).to_le_bytes() != sum {
-                    return Err("has a wrong check sum".into());
+                    return Err("has a wrong checksum".into());
                 }
                 Ok(bytes.to_vec())
             }

@@ -11,7 +11,7 @@ const ENTRY: usize = 16;
 pub(super) struct Shards {
     /// The shape of a shard, a multiple of that of a chunk.
     pub shape: Vec<usize>,
-    /// Whether the index is before the chunks, not behind them.
+    /// Whether the index is before the chunks, not after them.
     pub index_at_start: bool,
     /// Whether the index has a check sum.
     pub has_sum: bool,
@@ -43,7 +43,7 @@ impl Shards {
         if self.has_sum {
             let (entries, sum) = index.split_at_checked(length.saturating_sub(4)).unwrap_or_default();
             if crc32c(entries).to_le_bytes() != sum {
-                return Err("has an index with a wrong check sum".into());
+                return Err("has an index with a wrong checksum".into());
             }
             index = entries;
         }

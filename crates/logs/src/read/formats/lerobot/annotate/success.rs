@@ -1,4 +1,4 @@
-//! Whether the task of each episode has succeeded, as LeRobot has it: the column `next.success`, for each frame of the state behind its action.
+//! Whether the task of each episode has succeeded, as LeRobot has it: the column `next.success`, for each frame of the state after its action.
 
 use super::{AnnotationTarget, Changes, FrameColumn, Request, Storage, episodes_of};
 use crate::read::formats::parquet;

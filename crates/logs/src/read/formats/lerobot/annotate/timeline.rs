@@ -15,7 +15,7 @@ pub struct Label {
     pub style: &'static str,
     /// The row of the episode, counted from 0.
     pub row: usize,
-    /// The row behind the last one of what it names; it may hold longer, as that of a task until the next task.
+    /// The row after the last one of what it names; it may hold longer, as that of a task until the next task.
     pub end: usize,
     /// The words.
     pub content: String,
