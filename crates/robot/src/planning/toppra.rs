@@ -66,7 +66,7 @@ pub fn timed(samples: &[Vec<f64>], step_s: f64, dofs: &[Dof]) -> TimedPath {
         time_s += next.map_or(0.0, |next| way.time_s(x, next));
         before = u;
     }
-    let stretched = over_limit(&knots, dofs).max(1.0).sqrt();
+    let stretched = over_limit(&knots, dofs).sqrt().max(jerk::share(&knots, dofs).cbrt()).max(1.0);
     for knot in knots.iter_mut().filter(|_| stretched > 1.0) {
         knot.time_s *= stretched;
         knot.velocities.iter_mut().for_each(|velocity| *velocity /= stretched);

@@ -13,7 +13,7 @@
 //! and L. Vandenberghe, *Convex Optimization*, 2004, 11.3). No place is left in which all limits are kept, so they are wherever it ends; it may end in a
 //! local minimum.
 
-use super::{EASED, SampledPath, USED};
+use super::{EASED, Knot, SampledPath, USED};
 use teachtree_description::tree::Dof;
 
 /// The time is this share above that of the minimum at most, by the bound of the barrier.
@@ -54,6 +54,29 @@ pub(super) fn squares(way: &SampledPath<'_>, dofs: &[Dof]) -> Vec<f64> {
         }
         weight *= LOWERED;
     }
+}
+
+/// The largest share of its limit of jerk that the mean jerk of a joint over four knots takes.
+///
+/// It can exceed 1: [`limits`] limit the change of acceleration within an interval and from its middle to the next one. The mean over three intervals adds
+/// the steps at both ends of the middle one, and at a corner all three have the same sign.
+pub(super) fn share(knots: &[Knot], dofs: &[Dof]) -> f64 {
+    let shares = knots
+        .windows(4)
+        .flat_map(|four| dofs.iter().enumerate().map(move |(joint, dof)| (mean_jerk(four, joint) / dof.jerk).abs()));
+    shares.filter(|share| share.is_finite()).fold(0.0, f64::max)
+}
+
+/// The mean jerk of a joint over four knots, rad/s³ or m/s³: six times the third divided difference of its positions.
+fn mean_jerk(four: &[Knot], joint: usize) -> f64 {
+    let mut differences = [0, 1, 2, 3].map(|knot: usize| four[knot].positions[joint]);
+    for order in 1..4 {
+        for knot in 0..4 - order {
+            let time_s = four[knot + order].time_s - four[knot].time_s;
+            differences[knot] = (differences[knot + 1] - differences[knot]) / time_s;
+        }
+    }
+    6.0 * differences[0]
 }
 
 fn limits(way: &SampledPath<'_>, dofs: &[Dof]) -> Vec<Limit> {

@@ -6,16 +6,28 @@ use teachtree_robot::Dof;
 use teachtree_robot::planning::toppra::{Knot, timed};
 
 const STEP_S: f64 = 0.01;
-/// What the polynomial between two points may exceed a limit by, and a third divided difference that of jerk.
+/// What the polynomial between two points may exceed a limit by.
 const SPARE: f64 = 1.02;
-/// The same for jerk on random paths: two corners within a tenth of a second exceeded the limit by 7 % in one run of six.
-const SPARE_AT_CORNERS: f64 = 1.15;
+/// The limit of jerk with rounding.
+const ALL_OF_JERK: f64 = 1.0 + 1e-6;
 
 /// Joints like those of the shipped arm.
 fn joints(count: usize) -> Vec<Dof> {
     let arm = shipped("both_hands").tree.dofs;
     let like: Vec<Dof> = arm.into_iter().filter(|dof| dof.name.contains("arm")).collect();
     (0..count).map(|at| Dof { speed: 3.0, acceleration: 10.0, ..like[at].clone() }).collect()
+}
+
+/// A path from zero by legs: steps of [`STEP_S`], and the speed of each joint, rad/s.
+fn sampled(legs: &[(usize, Vec<f64>)]) -> Vec<Vec<f64>> {
+    let mut samples = vec![vec![0.0; legs[0].1.len()]];
+    for (steps, speeds) in legs {
+        for _ in 0..*steps {
+            let last = samples.last().unwrap();
+            samples.push(last.iter().zip(speeds).map(|(last, speed)| last + speed * STEP_S).collect());
+        }
+    }
+    samples
 }
 
 /// The largest shares of the limits that cubic polynomials through positions and velocities of the points come to.
@@ -105,12 +117,22 @@ fn a_limit_of_jerk_takes_little_longer_than_seven_parts_of_constant_jerk() {
     let (fastest, hardest) = shares(&made.knots, &dofs);
     assert!(fastest <= SPARE && hardest <= SPARE, "{fastest} of the speed, {hardest} of the acceleration");
     let jerk = jerks(&made.knots, &dofs);
-    assert!((0.85..=SPARE).contains(&jerk), "{jerk} of the jerk");
+    assert!((0.85..=ALL_OF_JERK).contains(&jerk), "{jerk} of the jerk");
     // A tenth of the limits is reserved, and motion restarts gently after a corner.
     let time_s = made.knots.last().unwrap().time_s;
     assert!((1.4..1.8).contains(&time_s), "{time_s} s");
     let free = timed(&samples, 1e-3, &joints(1));
     assert!(jerks(&free.knots, &dofs) > 2.0, "the limit changes something");
+}
+
+/// At this corner the jerk over four points was 6.8 % above the limit while it was kept within the intervals and between their middles.
+#[test]
+fn a_limit_of_jerk_is_kept_over_four_points_at_a_corner() {
+    let samples = sampled(&[(10, vec![-2.0, -6.0, -8.0]), (15, vec![-2.0, -5.0, -7.0])]);
+    let dofs: Vec<Dof> = joints(3).into_iter().map(|dof| Dof { jerk: 100.0, ..dof }).collect();
+    let made = timed(&samples, STEP_S, &dofs);
+    let jerk = jerks(&made.knots, &dofs);
+    assert!((0.99..=ALL_OF_JERK).contains(&jerk), "{jerk} of the jerk");
 }
 
 #[test]
@@ -131,19 +153,12 @@ proptest! {
         jerk in prop_oneof![7 => Just(f64::INFINITY), 1 => 20.0_f64..2000.0],
     ) {
         let dofs: Vec<Dof> = joints(3).into_iter().map(|dof| Dof { jerk, ..dof }).collect();
-        let mut samples = vec![vec![0.0; 3]];
-        for (steps, speeds) in legs {
-            for _ in 0..steps {
-                let last = samples.last().unwrap();
-                let next = last.iter().zip(&speeds).map(|(last, speed)| last + speed * STEP_S).collect();
-                samples.push(next);
-            }
-        }
+        let samples = sampled(&legs);
         let made = timed(&samples, STEP_S, &dofs);
         let (fastest, hardest) = shares(&made.knots, &dofs);
         prop_assert!(fastest <= SPARE && hardest <= SPARE, "{fastest} of the speed, {hardest} of the acceleration");
         let jerk = jerks(&made.knots, &dofs);
-        prop_assert!(jerk <= SPARE_AT_CORNERS, "{jerk} of the jerk");
+        prop_assert!(jerk <= ALL_OF_JERK, "{jerk} of the jerk");
         prop_assert!(made.knots.windows(2).all(|pair| pair[1].time_s > pair[0].time_s && pair[1].time_s.is_finite()));
         let (first, last) = (&made.knots[0], made.knots.last().unwrap());
         for knot in [first, last] {
