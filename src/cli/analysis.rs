@@ -22,22 +22,6 @@ pub struct AnalysisArgs {
     pub source: SourceArgs,
 }
 
-/// Whether folders are recordings in parts.
-#[derive(clap::Args, Clone, Copy, Debug)]
-pub struct EachArg {
-    /// Treat each file in a folder as a recording; otherwise, with a binding, a folder with tables of text is one recording in parts
-    #[arg(long)]
-    each: bool,
-}
-
-/// The same option of commands to which each file in a folder is a recording in any case: it has no effect.
-#[derive(clap::Args, Clone, Copy, Debug)]
-pub struct NeedlessEachArg {
-    #[arg(long, hide = true)]
-    #[allow(dead_code, reason = "it is accepted and has no effect")]
-    each: bool,
-}
-
 /// The tasks that recordings should contain.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct ExpectArg {
@@ -78,8 +62,8 @@ impl ExpectArg {
 
 impl AnalysisArgs {
     /// The recordings that paths stand for.
-    pub fn recordings(&self, paths: &[PathBuf], each: EachArg) -> Result<Vec<RecordingFile>, InputError> {
-        recordings(paths, self.source.binding.as_deref(), each.each)
+    pub fn recordings(&self, paths: &[PathBuf]) -> Result<Vec<RecordingFile>, InputError> {
+        recordings(paths, self.source.binding.as_deref(), self.source.each)
     }
 
     /// Whether a binding or rules are named for a log, by these options or by `teachtree.yaml`.

@@ -3,7 +3,7 @@
 mod sinks;
 mod writers;
 
-use super::analysis::{AnalysisArgs, EachArg, ExpectArg};
+use super::analysis::{AnalysisArgs, ExpectArg};
 use super::fail_on::FailOnArg;
 use super::output_args::{FormatArg, OutArg};
 use super::parallel::{Issues, ParallelArgs, counts};
@@ -24,6 +24,7 @@ use writers::{Format, Usage};
 /// Options of `analyze`.
 #[derive(clap::Args)]
 #[command(
+    mut_arg("each", |arg| arg.hide(false)),
     after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze log.csv --expect 'peg_in_hole x 2, turn_screw'\n  teachtree analyze log.csv --fail-on failure,implausible_unit\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html\n  teachtree analyze 'set#*' --binding lab.binding.yaml --format json --out-dir analyses --resume\nExit status: 0 fine whatever the outcome, 1 a recording lacks what --expect names or has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are written."
 )]
 pub struct Args {
@@ -49,8 +50,6 @@ pub struct Args {
     /// Skip recordings whose file in `--out-dir` was made from the same log, rules, params and version
     #[arg(long, requires = "out_dir", conflicts_with_all = ["expect", "fail_on"])]
     pub resume: bool,
-    #[command(flatten)]
-    each: EachArg,
     /// Analyze the I-th of N parts of the recordings, counted from 1: for array jobs that share a folder
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
@@ -87,7 +86,7 @@ fn shard(text: &str) -> Result<Shard, String> {
 
 /// Runs `analyze`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let found = args.analysis.recordings(&args.logs, args.each)?;
+    let found = args.analysis.recordings(&args.logs)?;
     if let Some(folder) = &args.out_dir {
         return batch::run(args, folder, &found);
     }

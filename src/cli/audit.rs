@@ -2,7 +2,7 @@
 
 mod signals;
 
-use super::analysis::{AnalysisArgs, EachArg, ExpectArg};
+use super::analysis::{AnalysisArgs, ExpectArg};
 use super::output_args::{FormatArg, OutArg};
 use super::parallel::{Issues, LogResults, ParallelArgs, counts, named_failures};
 use super::{Failure, output};
@@ -21,6 +21,7 @@ use teachtree_session::{AnalysisInternals, LogInternals};
 /// Options of `audit`.
 #[derive(clap::Args)]
 #[command(
+    mut_arg("each", |arg| arg.hide(false)),
     after_help = "Examples:\n  teachtree audit recordings/\n  teachtree audit my_set bags/*.mcap\n  teachtree audit my_set --binding arm.binding.yaml --page audit.html --keep keep.json\n  teachtree audit my_set --binding arm.binding.yaml --rules my_failures.rules --expect 'peg_in_hole x 2' --fail-on failure\n  teachtree audit demos.hdf5 --binding sim.binding.yaml --mask masked.hdf5\n  teachtree audit recordings/ --allow unlike --fail-on idle,cut_off --format csv -o findings.csv\nWithout a binding, recordings with foreign columns are audited by their stamps, values and images.\nExit status: 0 fine, 1 a recording has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are audited."
 )]
 pub struct Args {
@@ -53,8 +54,6 @@ pub struct Args {
     /// Minimum time without motion that counts as a rest, s
     #[arg(long, value_name = "SECONDS", default_value = "3", value_parser = seconds)]
     rest: f64,
-    #[command(flatten)]
-    each: EachArg,
     #[command(flatten)]
     many: ParallelArgs,
 }
@@ -228,7 +227,7 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
         };
         paths.extend(found.unwrap_or_else(|| vec![path.clone()]));
     }
-    Ok(args.analysis.recordings(&paths, args.each)?.into_iter().map(|found| found.log).collect())
+    Ok(args.analysis.recordings(&paths)?.into_iter().map(|found| found.log).collect())
 }
 
 fn outputs(args: &Args) -> Vec<&Path> {

@@ -1,7 +1,7 @@
 //! `teachtree diff`: two rule sets, compared by their declarations and by their results on recordings.
 
 use super::Failure;
-use super::analysis::{AnalysisArgs, NeedlessEachArg};
+use super::analysis::AnalysisArgs;
 use super::output_args::FormatArg;
 use super::parallel::{LogResults, ParallelArgs, named_failures};
 use super::rules::{RuleArgs, load_files};
@@ -35,9 +35,6 @@ pub struct Args {
     logs: Vec<PathBuf>,
     #[command(flatten)]
     many: ParallelArgs,
-    #[command(flatten)]
-    #[allow(dead_code, reason = "it has no effect")]
-    each: NeedlessEachArg,
     /// The hand file that implements the abstract signals of both; overrides the binding's
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,

@@ -1,6 +1,6 @@
 //! `teachtree fit`: params learned from labeled recordings, held against recordings that were held out.
 
-use super::analysis::{AnalysisArgs, NeedlessEachArg};
+use super::analysis::AnalysisArgs;
 use super::output_args::FormatArg;
 use super::parallel::{LogResults, ParallelArgs, distinct_failures};
 use super::print_args::is_quiet;
@@ -49,9 +49,6 @@ pub struct Args {
     analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
-    #[command(flatten)]
-    #[allow(dead_code, reason = "it has no effect")]
-    each: NeedlessEachArg,
     #[command(flatten)]
     form: FormatArg<Format>,
     /// Output file of the patch; by default standard output

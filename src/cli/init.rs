@@ -30,6 +30,9 @@ pub struct Args {
     /// Output folder; by default the folder of the log
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Treat each file in a folder as a recording; otherwise tables of text with different columns are one recording in parts
+    #[arg(long)]
+    each: bool,
     /// Accept all guesses without questions
     #[arg(long, short)]
     yes: bool,
@@ -189,7 +192,7 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
         let in_parts = || path.is_dir() && formats::is_one_log(path) && formats::open(path).is_ok();
         logs.extend(match several {
             Some(several) => several,
-            None if in_parts() && have_other_headers(path) => vec![path.clone()],
+            None if !args.each && in_parts() && have_other_headers(path) => vec![path.clone()],
             None => all_logs(std::slice::from_ref(path))
                 .or_else(|error| if in_parts() { Ok(vec![path.clone()]) } else { Err(error) })?,
         });

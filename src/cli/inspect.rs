@@ -20,10 +20,11 @@ use teachtree_session::{Calibration, Error, Observability, TrackObservability};
 /// Options of `inspect`.
 #[derive(clap::Args)]
 #[command(
+    mut_arg("each", |arg| arg.hide(false)),
     after_help = "Examples:\n  teachtree inspect log.mcap\n  teachtree inspect log.csv --binding lab.binding.yaml --format json"
 )]
 pub struct Args {
-    /// A recording of any format; `set#0..9` or `set#*` for several episodes
+    /// Recordings of any format; `set#0..9` or `set#*` for several episodes
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -71,7 +72,10 @@ struct Recognition {
 
 /// Runs `inspect`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let logs = chosen(&args.logs)?;
+    let logs = match args.analysis.source.each {
+        true => args.analysis.recordings(&args.logs)?.into_iter().map(|found| found.log).collect(),
+        false => chosen(&args.logs)?,
+    };
     if args.skeleton.is_some() {
         let error = InputError::new("--skeleton", "is replaced by `teachtree init`, which also guesses the channels");
         return Err(error.help("`teachtree init LOG -o DIR` writes a binding, a scene and a project file").into());

@@ -97,7 +97,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let kind = Kind::of(&args.source)?;
-    let given = SourceArgs { binding: args.binding.clone(), scene: args.scene.clone(), is_alone: false };
+    let given = SourceArgs { binding: args.binding.clone(), scene: args.scene.clone(), ..SourceArgs::default() };
     // A source that is not a file has the settings of the folder in which the program runs.
     let settings = given.settings(Path::new(&args.source))?;
     let binding = given.binding_of(Path::new(&args.source))?;

@@ -1,6 +1,6 @@
 //! `teachtree score`: what is found in recordings against what is true.
 
-use super::analysis::{AnalysisArgs, NeedlessEachArg};
+use super::analysis::AnalysisArgs;
 use super::output_args::{FormatArg, OutArg};
 use super::parallel::{LogResults, ParallelArgs, distinct_failures};
 use super::truth::{TruthArgs, read};
@@ -28,9 +28,6 @@ pub struct Args {
     analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
-    #[command(flatten)]
-    #[allow(dead_code, reason = "it has no effect")]
-    each: NeedlessEachArg,
     /// Relabel the truth by the same rules before relabeled segments are compared with it
     #[arg(long)]
     relabel_truth: bool,

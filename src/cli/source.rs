@@ -18,6 +18,10 @@ pub struct SourceArgs {
     /// Scene file; replaces the scene of each log
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
+    /// Treat each file in a folder as a recording; otherwise, with a binding, a folder with tables of text is one recording in parts
+    // Hidden in commands on which it has no effect.
+    #[arg(long, hide = true)]
+    pub each: bool,
     /// Whether `teachtree.yaml` is left out: these options are all that there is.
     #[arg(skip)]
     pub is_alone: bool,

@@ -13,6 +13,7 @@ use teachtree_studio::{Options, Studio};
 /// Options of `studio`.
 #[derive(clap::Args)]
 #[command(
+    mut_arg("each", |arg| arg.hide(false)),
     after_help = "Examples:\n  teachtree studio recordings/ --rules my.rules\n  teachtree studio my_set --binding arm.binding.yaml\n  teachtree studio recordings/ --rules new.rules --against old.rules\n  teachtree studio demonstration.csv --no-open --port 8000\n\nThe page is served on this machine only, at the printed address; Ctrl-C ends it. Guide: docs/studio.md"
 )]
 pub struct Args {
@@ -26,9 +27,6 @@ pub struct Args {
     against: Vec<PathBuf>,
     #[command(flatten)]
     source: SourceArgs,
-    /// With --binding: treat each file of a folder as a recording, not as a part of one
-    #[arg(long)]
-    each: bool,
     /// The port of the page; by default any free port
     #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
     port: u16,
@@ -47,7 +45,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         paths,
         source: args.source.options(),
         binding: args.source.binding.clone(),
-        each: args.each,
+        each: args.source.each,
         rules: args.rules.options(),
         against: args.against(),
         who: args.by.clone().or_else(user).unwrap_or_default(),

@@ -527,11 +527,24 @@ fn options_and_names_that_are_nearly_right_are_refused_with_what_is_expected() {
     assert_eq!(all_said(&output).trim_end(), "error: nope: there is no such file");
 }
 
+/// `live` reads one source and no folder.
 #[test]
-fn each_is_accepted_where_a_folder_is_recordings_anyway() {
-    for command in [&["score"][..], &["fit"], &["diff", "contact.rules", "contact.rules"]] {
-        let output = teachtree(&[command, &["nothing.csv", "--each"]].concat());
-        let complaint = complained(&output);
-        assert!(!complaint.contains("unexpected argument") && complaint.contains("nothing.csv"), "{complaint}");
+fn every_command_that_takes_recordings_takes_the_same_options_of_input() {
+    let help = said(&teachtree(&["-h"]));
+    let commands = help.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    let commands = commands.filter(|name| !name.is_empty() && !name.starts_with('-') && *name != "live");
+    let mut taken = vec![];
+    for command in commands.map(|name| if name == "export" { vec![name, "lerobot"] } else { vec![name] }) {
+        let of_command = said(&teachtree(&[&command[..], &["-h"]].concat()));
+        if of_command.contains("--binding <FILE>") || command == ["init"] {
+            assert!(command == ["init"] || of_command.contains("--scene <FILE>"), "{command:?}");
+            // An option that is not known is refused before `-h` is obeyed.
+            let output = teachtree(&[&command[..], &["--each", "-h"]].concat());
+            assert!(output.status.success(), "{command:?}: {}", complained(&output));
+            taken.push(command[0].to_string());
+        }
+    }
+    for expected in ["analyze", "annotate", "audit", "config", "diff", "explain", "inspect", "studio"] {
+        assert!(taken.iter().any(|name| name == expected), "{expected} is not among {taken:?}");
     }
 }

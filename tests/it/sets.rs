@@ -109,6 +109,8 @@ fn each_file_of_a_folder_may_be_a_recording() {
     assert_eq!(run(&[]).status.code(), Some(2));
     assert!(complained(&run(&[])).contains("--each"), "{}", complained(&run(&[])));
     assert_eq!(names(&documents(&run(&["--each"]))), ["logs/a.csv", "logs/b.csv"]);
+    let args = ["inspect", "logs", "--binding", binding.to_str().unwrap(), "--each", "--format", "json"];
+    assert_eq!(said(&teachtree_in(folder.path(), &args)).lines().count(), 2);
 }
 
 #[test]
