@@ -77,7 +77,7 @@ fn head(first: &str, sets: &[&SensorSet]) -> String {
 
 fn cell(results: &[&SensorResult], primitive: &str) -> String {
     let detectable: Vec<&&SensorResult> = results.iter().filter(|result| result.undetectable.is_none()).collect();
-    if detectable.is_empty() {
+    if detectable.iter().all(|result| result.found.is_none()) && detectable.len() < results.len() {
         return "undetectable".into();
     }
     let occurred: Vec<bool> = detectable.iter().filter_map(|result| result.found).collect();

@@ -81,7 +81,7 @@ impl Trial {
         let sound = Operator { failures: Some(FailurePlan { share: 0.0, ..plan.clone() }), ..failing.clone() };
         let recording = world::teach(&scene, &failing, seed).map_err(message)?;
         let primitive = primitive(kind, &recording);
-        let failed = LabeledRecording { truth: intervals(&recording, primitive), recording };
+        let failed = LabeledRecording { truth: injected(&recording, primitive), recording };
         let recording = world::teach(&scene, &sound, seed).map_err(message)?;
         let succeeds = PRIMITIVES.iter().all(|primitive| intervals(&recording, primitive).is_empty());
         let sound = Some(recording).filter(|_| succeeds);
@@ -196,6 +196,14 @@ fn failures(analysis: &Analysis) -> impl Iterator<Item = FoundFailure> {
     })
 }
 
+/// The intervals of a primitive in the ground truth after the failure began, s, by hand: an operator may also slip by accident before it fails on purpose.
+fn injected(recording: &Recording, primitive: &str) -> Vec<(Side, Range<f64>)> {
+    let began = recording.events.iter().find(|event| event.kind == "failure_started");
+    let mut found = intervals(recording, primitive);
+    found.retain(|(_, time)| began.is_none_or(|event| time.end > event.time_s));
+    found
+}
+
 /// The intervals of a primitive in the ground truth, s, by hand.
 fn intervals(recording: &Recording, primitive: &str) -> Vec<(Side, Range<f64>)> {
     let mut found = Vec::new();
@@ -225,11 +233,11 @@ fn primitive(failure: Failure, recording: &Recording) -> &'static str {
     match failure {
         Failure::Jam => "Jam",
         // An object that is not caught is dropped.
-        Failure::Slip if intervals(recording, "Slip").is_empty() && !intervals(recording, "Drop").is_empty() => "Drop",
+        Failure::Slip if injected(recording, "Slip").is_empty() && !injected(recording, "Drop").is_empty() => "Drop",
         Failure::Slip => "Slip",
         Failure::Drop => "Drop",
         Failure::Miss => "Miss",
-        Failure::Collision if !intervals(recording, "Bump").is_empty() => "Bump",
+        Failure::Collision if !injected(recording, "Bump").is_empty() => "Bump",
         Failure::Collision => "Collision",
     }
 }
