@@ -1,4 +1,4 @@
-//! `teachtree inspect`: what a log holds, and what can be recognized from it.
+//! `teachtree inspect`: the columns of a log, and the primitives that can be detected in it.
 
 use super::analysis::AnalysisArgs;
 use super::output_args::FormatArg;

@@ -162,7 +162,7 @@ fn color_code(text: &str) -> usize {
     if code.as_bytes().get(digits) == Some(&b'm') { digits + 3 } else { 0 }
 }
 
-/// Prints text on standard output, without what would steer a terminal. A reader that goes away early is not an error.
+/// Prints text on standard output without terminal control sequences. A reader that closes early is not an error.
 ///
 /// # Errors
 /// When it cannot be written, as on a full disk.

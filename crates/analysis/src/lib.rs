@@ -2,7 +2,7 @@
 //! (grammar/README.md, Meaning of a run, points 4 to 6).
 //!
 //! Invariants: the segments of a hand leave no frame of a gap-free stretch out but those in which a body was lost that it involves, and never cross a gap; raw
-//! segments are kept as the trees gave them; a segment that rules have changed says what it was and which rules changed it, and the time
+//! segments are kept as the trees gave them; a segment that rules have changed lists its earlier primitives and the rules that changed it, and the time
 //! of a rewritten segment belongs to the surviving label. What comes out is plain data: writing it needs no rules.
 //!
 //! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans

@@ -2,7 +2,7 @@
 //!
 //! Tasks are tried in order of priority and the first that matches takes its span. Different tasks may run from and to different
 //! primitives; spans that are taken never overlap. A span in which something was let go but no key was found is a task
-//! without a name. A span cut off before it shows a key or its last primitive is not a task: there is nothing to say about it.
+//! without a name. A span that is cut off before a key or its last primitive is not a task.
 
 use super::labeled_span::LabeledSpan;
 use super::measures::Measures;

@@ -1,4 +1,4 @@
-//! The force of a grasp whose forces are not measured. Logs of grippers often contain contact flags only, or forces of a solver that are zero in most frames. A
+//! The force of a grasp without measured forces. Logs of grippers often contain contact flags only, or forces of a solver that are zero in most frames. A
 //! robot needs a force that holds the object with a margin.
 
 use super::FRICTION;

@@ -1,5 +1,5 @@
 //! The semantics that all evaluators share: the number of samples of a duration, the value of a hand or finger that the log lacks, the number of slots of an
-//! array has, what a rate is divided by, and when a target changes.
+//! array has, the divisor of a rate, and the frames at which a target changes.
 
 use teachtree_base::channels::{Axis, Shape};
 use teachtree_base::error::InputError;

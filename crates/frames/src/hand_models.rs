@@ -1,4 +1,4 @@
-//! The hand model of a log: the hand file that implements the abstract signals of the rules for what the log measures. `rules/hand_models.yaml` is the
+//! The hand model of a log: the hand file that implements the abstract signals of the rules for the quantities of the log. `rules/hand_models.yaml` is the
 //! table of the choices.
 
 use crate::derive;

@@ -56,7 +56,7 @@ pub struct OpenedLog {
     pub trust: Vec<String>,
     /// The tasks that the binding expects, with the place where it does.
     pub expect: Option<(String, String)>,
-    /// The columns of the flags in the binding, as they stand there, and as the opposite flags would, by channel.
+    /// The columns of the flags in the binding, as written and with the opposite comparison, by channel.
     pub turned_flags: BTreeMap<String, [String; 2]>,
     /// Channels of the binding with nearly the names of known ones, and the error that each is when no rule reads it.
     pub suspicious_channels: Vec<(String, InputError)>,
@@ -142,7 +142,7 @@ fn opened(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputE
     Ok(OpenedLog { clock, ..bound_log(log, read, binding, file, suspicious_channels) })
 }
 
-/// A recording with what its binding says beside the channels.
+/// A recording with the other settings of its binding.
 fn bound_log(
     log: PathBuf,
     read: csv::LoadedRecording,
@@ -211,7 +211,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
 }
 
 impl OpenedLog {
-    /// The hand file for the log and why it is loaded: the one that the binding names, else the one for what the log measures.
+    /// The hand file for the log and the reason for it: the one that the binding names, else the one for the quantities of the log.
     pub fn hand_model(&self) -> HandModel {
         match &self.hand_file {
             Some(file) => HandModel { file: file.clone(), reason: "as `hand_file` in the binding says".into() },

@@ -113,7 +113,7 @@ impl StreamedLog {
         derive::sides(&self.scene, self.measured())
     }
 
-    /// The hand file for what the log measures, and why it is loaded.
+    /// The hand file for the quantities of the log, and the reason for it.
     pub fn hand_model(&self) -> HandModel {
         hand_models::of_columns(&self.scene, self.measured(), &self.spelling)
     }
@@ -187,7 +187,7 @@ impl StreamedLog {
         Some(FirstPass { flow: self, channels: channels.to_vec(), time, rate_hz, stretches, issues, sensors })
     }
 
-    /// What is known of the force sensors of a log with these stamps, for rules with these channels.
+    /// The learned data of the force sensors of a log with these stamps, for rules with these channels.
     fn sensors(&self, time: &[f64], rate_hz: f64, channels: &[ChannelSpec]) -> Option<fingertip_bias::Sensors> {
         let pairs: Vec<[usize; 2]> = fingertip_bias::samples(time.len()).collect();
         let mut blocks = self.blocks_of(|name| fingertip_bias::asks(&self.scene, name))?;

@@ -79,7 +79,7 @@ impl Streams {
         Ok(Self::of(log, &|table, name| wanted.iter().any(|wanted| begins(&table.title(name), wanted))))
     }
 
-    /// The columns that say where something is: positions of joints, and poses; none that stands still or was sent a few times only.
+    /// The columns of positions: joints and poses, without constant columns and those of a few messages.
     pub fn places(log: &RawLog, except: &Self) -> Self {
         let is_place = |table: &RawTable, name: &str| {
             let parts: Vec<&str> = name.split('.').collect();

@@ -29,7 +29,7 @@ struct Token<'a> {
 /// Formats a rule file.
 ///
 /// # Errors
-/// The findings, when the text is not a rule file: what was not understood is not moved.
+/// The findings, if the text is not a rule file: text that cannot be parsed is not moved.
 pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
     let mut now = text.to_string();
     for _ in 0..MAX_PASSES {

@@ -1,5 +1,5 @@
-//! The open files and what the compiler says of them. An open file that another open file uses is compiled with that one; all
-//! others are compiled alone, each with the files that it uses. What is not saved yet takes the place of what is on disk.
+//! The open files and their diagnostics. An open file that another open file uses is compiled with that one; all
+//! others are compiled alone, each with the files that it uses. Unsaved text replaces the text on disk.
 
 use super::library::Library;
 use super::lines::Lines;

@@ -85,7 +85,7 @@ fn write_step(text: &mut String, step: &Step, printed: &mut PrintedNames) {
     }
 }
 
-/// What was measured, after the condition.
+/// The measured values, after the condition.
 fn words(reason: &Reason) -> String {
     reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)))
 }

@@ -211,7 +211,7 @@ impl RulesOptions {
     }
 
     /// The hand file, which implements the abstract signals of the rules for a hardware: a path, or the name of a shipped file such as
-    /// `hand_flags.rules`. It wins over the one that the binding of a log names, and over the one that is chosen by what the log measures.
+    /// `hand_flags.rules`. It wins over the one that the binding of a log names, and over the one that is chosen by the quantities of the log.
     #[must_use]
     pub fn hand_file(mut self, name: impl AsRef<Path>) -> Self {
         self.hand_file = Some(name.as_ref().display().to_string());
@@ -276,7 +276,7 @@ impl RulesOptions {
         self.hand_file.as_ref().map(named).or_else(|| log.chosen_hand_model())
     }
 
-    /// Its rule files; those of `teachtree.yaml` where it names none.
+    /// Its rule files; those of `teachtree.yaml` if it names none.
     fn files_of(&self, settings: &ProjectSettings) -> Vec<PathBuf> {
         let is_empty = self.files.is_empty() && self.texts.is_empty();
         let of_project = settings.rules.as_ref().filter(|_| is_empty).map(|rules| rules.value.clone());
@@ -313,7 +313,7 @@ impl RulesInternals for Rules {
 /// The methods of [`RulesOptions`] for the other crates of the workspace; not a part of the public interface.
 #[doc(hidden)]
 pub trait RulesOptionsInternals: Sized {
-    /// Texts that stand for files on disk, by canonical path: what is not written yet.
+    /// Unsaved texts that replace files on disk, by canonical path.
     #[must_use]
     fn buffers(self, buffers: BTreeMap<PathBuf, String>) -> Self;
     /// What is loaded for a log.

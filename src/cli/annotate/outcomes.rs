@@ -30,7 +30,7 @@ pub(super) fn counts<K>(successes: &BTreeMap<K, Vec<bool>>) -> String {
     format!("{succeeded} success{one}, {failed} failure{other}")
 }
 
-/// The line about recordings whose field in the set contradicts their outcome, and what becomes of the field; empty without such recordings.
+/// The line about recordings whose field in the set contradicts their outcome, and the treatment of the field; empty without such recordings.
 pub(super) fn contradictions<K: Display + Ord>(
     field: &str,
     names: &[K],

@@ -20,7 +20,7 @@ pub struct Finding {
     pub code: String,
     pub severity: Severity,
     pub message: String,
-    /// Places with what is there, the main one first.
+    /// Places with their labels, the main one first.
     pub labels: Vec<(Place, String)>,
     pub notes: Vec<String>,
     pub help: Vec<String>,

@@ -1,4 +1,4 @@
-//! What `init` asks a person in a terminal.
+//! The questions of `init` in a terminal.
 
 use super::super::{Failure, output};
 use std::io::{BufRead, IsTerminal};

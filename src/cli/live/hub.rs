@@ -69,7 +69,7 @@ pub struct ServedMessage {
 pub enum ReadFrom {
     /// The last message there is, and new ones.
     Last,
-    /// What is after the event of this number.
+    /// The events after this number.
     After(u64),
     /// Everything that is kept.
     Kept,
@@ -112,7 +112,7 @@ impl Hub {
         Self { topics, session, state: Mutex::default(), changed: Condvar::new() }
     }
 
-    /// From where on a reader reads who has got an event of a session: after it, or from the first one that is kept if that was another session.
+    /// Returns the position at which a reader continues after an event of a session: after it, or at the first kept event for another session.
     pub fn resume(&self, session: Option<&str>, after: &str) -> ReadFrom {
         let is_same = session.is_none_or(|session| session == self.session);
         match after.parse() {

@@ -18,8 +18,8 @@ const LEAST_DEVIATION: f64 = 0.05;
 /// Steps that a message lists.
 const LISTED: usize = 6;
 
-/// Adds to each recording how it differs from the others, and sorts what is wrong with it. Returns what is usual in the set, in words. Recordings with
-/// a failure are not compared: what they have in common is not what is usual.
+/// Adds the differences from the other recordings to each recording, and sorts its findings. Returns the usual properties of the set, in words. Recordings with a
+/// failure are not compared, since their common properties are not usual.
 pub fn compare(recordings: &mut [Facts]) -> Vec<String> {
     let mut usual = edges(recordings);
     let (places, sound): (Vec<usize>, Vec<&Facts>) =

@@ -83,7 +83,7 @@ pub enum Fact {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Wait {
-    /// `for`: it has held without a break for so long (not more than is asked); `lasting`: it holds for so long around now.
+    /// `for`: the time for which it has held without a break, at most the required one; `lasting`: the time for which it holds around now.
     Held(f64),
     /// `within last`: it last held so long ago.
     Ago(Option<f64>),

@@ -62,7 +62,7 @@ fn tab(at: (usize, usize)) -> SyntaxError {
     SyntaxError::new(at, "found a tab, expected blanks").help("YAML is indented with blanks")
 }
 
-/// What does not continue the mapping that begins at `opened`: a line in another column, or more text after a value.
+/// Returns the text that does not continue the mapping that begins at `opened`: a line in another column, or more text after a value.
 fn unexpected_key(text: &str, at: (usize, usize), opened: (usize, usize)) -> SyntaxError {
     let found = found(text, at);
     if found.starts_with("- ") {

@@ -373,7 +373,7 @@ impl BindingFile {
         self.trees.get(robot).map_or(Dimension::ANGLE, |bound| robots::dimension(&bound.tree, joint))
     }
 
-    /// The columns of its flags, as they stand in it, and as the opposite flags would, by channel.
+    /// The columns of its flags, as written and with the opposite comparison, by channel.
     pub fn turned_flags(&self) -> BTreeMap<String, [String; 2]> {
         let is_flag = |key: &str| LogChannel::parse(key).is_some_and(|channel| channel.shape() == Shape::Bool);
         let flags = self.binding.channels.iter().filter_map(|(key, columns)| match columns {

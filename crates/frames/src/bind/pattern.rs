@@ -98,7 +98,7 @@ impl Representation {
 /// A column, or several that differ in an object and a component.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pattern {
-    /// As it stands in the binding.
+    /// As written in the binding.
     pub written: String,
     /// The name as text and placeholders.
     pub name: Template,
@@ -262,7 +262,7 @@ impl Template {
         self.0.iter().map(text).collect()
     }
 
-    /// Whether the name with the placeholders filled may be this one. `<object>` and `<other>` stand for one of `objects`.
+    /// Whether the name matches with filled placeholders. `<object>` and `<other>` stand for one of `objects`.
     pub fn fits(&self, name: &str, objects: &[&str]) -> bool {
         Self::rest_fits(&self.0, name, objects)
     }
@@ -361,7 +361,7 @@ impl Pattern {
         Ok(Self { written, name, unit, sign, linear, title, optional, threshold, constant: None })
     }
 
-    /// The column of this name as it stands.
+    /// The column of exactly this name.
     pub(super) fn of(name: Template) -> Self {
         let (written, unit, linear, title) = (name.fill(PlaceholderValues::default()), None, None, name.clone());
         Self { written, name, unit, sign: 1.0, linear, title, optional: false, threshold: None, constant: None }
@@ -389,7 +389,7 @@ impl Pattern {
         Self { unit: Some(unit.to_string()), linear: Some(form), title: Template::text(&title), ..self }
     }
 
-    /// Whether it may stand for the column of this name. `<object>` and `<other>` stand for one of `objects`.
+    /// Whether it matches the column of this name. `<object>` and `<other>` stand for one of `objects`.
     pub fn fits(&self, name: &str, objects: &[&str]) -> bool {
         self.name.fits(name, objects) || self.title.fits(name, objects)
     }

@@ -226,7 +226,7 @@ impl RowBinder {
     /// Binds the only row of a table.
     ///
     /// # Errors
-    /// A column that the binding names and no row had so far; a value that is not a number.
+    /// A column of the binding that no row has contained yet; a value that is not a number.
     pub fn bind(&mut self, row: &InMemoryTable) -> Result<BoundRows, InputError> {
         if self.file.binding.channels.is_empty() {
             return self.bind_canonical(row);
@@ -475,7 +475,7 @@ impl RowBinder {
         self.compose(true, made)
     }
 
-    /// Takes rows whose spikes are out.
+    /// Takes rows without spikes.
     fn apply(&mut self, rows: Vec<Table>, made: &mut BoundRows) -> Result<(), InputError> {
         for row in rows {
             self.frames.push(row);

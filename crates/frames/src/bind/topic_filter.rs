@@ -8,7 +8,7 @@ const TRANSFORMS: [&str; 2] = ["/tf", "/tf_static"];
 pub struct TopicFilter(Vec<String>);
 
 impl TopicFilter {
-    /// The topics whose columns may begin with one of these texts.
+    /// The topics with columns that may begin with one of these texts.
     pub fn new(starts: Vec<String>) -> Self {
         Self(starts)
     }

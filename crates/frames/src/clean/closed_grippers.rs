@@ -9,7 +9,7 @@ use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
 
-/// Whether the flag of a gripper is learned: its opening alone is known, and no fingertip feels anything.
+/// Whether the flag of a gripper is learned: the log has its opening, but neither a flag nor sensors of fingertips.
 pub fn is_learned<'a>(side: Side, columns: impl Iterator<Item = &'a str>) -> bool {
     let mut is_open = false;
     for column in columns {

@@ -131,13 +131,13 @@ fn frozen_components(time: &[f64], columns: &Columns, channel: &str) -> Option<I
     (!frozen.is_empty()).then(|| Issue { message, ..interval(time, channel, &(0..time.len())) })
 }
 
-/// The fewest rows of a log of which a component is said to repeat itself.
+/// Minimum number of rows of a log in which repeated values are reported.
 const FEWEST: usize = 20;
 
 /// The repetitions of a component of a force.
 #[derive(Clone, Debug)]
 struct ComponentRepeats {
-    /// The value so far, when it began, s, and how many rows have had it.
+    /// The current value, its start, s, and its number of rows.
     value: f64,
     since: f64,
     rows: usize,

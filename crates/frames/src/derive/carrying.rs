@@ -17,7 +17,7 @@ const REACH: f64 = 0.200;
 /// Fingertips that have got this much farther from an object have let it go, m: fingers that open stay nearer.
 const LEFT_BY: f64 = 0.040;
 
-/// A hand whose touch no channel shows, and the objects about it.
+/// A hand without a channel of touch, and the objects around it.
 pub struct Carrying<'a> {
     motions: &'a [Motion<'a>],
     /// The objects, as indices in the scene, with the radius of the ball that holds each, m.

@@ -239,7 +239,7 @@ impl RowGate {
         own.map_or("", |channel| channel.name.as_str())
     }
 
-    /// The first column with a value that cannot have been measured, and why, where more is known.
+    /// The first column with an impossible value, and the reason if it is known.
     fn unmeasured(&mut self, values: &[f64]) -> Option<(usize, &'static str)> {
         let possible = |(value, (largest, flag)): (&f64, &(f64, bool))| {
             value.abs() <= *largest && (!flag || *value == 0.0 || *value == 1.0)

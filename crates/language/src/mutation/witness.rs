@@ -1,4 +1,4 @@
-//! The kind of recording on which a mutant gives other labels: what has to happen in it, and the primitives that depend on it.
+//! The kind of recording on which a mutant gives other labels: the required events, and the primitives that depend on them.
 
 use super::Mutant;
 use crate::formula::shown;

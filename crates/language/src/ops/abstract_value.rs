@@ -53,12 +53,12 @@ pub fn same(args: &[AbstractValue]) -> AbstractValue {
     first(args)
 }
 
-/// Zero for what does not change.
+/// Zero for a constant value.
 pub fn unchanging(args: &[AbstractValue]) -> AbstractValue {
     first(args).each(|_| 0.0)
 }
 
-/// What never holds never does so long or so often; what always holds did not hold before the beginning.
+/// A condition that never holds never reaches a duration or a count; one that always holds did not hold before the beginning.
 pub fn lasting(args: &[AbstractValue]) -> AbstractValue {
     match first(args) {
         never @ (AbstractValue::FALSE | AbstractValue::Empty) => never,
@@ -81,7 +81,7 @@ pub fn abs(args: &[AbstractValue]) -> AbstractValue {
     first(args).each(f64::abs)
 }
 
-/// What is zero when all of it is zero, or when there is nothing.
+/// A value that is zero if all elements are zero, or without elements.
 pub fn total(args: &[AbstractValue]) -> AbstractValue {
     let zero = |known: &AbstractValue| matches!(*known, AbstractValue::Empty | AbstractValue::FALSE);
     if args.iter().all(zero) { AbstractValue::FALSE } else { AbstractValue::Unknown }

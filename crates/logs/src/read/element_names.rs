@@ -49,7 +49,7 @@ impl<'a> ElementPlace<'a> {
         format!("{}.{name}{}", self.array, self.field)
     }
 
-    /// Whether it is a name, and not what has one.
+    /// Whether it is a name, not a named element.
     pub fn is_name(self) -> bool {
         let last = self.array.rsplit('.').next().unwrap_or_default();
         self.field.strip_prefix('.').is_some_and(|field| OWN.contains(&field))

@@ -41,7 +41,7 @@ pub fn open_folder(path: &Path) -> std::io::Result<File> {
     if folder.metadata()?.is_dir() { Ok(folder) } else { Err(ErrorKind::NotADirectory.into()) }
 }
 
-/// Whether something other than a folder is at a path. [`open`] rejects what is not a file, by its type.
+/// Whether a path exists and is not a folder. [`open`] rejects anything but a regular file, by its type.
 pub fn is_there(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|found| !found.is_dir())
 }

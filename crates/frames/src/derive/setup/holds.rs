@@ -9,7 +9,7 @@ use teachtree_logs::issue::{Issue, IssueKind};
 
 /// Minimum number of steps in which hand and object move apart.
 const STEPS: usize = 3;
-/// Hand and object do not move together in a step in which their ways differ by this share of the longer one: those of an object that turns about a hinge, or
+/// Hand and object do not move together in a step in which their displacements differ by this share of the longer one: those of an object that turns about a hinge, or
 /// slips, differ by less.
 const APART: f64 = 0.7;
 /// They are apart in at least this share of the steps where a lag or a turned frame explains it: a vertical way is the same in a frame that is turned about the
@@ -23,7 +23,7 @@ const FEW: f64 = 0.2;
 const LAG_SECS: f64 = 2.0;
 /// Frames that differ by less are not turned, rad.
 const TURNED: f64 = 0.3;
-/// Ways whose second extent is a smaller share of the first are along one line, which leaves the rotation unknown.
+/// Displacements whose second extent is a smaller share of the first are along one line, which leaves the rotation unknown.
 const PLANAR: f64 = 0.1;
 
 /// The objects that do not move with the hand that grips. Where a lag or a turn explains it, the object need not be the target of the hand: one in another frame is not the nearest one.

@@ -10,11 +10,11 @@ use std::ops::Range;
 use teachtree_base::scene::{Role, Scene, Socket};
 use teachtree_logs::issue::{Issue, IssueKind};
 
-/// How far beside the radius of a socket an insertion is looked for, m.
+/// Distance beyond the radius of a socket within which insertions are searched, m.
 const BESIDE: f64 = 0.050;
 /// A plug point is in something when it is this far below the rim, m: until then it may tilt over the edge.
 const BELOW: f64 = 5e-3;
-/// An insertion without shapes goes at least as deep, m.
+/// Minimum depth of an insertion without shapes, m.
 const DEEP: f64 = 0.010;
 /// And is guided: it deviates from a line along the axis by less than this, m, which a hand without a hole does not.
 const GUIDED: f64 = 3e-3;
@@ -37,7 +37,7 @@ struct Visit {
     depth: f64,
     /// The sample.
     deepest: usize,
-    /// How far beside the axis the plug point is there, frame of the body of the socket, m.
+    /// Offset of the plug point from the axis there, frame of the body of the socket, m.
     beside: Vector3<f64>,
     /// How far the plug point is from that line during the visit at most, m.
     deviation: f64,

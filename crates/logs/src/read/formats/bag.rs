@@ -51,7 +51,7 @@ fn storage(magic: &[u8]) -> Option<Storage> {
     }
 }
 
-/// Gives the messages of a bag whose files must be in `folders`. Returns what of the bag is missing, in words.
+/// Reads the messages of a bag whose files must be in `folders`. Returns a description of its missing parts.
 ///
 /// # Errors
 /// The path is not a bag, or a file is damaged; the first error of `each`.

@@ -34,7 +34,7 @@ pub(super) fn source(path: &Path) -> Result<Source, InputError> {
     super::finish(topics, cut)
 }
 
-/// Reads the messages of a file. Returns what is not read of it.
+/// Reads the messages of a file. Returns a description of the parts that are not read.
 ///
 /// # Errors
 /// It is damaged.
@@ -42,7 +42,7 @@ pub(super) fn read(path: &Path, topics: &mut Topics) -> Result<Option<String>, I
     play(path, &mut |topic, decoder, recorded, message| topics.push(topic, decoder, recorded, message))
 }
 
-/// Gives the messages of a file in its order. Returns what is not read of it.
+/// Reads the messages of a file in its order. Returns a description of the parts that are not read.
 ///
 /// # Errors
 /// It is damaged; the first one of `each`.

@@ -291,7 +291,7 @@ fn unknown(path: &Path) -> InputError {
     }
 }
 
-/// The topics of a bag as a log; `cut` says what of the bag is missing.
+/// The topics of a bag as a log; `cut` describes the missing parts of the bag.
 #[cfg(feature = "mcap")]
 fn finish(topics: topics::Topics, cut: Option<String>) -> Result<Source, InputError> {
     let mut source = topics.finish()?;

@@ -55,7 +55,7 @@ impl<P> RawTopic<P> {
     }
 }
 
-/// Takes the pictures of topics; returns what of a picture is kept, or why the picture cannot be used.
+/// Takes the pictures of topics; returns the kept part of a picture, or the reason why it cannot be used.
 pub type PictureSink<'a, P> = &'a mut dyn FnMut(&str, &Picture) -> Result<Result<P, String>, InputError>;
 
 impl<P> RawBag<P> {

@@ -76,7 +76,7 @@ pub struct Request<'a> {
 }
 
 impl Request<'_> {
-    /// The attribute that says what was made by what: a list of an audit does not replace what is said of the signals.
+    /// The attribute with the provenance: a list of an audit does not replace the entry of the signals.
     fn provenance_name(&self) -> &'static str {
         if self.lists.contains_key(AUDITED) { "teachtree_audit" } else { "teachtree" }
     }

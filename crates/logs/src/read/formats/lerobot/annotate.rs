@@ -33,7 +33,7 @@ use teachtree_base::error::InputError;
 
 /// The source of the labels.
 const ROLE: &str = "assistant";
-/// The key of what is said about the labels in `info.json`, and in the metadata of data files.
+/// The key of the provenance of labels in `info.json`, and in the metadata of data files.
 pub(super) const PROVENANCE: &str = "teachtree";
 
 /// How labels are stored.

@@ -232,7 +232,7 @@ impl NewSet {
         self.folder.path().join(format!("data/chunk-{chunk:03}/file-{file:03}.parquet"))
     }
 
-    /// Writes what describes the set, `provenance` included, and puts it in its place.
+    /// Writes the metadata of the set, `provenance` included, and renames the set to its final path.
     ///
     /// # Errors
     /// The set cannot be written, an episode could not be, or something has come to its place meanwhile.

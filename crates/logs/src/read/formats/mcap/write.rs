@@ -335,7 +335,7 @@ impl<'a> Writer<'a> {
         self.put(record)
     }
 
-    /// Writes what is left, what is said about the file, and the summary.
+    /// Writes the remaining records, the metadata and the summary.
     ///
     /// # Errors
     /// When it cannot be written.

@@ -67,7 +67,7 @@ impl ChunkedArray {
             .collect()
     }
 
-    /// The shape of what a file has: of a chunk, or of a shard.
+    /// The shape of the content of a file: a chunk or a shard.
     fn file_shape(&self) -> &[usize] {
         self.layout.shards.as_ref().map_or(&self.layout.chunk, |shards| &shards.shape)
     }
@@ -242,7 +242,7 @@ impl ChunkedArray {
     }
 }
 
-/// The most bytes that values of this many bytes have on the way: what does not pack well is a little longer than it was.
+/// Maximum number of bytes of encoded values: incompressible data become a little longer.
 fn around(wanted: usize) -> usize {
     wanted.saturating_add(wanted / 8).saturating_add(AROUND)
 }
