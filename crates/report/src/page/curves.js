@@ -39,7 +39,7 @@ const lines = new WeakMap();
 
 /**
  * The gap-free pieces of a curve, each with times and values, and the least and greatest value. Between a point with a number in `low` and the next point
- * lies a band: only its least and greatest values are known, `low` and `high`.
+ * lies a band with only its smallest and largest values, `low` and `high`.
  */
 function lineOf(curve) {
   let line = lines.get(curve);
@@ -110,7 +110,7 @@ const valueAt = (curve, time) => boundsAt(curve, time)[0];
 
 const truths = new Map();
 
-/** The intervals in which something is so, as pairs of times; none reaches over a gap. */
+/** The intervals in which a condition holds, as pairs of times; an interval ends at a gap. */
 function spansOf(text) {
   let spans = truths.get(text);
   if (spans) return spans;

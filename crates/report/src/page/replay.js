@@ -196,14 +196,14 @@ class Replay {
     for (const body of this.scene.bodies) if (body.role === "object" || body.role === "socket") take(all, body.pose, around(body));
     for (const hand of this.scene.hands) for (const finger of hand.fingers) take(all, finger.position, [0, 0, 0].fill(hand.radius));
     const moving = sizeOf(all);
-    // Walls and tables belong to the picture unless they are much larger than what happens on them.
+    // Walls and tables belong to the picture unless they are much larger than the motions.
     for (const body of this.scene.bodies.filter((one) => one.role !== "robot")) {
       const whole = { least: all.least.slice(), greatest: all.greatest.slice() };
       take(whole, body.pose, around(body));
       if (!(sizeOf(whole) > 1.45 * moving)) all = whole;
     }
     const { least, greatest } = all;
-    // Hands come from above, where there is nothing else: what stands there is in the upper part of the picture.
+    // Hands come from above, so the upper part of the picture is kept for them.
     this.middle = least.map((low, axis) => low + (greatest[axis] - low) * (axis === 2 ? 0.4 : 0.5) || 0);
     this.size = Math.max(0.05, sizeOf(all));
     this.corners = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => this.middle.map((_, axis) => (corner >> axis & 1 ? greatest : least)[axis])).filter((corner) => corner.every(Number.isFinite));
@@ -366,7 +366,7 @@ class Replay {
       const place = (point) => add(turned(rotation, point), [x, y, z]);
       bodies.set(body.name, { body, rotation, at: [x, y, z] });
       const middle = body.parts.length ? place(scale(body.parts.reduce((sum, part) => add(sum, part.at), [0, 0, 0]), 1 / body.parts.length)) : [x, y, z];
-      // A wall between the eye and the middle of the scene, or a table above the eye, would hide what it holds: only its edges are drawn.
+      // A wall between the eye and the middle of the scene, or a table above the eye, would hide its contents: only its edges are drawn.
       const before = dot(add(middle, scale(this.middle, -1)), back) > 0;
       const ghost = body.role === "wall" && before || body.role === "support" && this.pitch < 0.02;
       const base = body.color || grey;
@@ -393,7 +393,7 @@ class Replay {
     context.restore();
   }
 
-  /** A ball of which nothing but its size is known. */
+  /** A body with only a radius. */
   rings(center, radius, rotation, line) {
     for (const plane of [[0, 1], [1, 2], [0, 2]]) {
       const point = (at) => {
@@ -452,7 +452,7 @@ class Replay {
     }
   }
 
-  /** The way of a hand in the last moments, in the colors of what it did. */
+  /** The recent path of a hand, in the colors of its primitives. */
   trail(hand, track, onPicture, sharp, overlays) {
     const points = [];
     const led = hand.fingers.slice(0, 2);

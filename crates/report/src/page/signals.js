@@ -9,7 +9,7 @@ function hueOf(at) {
 const isConstant = (entry) => entry.curves ? entry.curves.every(([, curve]) => curve.k === undefined) : entry.truths.every(([, truth]) => truth === "");
 const nameOf = (entry) => `${entry.side ? `${entry.side} ` : ""}${entry.title}`;
 
-/** What is shown at first: for each hand what it measures against thresholds, and the contacts; with two hands the forces of both. */
+/** The initial signals: for each hand the quantities with thresholds, and the contacts; with two hands the forces of both. */
 function usual() {
   const chosen = [];
   const add = (entry) => { if (entry !== undefined && !chosen.includes(entry)) chosen.push(entry); };
@@ -154,7 +154,7 @@ function placeOf(size, level, { curves, levels, taken, width, height }) {
   return best || { left: width - 4 - size, end: width - 4, top: Math.max(0, level - 3 - tall), base: Math.max(tall, level - 3), hits: 1 };
 }
 
-/** Marks what of the shown part lies beyond the scale: a triangle at the edge, the farthest with its value. */
+/** Marks values beyond the scale by triangles at the edge, and the farthest one with its value. */
 function markBeyond(context, entry, x, { width, height, taken }) {
   const [least, greatest] = rangeOf(entry);
   context.fillStyle = paint("--warn");
@@ -316,7 +316,7 @@ function drawPanel(panel) {
   context.restore();
 }
 
-/** Tells below a plot what the page does not hold; nothing, where it holds all that is drawn. */
+/** Prints below a plot which detail the page lacks; empty if it contains all drawn samples. */
 function tellDetail(panel, sentences) {
   const place = panel.element.querySelector(".detail");
   place.textContent = sentences.join(" ");

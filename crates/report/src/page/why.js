@@ -32,7 +32,7 @@ function pathHtml(path, decided) {
 function changedRows([condition, slot, before, after, below], depth = 0, name = "") {
   const own = `${name}${slot ? `${escaped(slot)}: ` : ""}<code>${escaped(data.texts[condition])}</code>`;
   const plain = !before[1].length && !after[1].length;
-  // A name stands on one line with what it means.
+  // A name is on one line with its definition.
   if (plain && /^[\w.[\]]+$/.test(data.texts[condition]) && below.length === 1 && !below[0][1] && below[0][2][0] === before[0]) return changedRows(below[0], depth, `${own} = `);
   const cell = ([holds, fact]) => `<td>${verdict(holds)} ${factHtml(fact)}</td>`;
   const row = `<tr${below.length ? "" : ` class="tipped"`}><td style="padding-left:${depth * 9 + 6}px">${own}</td>${cell(before)}${cell(after)}</tr>`;

@@ -29,7 +29,7 @@ const added = { lanes: [], moved: [], drawn: [] };
 
 // ---- time and place
 
-// Measured once for each drawing: what is asked between two changes of the page makes the browser lay it out anew.
+// Measured once for each drawing: a measurement between two changes of the page makes the browser lay it out again.
 const widths = new Map();
 const measure = () => [lanes, signals].forEach((element) => widths.set(element, Math.max(20, element.clientWidth - GUTTER - RIGHT)));
 const plotWidth = (element) => widths.get(element);
@@ -55,7 +55,7 @@ function setTime(time, follow = true) {
   state.cursor = Math.min(data.end, Math.max(data.start, time));
   if (follow && (state.cursor < state.from || state.cursor > state.to)) {
     const span = state.to - state.from;
-    // What is played comes in at the left; what is looked for stands in the middle.
+    // During play the cursor enters at the left; a searched time is in the middle.
     show(state.cursor - span * (state.playing ? 0.05 : 0.5), state.cursor + span * (state.playing ? 0.95 : 0.5));
   }
   drawCursor();
@@ -101,7 +101,7 @@ function drawLanes() {
   if (data.issues.some(([start, end]) => local(start, end))) {
     labels += `<text class="name" x="${GUTTER - 8}" y="${y + 8}">issues</text>`;
     for (const [start, end, kind, channel, message] of data.issues) {
-      // What is so all along stands in the table below.
+      // Issues of the whole recording are in the table below.
       if (!seen(start, Math.max(end, start + step)) || !local(start, end)) continue;
       inside += `<rect class="issue" x="${x(start)}" y="${y + 2}" width="${Math.max(3, x(end) - x(start))}" height="6"><title>${escaped(`${kind} ${channel}: ${message}`)}</title></rect>`;
     }
@@ -192,7 +192,7 @@ function drawLanes() {
       if (isCrowded && Math.max(left, right) < NARROW && !is("cut", number, lane, at)) return;
       const half = Math.max(1.5, Math.min(6, Math.min(left, right) / 2));
       const title = `${from} → ${name} at ${seconds(start)}${sure ? `\n${certainty(sure)}` : ""}`;
-      // Where the boundary stands when the params vary, as a bar with ends.
+      // The range of the boundary with varied params, as a bar with ends.
       if (sure && sure[2] - sure[1] > 1e-9) {
         const [left, right] = [x(sure[1]), x(sure[2])], middle = top + BAR - 4;
         inside += `<path class="varies" d="M${left} ${middle}H${right}M${left} ${middle - 2}v4M${right} ${middle - 2}v4"/>`;
@@ -230,7 +230,7 @@ function startOf({ number, lane, at }) {
   return lane === "tasks" ? item.start : item[1];
 }
 
-// ---- what is picked
+// ---- the selection
 
 function select(selected, time = selected && startOf(selected)) {
   state.selected = selected;

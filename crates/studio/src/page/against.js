@@ -1,4 +1,4 @@
-// Two rule sets side by side: lanes of the other rules below those of the rules, with what differs marked, and a way from one difference to the next.
+// Two rule sets side by side: lanes of the other rules below those of the rules, with marks at differences, and steps from one difference to the next.
 
 import { added, escaped, fitting, GUTTER, seconds, setTime, state, view } from "./bench.js";
 import { rowOf } from "./list.js";

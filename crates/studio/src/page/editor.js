@@ -1,4 +1,4 @@
-// Rule files in an editor: what is typed runs over the open recording at once, with findings, hover and completion of the language server.
+// Rule files in an editor: typed text runs over the open recording at once, with findings, hover and completion of the language server.
 
 import { escaped, showTracks } from "./bench.js";
 import { current, onOpen, open } from "./recording.js";
@@ -9,7 +9,7 @@ const byId = (id) => document.getElementById(id);
 const place = byId("editor"), choice = byId("editor-file"), area = byId("editor-text"), numbers = byId("editor-numbers"), sheet = byId("sheet");
 const list = byId("findings"), status = byId("editor-state"), about = byId("editor-about"), popup = byId("proposals"), conflict = byId("editor-conflict");
 
-/** The files as the server has them, the texts that differ, and what is wrong with them. */
+/** The files on the server, the changed texts, and their findings. */
 const rules = { files: [], version: 0, texts: {}, findings: [], theirs: undefined };
 /** Whether texts were changed since they were sent, and whether the last ones did not run. */
 let unsent = false, refused = false;
@@ -93,7 +93,7 @@ function tellErrors() {
   status.textContent = `${errors} error${errors > 1 ? "s" : ""}: ${lanes}`;
 }
 
-/** Takes files that the texts of now use and those of before did not; what was changed in a file stays. */
+/** Adds files that the present texts use and the previous ones did not; changes in a file stay. */
 function takeFiles(more) {
   const names = more.map((file) => file.name);
   rules.files = [...rules.files.filter((file) => !file.isNew || names.includes(file.name)), ...more.filter(({ name }) => !rules.files.some((file) => file.name === name)).map((file) => ({ ...file, isNew: true }))];
@@ -204,7 +204,7 @@ byId("write-rules").addEventListener("click", async () => {
   }
 });
 
-/** The list says which version the texts have: what another window changed is shown. */
+/** The list contains the version of the texts: changes of another window are shown. */
 export function followRules(version) {
   if (version !== rules.version && rules.files.length && !asking && !unsent && !rules.theirs && !isHeld()) read();
 }

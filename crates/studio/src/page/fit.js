@@ -47,5 +47,5 @@ byId("take-fit").addEventListener("click", async () => {
   await takeValues(outcome.values);
   status.textContent = "taken; Write to files keeps them";
 });
-// A fit goes on while the page is loaded anew.
+// A fit continues while the page is reloaded.
 follow();

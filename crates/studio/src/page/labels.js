@@ -11,7 +11,7 @@ const PAUSE = 1500;
 const byId = (id) => document.getElementById(id);
 const place = byId("labeling"), name = byId("label-name"), who = byId("label-by"), status = byId("label-status"), conflict = byId("conflict");
 
-/** The lines that are shown, the version of the file that they came from, and what they were before. */
+/** The displayed lines, the version of their file, and their earlier states. */
 const labels = { lines: [], version: "", undo: [], redo: [], shown: undefined, selected: undefined, saving: undefined, unsaved: false, theirs: undefined, unreadable: undefined, nudged: undefined };
 
 const tracks = () => view.data.tracks;
@@ -74,7 +74,7 @@ const isSelected = (number, kind, at) => {
   return one && one.number === number && one.kind === kind && one.at === at;
 };
 
-// The whole drawing is made anew: what had the focus is found again.
+// The whole drawing is replaced, and the focus restored.
 let focused;
 lanes.addEventListener("focusin", (event) => { focused = selectorOf(event.target); });
 function selectorOf(element) {
@@ -210,7 +210,7 @@ const commands = {
     change(replaced(labels.lines, track, kind, span.start, span.end, [{ ...span, label }], sign()));
     select(one.number, kind, one.at);
   },
-  /** A task that is none of the rules: wrong, or not known. */
+  /** A task without a name of the rules: wrong, or unknown. */
   unknown() {
     const time = state.cursor;
     const { number } = labels.selected || { number: 0 };
@@ -219,7 +219,7 @@ const commands = {
     labels.selected = { number, kind: "task", at: chosen };
     commands.rename("unknown");
   },
-  /** Takes a label back: the rules say what is there. */
+  /** Removes a label: the rules decide again. */
   release() {
     const one = meant();
     if (!one || !one.span.line) return say("This label is the result of the rules.");
@@ -288,7 +288,7 @@ function resolve(lines) {
 byId("take-theirs").addEventListener("click", () => resolve(labels.theirs.lines));
 byId("keep-mine").addEventListener("click", () => resolve());
 
-/** The list says which version the file has: what another window saved is shown. */
+/** The list contains the version of the file: labels that another window saved are shown. */
 export async function follow(version) {
   if (version === undefined || version === labels.version || labels.saving || labels.unsaved || labels.theirs || labels.shown) return;
   const at = current.at;
@@ -458,7 +458,7 @@ menu.addEventListener("keydown", (event) => {
 onOpen((answer, again) => {
   place.hidden = false;
   if (!who.value) who.value = answer.who;
-  // The rules may be others; what is being changed stays.
+  // The rules may have changed; the current edit stays.
   if (again && (labels.saving || labels.unsaved || labels.theirs)) return;
   if (!again) isTyped = false;
   if (!again) Object.assign(labels, { undo: [], redo: [], selected: undefined, theirs: undefined });

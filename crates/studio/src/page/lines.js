@@ -1,4 +1,4 @@
-// Labels as lists: lines of a label file over what the rules found. Nothing here draws or asks.
+// Labels as lists: lines of a label file over the results of the rules. This file neither draws nor sends requests.
 
 const NEAR = 1e-6;
 
@@ -56,7 +56,7 @@ export function followed(before, after, track) {
   const [was, is] = [times(before), times(after)];
   const missing = (some, others) => some.filter((time) => !others.some((other) => near(time, other)));
   const [gone, come] = [missing(was, is), missing(is, was)];
-  // Of several boundaries it is not known which one took the place of which.
+  // Several boundaries cannot be assigned to each other.
   if (gone.length !== 1 || come.length !== 1) return after;
   const to = (time) => near(time, gone[0]) ? come[0] : time;
   const ends = effective(track, after, "task").flatMap(({ start, end }) => [start, end]);
@@ -64,13 +64,13 @@ export function followed(before, after, track) {
   return listed(after, track).map((line) => line.track === track.who && line.kind === "task" ? { ...line, start_s: to(line.start_s), end_s: to(line.end_s) } : line);
 }
 
-/** Lines in which all tasks of a track are listed: what the rules found stands beside what a person set. */
+/** Lines with all tasks of a track: those that the rules found and those that a person set. */
 function listed(lines, track) {
   if (lines.some((line) => line.track === track.who && line.kind === "task")) return lines;
   return [...lines, ...track.tasks.map((task) => ({ track: track.who, kind: "task", label: task.task, start_s: task.start, end_s: task.end, pinned: false, by: "", at: "" }))];
 }
 
-/** Lines with an edge of a span at another time: the start of the span at `at`, or with `last` its end. A neighbor that meets it goes along. */
+/** Lines with an edge of a span at another time: the start of the span at `at`, or with `last` its end. An adjacent neighbor moves with it. */
 export function moved(lines, track, kind, { at, last }, time, sign, step) {
   const spans = effective(track, lines, kind), span = spans[at];
   const beside = spans[last ? at + 1 : at - 1], meets = beside && Math.abs(last ? beside.start - span.end : beside.end - span.start) < NEAR;

@@ -1,4 +1,4 @@
-// The list of recordings: what was found in each, filters, and which one is open.
+// The list of recordings: the results of each, filters, and the open one.
 
 import { escaped } from "./bench.js";
 
@@ -34,7 +34,7 @@ export function listen(open) {
   });
 }
 
-/** Takes what the server says. */
+/** Takes the answer of the server. */
 export function take(next) {
   list = next;
   fill(filters.task, "any task", list.recordings.flatMap((one) => (one.tasks || []).map(([, task]) => task.split(" ")[0])));
@@ -166,7 +166,7 @@ function draw() {
   const shown = matching(), focused = document.activeElement?.dataset?.at, wasSeen = seen();
   place.innerHTML = shown.slice(0, MOST).map(row).join("") + (shown.length > MOST ? `<li class="quiet">… ${shown.length - MOST} more; filters find them</li>` : "");
   if (focused !== undefined) place.querySelector(`[data-at="${focused}"]`)?.focus({ preventScroll: true });
-  // Rows grow when more is known of their recordings.
+  // Rows grow when results arrive.
   if (wasSeen) place.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
   const all = list.recordings.length, done = all - list.waiting;
   const count = shown.length === all ? `${all} recording${all === 1 ? "" : "s"}` : `${shown.length} of ${all} recordings`;

@@ -1,16 +1,16 @@
-// The recording that is open: what the server knows of it, drawn by the scripts of the report.
+// The open recording: its data from the server, drawn by the scripts of the report.
 
 import { escaped, load, nameOf, panels, seconds, setTime, show, state, view } from "./bench.js";
 import { get, tell } from "./server.js";
 
 const byId = (id) => document.getElementById(id);
 
-/** What is open: its number, all that the server said of it, and how many answers are awaited. */
+/** The open recording: its number, the answer of the server, and the number of pending answers. */
 export const current = { at: undefined, answer: undefined, awaited: 0 };
 
 const listeners = [];
 
-/** Calls `opened` with what the server says of each recording that is opened, and whether it was open before. */
+/** Calls `opened` with the answer of the server for each opened recording, and whether it was open before. */
 export const onOpen = (opened) => listeners.push(opened);
 
 /** Opens a recording; if it is open already, the displayed time stays. */
@@ -29,7 +29,7 @@ export async function open(at, to = {}) {
     current.awaited--;
     if (current.at === at) byId("main").removeAttribute("aria-busy");
   }
-  // Another one may have been asked for in the meantime.
+  // Another one may have been requested in the meantime.
   if (current.at !== at) return;
   tell(answer.failed ? `The rules do not run here: ${answer.failed}` : "");
   const { from, to: until, cursor } = state;

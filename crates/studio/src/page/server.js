@@ -1,4 +1,4 @@
-// What the page asks the server. An answer that is a refusal is an error with the server's sentence.
+// Requests of the page to the server. A refusal is an error with the server's message.
 
 async function ask(method, path, body) {
   let response;

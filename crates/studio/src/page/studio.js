@@ -1,4 +1,4 @@
-// The page begins here: the list is asked for again and again while it fills, and keys lead through it.
+// The entry point of the page: it polls the list while it fills, and handles keys.
 
 import { tellDifferences } from "./against.js";
 import "./ask.js";

@@ -41,7 +41,7 @@ function offer() {
   byId("reset-params").disabled = !changed && !wrong;
 }
 
-/** Says why what is shown does not run; without a reason, it runs. */
+/** Shows the reason why the values do not run; empty if they do. */
 function judge(text, param) {
   wrong = text;
   say(state, text, Boolean(text));
@@ -50,7 +50,7 @@ function judge(text, param) {
   offer();
 }
 
-/** One row as its value is, without taking the focus from what is being moved. */
+/** Updates one row to its value without taking the focus from the moved control. */
 function update(param, from) {
   const row = place.querySelector(`[data-param="${CSS.escape(param.name)}"]`), value = valueOf(param);
   if (row) {
@@ -136,7 +136,7 @@ function reset() {
   typing = undefined;
   const changed = Object.keys(values);
   changed.forEach((name) => delete values[name]);
-  // Fields with what was refused are drawn anew too.
+  // Fields with refused values are drawn again too.
   rows();
   params.filter((param) => changed.includes(param.name)).forEach(lines);
 }

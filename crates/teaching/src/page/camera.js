@@ -1,7 +1,7 @@
 // A camera: the person's own hands, which MediaPipe Hands finds in its pictures, are the hands of the scene.
 //
 // The camera faces the person. Its frame has x to the right of the picture, y down and z away from the camera; it is turned into the scene so that the person
-// sees her hands as in a mirror: x to her right, y away from her, z up. Where the camera stands is not known: a hand that comes into view is taken to be where
+// sees her hands as in a mirror: x to her right, y away from her, z up. The pose of the camera is unknown: a hand that comes into view is taken to be where
 // the hand of the scene is, and leads it from there.
 
 import { add, dot, length, mix, scale, sub } from "./space.js";
@@ -13,7 +13,7 @@ const TIPS = { thumb: 4, index: 8, middle: 12, ring: 16, little: 20 };
 const WIDE = Math.tan(Math.PI / 6);
 /** From the wrist to the knuckle of the middle finger, m: of a hand of usual size. The size that a picture has of a hand is off by up to a third. */
 const PALM = 0.092;
-/** Number of pictures without a hand after which the hand counts as coming into view anew. */
+/** Number of pictures without a hand after which the hand counts as coming into view again. */
 const LOST = 10;
 /** How much less a point is smoothed while it moves, 1/m, and the least frequency that passes, Hz (Casiez et al. 2012). */
 const BETA = 40, LEAST = 1.2;
@@ -53,7 +53,7 @@ class Steady {
   }
 }
 
-/** Offers the camera where the program has what finds hands. */
+/** Offers the camera if the program has the hand tracker. */
 export function offerCamera({ button, picture, status }, stage, hands) {
   const { camera, hands: inScene } = stage.scene, known = new Map();
   let stream, taken = 0;
@@ -122,7 +122,7 @@ export function offerCamera({ button, picture, status }, stage, hands) {
     say(wanted.length ? `The camera does not see your ${wanted.join(" and ")} hand` : "");
   }
 
-  /** The hand, as it is known since it came into view. */
+  /** The hand since it came into view. */
   function comes(index, now) {
     const { side } = inScene[index], last = known.get(side);
     if (last && taken - last.picture <= LOST && last.epoch === hands.epoch) return last;

@@ -218,7 +218,7 @@ export class Stage {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
   }
 
-  /** Draws what one eye sees, by its matrix, into a part of the picture; it looks against `behind`. */
+  /** Draws the view of one eye, by its matrix, into a part of the picture; it looks against `behind`. */
   paintView(matrix, port, state, more, behind) {
     const { gl, at } = this;
     gl.viewport(...port);

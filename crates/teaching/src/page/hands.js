@@ -1,4 +1,4 @@
-// What a person asks of the hands by pointer, wheel and keys: where each palm is to go, and whether its fingers close.
+// Input by pointer, wheel and keys: the target of each palm, and whether its fingers close.
 
 import { about, add, clamp, cross, length, scale, sub, times, turn } from "./space.js";
 import { on, send } from "./socket.js";
@@ -30,7 +30,7 @@ export class Hands {
 
   see(state) {
     this.state = state;
-    // The world has jumped, or this page is new: hands are asked to be where they are.
+    // The simulation has jumped, or this page is new: targets are the current poses.
     if (state.epoch !== this.epoch) {
       this.epoch = state.epoch;
       this.hands.forEach((hand, index) => {
@@ -149,7 +149,7 @@ export class Hands {
     this.hand.presses = held("p") > 0 || pad.presses;
   }
 
-  /** Sends what every hand is asked for. A hand of a headset sends its fingertips itself. */
+  /** Sends the target of every hand. A hand of a headset sends its fingertips itself. */
   send() {
     if (this.isTracked) return;
     for (const { side, at, q, closes, presses } of this.hands) {

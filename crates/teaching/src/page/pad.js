@@ -1,11 +1,11 @@
-// A gamepad: the left stick moves over the table, the right one up, down and around; buttons close, record and undo. It trembles with what is touched.
+// A gamepad: the left stick moves over the table, the right one up, down and around; buttons close, record and undo. It vibrates at touches.
 
 const DEAD = 0.15;
 const NOTHING = { right: 0, away: 0, up: 0, turn: 0, presses: false };
 let were = [];
 let rumbled = 0;
 
-/** What the first gamepad asks for; `press` is called with the name of each button that goes down. */
+/** Input of the first gamepad; `press` is called with the name of each pressed button. */
 export function readPad(press) {
   const pad = navigator.getGamepads?.().find((one) => one?.connected);
   if (!pad) return NOTHING;

@@ -1,4 +1,4 @@
-// What the page says beside the scene: labels, forces, recordings, what the robot did, and what to do next.
+// The texts beside the scene: labels, forces, recordings, results of the robot, and the next step.
 
 import { add, length, scale, sub } from "./space.js";
 import { send } from "./socket.js";
@@ -143,7 +143,7 @@ export class Show {
     find("lanes").replaceChildren(...lanes);
   }
 
-  /** Recordings, and what the robot does with them. */
+  /** Recordings, and the robot's results with them. */
   recorded(message, watch) {
     this.takes = message;
     find("no-takes").hidden = message.takes.length > 0;

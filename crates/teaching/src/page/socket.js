@@ -1,9 +1,9 @@
-// The WebSocket: the newest state comes in, what hands are asked for goes out. It connects anew when it breaks.
+// The WebSocket: receives the newest state and sends targets of hands. It reconnects after a break.
 
 const listeners = {};
 let socket;
 
-/** Calls a function with each message of a type; `gone` and `here` tell of the connection. */
+/** Calls a function with each message of a type; `gone` and `here` report the connection. */
 export function on(type, listener) {
   (listeners[type] ||= []).push(listener);
 }

@@ -25,7 +25,7 @@ export function placed(at, quaternion, size = [1, 1, 1]) {
   return new Float32Array([...x, 0, ...y, 0, ...z, 0, ...at, 1]);
 }
 
-/** The matrix that lays a thing of length 1 along z from one point to another. */
+/** The matrix that maps a shape of length 1 along z to the line from one point to another. */
 export function between(from, to, radius) {
   const way = sub(to, from), far = length(way) || 1e-6, along = scale(way, 1 / far);
   const side = unit(cross(Math.abs(along[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0], along));

@@ -1,4 +1,4 @@
-// Teaching by hand: the newest state is drawn, and what the hands are asked for is sent, about 60 times a second.
+// Teaching by hand: draws the newest state and sends the targets of the hands, about 60 times a second.
 
 import { offerCamera } from "./camera.js";
 import { Stage } from "./draw.js";
@@ -34,7 +34,7 @@ async function begin() {
   on("gone", () => show.trouble("The program does not answer. Is `teachtree teach --live` still running?"));
   on("here", () => show.trouble());
 
-  /** Shows what the robot did. */
+  /** Shows the robot's execution. */
   async function watch() {
     const moves = await (await fetch("api/robot")).json();
     replay = { moves, since: performance.now() };
@@ -101,7 +101,7 @@ async function begin() {
     return { ...state, bodies, hands: of };
   }
 
-  /** What is drawn: of the state, and of what the hands are asked for. */
+  /** The drawn state, and the targets of the hands. */
   function picture(shown) {
     const arrows = shown.hands.flatMap((hand) => hand.tips.flatMap((tip, finger) => {
       const force = hand.forces[finger];
@@ -134,7 +134,7 @@ async function begin() {
     }
     requestAnimationFrame(frame);
   }
-  // What hands are asked for does not wait for pictures.
+  // Targets of hands do not wait for pictures.
   setInterval(() => hands.send(), 16);
   const headset = offerHeadset(find("headset"), stage, hands, { turn, state: () => state, picture, act });
   const own = { button: find("camera"), picture: find("camera-picture"), status: find("camera-status") };
