@@ -155,6 +155,26 @@ fn fail_on_names_outcomes_and_issues() {
     assert!(text.contains("did you mean `constant_flag`?"), "{text}");
 }
 
+/// A recording that ends while its box is carried does not show where the box goes.
+#[test]
+fn a_recording_that_ends_within_a_task_is_no_success() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/contact_flags");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(example.join("box.binding.yaml"), folder.path().join("box.binding.yaml")).unwrap();
+    let text = std::fs::read_to_string(example.join("box.csv")).unwrap();
+    let outcome_until = |end_ms: f64| {
+        let is_before = |line: &&str| line.split(',').next().unwrap().parse().map_or(true, |time: f64| time < end_ms);
+        let lines: Vec<&str> = text.lines().take_while(is_before).collect();
+        std::fs::write(folder.path().join("several.csv"), lines.join("\n") + "\n").unwrap();
+        outcome(folder.path(), &["--binding", "box.binding.yaml"])
+    };
+    assert_eq!(outcome_until(f64::INFINITY)["result"], "success");
+    let cut = outcome_until(5500.0);
+    assert_eq!((&cut["result"], &cut["reasons"][0]["kind"]), (&"unknown".into(), &"cut_off".into()), "{cut}");
+    let message = cut["reasons"][0]["message"].as_str().unwrap();
+    assert!(message.ends_with("is cut off by the end of the recording"), "{message}");
+}
+
 /// An analysis of a position in mm that is read as m finds tasks, but they are not those of the recording.
 #[test]
 fn a_recording_in_a_wrong_unit_is_not_a_success() {

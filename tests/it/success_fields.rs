@@ -115,13 +115,17 @@ fn a_column_of_the_set_is_kept_and_compared() {
     assert!(flags(&path("replaced")).values().flatten().all(|flag| !flag));
 }
 
-/// A folder with robosuite's recordings, `lift.hdf5`, their binding, `b.yaml`, and rules by which the one whose approach takes longer is a failure.
+/// A folder with robosuite's recordings, `lift.hdf5`, their binding, `b.yaml`, rules by which the recordings succeed where they end, `lift.rules`, and rules by
+/// which the one whose approach takes longer is a failure, `slow.rules`.
 fn with_file() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
     std::fs::copy(demos.join("lift.hdf5"), folder.path().join("lift.hdf5")).unwrap();
     std::fs::copy(demos.join("lift_hdf5.binding.yaml"), folder.path().join("b.yaml")).unwrap();
-    let rules = "use \"contact.rules\"\ntask hesitated = Move .. Release with Approach lasting 4 s  is failure  before pick_and_place\n";
+    let lift = "use \"contact.rules\"\ntask lift = Move .. Translate with Translate  before pick_and_place\n";
+    std::fs::write(folder.path().join("lift.rules"), lift).unwrap();
+    let rules =
+        "use \"lift.rules\"\ntask hesitated = Move .. Release with Approach lasting 4 s  is failure  before lift\n";
     std::fs::write(folder.path().join("slow.rules"), rules).unwrap();
     folder
 }
@@ -165,7 +169,7 @@ fn recordings_of_a_file_have_the_success_fields_of_isaac_lab_and_robomimic() {
 #[test]
 fn an_expectation_is_enough_for_success_fields_and_unknown_outcomes_give_none() {
     let folder = with_file();
-    let expected = annotate_file(folder.path(), "expected.hdf5", &["--expect", "pick_and_place"]);
+    let expected = annotate_file(folder.path(), "expected.hdf5", &["--rules", "lift.rules", "--expect", "lift"]);
     assert!(expected.status.success(), "{}", all_said(&expected));
     assert!(said(&expected).starts_with("outcomes: "), "{}", said(&expected));
     let file = File::open(folder.path().join("expected.hdf5")).unwrap();

@@ -191,6 +191,8 @@ pub struct TaskSpan {
     pub open_start: bool,
     /// Whether the end was cut off.
     pub open_end: bool,
+    /// Whether the end was cut off while the hand handled an object that it is not fixed to.
+    pub is_unfinished: bool,
     /// The segments after relabeling.
     pub segments: Vec<Segment>,
     /// The share of the variations in which the task is found under this name, where that was asked for.

@@ -72,6 +72,13 @@ impl Naming<'_> {
         self.rules.meaning_for(piece.label, who.side()) == Some(Meaning::Open)
     }
 
+    /// Whether the action of a segment leads to a release.
+    fn is_unfinished(&self, segment: &Segment) -> bool {
+        let is_attached = |object: &String| self.frames.attached.contains(object);
+        segment.does.is_none_or(|does| !does.is_free() && does != Meaning::Open)
+            && !segment.subject.object.as_ref().is_some_and(is_attached)
+    }
+
     /// A task of a hand in a stretch.
     pub fn task(&self, side: Side, named: &NamedSpan, raw: &[LabeledSpan], stretch: &Range<usize>) -> TaskSpan {
         let name = |id: TaskId| self.rules.tasks.get(id.index()).map_or(UNKNOWN, |task| &task.name).to_string();
@@ -81,6 +88,8 @@ impl Naming<'_> {
         let keys = task.map_or(&[][..], |task| &task.keys);
         let is_key = |piece: &LabeledSpan| keys.iter().any(|key| key.label.covers(piece.label));
         let opens = |piece: &LabeledSpan| self.opens(TrackId::Hand(side), piece);
+        let segments: Vec<Segment> =
+            named.pieces.iter().map(|piece| self.segment(TrackId::Hand(side), piece, raw, stretch)).collect();
         TaskSpan {
             subject: self.handling.of_task(side, &named.pieces, is_key, opens, stretch),
             rows: self.frames.rows(&frames),
@@ -93,7 +102,8 @@ impl Naming<'_> {
             secondary: named.secondary.iter().map(|id| name(*id)).collect(),
             open_start: named.span.open_start,
             open_end: named.span.open_end,
-            segments: named.pieces.iter().map(|piece| self.segment(TrackId::Hand(side), piece, raw, stretch)).collect(),
+            is_unfinished: named.span.open_end && segments.last().is_some_and(|last| self.is_unfinished(last)),
+            segments,
             confidence: None,
         }
     }

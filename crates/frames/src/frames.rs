@@ -69,6 +69,8 @@ pub struct Frames {
     pub objects: Vec<String>,
     /// Names of all bodies of the scene, in its order.
     pub bodies: Vec<String>,
+    /// Names of the bodies that are fixed to a hand during the whole recording.
+    pub attached: Vec<String>,
     /// When each row of the log was, s, also of those that were left out; empty when each row is a frame.
     pub row_time: Vec<f64>,
     /// What was found wrong with the log and how it was treated.

@@ -235,8 +235,8 @@ impl StreamedLog {
 }
 
 impl FirstPass {
-    /// The names of the objects that `target` may be, and of all bodies.
-    pub fn names(&self) -> (Vec<String>, Vec<String>) {
+    /// The names of the objects that `target` may be, of all bodies, and of the bodies that are fixed to a hand.
+    pub fn names(&self) -> (Vec<String>, Vec<String>, Vec<String>) {
         derive::names(&self.flow.scene)
     }
 

@@ -18,11 +18,12 @@ pub fn analyze(rules: &Rules, flow: StreamedLog) -> Option<Analysis> {
     let known = flow.look_through(&channels(rules))?;
     analysis::check_rate(rules, known.rate_hz).ok()?;
     let run = StreamRun::new(rules, lower(rules)).over(&known).ok()?;
-    let (objects, bodies) = known.names();
+    let (objects, bodies, attached) = known.names();
     let FirstPass { time, stretches, .. } = known;
     let StreamRun { leaves, spilled, layout, issues, .. } = run;
     let (channels, len) = (channels(rules), time.len());
-    let frames = Frames { channels, len, time, stretches, layout, objects, bodies, issues, ..Frames::default() };
+    let frames =
+        Frames { channels, len, time, stretches, layout, objects, bodies, attached, issues, ..Frames::default() };
     let found = analysis::analyze_series(rules, &frames, &spilled, &leaves);
     (!spilled.failed()).then_some(found)
 }

@@ -16,7 +16,7 @@ const LIST: &str = "lists what is known";
 const OTHER_TEST: &str = "tested where a server, a link or a large file is made";
 
 /// How pieces of advice begin that no case executes, and why.
-const ELSEWHERE: [(&str, &str); 40] = [
+const ELSEWHERE: [(&str, &str); 39] = [
     ("please report this with the rules", FAULT),
     ("this is a bug of teachtree", FAULT),
     ("this build cannot ", FEATURE),
@@ -46,7 +46,6 @@ const ELSEWHERE: [(&str, &str); 40] = [
     ("delete the link", OTHER_TEST),
     ("delete the column and its feature", OTHER_TEST),
     ("add `hands: {right:", OTHER_TEST),
-    ("`teachtree analyze` prints the reasons", OTHER_TEST),
     ("name it: `of OBJECT`", OTHER_TEST),
     ("it has {names}; name one", OTHER_TEST),
     ("name a file that ends in `.yaml`, for AutoData", OTHER_TEST),

@@ -2,7 +2,7 @@
 //!
 //! - A success contains a named task that is not a failure, and each failure was mended: a later task brought the same object to the same target.
 //! - A failure contains a failed task that was not mended, or lacks an expected task.
-//! - The outcome is unknown if the recording has no named task, if the log lacks the quantities that detect a missing task, if its issues show that it is read
+//! - The outcome is unknown if the recording has no named task, if it or a gap of it cuts off a task that no later one completes, if the log lacks the quantities that detect a missing task, if its issues show that it is read
 //!   wrongly, or if neither the rules nor an expectation could show a failure.
 //!
 //! A task that is made of tasks counts instead of its parts.
@@ -16,7 +16,7 @@ pub use attempts::number as number_attempts;
 pub use expected::ExpectedTasks;
 pub use unmeasured::{Undetectable, UnmeasuredTask, unmeasured};
 
-use super::{Analysis, Subject, Track, TrackId, UNKNOWN};
+use super::{Analysis, Subject, TaskSpan, Track, TrackId, UNKNOWN};
 use attempts::repeats;
 use serde::Serialize;
 use std::fmt;
@@ -60,6 +60,8 @@ pub enum ReasonKind {
     Mended,
     /// A task failed, and no later attempt succeeded.
     Failed,
+    /// The recording or a gap of it ends within a task, and no later attempt succeeded.
+    CutOff,
     /// An expected task is missing.
     Missing,
     /// An expected task is missing, and the recording cannot show it.
@@ -133,7 +135,11 @@ impl Outcome {
             OutcomeKind::Unknown
         } else if has(ReasonKind::Failed) || has(ReasonKind::Missing) {
             OutcomeKind::Failure
-        } else if has(ReasonKind::NotMeasured) || !has(ReasonKind::Succeeded) || !found.has_criterion() {
+        } else if has(ReasonKind::NotMeasured)
+            || has(ReasonKind::CutOff)
+            || !has(ReasonKind::Succeeded)
+            || !found.has_criterion()
+        {
             OutcomeKind::Unknown
         } else {
             OutcomeKind::Success
@@ -173,6 +179,7 @@ impl ReasonKind {
             Self::Succeeded => "succeeded",
             Self::Mended => "mended",
             Self::Failed => "failed",
+            Self::CutOff => "cut_off",
             Self::Missing => "missing",
             Self::NotMeasured => "not_measured",
             Self::NoTask => "no_task",
@@ -188,7 +195,7 @@ impl ReasonKind {
             Self::Succeeded | Self::Mended | Self::UnseenFailure => result == OutcomeKind::Success,
             Self::Failed | Self::Missing => result == OutcomeKind::Failure,
             Self::NotMeasured => result != OutcomeKind::Success,
-            Self::NoTask | Self::NoCriterion | Self::Misread => result == OutcomeKind::Unknown,
+            Self::NoTask | Self::NoCriterion | Self::Misread | Self::CutOff => result == OutcomeKind::Unknown,
         }
     }
 }
@@ -242,6 +249,8 @@ struct TaskResult<'a> {
     task: &'a str,
     subject: &'a Subject,
     failure: bool,
+    /// What cuts it off while its object is handled.
+    cut_off: Option<&'static str>,
     attempt: usize,
     /// The failure is a part of a task that is a success.
     is_part_of_success: bool,
@@ -252,12 +261,18 @@ struct TaskResult<'a> {
 
 /// The results of all tracks, in order of time.
 fn results(found: &Analysis) -> Vec<TaskResult<'_>> {
-    let mut results: Vec<TaskResult> = found.tracks.iter().flat_map(of_track).collect();
+    let mut results: Vec<TaskResult> = found.tracks.iter().flat_map(|track| of_track(track, found.frames)).collect();
     results.sort_by(|one, other| one.span_s[0].total_cmp(&other.span_s[0]));
     results
 }
 
-fn of_track(track: &Track) -> Vec<TaskResult<'_>> {
+/// The results of a track of a recording of `frames` frames.
+fn of_track(track: &Track, frames: usize) -> Vec<TaskResult<'_>> {
+    let cut_off = |task: &TaskSpan| match task.frames.end < frames {
+        _ if !task.is_unfinished => None,
+        true => Some("a gap of the log"),
+        false => Some("the end of the recording"),
+    };
     let whole_of = |at: usize| track.composites.iter().find(|composite| composite.tasks.contains(&at));
     let mut results = Vec::new();
     for (at, span) in track.tasks.iter().enumerate().filter(|(_, span)| span.task != UNKNOWN) {
@@ -269,6 +284,7 @@ fn of_track(track: &Track) -> Vec<TaskResult<'_>> {
                 task: &span.task,
                 subject: &span.subject,
                 failure: span.failure,
+                cut_off: cut_off(span),
                 attempt: span.attempt,
                 is_part_of_success,
                 span_s: [span.start_s, span.end_s],
@@ -283,6 +299,7 @@ fn of_track(track: &Track) -> Vec<TaskResult<'_>> {
             task: &whole.task,
             subject: &last.subject,
             failure: whole.failure,
+            cut_off: cut_off(last),
             attempt: last.attempt,
             is_part_of_success: false,
             span_s: [whole.start_s, whole.end_s],
@@ -297,8 +314,11 @@ impl TaskResult<'_> {
         let mends = |later: &Self| {
             !later.failure && later.span_s[0] >= self.span_s[1] && repeats(self.subject, later.subject, true)
         };
-        let is_mended = self.failure && (self.is_part_of_success || all.iter().any(mends));
+        let is_mended = self.is_part_of_success || all.iter().any(mends);
         let (kind, end) = match (self.failure, is_mended) {
+            (false, false) if self.cut_off.is_some() => {
+                (ReasonKind::CutOff, format!(" is cut off by {}", self.cut_off.unwrap_or_default()))
+            }
             (false, _) if self.attempt > 1 => (ReasonKind::Succeeded, format!(", attempt {}", self.attempt)),
             (false, _) => (ReasonKind::Succeeded, String::new()),
             (true, true) => (ReasonKind::Mended, " failed, and a later attempt succeeded".into()),

@@ -83,6 +83,36 @@ fn nothing_is_a_success_that_could_not_be_a_failure() {
 }
 
 #[test]
+fn a_task_that_is_cut_off_is_no_success() {
+    let cut = |tasks: &[(&str, &str, &str)], frames: &[usize]| {
+        let mut analysis = Analysis { frames: 100, ..analysis(tasks) };
+        for at in frames {
+            let task = &mut analysis.tracks[0].tasks[*at];
+            (task.open_end, task.is_unfinished, task.frames) = (true, true, 0..10 * (at + 1));
+        }
+        analysis
+    };
+    let (stuck, insert) = (("stuck!", "peg", "hole"), ("insert", "peg", "hole"));
+    let place = ("place", "cube", "");
+    let by_gap = cut(&[place, insert], &[0]);
+    assert_eq!((by_gap.outcome().result, kinds(&by_gap)), (OutcomeKind::Unknown, vec![ReasonKind::CutOff]));
+    assert_eq!(by_gap.outcome().sentence(), "unknown: right place cube 0.000 – 1.000 s is cut off by a gap of the log");
+    let mut by_end = cut(&[place, insert], &[1]);
+    by_end.frames = 20;
+    assert_eq!((by_end.outcome().result, by_end.success_end()), (OutcomeKind::Unknown, None));
+    assert!(by_end.outcome().sentence().ends_with("is cut off by the end of the recording"));
+    for (tasks, at, wanted) in [
+        // A task of the same object that follows the gap completes it.
+        (&[insert, insert][..], 0, OutcomeKind::Success),
+        (&[stuck, insert], 1, OutcomeKind::Unknown),
+        (&[place, stuck], 0, OutcomeKind::Failure),
+        (&[insert, stuck], 1, OutcomeKind::Failure),
+    ] {
+        assert_eq!(cut(tasks, &[at]).outcome().result, wanted, "{tasks:?}");
+    }
+}
+
+#[test]
 fn a_later_task_of_the_other_hand_mends_a_failure() {
     let mut analysis = analysis(&[("dropped!", "cube", ""), ("unknown", "", ""), ("unknown", "", "")]);
     let place = TaskSpan {

@@ -263,7 +263,7 @@ pub fn derived_frames(
             }
         }
     }
-    (frames.objects, frames.bodies) = names(measured.scene);
+    (frames.objects, frames.bodies, frames.attached) = names(measured.scene);
     findings.read = issues;
     Ok(frames)
 }
@@ -393,10 +393,12 @@ pub fn sides<'a>(scene: &Scene, columns: impl Iterator<Item = &'a str> + Clone) 
     if found.is_empty() { scene.hands.keys().copied().collect() } else { found }
 }
 
-/// The names of the bodies that may be a target, and of all bodies.
-pub(super) fn names(scene: &Scene) -> (Vec<String>, Vec<String>) {
+/// The names of the objects that `target` may be, of all bodies, and of the bodies that are fixed to a hand.
+pub(super) fn names(scene: &Scene) -> (Vec<String>, Vec<String>, Vec<String>) {
     let bodies: Vec<String> = scene.bodies.keys().cloned().collect();
-    (objects(scene).into_iter().filter_map(|body| bodies.get(body).cloned()).collect(), bodies)
+    let objects = objects(scene).into_iter().filter_map(|body| bodies.get(body).cloned()).collect();
+    let attached = scene.bodies.iter().filter(|(_, body)| body.fixed_to.is_some()).map(|(name, _)| name.clone());
+    (objects, bodies, attached.collect())
 }
 
 /// The bodies that may be a target, as indices in the scene.

@@ -59,6 +59,7 @@ impl History {
                 channels: frames.channels.clone(),
                 objects: frames.objects.clone(),
                 bodies: frames.bodies.clone(),
+                attached: frames.attached.clone(),
                 ..Frames::default()
             };
         }
