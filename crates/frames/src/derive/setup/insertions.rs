@@ -1,13 +1,15 @@
 //! Objects that are inserted beside the socket of the scene.
 //!
-//! Such an object is below the rim of the socket, where the shape of the socket's body is, or where the object does not come to when it stands elsewhere.
+//! Such an object is below the rim of the socket: where the shape of the socket's body is, in the wall of the hole, or at a height to which the
+//! object does not come when it stands elsewhere.
 
 use super::rests::{SCENE_ERROR, gap_of, rests};
 use super::survey::Survey;
 use super::{in_scene, median, mm};
-use nalgebra::Vector3;
+use crate::derive::convex_gap::gaps;
+use nalgebra::{Point3, Vector3};
 use std::ops::Range;
-use teachtree_base::scene::{Role, Scene, Socket};
+use teachtree_base::scene::{Body, Part, Role, Scene, Socket};
 use teachtree_logs::issue::{Issue, IssueKind};
 
 /// Distance beyond the radius of a socket within which insertions are searched, m.
@@ -18,6 +20,10 @@ const BELOW: f64 = 5e-3;
 const DEEP: f64 = 0.010;
 /// And is guided: it deviates from a line along the axis by less than this, m, which a hand without a hole does not.
 const GUIDED: f64 = 3e-3;
+/// The wall of a hole is thicker than this, m.
+const WALL: f64 = 2e-3;
+/// The part of an object that enters a hole ends within this length of the plug point, m. A ring that is put on a peg extends beyond it.
+const TIP: f64 = 3e-3;
 /// It lasts at least this long, s.
 const LASTS: f64 = 0.3;
 /// Insertions into one hole differ by less than this, m.
@@ -90,8 +96,10 @@ fn inserted_beside(scene: &Scene, survey: &Survey, hole: &Hole, object: usize) -
     let visits = survey.runs(LASTS, is_beside);
     let visits: Vec<Visit> = visits.into_iter().filter_map(|samples| visit(samples, at)).collect();
     let elsewhere = heights_elsewhere(survey, object, radius, at);
-    let overlapping: Vec<&Visit> =
-        visits.iter().filter(|visit| overlaps(scene, survey, hole, object, visit.deepest)).collect();
+    let is_impossible = |visit: &&Visit| {
+        overlaps(scene, survey, hole, object, visit.deepest) || is_in_wall(scene, survey, hole, object, visit)
+    };
+    let overlapping: Vec<&Visit> = visits.iter().filter(is_impossible).collect();
     let stands = |visit: &Visit| elsewhere.iter().any(|height| (height + visit.depth).abs() < ALIKE);
     let guided = |visit: &&Visit| visit.depth > DEEP && visit.deviation < GUIDED && !stands(visit);
     let guided: Vec<&Visit> = visits.iter().filter(guided).collect();
@@ -114,6 +122,32 @@ fn visit(samples: Range<usize>, at: impl Fn(usize) -> Option<(f64, Vector3<f64>)
 /// Whether an object overlaps the body of a socket.
 fn overlaps(scene: &Scene, survey: &Survey, hole: &Hole, object: usize, sample: usize) -> bool {
     gap_of(scene, survey, object, hole.body, (sample, 0.0)).is_some_and(|gap| gap.width < -SCENE_ERROR)
+}
+
+/// Whether an object at its deepest sample is in the wall of a hole in a body without a shape. The wall begins where the plug of the object would be in the hole.
+fn is_in_wall(scene: &Scene, survey: &Survey, hole: &Hole, object: usize, visit: &Visit) -> bool {
+    let found = || {
+        let (_, holder) = scene.bodies.get_index(hole.body)?;
+        let (_, body) = scene.bodies.get_index(object)?;
+        let pose = survey.pose(object, visit.deepest)?;
+        let turn = survey.pose(hole.body, visit.deepest)?.rotation;
+        let into = pose.inverse_transform_vector(&(turn * -Vector3::from(hole.socket.axis)));
+        let plug = plug_of(body, &into).filter(|_| holder.parts.is_empty() && visit.depth > DEEP)?;
+        let mut in_hole = *pose;
+        in_hole.translation.vector -= turn * visit.beside;
+        gaps((&plug, pose), (&plug, &in_hole), 0.0).into_iter().map(|gap| gap.width).min_by(f64::total_cmp)
+    };
+    found().is_some_and(|width| width < WALL)
+}
+
+/// The part of a body at its plug point, alone; `None` where it extends beyond this point in a direction, which is unit and in the frame of the body.
+fn plug_of(body: &Body, into: &Vector3<f64>) -> Option<Body> {
+    let distance =
+        |part: &Part, point: &Point3<f64>| part.shape.distance(&part.pose().inverse_transform_point(point).coords);
+    let (tip, beyond) = (body.plug_point(), body.plug_point() + into * TIP);
+    let of_tip = |one: &&Part, other: &&Part| distance(one, &tip).total_cmp(&distance(other, &tip));
+    let part = body.parts.iter().min_by(of_tip)?;
+    (distance(part, &beyond) > 0.0).then(|| Body { parts: vec![part.clone()], ..body.clone() })
 }
 
 /// How high above the rim of a socket the plug point of an object is when the object rests far from the socket, m.

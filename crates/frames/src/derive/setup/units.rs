@@ -1,7 +1,8 @@
 //! Positions in another unit than they are read in, such as millimeters that are read as meters.
 //!
 //! A hand or an object that is too fast and too far for any arm is in a smaller unit. Where a hand carries an object, one of them may move a thousand times
-//! as far as the other one, in the same direction. A gripper whose usual openings are all tiny, or huge, is in another unit.
+//! as far as the other one, in the same direction. A gripper whose usual openings are all tiny, or huge, is in another unit, and so is a hand that hardly moves
+//! while its fingers are nowhere apart, or while it grasps and releases an object without leaving it.
 
 use super::co_motion::{CoMotion, MOVES, TOGETHER, steps};
 use super::median;
@@ -25,9 +26,13 @@ const FAST_SAMPLES: usize = 5;
 const STEPS: usize = 3;
 const SHARE: f64 = 0.6;
 /// An object is fast in steps that are at least this share of its longest step.
-const FAST: f64 = 0.3;
+const FAST: f64 = 0.1;
 /// A gripper whose usual openings are smaller than the first length, or exceed the second one, is in another unit, m.
 const OPENINGS: Range<f64> = 1e-3..1.0;
+/// Fingers are farther apart at some time, and a hand that opens is farther from the middle of the object, m.
+const APART: f64 = 2e-3;
+/// A hand that moves by a length in this range, m, moves by 20 mm to 5 m if a unit that is a thousand times as large was meant.
+const TINY: Range<f64> = 20e-6..5e-3;
 /// The units that are confused, in m.
 const UNITS: [(&str, f64); 2] = [("mm", 1e-3), ("cm", 1e-2)];
 
@@ -46,6 +51,7 @@ pub fn issues(scene: &Scene, survey: &Survey) -> Vec<Issue> {
     }
     let mut issues: Vec<Issue> = survey.hands.iter().filter_map(|hand| opening(survey, hand)).collect();
     let objects = objects(scene, survey);
+    issues.extend(survey.hands.iter().filter_map(|hand| too_small(scene, survey, hand, &objects)));
     let pairs = survey.hands.iter().flat_map(|hand| objects.iter().map(move |object| (hand, *object)));
     for issue in pairs.filter_map(|(hand, object)| {
         other_scale(scene, survey, hand, object).or_else(|| out_of_reach(scene, survey, hand, object))
@@ -146,6 +152,45 @@ fn opening(survey: &Survey, hand: &HandSamples) -> Option<Issue> {
         in_mm(open)
     );
     Some(over_all(survey, format!("{}.gripper.opening", hand.side), message))
+}
+
+/// A hand that moves by less than fingers are thick, although its fingers or its gripper show that it handles something.
+fn too_small(scene: &Scene, survey: &Survey, hand: &HandSamples, objects: &[usize]) -> Option<Issue> {
+    let moves_by = extent(survey, |sample| hand.place(sample));
+    if !TINY.contains(&moves_by) {
+        return None;
+    }
+    let (_, thumb) = hand.tips.first()?;
+    let apart =
+        hand.tips.iter().skip(1).flat_map(|(_, tips)| thumb.iter().zip(tips).map(|(one, other)| (one - other).norm()));
+    let widest = apart.fold(0.0, f64::max);
+    let opens_and_closes = hand.closed.contains(&true) && hand.closed.contains(&false);
+    let found = if (TINY.start..APART).contains(&widest) {
+        format!("its fingertips are at most {} mm apart", in_mm(widest))
+    } else {
+        let objects = objects.iter().filter(|object| {
+            let body = scene.bodies.get_index(**object).map(|(_, body)| body);
+            opens_and_closes && hand.tips.len() == 1 && body.is_some_and(|body| body.fixed_to.is_none())
+        });
+        objects.into_iter().find_map(|object| {
+            let place = |sample: usize| survey.pose(*object, sample).map(|pose| pose.translation.vector);
+            let distance = |sample: usize| Some((hand.place(sample)? - place(sample)?).norm());
+            let farthest = (0..survey.time.len()).filter_map(distance).fold(0.0, f64::max);
+            let is_tiny = farthest < APART && TINY.contains(&extent(survey, place));
+            let name = name_of(scene, *object);
+            is_tiny.then(|| {
+                format!(
+                    "its gripper opens and closes, and it is never farther than {} mm from the middle of `{name}`",
+                    in_mm(farthest)
+                )
+            })
+        })?
+    };
+    let message = format!(
+        "{found}, and it moves by {} mm: it is probably in m and read in mm or cm; write the unit behind its columns, ` [m]`",
+        in_mm(moves_by)
+    );
+    Some(over_all(survey, channel_of(hand), message))
 }
 
 /// A length in mm, with as many digits as it takes to see small ones.

@@ -155,6 +155,34 @@ fn millimeters_that_are_read_as_meters_are_reported() {
 }
 
 #[test]
+fn meters_that_are_read_as_millimeters_everywhere_are_reported() {
+    let mut found = vec![];
+    let fingers = ["right.thumb.position", "right.index.position", "right.middle.position"];
+    for (log, channels) in [
+        (plug_log(), &["right.thumb.position", "plug.position"][..]),
+        (taught("pick_and_place", "pick_and_place", 1), &[&fingers[..], &["box.position", "block.position"]].concat()),
+    ] {
+        let mut log = log.clone();
+        scale(&mut log, channels, 1e-3);
+        found.push(mistakes(&log).join("\n"));
+    }
+    insta::assert_snapshot!(found.join("\n--\n"));
+}
+
+/// A carried box that falls far, and whose steps in the hand are short beside the fall.
+#[test]
+fn one_fast_step_does_not_hide_a_wrong_unit() {
+    let mut log = plug_log();
+    let times = log.time.clone();
+    let fall = |time: f64| 0.4 * ((9.0 - time) / 0.2).clamp(0.0, 1.0);
+    let heights = &mut log.columns["plug.position.z"].values;
+    heights.iter_mut().zip(times).for_each(|(height, time)| *height += fall(time));
+    assert_eq!(mistakes(&log), [""; 0]);
+    scale(&mut log, &["plug.position"], 1e-3);
+    assert!(mistakes(&log).join("\n").starts_with("implausible_unit plug.position"), "{:?}", mistakes(&log));
+}
+
+#[test]
 fn an_opening_of_no_gripper_is_reported() {
     let opens_to = |width: f64| {
         let mut log = plug_log();
@@ -230,6 +258,18 @@ fn a_socket_beside_the_insertions_is_reported() {
         mistakes(&rim).join("\n"),
     ];
     insta::assert_snapshot!(found.join("\n--\n"));
+}
+
+/// The bottom of the hole is as high as the table on which the plug stands before, and the body of the hole has no shape.
+#[test]
+fn a_socket_at_table_height_beside_the_insertions_is_reported() {
+    let mut log = plug_log();
+    log.scene.bodies["block"].parts.clear();
+    assert_eq!(mistakes(&log), [""; 0]);
+    let found = [[0.025, 0.0, 0.0], [0.0, -0.015, 0.0]].map(|by| moved(&log, "block", by));
+    insta::assert_snapshot!(found.join("\n--\n"));
+    // A wall may be between.
+    assert_eq!(moved(&log, "block", [0.03, 0.0, 0.0]), "");
 }
 
 #[test]
