@@ -106,7 +106,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         written.write(&[(&places.binding, proposal.binding.as_str()), (&places.scene, proposal.scene.as_str())])?;
     }
     let rules = proposal.as_ref().and_then(|proposal| proposal.rules);
-    let analyzed = analyzed(log, proposal.is_some().then_some(&places), rules);
+    let analyzed = match &proposal {
+        Some(proposal) if !proposal.has_channels => Err(nothing_guessed(&places.binding).into()),
+        _ => analyzed(log, proposal.is_some().then_some(&places), rules),
+    };
     let keys = keys(binding.map(|_| &places), rules, analyzed.as_ref().ok());
     if let Some(text) = NewEntries::new(&places.project, &alike, binding)?.text(&keys)? {
         written.write_project(&places.project, &text)?;
@@ -211,6 +214,12 @@ fn have_other_headers(folder: &Path) -> bool {
     let (all, most) = (counts.values().sum::<usize>(), counts.values().copied().max().unwrap_or_default());
     let are_recordings = counts.len() == 1 || most >= LEAST && 2 * most > all;
     !are_recordings
+}
+
+/// The error of a binding without a channel.
+fn nothing_guessed(binding: &Path) -> InputError {
+    let error = InputError::new(binding.display().to_string(), "no channel was guessed, so nothing is analyzed");
+    error.help("write the columns behind their channels, such as `right.tcp.position: x<xyz>` (docs/bindings.md)")
 }
 
 fn analyzed(log: &Path, places: Option<&Places>, rules: Option<&str>) -> Result<Analysis, Failure> {

@@ -9,6 +9,8 @@ use super::{Answers, Survey};
 use std::fmt::Write as _;
 use teachtree_base::hands::Side;
 
+/// Why the other end of a gripper is a comment.
+const OTHER_END: &str = "if it is closed at the other end";
 /// The most columns that are listed as unused.
 const MAX_UNUSED: usize = 40;
 
@@ -33,17 +35,22 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     text.push_str(&robots(survey));
     let lines = lines(survey, answers);
     text.push_str(if lines.is_empty() { "\nchannels: {}\n" } else { "\nchannels:\n" });
-    for line in lines {
+    for line in &lines {
         let reason = if line.reason.is_empty() { String::new() } else { format!("    # {}", comment(&line.reason)) };
         let columns = scalar(&line.columns);
         let _ = writeln!(text, "  {}: {columns}{reason}", scalar(&line.channel));
     }
     for (side, gripper) in &survey.grippers {
-        if let Some(alternative) = &gripper.alternative {
-            let other = if is_reversed(*side, answers) { &gripper.closed } else { alternative };
-            let _ =
-                writeln!(text, "  # {side}.gripper.closed: {}    # if it is closed at the other end", scalar(other));
-        }
+        let channel = format!("{side}.gripper.closed");
+        let (other, why) = match &gripper.alternative {
+            _ if lines.iter().all(|line| line.channel != channel) => {
+                (&gripper.closed, "left out: flags show what the fingers hold")
+            }
+            Some(_) if is_reversed(*side, answers) => (&gripper.closed, OTHER_END),
+            Some(alternative) => (alternative, OTHER_END),
+            None => continue,
+        };
+        let _ = writeln!(text, "  # {channel}: {}    # {why}", scalar(other));
     }
     text.push_str(&left_out(survey));
     text.push_str(&unused(survey));
@@ -58,11 +65,14 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
 /// What was guessed of the log as a whole and what has no channel for it, as comments.
 fn left_out(survey: &Survey) -> String {
     let mut text = String::new();
-    if let Some(is_mm) = survey.is_mm {
-        let [unit, other] = if is_mm { ["mm", "m"] } else { ["m", "mm"] };
+    if let Some(unit) = survey.guessed_unit {
+        let others: Vec<&str> = ["m", "cm", "mm"].into_iter().filter(|other| *other != unit).collect();
+        let written: Vec<String> = others.iter().map(|other| format!("`[{other}]`")).collect();
         let _ = writeln!(
             text,
-            "  # positions without a unit are in {unit} by their range; if they are in {other}, write `[{other}]` behind each"
+            "  # positions without a unit are in {unit} by their range; if they are in {}, write {} behind each",
+            others.join(" or "),
+            written.join(" or ")
         );
     }
     if survey.is_y_up {
@@ -109,6 +119,11 @@ fn is_reversed(side: Side, answers: &Answers) -> bool {
     answers.is_reversed.get(&side).copied().unwrap_or_default()
 }
 
+/// Whether a binding has a channel, or an arm whose joints give one.
+pub fn has_channels(survey: &Survey, answers: &Answers) -> bool {
+    survey.arms.iter().any(|arm| !arm.is_incomplete) || !lines(survey, answers).is_empty()
+}
+
 /// The channels.
 fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
     let mut lines = vec![];
@@ -122,10 +137,15 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
     for (side, hand) in &survey.hands {
         of_hand(*side, hand, is_fixed, is_pair(survey), &line, &mut lines);
         if let Some(force) = lines.iter_mut().find(|line| line.channel == format!("{side}.wrist.force")) {
-            turn(force, hand, survey);
+            turn(force, *side, hand, survey);
         }
         if let Some(gripper) = survey.grippers.get(side) {
             of_gripper(*side, gripper, answers, &mut lines);
+            // Flags of the fingers show when the gripper holds something.
+            let has_opening = lines.iter().any(|line| line.channel == format!("{side}.gripper.opening"));
+            if survey.contacts.are_of_grasp(*side) && has_opening {
+                lines.retain(|line| line.channel != format!("{side}.gripper.closed"));
+            }
         }
     }
     for (side, gripper) in survey.grippers.iter().filter(|(side, _)| !survey.hands.contains_key(*side)) {
@@ -214,23 +234,14 @@ fn of_hand(
 /// The sign of a force that nothing shows.
 const FORCE: &str = "the force on the object; with `-` before it if the log has the force on the hand";
 
-/// Turns a force at the wrist that points down, from its level at rest, while an object is off its table: it is that on the hand.
-fn turn(line: &mut Line, hand: &Hand, survey: &Survey) {
-    const LIFTED_M: f64 = 0.03;
+/// An object that is so much higher than before is off its table, m.
+const LIFTED_M: f64 = 0.03;
+
+/// Turns a force at the wrist that points down, from its level without a load, while an object is lifted: it is that on the hand.
+fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
     const LEAST_N: f64 = 0.2;
     let Some(force) = &hand.force else { return };
-    let height = |at: [f64; 3]| survey.upright(at)[2];
-    let mut lifted = vec![];
-    for body in &survey.bodies {
-        let (Some(part), Some(start)) = (body.positions.first(), body.start()) else { continue };
-        let is_up = |row: &usize| part.position(*row).is_some_and(|at| height(at) > height(start) + LIFTED_M);
-        let rows = (0..part.rows()).filter(is_up).map(|row| part.row_in(row, force));
-        lifted.extend(rows.filter_map(|row| force.position(row)).map(height));
-    }
-    lifted.sort_by(f64::total_cmp);
-    // What is pressed down in the air, as into a socket, is a small part.
-    let median = lifted.get(lifted.len() / 2);
-    let rise = median.map_or(0.0, |median| median - rest_level(survey, force).map_or(0.0, height));
+    let Some(rise) = rise_with_objects(force, survey).or_else(|| rise_with_hand(side, hand, survey)) else { return };
     let other = negated(&line.columns);
     let reason = match () {
         () if rise < -LEAST_N => "the log has the force on the hand: it points down while an object is lifted",
@@ -240,6 +251,48 @@ fn turn(line: &mut Line, hand: &Hand, survey: &Survey) {
     let other = if rise < -LEAST_N { std::mem::replace(&mut line.columns, other) } else { other };
     line.reason = line.reason.replacen(FORCE, reason, 1)
         + &format!("; else, or if the sensor turns with a hand that points down, `{}`", scalar(&other));
+}
+
+/// How far the vertical force rises from its level at rest while an object is off its table, N.
+fn rise_with_objects(force: &Part, survey: &Survey) -> Option<f64> {
+    let height = |at: [f64; 3]| survey.upright(at)[2];
+    let mut lifted = vec![];
+    for body in &survey.bodies {
+        let (Some(part), Some(start)) = (body.positions.first(), body.start()) else { continue };
+        let is_up = |row: &usize| part.position(*row).is_some_and(|at| height(at) > height(start) + LIFTED_M);
+        let rows = (0..part.rows()).filter(is_up).map(|row| part.row_in(row, force));
+        lifted.extend(rows.filter_map(|row| force.position(row)).map(height));
+    }
+    // What is pressed down in the air, as into a socket, is a small part.
+    Some(median(lifted)? - rest_level(survey, force).map_or(0.0, height))
+}
+
+/// How far the vertical force is higher with a closed gripper that is above the place where it closed than with an open one that is above its lowest place, N.
+fn rise_with_hand(side: Side, hand: &Hand, survey: &Survey) -> Option<f64> {
+    let gripper = survey.grippers.get(&side)?;
+    let (force, place) = (hand.force.as_ref()?, hand.tool.as_ref().or_else(|| hand.tips.values().next())?);
+    let height = |at: [f64; 3]| survey.upright(at)[2];
+    let rows: Vec<(bool, f64, f64)> = (0..force.rows())
+        .filter_map(|row| {
+            let at = height(place.position(force.row_in(row, place))?);
+            Some((gripper.is_closed(force.time_s(row)), at, height(force.position(row)?)))
+        })
+        .collect();
+    let lowest = rows.iter().map(|(_, at, _)| *at).fold(f64::INFINITY, f64::min);
+    let (mut lifted, mut free, mut from) = (vec![], vec![], None);
+    for (is_closed, at, force) in rows {
+        let closed_at = if is_closed { *from.get_or_insert(at) } else { lowest };
+        let forces = if is_closed { &mut lifted } else { &mut free };
+        forces.extend((at > closed_at + LIFTED_M).then_some(force));
+        from = from.filter(|_| is_closed);
+    }
+    Some(median(lifted)? - median(free)?)
+}
+
+/// The median; `None` of nothing.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
 }
 
 /// Columns with the other sign.
@@ -333,9 +386,13 @@ fn turned_matrix(names: &[String]) -> String {
     format!("[{}]", elements.join(", "))
 }
 
-/// Why positions are taken for mm.
+/// Why positions are taken for mm or cm.
 fn unit_reason(part: &Part) -> &'static str {
-    if part.is_mm { "mm by the range of the positions" } else { "" }
+    match part.guessed_unit {
+        "mm" => "mm by the range of the positions",
+        "cm" => "cm by the range of the positions",
+        _ => "",
+    }
 }
 
 /// The columns that nothing was found for, as comments.

@@ -68,6 +68,20 @@ impl Contacts {
         self.lines.iter().any(|line| line.channel.starts_with("contact."))
     }
 
+    /// Whether the log shows what fingers of a hand touch.
+    pub fn are_of(&self, side: Side) -> bool {
+        self.lines.iter().any(|line| line.channel.starts_with(side.name()))
+    }
+
+    /// Whether flags show what the thumb and the index of a hand touch.
+    pub fn are_of_grasp(&self, side: Side) -> bool {
+        let is_touched = |finger: Finger| {
+            let flag = format!("{side}.{finger}.contact");
+            self.lines.iter().any(|line| line.channel.starts_with(&flag))
+        };
+        is_touched(Finger::Thumb) && is_touched(Finger::Index)
+    }
+
     /// Whether the log shows that fingers touch.
     pub fn are_of_fingers(&self) -> bool {
         self.lines.iter().any(|line| line.channel.contains(".contact"))

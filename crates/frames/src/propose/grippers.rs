@@ -1,12 +1,13 @@
 //! Grippers: which column is their opening, and at which end of it they are closed.
 
 use super::bodies::{Body, distance};
-use super::hands::side_of;
+use super::hands::{Hand, side_of};
 use super::parts::{Part, Quantity};
 use super::words;
 use crate::inspect::ValueKind;
+use crate::otsu;
 use std::collections::BTreeMap;
-use teachtree_base::hands::Side;
+use teachtree_base::hands::{Finger, Side};
 use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::compound;
 
@@ -60,10 +61,46 @@ pub struct Gripper {
     pub opening: Option<(String, String)>,
     /// How far it is open on an object, m.
     pub held_m: Option<f64>,
+    /// When it is closed, s: at each sample.
+    pub closed_at: Vec<(f64, bool)>,
     /// Whether nothing but the name shows the closed end.
     pub is_guess: bool,
     /// The sheet of its column.
     pub sheet: String,
+}
+
+impl Gripper {
+    /// Whether it is closed at a time, s.
+    pub fn is_closed(&self, time_s: f64) -> bool {
+        let before = self.closed_at.partition_point(|(at, _)| *at <= time_s);
+        self.closed_at.get(before.saturating_sub(1)).is_some_and(|(_, closed)| *closed)
+    }
+}
+
+/// The gripper of a hand of a thumb and an index whose distance has two usual values.
+pub fn of_fingertips(side: Side, hand: &Hand) -> Option<Gripper> {
+    /// The least difference of these values, m.
+    const OPENS_M: f64 = 0.005;
+    let (Some(thumb), Some(index), 2) = (hand.tips.get(&Finger::Thumb), hand.tips.get(&Finger::Index), hand.tips.len())
+    else {
+        return None;
+    };
+    let width = |row: usize| Some(distance(thumb.position(row)?, index.position(thumb.row_in(row, index))?));
+    let widths: Vec<(f64, f64)> = (0..thumb.rows()).filter_map(|row| Some((thumb.time_s(row), width(row)?))).collect();
+    let [low, high] = otsu::clear_means(widths.iter().map(|(_, width)| *width).collect())?;
+    let limit_mm = ((low + high) / 2.0 * 1e3).round();
+    let [low_mm, high_mm] = [low, high].map(|width| (width * 1e3).round());
+    let of = format!("between: [{side}.thumb, {side}.index]");
+    (high - low > OPENS_M).then(|| Gripper {
+        closed: format!("{{{of}, below: {limit_mm} mm}}"),
+        reason: format!("closed about {low_mm} mm, open about {high_mm} mm"),
+        alternative: None,
+        opening: Some((format!("{{{of}}}"), "the distance of the fingertips".into())),
+        held_m: Some(low),
+        closed_at: widths.iter().map(|(time, width)| (*time, width * 1e3 < limit_mm)).collect(),
+        is_guess: false,
+        sheet: thumb.sheet.name.clone(),
+    })
 }
 
 /// The grippers, and the parts that are of none of them.
@@ -230,6 +267,10 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         },
         alternative: Some(flag(!is_low)),
         held_m: is_length.then_some(closed * factor),
+        closed_at: (0..part.rows())
+            .zip(&column.samples)
+            .map(|(row, value)| (part.time_s(row), (*value < limit) == is_low))
+            .collect(),
         opening: opening.filter(|_| is_low),
         is_guess: by_motion.is_none() && !says_closed,
         sheet: part.sheet.name.clone(),

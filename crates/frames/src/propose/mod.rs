@@ -65,6 +65,8 @@ pub struct Proposal {
     pub scene: String,
     /// The rules, where the default ones find failures that the log cannot show.
     pub rules: Option<&'static str>,
+    /// Whether a column was found for any channel.
+    pub has_channels: bool,
     /// What the log does not show.
     pub questions: Vec<Question>,
     /// What an analysis needs and was not found, a sentence each.
@@ -95,8 +97,8 @@ struct Survey<'a> {
     is_y_up: bool,
     /// Rotations that cannot be turned to z up, as a binding writes them.
     unturned: Vec<String>,
-    /// Whether positions without a unit are in mm; none if all have one.
-    is_mm: Option<bool>,
+    /// The unit of positions without one; none if all have one.
+    guessed_unit: Option<&'static str>,
     /// What nothing was found for.
     rest: Vec<Part<'a>>,
 }
@@ -104,7 +106,7 @@ struct Survey<'a> {
 impl<'a> Survey<'a> {
     fn new(log: &'a Inspection) -> Self {
         let parts = parts::parts(log);
-        let is_mm = parts.iter().find(|part| part.is_unitless_position()).map(|part| part.is_mm);
+        let guessed_unit = parts.iter().find(|part| part.is_unitless_position()).map(|part| part.guessed_unit);
         let (mut hands, rest) = hands::hands(parts);
         let (mut bodies, rest) = bodies::bodies(rest);
         let (contacts, mut rest) = contacts::contacts(rest, &bodies, &hands);
@@ -116,6 +118,11 @@ impl<'a> Survey<'a> {
         // A weight shows a hold where nothing else does.
         if grippers.is_empty() && bodies.is_empty() && contacts.lines.is_empty() {
             grippers.extend(hands.iter().filter_map(|(side, hand)| Some((*side, weights::gripper(hand)?))));
+        }
+        for (side, hand) in hands.iter().filter(|(side, _)| !contacts.are_of(**side)) {
+            if let (false, Some(gripper)) = (grippers.contains_key(side), grippers::of_fingertips(*side, hand)) {
+                grippers.insert(*side, gripper);
+            }
         }
         let fixed = bodies.iter().filter_map(|body| {
             let is_without = |side: &Side, hand: &Hand| !grippers.contains_key(side) && hand.tips.is_empty();
@@ -159,7 +166,7 @@ impl<'a> Survey<'a> {
             labels,
             is_y_up,
             unturned,
-            is_mm,
+            guessed_unit,
             rest,
         }
     }
@@ -252,6 +259,7 @@ fn proposal(survey: Survey, log: &Inspection, answers: &Answers) -> Proposal {
     Proposal {
         binding: binding_text::binding(&survey, &timing, answers),
         scene: scene_text::scene(&survey),
+        has_channels: binding_text::has_channels(&survey, answers),
         rules: rules(&survey),
         questions,
         lacking: lacking(&survey),

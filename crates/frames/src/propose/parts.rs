@@ -1,5 +1,6 @@
 //! What a log measures: each group of columns as a quantity, with its words and its values.
 
+use super::bodies::distance;
 use super::column_groups::{self, Form, Group};
 use super::words;
 use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
@@ -27,8 +28,16 @@ const COUNTERS: [&str; 14] = [
 
 /// The share of positions that is in reach, …
 const USUAL: f64 = 0.9;
-/// … this far at most in m: what is beyond it is in mm.
+/// … this far at most in m: what is beyond it is in mm or cm.
 const FARTHEST_M: f64 = 20.0;
+/// Positions within this range whose motion has at most this extent are in cm: 2 m and 1.2 m. In mm nothing would be carried so far.
+const FARTHEST_CM: f64 = 200.0;
+const EXTENT_CM: f64 = 120.0;
+/// Arms and hands usually move slower than this in m/s and in cm/s.
+const FASTEST_M: f64 = 5.0;
+const FASTEST_CM: f64 = 100.0;
+/// The share of the steps of what moves that is at most usually fast.
+const USUALLY: f64 = 0.95;
 
 /// What a group of columns measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,8 +71,8 @@ pub struct Part<'a> {
     pub quantity: Quantity,
     /// The unit that the log has, a name ends with or values of angles show; empty without one.
     pub unit: String,
-    /// Whether it is a position without a unit in a log whose positions are in mm.
-    pub is_mm: bool,
+    /// The unit of a position without one, by the positions of the log: `m`, `cm` or `mm`. Empty of everything else.
+    pub guessed_unit: &'static str,
     /// Its columns, x y z or w x y z.
     pub members: Vec<&'a ColumnReport>,
     /// Its sheet.
@@ -75,17 +84,14 @@ pub struct Part<'a> {
 impl Part<'_> {
     /// The factor to SI: of the unit, else that of all positions of the log.
     pub fn scale(&self) -> f64 {
-        match compound(&self.unit) {
-            Ok((factor, _)) if !self.unit.is_empty() => factor,
-            _ if self.is_mm => 1e-3,
-            _ => 1.0,
-        }
+        let unit = if self.unit.is_empty() { self.guessed_unit } else { self.unit.as_str() };
+        if unit.is_empty() { 1.0 } else { compound(unit).map_or(1.0, |(factor, _)| factor) }
     }
 
     /// As a binding names it, with the unit that its values show.
     pub fn columns(&self) -> String {
         let unit = match () {
-            () if self.is_mm => "mm",
+            () if !["", "m"].contains(&self.guessed_unit) => self.guessed_unit,
             // The unit of a header need not be repeated.
             () if self.members.iter().any(|column| !column.unit.is_empty()) => "",
             () => &self.unit,
@@ -120,13 +126,17 @@ impl Part<'_> {
         self.members.iter().map(|column| column.samples.len()).min().unwrap_or_default()
     }
 
+    /// When a row of the samples was taken, s.
+    pub fn time_s(&self, row: usize) -> f64 {
+        self.sheet.start_s + self.sheet.duration_s * row as f64 / self.rows().saturating_sub(1).max(1) as f64
+    }
+
     /// The row of the samples of another sheet at the time of one of this sheet.
     pub fn row_in(&self, row: usize, other: &Self) -> usize {
         if std::ptr::eq(self.sheet, other.sheet) || self.rows() < 2 || self.sheet.duration_s <= 0.0 {
             return row;
         }
-        let time = self.sheet.start_s + self.sheet.duration_s * row as f64 / (self.rows() - 1) as f64;
-        let share = (time - other.sheet.start_s) / other.sheet.duration_s.max(f64::MIN_POSITIVE);
+        let share = (self.time_s(row) - other.sheet.start_s) / other.sheet.duration_s.max(f64::MIN_POSITIVE);
         let last = other.rows().saturating_sub(1);
         ((share.clamp(0.0, 1.0) * last as f64).round() as usize).min(last)
     }
@@ -150,20 +160,33 @@ impl Part<'_> {
 /// The groups of columns of a log.
 pub fn parts(log: &Inspection) -> Vec<Part<'_>> {
     let mut parts: Vec<Part> = log.sheets.iter().flat_map(of_sheet).collect();
-    let is_mm = are_mm(&parts);
-    parts.iter_mut().filter(|part| part.is_unitless_position()).for_each(|part| part.is_mm = is_mm);
+    let unit = usual_unit(&parts);
+    parts.iter_mut().filter(|part| part.is_unitless_position()).for_each(|part| part.guessed_unit = unit);
     parts
 }
 
-/// Whether the positions of a log without a unit are in mm: few of them would be in reach in m.
-fn are_mm(parts: &[Part]) -> bool {
-    let mut norms: Vec<f64> = vec![];
+/// The unit of the positions of a log without one, by how far from the origin they are, and how far and how fast they move.
+fn usual_unit(parts: &[Part]) -> &'static str {
+    let (mut norms, mut speeds, mut extent) = (vec![], vec![], 0.0_f64);
     for part in parts.iter().filter(|part| part.is_unitless_position()) {
         let points = (0..part.rows()).filter_map(|row| part.position(row));
-        norms.extend(points.map(|[x, y, z]| (x * x + y * y + z * z).sqrt()));
+        norms.extend(points.map(|at| distance(at, [0.0; 3])));
+        extent = extent.max(part.extent());
+        let step_s = part.time_s(1) - part.time_s(0);
+        let steps = (1..part.rows()).filter_map(|row| Some(distance(part.position(row - 1)?, part.position(row)?)));
+        speeds.extend(steps.map(|step| step / step_s).filter(|speed| speed.is_finite() && *speed > 0.0));
     }
-    norms.sort_by(f64::total_cmp);
-    norms.get((norms.len() as f64 * USUAL) as usize).is_some_and(|usual| *usual > FARTHEST_M)
+    let usual = |mut values: Vec<f64>, share: f64| {
+        values.sort_by(f64::total_cmp);
+        values.get((values.len() as f64 * share) as usize).copied().unwrap_or_default()
+    };
+    let (far, fast) = (usual(norms, USUAL), usual(speeds, USUALLY));
+    match () {
+        () if far <= FARTHEST_M && fast <= FASTEST_M => "m",
+        () if far <= FARTHEST_CM && extent <= EXTENT_CM && fast <= FASTEST_CM => "cm",
+        () if far <= FARTHEST_M => "m",
+        () => "mm",
+    }
 }
 
 /// The vector at the beginning of a table without names, by the name of the table: forces or the place of the tool.
@@ -184,7 +207,7 @@ fn unnamed(sheet: &SheetReport) -> Option<Part<'_>> {
         name,
         quantity,
         unit: String::new(),
-        is_mm: false,
+        guessed_unit: "",
         members: vec![x, y, z],
         sheet,
         reason: Some("the columns have no names: the first three by the name of the table".into()),
@@ -221,7 +244,7 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
             let pattern =
                 if group.pattern.starts_with('[') { in_full(&group.pattern, &full) } else { full(&group.pattern) };
             let (name, unit) = (full(&group.name), unit.to_string());
-            Part { pattern, name, words, quantity, unit, is_mm: false, members, sheet, reason: group.reason }
+            Part { pattern, name, words, quantity, unit, guessed_unit: "", members, sheet, reason: group.reason }
         })
         .collect()
 }
@@ -281,7 +304,8 @@ fn quantity(form: Form, unit: &str, words: &[String], members: &[&ColumnReport])
     }
 }
 
-/// The unit that a name ends with, after the component of a vector: `mm` of `tip_x_mm`, none of the torque `ft_mx`; empty without one.
+/// The unit that a name ends with, after the component of a vector or before it: `mm` of `tip_x_mm` and `tip_mm_x`, none of the torque `ft_mx`; empty without
+/// one.
 pub fn unit_in_name(group: &Group) -> &'static str {
     const UNITS: [(&str, &str); 9] = [
         ("_um", "um"),
@@ -296,7 +320,14 @@ pub fn unit_in_name(group: &Group) -> &'static str {
     ];
     let behind = || group.pattern.rsplit_once('>').map_or("", |(_, behind)| behind);
     let text = if group.form == Form::Scalar { &group.name } else { behind() };
-    UNITS.iter().find(|(ending, _)| text.trim_end().ends_with(ending)).map_or("", |(_, unit)| unit)
+    let at_end = UNITS.iter().find(|(ending, _)| text.trim_end().ends_with(ending)).map(|(_, unit)| *unit);
+    let words = words::words(&group.name);
+    let before = || {
+        ["mm", "cm"]
+            .into_iter()
+            .find(|unit| group.form == Form::Vector && words.last().is_some_and(|word| word == unit))
+    };
+    at_end.or_else(before).unwrap_or_default()
 }
 
 /// The columns of a sheet without elements of arrays by their places where it has them by their names, and without these names.

@@ -36,7 +36,9 @@ const COMMANDED: [&str; 22] = [
     "twist",
 ];
 /// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
-const GENERIC: [&str; 56] = [
+const GENERIC: [&str; 58] = [
+    "mm",
+    "cm",
     "obs",
     "observation",
     "observations",

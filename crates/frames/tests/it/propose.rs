@@ -126,13 +126,125 @@ fn one_unit_for_all_positions_of_a_log() {
     let found = binding(&in_mm);
     assert_eq!(channel(&found, "right.tcp.position"), Some("tcp_<xyz> [mm]"), "{found}");
     assert_eq!(channel(&found, "cube.position"), Some("cube_<xyz> [mm]"), "{found}");
-    assert!(found.contains("if they are in m, write `[m]` behind each"), "{found}");
+    assert!(found.contains("if they are in m or cm, write `[m]` or `[cm]` behind each"), "{found}");
     // A few bad samples do not count.
     let in_m: [Column; 3] =
         [("tcp_x", |passed| if passed > 0.97 { 900.0 } else { along(passed) }), ("tcp_y", along), ("tcp_z", lift)];
     let found = binding(&in_m);
     assert_eq!(channel(&found, "right.tcp.position"), Some("tcp_<xyz>"), "{found}");
-    assert!(found.contains("if they are in mm, write `[mm]` behind each"), "{found}");
+    assert!(found.contains("if they are in cm or mm, write `[cm]` or `[mm]` behind each"), "{found}");
+}
+
+#[test]
+fn positions_in_cm_are_known_by_name_and_by_their_range() {
+    let at = |far: f64, scale: f64| -> String {
+        let value = |passed: f64, part: usize| scale * (far + [along(passed), along(passed), lift(passed)][part]);
+        let mut text = String::from("time,tcp_x,tcp_y,tcp_z\n");
+        for row in 0..ROWS {
+            let passed = f64::from(row) / f64::from(ROWS - 1);
+            let [x, y, z] = [0, 1, 2].map(|part| value(passed, part));
+            text.push_str(&format!("{:.3},{x:.6},{y:.6},{z:.6}\n", passed * 10.0));
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("log.csv");
+        fs::write(&log, text).unwrap();
+        let log = inspect(formats::open(&log).unwrap(), None, None).unwrap();
+        propose(&log, &Answers::default()).binding
+    };
+    // Beside the origin and 0.9 m away from it.
+    for far in [0.0, 0.5] {
+        for (scale, wanted) in [(1.0, "tcp_<xyz>"), (100.0, "tcp_<xyz> [cm]"), (1e3, "tcp_<xyz> [mm]")] {
+            let found = at(far, scale);
+            assert_eq!(channel(&found, "right.tcp.position"), Some(wanted), "{far} m, {scale}: {found}");
+        }
+    }
+    for (names, wanted) in [
+        (["tcp_x_cm", "tcp_y_cm", "tcp_z_cm"], "tcp_<xyz>_cm [cm]"),
+        (["tcp_cm_x", "tcp_cm_y", "tcp_cm_z"], "tcp_cm_<xyz> [cm]"),
+        (["tcp_mm.x", "tcp_mm.y", "tcp_mm.z"], "tcp_mm.<xyz> [mm]"),
+    ] {
+        let found = binding(&[(names[0], along), (names[1], along), (names[2], lift)]);
+        assert_eq!(channel(&found, "right.tcp.position"), Some(wanted), "{found}");
+    }
+    let cube = binding(&[("cube_cm_x", along), ("cube_cm_y", along), ("cube_cm_z", lift)]);
+    assert_eq!(channel(&cube, "cube.position"), Some("cube_cm_<xyz> [cm]"), "{cube}");
+}
+
+#[test]
+fn two_fingertips_are_a_gripper_where_their_distance_has_two_values() {
+    let width = |passed: f64| if lift(passed) > 0.1 { 0.04 } else { 0.09 };
+    let columns: [Column; 6] = [
+        ("thumb_tip_x", along),
+        ("thumb_tip_y", |_| 0.0),
+        ("thumb_tip_z", lift),
+        ("index_tip_x", along),
+        ("index_tip_y", width),
+        ("index_tip_z", lift),
+    ];
+    let found = binding(&columns);
+    let between = "between: [right.thumb, right.index]";
+    let opening = format!("{{{between}}}");
+    assert_eq!(channel(&found, "right.gripper.opening"), Some(opening.as_str()), "{found}");
+    let closed = format!("{{{between}, below: 65 mm}}");
+    assert_eq!(channel(&found, "right.gripper.closed"), Some(closed.as_str()), "{found}");
+    // A hand that does not open has none, and a hand of three fingers is that of a person.
+    let still: Vec<Column> = columns
+        .iter()
+        .map(|(name, value)| if *name == "index_tip_y" { (*name, still as fn(f64) -> f64) } else { (*name, *value) })
+        .collect();
+    assert_eq!(channel(&binding(&still), "right.gripper.opening"), None);
+    let third: [Column; 3] = [("middle_tip_x", along), ("middle_tip_y", width), ("middle_tip_z", lift)];
+    assert_eq!(channel(&binding(&[&columns[..], &third].concat()), "right.gripper.opening"), None);
+}
+
+/// Flags of both fingers show what a gripper holds, and when.
+#[test]
+fn the_limit_of_an_opening_is_left_out_beside_flags_of_both_fingers() {
+    let flag = |passed: f64| f64::from(u8::from((0.35..0.65).contains(&passed)));
+    let mut columns: Vec<Column> = vec![
+        ("R_f1_px", along),
+        ("R_f1_py", along),
+        ("R_f1_pz", lift),
+        ("R_f2_px", along),
+        ("R_f2_py", along),
+        ("R_f2_pz", lift),
+        ("R_opening", |passed| if lift(passed) > 0.1 { 0.04 } else { 0.08 }),
+        ("cube_px", along),
+        ("cube_py", along),
+        ("cube_pz", lift),
+        ("C_R_f1_cube", flag),
+    ];
+    assert!(channel(&binding(&columns), "right.gripper.closed").is_some());
+    columns.push(("C_R_f2_cube", flag));
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "right.gripper.closed"), None, "{found}");
+    assert_eq!(channel(&found, "right.gripper.opening"), Some("R_opening [m]"), "{found}");
+    assert!(found.contains("  # right.gripper.closed: R_opening [m] < 0.06 m    # left out: flags show"), "{found}");
+}
+
+/// Nothing but the hand and its force is in the log: the weight appears when the gripper has closed and the hand goes up.
+#[test]
+fn the_sign_of_a_wrist_force_is_judged_from_the_weight_in_a_gripper() {
+    let closes = |passed: f64| if (0.25..0.75).contains(&passed) { 0.04 } else { 0.08 };
+    let with = |force: fn(f64) -> f64| {
+        let up_and_down = |passed: f64| 0.3 * (10.0 * passed).cos().abs();
+        binding(&[
+            ("tcp_x", along),
+            ("tcp_y", along),
+            ("tcp_z", up_and_down),
+            ("width", closes),
+            ("ft_fx", still),
+            ("ft_fy", still),
+            ("ft_fz", force),
+        ])
+    };
+    let on_hand = with(|passed| if (0.25..0.75).contains(&passed) { -2.0 } else { 1.0 });
+    assert_eq!(channel(&on_hand, "right.wrist.force"), Some("\"-ft_f<xyz>\""), "{on_hand}");
+    let on_object = with(|passed| if (0.25..0.75).contains(&passed) { 2.0 } else { 1.0 });
+    assert_eq!(channel(&on_object, "right.wrist.force"), Some("ft_f<xyz>"), "{on_object}");
+    assert!(on_object.contains("on the object: it points up"), "{on_object}");
+    let unknown = with(|passed| if (0.3..0.31).contains(&passed) { 20.0 } else { 0.1 });
+    assert!(unknown.contains("with `-` before it if the log has the force on the hand"), "{unknown}");
 }
 
 #[test]
