@@ -118,6 +118,20 @@ fn the_weight_of_an_object_is_not_contact_whose_level_is_missing() {
     let told = |binding: &str| issues(&analysis(folder.path(), &rubbing(3.0, 0.1), binding), "no_contact_level").len();
     let with_cube = |mass: &str| format!("{WRIST}    cube: {{role: object, radius: 20 mm, mass: {mass}}}\n");
     assert_eq!([told(WRIST), told(&with_cube("500 g")), told(&with_cube("300 g"))], [1, 1, 0]);
+    // A gripper that closes for 3 N up holds an object of this weight; a force down is that of a press.
+    let log = rubbing(3.0, 0.1);
+    let closes = |line: &str| {
+        let time: f64 = line.split(',').next().unwrap().parse().unwrap_or(f64::NAN);
+        let closed = (2.9..7.1).contains(&time) || (8.9..11.1).contains(&time);
+        format!("{line},{}\n", if time.is_nan() { "closed".into() } else { u8::from(closed).to_string() })
+    };
+    let log: String = log.lines().map(closes).collect();
+    let told = |force: &str| {
+        let binding =
+            WRIST.replace("f<xyz>", force).replace("  tool.pos", "  right.gripper.closed: closed\n  tool.pos");
+        issues(&analysis(folder.path(), &log, &binding), "no_contact_level").len()
+    };
+    assert_eq!([told("f<xyz>"), told("[fx, fy, -fz]")], [0, 1]);
 }
 
 #[test]

@@ -120,6 +120,8 @@ pub fn read(
 
 /// A force that differs from a weight by less than this share of it is this weight: the object hangs still most of the time.
 const SAME_WEIGHT: f64 = 0.2;
+/// The share of the readings of a weight that a closed gripper explains, and of a reading that is vertical.
+const NEARLY_ALL: f64 = 0.9;
 /// Where fingers are, in the rules.
 const POSITION: &str = "fingers.position";
 /// The channel of the force from which a finger is in contact, after the finger's name.
@@ -173,12 +175,30 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
     }
 }
 
-/// Whether a force at a wrist is the weight of an object of the scene, which the hand carries.
+/// Whether a force at a wrist is the weight of an object that the hand carries: that of an object of the scene, or a force that points up and is there while
+/// the gripper is closed.
 fn is_weight(measured: &CleanLog, finger: &str, force: f64) -> bool {
+    let Some(side) = finger.strip_suffix(".palm") else { return false };
     let gravity = measured.scene.gravity().norm();
     let objects = measured.scene.bodies.values().filter(|body| body.role == Role::Object);
     let mut weights = objects.filter_map(|body| body.mass.map(|mass| mass.0 * gravity));
-    finger.ends_with(".palm") && weights.any(|weight| (force - weight).abs() < SAME_WEIGHT * weight)
+    weights.any(|weight| (force - weight).abs() < SAME_WEIGHT * weight) || is_held(measured, side, finger, force)
+}
+
+/// Whether nearly all readings of a wrist that are about a force point up and are taken while the gripper is closed.
+fn is_held(measured: &CleanLog, side: &str, finger: &str, force: f64) -> bool {
+    let closed = measured.scalar(&format!("{side}.gripper.closed"));
+    let (Some(closed), Some(columns)) = (closed, measured.vec3(&format!("{finger}.force"))) else { return false };
+    let up = measured.scene.up();
+    let (mut near, mut held) = (0_usize, 0_usize);
+    for (frame, closed) in closed.iter().enumerate() {
+        let reading = vector(&columns, frame);
+        if (reading.norm() - force).abs() < SAME_WEIGHT * force {
+            near += 1;
+            held += usize::from(*closed > 0.5 && reading.dot(&up) > NEARLY_ALL * reading.norm());
+        }
+    }
+    near > 0 && held as f64 > NEARLY_ALL * near as f64
 }
 
 /// Returns an issue for a fingertip whose readings show no level without contact, and nearly all of which are above the force at which contact ends.
