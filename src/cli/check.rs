@@ -19,6 +19,7 @@ use teachtree_base::diagnostic::{Severity, render};
 use teachtree_base::error::InputError;
 use teachtree_base::file_kind::FileKind;
 use teachtree_base::hands::{Finger, Side};
+use teachtree_base::spelling::nearest;
 use teachtree_base::yaml::is_yaml;
 use teachtree_engine::compiled::instantiate::instantiate;
 use teachtree_engine::compiled::plan::Cost;
@@ -27,12 +28,13 @@ use teachtree_frames::frames::{HandLayout, Layout};
 use teachtree_language::graph::{RequiredChannels, lower, required_channels};
 use teachtree_language::rules::TreeScope;
 use teachtree_language::{self as language, LoadedRules, Request, Rules, codes};
+use teachtree_logs::issue::IssueKind;
 use teachtree_session::RulesOptions;
 
 /// Options of `check`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check rules/                   every rule file of a folder\n  teachtree check cell.scene.yaml lab.binding.yaml\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub\n  teachtree check rules/ --format sarif > teachtree.sarif"
+    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check rules/                   every rule file of a folder\n  teachtree check cell.scene.yaml lab.binding.yaml\n  teachtree check --explain E401          the page of a code\n  teachtree check --explain misplaced_socket\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub\n  teachtree check rules/ --format sarif > teachtree.sarif"
 )]
 pub struct Args {
     /// Rule files, read together; folders, whose rule files are checked one by one; scenes, operator scripts, bindings and robot files (YAML); by default the
@@ -48,7 +50,7 @@ pub struct Args {
     /// Also print the cost of a frame, the size of the state and the look-ahead
     #[arg(long, short)]
     verbose: bool,
-    /// Print the page of a code instead
+    /// Print the page of a code, or what a kind of issues is, instead
     #[arg(long, value_name = "CODE", exclusive = true)]
     explain: Option<String>,
 }
@@ -196,17 +198,28 @@ fn report(loaded: &LoadedRules, verbose: bool) -> Result<(), Failure> {
     if errors > 0 || loaded.rules.is_none() { Err(Failure::Negative) } else { Ok(()) }
 }
 
-/// Prints the page of a code.
+/// Prints the page of a code, or what a kind of issue is.
 fn page(code: &str) -> Result<(), Failure> {
     let upper = code.to_uppercase();
-    match codes::page(&upper) {
-        Some(page) => Ok(output::print(&format!("{upper}\n\n{page}\n"))?),
-        None => {
-            let known: Vec<&str> = codes::ALL.iter().map(|(code, _)| *code).collect();
-            let error = InputError::new("--explain", format!("there is no code `{code}`"));
-            Err(error.help(format!("codes are {}", known.join(", "))).into())
+    let text = match (codes::page(&upper), IssueKind::from_name(&code.to_lowercase())) {
+        (Some(page), _) => format!("{upper}\n\n{page}\n"),
+        (None, Some(kind)) => {
+            let about = kind.about();
+            format!("{kind}\n\n{about}\n\nIt is an issue of a log; docs/logs.md, section Bad logs, has its causes.\n")
         }
-    }
+        (None, None) => return Err(unknown_code(code).into()),
+    };
+    Ok(output::print(&text)?)
+}
+
+fn unknown_code(code: &str) -> InputError {
+    let codes: Vec<&str> = codes::ALL.iter().map(|(code, _)| *code).collect();
+    let kinds: Vec<&str> = IssueKind::ALL.iter().map(|kind| kind.name()).collect();
+    let error = InputError::new("--explain", format!("there is no code and no kind of issues `{code}`"));
+    error.help(match nearest(code, kinds.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("codes are {}; kinds of issues are {}", codes.join(", "), kinds.join(", ")),
+    })
 }
 
 /// The log for which the cost is said.

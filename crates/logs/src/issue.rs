@@ -39,6 +39,11 @@ macro_rules! kinds {
 
             /// All kinds.
             pub const ALL: &[Self] = &[$(Self::$name),*];
+
+            /// What is wrong with a log that has one, a sentence.
+            pub fn about(self) -> &'static str {
+                [$((Self::$name, $doc)),*].into_iter().find(|(kind, _)| *kind == self).map_or("", |(_, about)| about)
+            }
         }
     };
 }

@@ -68,6 +68,8 @@ use teachtree_base::file_kind::FileKind;
 use teachtree_base::recording::Recording;
 use teachtree_base::yaml;
 
+/// Endings of names of spreadsheets, which are not read.
+const SPREADSHEET_ENDINGS: [&str; 5] = ["xlsx", "xlsm", "xls", "ods", "numbers"];
 /// Endings of names that a table of text may have.
 const TEXT_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "dat", "log", "tab", "asc", "prn"];
 
@@ -104,12 +106,18 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
     if hdf5::is_at_start_or_behind_block(&mut bytes).map_err(failed)? {
         return hdf5::open(&path, recording, folders);
     }
+    if SPREADSHEET_ENDINGS.contains(&ending(&path).as_str()) && !is_text(&magic) {
+        return Err(spreadsheet(name));
+    }
     #[cfg(feature = "arrays")]
     if (magic.starts_with(&zip_archive::MAGIC) || magic.starts_with(&zip_archive::EMPTY))
         && !zip_archive::has(&path, is_array, folders)?
     {
         if zip_archive::has(&path, zarr::is_metadata, folders)? {
             return zarr::open(&path, recording, folders);
+        }
+        if zip_archive::has(&path, |name| ["xl/workbook.xml", "content.xml"].contains(&name), folders)? {
+            return Err(spreadsheet(name));
         }
         let message = "the archive holds no arrays of NumPy (`.npy`) and no Zarr store";
         return Err(InputError::new(name, message).help("unpack it and name the log in it"));
@@ -256,6 +264,12 @@ fn split(path: &Path) -> (PathBuf, Option<String>) {
         }
         _ => (path.to_path_buf(), None),
     }
+}
+
+/// The error of a spreadsheet.
+fn spreadsheet(name: String) -> InputError {
+    let error = InputError::new(name, "found a spreadsheet, expected a log");
+    error.help("save its sheet as CSV in the program that wrote it, and name that file")
 }
 
 /// Returns the error of a file in an unknown format.
