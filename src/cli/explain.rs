@@ -26,6 +26,9 @@ pub struct Args {
     /// The expected primitive: print the nearest path to it, and the conditions that fail
     #[arg(long, value_name = "PRIMITIVE")]
     why_not: Option<String>,
+    /// Also print all conditions of the refused choices, all latches, and all tasks that were tried
+    #[arg(long)]
+    full: bool,
     #[command(flatten)]
     analysis: AnalysisArgs,
     #[command(flatten)]
@@ -65,6 +68,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let explained = analysis.explain(&question)?;
     let text = match args.form.format {
+        Format::Text if args.full => format!("{explained:#}"),
         Format::Text => explained.to_string(),
         Format::Json => explained.json(),
     };

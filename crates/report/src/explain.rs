@@ -4,25 +4,41 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use teachtree_analysis::Subject;
 use teachtree_analysis::explain::{
-    CompositePart, Explanation, LabelChange, NearestPath, Obstacle, Reason, Step, TaskReason,
+    CompositePart, Explanation, LabelChange, LatchState, NearestPath, Obstacle, Reason, Step, TaskCandidate, TaskReason,
 };
 
 /// Names that were opened before, with the slot that they were about.
 type PrintedNames = BTreeSet<(String, String)>;
 
+/// How much of a reason is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// What decides: the choice that is taken in full, of each refused one the condition that fails.
+    Short,
+    /// All reasons, latches and tasks.
+    Full,
+}
+
+impl Detail {
+    /// The levels of reasons below a choice.
+    fn levels(self, is_taken: bool) -> usize {
+        if self == Self::Full || is_taken { usize::MAX } else { 1 }
+    }
+}
+
 /// Writes explanations one below the other.
-pub fn explanation(explained: &[Explanation]) -> String {
+pub fn explanation(explained: &[Explanation], detail: Detail) -> String {
     let mut text = String::new();
     for one in explained {
         if !text.is_empty() {
             text.push('\n');
         }
-        write_one(&mut text, one);
+        write_one(&mut text, one, detail);
     }
     text
 }
 
-fn write_one(text: &mut String, one: &Explanation) {
+fn write_one(text: &mut String, one: &Explanation, detail: Detail) {
     let _ = writeln!(
         text,
         "{} at {:.3} s, frame {}: {}{} (from {:.3} s), by the tree {}",
@@ -36,11 +52,13 @@ fn write_one(text: &mut String, one: &Explanation) {
     );
     let mut printed = PrintedNames::new();
     for step in &one.path {
-        write_step(text, step, &mut printed);
+        write_step(text, step, &mut printed, detail);
     }
-    if !one.latches.is_empty() {
+    let has_changed = |latch: &&LatchState| detail == Detail::Full || latch.since_s.is_some();
+    let latches: Vec<&LatchState> = one.latches.iter().filter(has_changed).collect();
+    if !latches.is_empty() {
         text.push_str("  latches\n");
-        for latch in &one.latches {
+        for latch in latches {
             let when = match (latch.on, latch.since_s) {
                 (true, Some(since)) => format!("set at {since:.3} s"),
                 (true, None) => "set from the beginning".into(),
@@ -57,7 +75,7 @@ fn write_one(text: &mut String, one: &Explanation) {
         write_label_change(text, "relabeled", relabeled);
     }
     if let Some(task) = &one.task {
-        write_task(text, task);
+        write_task(text, task, detail);
     }
     if let Some(why_not) = &one.why_not {
         // On another frame names mean something else.
@@ -72,7 +90,7 @@ fn suffix(object: &Option<String>, partner: &Option<String>) -> String {
     Subject { object: object.clone(), partner: partner.clone() }.suffix()
 }
 
-fn write_step(text: &mut String, step: &Step, printed: &mut PrintedNames) {
+fn write_step(text: &mut String, step: &Step, printed: &mut PrintedNames, detail: Detail) {
     let indent = "  ".repeat(step.depth + 1);
     let taken = if step.taken { "yes" } else { "no " };
     let fact = match &step.reason {
@@ -81,7 +99,7 @@ fn write_step(text: &mut String, step: &Step, printed: &mut PrintedNames) {
     };
     let _ = writeln!(text, "{indent}{taken} {}{fact}   {}", step.choice, step.place);
     for reason in step.reason.iter().flat_map(|reason| &reason.because) {
-        write_reason(text, reason, step.depth + 3, printed);
+        write_reason(text, reason, step.depth + 3, printed, detail.levels(step.taken));
     }
 }
 
@@ -90,11 +108,14 @@ fn words(reason: &Reason) -> String {
     reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)))
 }
 
-fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut PrintedNames) {
+/// Writes a reason and as many levels, this one included, of those below it.
+fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut PrintedNames, levels: usize) {
+    let Some(below) = levels.checked_sub(1) else { return };
     let indent = "  ".repeat(depth);
     let holds = if reason.holds { "yes" } else { "no " };
     let slot = reason.slot.as_ref().map_or(String::new(), |slot| format!("{slot}: "));
-    if is_name(&reason.condition)
+    if below > 0
+        && is_name(&reason.condition)
         && !reason.because.is_empty()
         && !printed.insert((slot.clone(), reason.condition.clone()))
     {
@@ -110,14 +131,14 @@ fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut 
                 && is_name(&reason.condition) =>
         {
             let _ = writeln!(text, "{indent}{holds} {slot}{} = {}{}", reason.condition, only.condition, words(only));
-            for below in &only.because {
-                write_reason(text, below, depth + 2, printed);
+            for reason in &only.because {
+                write_reason(text, reason, depth + 2, printed, below);
             }
         }
         because => {
             let _ = writeln!(text, "{indent}{holds} {slot}{}{}", reason.condition, words(reason));
-            for below in because {
-                write_reason(text, below, depth + 2, printed);
+            for reason in because {
+                write_reason(text, reason, depth + 2, printed, below);
             }
         }
     }
@@ -144,7 +165,7 @@ fn write_label_change(text: &mut String, word: &str, became: &LabelChange) {
     }
 }
 
-fn write_task(text: &mut String, task: &TaskReason) {
+fn write_task(text: &mut String, task: &TaskReason, detail: Detail) {
     let subject = suffix(&task.object, &task.partner);
     let failure = if task.failure { ", a failure" } else { "" };
     let _ = writeln!(text, "  task: {}{subject} {:.3} – {:.3} s{failure}", task.task, task.start_s, task.end_s);
@@ -152,7 +173,10 @@ fn write_task(text: &mut String, task: &TaskReason) {
         let (of, parts) = (parts.len(), parts.join(", "));
         let _ = writeln!(text, "    part {part} of {of} of {task} {start_s:.3} – {end_s:.3} s: {parts}");
     }
-    for tried in &task.tried {
+    // A task that does not match and is tried after the one that names the span decides nothing.
+    let named = task.tried.iter().position(|tried| tried.matches).unwrap_or(task.tried.len());
+    let decides = |(at, tried): &(usize, &TaskCandidate)| detail == Detail::Full || *at <= named || tried.matches;
+    for (_, tried) in task.tried.iter().enumerate().filter(decides) {
         let taken = if tried.matches { "yes" } else { "no " };
         let asked = tried.asked.iter().map(|asked| format!("{} ({})", asked.what, asked.found));
         let _ =
@@ -171,7 +195,7 @@ fn write_why_not(text: &mut String, why_not: &NearestPath, printed: &mut Printed
         let why = if *wanted { "is not so" } else { "takes it" };
         let _ = writeln!(text, "    {choice} {why}{}   {place}", words(reason));
         for below in &reason.because {
-            write_reason(text, below, 3, printed);
+            write_reason(text, below, 3, printed, usize::MAX);
         }
     }
 }

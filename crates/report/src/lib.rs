@@ -17,7 +17,7 @@ pub mod svg;
 pub mod text;
 pub mod words;
 
-pub use explain::explanation;
+pub use explain::{Detail, explanation};
 pub use fit::{fit, patch as fit_patch};
 pub use html::html;
 pub use signals::{CHANNELS, channels};

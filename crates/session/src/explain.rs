@@ -101,9 +101,10 @@ impl Explanations {
     }
 }
 
+/// The choices that are taken, with all their conditions; `{:#}` also has those of the choices that are refused.
 impl fmt::Display for Explanations {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&report::explanation(&self.all()))
+        f.write_str(&report::explanation(&self.all(), detail(f)))
     }
 }
 
@@ -158,8 +159,13 @@ impl<'a> Explanation<'a> {
 
 impl fmt::Display for Explanation<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&report::explanation(std::slice::from_ref(self.inner)))
+        f.write_str(&report::explanation(std::slice::from_ref(self.inner), detail(f)))
     }
+}
+
+/// What is written by `{}`, and by `{:#}`.
+fn detail(f: &fmt::Formatter<'_>) -> report::Detail {
+    if f.alternate() { report::Detail::Full } else { report::Detail::Short }
 }
 
 /// A choice of a tree that was evaluated.

@@ -109,6 +109,8 @@ impl Fact {
     /// In a few words; `holds` says whether the condition does.
     pub fn words(&self, holds: bool) -> String {
         match self {
+            Self::Compared { value, threshold, .. } if value.is_nan() || threshold.is_nan() => "not known here".into(),
+            Self::Threshold { value, .. } if value.is_nan() => "not known here".into(),
             Self::Compared { value, comparison, threshold, margin, unit, holding } => {
                 let [value, threshold, margin_text] =
                     quantities([*value, *threshold, margin.unwrap_or(0.0).abs()], unit);
