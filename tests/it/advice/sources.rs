@@ -16,7 +16,7 @@ const LIST: &str = "lists what is known";
 const OTHER_TEST: &str = "tested where a server, a link or a large file is made";
 
 /// How pieces of advice begin that no case executes, and why.
-const ELSEWHERE: [(&str, &str); 39] = [
+const ELSEWHERE: [(&str, &str); 37] = [
     ("please report this with the rules", FAULT),
     ("this is a bug of teachtree", FAULT),
     ("this build cannot ", FEATURE),
@@ -51,8 +51,6 @@ const ELSEWHERE: [(&str, &str); 39] = [
     ("name a file that ends in `.yaml`, for AutoData", OTHER_TEST),
     ("choose one of them with `--camera TOPIC`", OTHER_TEST),
     ("`--cut whole` makes one episode", OTHER_TEST),
-    ("`teachtree analyze BAG --binding", OTHER_TEST),
-    ("name those that it is computed from", OTHER_TEST),
     ("`param NAME = VALUE in LOW .. HIGH` declares one", OTHER_TEST),
     ("columns of topics are called", OTHER_TEST),
     ("`udp://127.0.0.1:9000` takes rows of this machine", "it waits for datagrams"),
