@@ -215,7 +215,7 @@ fn page(code: &str) -> Result<(), Failure> {
 fn unknown_code(code: &str) -> InputError {
     let codes: Vec<&str> = codes::ALL.iter().map(|(code, _)| *code).collect();
     let kinds: Vec<&str> = IssueKind::ALL.iter().map(|kind| kind.name()).collect();
-    let error = InputError::new("--explain", format!("there is no code and no kind of issues `{code}`"));
+    let error = InputError::new("--explain", format!("`{code}` is neither a code nor a kind of issues"));
     error.help(match nearest(code, kinds.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("codes are {}; kinds of issues are {}", codes.join(", "), kinds.join(", ")),

@@ -157,7 +157,7 @@ fn fail_on_names_outcomes_and_issues() {
 
 /// A recording that ends while its box is carried does not show where the box goes.
 #[test]
-fn a_recording_that_ends_within_a_task_is_no_success() {
+fn a_recording_that_ends_within_a_task_has_an_unknown_outcome() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/contact_flags");
     let folder = tempfile::tempdir().unwrap();
     std::fs::copy(example.join("box.binding.yaml"), folder.path().join("box.binding.yaml")).unwrap();

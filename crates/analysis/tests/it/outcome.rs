@@ -83,7 +83,7 @@ fn nothing_is_a_success_that_could_not_be_a_failure() {
 }
 
 #[test]
-fn a_task_that_is_cut_off_is_no_success() {
+fn a_task_that_is_cut_off_makes_the_outcome_unknown() {
     let cut = |tasks: &[(&str, &str, &str)], frames: &[usize]| {
         let mut analysis = Analysis { frames: 100, ..analysis(tasks) };
         for at in frames {
