@@ -149,7 +149,8 @@ fn other(file: &Path, rules: &RulesOptions) -> Result<String, InputError> {
             .help("name it `NAME.scene.yaml`, `NAME.operator.yaml`, `NAME.binding.yaml` or `NAME.robot.yaml`"));
     };
     let more = inputs::read(kind, file, &text, Some(rules.clone()))?;
-    Ok(format!("{place}: {}{more}, without errors\n", kind.name()))
+    let (facts, warnings) = more.split_at(more.find('\n').unwrap_or(more.len()));
+    Ok(format!("{place}: {}{facts}, without errors{warnings}\n", kind.name()))
 }
 
 /// The rule sets to check: the files that are named are one, each file of a folder is one by itself.

@@ -38,7 +38,8 @@ pub fn read(kind: FileKind, path: &Path, text: &str, rules: Option<RulesOptions>
         FileKind::Operator => teachtree_world::Operator::read(text, &name).map(drop)?,
         FileKind::Robot => {
             let robot = robot(&name, text, true)?;
-            return Ok(pieces(&robot) + &jerks(&robot) + &oddities(&robot));
+            let massless = massless(&robot).map_or_else(String::new, |text| format!("\n  warning: {text}"));
+            return Ok(pieces(&robot) + &jerks(&robot) + &oddities(&robot) + &massless);
         }
         // Of no YAML file.
         FileKind::Log | FileKind::Rules => {}
@@ -118,6 +119,15 @@ fn oddities(robot: &Robot) -> String {
         more => format!("\n  and {more} more such warnings"),
     };
     listed.collect::<String>() + &more
+}
+
+/// The warning that an arm has links without masses.
+pub fn massless(robot: &Robot) -> Option<String> {
+    let joints = robot.massless_arm();
+    let (name, count) = (&robot.tree.dofs[*joints.first()?].name, joints.len());
+    Some(format!(
+        "no link that `{name}` moves has a mass (such joints of arms: {count}); `simulate` gives them the inertia of a motor that reaches its speed in 25 ms: their torques are not those of the robot"
+    ))
 }
 
 /// Reads a text as a robot file, with its meshes or without them.

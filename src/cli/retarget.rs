@@ -1,6 +1,7 @@
 //! `teachtree retarget`: a recording in, commands for a robot out.
 
 use super::analysis::AnalysisArgs;
+use super::inputs::massless;
 use super::progress::Progress;
 use super::source::is_yaml;
 use super::{Failure, output};
@@ -189,6 +190,9 @@ pub fn open_robot(name: &str) -> Result<(Robot, Vec<PathBuf>), InputError> {
         Ok(bytes)
     };
     let robot = robot::open_with_meshes(name, &text_of, &bytes_of)?;
+    if let Some(text) = massless(&robot) {
+        output::warn(&format!("{name}: {text}"));
+    }
     Ok((robot, files.into_inner()))
 }
 

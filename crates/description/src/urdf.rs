@@ -21,10 +21,11 @@ use teachtree_base::short_number::ShortNumber;
 
 /// The largest URDF text that is read, in bytes.
 const MAX_BYTES: usize = 4 << 20;
-/// What a joint has that says nothing of it: torque, N m, speed, rad/s, armature, kg m^2.
+/// What a joint has that says nothing of it: torque, N m, speed, rad/s, armature of a joint that turns, kg m^2, and of one that slides, kg.
 const USUAL_TORQUE: f64 = 1.0;
 const USUAL_SPEED: f64 = 6.0;
 const USUAL_ARMATURE: f64 = 2e-4;
+const USUAL_SLIDING_ARMATURE: f64 = 0.1;
 /// How a file of macros becomes a URDF.
 const EXPAND: &str = "expand the macros of the file: `xacro robot.urdf.xacro > robot.urdf`";
 
@@ -352,7 +353,7 @@ impl<'a> Reader<'a> {
         let moves = damping * speed + friction < torque;
         let [damping, friction] = if moves { [damping, friction] } else { [0.0; 2] };
         let (acceleration, jerk) = (speed / SPEEDS_UP_S, f64::INFINITY);
-        let armature = USUAL_ARMATURE;
+        let armature = if kind == "prismatic" { USUAL_SLIDING_ARMATURE } else { USUAL_ARMATURE };
         Ok(Some(Dof { name: name.into(), range, torque, speed, acceleration, jerk, armature, damping, friction }))
     }
 

@@ -303,6 +303,7 @@ fn from_text(text: &str, file: &str, files: RobotFiles<'_>, depth: usize) -> Res
     // A part may be the arm of another one.
     if depth == 0 {
         built.check_oddities()?;
+        built.add_motors();
     }
     if built.tree.links.len() > MAX_LINKS {
         return Err(InputError::new(

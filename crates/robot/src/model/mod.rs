@@ -3,6 +3,7 @@
 pub(crate) mod file;
 pub mod gripper;
 pub mod hand;
+mod massless;
 pub(crate) mod mesh;
 pub mod robot;
 pub(crate) mod shipped;

@@ -1,6 +1,9 @@
 //! A robot of a URDF and the file beside it.
 
+use crate::demonstrated::commanded;
 use teachtree_robot as robot;
+use teachtree_robot::simulation::simulate;
+use teachtree_world as world;
 
 /// The root of a URDF stands where the file beside it says, joints keep their names, and accelerations are given there.
 #[test]
@@ -87,4 +90,41 @@ fn what_is_odd_about_a_link_matters_if_a_hand_needs_it() {
         Ok(if file == "odd.yaml" { "name: odd\nurdf: odd.urdf\n".into() } else { whole.clone() })
     });
     assert_eq!(alone.unwrap().oddities.len(), 3);
+}
+
+/// Motors of an arm of links without masses have an inertia, so that the simulated arm and its jaws follow their targets.
+#[test]
+fn an_arm_of_links_without_masses_is_simulated() {
+    let urdf = include_str!("../../../../../robots/panda.urdf");
+    let jaw = |side: &str, pad: i32| {
+        format!(
+            "{{link: panda_{side}_pad, tip: [0 mm, 0 mm, 0 mm], radius: 8 mm, pad: [0, {pad}, 0], force: 20 N, source: ours}}"
+        )
+    };
+    let text = format!(
+        "name: panda\nurdf: panda.urdf\nat: [0 mm, -450 mm, 0 mm]\nturned: [0.70710678, 0, 0, 0.70710678]\nhand:\n  side: right\n  palm: panda_hand\n  fingers:\n    thumb: {}\n    index: {}\n",
+        jaw("left", -1),
+        jaw("right", 1)
+    );
+    let open = |urdf: &str| {
+        robot::open("panda.yaml", &|file| Ok(if file == "panda.yaml" { text.clone() } else { urdf.into() })).unwrap()
+    };
+    let panda = open(urdf);
+    let massless: Vec<&str> = panda.massless_arm().iter().map(|dof| panda.tree.dofs[*dof].name.as_str()).collect();
+    assert_eq!(massless.len(), 7, "{massless:?}");
+    // 87 N m bring 0.999 kg m² from rest to 2.175 rad/s in 25 ms.
+    let first = &panda.tree.dofs[panda.massless_arm()[0]];
+    assert!((first.armature * first.speed / first.torque - 0.025).abs() < 1e-12, "{first:?}");
+    let hand = r#"<link name="panda_hand"/>"#;
+    assert!(urdf.contains(hand));
+    let loaded =
+        open(&urdf.replace(hand, r#"<link name="panda_hand"><inertial><mass value="0.7"/></inertial></link>"#));
+    assert_eq!(loaded.massless_arm(), []);
+    for seed in [1, 3] {
+        let mut commands = commanded("pick_and_place", seed);
+        let scene = world::scene("pick_and_place").unwrap();
+        robot::map(&mut commands, &panda, &scene).unwrap();
+        let done = simulate(&commands, &panda, &scene, &mut |_| {}).unwrap();
+        assert!(done.outcomes.len() == 1 && done.outcomes[0].done, "{:?}", done.outcomes);
+    }
 }
