@@ -17,8 +17,6 @@ pub const SHORT_M: f64 = 1e-6;
 
 /// Steps between boxes that hardly overlap get ever shorter, and may end this far apart, m: their axes decide then.
 const UNSURE_M: f64 = 0.01;
-/// A plane between two shapes is looked for after these steps, counted from 0.
-const LOOKS: [usize; 2] = [0, 8];
 
 /// A shape of a link.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,10 +70,11 @@ impl CollisionShape {
     /// show it early.
     pub fn gap_below(&self, other: &Self, below: f64) -> Option<f64> {
         let round = self.radius() + other.radius();
+        let bars = matches!((self, other), (Self::Capsule(..), Self::Capsule(..)));
         let mut at = self.start_point(other);
         let mut there = other.nearest(&at);
         // Between two bars, one step from there is the last.
-        let steps = if matches!((self, other), (Self::Capsule(..), Self::Capsule(..))) { 1 } else { STEPS };
+        let steps = if bars { 1 } else { STEPS };
         for step in 0..steps {
             let next = self.nearest(&there);
             let moved = (next - at).norm();
@@ -84,10 +83,10 @@ impl CollisionShape {
                 break;
             }
             // Points go on toward each other slowly where faces are askew.
-            if steps > 1
+            if !bars
                 && below > 0.0
                 && below.is_finite()
-                && LOOKS.contains(&step)
+                && (step + 1).is_power_of_two()
                 && let Some(axis) = (there - at).try_normalize(SHORT_M)
             {
                 let between = other.extent(&axis)[0] - self.extent(&axis)[1];
@@ -98,23 +97,28 @@ impl CollisionShape {
         }
         let apart = (at - there).norm();
         let has_piece = [self, other].iter().any(|shape| matches!(shape, Self::Piece(..)));
-        let may_overlap = apart < SHORT_M || apart < UNSURE_M && !has_piece;
-        let penetration = Some(other).filter(|_| may_overlap).map_or(0.0, |other| self.penetration(other));
+        // The cores of bars are lines, which are not in each other.
+        let may_overlap = !bars && (apart < SHORT_M || apart < UNSURE_M && !has_piece);
+        let penetration = if may_overlap { self.penetration(other) } else { 0.0 };
         // Of pieces not every axis is tried, so that one on which they overlap proves nothing.
         let apart = if penetration > 0.0 || apart < SHORT_M { -penetration.max(0.0) } else { apart };
         Some(apart - round).filter(|gap| *gap < below)
     }
 
-    /// The penetration depth of the cores of two shapes, m; below zero where they are not in each other.
+    /// The penetration depth of the cores of two shapes, m; zero where they are not in each other.
     fn penetration(&self, other: &Self) -> f64 {
         let (ours, theirs) = (self.edges(), other.edges());
         let across = ours.iter().flat_map(|edge| theirs.iter().map(move |other| edge.cross(other)));
         let axes = self.normals().into_iter().chain(other.normals()).chain(across);
-        let ways = axes.filter_map(|axis| axis.try_normalize(1e-6)).map(|axis| {
+        let mut least = f64::INFINITY;
+        for axis in axes.filter_map(|axis| axis.try_normalize(1e-6)) {
             let ([low, high], [from, to]) = (self.extent(&axis), other.extent(&axis));
-            (high - from).min(to - low)
-        });
-        ways.min_by(f64::total_cmp).unwrap_or(0.0)
+            least = least.min(high - from).min(to - low);
+            if least <= 0.0 {
+                return 0.0;
+            }
+        }
+        if least.is_finite() { least } else { 0.0 }
     }
 
     /// The directions of a core's edges; none of a piece, of which the normals are enough.
@@ -152,6 +156,18 @@ impl CollisionShape {
                 ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], end| [low.min(end), high.max(end)])
             }
         }
+    }
+
+    /// Returns a bar along the longest edge of [`Self::bounding_box`] that holds the shape.
+    pub fn bounding_bar(&self) -> Self {
+        if let Self::Capsule(..) = self {
+            return self.clone();
+        }
+        let (at, half) = self.bounding_box();
+        let axis = half.imax();
+        let reach = Vector3::ith(axis, half[axis]);
+        let radius = (half - reach).norm();
+        Self::Capsule(at * Point3::from(-reach), at * Point3::from(reach), radius)
     }
 
     /// Returns the center and the radius of a ball that holds the shape.

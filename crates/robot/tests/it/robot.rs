@@ -3,6 +3,7 @@
 mod clearance;
 mod clock;
 mod files;
+mod gaps;
 mod grasp_quality;
 mod grasping;
 mod gripper;
