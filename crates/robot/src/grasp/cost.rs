@@ -162,7 +162,7 @@ impl<'a> Cost<'a> {
                     };
                 }
                 let bars: SphereRows = placed(&self.beads.fingers[index], &finger.posture(&angles)).collect();
-                let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
+                let cost = self.idle_cost(scene, index, &bars, best.cost);
                 if cost < best.cost {
                     best = IdleFinger { angles, bars, cost, follows: Some(*other) };
                 }
@@ -172,7 +172,7 @@ impl<'a> Cost<'a> {
             }
         }
         for (angles, bars) in &self.beads.idle[index] {
-            let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
+            let cost = self.idle_cost(scene, index, bars, best.cost);
             if cost < best.cost {
                 best = IdleFinger { angles: *angles, bars: bars.clone(), cost, follows: None };
             }
@@ -223,10 +223,7 @@ impl<'a> Cost<'a> {
             cost += pad_cost;
             if let Some(place) = bars.get_mut(*index) {
                 place.extend(placed(&self.beads.fingers[*index], &posture));
-                cost += place.iter().map(|bar| self.overlap(&scene, bar)).sum::<f64>();
-                if let Some(pushes) = &mut pushes {
-                    place.iter().for_each(|bar| self.push_out(&scene, *index, bar, pushes));
-                }
+                cost += place.iter().map(|bar| self.overlap(&scene, *index, bar, pushes.as_mut())).sum::<f64>();
             }
             touching.push(ContactFinger::new(*index, finger, target, reached, posture, into, pad_slope));
             angles.push((*index, reached.angles));
@@ -236,8 +233,10 @@ impl<'a> Cost<'a> {
             let idle = self.idle_posture(index, &angles, &scene);
             cost += idle.cost;
             following.extend(idle.follows.map(|follows| FollowerFinger { index, follows, angles: idle.angles }));
-            if let Some(pushes) = pushes.as_mut().filter(|_| idle.cost > 0.0) {
-                idle.bars.iter().for_each(|bar| self.push_out(&scene, index, bar, pushes));
+            if pushes.is_some() && idle.cost > 0.0 {
+                for bar in &idle.bars {
+                    self.overlap(&scene, index, bar, pushes.as_mut());
+                }
             }
             if let Some(place) = bars.get_mut(index) {
                 *place = idle.bars;
@@ -330,28 +329,15 @@ impl<'a> Cost<'a> {
         cost
     }
 
-    /// Returns the cost of the overlaps of a capsule of the hand.
-    fn overlap(&self, scene: &[PalmFramePart], bar: &SphereRow) -> f64 {
-        let mut cost = 0.0;
-        self.overlaps(scene, bar, |_, _, over| cost += price(over));
-        cost
-    }
-
-    /// Returns the gradient of that cost by the positions of its spheres.
-    fn push_out(&self, scene: &[PalmFramePart], finger: usize, bar: &SphereRow, pushes: &mut Vec<PointGradient>) {
-        self.overlaps(scene, bar, |part, ball, over| {
-            let slope = part.out(&ball) * -price_slope(over);
-            pushes.push(PointGradient { on: Some((finger, bar.joint)), outside: true, at: ball, slope });
-        });
-    }
-
-    /// Returns the parts that spheres of a capsule overlap or come too near to: part, sphere, and missing distance, m.
-    fn overlaps(
+    /// Returns the cost of a capsule of a finger that overlaps a body or comes too near to it; `pushes` receives its gradient at each sphere.
+    fn overlap(
         &self,
         scene: &[PalmFramePart],
+        finger: usize,
         bar: &SphereRow,
-        mut each: impl FnMut(&PalmFramePart, Point3<f64>, f64),
-    ) {
+        mut pushes: Option<&mut Vec<PointGradient>>,
+    ) -> f64 {
+        let mut cost = 0.0;
         let kept = MARGIN_M + self.away;
         let (middle, around) = bar.around();
         let own = if bar.touches { self.own } else { 0 };
@@ -359,10 +345,27 @@ impl<'a> Cost<'a> {
             for ball in bar.balls() {
                 let over = bar.radius + kept - part.distance(&ball);
                 if over > 0.0 {
-                    each(part, ball, over);
+                    cost += price(over);
+                    if let Some(pushes) = &mut pushes {
+                        let slope = part.out(&ball) * -price_slope(over);
+                        pushes.push(PointGradient { on: Some((finger, bar.joint)), outside: true, at: ball, slope });
+                    }
                 }
             }
         }
+        cost
+    }
+
+    /// Returns the cost of the capsules of an idle finger; it stops adding where the sum reaches `best`.
+    fn idle_cost(&self, scene: &[PalmFramePart], finger: usize, bars: &[SphereRow], best: f64) -> f64 {
+        let mut cost = 0.0;
+        for bar in bars {
+            cost += self.overlap(scene, finger, bar, None);
+            if cost >= best {
+                break;
+            }
+        }
+        cost
     }
 
     /// Returns a pose that brings the fingers nearer to their contacts, by a Gauss–Newton step on the missing distances alone, and the missing distance before it, m.

@@ -1,15 +1,19 @@
-//! The distance between two limbs. Bounding spheres exclude pairs of shapes that cannot be nearer than the nearest pair so far.
+//! The distance between two limbs. Bounding spheres and bars exclude pairs of shapes that cannot be nearer than the nearest pair so far.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_description::shape::CollisionShape;
 use teachtree_description::tree::KinematicTree;
 
-/// A placed shape of a limb, with its link and its bounding sphere.
+/// Bounds of shapes exclude a pair only with this margin for rounding, m.
+const ROUNDING_M: f64 = 1e-9;
+
+/// A placed shape of a limb, with its link, its bounding sphere, and its bounding bar unless it is a bar.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacedShape {
     link: usize,
     shape: CollisionShape,
     ball: (Point3<f64>, f64),
+    bar: Option<CollisionShape>,
 }
 
 /// The nearest shapes of two limbs.
@@ -23,7 +27,8 @@ pub(crate) struct ArmDistance {
 impl PlacedShape {
     /// Returns a placed shape of a link.
     pub(crate) fn new(link: usize, shape: CollisionShape) -> Self {
-        Self { link, ball: shape.bounding_ball(), shape }
+        let bar = (!matches!(shape, CollisionShape::Capsule(..))).then(|| shape.bounding_bar());
+        Self { link, ball: shape.bounding_ball(), bar, shape }
     }
 
     /// Returns the index of its link.
@@ -43,12 +48,23 @@ impl PlacedShape {
 
     /// Returns the shape shifted by a vector, m.
     pub(crate) fn shifted(&self, by: &Vector3<f64>) -> Self {
-        Self { shape: self.shape.moved(&Isometry3::from(*by)), ball: (self.ball.0 + by, self.ball.1), link: self.link }
+        let by_pose = Isometry3::from(*by);
+        let bar = self.bar.as_ref().map(|bar| bar.moved(&by_pose));
+        Self { shape: self.shape.moved(&by_pose), ball: (self.ball.0 + by, self.ball.1), bar, link: self.link }
     }
 
-    /// Returns the gap between two bounding spheres, m: a lower bound of the distance of the shapes.
-    fn least(&self, other: &Self) -> f64 {
-        (self.ball.0 - other.ball.0).norm() - self.ball.1 - other.ball.1
+    /// Returns the signed distance to another shape if it is less than `below`, m.
+    fn gap_to(&self, other: &Self, below: f64) -> Option<f64> {
+        let reach = self.ball.1 + other.ball.1 + below;
+        if reach <= 0.0 || (self.ball.0 - other.ball.0).norm_squared() >= reach * reach {
+            return None;
+        }
+        // Pieces of meshes that are in each other may be given deeper than they are, and than their bars.
+        if below > 0.0 && (self.bar.is_some() || other.bar.is_some()) {
+            let [ours, theirs] = [self, other].map(|it| it.bar.as_ref().unwrap_or(&it.shape));
+            ours.gap_below(theirs, below + ROUNDING_M)?;
+        }
+        self.shape.gap_below(&other.shape, below)
     }
 }
 
@@ -61,25 +77,44 @@ pub(crate) fn placed(tree: &KinematicTree, poses: &[Isometry3<f64>]) -> Vec<Plac
 
 /// Whether the distance of two limbs is less than `below`, m.
 pub(crate) fn nearer(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -> bool {
-    let near = |one: &PlacedShape, other: &PlacedShape| {
-        one.least(other) < below && one.shape.gap_below(&other.shape, below).is_some()
-    };
-    ours.iter().any(|one| theirs.iter().any(|other| near(one, other)))
+    ours.iter().any(|one| theirs.iter().any(|other| one.gap_to(other, below).is_some()))
 }
 
 /// Returns the distance between two limbs if it is less than `below`, m.
 pub(crate) fn arm_distance(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -> Option<ArmDistance> {
+    arm_distance_until(ours, theirs, below, f64::NEG_INFINITY)
+}
+
+/// The same; as soon as it is less than `enough`, m, that is the answer.
+pub(crate) fn arm_distance_until(
+    ours: &[PlacedShape],
+    theirs: &[PlacedShape],
+    below: f64,
+    enough: f64,
+) -> Option<ArmDistance> {
     let mut nearest: Option<ArmDistance> = None;
+    let (middle, radius) = ball_about(theirs);
     for one in ours {
+        if (one.ball.0 - middle).norm() - one.ball.1 - radius >= below {
+            continue;
+        }
         for other in theirs {
             let so_far = nearest.as_ref().map_or(below, |nearest| nearest.gap);
-            if one.least(other) >= so_far {
-                continue;
-            }
-            if let Some(gap) = one.shape.gap_below(&other.shape, so_far) {
+            if let Some(gap) = one.gap_to(other, so_far) {
                 nearest = Some(ArmDistance { gap, links: [one.link, other.link] });
+                if gap < enough {
+                    return nearest;
+                }
             }
         }
     }
     nearest
+}
+
+/// Returns center and radius of a ball that holds the bounding spheres of all shapes, m.
+fn ball_about(shapes: &[PlacedShape]) -> (Point3<f64>, f64) {
+    let sum: Vector3<f64> = shapes.iter().map(|shape| shape.ball.0.coords).sum();
+    let middle = Point3::from(sum / shapes.len().max(1) as f64);
+    let reach = |shape: &PlacedShape| (shape.ball.0 - middle).norm() + shape.ball.1 + ROUNDING_M;
+    (middle, shapes.iter().map(reach).fold(0.0, f64::max))
 }

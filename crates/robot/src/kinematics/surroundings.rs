@@ -4,7 +4,7 @@
 //! other if at least `JOINTS_BETWEEN` joints are between them: nearer links meet at their joints.
 
 use super::arm_distance::PlacedShape;
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_description::shape::{CollisionShape, SHORT_M, solids};
 use teachtree_description::tree::KinematicTree;
@@ -142,6 +142,13 @@ impl PlacedShape {
     /// Whether the gap to a shape is at most `than`, m.
     pub(crate) fn is_nearer(&self, other: &CollisionShape, than: f64) -> bool {
         self.gap_below(other, than + SHORT_M).is_some()
+    }
+
+    /// Whether the gap to a shape is at most `than` after a shift by `by`, m.
+    pub(crate) fn is_nearer_shifted(&self, by: &Vector3<f64>, other: &CollisionShape, than: f64) -> bool {
+        let ((middle, radius), below) = (self.ball(), than + SHORT_M);
+        let may_be = other.distance(&(middle + by)) < radius + below;
+        may_be && self.shape().moved(&Isometry3::from(*by)).gap_below(other, below).is_some()
     }
 
     /// The gap to a shape, m; `None` where it is no less than `below`.

@@ -30,8 +30,7 @@ impl Change {
         scene: &Scene,
     ) {
         for rollout in begun.into_iter().filter_map(|begun| Rollout::of(begun, all, scene)) {
-            let near = rollout.near_to(&self.rollouts[1 - hand], hand);
-            if total(&near) < total(&self.near) {
+            if let Some(near) = rollout.near_to(&self.rollouts[1 - hand], hand, total(&self.near)) {
                 self.rollouts[hand] = rollout;
                 (self.tasks, self.near) = (tasks.clone(), near);
             }

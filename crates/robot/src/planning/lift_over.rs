@@ -150,7 +150,7 @@ impl Stage<'_> {
     /// Whether a hand at an offset from its pose at the grasp is nearer than this to a shape, m.
     fn is_nearer(&self, hand: &[PlacedShape], offset: &Vector3<f64>, than: f64) -> bool {
         let others = || self.object.iter().chain(self.fixed.shapes());
-        hand.iter().map(|shape| shape.shifted(offset)).any(|shape| others().any(|other| shape.is_nearer(other, than)))
+        hand.iter().any(|shape| others().any(|other| shape.is_nearer_shifted(offset, other, than)))
     }
 
     /// Returns the height by which a hand at an offset from its pose at the grasp must be lifted, m.

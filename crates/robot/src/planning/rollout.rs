@@ -5,7 +5,7 @@ use super::moving::Moving;
 use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
-use crate::kinematics::arm_distance::{PlacedShape, arm_distance, nearer, placed};
+use crate::kinematics::arm_distance::{PlacedShape, arm_distance, arm_distance_until, nearer, placed};
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
@@ -27,6 +27,9 @@ const COARSE_S: f64 = 0.1;
 
 /// Smallest gap between a hand and an object that the other hand handles, m: during an insertion, fingers are near both objects.
 const BESIDE_M: f64 = 0.003;
+
+/// A search for the missing distance ends early only with this margin for rounding, m.
+const ROUNDING_M: f64 = 1e-9;
 
 /// Additional weight of a millimeter of penetration over a millimeter of missing distance.
 const DEEPER: f64 = 4.0;
@@ -67,15 +70,20 @@ impl Occupied {
         Self { limb, object, shares }
     }
 
-    /// Returns the missing distance between two limbs, or a limb and the object of the other one, m; a penetration has a larger weight.
-    pub(super) fn too_near(&self, other: &Self) -> f64 {
+    /// Returns the missing distance between two limbs, or a limb and the object of the other one, m; a penetration has a larger weight. If it exceeds `most`, the
+    /// result is any value above `most`.
+    pub(super) fn too_near(&self, other: &Self, most: f64) -> f64 {
         let by = |ours: &[PlacedShape], theirs: &[PlacedShape], room: f64| {
-            arm_distance(ours, theirs, room).map_or(0.0, |found| room - found.gap + DEEPER * (-found.gap).max(0.0))
+            // The gap at which it is `most`.
+            let least = if most < room { room - most } else { (room - most) / (1.0 + DEEPER) };
+            let found = arm_distance_until(ours, theirs, room, least - ROUNDING_M);
+            found.map_or(0.0, |found| room - found.gap + DEEPER * (-found.gap).max(0.0))
         };
         let touched = |one: &Self, other: &Self| {
             if one.shares && other.shares { 0.0 } else { by(&one.limb, &other.object, BESIDE_M) }
         };
-        by(&self.limb, &other.limb, ROOM_M).max(touched(self, other)).max(touched(other, self))
+        let limbs = by(&self.limb, &other.limb, ROOM_M);
+        if limbs > most { limbs } else { limbs.max(touched(self, other)).max(touched(other, self)) }
     }
 
     /// Whether this limb and its object leave room for a hand on a path that is displaced by `by`, m.
@@ -305,16 +313,29 @@ impl Rollout {
         (depth_m > 0.0).then(|| Crossing { tasks: tasks.to_vec(), depth_m })
     }
 
-    /// As [`Rollout::near`], for the rollout of the hand with this index; steps are in the order of the hands.
-    pub(super) fn near_to(&self, other: &Self, hand: usize) -> Vec<Near> {
-        if hand == 0 { self.near(other) } else { other.near(self) }
+    /// As [`Rollout::near`], for the rollout of the hand with this index; steps are in the order of the hands. `None` if their sum is at least `below`, m.
+    pub(super) fn near_to(&self, other: &Self, hand: usize, below: f64) -> Option<Vec<Near>> {
+        if hand == 0 { self.near_below(other, below) } else { other.near_below(self, below) }
     }
 
     /// Returns the steps at which two rollouts are too near to each other.
     pub(super) fn near(&self, other: &Self) -> Vec<Near> {
-        let steps = self.together(other).into_iter();
-        let near = steps.map(|steps| Near { steps, by: self.at(steps[0]).too_near(other.at(steps[1])) });
-        near.filter(|near| near.by > 0.0).collect()
+        self.near_below(other, f64::INFINITY).unwrap_or_default()
+    }
+
+    fn near_below(&self, other: &Self, below: f64) -> Option<Vec<Near>> {
+        let (mut near, mut sum) = (Vec::new(), 0.0);
+        for steps in self.together(other) {
+            if sum >= below {
+                return None;
+            }
+            let by = self.at(steps[0]).too_near(other.at(steps[1]), below - sum);
+            if by > 0.0 {
+                near.push(Near { steps, by });
+                sum += by;
+            }
+        }
+        (sum < below).then_some(near)
     }
 }
 
@@ -336,7 +357,10 @@ fn steps(rollouts: &[&Rollout; 2], time: &TimeScale, step: usize) -> [usize; 2] 
 pub(super) fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Option<f64> {
     let mut sum = 0.0;
     for (one, other) in ours.iter().zip(theirs) {
-        sum += one.too_near(other);
+        if most < 0.0 {
+            return None;
+        }
+        sum += one.too_near(other, most - sum);
         if sum > most {
             return None;
         }
