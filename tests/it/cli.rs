@@ -312,15 +312,15 @@ fn one_file_is_not_written_twice() {
     let (one, other) = (place("a.txt"), format!("{}/./a.txt", folder.path().display()));
     let twice = teachtree(&[&["analyze", log, "-o", &one, "--report", &other][..], &binding].concat());
     assert_eq!(twice.status.code(), Some(2));
-    assert!(complained(&twice).contains("is to be written twice"), "{}", complained(&twice));
+    assert!(complained(&twice).contains("is the file of two outputs"), "{}", complained(&twice));
     assert!(!Path::new(&one).exists());
     let scored = teachtree(&["score", log, "-o", &one, "--picture", &one]);
-    assert!(complained(&scored).contains("is to be written twice"), "{}", complained(&scored));
+    assert!(complained(&scored).contains("is the file of two outputs"), "{}", complained(&scored));
     let (commands, recording, beside) = (place("commands.json"), place("robot.csv"), place("robot.scene.yaml"));
     let none = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 100, "scene": "", "tasks": []}"#;
     std::fs::write(&commands, none).unwrap();
     let simulated = teachtree(&["simulate", &commands, "--scene", "slide", "-o", &recording, "--report", &beside]);
-    assert!(complained(&simulated).contains("is to be written twice"), "{}", complained(&simulated));
+    assert!(complained(&simulated).contains("is the file of two outputs"), "{}", complained(&simulated));
     for name in ["taught.html", "log.scene.yaml"] {
         let taught = teachtree(&["teach", "slide", "slide", "-o", &place(name)]);
         assert_eq!(taught.status.code(), Some(2), "{name}");

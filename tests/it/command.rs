@@ -427,8 +427,9 @@ fn commands_that_ask_too_much_or_nothing_are_reported() {
     };
     let (code, printed) = commanded(&path("weak.yaml"));
     assert!(
-        printed.contains("warning: task 1 (right pick_and_place) asks the thumb for")
-            && printed.contains("which gives 0.50 N at most"),
+        printed.contains(
+            "warning: task 1 (right pick_and_place) requires 1.15 N of the thumb, which gives 0.50 N at most"
+        ),
         "{printed}"
     );
     assert_eq!(code, Some(0));

@@ -95,7 +95,7 @@ fn the_table_is_written_as_csv_and_as_parquet() {
         assert!(complained(&output).contains(wanted), "{}", complained(&output));
     };
     refused(&["analyze", "log.csv", "--frames", "log.csv"], "is an input of this command");
-    refused(&["analyze", "log.csv", "frames.csv", "--frames", "all.csv"], "of one recording");
+    refused(&["analyze", "log.csv", "frames.csv", "--frames", "all.csv"], "written for one recording");
     refused(&["analyze", "log.csv", "--frames", "all.json"], "expected .csv or .parquet");
     refused(&["analyze", "log.csv", "--frames", "all.csv", "--signals", "nar"], "did you mean `near`?");
     assert!(!folder.path().join("all.csv").exists());

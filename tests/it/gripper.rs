@@ -104,7 +104,7 @@ fn each_line_of_a_proposed_binding_is_read() {
             let mut opened = open(&first);
             // Of a file with several recordings the message names one.
             if let Err(error) = &opened
-                && let Some((_, rest)) = error.to_string().split_once("behind `#`, such as `")
+                && let Some((_, rest)) = error.to_string().split_once("after `#`, such as `")
             {
                 opened = open(Path::new(rest.split_once('`').unwrap().0));
             }

@@ -371,5 +371,5 @@ fn a_trace_has_the_segments_below_their_tasks() {
     assert!(counters.contains("right.near") && counters.contains("right.squeeze"), "{counters:?}");
     assert!(events.iter().any(|event| event["name"] == "thread_name" && event["args"]["name"] == "right"));
     let several = teachtree_in(&demos(), &["analyze", LOG, "lift_demo_1.csv", "--trace", out.to_str().unwrap()]);
-    assert!(complained(&several).contains("a trace is of one recording"), "{}", all_said(&several));
+    assert!(complained(&several).contains("a trace is written for one recording"), "{}", all_said(&several));
 }

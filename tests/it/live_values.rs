@@ -35,7 +35,7 @@ fn stamps_of_too_few_digits_are_the_cause() {
     };
     let (said, status) = live(whole, "");
     assert_eq!(status, Some(2), "{said}");
-    assert!(said.contains("rows share each time stamp") && said.contains("stamps need more digits"), "{said}");
+    assert!(said.contains("rows share each time stamp") && said.contains("stamps need enough digits"), "{said}");
 }
 
 /// The box is carried for a while between the rows 420 and 640.

@@ -145,7 +145,7 @@ fn stamps_in_another_unit_are_reported_with_the_unit_that_does() {
         for from in [0.0, 1.7e9 * per_s] {
             let path = file(&folder, "log.csv", &stamped("time", per_s, from));
             let printed = refused(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
-            assert!(printed.contains(&format!("if the stamps are in {unit}, say `time [{unit}]`")), "{printed}");
+            assert!(printed.contains(&format!("if the stamps are in {unit}, write `time [{unit}]`")), "{printed}");
             let path = file(&folder, "log.csv", &stamped(&format!("time [{unit}]"), per_s, from));
             let output = teachtree(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
             assert!(output.status.success(), "{unit}: {}", complained(&output));
@@ -314,7 +314,7 @@ fn check_refuses_a_binding_that_analyze_refuses() {
     // Rules of one's own are named with the binding that is for them.
     let rules = file(&folder, "own.rules", "use \"contact.rules\"\nparam lift = 3 mm in 1 mm .. 10 mm\n");
     std::fs::write(path, binding("", "params: {lift: 4 mm}\n")).unwrap();
-    assert!(complained(&teachtree(&["check", path])).contains("name these too: `teachtree check my.rules"));
+    assert!(complained(&teachtree(&["check", path])).contains("name them too: `teachtree check my.rules"));
     let output = teachtree(&["check", &rules, path]);
     assert!(output.status.success(), "{}{}", said(&output), complained(&output));
 }

@@ -111,7 +111,7 @@ fn what_cannot_be_written_is_refused() {
     let layout = folder.path().join("view.foxglove.json");
     let output = analyze(&out, &["-o", layout.to_str().unwrap()]);
     assert!(
-        output.status.code() == Some(2) && complained(&output).contains("written twice"),
+        output.status.code() == Some(2) && complained(&output).contains("the file of two outputs"),
         "{}",
         complained(&output)
     );

@@ -83,7 +83,7 @@ fn an_object_that_is_too_heavy_slips_and_is_lost() {
     assert!(slipped["text"].as_str().unwrap().ends_with(", contact with `box`"), "{slipped}");
     let left = of(&causes, "left_way");
     assert_eq!((&left["track"], &left["primitive"]), (&"right".into(), &"Translate".into()), "{causes:#?}");
-    assert!(left["text"].as_str().unwrap().contains("right hand in Translate: the object left its way"), "{left}");
+    assert!(left["text"].as_str().unwrap().contains("right hand in Translate: the object left its path"), "{left}");
     let lost = of(&causes, "contact_lost");
     assert!(lost["time_s"].as_f64() >= slipped["time_s"].as_f64(), "{causes:#?}");
 }

@@ -26,5 +26,8 @@ fn an_arm_that_goes_through_the_scene_is_a_collision() {
     std::fs::write(folder.path().join("post.yaml"), scene.replacen("hands:", post, 1)).unwrap();
     let said = simulate(5, "post.yaml");
     assert!(said.starts_with("done with collisions"), "{said}");
-    assert!(said.contains("warning: nothing stops simulated links") && said.contains("through `post`"), "{said}");
+    assert!(
+        said.contains("warning: collisions do not stop simulated links") && said.contains("through `post`"),
+        "{said}"
+    );
 }

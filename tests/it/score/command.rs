@@ -124,7 +124,7 @@ fn what_cannot_be_scored_is_said() {
     std::fs::write(&labels, "label,start_s,end_s\nGrasp,0,1\n").unwrap();
     for (args, wanted) in [
         (vec!["score", empty], "the folder holds no log: no data set, and no file that ends in csv, tsv, parquet"),
-        (with(&[]), "the log does not say what is true"),
+        (with(&[]), "the log has no true labels"),
         (with(&["--labels", "nowhere.csv"]), "nowhere.csv: there is no such file"),
         (with(&["--labels", "docs"]), "the log has no label file"),
         (with(&["--labels", "nowhere.csv", "--map", "none.yaml"]), "none.yaml: there is no such file"),

@@ -244,7 +244,7 @@ fn errors_of_the_rule_files_are_shown_and_mended_on_the_page() {
     assert_eq!(browser.eval("document.querySelector('#editor').open"), true);
     assert_eq!(browser.eval("document.querySelector('#editor-file').value"), "mine.rules");
     assert_eq!(browser.text("#editor-numbers .error"), "4");
-    assert!(browser.text("#editor-state").contains("no lanes"), "{}", browser.text("#editor-state"));
+    assert!(browser.text("#editor-state").contains("lanes are shown after"), "{}", browser.text("#editor-state"));
     assert!(browser.eval("document.querySelectorAll('.panel canvas').length").as_u64().unwrap() > 0);
     assert_eq!(browser.eval("document.querySelectorAll('#lanes .pinned').length"), 1);
     assert_eq!(browser.eval("document.querySelectorAll(\"[data-pick^='segment']\").length"), 0);

@@ -70,7 +70,7 @@ fn left_out(survey: &Survey) -> String {
         let written: Vec<String> = others.iter().map(|other| format!("`[{other}]`")).collect();
         let _ = writeln!(
             text,
-            "  # positions without a unit are in {unit} by their range; if they are in {}, write {} behind each",
+            "  # positions without a unit are in {unit} by their range; if they are in {}, write {} after each",
             others.join(" or "),
             written.join(" or ")
         );

@@ -128,13 +128,13 @@ fn one_unit_for_all_positions_of_a_log() {
     let found = binding(&in_mm);
     assert_eq!(channel(&found, "right.tcp.position"), Some("tcp_<xyz> [mm]"), "{found}");
     assert_eq!(channel(&found, "cube.position"), Some("cube_<xyz> [mm]"), "{found}");
-    assert!(found.contains("if they are in m or cm, write `[m]` or `[cm]` behind each"), "{found}");
+    assert!(found.contains("if they are in m or cm, write `[m]` or `[cm]` after each"), "{found}");
     // A few bad samples do not count.
     let in_m: [Column; 3] =
         [("tcp_x", |passed| if passed > 0.97 { 900.0 } else { along(passed) }), ("tcp_y", along), ("tcp_z", lift)];
     let found = binding(&in_m);
     assert_eq!(channel(&found, "right.tcp.position"), Some("tcp_<xyz>"), "{found}");
-    assert!(found.contains("if they are in cm or mm, write `[cm]` or `[mm]` behind each"), "{found}");
+    assert!(found.contains("if they are in cm or mm, write `[cm]` or `[mm]` after each"), "{found}");
 }
 
 #[test]

@@ -38,7 +38,7 @@ impl Resolver {
                 Some(Samples::Last(duration))
             }),
             Samples::Since(condition) => self.expr(condition, inside).and_then(|condition| {
-                self.want_bool(&condition, "`since` watches")?;
+                self.want_bool(&condition, "`since` takes")?;
                 Some(Samples::Since(Box::new(condition)))
             }),
         };

@@ -310,7 +310,8 @@ impl<'a> Pair<'a> {
         let [Some(one), Some(other)] = [0, 1].map(|hand| choices[hand].first()) else { return Vec::new() };
         // If only the arms are too near, hands may come nearer than at present.
         let hands = too_near(&one.stands, &other.stands, f64::INFINITY).unwrap_or(f64::INFINITY);
-        let limbs = |steps: &[usize; 2]| self.rollouts[0].at(steps[0]).too_near(self.rollouts[1].at(steps[1]), f64::INFINITY);
+        let limbs =
+            |steps: &[usize; 2]| self.rollouts[0].at(steps[0]).too_near(self.rollouts[1].at(steps[1]), f64::INFINITY);
         let present = hands.max(steps.iter().map(limbs).sum()).max(SLIGHT_M);
         let fixed = Surroundings::sunk(self.scene, SUNK_M);
         let through = [0, 1].map(|hand| {

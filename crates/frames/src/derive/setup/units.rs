@@ -187,7 +187,7 @@ fn too_small(scene: &Scene, survey: &Survey, hand: &HandSamples, objects: &[usiz
         })?
     };
     let message = format!(
-        "{found}, and it moves by {} mm: it is probably in m and read in mm or cm; write the unit behind its columns, ` [m]`",
+        "{found}, and it moves by {} mm: it is probably in m and read in mm or cm; write the unit after its columns, ` [m]`",
         in_mm(moves_by)
     );
     Some(over_all(survey, channel_of(hand), message))
@@ -237,13 +237,13 @@ fn other_scale(scene: &Scene, survey: &Survey, hand: &HandSamples, object: usize
     let (channel, message) = if large > TOO_FAR / 4.0 {
         let message = format!(
             "it moves {times} times as far as `{smaller}`, with which it moves ({lengths}): it is probably in {unit} and read as m; write the unit \
-             behind its columns, ` [{unit}]`"
+             after its columns, ` [{unit}]`"
         );
         (larger, message)
     } else {
         let message = format!(
             "`{larger}` moves {times} times as far, and together with it ({lengths}): this position is probably in m and read in {unit}; write the \
-             unit behind its columns, ` [m]`"
+             unit after its columns, ` [m]`"
         );
         (smaller, message)
     };
@@ -269,7 +269,7 @@ fn out_of_reach(scene: &Scene, survey: &Survey, hand: &HandSamples, object: usiz
         let (channel, other) = (channel_of(hand), format!("{}.position", name_of(scene, object)));
         let (channel, other) = if hand_is_farther { (channel, other) } else { (other, channel) };
         let message = format!(
-            "it is never nearer than {distance:.0} m to `{other}`: it is probably in {unit} and read in a larger unit; write the unit behind its \
+            "it is never nearer than {distance:.0} m to `{other}`: it is probably in {unit} and read in a larger unit; write the unit after its \
              columns, such as ` [{unit}]`"
         );
         over_all(survey, channel, message)

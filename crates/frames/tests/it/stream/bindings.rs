@@ -198,6 +198,6 @@ mod linear {
         };
         assert_eq!(log("ticks * 20 [ms]").unwrap(), [0.0, 0.02, 0.04]);
         assert!(fault("time: ticks * 20 + 3 [ms]").contains("expected it as `time_offset: 5 s`"));
-        assert!(fault("time: ticks * -20 [ms]").contains("time would run backwards"));
+        assert!(fault("time: ticks * -20 [ms]").contains("time would run backward"));
     }
 }

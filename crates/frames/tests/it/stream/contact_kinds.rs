@@ -73,7 +73,7 @@ fn motion_is_not_a_weaker_kind_of_contact() {
     assert!((2.5..14.0).contains(&found), "{found} N");
     // A touch may be as weak as that.
     let [message] = about.as_slice() else { panic!("{about:?}") };
-    assert!(message.contains("where 3.") && message.contains("are contact too"), "{message}");
+    assert!(message.contains("about 3.") && message.contains("are contact too"), "{message}");
 }
 
 #[test]

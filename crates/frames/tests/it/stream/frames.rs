@@ -88,7 +88,7 @@ fn poses_in_different_frames_of_a_tree_count_in_the_frame_that_they_have_in_comm
         issues.iter().filter(|issue| issue.kind == "different_frames").map(|issue| issue.message.as_str()).collect();
     assert_eq!(told.len(), 1);
     assert!(
-        told[0].contains("those in `camera` and `wrist` are composed") && told[0].contains("count in `world`"),
+        told[0].contains("those in `camera` and `wrist` are composed") && told[0].contains("expressed in `world`"),
         "{told:?}"
     );
 }
@@ -269,7 +269,7 @@ fn poses_of_a_live_log_are_composed() {
     are(&log, "cube", |time| world_from_camera() * camera_from_cube(time), 2e-4);
     let told: Vec<&String> = issues.iter().filter(|issue| issue.contains("different frames")).collect();
     assert_eq!(told.len(), 1, "{issues:?}");
-    assert!(told[0].contains("all count in `world`"), "{told:?}");
+    assert!(told[0].contains("all are expressed in `world`"), "{told:?}");
     let (log, issues) = live("world", &format!("frame: world{LIVE}")).unwrap();
     are(&log, "cube", |time| world_from_camera() * camera_from_cube(time), 2e-4);
     assert!(issues.iter().all(|issue| !issue.contains("frames")), "{issues:?}");

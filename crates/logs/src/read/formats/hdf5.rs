@@ -155,7 +155,7 @@ impl Container {
     }
 }
 
-/// Whether a data set needs a filter other than deflate, shuffle, Fletcher's check sum, scale-offset and LZF.
+/// Whether a data set needs a filter other than deflate, shuffle, Fletcher's checksum, scale-offset and LZF.
 fn has_other_filter(dataset: &Dataset) -> bool {
     dataset.filters().iter().any(|filter| ![1, 2, 3, 6, 32_000].contains(filter))
 }

@@ -56,7 +56,7 @@ fn a_type_that_is_not_read_is_named_where_it_is_bound() {
     );
     assert!(refused("stamp").contains("`stamp` cannot be read: has values of a type that is not read"));
     assert!(
-        refused("summed").contains("`summed` cannot be read: has a check sum (Fletcher32) before its other filters")
+        refused("summed").contains("`summed` cannot be read: has a checksum (Fletcher32) before its other filters")
     );
     assert!(refused("ragged").contains("`ragged` cannot be read: has rows of different lengths"));
     let binding = "rate: 50 Hz\nchannels: {right.gripper.opening: 'half[3] [mm]'}\n";
@@ -72,7 +72,7 @@ fn a_wrong_check_sum_is_told_as_damage() {
     let path = folder.path().join("log.hdf5");
     std::fs::write(&path, bytes).unwrap();
     let error = formats::open(&path).map(|_| ()).unwrap_err().to_string();
-    assert!(error.contains("is damaged: a check sum of its structure is wrong"), "{error}");
+    assert!(error.contains("is damaged: a checksum of its structure is wrong"), "{error}");
 }
 
 /// The recordings that come with robosuite 1.4.1, 5 MB, where the folder `robosuite_hdf5` of `TEACHTREE_DATA` has them as `lift.hdf5`,

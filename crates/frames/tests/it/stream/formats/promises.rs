@@ -250,7 +250,7 @@ fn promises() -> Vec<Promise> {
             "stamps in milliseconds",
             |log| column(log, "time").iter_mut().for_each(|time| *time *= 1e3),
             CHANNELS,
-            "if the stamps are in ms, say `time [ms]`",
+            "if the stamps are in ms, write `time [ms]`",
             &[],
         ),
         of(

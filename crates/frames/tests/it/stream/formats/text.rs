@@ -348,7 +348,7 @@ fn rotation_vectors_become_quaternions() {
     // Degrees that are read as radians.
     let log = "t,x,y,z\n0,120,0,0\n1,120,0,0\n2,120,0,0\n";
     let (_, issues) = bound_text("log.csv", log, "time: t\nchannels: {cube.rotation: <rotvec>}\n").unwrap();
-    assert!(issues.iter().any(|issue| issue.message.contains("are they degrees?")), "{issues:?}");
+    assert!(issues.iter().any(|issue| issue.message.contains("if they are degrees, write")), "{issues:?}");
 }
 
 #[test]

@@ -378,7 +378,7 @@ impl<'a> Writer<'a> {
         }
         let offsets_at = summary_at + summary.len() as u64;
         summary.extend(offsets);
-        // The check sum covers the summary and the footer up to itself.
+        // The checksum covers the summary and the footer up to itself.
         let footer = Fields::default().u64(summary_at).u64(offsets_at);
         let mut covered = summary.clone();
         covered.push(FOOTER);

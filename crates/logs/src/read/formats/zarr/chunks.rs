@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::rc::Rc;
 use teachtree_base::error::InputError;
 
-/// Maximum overhead of an encoded chunk, bytes: headers and check sums.
+/// Maximum overhead of an encoded chunk, bytes: headers and checksums.
 const AROUND: usize = 1 << 16;
 
 /// An array whose chunks are not read yet.

@@ -101,7 +101,7 @@ pub(super) fn zstd(bytes: &[u8], most: usize) -> Result<Vec<u8>, String> {
     unpacked.map_err(|error| format!("cannot be unpacked: {error}"))
 }
 
-/// The check sum of Castagnoli (RFC 3720, section B.4).
+/// The checksum of Castagnoli (RFC 3720, section B.4).
 pub(super) fn crc32c(bytes: &[u8]) -> u32 {
     let step = |sum: u32, byte: &u8| {
         let sum = sum ^ u32::from(*byte);

@@ -13,7 +13,7 @@ pub(super) struct Shards {
     pub shape: Vec<usize>,
     /// Whether the index is before the chunks, not after them.
     pub index_at_start: bool,
-    /// Whether the index has a check sum.
+    /// Whether the index has a checksum.
     pub has_sum: bool,
     /// The codecs of a shard, in the order of encoding.
     pub codecs: Vec<Codec>,
