@@ -208,7 +208,7 @@ class Analysis:
         return Score(*self._inner.score(labels, track, map))
 
     def with_confidence(self) -> Analysis:
-        """The same analysis with the confidence of each boundary and task (docs/formats.md); takes about fifteen times as long."""
+        """The same analysis with the confidence of each boundary and task (docs/formats.md); takes about ten times as long."""
         return Analysis(self._inner.with_confidence(), self.log)
 
     def json(self) -> str:

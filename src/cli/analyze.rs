@@ -39,7 +39,7 @@ pub struct Args {
     pub fail_on: FailOnArg,
     #[command(flatten)]
     pub form: FormatArg<Format>,
-    /// Also report the confidence of boundaries and tasks, from runs with params 20 % smaller and larger
+    /// Also report the confidence of boundaries and tasks, from variations of params and log
     #[arg(long)]
     pub confidence: bool,
     #[command(flatten)]

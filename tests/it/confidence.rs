@@ -28,7 +28,8 @@ fn a_boundary_is_where_its_variations_are() {
             let number = |key: &str| segment[key].as_f64().unwrap_or_else(|| panic!("{key}: {segment}"));
             assert_eq!((&segment["primitive"], &segment["start_s"]), (&without["primitive"], &without["start_s"]));
             assert!(without.get("confidence").is_none());
-            assert!((0.0..=1.0).contains(&number("confidence")), "{segment}");
+            // On no public set are 90 % of the boundaries right, at any agreement.
+            assert!((0.0..0.9).contains(&number("confidence")), "{segment}");
             assert!(number("earliest_s") <= number("start_s") && number("start_s") <= number("latest_s"), "{segment}");
             starts += 1;
         }
@@ -46,11 +47,11 @@ fn a_boundary_is_where_its_variations_are() {
     let segments = sure["tracks"][0]["relabeled"].as_array().unwrap();
     assert!(segments.iter().filter_map(|it| it["margin"].as_f64()).any(|margin| margin > 3.0), "{segments:#?}");
     let text = run(folder.path(), &["analyze", "log.csv", "--confidence"]);
-    assert!(text.contains(" %, starts ") && text.contains("> 99 %, starts "), "{text}");
+    assert!(text.contains(" %, starts ") && text.contains("   agreement > 99 %"), "{text}");
     assert!(!text.contains("100 %"), "{text}");
     run(folder.path(), &["analyze", "log.csv", "--confidence", "--report", "sure.html", "-q"]);
     let page = std::fs::read_to_string(folder.path().join("sure.html")).unwrap();
-    assert!(page.contains("<th>confidence</th><th>starts between, s</th>"));
+    assert!(page.contains("<th>confidence</th><th>starts between, s</th>") && page.contains("<th>agreement</th>"));
     assert!(page.contains("<td class=\"number\">&gt; 99 %</td>") && !page.contains("\">100 %<"));
     run(folder.path(), &["analyze", "log.csv", "--report", "plain.html", "-q"]);
     assert!(!std::fs::read_to_string(folder.path().join("plain.html")).unwrap().contains("<th>confidence</th>"));
@@ -84,9 +85,12 @@ scene: {bodies: {tool: {role: object, radius: 50 mm, fixed_to: right}}}
     let traces: Vec<&Value> = segments.iter().filter(|it| it["primitive"] == "Trace").collect();
     let [step, rise] = traces.as_slice() else { panic!("{segments:#?}") };
     let confidence = |segment: &Value| segment["confidence"].as_f64().unwrap();
-    assert!(confidence(step) >= 0.9 && confidence(rise) < confidence(step), "{step:#} {rise:#}");
+    assert!(confidence(rise) < confidence(step), "{step:#} {rise:#}");
     let width = |segment: &Value| segment["latest_s"].as_f64().unwrap() - segment["earliest_s"].as_f64().unwrap();
     assert!(width(rise) > width(step) + 0.05, "{step:#} {rise:#}");
+    // The level is varied by more than the params: from 2/3 to 3/2.
+    let after = |key: &str| rise[key].as_f64().unwrap() - 14.0;
+    assert!(after("latest_s") > 1.9 * after("earliest_s"), "{rise:#}");
     let margin = |segment: &Value| segment["margin"].as_f64().unwrap();
     assert!(margin(step) > 5.0 && margin(rise) < margin(step) / 2.0, "{step:#} {rise:#}");
 }

@@ -1,7 +1,8 @@
-//! The confidence of boundaries and tasks, from analyses of the same log by rules with other values.
+//! The confidence of boundaries and tasks, from variations: analyses of the same log by rules with other values, and of varied logs by the same rules.
 //!
-//! The confidence of a boundary is the share of the variations that have it at the same place, to [`SAME_S`]; that of a task the share that has it under the
-//! same name over half of the time.
+//! The agreement on a boundary is the share of the variations that have it at the same place, to [`SAME_S`]. Its confidence is the share of boundaries with
+//! this agreement that were right on public sets ([`calibrated`]). The confidence of a task is the share of the variations that have it under the same name
+//! over half of the time; it is not calibrated, since the public sets have no tasks.
 
 use super::{Analysis, Segment, TaskSpan, TrackId};
 
@@ -12,6 +13,15 @@ const FAR_S: f64 = 1.0;
 /// Minimum share of their time that two tasks have in common if they count as the same.
 const SHARED: f64 = 0.5;
 
+/// The steps of the calibration, by docs/measurements/confidence.md: from this agreement on, this share of the boundaries is right. Both rise.
+const CALIBRATION: [(f64, f64); 8] =
+    [(0.0, 0.0), (0.5, 0.053), (0.65, 0.117), (0.722, 0.284), (0.8, 0.334), (0.888, 0.449), (0.9, 0.614), (1.0, 0.692)];
+
+/// The share of right boundaries, 0 to 1, at an agreement, 0 to 1.
+pub fn calibrated(agreement: f64) -> f64 {
+    CALIBRATION.iter().take_while(|(least, _)| *least <= agreement).last().map_or(0.0, |(_, share)| *share)
+}
+
 /// A confidence in percent. Variations of params cannot show that a result is certain, so that nothing above 99 % is printed as a number.
 pub fn percent(share: f64) -> String {
     if share >= 0.995 { "> 99 %".into() } else { format!("{:.0} %", share * 100.0) }
@@ -20,8 +30,10 @@ pub fn percent(share: f64) -> String {
 /// The confidence of the start of a segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Confidence {
-    /// The share of the variations in which it is at the same place.
+    /// The share of boundaries with this agreement that were right on public sets.
     pub share: f64,
+    /// The share of the variations in which it is at the same place.
+    pub agreement: f64,
     /// The earliest time at which a variation has it, s.
     pub earliest_s: f64,
     /// The latest, s.
@@ -30,7 +42,7 @@ pub struct Confidence {
     pub margin: Option<f64>,
 }
 
-/// Gives the boundaries and tasks of an analysis their confidence, from the same by rules with other values.
+/// Gives the boundaries and tasks of an analysis their confidence, from its variations.
 pub fn compare(analysis: &mut Analysis, variations: &[Analysis]) {
     for track in &mut analysis.tracks {
         let others: Vec<(&[Segment], &[TaskSpan])> = variations
@@ -91,7 +103,8 @@ fn boundary<'a>(segment: &Segment, others: impl Iterator<Item = &'a [Segment]>) 
             latest_s = start.max(latest_s);
         }
     }
-    Confidence { share: share(same, all), earliest_s, latest_s, margin: None }
+    let agreement = share(same, all);
+    Confidence { share: calibrated(agreement), agreement, earliest_s, latest_s, margin: None }
 }
 
 fn is_same(task: &TaskSpan, other: &TaskSpan) -> bool {

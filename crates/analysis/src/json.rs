@@ -222,7 +222,7 @@ fn relabeled(segment: &Segment) -> Value {
     let mut value = raw(segment);
     value.insert("was".into(), json!(segment.was));
     value.insert("by".into(), json!(segment.by.join("; ")));
-    if let Some(Confidence { share, earliest_s, latest_s, margin }) = segment.confidence {
+    if let Some(Confidence { share, earliest_s, latest_s, margin, .. }) = segment.confidence {
         value.insert("confidence".into(), json!(share));
         value.insert("earliest_s".into(), json!(earliest_s));
         value.insert("latest_s".into(), json!(latest_s));

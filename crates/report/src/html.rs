@@ -117,12 +117,12 @@ fn composite(track: &Track, found: &CompositeSpan) -> String {
     )
 }
 
-/// The title of the column of confidences, where there is one.
+/// The title of the column of agreements, if the tasks have them.
 fn share_title(is_known: bool) -> &'static str {
-    if is_known { "<th>confidence</th>" } else { "" }
+    if is_known { "<th>agreement</th>" } else { "" }
 }
 
-/// Formats a confidence in percent; empty without a confidence.
+/// Formats a confidence or an agreement in percent; empty without one.
 fn share_cell(share: Option<f64>) -> String {
     share.map_or_else(String::new, |share| format!("<td class=\"number\">{}</td>", escape(&percent(share))))
 }

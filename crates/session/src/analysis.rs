@@ -163,8 +163,8 @@ impl Analysis {
         Score::new(self, labels)
     }
 
-    /// Adds to each boundary how sure it is, and to each task: where they are when params are a fifth smaller and larger. Takes about fifteen times as long
-    /// as the analysis, and reads the log into memory.
+    /// Adds the confidence of each boundary and task, from variations of params and log (docs/formats.md). Takes about ten times as long as the
+    /// analysis, and reads the log into memory.
     ///
     /// # Errors
     /// What is wrong with the log, as for [`Rules::analyze`].
@@ -397,7 +397,7 @@ impl<'a> Task<'a> {
         self.span.open_end
     }
 
-    /// The share of the variations of the params in which it is found under this name, where [`Analysis::with_confidence`] was asked.
+    /// The share of the variations with a task of this name, if [`Analysis::with_confidence`] was called. It is not calibrated.
     pub fn confidence(self) -> Option<f64> {
         self.span.confidence
     }

@@ -1,8 +1,9 @@
-//! Variations of the rules: the same log by rules whose params are a fifth smaller and larger, all together and by what they measure.
+//! Variations of the rules and of the log: params that are a fifth smaller and larger, all together and by dimension, and [varied logs](super::varied_logs).
 
 use super::error::Error;
 use super::rules::Rules;
 use super::run::{Run, channels, leaves};
+use super::varied_logs::LogVariation;
 use crate::{ErrorInternals, RulesInternals};
 use std::collections::BTreeMap;
 use teachtree_analysis::{self as analysis, Analysis, confidence, margin};
@@ -10,6 +11,7 @@ use teachtree_base::error::ErrorKind;
 use teachtree_base::units::Dimension;
 use teachtree_engine::inspect::Inspector;
 use teachtree_frames::OpenedLog;
+use teachtree_frames::frames::Frames;
 use teachtree_language::graph::lower;
 
 /// The variation of params.
@@ -18,8 +20,11 @@ pub const FACTORS: [f64; 2] = [0.8, 1.2];
 /// Gives the boundaries and tasks of an analysis their confidence and their margins.
 pub fn add(found: &mut Analysis, rules: &Rules, run: &Run, opened: &OpenedLog) -> Result<(), Error> {
     let varied: Vec<Vec<(String, String)>> = variations(rules);
-    let analyses: Vec<Analysis> =
+    let mut analyses: Vec<Analysis> =
         varied.iter().filter_map(|params| varied_analysis(rules, params, run, opened)).collect();
+    let varied = LogVariation::all(opened, &run.frames).into_iter();
+    let varied = varied.filter_map(|variation| variation.frames(opened, &run.frames));
+    analyses.extend(varied.filter_map(|frames| analysis_of(rules, &frames)));
     confidence::compare(found, &analyses);
     let mut inspectors: Vec<Inspector> =
         run.leaves.iter().map(|leaves| Inspector::new(rules.set(), &run.frames, leaves)).collect();
@@ -53,6 +58,12 @@ fn variations(rules: &Rules) -> Vec<Vec<(String, String)>> {
     kinds.iter().flat_map(|kind| FACTORS.map(|factor| scaled(kind, factor))).collect()
 }
 
+/// The analysis of a varied log; `None` where the rules cannot run, such as a duration that is shorter than a sample.
+fn analysis_of(rules: &Rules, frames: &Frames) -> Option<Analysis> {
+    let leaves = leaves(rules.set(), &lower(rules.set()), frames).ok()?;
+    Some(analysis::analyze(rules.set(), frames, &leaves))
+}
+
 /// The analysis of a log with other params; `None` where the rules cannot run with them, such as a duration that is shorter than a sample.
 fn varied_analysis(rules: &Rules, params: &[(String, String)], run: &Run, opened: &OpenedLog) -> Option<Analysis> {
     let varied = rules.with_params(params)?;
@@ -60,6 +71,5 @@ fn varied_analysis(rules: &Rules, params: &[(String, String)], run: &Run, opened
     // A default of a channel may read a param: then what is derived is derived again.
     let anew = if channels == run.frames.channels { None } else { Some(opened.frames(&channels).ok()?) };
     let frames = anew.as_ref().unwrap_or(&run.frames);
-    let leaves = leaves(varied.set(), &lower(varied.set()), frames).ok()?;
-    Some(analysis::analyze(varied.set(), frames, &leaves))
+    analysis_of(&varied, frames)
 }

@@ -23,6 +23,7 @@ pub mod score;
 pub mod signals;
 mod streaming;
 mod table;
+mod varied_logs;
 
 #[doc(hidden)]
 pub use analysis::AnalysisInternals;

@@ -1,11 +1,12 @@
 //! How often the labels of newest frames are right that a live log gives with some confidence: on recordings, and on simulated operators.
 
-use crate::confidence::{ConfidenceSample, demonstrations};
+use crate::confidence::demonstrations;
 use crate::kind::Kind;
 use std::collections::BTreeMap;
 use std::path::Path;
 use teachtree::{Calibration, Column, Live, LiveEvent, Log, Rules, Scene, TrackId};
 use teachtree_base::recording::Recording;
+use teachtree_measure::confidence::ConfidenceSample;
 
 /// What is held against the label of a frame: the segments of the whole log as the trees returned them, and after relabeling.
 pub const AGAINST: [&str; 2] = ["segments before relabeling", "final segments"];

@@ -14,11 +14,13 @@ mod tables;
 mod variants;
 
 use clap::Parser;
-use kind::Kind;
+use kind::{Kind, Set};
 use rayon::prelude::*;
 use recording_result::{RecordingResult, RuleChoice};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use teachtree_measure::confidence::{ConfidenceSample, table};
 
 /// Measures recognition on real recordings
 #[derive(Parser)]
@@ -70,15 +72,20 @@ fn run(args: &Args) -> Result<(), String> {
     let wanted = |path: &Path| args.only.as_ref().is_none_or(|part| path.to_string_lossy().contains(part.as_str()));
     logs.retain(|(_, path)| wanted(path));
     if let Some(seeds) = args.confidence {
-        let mut real = Vec::new();
+        let mut real: BTreeMap<Set, Vec<ConfidenceSample>> = BTreeMap::new();
         for (kind, path) in &logs {
-            real.extend(confidence::of_recording(*kind, path, root)?);
+            real.entry(kind.set()).or_default().extend(confidence::of_recording(*kind, path, root)?);
         }
         let simulated = confidence::of_simulation(seeds)?;
-        println!(
-            "{}",
-            confidence::table("boundaries", &[("real recordings", &real), ("simulated operators", &simulated)])
-        );
+        let real = real.iter().filter(|(_, samples)| !samples.is_empty());
+        let mut rows: Vec<(&str, &[ConfidenceSample])> =
+            real.map(|(set, samples)| (set.about().0, &samples[..])).collect();
+        rows.push(("simulated operators", &simulated));
+        println!("{}", table("agreement", "boundaries", &rows));
+        let calibrated = rows.iter().map(|(name, samples)| (*name, confidence::calibrated(samples)));
+        let calibrated: Vec<(&str, Vec<ConfidenceSample>)> = calibrated.collect();
+        let rows: Vec<(&str, &[ConfidenceSample])> = calibrated.iter().map(|(name, of)| (*name, &of[..])).collect();
+        println!("{}", table("confidence", "boundaries", &rows));
         return Ok(());
     }
     if let Some(seeds) = args.live {
@@ -91,9 +98,9 @@ fn run(args: &Args) -> Result<(), String> {
             }
         }
         for ((against, real), simulated) in live::AGAINST.iter().zip(&real).zip(&simulated) {
-            let sets: [(&str, &[confidence::ConfidenceSample]); 2] =
+            let sets: [(&str, &[ConfidenceSample]); 2] =
                 [("real recordings", real), ("simulated operators", simulated)];
-            println!("{}", confidence::table(&format!("labels of frames, by {against},"), &sets));
+            println!("{}", table("confidence", &format!("labels of frames, by {against},"), &sets));
         }
         return Ok(());
     }

@@ -53,7 +53,7 @@ pub struct RecordingResult {
 }
 
 /// The names of DESK's surgemes, and with those taken together that differ only in which pole is near.
-const SEVEN: &str = "S1=Approach,S2=Grasp,S3=Lift,S4=Transfer,S5=Exchange,S6=Bring,S7=Place";
+pub const SEVEN: &str = "S1=Approach,S2=Grasp,S3=Lift,S4=Transfer,S5=Exchange,S6=Bring,S7=Place";
 const FIVE: &str = "S1=Approach,S2=Grasp,S3=Lift,S4=Lift,S5=Exchange,S6=Place,S7=Place";
 const WIPING: &str = "1=Approach|Move|Release,2=Trace|Slide|Press,3=Approach|Move|Release";
 

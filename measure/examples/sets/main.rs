@@ -2,6 +2,7 @@
 //! download is in the folder. `measure/sets` has a folder for each set: address, license, converter, binding, and the methods it is measured with.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 
+mod confidence;
 mod intervals;
 mod manifest;
 mod measured;
@@ -32,6 +33,9 @@ struct Args {
     /// Also prints a line for each recording
     #[arg(long)]
     each: bool,
+    /// Instead prints the share of right boundaries by agreement, and the calibration of the confidence
+    #[arg(long, conflicts_with = "each")]
+    confidence: bool,
 }
 
 fn main() -> ExitCode {
@@ -48,6 +52,9 @@ fn run(args: &Args) -> Result<(), String> {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("sets");
     let mut sets = manifest::read_all(args.sets.as_deref().unwrap_or(&shipped))?;
     sets.retain(|set| args.only.as_ref().is_none_or(|part| set.id.contains(part.as_str())));
+    if args.confidence {
+        return print_confidence(&sets, args);
+    }
     let mut measured: Vec<(&Set, MeasuredSet)> = Vec::new();
     let mut absent = Vec::new();
     let mut failed = Vec::new();
@@ -65,6 +72,17 @@ fn run(args: &Args) -> Result<(), String> {
     absent.iter().for_each(|set| println!("\n{}", table::instructions(set, &args.downloads)));
     failed.extend(measured.into_iter().flat_map(|(_, found)| found.errors));
     if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }
+}
+
+fn print_confidence(sets: &[Set], args: &Args) -> Result<(), String> {
+    let mut samples = Vec::new();
+    for set in sets.iter().filter(|set| !set.manifest.frames_only) {
+        if let Some(folder) = converted(set, args)? {
+            samples.push((set, confidence::of_set(set, &folder)?));
+        }
+    }
+    println!("{}", confidence::tables(&samples));
+    Ok(())
 }
 
 /// The folder of the converted recordings of a set, which is made if the download is there; `None` if it is not.

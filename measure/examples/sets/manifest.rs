@@ -40,6 +40,9 @@ pub struct Manifest {
     /// Segments of this set mean nothing: only the share of right frames is measured.
     #[serde(default)]
     pub frames_only: bool,
+    /// Maximum error of the starts and ends of labels, s. Larger errors than those of right boundaries leave the set out of the calibration.
+    #[serde(default)]
+    pub label_error: f64,
     /// The figures when the set was measured for the first time, and the commit.
     pub first: String,
     /// What the rules are compared with.

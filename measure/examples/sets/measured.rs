@@ -37,14 +37,42 @@ impl MeasuredSet {
     }
 }
 
+/// A recording that the shipped rules have analyzed, and what is true of it.
+pub struct AnalyzedRecording {
+    pub log: Log,
+    pub analysis: teachtree_session::Analysis,
+    pub truth: Truth,
+}
+
+impl AnalyzedRecording {
+    fn open(set: &Set, folder: &Path, map: &NameMap, path: &Path) -> Result<Self, String> {
+        let log = Log::options().binding(set.binding()).open(path).map_err(|error| error.to_string())?;
+        let rules = Rules::for_log(&log).map_err(|error| error.to_string())?;
+        let analysis = rules.analyze(&log).map_err(|error| error.to_string())?;
+        let mut labels = Labels::file(folder).map(set.map());
+        if let Some(track) = set.manifest.track {
+            labels = labels.track(TrackId::from(track));
+        }
+        let opened = log.opened().map_err(|error| error.to_string())?;
+        let known = KnownNames::new(rules.set());
+        let (truth, _) = labels.of(opened, analysis.found(), map, &known).map_err(|error| error.to_string())?;
+        Ok(Self { log, analysis, truth })
+    }
+}
+
 /// Measures the converted recordings in a folder.
 pub fn measure(set: &Set, folder: &Path) -> Result<MeasuredSet, String> {
-    let binding = set.binding();
-    let logs = teachtree_session::recordings(&[folder], Some(&binding), true).map_err(|error| error.to_string())?;
-    let map = NameMap::of_pairs(&set.map()).map_err(|error| error.to_string())?;
-    let results: Vec<Result<MeasuredRecording, String>> =
-        logs.into_par_iter().map(|log| recording(set, folder, &binding, &map, log)).collect();
     let mut found = MeasuredSet::default();
+    let results = each(set, folder, |path, recording| {
+        let AnalyzedRecording { log, analysis, truth } = recording;
+        let mut tallies = vec![(SHIPPED.to_string(), tally(&truth, analysis.found(), analysis.meta())?)];
+        for method in &set.manifest.methods {
+            let result = method.result(set, &log, analysis.found());
+            let result = result.map_err(|error| format!("{}: {error}", path.display()))?;
+            tallies.push((method.name.clone(), tally(&truth, &result, analysis.meta())?));
+        }
+        Ok(MeasuredRecording { log: path.to_path_buf(), tallies })
+    })?;
     for result in results {
         match result {
             Ok(recording) => found.recordings.push(recording),
@@ -54,30 +82,16 @@ pub fn measure(set: &Set, folder: &Path) -> Result<MeasuredSet, String> {
     Ok(found)
 }
 
-fn recording(
+/// What `of` returns for each converted recording in a folder, in the order of their paths.
+pub fn each<T: Send>(
     set: &Set,
     folder: &Path,
-    binding: &Path,
-    map: &NameMap,
-    path: PathBuf,
-) -> Result<MeasuredRecording, String> {
-    let with_path = |error: String| format!("{}: {error}", path.display());
-    let log = Log::options().binding(binding).open(&path).map_err(|error| error.to_string())?;
-    let rules = Rules::for_log(&log).map_err(|error| error.to_string())?;
-    let analysis = rules.analyze(&log).map_err(|error| error.to_string())?;
-    let mut labels = Labels::file(folder).map(set.map());
-    if let Some(track) = set.manifest.track {
-        labels = labels.track(TrackId::from(track));
-    }
-    let opened = log.opened().map_err(|error| error.to_string())?;
-    let known = KnownNames::new(rules.set());
-    let (truth, _) = labels.of(opened, analysis.found(), map, &known).map_err(|error| error.to_string())?;
-    let mut tallies = vec![(SHIPPED.to_string(), tally(&truth, analysis.found(), analysis.meta())?)];
-    for method in &set.manifest.methods {
-        let result = method.result(set, &log, analysis.found()).map_err(with_path)?;
-        tallies.push((method.name.clone(), tally(&truth, &result, analysis.meta())?));
-    }
-    Ok(MeasuredRecording { log: path, tallies })
+    of: impl Fn(&Path, AnalyzedRecording) -> Result<T, String> + Sync,
+) -> Result<Vec<Result<T, String>>, String> {
+    let logs = teachtree_session::recordings(&[folder], Some(&set.binding()), true);
+    let logs: Vec<PathBuf> = logs.map_err(|error| error.to_string())?;
+    let map = NameMap::of_pairs(&set.map()).map_err(|error| error.to_string())?;
+    Ok(logs.par_iter().map(|path| of(path, AnalyzedRecording::open(set, folder, &map, path)?)).collect())
 }
 
 fn tally(truth: &Truth, analysis: &Analysis, meta: &Meta) -> Result<Tally, String> {

@@ -168,7 +168,7 @@ function drawLanes() {
 
   function task(one, number, at, top) {
     if (!seen(one.start, one.end)) return "";
-    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}${one.confidence === null ? "" : `\nconfidence ${confidenceText(one.confidence)}`}`;
+    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}${one.confidence === null ? "" : `\nagreement ${confidenceText(one.confidence)}`}`;
     const name = `${one.open[0] ? "… " : ""}${one.task}${one.open[1] ? " …" : ""}`;
     return bar(one.start, one.end, top, one.color, name, `task ${number} tasks ${at}`, is("task", number, "tasks", at) ? " picked" : "", title);
   }

@@ -119,8 +119,8 @@ function matching() {
 }
 
 const percent = (share) => `${Math.round(share * 100)} %`;
-/** A confidence: no variation of params shows that a result is certain. */
-const confidenceText = (share) => share >= 0.995 ? "&gt; 99 %" : percent(share);
+/** An agreement: no variation shows that a result is certain. */
+const agreementText = (share) => share >= 0.995 ? "&gt; 99 %" : percent(share);
 
 /** What changed against labels since params were turned, in words. */
 function change(one) {
@@ -141,7 +141,7 @@ function row(number) {
   }
   const numbers = [];
   if (one.outcome) numbers.push(`<span class="outcome ${one.outcome}" title="whether the recording is a success">${one.outcome}</span>`);
-  if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="how sure the least sure task is">sure ${confidenceText(one.confidence)}</span>`);
+  if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="the share of variations of params and log that have the least stable task">agreement ${agreementText(one.confidence)}</span>`);
   if (one.issue_count) numbers.push(`<span title="of the recording; they are listed when it is open">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}: ${escaped((one.issues || []).join(", "))}</span>`);
   if (one.labels) numbers.push(`<span title="labels that a person set">${one.labels} pinned</span>`);
   if (isNumber(one.score?.f1)) numbers.push(`<span title="agreement with the label file: F1 of the segments at 50 % overlap; ${percent(one.score.accuracy)} of the time has its label">F1 ${percent(one.score.f1)}</span> ${change(one)}`);
