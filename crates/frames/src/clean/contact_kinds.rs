@@ -5,6 +5,9 @@
 //!
 //! A weaker group may also be that of a tool that moves, as against one that rests. Only a group that exceeds the least force of the rules is taken for one
 //! of contact; a group that comes near that force is reported.
+//!
+//! Contacts of every force below a jam are no group of their own. They are then in the group without contact, whose forces are too large for that: such
+//! readings have no level, and the least force of the rules applies.
 
 use super::contact_level::{
     ContactLevel, FEWEST, LearnedLevel, OtherKind, TwoGroups, distances, groups_from, mixed, of_far, quantile, split,
@@ -18,6 +21,9 @@ const KINDS: usize = 3;
 const ENOUGH: f64 = 0.05;
 /// A weaker kind of contact counts where its level is below this share of the stronger one's.
 const WEAKER: f64 = 0.5;
+/// Readings without contact, a tenth of which exceed this multiple of the least force of the rules, contain contacts. With 5 N this is the weight of a tool
+/// of 2.5 kg that is turned over.
+const TOO_BROAD: f64 = 10.0;
 /// The share of the least force of the rules from which on a weaker group is reported.
 const NEAR_LEAST: f64 = 0.5;
 
@@ -54,6 +60,9 @@ fn weakest(readings: &[Vector3<f64>], least: f64) -> Option<ContactLevel> {
             near = (usual > NEAR_LEAST * least && usual <= least).then_some(OtherKind { usual, begins });
             break;
         }
+    }
+    if found.level.scatter > TOO_BROAD * least {
+        return None;
     }
     let other = stronger.map(|stronger| stronger_kind(&found.level, &stronger)).or(near);
     Some(ContactLevel { other, ..found.level })

@@ -90,3 +90,15 @@ fn readings_that_are_far_above_a_contact_and_not_taken_for_one_are_reported() {
         "{message}"
     );
 }
+
+#[test]
+fn contacts_of_every_force_below_a_jam_are_not_free_motion() {
+    // Touches of any force from 2 N to 460 N, and jams of 1500 N.
+    let touches = (0..40).map(|at| (0.2, 2.0 * 1.15_f64.powi(at)));
+    let phases: Vec<(f64, f64)> =
+        std::iter::once((3.0, 0.0)).chain(touches).chain([(3.0, 1500.0), (1.0, 0.0)]).collect();
+    let (found, about) = level(&phases);
+    assert!((found - LEAST).abs() < 1e-9, "{found} N");
+    let [message] = about.as_slice() else { panic!("{about:?}") };
+    assert!(message.contains("contact is above 5 N, as the rules have it"), "{message}");
+}
