@@ -156,17 +156,23 @@ fn millimeters_that_are_read_as_meters_are_reported() {
 
 #[test]
 fn meters_that_are_read_as_millimeters_everywhere_are_reported() {
-    let mut found = vec![];
-    let fingers = ["right.thumb.position", "right.index.position", "right.middle.position"];
-    for (log, channels) in [
-        (plug_log(), &["right.thumb.position", "plug.position"][..]),
-        (taught("pick_and_place", "pick_and_place", 1), &[&fingers[..], &["box.position", "block.position"]].concat()),
+    let all =
+        ["right.thumb.position", "right.index.position", "right.middle.position", "box.position", "block.position"];
+    for (log, channels, found) in [
+        (
+            plug_log(),
+            &["right.thumb.position", "plug.position"][..],
+            "its gripper opens and closes, and it is never farther than ",
+        ),
+        (taught("pick_and_place", "pick_and_place", 1), &all[..], "its fingertips are at most "),
     ] {
-        let mut log = log.clone();
+        let mut log = log;
         scale(&mut log, channels, 1e-3);
-        found.push(mistakes(&log).join("\n"));
+        let issues = mistakes(&log).join("\n");
+        let wanted = format!("implausible_unit right.thumb.position: {found}");
+        let advice = "it is probably in m and read in mm or cm; write the unit behind its columns, ` [m]`";
+        assert!(issues.starts_with(&wanted) && issues.ends_with(advice), "{issues}");
     }
-    insta::assert_snapshot!(found.join("\n--\n"));
 }
 
 /// A carried box that falls far, and whose steps in the hand are short beside the fall.
@@ -266,8 +272,19 @@ fn a_socket_at_table_height_beside_the_insertions_is_reported() {
     let mut log = plug_log();
     log.scene.bodies["block"].parts.clear();
     assert_eq!(mistakes(&log), [""; 0]);
-    let found = [[0.025, 0.0, 0.0], [0.0, -0.015, 0.0]].map(|by| moved(&log, "block", by));
-    insta::assert_snapshot!(found.join("\n--\n"));
+    for (by, distance, line) in [
+        ([0.025, 0.0, 0.0], "25 mm", "`position: [300 mm, 0 mm, 20 mm]` of `block` instead of `[325 mm, 0 mm, 20 mm]`"),
+        (
+            [0.0, -0.015, 0.0],
+            "15 mm",
+            "`position: [300 mm, 0 mm, 20 mm]` of `block` instead of `[300 mm, -15 mm, 20 mm]`",
+        ),
+    ] {
+        let found = moved(&log, "block", by);
+        let begin =
+            format!("misplaced_socket block.position: `plug` is inserted {distance} beside the socket `hole`, 40 mm");
+        assert!(found.starts_with(&begin) && found.contains(line), "{found}");
+    }
     // A wall may be between.
     assert_eq!(moved(&log, "block", [0.03, 0.0, 0.0]), "");
 }
