@@ -21,6 +21,15 @@ fn a_frame_is_explained_from_the_root_to_the_task() {
 }
 
 #[test]
+fn full_also_prints_what_refused_choices_read() {
+    let short = said(&["--at", "10.92s", "--rules", "contact.rules"]);
+    let full = said(&["--at", "10.92s", "--rules", "contact.rules", "--full"]);
+    for line in ["holds_now = fingers.contact[thumb]", "    leaving not set so far", "    no  slide: "] {
+        assert!(full.contains(line) && !short.contains(line), "{line}\n{full}");
+    }
+}
+
+#[test]
 fn why_not_says_what_was_missing_where_it_was_nearest() {
     let text = said(&["--at", "10.9s..11.1s", "--why-not", "Place"]);
     let printed = &text[text.find("  not Place").unwrap()..];
