@@ -182,7 +182,7 @@ class Analysis:
     def frames(self, signals: Sequence[str] = ()) -> Table:
         """A row per frame: ``time [s]``, ``row``, the signals, latches and channels that are named, and labels, tasks and objects of each track.
 
-        Numbers are in SI with the unit behind the name, as in the table of ``teachtree analyze --frames``; NaN and null where nothing is known.
+        Numbers are in SI with the unit after the name, as in the table of ``teachtree analyze --frames``; NaN and null where nothing is known.
 
         >>> import teachtree
         >>> analysis = teachtree.analyze("demos/robosuite/lift_demo_1.csv", binding="demos/robosuite/panda_lift.binding.yaml")

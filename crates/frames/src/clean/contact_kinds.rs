@@ -6,7 +6,7 @@
 //! A weaker group may also be that of a tool that moves, as against one that rests. Only a group that exceeds the least force of the rules is taken for one
 //! of contact; a group that comes near that force is reported.
 //!
-//! Contacts of every force below a jam are no group of their own. They are then in the group without contact, whose forces are too large for that: such
+//! Contacts of every force below a jam are not a group of their own. They are then in the group without contact, whose forces are too large for that: such
 //! readings have no level, and the least force of the rules applies.
 
 use super::contact_level::{

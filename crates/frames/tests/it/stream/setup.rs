@@ -170,7 +170,7 @@ fn meters_that_are_read_as_millimeters_everywhere_are_reported() {
         scale(&mut log, channels, 1e-3);
         let issues = mistakes(&log).join("\n");
         let wanted = format!("implausible_unit right.thumb.position: {found}");
-        let advice = "it is probably in m and read in mm or cm; write the unit behind its columns, ` [m]`";
+        let advice = "it is probably in m and read in mm or cm; write the unit after its columns, ` [m]`";
         assert!(issues.starts_with(&wanted) && issues.ends_with(advice), "{issues}");
     }
 }
