@@ -219,7 +219,7 @@ fn have_other_headers(folder: &Path) -> bool {
 /// The error of a binding without a channel.
 fn nothing_guessed(binding: &Path) -> InputError {
     let error = InputError::new(binding.display().to_string(), "no channel was guessed, so nothing is analyzed");
-    error.help("write the columns behind their channels, such as `right.tcp.position: x<xyz>` (docs/bindings.md)")
+    error.help("write the columns after their channels, such as `right.tcp.position: x<xyz>` (docs/bindings.md)")
 }
 
 fn analyzed(log: &Path, places: Option<&Places>, rules: Option<&str>) -> Result<Analysis, Failure> {
