@@ -1,6 +1,6 @@
 //! The bodies of a log: what has a position and is not a hand, with a size and a table that make contacts plausible.
 
-use super::parts::{Part, Quantity};
+use super::parts::{Part, Quantity, distance};
 use super::words;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -108,11 +108,6 @@ fn is_rigid(known: &[Part], new: &[Part]) -> bool {
     distances.sort_by(f64::total_cmp);
     let at = |share: f64| distances.get((distances.len() as f64 * share) as usize).copied().unwrap_or_default();
     !distances.is_empty() && at(0.9) - at(0.1) < 0.2 * at(0.5) && at(0.5) < 0.4
-}
-
-/// The distance of two points.
-pub fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
-    one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
 }
 
 impl Body<'_> {

@@ -1,8 +1,8 @@
 //! Contacts that a log measures: flags and forces of fingers on bodies, and of bodies on each other.
 
-use super::bodies::{Body, distance};
+use super::bodies::Body;
 use super::hands::{Hand, side_of};
-use super::parts::{Part, Quantity};
+use super::parts::{Part, Quantity, distance};
 use super::words;
 use crate::inspect::ValueKind;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,8 +1,8 @@
 //! Grippers: which column is their opening, and at which end of it they are closed.
 
-use super::bodies::{Body, distance};
+use super::bodies::Body;
 use super::hands::{Hand, side_of};
-use super::parts::{Part, Quantity};
+use super::parts::{Part, Quantity, distance};
 use super::words;
 use crate::inspect::ValueKind;
 use crate::otsu;

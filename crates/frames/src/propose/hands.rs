@@ -1,7 +1,7 @@
 //! The hands of a log: tool points, fingertips, forces at the wrist.
 
-use super::bodies::{distance, key};
-use super::parts::{Part, Quantity};
+use super::bodies::key;
+use super::parts::{Part, Quantity, distance};
 use super::words;
 use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};

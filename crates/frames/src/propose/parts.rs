@@ -1,6 +1,5 @@
 //! What a log measures: each group of columns as a quantity, with its words and its values.
 
-use super::bodies::distance;
 use super::column_groups::{self, Form, Group};
 use super::words;
 use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
@@ -155,6 +154,11 @@ impl Part<'_> {
     pub fn extent(&self) -> f64 {
         self.members.iter().map(|column| (column.max - column.min).powi(2)).sum::<f64>().sqrt() * self.scale()
     }
+}
+
+/// The distance of two points.
+pub fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
+    one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
 }
 
 /// The groups of columns of a log.

@@ -161,7 +161,7 @@ fn radius(survey: &Survey, body: &Body) -> (f64, &'static str) {
     }
     let starts: Vec<[f64; 3]> =
         body.positions.iter().filter_map(|part| (0..part.rows()).find_map(|row| part.position(row))).collect();
-    let distances = starts.iter().flat_map(|one| starts.iter().map(|other| super::bodies::distance(*one, *other)));
+    let distances = starts.iter().flat_map(|one| starts.iter().map(|other| super::parts::distance(*one, *other)));
     let largest = distances.fold(0.0, f64::max);
     (if largest > 0.0 { in_cm(largest * 0.55) } else { 0.05 }, "its size is not in the log")
 }

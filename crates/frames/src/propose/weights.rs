@@ -1,9 +1,9 @@
 //! A hold that only a weight shows: the force at a wrist has one of two levels, and stays at the second one while the tool is lifted and carried. A tool that is
 //! pressed onto a surface would stay near it.
 
-use super::bodies::distance;
 use super::grippers::Gripper;
 use super::hands::Hand;
+use super::parts::distance;
 
 /// The least weight, N.
 const LEAST_N: f64 = 0.5;
