@@ -171,10 +171,13 @@ const OF_LOGS: &[Unit] = &[
     Unit { symbol: "μs", in_si: 1e-6, dimension: Dimension::TIME },
     Unit { symbol: "μm", in_si: 1e-6, dimension: Dimension::LENGTH },
     Unit { symbol: "min", in_si: 60.0, dimension: Dimension::TIME },
+    Unit { symbol: "h", in_si: 3600.0, dimension: Dimension::TIME },
     Unit { symbol: "in", in_si: 0.0254, dimension: Dimension::LENGTH },
     Unit { symbol: "ft", in_si: 0.3048, dimension: Dimension::LENGTH },
     Unit { symbol: "kN", in_si: 1e3, dimension: Dimension::FORCE },
     Unit { symbol: "lbf", in_si: POUND_FORCE, dimension: Dimension::FORCE },
+    Unit { symbol: "cN", in_si: 1e-2, dimension: Dimension::FORCE },
+    Unit { symbol: "gf", in_si: 9.806_65e-3, dimension: Dimension::FORCE },
     Unit { symbol: "kgf", in_si: 9.806_65, dimension: Dimension::FORCE },
     Unit { symbol: "Nm", in_si: 1.0, dimension: Dimension::TORQUE },
     Unit { symbol: "N-m", in_si: 1.0, dimension: Dimension::TORQUE },
@@ -184,6 +187,45 @@ const OF_LOGS: &[Unit] = &[
     Unit { symbol: "lbf-ft", in_si: POUND_FORCE * 0.3048, dimension: Dimension::TORQUE },
     Unit { symbol: "°", in_si: std::f64::consts::PI / 180.0, dimension: Dimension::ANGLE },
 ];
+
+/// Words that programs write for units, in small letters and without the `s` of a plural. Words with another meaning in titles, such as `second` and `foot`, are not
+/// among them.
+const WORDS: [(&str, &str); 25] = [
+    ("meter", "m"),
+    ("metre", "m"),
+    ("millimeter", "mm"),
+    ("millimetre", "mm"),
+    ("centimeter", "cm"),
+    ("centimetre", "cm"),
+    ("micrometer", "um"),
+    ("micrometre", "um"),
+    ("micron", "um"),
+    ("inche", "in"),
+    ("inch", "in"),
+    ("sec", "s"),
+    ("msec", "ms"),
+    ("millisecond", "ms"),
+    ("usec", "us"),
+    ("microsecond", "us"),
+    ("nsec", "ns"),
+    ("nanosecond", "ns"),
+    ("minute", "min"),
+    ("newton", "N"),
+    ("millinewton", "mN"),
+    ("radian", "rad"),
+    ("degree", "deg"),
+    ("kilogram", "kg"),
+    ("hertz", "Hz"),
+];
+
+/// The symbol of a unit that is written as a word: `millimeters`, `Sec`.
+fn symbol_of(word: &str) -> Option<&'static str> {
+    let word = word.to_lowercase();
+    let singular = word.strip_suffix('s').unwrap_or(&word);
+    let found = WORDS.into_iter().find(|(known, _)| *known == word || *known == singular);
+    // The singular is also an ordinal number.
+    if word == "seconds" { Some("s") } else { found.map(|(_, symbol)| symbol) }
+}
 
 /// The unit with this symbol.
 pub fn unit(symbol: &str) -> Option<Unit> {
@@ -209,8 +251,9 @@ pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
                 Some((symbol, power)) => (symbol, power.parse::<i8>().map_err(|_| factor.to_string())?),
                 None => (factor, 1),
             };
-            let of_logs = || OF_LOGS.iter().copied().find(|unit| unit.symbol == symbol);
-            let unit = unit(symbol).or_else(of_logs).ok_or_else(|| factor.to_string())?;
+            let of_log =
+                |symbol: &str| unit(symbol).or_else(|| OF_LOGS.iter().copied().find(|unit| unit.symbol == symbol));
+            let unit = of_log(symbol).or_else(|| of_log(symbol_of(symbol)?)).ok_or_else(|| factor.to_string())?;
             let power = if place == 0 { power } else { power.checked_neg().ok_or_else(|| factor.to_string())? };
             in_si *= unit.in_si.powi(i32::from(power));
             dimension = unit

@@ -16,7 +16,7 @@ const LIST: &str = "lists what is known";
 const OTHER_TEST: &str = "tested where a server, a link or a large file is made";
 
 /// How pieces of advice begin that no case executes, and why.
-const ELSEWHERE: [(&str, &str); 37] = [
+const ELSEWHERE: [(&str, &str); 39] = [
     ("please report this with the rules", FAULT),
     ("this is a bug of teachtree", FAULT),
     ("this build cannot ", FEATURE),
@@ -28,6 +28,8 @@ const ELSEWHERE: [(&str, &str); 37] = [
     ("convert the bag with `ros2 bag convert`", OTHER_PROGRAM),
     ("convert an older bag with `rosbag fix`", OTHER_PROGRAM),
     ("save it as NPZ with SciPy", OTHER_PROGRAM),
+    ("`git lfs pull` fetches", OTHER_PROGRAM),
+    ("download the file again", OTHER_PROGRAM),
     ("on the robot, start `ros2 launch", OTHER_PROGRAM),
     ("make room there, or set TMPDIR", TOO_LARGE),
     ("cut the log into parts", TOO_LARGE),

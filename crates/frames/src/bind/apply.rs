@@ -14,6 +14,7 @@ use super::robots;
 use super::rotations;
 use super::sampled_transform::SampledTransform;
 use super::sensors;
+use super::sentinels;
 use super::sources::{self, ColumnSource};
 use super::{BindingFile, Normals};
 use crate::clean::spikes;
@@ -24,6 +25,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
+use teachtree_logs::issue::IssueKind;
 use teachtree_logs::names;
 use teachtree_logs::read::csv::{self, LoadedRecording, StampSource};
 use teachtree_logs::read::table::{ColumnRequest, Source, Table};
@@ -145,6 +147,12 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(LoadedR
     bound.find_frames(&FrameTree::of(&source, &header), &header, file)?;
     let mut table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
     shift(&mut table.time, &mut table.row_time, file);
+    if file.binding.sensors.values().any(|sensor| sensor.time_offset.0 != 0.0) {
+        // The user has seen to the clocks.
+        table.issues.retain(|issue| issue.kind != IssueKind::DIFFERENT_CLOCKS);
+    }
+    let issues = sentinels::unmeasure(&header.titles, &mut table);
+    table.issues.extend(issues);
     table.issues.extend(PlaceWatch::default().look(&bound.places, &table.time, &table.texts));
     let issues = sources::reject(&bound.sources, &mut table);
     table.issues.extend(issues);

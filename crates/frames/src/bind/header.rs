@@ -64,6 +64,17 @@ impl Term {
     }
 }
 
+/// The names of the whole seconds of a stamp and of its rest, with the unit of the rest, s.
+const SECONDS_AND_REST: [(&str, &str, f64); 7] = [
+    ("sec", "nanosec", 1e-9),
+    ("sec", "nsec", 1e-9),
+    ("secs", "nsecs", 1e-9),
+    ("seconds", "nanoseconds", 1e-9),
+    ("seconds", "nanos", 1e-9),
+    ("tv_sec", "tv_usec", 1e-6),
+    ("tv_sec", "tv_nsec", 1e-9),
+];
+
 /// The header of a foreign table: names, and units in the syntax of this project.
 pub struct Header {
     pub(super) titles: Vec<String>,
@@ -117,6 +128,10 @@ impl Header {
             self.sheets.iter().filter(|(sheet, _)| !sheet.is_empty()).map(|(sheet, _)| format!("{sheet}.{name}"));
         let mut times = vec![];
         for name in alone.chain(of_sheets) {
+            if let Some(parts) = self.seconds_and_rest(&name).filter(|_| pattern.unit.is_none()) {
+                times.extend(parts);
+                continue;
+            }
             let pattern = Pattern { name: Template::text(&name), ..pattern.clone() };
             let term = self.term(&pattern, PlaceholderValues::default(), Dimension::TIME);
             times.extend(term.map_err(|message| file.error("time", message))?);
@@ -131,6 +146,21 @@ impl Header {
             }
             None => Err(file.error("time", self.lacks(&name)).help(NAME_TIME)),
         }
+    }
+
+    /// Returns the columns of stamps that are written as two numbers, whole seconds and the rest, if a name is that of the seconds, or precedes both.
+    fn seconds_and_rest(&self, name: &str) -> Option<[Term; 2]> {
+        let term = |title: String, unit: f64| {
+            let column = self.columns.get(&title).filter(|columns| columns.len() == 1)?.first().copied();
+            Some(Term { column, factor: unit, offset: 0.0, unit, threshold: None })
+        };
+        SECONDS_AND_REST.into_iter().find_map(|(seconds, rest, unit)| {
+            let stems =
+                [name.strip_suffix(seconds).map(str::to_string), Some(format!("{name}.")), Some(format!("{name}_"))];
+            let both =
+                |stem: String| Some([term(format!("{stem}{seconds}"), 1.0)?, term(format!("{stem}{rest}"), unit)?]);
+            stems.into_iter().flatten().find_map(both)
+        })
     }
 
     /// Returns the column of this name, if the log has it. If several columns share the name, a unit may select one.
@@ -184,8 +214,9 @@ impl Header {
     }
 
     pub(super) fn lacks(&self, name: &str) -> String {
-        let of_sheet =
-            |sheet: &str| name.strip_prefix(sheet).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
+        let of_sheet = |sheet: &str| {
+            name.strip_prefix(sheet).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[', '/']))
+        };
         if let Some((sheet, why)) = self.refused.iter().find(|(sheet, _)| of_sheet(sheet)) {
             return format!("`{sheet}` cannot be read: {why}");
         }
@@ -201,6 +232,12 @@ impl Header {
             return format!(
                 "the log has no column `{name}`; `{title}` has a unit that is not known: bind it with a scale, `{title} * SCALE [UNIT]`"
             );
+        }
+        if self.columns.contains_key(&format!("{name}[0]")) {
+            let count = (0..).take_while(|at| self.columns.contains_key(&format!("{name}[{at}]"))).count();
+            let last = count.saturating_sub(1);
+            let all = if count == 1 { String::new() } else { format!(" to `{name}[{last}]`") };
+            return format!("the log has no column `{name}`, which is an array: bind `{name}[0]`{all}");
         }
         if name.contains('*') || name.contains(" + ") {
             return format!(

@@ -28,6 +28,7 @@ mod rows;
 mod sampled_transform;
 mod sensor_vectors;
 mod sensors;
+mod sentinels;
 mod shifter;
 mod sources;
 mod stamp_merger;

@@ -28,10 +28,11 @@ use teachtree_base::units::Dimension;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
 use teachtree_logs::read::csv::{self, LoadedRecording};
+use teachtree_logs::read::date_time::date_time;
 use teachtree_logs::read::element_names::ElementNames;
 use teachtree_logs::read::memory_table::InMemoryTable;
 use teachtree_logs::read::stamp_order::RepeatedStamps;
-use teachtree_logs::read::table::{ColumnRequest, Source, Table, date_time};
+use teachtree_logs::read::table::{ColumnRequest, Source, Table};
 
 /// The default timeout of topics, s.
 pub const WAIT_S: f64 = 1.0;
@@ -390,20 +391,24 @@ impl RowBinder {
     fn stamp(&self, row: &InMemoryTable) -> Result<f64, InputError> {
         let titles = self.join.topics().values().flat_map(|topic| &topic.titles);
         let wants = self.bound.iter().flat_map(|bound| &bound.wants);
-        let time = titles.zip(wants).find_map(|(title, want)| match want {
+        let times = titles.zip(wants).filter_map(|(title, want)| match want {
             ColumnRequest::Time(factor) => Some((title, *factor)),
             _ => None,
         });
-        let Some((title, factor)) = time else { return Err(InputError::new(&row.place, "no column holds the time")) };
-        let found = super::join::value(title, row);
-        let seconds = match &found {
-            Value::Number(number) => number * factor,
-            Value::Text(text) => date_time(text).unwrap_or(f64::NAN),
-        };
-        if seconds.is_finite() {
-            return Ok(seconds);
+        let mut sum = None;
+        for (title, factor) in times {
+            let found = super::join::value(title, row);
+            let seconds = match &found {
+                Value::Number(number) => number * factor,
+                Value::Text(text) => date_time(text).unwrap_or(f64::NAN),
+            };
+            if !seconds.is_finite() {
+                return Err(InputError::new(&row.place, format!("found `{found}` as `{title}`, expected a time")));
+            }
+            // Seconds and nanoseconds may be in columns of their own.
+            sum = Some(sum.unwrap_or(0.0) + seconds);
         }
-        Err(InputError::new(&row.place, format!("found `{found}` as `{title}`, expected a time")))
+        sum.ok_or_else(|| InputError::new(&row.place, "no column holds the time"))
     }
 
     fn take(&mut self, topic: &str, time_s: f64, row: &InMemoryTable, made: &mut BoundRows) -> Result<(), InputError> {

@@ -202,6 +202,9 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
         ms(STEPS.start),
         ms(STEPS.end)
     );
+    if let Some(help) = days(time, step) {
+        return Err(InputError::new("the log", message).help(help));
+    }
     // Among the possible units, the one with the rate nearest to 100 Hz: 16 666 667 is in ns, not in us.
     let in_it = |per: f64| if long { step * per } else { step / per };
     let unusual = |per: f64| (in_it(per) / USUAL_S).ln().abs();
@@ -227,6 +230,20 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
         )
     };
     Err(error.help(help))
+}
+
+/// The numbers of days in this century: since 1900, as spreadsheets count them, and since the year 0, as MATLAB does.
+const DAYS: [Range<f64>; 2] = [36_500.0..73_100.0, 730_000.0..767_100.0];
+const SECONDS_PER_DAY: f64 = 86_400.0;
+
+/// The advice about stamps in days.
+fn days(time: &[f64], step: f64) -> Option<String> {
+    let first = time.first()?;
+    let are_days = DAYS.iter().any(|days| days.contains(first)) && STEPS.contains(&(step * SECONDS_PER_DAY));
+    are_days.then(|| {
+        "the stamps are days, as spreadsheets and MATLAB's `datenum` count them: bind `time: <column> * 86400 [s]`"
+            .into()
+    })
 }
 
 /// Checks that time is finite and rises from row to row.

@@ -1,7 +1,7 @@
 //! Opens files for reading. Rejects pipes, whose opening may block forever, and everything else that is not a regular file.
 
 use std::fs::{File, FileType, OpenOptions};
-use std::io::{Error, ErrorKind};
+use std::io::{Error, ErrorKind, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 
@@ -28,8 +28,25 @@ pub fn open(path: &Path) -> Result<File, InputError> {
     checked(std::fs::metadata(path).map_err(failed)?.file_type())?;
     let file = at_once(path).map_err(failed)?;
     // A pipe may have replaced the file in the meantime.
-    checked(file.metadata().map_err(failed)?.file_type())?;
+    let metadata = file.metadata().map_err(failed)?;
+    checked(metadata.file_type())?;
+    if metadata.len() <= MAX_POINTER && is_pointer(&file).map_err(failed)? {
+        let message = "found a pointer of Git LFS, expected the file that it stands for";
+        return Err(InputError::new(name(), message).help("`git lfs pull` fetches the files of a repository"));
+    }
     Ok(file)
+}
+
+/// The largest pointer of Git LFS, bytes, and its beginning.
+const MAX_POINTER: u64 = 1024;
+const POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
+
+/// Whether a file is a pointer of Git LFS. Its position is at the beginning again.
+fn is_pointer(mut file: &File) -> std::io::Result<bool> {
+    let mut begin = vec![];
+    file.take(POINTER.len() as u64).read_to_end(&mut begin)?;
+    file.seek(SeekFrom::Start(0))?;
+    Ok(begin == POINTER)
 }
 
 /// Opens a folder.

@@ -2,10 +2,9 @@
 
 use crate::issue::Issue;
 use crate::names;
+use crate::read::date_time;
 use crate::read::stamp_order::{RowMerge, Stamps, is_of_head};
-use crate::read::table::{
-    ColumnRequest, MAX_COLUMNS, Rows, Table, check_size, column_place, date_time, number, see, shown,
-};
+use crate::read::table::{ColumnRequest, MAX_COLUMNS, Rows, Table, check_size, column_place, number, see, shown};
 use indexmap::IndexMap;
 use std::sync::Arc;
 use teachtree_base::error::InputError;
@@ -280,19 +279,17 @@ impl Rows for InMemoryTable {
         if rows == 0 {
             return Err(InputError::new(place, "the log has no rows"));
         }
-        let timed = wants.iter().position(|want| matches!(want, ColumnRequest::Time(_)));
-        let stamp = |row: usize| -> Result<f64, InputError> {
-            let Some(column) = timed else {
-                return Ok(row as f64 / rate_hz.unwrap_or(1.0));
-            };
-            let to_seconds = match wants.get(column) {
-                Some(ColumnRequest::Time(to_seconds)) => *to_seconds,
-                _ => 1.0,
-            };
+        let time_of = |(column, want): (usize, &ColumnRequest)| match want {
+            ColumnRequest::Time(to_seconds) => Some((column, *to_seconds)),
+            _ => None,
+        };
+        // Seconds and nanoseconds may be in columns of their own.
+        let timed: Vec<(usize, f64)> = wants.iter().enumerate().filter_map(time_of).collect();
+        let part = |row: usize, (column, to_seconds): (usize, f64)| -> Result<f64, InputError> {
             let (seconds, found) = match columns.get_index(column) {
                 Some((_, Cells::Texts(texts))) => {
                     let text = texts.get(row).map_or("", String::as_str);
-                    let seconds = number(text).map(|value| value * to_seconds).or_else(|| date_time(text));
+                    let seconds = number(text).map(|value| value * to_seconds).or_else(|| date_time::date_time(text));
                     (seconds.unwrap_or(f64::NAN), shown(text))
                 }
                 Some((_, cells)) => {
@@ -306,7 +303,13 @@ impl Rows for InMemoryTable {
             }
             let title = header.get(column).map_or("", String::as_str);
             let place = column_place(&format!("{place} row {}", number_of(row)), title);
-            Err(InputError::new(place, format!("found `{found}`, expected a time")))
+            Err(date_time::explained(InputError::new(place, format!("found `{found}`, expected a time")), &found))
+        };
+        let stamp = |row: usize| -> Result<f64, InputError> {
+            if timed.is_empty() {
+                return Ok(row as f64 / rate_hz.unwrap_or(1.0));
+            }
+            timed.iter().try_fold(0.0, |sum, column| Ok(sum + part(row, *column)?))
         };
         let mut stamps = Stamps::default();
         let mut kept = Vec::with_capacity(rows);

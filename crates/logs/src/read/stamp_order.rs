@@ -105,6 +105,21 @@ impl RepeatedStamps {
     }
 }
 
+/// Clocks that begin again: their period, s, and what to do.
+const PERIODS: [(f64, &str); 5] = [
+    (86_400.0, "the clock passes midnight: write the date into the stamps"),
+    (43_200.0, "the clock has 12 hours: write AM or PM, or the date, into the stamps"),
+    (3_600.0, "the minutes begin again at a full hour: write the hour into the stamps"),
+    (4_294.967_296, "a counter of us with 32 bits begins again: add 4294967296 to the stamps from this row on"),
+    (4_294_967.296, "a counter of ms with 32 bits begins again: add 4294967296 to the stamps from this row on"),
+];
+
+/// Why a clock returns from one stamp to another, s: it shows a period of [`PERIODS`], of which the next row follows.
+fn cause_of_return(from_s: f64, to_s: f64) -> Option<&'static str> {
+    let is_period = |(period, _): &(f64, &str)| (from_s - to_s - period).abs() < 1.0;
+    PERIODS.into_iter().find(is_period).map(|(_, cause)| cause)
+}
+
 /// Formats the message about a clock that was set back.
 pub fn set_back(from_s: f64, to_s: f64, then: &str) -> String {
     let [from, to] = [from_s, to_s].map(|time| ShortNumber((time * 1e6).round() / 1e6));
@@ -135,7 +150,12 @@ impl Stamps {
         let last = self.order.newest_s();
         let order = self.order.push(seconds);
         if matches!(order, Order::Earlier | Order::SetBack) {
-            return Err(format!("time runs backwards: {} s after {} s", ShortNumber(seconds), ShortNumber(last)));
+            let cause = cause_of_return(last, seconds).map_or(String::new(), |cause| format!("; {cause}"));
+            return Err(format!(
+                "time runs backwards: {} s after {} s{cause}",
+                ShortNumber(seconds),
+                ShortNumber(last)
+            ));
         }
         self.row_time.push(seconds);
         if order == Order::Later {

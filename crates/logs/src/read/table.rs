@@ -6,6 +6,7 @@
 
 use crate::issue::{Issue, IssueKind};
 use crate::names;
+use crate::read::topic_clocks::{TopicClock, different_clocks};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::recording::Event;
 use teachtree_base::scene::Scene;
@@ -100,9 +101,16 @@ pub struct Sheet {
     pub header: Vec<String>,
     /// The rows.
     pub rows: Box<dyn Rows>,
+    /// How long after its stamp a message of the topic was recorded, s, in the median. `None` of other sheets, and of messages that hold for the whole log.
+    pub recorded_after_s: Option<f64>,
 }
 
 impl Sheet {
+    /// A sheet that is not a topic.
+    pub fn new(name: impl Into<String>, header: Vec<String>, rows: Box<dyn Rows>) -> Self {
+        Self { name: name.into(), header, rows, recorded_after_s: None }
+    }
+
     /// The columns as the log calls them; one without a name is called by its place.
     pub fn titles(&self) -> Vec<String> {
         let title = |(place, title): (usize, &String)| match title.as_str() {
@@ -115,8 +123,8 @@ impl Sheet {
 
 /// Rows that are not read yet.
 pub trait Rows {
-    /// Reads the rows, taking of each column what is wanted of it. Stamps are in the column of the one `ColumnRequest::Time`, or, where none
-    /// is wanted, count the rows at `rate_hz`.
+    /// Reads the rows, taking of each column what is wanted of it. A stamp is the sum of the columns of `ColumnRequest::Time`; where
+    /// none is wanted, stamps count the rows at `rate_hz`.
     ///
     /// # Errors
     /// At the first row that cannot be read as it should: its place, what was found, what was wanted.
@@ -246,7 +254,7 @@ impl Table {
 impl Source {
     /// A log of one sheet.
     pub fn one(file: impl Into<String>, header: Vec<String>, rows: Box<dyn Rows>) -> Self {
-        Self::many(file, vec![Sheet { name: String::new(), header, rows }])
+        Self::many(file, vec![Sheet::new("", header, rows)])
     }
 
     /// A log of these sheets.
@@ -284,6 +292,7 @@ impl Source {
         let width: usize = self.sheets.iter().map(|sheet| sheet.header.len()).sum();
         let alone = self.sheets.len() == 1;
         let mut parts = vec![];
+        let mut clocks = vec![];
         let mut first = 0;
         for sheet in self.sheets {
             let columns = first..first + sheet.header.len();
@@ -301,6 +310,12 @@ impl Source {
             // Row numbers do not distinguish the rows of several sheets.
             let of_rows = |issue: &&mut Issue| issue.kind == IssueKind::DUPLICATE_STAMP && issue.channel.is_empty();
             table.issues.iter_mut().filter(of_rows).for_each(|issue| issue.channel.clone_from(&sheet.name));
+            let interval = table.time.first().copied().zip(table.time.last().copied());
+            clocks.extend(sheet.recorded_after_s.zip(interval).map(|(after_s, interval)| TopicClock {
+                topic: sheet.name,
+                after_s,
+                interval,
+            }));
             parts.push((columns.start, table));
         }
         let mut table = match <[(usize, Table); 1]>::try_from(parts) {
@@ -308,6 +323,7 @@ impl Source {
             Err(parts) => merged(parts, width, &self.file)?,
         };
         table.issues.splice(0..0, self.issues);
+        table.issues.extend(different_clocks(&clocks));
         Ok(table)
     }
 }
@@ -397,56 +413,46 @@ pub(crate) fn column_place(place: &str, title: &str) -> String {
     format!("{place} column {name}")
 }
 
+/// Texts of values that were not measured, in small letters; those with brackets and signs are of spreadsheets and of C libraries.
+const UNMEASURED: [&str; 23] = [
+    "",
+    "-",
+    "--",
+    ".",
+    "na",
+    "n/a",
+    "<na>",
+    "#n/a",
+    "#na",
+    "#num!",
+    "#div/0!",
+    "#value!",
+    "#ref!",
+    "null",
+    "none",
+    "nil",
+    "nan(ind)",
+    "-nan(ind)",
+    "1.#qnan",
+    "-1.#qnan",
+    "1.#ind",
+    "-1.#ind",
+    "nat",
+];
+
 /// The number that a text says: NaN for an empty one, for `nan` and its like, and for an infinity; true is 1 and false 0.
 pub fn number(text: &str) -> Option<f64> {
-    match text.trim() {
-        "" | "-" | "--" | "NA" | "N/A" | "n/a" | "#N/A" | "null" | "None" | "-nan(ind)" | "nan(ind)" => Some(f64::NAN),
-        "true" | "True" | "TRUE" => Some(1.0),
-        "false" | "False" | "FALSE" => Some(0.0),
-        text => text.parse::<f64>().ok().map(|value| if value.is_finite() { value } else { f64::NAN }),
-    }
-}
-
-/// Seconds since 1970 of a date and a time of day, `2026-11-21 19:07:00.25+01:00`; since midnight of a time of day alone.
-pub fn date_time(text: &str) -> Option<f64> {
     let text = text.trim();
-    let (days, clock) = match text.split_once(['T', ' ']) {
-        Some((date, clock)) => (days(date)?, clock),
-        None => (0.0, text),
-    };
-    let (clock, zone) = match clock.strip_suffix('Z') {
-        Some(clock) => (clock, 0.0),
-        None => match clock.rfind(['+', '-']).and_then(|at| clock.split_at_checked(at)) {
-            Some((clock, zone)) => {
-                let sign = if zone.starts_with('-') { -1.0 } else { 1.0 };
-                (clock, sign * seconds(zone.get(1..)?)?)
-            }
-            None => (clock, 0.0),
-        },
-    };
-    Some(days * 86_400.0 + seconds(clock.trim())? - zone)
-}
-
-/// Seconds of a time of day, `19:07`, `19:07:00.25`.
-fn seconds(clock: &str) -> Option<f64> {
-    let parts: Vec<f64> = clock
-        .split(':')
-        .map(|part| part.parse().ok().filter(|value| part.starts_with(|c: char| c.is_ascii_digit()) && *value >= 0.0))
-        .collect::<Option<_>>()?;
-    match parts.as_slice() {
-        [hours, minutes] => Some(hours * 3600.0 + minutes * 60.0),
-        [hours, minutes, seconds] => Some(hours * 3600.0 + minutes * 60.0 + seconds),
+    if let Ok(value) = text.parse::<f64>() {
+        return Some(if value.is_finite() { value } else { f64::NAN });
+    }
+    let is = |word: &&str| text.eq_ignore_ascii_case(word);
+    match text {
+        text if text.eq_ignore_ascii_case("true") => Some(1.0),
+        text if text.eq_ignore_ascii_case("false") => Some(0.0),
+        _ if UNMEASURED.iter().any(is) || ["1.#inf", "-1.#inf"].iter().any(is) => Some(f64::NAN),
         _ => None,
     }
-}
-
-/// Days from 1970-01-01 to a date of the Gregorian calendar, `2026-11-21` or `2026/11/21`.
-fn days(date: &str) -> Option<f64> {
-    let parts: Vec<i64> = date.split(['-', '/']).map(|part| part.parse().ok()).collect::<Option<_>>()?;
-    let [year @ 1..=9999, month @ 1..=12, day @ 1..=31] = parts.as_slice() else { return None };
-    // Years that begin in March have their leap day at the end.
-    let (year, month) = if *month > 2 { (*year, month - 3) } else { (year - 1, month + 9) };
-    Some((365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day - 719_469) as f64)
 }
 
 /// Puts a text among those that were seen in a column, if it is none of them and there is room.

@@ -2,6 +2,7 @@
 
 mod arrays;
 mod cells;
+mod clocks;
 mod columnar;
 mod damaged;
 mod joined;

@@ -117,8 +117,7 @@ fn at_once(messages: &[Message], binding: &str) -> Result<Recording, String> {
             table.put(name, *value).unwrap();
         }
     }
-    let sheet =
-        |(name, rows): (&str, InMemoryTable)| Sheet { name: name.into(), header: rows.header(), rows: Box::new(rows) };
+    let sheet = |(name, rows): (&str, InMemoryTable)| Sheet::new(name, rows.header(), Box::new(rows));
     let source = Source::many("log", tables.into_iter().map(sheet).collect());
     let file = BindingFile::parse(binding.into(), "binding".into()).unwrap();
     let scene = file.binding.scene.clone().unwrap();

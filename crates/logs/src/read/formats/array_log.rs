@@ -236,7 +236,7 @@ impl Recording {
         let time = self.time.iter().map(|_| "time [s]".to_string());
         let computed = self.computed.iter().flat_map(|computed| computed.titles());
         let header = time.chain(self.arrays.iter().flat_map(Array::titles)).chain(computed).collect();
-        Sheet { name: name.into(), header, rows: Box::new(self) }
+        Sheet::new(name, header, Box::new(self))
     }
 
     /// Reads the requested columns; the others are empty. Also returns the arrays with missing rows.

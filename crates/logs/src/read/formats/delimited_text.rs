@@ -24,6 +24,7 @@ use blanks::BlanksAsTabs;
 use dialect::Dialect;
 use faults::text_of;
 use heading::Heading;
+pub(super) use heading::has_rows;
 use records::Records;
 use rows::DelimitedRows;
 use std::borrow::Cow;
@@ -31,7 +32,7 @@ use std::io::{Cursor, Read};
 use teachtree_base::error::InputError;
 
 /// Number of bytes of a file that are read to detect its dialect and heading.
-const HEAD: u64 = 256 * 1024;
+pub(super) const HEAD: u64 = 256 * 1024;
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// Reads the head of a delimited text.

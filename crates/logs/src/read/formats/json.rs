@@ -3,6 +3,8 @@
 //! A list that is the value of a canonical vector or rotation gives its components: `"right.thumb.force": [0, 0, 1]`.
 
 use super::rosmsg::{Failure, MAX_ARRAY};
+#[cfg(feature = "mcap")]
+use crate::read::date_time::date_time;
 use crate::read::memory_table::InMemoryTable;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
@@ -83,7 +85,12 @@ const MAX_DEPTH: usize = 16;
 
 /// The fields of a message's stamp: in a header as in ROS, or beside the values as in Foxglove's schemas; for a list, that of the first element.
 #[cfg(feature = "mcap")]
-const STAMPS: [&str; 4] = ["/header/stamp", "/timestamp", "/transforms/0/header/stamp", "/transforms/0/timestamp"];
+const STAMPS: [&str; 5] =
+    ["/header/stamp", "/timestamp", "/stamp", "/transforms/0/header/stamp", "/transforms/0/timestamp"];
+
+/// The units of a stamp that is one number, ns, by the least number that is taken for each: 1973 in s, ms, us and ns. A smaller number is no time since 1970.
+#[cfg(feature = "mcap")]
+const EPOCH_UNITS: [(f64, f64); 4] = [(1e17, 1.0), (1e14, 1e3), (1e11, 1e6), (1e8, 1e9)];
 
 /// Puts a message into the last row; its stamp in nanoseconds, if it has one.
 ///
@@ -96,12 +103,35 @@ pub fn message(text: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Fail
         return Err("found no JSON object".to_string().into());
     };
     put(&value, row)?;
-    let stamp = |place: &&str| {
-        let part = |key: &str| value.pointer(place)?.get(key)?.as_i64();
-        let nanos = part("nanosec").or_else(|| part("nsec"))?;
-        part("sec")?.checked_mul(1_000_000_000)?.checked_add(nanos).filter(|stamp| *stamp != 0)
-    };
+    let stamp = |place: &&str| nanoseconds(value.pointer(place)?).filter(|stamp| *stamp != 0);
     Ok(STAMPS.iter().find_map(stamp))
+}
+
+/// The time since 1970 of a stamp, ns: seconds and nanoseconds as fields, a date and a time of day, or a number in s, ms, us or ns.
+#[cfg(feature = "mcap")]
+fn nanoseconds(stamp: &Value) -> Option<i64> {
+    match stamp {
+        Value::Object(fields) => {
+            let part = |keys: &[&str]| keys.iter().find_map(|key| fields.get(*key)?.as_i64());
+            let nanos = part(&["nanosec", "nsec", "nsecs", "nanos"])?;
+            part(&["sec", "secs", "seconds"])?.checked_mul(1_000_000_000)?.checked_add(nanos)
+        }
+        Value::String(text) => {
+            // A time of day alone is none since 1970, and without a zone it is unknown which hour is meant.
+            let zone = text.get("2026-11-21T19:07:00".len()..).unwrap_or_default();
+            let is_of_zone = zone.contains(['Z', 'z', '+', '-']) || zone.ends_with("UTC");
+            let seconds = date_time(text).filter(|seconds| is_of_zone && *seconds >= 86_400.0)?;
+            Some((seconds * 1e9).round() as i64)
+        }
+        Value::Number(number) => {
+            let found = number.as_f64()?;
+            let (_, unit) = EPOCH_UNITS.into_iter().find(|(least, _)| found >= *least)?;
+            // Digits beyond those of a floating point number count.
+            let whole = number.as_i64().filter(|_| unit == 1.0);
+            whole.or_else(|| Some((found * unit).round() as i64))
+        }
+        _ => None,
+    }
 }
 
 /// Puts the values of an object into the last row.

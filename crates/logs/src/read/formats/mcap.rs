@@ -95,7 +95,15 @@ fn record(bytes: &mut impl Read) -> Result<Option<(u8, Vec<u8>)>, Fault> {
     bytes.by_ref().take(9).read_to_end(&mut head).map_err(unreadable)?;
     let (kind, length) = match head.as_slice() {
         [] => return Ok(None),
-        [0, ..] => return Err(Fault::Damaged("a record has the invalid opcode 0".into())),
+        [0, ..] => {
+            // After a power failure, a file may end with blocks of zeros that were never written.
+            let mut rest = std::io::BufReader::new(bytes);
+            let is_unwritten = head.iter().all(|byte| *byte == 0) && has_only_zeros(&mut rest).map_err(unreadable)?;
+            return Err(match is_unwritten {
+                true => Fault::Truncated,
+                false => Fault::Damaged("a record has the invalid opcode 0".into()),
+            });
+        }
         [kind, length @ ..] => (*kind, length.try_into().map(u64::from_le_bytes).map_err(|_| Fault::Truncated)?),
     };
     if length > MAX_RECORD {
@@ -104,6 +112,21 @@ fn record(bytes: &mut impl Read) -> Result<Option<(u8, Vec<u8>)>, Fault> {
     let mut body = vec![];
     bytes.take(length).read_to_end(&mut body).map_err(unreadable)?;
     if (body.len() as u64) < length { Err(Fault::Truncated) } else { Ok(Some((kind, body))) }
+}
+
+/// Whether zeros are all that follows.
+fn has_only_zeros(bytes: &mut impl BufRead) -> std::io::Result<bool> {
+    loop {
+        let buffer = bytes.fill_buf()?;
+        if buffer.is_empty() {
+            return Ok(true);
+        }
+        if buffer.iter().any(|byte| *byte != 0) {
+            return Ok(false);
+        }
+        let length = buffer.len();
+        bytes.consume(length);
+    }
 }
 
 /// The fields of a record, one after the other, little endian. A length counts only as far as the record goes: libraries take the memory

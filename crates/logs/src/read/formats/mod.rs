@@ -37,7 +37,7 @@ mod protobuf;
 mod qualisys;
 pub mod raw_topics;
 mod recordings;
-#[cfg(feature = "db3")]
+#[cfg(feature = "mcap")]
 mod ros_types;
 mod rosbag;
 #[cfg(feature = "mcap")]
@@ -122,7 +122,13 @@ pub fn open_within(path: &Path, folders: &AllowedFolders) -> Result<Source, Inpu
         let message = "the archive holds no arrays of NumPy (`.npy`) and no Zarr store";
         return Err(InputError::new(name, message).help("unpack it and name the log in it"));
     }
-    let is_table = text_ending(&path) || ending(&path).is_empty() && is_text(&magic);
+    if is_web_page(&magic) {
+        let message = "found a web page (HTML), expected a log: the download has failed";
+        return Err(
+            InputError::new(name, message).help("download the file again, with the access that its server asks for")
+        );
+    }
+    let is_table = text_ending(&path) || is_text(&magic) && is_untold_table(&path, &mut bytes).map_err(failed)?;
     if is_table {
         let sections = delimited_text::sections::find(&mut bytes, &name)?;
         bytes.seek(SeekFrom::Start(0)).map_err(failed)?;
@@ -233,6 +239,29 @@ fn begins_with(path: &Path, magic: &[u8]) -> bool {
     let mut begin = vec![];
     let read = file::open(path).map(|file| file.take(magic.len() as u64).read_to_end(&mut begin).is_ok());
     read.is_ok_and(|is_read| is_read) && begin == magic
+}
+
+/// Whether a file that begins like this is a web page.
+fn is_web_page(magic: &[u8]) -> bool {
+    let begin = magic.trim_ascii_start().to_ascii_lowercase();
+    begin.starts_with(b"<!doctype html") || begin.starts_with(b"<html")
+}
+
+/// Whether a text is a table although its name does not say so: a name without ending, or one of another program (`.sto`, `.trc`) above rows of numbers.
+/// The position in the file is at the beginning again.
+fn is_untold_table(path: &Path, bytes: &mut std::fs::File) -> std::io::Result<bool> {
+    if ending(path).is_empty() {
+        return Ok(true);
+    }
+    if FileKind::of(path, "").is_some() || yaml::is_yaml(path) {
+        return Ok(false);
+    }
+    let mut head = vec![];
+    bytes.by_ref().take(delimited_text::HEAD).read_to_end(&mut head)?;
+    bytes.seek(SeekFrom::Start(0))?;
+    // JSON and XML may have numbers in lines too.
+    let is_structured = head.trim_ascii_start().first().is_some_and(|first| b"{[<".contains(first));
+    Ok(!is_structured && delimited_text::has_rows(&String::from_utf8_lossy(&head)))
 }
 
 /// Whether a file that begins like this may be text.

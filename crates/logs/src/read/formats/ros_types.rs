@@ -1,4 +1,4 @@
-//! Definitions of common ROS types, for bags that have none: recorders of ROS 2 before Iron write only the names of types into `.db3`.
+//! Definitions of common ROS types, for bags that have none, or in another language: recorders of ROS 2 before Iron write only the names of types into `.db3`.
 //!
 //! `ros_types.msg` is made by tools/make_bag_fixtures.py.
 

@@ -72,6 +72,13 @@ pub(super) fn parts(folder: &Path, folders: &AllowedFolders) -> Result<Vec<Part>
         let path = folder.join(file);
         // Links that lead out are refused for files of both storages.
         folders.open(&path)?;
+        if storage == "sqlite3" && path.extension().is_some_and(|ending| ending == "zstd") {
+            let name = path.display().to_string();
+            let help = format!("unpack it with `zstd -d {name}`, and name the file without `.zstd`");
+            return Err(
+                InputError::new(name, "found a bag that is compressed as a whole, expected a `.db3`").help(help)
+            );
+        }
         Ok(match storage {
             #[cfg(feature = "db3")]
             "sqlite3" => Part::Sqlite(path),

@@ -52,10 +52,18 @@ impl MessageDecoder {
         let Some((name, form, definition)) = schema else {
             return Self::Refused("it has no message definition".into());
         };
-        if !matches!(form, "ros2msg" | "ros1msg") {
-            return Self::Refused(format!("its type {name} is defined as `{form}`, expected `ros2msg`"));
-        }
-        match Definition::parse(name, &String::from_utf8_lossy(definition), wire) {
+        let text = match form {
+            "ros2msg" | "ros1msg" => Some(String::from_utf8_lossy(definition).into_owned()),
+            // Recorders that find no definition write none, or one in another language.
+            _ => super::ros_types::definition(name),
+        };
+        let Some(text) = text else {
+            let form = if form.is_empty() { "not defined in the bag".into() } else { format!("defined as `{form}`") };
+            return Self::Refused(format!(
+                "its type {name} is {form}, expected `ros2msg`, or a type of the common packages (docs/logs.md)"
+            ));
+        };
+        match Definition::parse(name, &text, wire) {
             Ok(definition) => Self::Defined(definition),
             Err(why) => Self::Refused(format!("its type {name}: {why}")),
         }
@@ -137,6 +145,23 @@ struct Topic {
     delays: Vec<i64>,
     writers: Writers<Writer>,
     refused: Option<String>,
+}
+
+/// Stamps below this one, ns, are of a clock that began with the recording, such as that of a simulation: the date would be before 1973.
+const FIRST_DATE_NS: i64 = 100_000_000_000_000_000;
+
+impl Topic {
+    /// Takes the messages so far, whose stamp is zero, for messages at the beginning of a clock that `stamp` (ns) shows to begin at zero. Returns their number: a stamp
+    /// of zero is otherwise one that was not set.
+    fn begins_at_zero(&mut self, stamp: i64) -> usize {
+        let unset = self.stamps.len();
+        if !self.delays.is_empty() || stamp >= FIRST_DATE_NS || self.stamps.last().is_none_or(|last| *last <= stamp) {
+            return 0;
+        }
+        self.stamps.fill(0);
+        self.writers = Writers::default();
+        unset
+    }
 }
 
 /// A message that comes so long after a later one, s, is reported although it is a single one: two clocks may take turns.
@@ -230,6 +255,7 @@ impl Topics {
         match reading.decode(message, &mut topic.rows) {
             Ok(stamp) => {
                 topic.names.put(&mut topic.rows, |_| true)?;
+                let at_zero = stamp.map_or(0, |stamp| topic.begins_at_zero(stamp));
                 topic.delays.extend(stamp.map(|stamp| recorded.saturating_sub(stamp)));
                 let stamp = stamp.unwrap_or(recorded);
                 topic.stamps.push(stamp);
@@ -237,6 +263,7 @@ impl Topics {
                 let after = |stamp: i64| stamp.saturating_sub(first) as f64 * 1e-9;
                 let after_s = after(stamp);
                 let writer = topic.writers.of(&topic.rows.filled(), Writer::merge);
+                writer.messages += at_zero;
                 let newest_s = writer.order.newest_s();
                 if writer.push(stamp, after_s) {
                     let by_s = newest_s - after(writer.late_from);
@@ -266,13 +293,15 @@ impl Topics {
         let mut refused = vec![];
         let mut sheets = vec![];
         for (name, topic) in self.topics {
-            let Topic { mut rows, mut stamps, delays: of_topic, writers, refused: why, names: _ } = topic;
+            let Topic { mut rows, mut stamps, delays: mut of_topic, writers, refused: why, names: _ } = topic;
             match why {
                 Some(why) => refused.push((name, why)),
                 None => {
-                    delays.extend(of_topic);
+                    delays.extend(&of_topic);
                     // Messages that each writer sends only once, such as static transforms, form one row.
-                    if writers.all().all(|writer| writer.messages == 1) {
+                    let holds = writers.all().all(|writer| writer.messages == 1);
+                    let recorded_after_s = (!holds).then(|| median(&mut of_topic) as f64 * 1e-9);
+                    if holds {
                         let first = stamps.iter().min().copied().unwrap_or_default();
                         stamps.fill(first);
                     }
@@ -287,7 +316,8 @@ impl Topics {
                     ));
                     rows.push_first("time [s]", Cells::Numbers(stamps.iter().map(seconds).collect()));
                     rows.sort_by("time [s]");
-                    sheets.push(Sheet { name, header: rows.header(), rows: Box::new(rows) });
+                    let header = rows.header();
+                    sheets.push(Sheet { recorded_after_s, ..Sheet::new(name, header, Box::new(rows)) });
                 }
             }
         }

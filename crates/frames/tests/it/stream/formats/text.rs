@@ -322,7 +322,10 @@ fn dates_and_clocks_are_stamps() {
     assert_eq!(at("2026-11-21 20:07:00.5+01:00").unwrap()[0], 1_795_288_020.5);
     assert_eq!(at("1970/01/01T00:00").unwrap()[0], 0.0);
     assert_eq!(at("2024-02-29 00:00:00").unwrap()[0], 1_709_164_800.0);
-    insta::assert_snapshot!(at("2026-13-01 00:00").unwrap_err(), @"log.csv row 2 column when: found `2026-13-01 00:00`, expected a time");
+    insta::assert_snapshot!(at("2026-13-01 00:00").unwrap_err(), @r"
+    log.csv row 2 column when: found `2026-13-01 00:00`, expected a time
+      help: write dates as `2026-11-21 19:07:00.25`, times of day as `19:07:00.25` or `07:07:00.25 PM`, minutes as `07:00.25`
+    ");
 }
 
 #[test]

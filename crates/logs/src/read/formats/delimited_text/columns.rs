@@ -1,7 +1,7 @@
 //! The columns of a block of lines: text in, numbers and texts out, up to the first row that cannot be read.
 
 use super::dialect::Dialect;
-use super::faults::{Fault, Places, RowFault};
+use super::faults::{Fault, Places, RowFault, TIME};
 use super::records::Records;
 use crate::read::table::{ColumnRequest, MAX_CELL, see};
 use std::ops::Range;
@@ -146,7 +146,7 @@ impl Column {
     /// Appends a number. The error is the expected value.
     fn push_number(&mut self, value: f64, want: ColumnRequest) -> Result<(), &'static str> {
         if matches!(want, ColumnRequest::Time(_)) && !value.is_finite() {
-            return Err("a time");
+            return Err(TIME);
         }
         self.numbers.push(value);
         Ok(())
@@ -167,7 +167,7 @@ impl Column {
                 self.texts.push(text.trim().to_string());
                 return Ok(());
             }
-            ColumnRequest::Time(to_seconds) => dialect.time(cell, to_seconds).ok_or("a time")?,
+            ColumnRequest::Time(to_seconds) => dialect.time(cell, to_seconds).ok_or(TIME)?,
             ColumnRequest::Number(to_si) => dialect.number(cell).ok_or("a number")? * to_si,
             ColumnRequest::Optional(to_si) => dialect.number(cell).map_or(f64::NAN, |value| value * to_si),
             ColumnRequest::Sniff => {

@@ -1,6 +1,7 @@
 //! The dialect of a delimited text: what delimits its cells, what marks comments, and the decimal point of its numbers.
 
-use crate::read::table::{date_time, number};
+use crate::read::date_time::date_time;
+use crate::read::table::number;
 use std::borrow::Cow;
 
 /// The dialect of a text.

@@ -1,9 +1,13 @@
 //! Faults of rows: the first fault of a row with its place, and whether the row is the last one and cut short.
 
 use super::records::Records;
+use crate::read::date_time;
 use crate::read::table::{MAX_CELL, column_place, shown};
 use std::borrow::Cow;
 use teachtree_base::error::InputError;
+
+/// What is expected in a column of stamps.
+pub(super) const TIME: &str = "a time";
 
 /// The names of a file and its columns, for places in messages.
 pub(super) struct Places {
@@ -69,7 +73,12 @@ impl Fault {
                 InputError::new(places.cell(row, column), message)
             }
             RowFault::Unexpected { column, expected } if has_all => {
-                InputError::new(places.cell(row, column), unexpected(cell(column), expected))
+                let error = InputError::new(places.cell(row, column), unexpected(cell(column), expected));
+                if expected == TIME {
+                    date_time::explained(error, &String::from_utf8_lossy(cell(column)))
+                } else {
+                    error
+                }
             }
             _ => {
                 let message = format!("found {} fields, expected {width} as in the header", cells.len());

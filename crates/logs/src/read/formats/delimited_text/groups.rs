@@ -16,14 +16,16 @@ impl GroupRows {
     /// Whether columns have one title, and these lines make their names different.
     pub fn distinguish(&self, titles: Vec<&str>) -> bool {
         let titles: Vec<String> = titles.into_iter().map(str::to_string).collect();
-        !is_unique(&titles) && is_unique(&self.compose(titles))
+        let composed = self.compose(titles.clone());
+        composed != titles && is_unique(&composed)
     }
 
     /// Composes names, `cube.Position.X`, if several columns have one title. Uses the fewest lines that make all names different, and returns the titles if none
     /// do.
     pub fn compose(&self, titles: Vec<String>) -> Vec<String> {
+        let (titles, rows) = self.filled(titles);
         let mut names = titles.clone();
-        for row in &self.0 {
+        for row in rows {
             if is_unique(&names) {
                 return names;
             }
@@ -33,6 +35,27 @@ impl GroupRows {
             }
         }
         if is_unique(&names) { names } else { titles }
+    }
+}
+
+impl GroupRows {
+    /// Fills empty titles from the lines above, as where the index of a table of pandas is named below its columns, or a marker above its coordinates. Returns the
+    /// other lines too.
+    fn filled(&self, mut titles: Vec<String>) -> (Vec<String>, Vec<&Vec<String>>) {
+        let mut others = vec![];
+        for row in &self.0 {
+            let fills = |(title, cell): (&String, &String)| title.is_empty() && !cell.is_empty();
+            if row.len() != titles.len() || !titles.iter().zip(row).any(fills) {
+                others.push(row);
+                continue;
+            }
+            titles
+                .iter_mut()
+                .zip(row)
+                .filter(|(title, _)| title.is_empty())
+                .for_each(|(title, cell)| title.clone_from(cell));
+        }
+        (titles, others)
     }
 }
 

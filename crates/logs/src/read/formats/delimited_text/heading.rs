@@ -2,8 +2,9 @@
 
 use super::dialect::Dialect;
 use super::groups::GroupRows;
+use crate::read::date_time::date_time;
 use crate::read::memory_table::titled;
-use crate::read::table::{date_time, number};
+use crate::read::table::number;
 use teachtree_base::units::compound;
 
 /// Maximum number of lines in which the first row of numbers is searched.
@@ -20,12 +21,14 @@ pub(super) struct Heading {
     units: Option<Vec<String>>,
     /// The lines above the titles that name groups of columns.
     groups: GroupRows,
+    /// Number of cells of the first row of numbers; 0 without one.
+    width: usize,
 }
 
 impl Heading {
     /// Reads the heading at the beginning of a text. Lines that are neither titles nor rows are made empty, so that rows keep their line numbers.
     pub fn read(head: &mut Vec<u8>) -> Self {
-        let Preamble { lines, units, groups } = Preamble::find(&String::from_utf8_lossy(head));
+        let Preamble { lines, units, groups, width } = Preamble::find(&String::from_utf8_lossy(head));
         let unit_line = units.as_ref().map(|(line, _)| *line);
         if lines > 0 || unit_line.is_some() {
             *head = emptied(head, |line| line < lines || Some(line) == unit_line);
@@ -42,7 +45,7 @@ impl Heading {
             if dialect.blanks { with_units(titles) } else { titles }
         });
         let units = units.map(|(_, units)| units);
-        Self { dialect, is_titled: !dialect.has_numbers(line), commented, units, groups }
+        Self { dialect, is_titled: !dialect.has_numbers(line), commented, units, groups, width }
     }
 
     /// Returns the titles of the columns, given the cells of the first row.
@@ -51,7 +54,8 @@ impl Heading {
             let commented = self.commented.clone().filter(|titles| titles.len() == first.len());
             return commented.unwrap_or_else(|| (1..=first.len()).map(|column| column.to_string()).collect());
         }
-        let titles = if self.dialect.blanks { with_units(first) } else { self.groups.compose(first) };
+        let titles =
+            if self.dialect.blanks { with_units(first) } else { self.groups.compose(titles_of(first, self.width)) };
         match self.units.as_ref().filter(|units| units.len() == titles.len()) {
             Some(units) => titles.iter().zip(units).map(|(title, unit)| titled(title, unit)).collect(),
             None => titles,
@@ -67,6 +71,8 @@ struct Preamble {
     /// The line below the titles with their units, and the units.
     units: Option<(usize, Vec<String>)>,
     groups: GroupRows,
+    /// Number of cells of the first row of numbers; 0 without one.
+    width: usize,
 }
 
 impl Preamble {
@@ -76,9 +82,21 @@ impl Preamble {
         let cells = |at: usize| lines.get(at).map(|line| cells(line)).unwrap_or_default();
         // A row may begin with a text, such as a status, if rows of as many cells follow it.
         let follows = |at: usize, width: usize| (at + 1..at + 3).all(|next| is_row_of(&cells(next), width));
+        // A line of numbers and words about the recording, such as its rate and its unit, has titles below it.
+        let continues = |at: usize, width: usize| {
+            let below = lines.iter().skip(at + 1).find(|line| !line.trim().is_empty());
+            // A row of numbers that is too short or too long is a fault of the table.
+            below.is_none_or(|line| {
+                let row = self::cells(line);
+                row.len() == width || is_row_of(&row, row.len())
+            })
+        };
         let is_data = |at: &usize| {
             let row = cells(*at);
-            is_row_of(&row, row.len()) && (row.first().is_some_and(|cell| is_value(cell)) || follows(*at, row.len()))
+            let begins = row.first().is_some_and(|cell| is_value(cell));
+            let is_whole = row.iter().all(|cell| cell.is_empty() || is_value(cell));
+            let is_first = begins && (is_whole || continues(*at, row.len()));
+            is_row_of(&row, row.len()) && (is_first || follows(*at, row.len()))
         };
         let Some(data) = (0..lines.len()).find(is_data) else { return Self::default() };
         let width = cells(data).len();
@@ -88,13 +106,37 @@ impl Preamble {
         let units = above.last().filter(|_| above.len() > 1).and_then(|at| Some((*at, units(&cells(*at), width)?)));
         let title_lines = above.len() - usize::from(units.is_some());
         let titles = title_lines.checked_sub(1).and_then(|at| above.get(at)).copied().unwrap_or_default();
-        let is_title_line = cells(titles).len() == width;
-        let groups = above.iter().rev().skip_while(|at| **at >= titles).filter(|_| is_title_line).map(|at| cells(*at));
+        let is_title_line = titles_of(cells(titles), width).len() == width;
+        let groups = above.iter().rev().skip_while(|at| **at >= titles).filter(|_| is_title_line).map(|at| {
+            let mut row = cells(*at);
+            while row.len() > width && row.last().is_some_and(|cell| cell.is_empty()) {
+                row.pop();
+            }
+            row
+        });
         let groups = GroupRows::new(groups, width);
         let is_preamble =
             titles > 0 && is_title_line && (cells(first).len() != width || groups.distinguish(cells(titles)));
-        Self { lines: if is_preamble { titles } else { 0 }, units, groups }
+        Self { lines: if is_preamble { titles } else { 0 }, units, groups, width }
     }
+}
+
+/// The titles without an empty one that no row has a cell for, behind a surplus delimiter.
+fn titles_of<T: AsRef<str>>(mut titles: Vec<T>, width: usize) -> Vec<T> {
+    if titles.len() == width + 1 && titles.last().is_some_and(|last| last.as_ref().is_empty()) && width > 0 {
+        titles.pop();
+    }
+    titles
+}
+
+/// Whether a text has two rows of numbers, one below the other, near its beginning.
+pub fn has_rows(head: &str) -> bool {
+    let lines: Vec<&str> = head.lines().take(MAX_LINES).filter(|line| !line.trim().is_empty()).collect();
+    lines.windows(2).any(|pair| {
+        let widths: Vec<usize> =
+            pair.iter().map(|line| cells(line)).filter(|row| is_row_of(row, row.len())).map(|row| row.len()).collect();
+        matches!(*widths, [one, other] if one == other)
+    })
 }
 
 /// The cells of a line, split by a dialect of its own.

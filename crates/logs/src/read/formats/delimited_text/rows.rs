@@ -144,13 +144,17 @@ impl RowStream {
     /// Takes the stamps of a block. Returns for each row whether it is kept; a row that repeats a stamp is merged into the row before it.
     fn take_stamps(&mut self, block: &mut RowBlock, table: &mut Table) -> Result<Vec<bool>, InputError> {
         let ColumnReader { places, wants, rate_hz, .. } = &*self.reader;
-        let timed = wants.iter().position(|want| matches!(want, ColumnRequest::Time(_))).filter(|_| rate_hz.is_none());
+        let is_timed = |want: &ColumnRequest| rate_hz.is_none() && matches!(want, ColumnRequest::Time(_));
+        let timed = wants.iter().position(is_timed);
+        // Seconds and nanoseconds may be in columns of their own.
+        let parts: Vec<usize> = (0..).zip(wants).filter(|(_, want)| is_timed(want)).map(|(column, _)| column).collect();
         let mut kept = Vec::with_capacity(block.rows);
         for row in 0..block.rows {
             let line = block.line_of(row);
-            let stamp = match (rate_hz, timed.and_then(|column| block.columns.get(column))) {
-                (Some(rate), _) => (self.rows + row) as f64 / rate,
-                (None, column) => column.and_then(|column| column.numbers.get(row)).copied().unwrap_or(f64::NAN),
+            let part = |column: &usize| block.columns.get(*column)?.numbers.get(row).copied();
+            let stamp = match rate_hz {
+                Some(rate) => (self.rows + row) as f64 / rate,
+                None => parts.iter().map(|column| part(column).unwrap_or(f64::NAN)).sum(),
             };
             let place = || timed.map_or_else(|| places.row(line), |column| places.cell(line, column));
             let is_kept = self.stamps.push(stamp).map_err(|message| InputError::new(place(), message))?;
