@@ -4,6 +4,7 @@ mod arrays;
 mod cells;
 mod clocks;
 mod columnar;
+mod conventions;
 mod damaged;
 mod joined;
 mod lines;

@@ -1,6 +1,6 @@
 //! Arrays of several dimensions as columns: the first dimension is time, the others are spread (`qpos[0]`, `qpos[1]`, …).
 //!
-//! A matrix of four by four is a pose: `name.position.x` to `name.rotation.z`. Arrays with more than [`MAX_WIDTH`] numbers a row (images) have no
+//! A matrix of four by four is a pose: `name.position.x` to `name.rotation.z`, also if it is transposed. Arrays with more than [`MAX_WIDTH`] numbers a row (images) have no
 //! columns.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -30,12 +30,17 @@ impl ArrayColumns {
         let (mut dimensions, mut poses) = (dimensions.to_vec(), false);
         if dimensions.ends_with(&[4, 4])
             && first.len() == width
-            && first.chunks_exact(16).all(|matrix| pose(matrix).is_some())
+            && first.chunks_exact(16).all(|matrix| Order::ALL.iter().any(|order| order.pose(matrix).is_some()))
         {
             dimensions.truncate(dimensions.len() - 2);
             poses = true;
         }
         Some(Self { name: name.into(), dimensions, poses })
+    }
+
+    /// Whether the columns are poses.
+    pub fn has_poses(&self) -> bool {
+        self.poses
     }
 
     /// The names of the columns.
@@ -56,6 +61,7 @@ impl ArrayColumns {
         let width = if self.poses { places * 16 } else { places };
         let count = if self.poses { places * POSE.len() } else { places };
         let mut columns = vec![Vec::with_capacity(values.len() / width.max(1)); count];
+        let order = if self.poses { Order::of(values) } else { Order::Rows };
         // A quaternion and its negative are one rotation: the one nearer to that of the row before keeps the columns steady.
         let mut before = vec![UnitQuaternion::identity(); if self.poses { places } else { 0 }];
         for row in values.chunks_exact(width.max(1)) {
@@ -63,7 +69,7 @@ impl ArrayColumns {
                 columns.iter_mut().zip(row).for_each(|(column, value)| column.push(*value));
                 continue;
             }
-            let parts = row.chunks_exact(16).zip(&mut before).flat_map(|(matrix, before)| match pose(matrix) {
+            let parts = row.chunks_exact(16).zip(&mut before).flat_map(|(matrix, before)| match order.pose(matrix) {
                 Some((position, rotation)) => {
                     let sign = if rotation.coords.dot(&before.coords) < 0.0 { -1.0 } else { 1.0 };
                     *before = UnitQuaternion::new_unchecked(rotation.into_inner() * sign);
@@ -82,6 +88,35 @@ impl ArrayColumns {
 pub(super) fn width(dimensions: &[usize]) -> Option<usize> {
     let width = dimensions.iter().try_fold(1_usize, |width, dimension| width.checked_mul(*dimension))?;
     (1..=MAX_WIDTH).contains(&width).then_some(width)
+}
+
+/// The order of the numbers of a matrix: row by row, or column by column, as MATLAB and libfranka store it.
+#[derive(Clone, Copy, PartialEq)]
+enum Order {
+    Rows,
+    Columns,
+}
+
+impl Order {
+    const ALL: [Self; 2] = [Self::Rows, Self::Columns];
+
+    /// The order in which more of these matrices are poses. At the origin both are possible, and elsewhere one.
+    fn of(values: &[f64]) -> Self {
+        let count = |order: Self| values.chunks_exact(16).filter(|matrix| order.pose(matrix).is_some()).count();
+        if count(Self::Columns) > count(Self::Rows) { Self::Columns } else { Self::Rows }
+    }
+
+    /// The position and the rotation of a matrix, if it is a pose.
+    fn pose(self, matrix: &[f64]) -> Option<([f64; 3], UnitQuaternion<f64>)> {
+        if self == Self::Rows {
+            return pose(matrix);
+        }
+        let mut transposed = [0.0; 16];
+        for (at, value) in matrix.iter().enumerate() {
+            *transposed.get_mut(at % 4 * 4 + at / 4)? = *value;
+        }
+        pose(&transposed)
+    }
 }
 
 /// The position and the rotation of a matrix of four by four, row by row, if it is a pose.

@@ -1,9 +1,10 @@
 //! Recordings that are arrays with a row a sample, in HDF5, NPZ and Zarr: which arrays have the rows of the recording, which are parts with rows of their
 //! own, and what their stamps are. Arrays are read when something of them is wanted.
 
+use super::array_attributes::ArrayAttributes;
 use super::array_columns::ArrayColumns;
 use crate::issue::{Issue, IssueKind};
-use crate::read::memory_table::{Cells, InMemoryTable};
+use crate::read::memory_table::{Cells, InMemoryTable, titled};
 use crate::read::table::{ColumnRequest, MAX_COLUMNS, Rows, Sheet, Source, Table, check_size};
 use serde_json::Value;
 use std::cmp::Ordering;
@@ -75,6 +76,8 @@ pub(super) struct Array {
     pub dimensions: Vec<usize>,
     /// Its conversion to columns; `None` for texts.
     spread: Option<ArrayColumns>,
+    /// The unit of its numbers, if it says one.
+    unit: Option<String>,
     /// Its values, or why they cannot be read.
     values: Result<Box<dyn ArrayValues>, String>,
 }
@@ -89,17 +92,20 @@ impl Array {
         rows: usize,
         dimensions: &[usize],
         texts: bool,
+        attributes: &ArrayAttributes,
         values: Box<dyn ArrayValues>,
     ) -> Result<Self, InputError> {
+        let values = attributes.applied(values);
         let matrices = !texts && dimensions.ends_with(&[4, 4]) && rows > 0;
         let first = if matrices { values.numbers(true)? } else { vec![] };
         let spread = if texts { None } else { ArrayColumns::new(&name, dimensions, &first) };
-        Ok(Self { name, rows, dimensions: dimensions.to_vec(), spread, values: Ok(values) })
+        let unit = attributes.unit.clone();
+        Ok(Self { name, rows, dimensions: dimensions.to_vec(), spread, unit, values: Ok(values) })
     }
 
     /// An array that cannot be read.
     pub fn refused(name: String, rows: usize, dimensions: &[usize], reason: impl Into<String>) -> Self {
-        Self { name, rows, dimensions: dimensions.to_vec(), spread: None, values: Err(reason.into()) }
+        Self { name, rows, dimensions: dimensions.to_vec(), spread: None, unit: None, values: Err(reason.into()) }
     }
 
     /// Number of values of a row.
@@ -112,8 +118,18 @@ impl Array {
         self.values.as_ref().ok().map(|values| values.numbers(false))
     }
 
+    /// The titles of its columns, with the unit; a rotation has none.
     fn titles(&self) -> Vec<String> {
-        self.spread.as_ref().map_or_else(|| vec![self.name.clone()], ArrayColumns::titles)
+        let Some(spread) = &self.spread else { return vec![self.name.clone()] };
+        let titles = spread.titles();
+        match &self.unit {
+            Some(unit) if spread.has_poses() => {
+                let in_unit = |title: String| if title.contains(".position.") { titled(&title, unit) } else { title };
+                titles.into_iter().map(in_unit).collect()
+            }
+            Some(unit) => titles.iter().map(|title| titled(title, unit)).collect(),
+            None => titles,
+        }
     }
 
     /// Its columns, as long as the recording: what is said once holds all along.

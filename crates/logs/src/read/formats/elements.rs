@@ -1,5 +1,6 @@
 //! Elements of arrays as NumPy and Zarr store them: integers, floats, truth values, dates and texts of either byte order.
 
+use super::half::half;
 use npyz::{Endianness, TimeUnits, TypeChar, TypeStr};
 use std::str::FromStr as _;
 
@@ -140,16 +141,4 @@ fn seconds(unit: TimeUnits) -> Option<f64> {
         TimeUnits::Attosecond => 1e-18,
         _ => return None,
     })
-}
-
-/// A float of 16 bits (IEEE 754 binary16).
-fn half(bits: u16) -> f64 {
-    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
-    let size = match exponent {
-        0 => fraction * 2_f64.powi(-24),
-        0x1f if fraction == 0.0 => f64::INFINITY,
-        0x1f => f64::NAN,
-        _ => (1.0 + fraction / 1024.0) * 2_f64.powi(exponent - 15),
-    };
-    if bits >> 15 == 1 { -size } else { size }
 }

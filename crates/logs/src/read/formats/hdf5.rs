@@ -6,12 +6,14 @@
 //! no data set is read that promises more than [`Budget`] allows for the bytes of the file.
 
 pub mod annotate;
+mod compound;
 mod floats;
 mod links;
 mod matlab;
 mod mujoco;
 mod signature;
 
+use super::array_attributes::ArrayAttributes;
 use super::array_columns::width;
 use super::array_log::{self, Array, ComputedColumns, MissingRows, Recording, rate, rows};
 use super::budget::Budget;
@@ -19,12 +21,16 @@ use super::recordings::{MAX_RECORDINGS, choose, number_of};
 use crate::allowed_folders::AllowedFolders;
 use crate::read::file;
 use crate::read::table::{MAX_COLUMNS, Source};
-use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, FormatError, Group, ReadSeekSource, VlenStringReadOptions};
+use ::hdf5_pure::{
+    AttrValue, DType, Dataset, Datatype, Error, File, FormatError, Group, ReadSeekSource, VlenStringReadOptions,
+};
 use floats::{FloatForm, NumberReader};
 use mujoco::Model;
 use serde_json::Value;
 pub(super) use signature::is_at_start_or_behind_block;
+use std::collections::HashMap;
 use std::path::Path;
+use std::rc::Rc;
 use teachtree_base::error::InputError;
 use teachtree_base::guard::guarded;
 
@@ -131,8 +137,11 @@ impl Container {
         let mut budget = Budget::new(self.file.file_size());
         let arrays: Vec<Array> = found
             .into_iter()
-            .filter_map(|(name, dataset)| array(&place, name, dataset, &mut budget, self.file.file_size()).transpose())
-            .collect::<Result<_, _>>()?;
+            .map(|(name, dataset)| arrays(&place, name, dataset, &mut budget, self.file.file_size()))
+            .collect::<Result<Vec<Vec<Array>>, _>>()?
+            .into_iter()
+            .flatten()
+            .collect();
         let rows = rows(&arrays, described.first().and_then(|own| own.samples));
         let model = described.iter().find_map(|attrs| attrs.model.clone());
         let states = arrays.iter().find(|array| array.name == "states" && array.rows == rows);
@@ -154,6 +163,10 @@ impl Container {
         recording.source()
     }
 }
+
+/// The reason of a data set that has another filter.
+const OTHER_FILTER: &str = "is compressed by a filter that is not read here, expected gzip, lzf, shuffle or scale-offset: `h5repack -f GZIP=4` of the HDF5 tools, with \
+    the plugin of the filter, rewrites it";
 
 /// Whether a data set needs a filter other than deflate, shuffle, Fletcher's checksum, scale-offset and LZF.
 fn has_other_filter(dataset: &Dataset) -> bool {
@@ -207,25 +220,74 @@ struct RecordingAttributes {
 }
 
 impl RecordingAttributes {
-    fn new(attrs: &std::collections::HashMap<String, AttrValue>) -> Self {
+    fn new(attrs: &HashMap<String, AttrValue>) -> Self {
         let text = |key: &str| attrs.get(key).and_then(AttrValue::as_str);
         let object = |key: &str| text(key).and_then(|text| serde_json::from_str(text).ok()).unwrap_or(Value::Null);
-        let attribute = |key: &str| match attrs.get(key) {
-            Some(value) => match (value.as_str(), value.as_f64(), value.as_i64()) {
-                (Some(text), ..) => text.into(),
-                (_, Some(number), _) => number.into(),
-                (.., number) => number.into(),
-            },
-            None => Value::Null,
-        };
         Self {
             samples: attrs.get("num_samples").and_then(AttrValue::as_u64).and_then(|count| usize::try_from(count).ok()),
-            rate_hz: rate(&attribute),
+            rate_hz: rate(&|key| attribute(attrs, key)),
             robosuite: object("env_info").is_object()
                 || object("env_args").get("type").and_then(Value::as_u64) == Some(1),
             model: text("model_file").filter(|text| text.trim_start().starts_with('<')).map(str::to_string),
         }
     }
+}
+
+/// An attribute as a text or a number; null if there is none.
+fn attribute(attrs: &HashMap<String, AttrValue>, key: &str) -> Value {
+    let Some(value) = attrs.get(key) else { return Value::Null };
+    match (value.as_str(), value.as_f64(), value.as_i64()) {
+        (Some(text), ..) => text.trim_end_matches('\0').into(),
+        (_, Some(number), _) => number.into(),
+        (.., number) => number.into(),
+    }
+}
+
+/// A data set as arrays: one, or one for each of its fields.
+fn arrays(
+    place: &str,
+    name: String,
+    dataset: Dataset,
+    budget: &mut Budget,
+    file_size: u64,
+) -> Result<Vec<Array>, InputError> {
+    let failed = |error: Error| damaged(place, &error);
+    let datatype = dataset.datatype().map_err(failed)?;
+    if !matches!(datatype, Datatype::Compound { .. }) {
+        return Ok(array(place, name, dataset, budget, file_size)?.into_iter().collect());
+    }
+    let shape: Vec<usize> =
+        dataset.shape().map_err(failed)?.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
+    let [rows] = *shape.as_slice() else { return Ok(vec![]) };
+    if has_other_filter(&dataset) || has_early_check_sum(&dataset) {
+        return Ok(vec![Array::refused(name, rows, &[], OTHER_FILTER)]);
+    }
+    let element_size = datatype.type_size() as usize;
+    if !budget.has(chunk_bytes(&dataset, element_size).map_err(failed)?) {
+        return Ok(vec![Array::refused(name, rows, &[], Budget::REFUSED)]);
+    }
+    let dataset = Rc::new(dataset);
+    let mut found = vec![];
+    for field in compound::fields(&datatype) {
+        let name = format!("{name}/{}", field.name);
+        let (dimensions, texts) = (field.dimensions.clone(), field.is_text());
+        let Some(width) = width(&dimensions).filter(|width| !texts || *width == 1) else { continue };
+        // All fields are read for the values of one.
+        if !budget.take(rows.checked_mul(width), element_size, texts) {
+            found.push(Array::refused(name, rows, &dimensions, Budget::REFUSED));
+            continue;
+        }
+        let values = Box::new(compound::FieldValues {
+            place: place.into(),
+            name: name.clone(),
+            dataset: Rc::clone(&dataset),
+            element_size,
+            field,
+            file_size,
+        });
+        found.push(Array::new(name, rows, &dimensions, texts, &ArrayAttributes::default(), values)?);
+    }
+    Ok(found)
 }
 
 /// A data set as an array, if it is of a kind that a log can have.
@@ -239,7 +301,7 @@ fn array(
     let failed = |error: Error| damaged(place, &error);
     let shape = dataset.shape().map_err(failed)?;
     let stored: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
-    let matlab = matlab::Kind::of(&dataset).map_err(failed)?;
+    let matlab = matlab::Kind::of(&dataset, &stored).map_err(failed)?;
     let shape = match matlab {
         matlab::Kind::Other => stored.clone(),
         matlab::Kind::Numbers => matlab::shape(&stored),
@@ -253,11 +315,10 @@ fn array(
     };
     let Some(width) = width(dimensions).filter(|width| !texts || *width == 1) else { return Ok(None) };
     let size = usize::try_from(dataset.element_size().map_err(failed)?).unwrap_or(usize::MAX);
-    let chunk = dataset.chunk_shape().map_err(failed)?.unwrap_or_default();
-    let chunk = chunk.iter().try_fold(size, |product, size| product.checked_mul(usize::try_from(*size).ok()?));
+    let chunk = chunk_bytes(&dataset, size).map_err(failed)?;
     let refused = |reason: &str| Ok(Some(Array::refused(name.clone(), *rows, dimensions, reason)));
     if has_other_filter(&dataset) {
-        return refused("is compressed by a filter that is not read here, expected gzip, lzf, shuffle or scale-offset");
+        return refused(OTHER_FILTER);
     }
     if has_early_check_sum(&dataset) {
         return refused(
@@ -273,6 +334,8 @@ fn array(
         return refused(Budget::REFUSED);
     }
     let stored = (matlab == matlab::Kind::Numbers).then_some(stored);
+    let attrs = dataset.attrs().map_err(failed)?;
+    let attributes = ArrayAttributes::of(&|key| attribute(&attrs, key));
     let values = Box::new(Values {
         place: place.into(),
         name: name.clone(),
@@ -282,7 +345,13 @@ fn array(
         most: budget.whole,
         file_size,
     });
-    Array::new(name, *rows, dimensions, texts, values).map(Some)
+    Array::new(name, *rows, dimensions, texts, &attributes, values).map(Some)
+}
+
+/// The bytes of a chunk of elements of this size; `None` if they are too many for a number.
+fn chunk_bytes(dataset: &Dataset, size: usize) -> Result<Option<usize>, Error> {
+    let chunk = dataset.chunk_shape()?.unwrap_or_default();
+    Ok(chunk.iter().try_fold(size, |product, size| product.checked_mul(usize::try_from(*size).ok()?)))
 }
 
 /// Rejects a data set whose chunks lie outside of the file or are larger than the file in total: the library allocates memory for a chunk before it

@@ -1,6 +1,8 @@
 //! The formats of logs, one file each: a path in, tables of raw columns out. The content of a log decides its format before its name does.
 
 #[cfg(any(feature = "hdf5", feature = "arrays"))]
+mod array_attributes;
+#[cfg(any(feature = "hdf5", feature = "arrays"))]
 mod array_columns;
 #[cfg(any(feature = "hdf5", feature = "arrays"))]
 mod array_log;
@@ -14,6 +16,8 @@ pub mod delimited_text;
 #[cfg(feature = "arrays")]
 mod elements;
 mod folder;
+#[cfg(any(feature = "parquet", feature = "arrays"))]
+mod half;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
 mod json;

@@ -1,6 +1,7 @@
 //! NumPy's files: `.npz`, `.npy`, and folders of `.npy`. Each array with a row a sample has columns by its name, as the data sets of HDF5 have; the fields
 //! of structured arrays are arrays of their own. A file with one array calls it `arr_0`, as `numpy.savez` does.
 
+use super::array_attributes::ArrayAttributes;
 use super::array_columns::width;
 use super::array_log::{self, Array, MAX_RATE_HZ, Recording, rows};
 use super::budget::Budget;
@@ -136,7 +137,7 @@ fn arrays(place: &str, mut found: Vec<(String, ArrayLocation)>, size: u64) -> Re
             }
             field.dimensions = dimensions.clone();
             let values = Box::new(Values { place: of.clone(), at: at.clone(), header: header.clone(), field, element });
-            arrays.push(Array::new(name, *rows, &dimensions, texts, values)?);
+            arrays.push(Array::new(name, *rows, &dimensions, texts, &ArrayAttributes::default(), values)?);
         }
     }
     let rows = rows(&arrays, None);

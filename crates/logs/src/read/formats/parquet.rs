@@ -9,6 +9,7 @@ mod blocks;
 pub(super) mod column;
 mod flat;
 pub(super) mod language;
+mod numbers;
 mod page_head;
 pub(super) mod pictures;
 pub(super) mod rewrite;
@@ -22,7 +23,7 @@ use crate::read::memory_table::{Cells, InMemoryTable, titled};
 use crate::read::table::{
     Blocks, ColumnRequest, MAX_COLUMNS, Rows, Source, Table, check_cells, check_rows, check_size,
 };
-use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
+use ::parquet::basic::{ConvertedType, LogicalType, Type as Physical};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::{ByteArray, DataType};
 use ::parquet::errors::ParquetError;
@@ -30,6 +31,7 @@ use ::parquet::file::metadata::RowGroupMetaData;
 use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
+use numbers::NumberForm;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -300,8 +302,7 @@ fn damaged(name: &str, error: &ParquetError) -> InputError {
 /// A column while it is read.
 struct Leaf {
     name: String,
-    /// Turns what is stored into SI, where the type says what it is.
-    factor: f64,
+    form: NumberForm,
     unit: &'static str,
     max_def: i16,
     max_rep: i16,
@@ -330,27 +331,17 @@ impl Leaf {
         }
         let text = matches!(column.logical_type_ref(), Some(LogicalType::String))
             || column.converted_type() == ConvertedType::UTF8;
-        let (factor, unit) = match (column.logical_type_ref(), column.converted_type()) {
-            (Some(LogicalType::Timestamp(stamp)), _) => (step(&stamp.unit), "s"),
-            (_, ConvertedType::TIMESTAMP_MILLIS) => (1e-3, "s"),
-            (_, ConvertedType::TIMESTAMP_MICROS) => (1e-6, "s"),
-            (_, ConvertedType::DECIMAL) => return None,
-            _ => (1.0, ""),
-        };
-        let texts = match column.physical_type() {
-            Physical::BOOLEAN | Physical::INT32 | Physical::INT64 | Physical::FLOAT | Physical::DOUBLE => None,
-            Physical::BYTE_ARRAY if text && max_rep == 0 => Some(vec![]),
-            _ => return None,
-        };
         let name = parts.join(".");
+        let is_text = text && max_rep == 0 && column.physical_type() == Physical::BYTE_ARRAY;
+        let (form, unit) = if is_text { (NumberForm::WHOLE, "") } else { NumberForm::of(column)? };
         Some(Self {
             name,
-            factor,
+            form,
             unit,
             max_def: column.max_def_level(),
             max_rep,
             places: vec![],
-            texts,
+            texts: is_text.then(Vec::new),
             unread: false,
         })
     }
@@ -378,26 +369,35 @@ impl Leaf {
             if self.places.is_empty() {
                 self.places.push(vec![]);
             }
-            let (max_def, factor) = (self.max_def, self.factor);
+            let (max_def, form) = (self.max_def, self.form);
             let Some(values) = self.places.first_mut() else { return Ok(0) };
             // A length that is not true is not taken for true at once.
             values.reserve(all.min(MAX_RESERVED).saturating_sub(values.len()));
             values.resize(before, f64::NAN);
-            return flat::flat(&mut reader, max_def, factor, rows, values);
+            return flat::flat(&mut reader, max_def, form, rows, values);
         }
-        let factor = self.factor;
+        let form = self.form;
         match reader {
             ColumnReader::BoolColumnReader(reader) => {
                 self.numbers(reader, before, rows, |value| f64::from(u8::from(*value)))
             }
             ColumnReader::Int32ColumnReader(reader) => {
-                self.numbers(reader, before, rows, |value| f64::from(*value) * factor)
+                self.numbers(reader, before, rows, |value| f64::from(*value) * form.factor)
             }
             ColumnReader::Int64ColumnReader(reader) => {
-                self.numbers(reader, before, rows, |value| *value as f64 * factor)
+                self.numbers(reader, before, rows, |value| *value as f64 * form.factor)
             }
             ColumnReader::FloatColumnReader(reader) => self.numbers(reader, before, rows, |value| f64::from(*value)),
             ColumnReader::DoubleColumnReader(reader) => self.numbers(reader, before, rows, |value| *value),
+            ColumnReader::Int96ColumnReader(reader) => {
+                self.numbers(reader, before, rows, |value| numbers::seconds_of(value))
+            }
+            ColumnReader::FixedLenByteArrayColumnReader(reader) => {
+                self.numbers(reader, before, rows, |value| form.of_bytes(value.data()))
+            }
+            ColumnReader::ByteArrayColumnReader(reader) if self.texts.is_none() => {
+                self.numbers(reader, before, rows, |value| form.of_bytes(value.data()))
+            }
             ColumnReader::ByteArrayColumnReader(reader) => {
                 let mut texts = self.texts.take().unwrap_or_default();
                 let used =
@@ -410,7 +410,6 @@ impl Leaf {
                 self.texts = Some(texts);
                 Ok(used)
             }
-            _ => Ok(0),
         }
     }
 
@@ -448,15 +447,6 @@ impl Leaf {
                 memory.push_column(format!("{}[{place}]", self.name), Cells::Numbers(values));
             }
         }
-    }
-}
-
-/// Returns the length of a stamp's unit, s.
-fn step(unit: &TimeUnit) -> f64 {
-    match unit {
-        TimeUnit::MILLIS => 1e-3,
-        TimeUnit::MICROS => 1e-6,
-        TimeUnit::NANOS => 1e-9,
     }
 }
 

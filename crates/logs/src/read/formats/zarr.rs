@@ -10,6 +10,7 @@ mod metadata;
 mod shards;
 mod store;
 
+use super::array_attributes::ArrayAttributes;
 use super::array_columns::width;
 use super::array_log::{self, Array, MissingRows, Recording, rate, rows};
 use super::budget::Budget;
@@ -255,7 +256,9 @@ impl Container {
                         && budget.has(array.chunk_bytes());
                     arrays.push(if fits {
                         let values = Box::new(Values { array: *array, rows });
-                        Array::new(name, count, &dimensions, element.is_text(), values)?
+                        let said = attributes(&self.store, &self.place, &path)?;
+                        let said = ArrayAttributes::of(&|key| said.get(key).cloned().unwrap_or_default());
+                        Array::new(name, count, &dimensions, element.is_text(), &said, values)?
                     } else {
                         Array::refused(name, count, &dimensions, Budget::REFUSED)
                     });

@@ -43,8 +43,7 @@ impl NumberReader {
         if is_known && order != DatatypeByteOrder::Vax {
             return Self::Library;
         }
-        let form = FloatForm { size, order, layout };
-        if form.is_readable() {
+        if let Some(form) = FloatForm::new(size, order, layout) {
             return Self::Own(form);
         }
         Self::Refused(format!(
@@ -55,6 +54,17 @@ impl NumberReader {
 }
 
 impl FloatForm {
+    /// The form of numbers of `size` bytes; `None` of numbers that are not read.
+    pub fn new(size: usize, order: DatatypeByteOrder, layout: FloatingPointLayout) -> Option<Self> {
+        let form = Self { size, order, layout };
+        form.is_readable().then_some(form)
+    }
+
+    /// The bytes of a number.
+    pub fn size(self) -> usize {
+        self.size
+    }
+
     /// Whether the fields are within 64 bits and have the order sign, exponent, mantissa.
     fn is_readable(self) -> bool {
         let FloatingPointLayout { bit_offset, bit_precision, exponent_location, .. } = self.layout;
@@ -74,7 +84,8 @@ impl FloatForm {
         bytes.chunks_exact(self.size.max(1)).map(|number| self.number(number)).collect()
     }
 
-    fn number(self, bytes: &[u8]) -> f64 {
+    /// The number in these bytes.
+    pub fn number(self, bytes: &[u8]) -> f64 {
         let push = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
         let bits = match self.order {
             DatatypeByteOrder::BigEndian => bytes.iter().fold(0, push),

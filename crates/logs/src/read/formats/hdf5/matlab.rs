@@ -9,7 +9,7 @@ const NUMBERS: [&str; 11] =
 /// Reads MATLAB's data sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Another program wrote it.
+    /// The dimensions are in the order of this program: another program wrote it, or it is a list of matrices, in which MATLAB has the sample last.
     Other,
     /// Numbers, whose dimensions are to be reversed.
     Numbers,
@@ -19,12 +19,15 @@ pub enum Kind {
 
 impl Kind {
     /// Reads the attributes of a data set.
-    pub fn of(dataset: &Dataset) -> Result<Self, Error> {
+    pub fn of(dataset: &Dataset, stored: &[usize]) -> Result<Self, Error> {
         let attrs = dataset.attrs()?;
         let class = attrs.get("MATLAB_class").and_then(|class| class.as_str());
         Ok(match class.map(|class| class.trim_end_matches('\0')) {
             None => Self::Other,
-            Some(class) if NUMBERS.contains(&class) && !attrs.contains_key("MATLAB_empty") => Self::Numbers,
+            Some(class) if NUMBERS.contains(&class) && !attrs.contains_key("MATLAB_empty") => match stored {
+                [_, 4, 4] => Self::Other,
+                _ => Self::Numbers,
+            },
             Some(_) => Self::Unread,
         })
     }

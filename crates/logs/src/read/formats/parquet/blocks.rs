@@ -66,7 +66,7 @@ impl ParquetBlocks {
         for ((reader, (leaf, want)), values) in self.columns.iter_mut().zip(leaves).zip(&mut table.numbers) {
             let (Some(reader), Some(to_si)) = (reader, want.to_si()) else { continue };
             values.reserve(rows);
-            flat(reader, leaf.max_def, leaf.factor, rows, values).map_err(|error| damaged(&name, &error))?;
+            flat(reader, leaf.max_def, leaf.form, rows, values).map_err(|error| damaged(&name, &error))?;
             values.iter_mut().for_each(|value| *value = if value.is_finite() { *value * to_si } else { f64::NAN });
             if let ColumnRequest::Time(_) = want {
                 stamps = std::mem::take(values);
