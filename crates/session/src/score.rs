@@ -71,18 +71,20 @@ pub fn read_labels(
     Ok(labels)
 }
 
-/// Refuses labels none of which is within the time of the recording.
+/// Refuses labels most of which are outside of the time of the recording.
 pub fn meets(labels: &labels::Labels, time: &[f64]) -> Result<(), InputError> {
     let (Some(first), Some(last)) = (time.first(), time.last()) else { return Ok(()) };
     let (start_s, end_s) = labels.intervals.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(start_s, end_s), it| {
         (start_s.min(it.start_s), end_s.max(it.end_s))
     });
-    if labels.intervals.is_empty() || labels.intervals.iter().any(|it| it.start_s <= *last && it.end_s >= *first) {
+    let outside = labels.intervals.iter().filter(|it| it.start_s > *last || it.end_s < *first).count();
+    if 2 * outside <= labels.intervals.len() {
         return Ok(());
     }
     let [start_s, end_s, first, last] = [start_s, end_s, *first, *last].map(|time_s| fixed(time_s, 3));
     let message = format!("has labels from {start_s} s to {end_s} s, and the recording is from {first} s to {last} s");
-    Err(InputError::new(&labels.file, message).help("write the times of the labels on the time base of the recording"))
+    Err(InputError::new(&labels.file, message)
+        .help("write the times of the labels on the time base of the recording; milliseconds need the columns `start_ms` and `end_ms`"))
 }
 
 fn own_truth(opened: &OpenedLog, map: &NameMap) -> Result<Truth, InputError> {

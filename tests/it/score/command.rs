@@ -59,6 +59,13 @@ fn labels_of_another_time_are_refused() {
     let complained = complained(&output);
     let told = "has labels from 1700000000.000 s to 1700000002.000 s, and the recording is from 0.000 s to ";
     assert!(complained.contains(told), "{complained}");
+    // Milliseconds in the columns of seconds.
+    let text = "label,start_s,end_s,track\nMove,0,900,right\nApproach,900,4000,right\nGrasp,4000,5000,right\n";
+    std::fs::write(&labels, text).unwrap();
+    let output = teachtree(&["score", log.to_str().unwrap(), "--labels", labels.to_str().unwrap()], "1");
+    assert_eq!(output.status.code(), Some(2));
+    let complained = self::complained(&output);
+    assert!(complained.contains("milliseconds are in columns `start_ms` and `end_ms`"), "{complained}");
 }
 
 #[test]

@@ -13,6 +13,7 @@
 mod eaf;
 mod gaps;
 
+use super::date_time::date_time;
 use super::file;
 use super::formats::{delimited_text, stem};
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,18 +31,24 @@ const MAX_AT_ONCE: usize = 100;
 /// The longest name, in bytes.
 const MAX_NAME: usize = 200;
 
-/// Columns with the name of what was done.
+/// Columns with the name of what was done, and those of BORIS and of ELAN.
 const NAME: [&str; 4] = ["label", "primitive", "surgeme", "name"];
+const NAME_ELSEWHERE: [&str; 2] = ["behavior", "annotation"];
 /// The column with the log that a row is about.
 const LOG: &str = "log";
 /// The kind of rows that label nothing: segments before relabeling.
 const RAW: &str = "raw";
 /// The kind of rows of tasks that are made of tasks, which are listed themselves.
 const COMPOSITE: &str = "composite";
-/// Columns in seconds.
-const SECONDS: [&str; 2] = ["start_s", "end_s"];
-/// Columns in milliseconds.
-const MILLISECONDS: [&str; 2] = ["start_ms", "end_ms"];
+/// Columns in seconds; the last ones are of BORIS and of ELAN.
+const SECONDS: [&[&str]; 2] = [
+    &["start_s", "start (s)", "begin time - ss.msec", "begin time - hh:mm:ss.ms"],
+    &["end_s", "stop (s)", "end (s)", "end time - ss.msec", "end time - hh:mm:ss.ms"],
+];
+/// The column with the time from start to end, in seconds, instead of the end.
+const DURATION: &str = "duration_s";
+/// Columns in milliseconds; the last ones are of ELAN.
+const MILLISECONDS: [&[&str]; 2] = [&["start_ms", "begin time - msec"], &["end_ms", "end time - msec"]];
 /// Columns in rows of the log, the first row being 0 and the end not included.
 const ROWS: [&[&str]; 2] = [&["start_frame", "start_row"], &["end_frame", "end_row", "end_row_excl"]];
 
@@ -162,6 +169,10 @@ pub fn table(bytes: impl Read, path: &Path, log: &Path, row_time: &[f64]) -> Res
         if rows > MAX_ROWS {
             return Err(InputError::new(&file, format!("the file has more than {MAX_ROWS} rows of labels")));
         }
+        // Spreadsheets save rows that are empty.
+        if record.iter().all(str::is_empty) {
+            continue;
+        }
         let row = record.position().map_or(0, ::csv::Position::line);
         if record.len() != header.len() {
             let message = format!("found {} fields, expected {} as in the header", record.len(), header.len());
@@ -201,6 +212,8 @@ struct Columns {
     name: usize,
     start: usize,
     end: usize,
+    /// Whether the end is given as the time from the start.
+    is_duration: bool,
     times: Times,
 }
 
@@ -217,7 +230,10 @@ impl Columns {
     fn find(header: &[String], has_commas: bool) -> Result<Self, String> {
         /// Columns that a message lists.
         const TOLD: usize = 8;
-        let any = |names: &[&str]| header.iter().position(|title| names.contains(&title.as_str()));
+        let any = |names: &[&str]| {
+            let is_any = |title: &String| names.iter().any(|name| title.eq_ignore_ascii_case(name));
+            header.iter().position(is_any)
+        };
         let wanted = |names: &[&str]| {
             let near = names.iter().find_map(|name| nearest(name, header.iter().map(String::as_str)));
             let meant = near.map_or_else(String::new, |near| format!("; was `{near}` meant?"));
@@ -225,20 +241,34 @@ impl Columns {
             let found: Vec<&str> = header.iter().take(TOLD).map(String::as_str).collect();
             format!("found the columns {}{more}, expected {}{meant}", found.join(", "), names.join(" or "))
         };
-        let name = any(&NAME).ok_or_else(|| wanted(&NAME))?;
-        let both = |names: [&str; 2]| any(&[names[0]]).zip(any(&[names[1]]));
+        let name = any(&NAME).or_else(|| any(&NAME_ELSEWHERE)).ok_or_else(|| wanted(&NAME))?;
+        let both = |[start, end]: [&[&str]; 2]| any(start).zip(any(end));
         let [start_row, end_row] = ROWS.map(any);
+        let duration = any(&[DURATION]);
         let numbers = |to_seconds: f64| Times::Numbers { to_seconds, has_commas };
         let ((start, end), times) = match (both(SECONDS), both(MILLISECONDS), start_row.zip(end_row)) {
             (Some(columns), ..) => (columns, numbers(1.0)),
             (_, Some(columns), _) => (columns, numbers(1e-3)),
             (.., Some(columns)) => (columns, Times::Rows),
             _ if start_row.is_some() => return Err(wanted(ROWS[1])),
-            _ if any(&[SECONDS[0]]).is_some() => return Err(wanted(&[SECONDS[1]])),
-            _ if any(&[MILLISECONDS[0]]).is_some() => return Err(wanted(&[MILLISECONDS[1]])),
+            _ if any(SECONDS[0]).is_some() && duration.is_some() => {
+                (any(SECONDS[0]).zip(duration).unwrap_or_default(), numbers(1.0))
+            }
+            _ if any(SECONDS[0]).is_some() => return Err(wanted(&["end_s"])),
+            _ if any(MILLISECONDS[0]).is_some() => return Err(wanted(&["end_ms"])),
             _ => return Err(wanted(&["start_s and end_s", "start_ms and end_ms", "start_frame and end_frame"])),
         };
-        Ok(Self { log: any(&[LOG]), track: any(&["track"]), kind: any(&["kind"]), name, start, end, times })
+        let is_duration = duration == Some(end);
+        Ok(Self {
+            log: any(&[LOG]),
+            track: any(&["track"]),
+            kind: any(&["kind"]),
+            name,
+            start,
+            end,
+            is_duration,
+            times,
+        })
     }
 
     /// The interval of a row; none for a row without a name or without length. The error is a column and what is wrong there.
@@ -270,6 +300,7 @@ impl Columns {
         };
         let [start_s, end_s] = [self.start, self.end].map(|column| self.time(cell(column), column, row_time));
         let (start_s, end_s) = (start_s?, end_s?);
+        let end_s = if self.is_duration { start_s + end_s } else { end_s };
         if end_s < start_s {
             return Err((
                 self.end,
@@ -293,7 +324,9 @@ impl Columns {
             let number = if has_commas { cell.replace(',', ".") } else { cell.to_string() };
             let time = number.parse::<f64>().ok().filter(|time| time.is_finite()).map(|time| time * to_seconds);
             let unit = if to_seconds < 1.0 { "milliseconds" } else { "seconds" };
-            return time.ok_or_else(|| (column, format!("found `{}`, expected a time in {unit}", shown(cell))));
+            return time
+                .or_else(|| date_time(cell))
+                .ok_or_else(|| (column, format!("found `{}`, expected a time in {unit}", shown(cell))));
         }
         let row: usize = cell
             .parse()

@@ -73,6 +73,22 @@ fn spreadsheets_with_decimal_commas_and_milliseconds_are_read() {
     assert_eq!(intervals("label,start_ms,end_ms\nMove,0,250\nGrasp,250,2000\n"), wanted);
 }
 
+/// BORIS, ELAN as text, durations, clocks, and a spreadsheet with empty rows.
+#[test]
+fn tables_of_other_programs_are_read() {
+    let wanted = [("Move".to_string(), 0.0, 3.5), ("Grasp".to_string(), 3.5, 65.25)];
+    let boris = "Observation id,Media duration (s),Subject,Behavior,Behavior type,Start (s),Stop (s),Duration (s)\n\
+        o1,70,right,Move,STATE,0.0,3.5,3.5\no1,70,right,Grasp,STATE,3.5,65.25,61.75\n";
+    assert_eq!(intervals(boris), wanted);
+    let elan =
+        "Tier\tBegin Time - ss.msec\tEnd Time - ss.msec\tAnnotation\nright\t0.0\t3.5\tMove\nright\t3.5\t65.25\tGrasp\n";
+    assert_eq!(intervals(elan), wanted);
+    assert_eq!(intervals("label,start_s,duration_s\nMove,0,3.5\nGrasp,3.5,61.75\n"), wanted);
+    assert_eq!(intervals("Label,Start_s,End_s\nMove,00:00.0,00:03.5\n,,\nGrasp,0:00:03.5,00:01:05.25\n,,\n"), wanted);
+    let error = reading("label,start_s\nMove,0\n").unwrap_err();
+    assert!(error.contains("expected end_s"), "{error}");
+}
+
 #[test]
 fn rows_without_name_or_length_label_nothing() {
     assert_eq!(intervals("label,start_s,end_s\n,0,1\nGrasp,1,1\n"), []);
