@@ -251,7 +251,7 @@ fn is_web_page(magic: &[u8]) -> bool {
     begin.starts_with(b"<!doctype html") || begin.starts_with(b"<html")
 }
 
-/// Whether a text is a table although its name does not say so: a name without ending, or one of another program (`.sto`, `.trc`) above rows of numbers.
+/// Whether a text is a table although its name does not say so: a name without ending, or one of another program (`.lvm`, `.sto`, `.trc`) above rows of numbers.
 /// The position in the file is at the beginning again.
 fn is_untold_table(path: &Path, bytes: &mut std::fs::File) -> std::io::Result<bool> {
     if ending(path).is_empty() {

@@ -140,10 +140,13 @@ fn units_may_be_words() {
     );
 }
 
-/// OpenSim, the marker files of Motion Analysis, and pandas.
+/// LabVIEW, OpenSim, the marker files of Motion Analysis, and pandas.
 #[test]
 fn headings_of_other_programs_are_read_whatever_the_name_ends_in() {
     let titles = |name: &str, text: &str| header(&folder(&[(name, text)]).path().join(name));
+    let labview = "LabVIEW Measurement\t\nSeparator\tTab\nDate\t2026/03/01\n***End_of_Header***\t\n\t\nChannels\t2\t\nSamples\t3\t3\n\
+        X0\t0.0\t0.0\t\nDelta_X\t0.01\t0.01\t\n***End_of_Header***\t\t\nX_Value\tx\twidth\tComment\n0.00\t1\t2\n0.01\t1\t2\n";
+    assert_eq!(titles("log.lvm", labview), ["X_Value", "x", "width"]);
     let open_sim =
         "Coordinates\nnRows=2\nnColumns=3\ninDegrees=no\nendheader\ntime\tx\twidth\n0.00\t1\t2\n0.01\t1\t2\n";
     assert_eq!(titles("log.sto", open_sim), ["time", "x", "width"]);

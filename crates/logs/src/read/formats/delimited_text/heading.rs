@@ -121,9 +121,12 @@ impl Preamble {
     }
 }
 
-/// The titles without an empty one that no row has a cell for, behind a surplus delimiter.
+/// The titles without one that no row has a cell for: an empty one behind a surplus delimiter, and the title of LabVIEW's comments.
 fn titles_of<T: AsRef<str>>(mut titles: Vec<T>, width: usize) -> Vec<T> {
-    if titles.len() == width + 1 && titles.last().is_some_and(|last| last.as_ref().is_empty()) && width > 0 {
+    if titles.len() == width + 1
+        && titles.last().is_some_and(|last| matches!(last.as_ref(), "" | "Comment"))
+        && width > 0
+    {
         titles.pop();
     }
     titles
@@ -175,9 +178,13 @@ fn emptied(text: &[u8], is_left_out: impl Fn(usize) -> bool) -> Vec<u8> {
     lines.flat_map(kept).copied().collect()
 }
 
-/// The end of a line: its line feed and the blanks before it.
-fn line_end(line: &[u8]) -> &[u8] {
-    line.strip_prefix(line.trim_ascii_end()).unwrap_or(b"\n")
+/// The end of a line: its line feed, and the carriage return before it. Delimiters at the end of a line would be cells.
+fn line_end(line: &[u8]) -> &'static [u8] {
+    match line {
+        [.., b'\r', b'\n'] => b"\r\n",
+        [.., b'\n'] => b"\n",
+        _ => b"",
+    }
 }
 
 /// Joins each unit with its title after both were split at blanks: `x`, `[mm]`.
