@@ -1,37 +1,45 @@
 //! `teachtree learn`: a rule file learned from labeled recordings, measured on groups of recordings that were held out.
 
+mod extension;
 mod groups;
+mod json;
 
 use super::analysis::AnalysisArgs;
+use super::output_args::FormatArg;
 use super::parallel::{LogResults, ParallelArgs, distinct_failures};
 use super::print_args::is_quiet;
 use super::progress::Progress;
 use super::truth::TruthArgs;
 use super::{Failure, output};
 use groups::Groups;
+use json::Written;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::json::printed;
 use teachtree_analysis::score::name_map::SEPARATE;
 use teachtree_analysis::score::{NameMap, TrackTruth, Truth};
 use teachtree_analysis::{Analysis, Track, TrackId};
 use teachtree_base::error::InputError;
 use teachtree_language::is_primitive;
-use teachtree_learn::{Demonstration, FEW_GROUPS, LabeledSpan, LabeledTrack, Learned, learn};
+use teachtree_learn::{Declaration, Demonstration, FEW_GROUPS, LabeledSpan, LabeledTrack, LearningResult, learn};
 use teachtree_session::{AnalysisInternals, LabelsInternals, Log, LogInternals};
 
 /// Options of `learn`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\nWithout -o the rules are printed. The file is written only if it is better than the rules of --rules on held-out recordings.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
+    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\n  teachtree learn recordings/ --labels labels/ --new Shake -o shake.rules\nWithout -o the rules are printed. A file is written only if it is better than the rules of --rules on held-out recordings; with --new, only if it is proved additive.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
 )]
 pub struct Args {
     /// Labeled recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
+    /// Learn this new primitive from labels that name it, as a file that extends the rules: `Shake`, or its declaration, such as `Shake is Translate`
+    #[arg(long, value_name = "PRIMITIVE", value_parser = extension::declaration, conflicts_with = "group_by")]
+    new: Option<Declaration>,
     /// Regular expression whose first capture group is the group of a recording, such as the person, in its name
     #[arg(long, value_name = "REGEX")]
     group_by: Option<String>,
-    /// Write rules even if they are not better than those of --rules
+    /// Write rules even if they are not better than those of --rules, or not proved additive
     #[arg(long)]
     anyway: bool,
     #[command(flatten)]
@@ -40,13 +48,27 @@ pub struct Args {
     analysis: AnalysisArgs,
     #[command(flatten)]
     many: ParallelArgs,
+    #[command(flatten)]
+    form: FormatArg<Format>,
     /// Output file of the rules; by default standard output
     #[arg(long, short, value_name = "FILE.rules")]
     out: Option<PathBuf>,
 }
 
+/// Forms of the result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// A table for the terminal
+    Text,
+    /// `teachtree.learning/1`
+    Json,
+}
+
 /// Runs `learn`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(new) = &args.new {
+        return extension::run(args, new);
+    }
     let logs = args.truth.labeled_logs(&args.logs)?;
     let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     args.analysis.checked_inputs(&logs, &places)?;
@@ -65,7 +87,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.anyway || learned.is_better() { Ok(()) } else { Err(Failure::Negative) }
 }
 
-fn learned(args: &Args, demonstrations: &[Demonstration], names: &[String]) -> Result<Learned, Failure> {
+fn learned(args: &Args, demonstrations: &[Demonstration], names: &[String]) -> Result<LearningResult, Failure> {
     let progress = (!is_quiet()).then(|| Progress::new("learning"));
     let shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
     let learned = args.many.each("learning", &[()], |_| learn(demonstrations, names, &shown))?.pop();
@@ -154,7 +176,7 @@ impl LabeledLog {
     }
 }
 
-fn print(args: &Args, logs: &[PathBuf], groups: &Groups, learned: &Learned) -> Result<(), InputError> {
+fn print(args: &Args, logs: &[PathBuf], groups: &Groups, learned: &LearningResult) -> Result<(), InputError> {
     let is_written = args.anyway || learned.is_better();
     if let (Some(path), true) = (&args.out, is_written) {
         let mut inputs = args.analysis.inputs(logs);
@@ -167,11 +189,16 @@ fn print(args: &Args, logs: &[PathBuf], groups: &Groups, learned: &Learned) -> R
             groups.names.len()
         ));
     }
+    if args.form.format == Format::Json {
+        let file = args.out.as_deref().filter(|_| is_written);
+        let written = Written { rules: &learned.text, is_better: learned.is_better(), file };
+        return args.form.print(&printed(&json::of_file(&written, learned, logs.len(), &groups.names)));
+    }
     output::print(&table(args, logs.len(), groups, learned, is_written))?;
     if args.out.is_none() && is_written { output::print_data(&format!("\n{}", learned.text)) } else { Ok(()) }
 }
 
-fn table(args: &Args, logs: usize, groups: &Groups, learned: &Learned, is_written: bool) -> String {
+fn table(args: &Args, logs: usize, groups: &Groups, learned: &LearningResult, is_written: bool) -> String {
     let (boundaries, kinds) = learned.boundaries;
     let mut text = format!(
         "{logs} recordings in {} groups ({}); {boundaries} boundaries of {kinds} kinds; {} conditions\n\n",

@@ -1,6 +1,8 @@
 //! `learn`: a rule file from labeled recordings, as a user sees it.
 
 use crate::program::{all_said, said, teachtree_in};
+use crate::schemas::{schemas, validated};
+use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
@@ -154,4 +156,102 @@ fn few_groups_are_a_warning() {
         all_said(&output)
     );
     assert!(said(&output).contains("by the beginnings of names"), "{}", said(&output));
+}
+
+/// The rules of [`present`] without one of their primitives.
+const TWO: &str = "use \"stream.rules\"
+
+stream { for each hand { gripper.closed : bool } }
+
+for each hand {
+  signal closed = gripper.closed
+  signal height = mean(fingers.position).z
+}
+
+primitive Wait does free, Hold does carry
+
+tree skills for each hand {
+  not closed => Wait
+  else       => Hold
+}
+
+task hold = Wait .. Wait with Hold
+";
+
+#[test]
+fn a_new_primitive_extends_the_rules_and_is_proved_additive() {
+    let folder = folder();
+    std::fs::write(folder.path().join("two.rules"), TWO).unwrap();
+    let output = learn(folder.path(), &["--rules", "two.rules", "--new", "Raise", "-o", "mine.rules"]);
+    assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
+    let table = said(&output);
+    assert!(table.contains("8 recordings, 8 of them with 48 labeled intervals of Raise"), "{table}");
+    assert!(table.contains("held out      48 of 48 intervals found, 0 others"), "{table}");
+    assert!(table.contains("proved: it only adds to the rules"), "{table}");
+    let text = std::fs::read_to_string(folder.path().join("mine.rules")).unwrap();
+    assert!(text.contains("use \"two.rules\"") && text.contains("primitive Raise is Hold"), "{text}");
+    for args in [&["prove", "additive", "two.rules", "mine.rules"][..], &["fmt", "--check", "mine.rules"]] {
+        let output = teachtree_in(folder.path(), args);
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {}\n{text}", all_said(&output));
+    }
+    let checked = teachtree_in(folder.path(), &["check", "mine.rules"]);
+    assert!(all_said(&checked).starts_with("0 errors") && !all_said(&checked).contains("warning["), "{text}");
+    let score = ["score", "logs", "--scene", "scene.yaml", "--rules", "mine.rules", "--min-f1", "99"];
+    let score = teachtree_in(folder.path(), &score);
+    assert_eq!(score.status.code(), Some(0), "{}", all_said(&score));
+}
+
+/// Three recordings have a label file, and it names the primitive only.
+#[test]
+fn recordings_without_labels_show_where_a_new_primitive_takes_place() {
+    let folder = folder();
+    std::fs::write(folder.path().join("two.rules"), TWO).unwrap();
+    std::fs::create_dir(folder.path().join("labels")).unwrap();
+    for name in ["ann_1", "bob_1", "eve_1"] {
+        let log = std::fs::read_to_string(folder.path().join(format!("logs/{name}.csv"))).unwrap();
+        let mut labels = String::from("track,label,start_s,end_s\n");
+        let time_s = |row: &str| row.split(',').next().unwrap().parse::<f64>().unwrap();
+        let rows: Vec<(f64, bool)> = log.lines().skip(1).map(|row| (time_s(row), row.ends_with(",Raise"))).collect();
+        for run in rows.chunk_by(|one, other| one.1 == other.1).filter(|run| run[0].1) {
+            writeln!(labels, "right,Raise,{:.2},{:.2}", run[0].0, run[run.len() - 1].0 + 0.05).unwrap();
+        }
+        std::fs::write(folder.path().join(format!("labels/{name}.labels.csv")), labels).unwrap();
+    }
+    let args = ["--rules", "two.rules", "--labels", "labels", "--new", "Raise", "-o", "mine.rules"];
+    let output = learn(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
+    let table = said(&output);
+    assert!(table.contains("8 recordings, 3 of them with 18 labeled intervals of Raise"), "{table}");
+    assert!(table.contains("5 recordings without labels: found 30 times"), "{table}");
+    assert!(table.contains("least certain first") && table.contains("s  found, "), "{table}");
+    let output = learn(folder.path(), &["--new", "raise", "--labels", "labels"]);
+    assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
+    assert!(all_said(&output).contains("expected the name of a primitive, such as `Shake`"), "{}", all_said(&output));
+}
+
+/// A result of the program, `teachtree.learning/1`.
+pub fn learning_document() -> String {
+    said(&learn(folder().path(), &["--group-by", "^([a-z]+)", "--format", "json"]))
+}
+
+#[test]
+fn both_forms_keep_to_their_schema() {
+    let folder = folder();
+    std::fs::write(folder.path().join("two.rules"), TWO).unwrap();
+    let schema = schemas().into_iter().find(|(file, _)| file == "learning-1.schema.json").unwrap().1;
+    let document = |args: &[&str]| -> Value {
+        let output = learn(folder.path(), &[args, &["--format", "json"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
+        serde_json::from_str(&said(&output)).unwrap()
+    };
+    let whole = document(&["--group-by", "^([a-z]+)", "-o", "mine.rules"]);
+    assert_eq!((&whole["boundaries"], &whole["file"]), (&136.into(), &"mine.rules".into()), "{whole}");
+    assert_eq!(whole["groups"].as_array().map(Vec::len), Some(4), "{whole}");
+    let new = document(&["--rules", "two.rules", "--new", "Raise"]);
+    assert_eq!((&new["primitive"]["proved"], &new["file"]), (&true.into(), &Value::Null), "{new}");
+    assert_eq!(new["primitive"]["held_out"]["matched"], 48, "{new}");
+    assert!(new["rules"].as_str().unwrap().contains("primitive Raise is Hold"), "{new}");
+    let kinds = ["candidates", "primitive"].map(|field| (whole[field].is_null(), new[field].is_null()));
+    assert_eq!(kinds, [(false, true), (true, false)]);
+    validated(&[(schema.clone(), whole), (schema, new)]);
 }

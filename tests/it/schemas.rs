@@ -1,5 +1,6 @@
 //! The outputs of the program conform to the schemas in `schemas`.
 
+use crate::learn::learning_document;
 use crate::program::{all_said, demonstrate, python_with, said, teachtree, teachtree_in};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -149,6 +150,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     assert!(parsed(&compared)["recordings"][0]["changes"].as_array().is_some_and(|changes| !changes.is_empty()));
     documents.push(compared);
     documents.push(run(&["list", "--format", "json"]));
+    documents.push(learning_document());
     documents.push(run(&["fmt", "--check", "tour.rules", "--format", "json"]));
     let robosuite = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
     let (set, binding) = (robosuite.join("lift.hdf5"), robosuite.join("lift_hdf5.binding.yaml"));

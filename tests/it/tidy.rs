@@ -34,7 +34,13 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("zenoh", &["src/cli/live/pubsub.rs"]),
     (
         "rayon",
-        &["src/cli/", "crates/session/src/fitting.rs", "crates/learn/src/bank.rs", "crates/learn/src/validation.rs"],
+        &[
+            "src/cli/",
+            "crates/session/src/fitting.rs",
+            "crates/learn/src/bank.rs",
+            "crates/learn/src/extension/",
+            "crates/learn/src/validation.rs",
+        ],
     ),
     ("regex_lite", &["src/cli/learn/groups.rs"]),
     ("glob", &["crates/session/src/project_file/"]),

@@ -2,7 +2,7 @@
 //! what they mean in a rule file.
 
 use super::objective::{Span, Truth};
-use super::quantities::{Declarations, Family, Measured, Number, families, has_other, numbers, spelled};
+use super::quantities::{Declarations, Family, Number, Sensors, families, has_other, numbers, spelled};
 use super::{Demonstration, LabeledSpan};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -152,20 +152,20 @@ struct Vocabulary {
 impl Vocabulary {
     fn new(demonstrations: &[Demonstration], two_hands: bool, slots: usize) -> Result<Self, InputError> {
         let channels = |contacts: bool| -> Result<Vec<ChannelSpec>, InputError> {
-            let all = Declarations::all(Measured { two_hands, contacts, objects: true });
+            let all = Declarations::all(Sensors { two_hands, contacts, objects: true });
             Ok(loaded(&all.text(std::iter::empty()))?.channels)
         };
         let (with, without) = (channels(true)?, channels(false)?);
         let has_contacts = |one: &Demonstration| (one.frames)(&with).is_ok();
         let has_objects = |one: &Demonstration| (one.frames)(&without).is_ok_and(|frames| !frames.objects.is_empty());
         let contacts = demonstrations.par_iter().all(has_contacts);
-        let measured = Measured { two_hands, contacts, objects: demonstrations.par_iter().all(has_objects) };
+        let measured = Sensors { two_hands, contacts, objects: demonstrations.par_iter().all(has_objects) };
         let declarations = Declarations::all(measured);
         let numbers = numbers(measured);
         let signal = |(at, text): (usize, String)| format!("signal atom_{at} = {text}");
         let texts = numbers.iter().map(|number| spelled(&number.template, false, ""));
         let rules = loaded(&declarations.text(texts.enumerate().map(signal)))?;
-        let sampled: Vec<Sampled> =
+        let sampled: Vec<Samples> =
             demonstrations.par_iter().map(|one| sampled(&rules, &numbers, one)).collect::<Result<_, _>>()?;
         let thresholds: Vec<Vec<f64>> = numbers
             .iter()
@@ -228,7 +228,8 @@ impl Vocabulary {
                 };
                 let positions = sides.iter().map(|side| hands.iter().position(|hand| hand == side));
                 let positions: Option<Vec<usize>> = positions.collect();
-                let asked = positions.ok_or_else(|| lacks_hand(demonstration, track.who))?;
+                let asked =
+                    positions.ok_or_else(|| lacks_hand(&demonstration.name, &demonstration.hands, track.who))?;
                 let present =
                     track.present.as_ref().map(|present| runs(&spans(present, &frames, stretch), stretch.len()));
                 let (group, rate_hz) = (demonstration.group, frames.layout.rate_hz);
@@ -240,11 +241,10 @@ impl Vocabulary {
     }
 }
 
-fn lacks_hand(demonstration: &Demonstration, who: TrackId) -> InputError {
-    let hands: Vec<&str> = demonstration.hands.iter().map(|side| side.name()).collect();
+pub(crate) fn lacks_hand(recording: &str, hands: &[Side], who: TrackId) -> InputError {
+    let hands: Vec<&str> = hands.iter().map(|side| side.name()).collect();
     let message = format!("has labels of the track `{who}`, and the recording measures {}", hands.join(" and "));
-    InputError::new(&demonstration.name, message)
-        .help("name another track with --track, or bind the columns of that hand")
+    InputError::new(recording, message).help("name another track with --track, or bind the columns of that hand")
 }
 
 /// The expressions of the numbered signals for each hand.
@@ -267,16 +267,16 @@ fn loaded(text: &str) -> Result<Rules, InputError> {
 }
 
 /// The values of numbers on labeled frames of a recording.
-struct Sampled {
+struct Samples {
     values: Vec<Vec<f64>>,
     frames: usize,
 }
 
-fn sampled(rules: &Rules, numbers: &[Number], demonstration: &Demonstration) -> Result<Sampled, InputError> {
+fn sampled(rules: &Rules, numbers: &[Number], demonstration: &Demonstration) -> Result<Samples, InputError> {
     let frames = (demonstration.frames)(&rules.channels)?;
     let hands: Vec<Side> = frames.layout.hands.iter().map(|hand| hand.side).collect();
     let asked = asked(rules, numbers.len(), &hands)?;
-    let mut sampled = Sampled { values: vec![Vec::new(); numbers.len()], frames: frames.len };
+    let mut sampled = Samples { values: vec![Vec::new(); numbers.len()], frames: frames.len };
     for stretch in &frames.stretches {
         for track in &demonstration.tracks {
             let spans = spans(&track.spans, &frames, stretch);
@@ -322,7 +322,7 @@ fn thresholds(values: impl Iterator<Item = f64>, number: &Number) -> Vec<f64> {
 }
 
 /// A number to two digits, as people write it; `None` where that needs a power of ten.
-fn rounded(value: f64) -> Option<f64> {
+pub(crate) fn rounded(value: f64) -> Option<f64> {
     let value: f64 = format!("{value:.1e}").parse().ok()?;
     // Zero has no sign.
     (value == 0.0 || (1e-4..1e7).contains(&value.abs())).then_some(value + 0.0)

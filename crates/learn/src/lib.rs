@@ -7,6 +7,7 @@
 //! the learner computed for it.
 
 mod bank;
+mod extension;
 mod guards;
 mod model;
 mod objective;
@@ -16,6 +17,11 @@ mod search;
 mod tree;
 mod validation;
 
+pub use extension::{
+    Declaration, Extension, FoundInterval, LEAST_RECORDINGS, LoadRules, MarkedTrack, Recognition, ShownRecording,
+    extend,
+};
+
 use bank::Bank;
 use model::MOST_LABELS;
 use std::collections::BTreeSet;
@@ -24,7 +30,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::runs::Run;
 use teachtree_frames::frames::Frames;
-use validation::{Fitted, Measured, fitted, labels, measured, simplest};
+use validation::{FoldCounts, MethodResult, fitted, labels, measured, simplest};
 
 /// Groups below which little is known about others.
 pub const FEW_GROUPS: usize = 4;
@@ -85,7 +91,7 @@ pub struct Candidate {
 
 /// What was learned.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Learned {
+pub struct LearningResult {
     /// The candidates; the present rules first.
     pub candidates: Vec<Candidate>,
     /// The position of the chosen one among them.
@@ -100,7 +106,7 @@ pub struct Learned {
     pub conditions: usize,
 }
 
-impl Learned {
+impl LearningResult {
     /// Whether the chosen file is better than the present rules; true where there are none.
     pub fn is_better(&self) -> bool {
         let f1 = |candidate: &Candidate| candidate.f1;
@@ -119,7 +125,7 @@ pub fn learn(
     demonstrations: &[Demonstration],
     names: &[String],
     shown: &(dyn Fn(f64) + Sync),
-) -> Result<Learned, InputError> {
+) -> Result<LearningResult, InputError> {
     let both = checked(demonstrations, names)?;
     let bank = Bank::new(demonstrations, names.len(), both)?;
     let boundaries = || bank.tracks.iter().flat_map(|track| track.truth.boundaries());
@@ -134,7 +140,7 @@ pub fn learn(
     let mut files = Vec::new();
     let groups = bank.tracks.iter().map(|track| track.group).collect::<BTreeSet<_>>().len();
     let fitted = fitted(&bank, shown);
-    for Fitted { method, model, held_out } in &fitted {
+    for MethodResult { method, model, held_out } in &fitted {
         let measured = measured(&bank, held_out);
         let [f1, frames] = [measured.all.f1(), measured.all.accuracy()].map(|part| part * 100.0);
         let about = format!(
@@ -147,13 +153,13 @@ pub fn learn(
         files.push((text, model, measured));
     }
     let short: Vec<usize> = (0..files.len()).filter(|at| files[*at].0.lines().count() <= MOST_LINES).collect();
-    let ranked: Vec<(usize, &Measured)> = short.iter().map(|at| (files[*at].1.size(), &files[*at].2)).collect();
+    let ranked: Vec<(usize, &FoldCounts)> = short.iter().map(|at| (files[*at].1.size(), &files[*at].2)).collect();
     let Some(at) = simplest(&ranked).map(|at| short[at]) else {
         return Err(wrong(&format!("no rule file for {} labels has {MOST_LINES} lines or fewer", names.len()))
             .help("map labels to fewer names with --map"));
     };
     let all: Vec<usize> = (0..bank.tracks.len()).collect();
-    Ok(Learned {
+    Ok(LearningResult {
         chosen: candidates.len() - files.len() + at,
         labels: labels(&bank, files[at].1, &all),
         text: files[at].0.clone(),
@@ -163,7 +169,7 @@ pub fn learn(
     })
 }
 
-fn row(name: &'static str, measured: &Measured, lines: Option<usize>) -> Candidate {
+fn row(name: &'static str, measured: &FoldCounts, lines: Option<usize>) -> Candidate {
     Candidate { name, f1: measured.all.f1(), accuracy: measured.all.accuracy(), lines }
 }
 
@@ -189,8 +195,12 @@ fn checked(demonstrations: &[Demonstration], names: &[String]) -> Result<bool, I
             .help("write them into folders of their own, and learn from each folder"));
     }
     if let Some(one) = demonstrations.iter().find(|demonstration| both && demonstration.hands.len() < 2) {
-        return Err(InputError::new(&one.name, "measures one hand, and the labels are of both hands together")
-            .help("name the hand with --track"));
+        return Err(lacks_second_hand(&one.name));
     }
     Ok(both)
+}
+
+fn lacks_second_hand(recording: &str) -> InputError {
+    InputError::new(recording, "measures one hand, and the labels are of both hands together")
+        .help("name the hand with --track")
 }

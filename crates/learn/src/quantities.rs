@@ -59,7 +59,7 @@ const OF_HAND: &[Quantity] = &[
 
 /// What all recordings measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Measured {
+pub(crate) struct Sensors {
     pub two_hands: bool,
     /// The contacts of fingers, or the forces that they follow from.
     pub contacts: bool,
@@ -67,7 +67,7 @@ pub(crate) struct Measured {
     pub objects: bool,
 }
 
-impl Measured {
+impl Sensors {
     fn quantities(self) -> impl Iterator<Item = &'static Quantity> {
         let is_measured = move |quantity: &&Quantity| {
             (self.contacts || quantity.definition != CONTACTS)
@@ -137,7 +137,7 @@ impl Steps {
 }
 
 /// The numbers that are compared with thresholds.
-pub(crate) fn numbers(measured: Measured) -> Vec<Number> {
+pub(crate) fn numbers(measured: Sensors) -> Vec<Number> {
     let mut numbers = Vec::new();
     let two_hands = measured.two_hands;
     for quantity in measured.quantities().chain(two_hands.then_some(&APART)) {
@@ -162,7 +162,7 @@ pub(crate) fn numbers(measured: Measured) -> Vec<Number> {
 }
 
 /// All families, plain ones first.
-pub(crate) fn families(numbers: &[Number], measured: Measured) -> Vec<Family> {
+pub(crate) fn families(numbers: &[Number], measured: Sensors) -> Vec<Family> {
     let mut families = Vec::new();
     let mut add = |template: String, steps| families.push(Family { template, steps });
     for condition in measured.conditions() {
@@ -222,7 +222,7 @@ pub(crate) struct Declarations {
 
 impl Declarations {
     /// All of them, with optional channels.
-    pub fn all(measured: Measured) -> Self {
+    pub fn all(measured: Sensors) -> Self {
         let channel = |(declared, default): (&str, &str)| format!("optional {declared} = {default}");
         Self {
             channels: measured.quantities().filter_map(|quantity| quantity.channel).map(channel).collect(),

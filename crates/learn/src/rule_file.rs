@@ -123,7 +123,7 @@ fn checked(text: &str) -> Result<String, InputError> {
 }
 
 /// `PickUp` as `pick_up`.
-fn snake_case(name: &str) -> String {
+pub(crate) fn snake_case(name: &str) -> String {
     let mut text = String::new();
     for letter in name.chars() {
         if letter.is_uppercase() && !text.is_empty() && !text.ends_with('_') {

@@ -33,12 +33,12 @@ const MOST_WORK: usize = 60_000_000;
 
 /// A model with the bits of its rules.
 #[derive(Clone)]
-struct Guarded {
+struct ModelBits {
     model: Model,
     guards: Vec<Arc<[u64]>>,
 }
 
-impl Guarded {
+impl ModelBits {
     /// The same with other conditions of a rule.
     fn with_atoms(&self, bank: &Bank, tracks: &[usize], rule: usize, mut atoms: Vec<usize>) -> Self {
         let mut next = self.clone();
@@ -61,7 +61,7 @@ pub(crate) struct Search<'a> {
     bank: &'a Bank,
     tracks: &'a [usize],
     windows: Windows,
-    now: Guarded,
+    now: ModelBits,
     value: f64,
     /// The objective of each group.
     groups: Vec<f64>,
@@ -73,7 +73,7 @@ impl<'a> Search<'a> {
     /// Improves a model.
     pub fn run(bank: &'a Bank, tracks: &'a [usize], model: Model, most_rules: usize) -> Model {
         let guards = model.rules.iter().map(|rule| Arc::from(guard(bank, &rule.atoms, tracks))).collect();
-        let now = Guarded { model, guards };
+        let now = ModelBits { model, guards };
         let left = MOST_WORK / bank.words.max(64);
         let windows = windows(bank, tracks);
         let mut search = Self { bank, tracks, windows, now, value: 0.0, groups: Vec::new(), most_rules, left };
@@ -90,7 +90,7 @@ impl<'a> Search<'a> {
     }
 
     /// The value of a model, and the objective of each group.
-    fn worth(&self, candidate: &Guarded) -> (f64, Vec<f64>) {
+    fn worth(&self, candidate: &ModelBits) -> (f64, Vec<f64>) {
         let mut groups: BTreeMap<usize, Counts> = BTreeMap::new();
         for track in self.tracks {
             let track = &self.bank.tracks[*track];
@@ -103,8 +103,8 @@ impl<'a> Search<'a> {
     }
 
     /// Takes the best of some candidates if it brings at least `gain`.
-    fn take_best(&mut self, candidates: Vec<Guarded>, gain: f64) -> bool {
-        let mut best: Option<(f64, Vec<f64>, Guarded)> = None;
+    fn take_best(&mut self, candidates: Vec<ModelBits>, gain: f64) -> bool {
+        let mut best: Option<(f64, Vec<f64>, ModelBits)> = None;
         for candidate in candidates {
             if self.left == 0 {
                 break;
@@ -137,13 +137,14 @@ impl<'a> Search<'a> {
             at += 1;
         }
         self.new_rules();
-        let settled = |settle_ms| Guarded { model: Model { settle_ms, ..self.now.model.clone() }, ..self.now.clone() };
+        let settled =
+            |settle_ms| ModelBits { model: Model { settle_ms, ..self.now.model.clone() }, ..self.now.clone() };
         let others = SETTLE_MS.into_iter().filter(|settle_ms| *settle_ms != self.now.model.settle_ms);
         let candidates = others.map(settled).collect();
         self.take_best(candidates, TUNES);
     }
 
-    fn with_atoms(&self, rule: usize, atoms: Vec<usize>) -> Guarded {
+    fn with_atoms(&self, rule: usize, atoms: Vec<usize>) -> ModelBits {
         self.now.with_atoms(self.bank, self.tracks, rule, atoms)
     }
 
@@ -159,7 +160,7 @@ impl<'a> Search<'a> {
             let with = |atom: &usize| self.with_atoms(rule, [others.as_slice(), &[*atom]].concat());
             let near: Vec<usize> = self.neighbors(atoms[place]).into_iter().filter(|it| !others.contains(it)).collect();
             let tuned = near.iter().map(with).collect();
-            let replaced: Vec<Guarded> = self.suiting(rule, &others).iter().map(with).collect();
+            let replaced: Vec<ModelBits> = self.suiting(rule, &others).iter().map(with).collect();
             self.take_best(tuned, TUNES);
             self.take_best(replaced, TUNES);
             place += 1;

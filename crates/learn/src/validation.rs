@@ -66,7 +66,7 @@ pub(crate) fn labels(bank: &Bank, model: &Model, tracks: &[usize]) -> Vec<Vec<Ru
 }
 
 /// A method with what it has learned from all tracks, and what it gives those that are held out.
-pub(crate) struct Fitted {
+pub(crate) struct MethodResult {
     pub method: Method,
     pub model: Model,
     /// By track.
@@ -79,7 +79,7 @@ fn fold(bank: &Bank, track: usize) -> usize {
 }
 
 /// Learns by each method, from all tracks and without each fold. `shown` receives the share that is done, 0 to 1.
-pub(crate) fn fitted(bank: &Bank, shown: &(dyn Fn(f64) + Sync)) -> Vec<Fitted> {
+pub(crate) fn fitted(bank: &Bank, shown: &(dyn Fn(f64) + Sync)) -> Vec<MethodResult> {
     let all: Vec<usize> = (0..bank.tracks.len()).collect();
     let folds = bank.tracks.iter().map(|track| track.group + 1).max().unwrap_or(0).min(FOLDS);
     let done = AtomicUsize::new(0);
@@ -102,20 +102,20 @@ pub(crate) fn fitted(bank: &Bank, shown: &(dyn Fn(f64) + Sync)) -> Vec<Fitted> {
                 held_out[*track] = runs;
             }
         }
-        Some(Fitted { method: *method, model, held_out })
+        Some(MethodResult { method: *method, model, held_out })
     };
     Method::all(bank).iter().enumerate().filter_map(of_method).collect()
 }
 
 /// How right the labels of all tracks are: together, and by fold.
-pub(crate) struct Measured {
+pub(crate) struct FoldCounts {
     pub all: Counts,
     folds: Vec<Counts>,
 }
 
 /// Measures the labels of all tracks.
-pub(crate) fn measured(bank: &Bank, labels: &[Vec<Run>]) -> Measured {
-    let mut measured = Measured { all: Counts::default(), folds: vec![Counts::default(); FOLDS] };
+pub(crate) fn measured(bank: &Bank, labels: &[Vec<Run>]) -> FoldCounts {
+    let mut measured = FoldCounts { all: Counts::default(), folds: vec![Counts::default(); FOLDS] };
     for (at, (track, labels)) in bank.tracks.iter().zip(labels).enumerate() {
         let counts = track.truth.compare(labels);
         measured.all += counts;
@@ -126,10 +126,10 @@ pub(crate) fn measured(bank: &Bank, labels: &[Vec<Run>]) -> Measured {
 
 /// The simplest of some candidates, by size, that is within one standard error of the best: the mean over folds by which its F1 is less does not exceed the
 /// standard error of that mean.
-pub(crate) fn simplest(candidates: &[(usize, &Measured)]) -> Option<usize> {
+pub(crate) fn simplest(candidates: &[(usize, &FoldCounts)]) -> Option<usize> {
     let best =
         candidates.iter().map(|(_, it)| *it).reduce(|best, it| if it.all.f1() > best.all.f1() { it } else { best })?;
-    let is_near = |measured: &Measured| {
+    let is_near = |measured: &FoldCounts| {
         let used = best.folds.iter().zip(&measured.folds).filter(|(best, _)| **best != Counts::default());
         let lost: Vec<f64> = used.map(|(best, it)| best.f1() - it.f1()).collect();
         let count = lost.len() as f64;

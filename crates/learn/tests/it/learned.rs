@@ -9,13 +9,13 @@ use teachtree_engine::runs::{Run, settle};
 use teachtree_language::graph::lower;
 use teachtree_language::rules::{Rules, TreeScope};
 use teachtree_language::{Request, load};
-use teachtree_learn::{Demonstration, Learned, MOST_LINES, learn};
+use teachtree_learn::{Demonstration, LearningResult, MOST_LINES, learn};
 
 fn names() -> Vec<String> {
     ["Wait", "Hold", "PickUp"].map(String::from).to_vec()
 }
 
-fn learned(recordings: &[Synthetic]) -> Learned {
+fn learned(recordings: &[Synthetic]) -> LearningResult {
     let demonstrations: Vec<Demonstration> = recordings.iter().map(Synthetic::demonstration).collect();
     learn(&demonstrations, &names(), &|_| ()).unwrap()
 }

@@ -1,0 +1,391 @@
+//! The evidence: for each condition of the vocabulary and each place of the tree the frames of all marked recordings on which it holds, as bits. The engine
+//! evaluates them with the rules that are extended.
+
+use super::super::bank::rounded;
+use super::places::{Place, places};
+use super::vocabulary::{Number, Vocabulary};
+use super::{LoadRules, MarkedTrack, ShownRecording};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_base::hands::Side;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_engine::inspect::Inspector;
+use teachtree_engine::runs::{Leaves, Run};
+use teachtree_frames::frames::Frames;
+use teachtree_language::graph::lower;
+use teachtree_language::rules::{Expr, PrimitiveId, Rules, TreeScope};
+
+/// The rate to which evidence is thinned out: a guard differs little between neighboring frames, and the engine compares the best ones on all frames.
+const RATE_HZ: f64 = 100.0;
+/// Conditions that are evaluated together: a rule text has a bounded number of words.
+const CHUNK: usize = 1000;
+/// Thresholds of a number by quantiles, and evenly between its outer values.
+const QUANTILES: usize = 12;
+const STEPS: usize = 10;
+/// The outer quantiles.
+const OUTER: f64 = 0.005;
+/// Values of a number that are kept of a track for quantiles, at most.
+const SAMPLES: usize = 4000;
+/// The most memory that bits of conditions may take, bytes.
+const MOST_BYTES: usize = 1 << 30;
+
+/// A condition.
+#[derive(Clone, Debug)]
+pub(super) struct Condition {
+    /// As it is written in a choice.
+    pub text: String,
+    /// Conditions of one family differ in a threshold only, and are in its order.
+    pub family: usize,
+    pub cost: f64,
+    pub reads_latch: bool,
+}
+
+/// A gap-free stretch of a marked track. Its frames are those that are kept.
+#[derive(Clone, Debug)]
+pub(super) struct Stretch {
+    /// Position of the recording.
+    pub recording: usize,
+    /// The words of the evidence with its frames.
+    pub words: Range<usize>,
+    pub frames: usize,
+    /// The frames a label must last.
+    pub settle: usize,
+    /// The marked intervals, frames of the stretch.
+    pub marked: Vec<Range<usize>>,
+}
+
+/// Conditions, places and marks.
+pub(super) struct Evidence {
+    pub vocabulary: Vocabulary,
+    pub conditions: Vec<Condition>,
+    pub places: Vec<Place>,
+    pub stretches: Vec<Stretch>,
+    pub words: usize,
+    /// The frames on which the primitive is right, and those on which it is right or wrong.
+    pub marked: Vec<u64>,
+    pub known: Vec<u64>,
+    /// The leaves of the extended tree on marked frames, with the number of frames.
+    pub leaves: BTreeMap<PrimitiveId, usize>,
+    /// The bits of each place, and of each condition.
+    pub reached: Vec<Vec<u64>>,
+    pub held: Vec<Vec<u64>>,
+}
+
+/// A recording with the values of the base rules.
+struct BaseRun {
+    recording: usize,
+    frames: Frames,
+    leaves: Vec<Leaves>,
+}
+
+/// A stretch of a track while the evidence is collected.
+struct TrackStretch<'a> {
+    based: &'a BaseRun,
+    stretch: usize,
+    track: &'a MarkedTrack,
+}
+
+impl TrackStretch<'_> {
+    /// The frames of the stretch of which one is kept.
+    fn stride(&self) -> usize {
+        ((self.based.frames.layout.rate_hz / RATE_HZ).floor() as usize).max(1)
+    }
+
+    /// The kept frames.
+    fn len(&self) -> usize {
+        self.based.leaves[self.stretch].frames.len().div_ceil(self.stride())
+    }
+
+    /// The kept frames of some frames of the stretch.
+    fn kept(&self, frames: &Range<usize>) -> Range<usize> {
+        frames.start.div_ceil(self.stride())..frames.end.div_ceil(self.stride())
+    }
+
+    /// The hand in whose declarations conditions are evaluated.
+    fn hand(&self) -> Option<Side> {
+        self.track.who.side().or(self.track.side)
+    }
+
+    /// The bits of some conditions of a rule set.
+    fn truths(&self, rules: &Rules, conditions: &[(&Expr, Option<Side>)]) -> Result<Vec<Vec<u64>>, InputError> {
+        let columns = Inspector::new(rules, &self.based.frames, &self.based.leaves[self.stretch]).truths(conditions)?;
+        let (all, stride) = (self.based.leaves[self.stretch].frames.len(), self.stride());
+        Ok(columns.iter().map(|column| thinned(column.words(0, all), all, stride)).collect())
+    }
+
+    /// Spans of time as frames of the stretch: those whose middle they contain.
+    fn ranges(&self, spans: &[[f64; 2]]) -> Vec<Range<usize>> {
+        let frames = &self.based.frames;
+        let half = 0.5 / frames.layout.rate_hz;
+        let time = frames.time.get(self.based.leaves[self.stretch].frames.clone()).unwrap_or(&[]);
+        let frame = |at_s: f64| time.partition_point(|time| time + half < at_s);
+        let kept = |[start_s, end_s]: &[f64; 2]| self.kept(&(frame(*start_s)..frame(*end_s)));
+        spans.iter().map(kept).filter(|it| !it.is_empty()).collect()
+    }
+}
+
+/// The bits of every `stride`-th frame.
+fn thinned(words: Vec<u64>, frames: usize, stride: usize) -> Vec<u64> {
+    if stride == 1 {
+        return words;
+    }
+    let mut kept = vec![0; frames.div_ceil(stride).div_ceil(64)];
+    for (at, frame) in (0..frames).step_by(stride).enumerate() {
+        kept[at / 64] |= (words[frame / 64] >> (frame % 64) & 1) << (at % 64);
+    }
+    kept
+}
+
+impl Evidence {
+    /// Evaluates the vocabulary on the marked recordings.
+    ///
+    /// # Errors
+    /// Rules without a tree of the marked tracks; a recording that cannot be evaluated, or too long ones.
+    pub fn new(load: &LoadRules, recordings: &[ShownRecording], scope: TreeScope) -> Result<Self, InputError> {
+        let base = load("")?;
+        let marked = || recordings.iter().enumerate().filter(|(_, one)| !one.tracks.is_empty());
+        let two_hands = marked().all(|(_, one)| one.hands.len() > 1);
+        let vocabulary = Vocabulary::new(&base, two_hands);
+        let declarations = vocabulary.declarations();
+        let texts = vocabulary.numbers.iter().map(|number| number.template.replace('@', ""));
+        let lines: Vec<String> =
+            texts.enumerate().map(|(at, text)| format!("  signal value_{at} = {text}\n")).collect();
+        let rules = load(&format!("{declarations}for each hand {{\n{}}}\n", lines.concat()))?;
+        let graph = lower(&rules);
+        let marked: Vec<(usize, &ShownRecording)> = marked().collect();
+        let based: Vec<BaseRun> = marked
+            .par_iter()
+            .map(|(recording, one)| {
+                let frames = (one.frames)(&rules.channels)?;
+                let leaves = evaluate(&graph, &frames)?;
+                Ok(BaseRun { recording: *recording, frames, leaves })
+            })
+            .collect::<Result<_, InputError>>()?;
+        let collected: Vec<TrackStretch> = based
+            .iter()
+            .flat_map(|based| {
+                let tracks = &recordings[based.recording].tracks;
+                let stretches =
+                    (0..based.leaves.len()).flat_map(move |stretch| tracks.iter().map(move |it| (stretch, it)));
+                stretches.map(move |(stretch, track)| TrackStretch { based, stretch, track })
+            })
+            .collect();
+        let tree = rules.tree(scope).ok_or_else(|| lacks_tree(scope))?;
+        let thresholds = thresholds(&vocabulary.numbers, &rules, &collected)?;
+        let (mut texts, mut conditions) = (Vec::new(), Vec::new());
+        for other in if two_hands { &[false, true][..] } else { &[false] } {
+            for (at, family) in vocabulary.families.iter().enumerate().filter(|(_, it)| !other || it.has_other()) {
+                let steps = family
+                    .number
+                    .map_or_else(|| vec![None], |number| thresholds[number].iter().copied().map(Some).collect());
+                for step in steps {
+                    texts.push(family.spelled(*other, step, &vocabulary.numbers));
+                    conditions.push(Condition {
+                        text: texts[texts.len() - 1].clone(),
+                        family: 2 * at + usize::from(*other),
+                        cost: family.cost + if *other { 0.5 } else { 0.0 },
+                        reads_latch: family.reads_latch,
+                    });
+                }
+            }
+        }
+        let words: usize = collected.iter().map(|one| one.len().div_ceil(64)).sum();
+        let bytes = conditions.len().saturating_mul(words * 8);
+        if bytes > MOST_BYTES {
+            let message = format!("the conditions of the marked recordings need {} MB", bytes >> 20);
+            return Err(InputError::new("the recordings", format!("{message}, expected at most {}", MOST_BYTES >> 20))
+                .help("leave recordings out, or bind them at a lower rate: `resample: 100 Hz`"));
+        }
+        let chunks: Vec<Vec<Vec<u64>>> = conditions
+            .par_chunks(CHUNK)
+            .map(|chunk| held(load, &declarations, chunk, &collected))
+            .collect::<Result<_, _>>()?;
+        let (places, asked) = places(&rules, tree);
+        let whose = |one: &TrackStretch| if scope == TreeScope::EachHand { one.hand() } else { None };
+        let of_tree: Vec<Vec<Vec<u64>>> = collected
+            .iter()
+            .map(|one| {
+                let asked: Vec<(&Expr, Option<Side>)> = asked.iter().map(|expr| (*expr, whose(one))).collect();
+                one.truths(&rules, &asked)
+            })
+            .collect::<Result<_, _>>()?;
+        let of_tree: Vec<Vec<u64>> =
+            (0..asked.len()).map(|at| of_tree.iter().flat_map(|one| one[at].iter().copied()).collect()).collect();
+        let reached = places.iter().map(|place| place.reached(&of_tree, words)).collect();
+        let mut made = Self {
+            vocabulary,
+            conditions: Vec::new(),
+            places,
+            stretches: Vec::new(),
+            words,
+            marked: vec![0; words],
+            known: vec![0; words],
+            leaves: BTreeMap::new(),
+            reached,
+            held: Vec::new(),
+        };
+        made.add_marks(&rules, scope, &collected);
+        made.add_conditions(conditions, chunks.into_iter().flatten());
+        Ok(made)
+    }
+
+    fn add_marks(&mut self, rules: &Rules, scope: TreeScope, collected: &[TrackStretch]) {
+        let settle_s = rules.tree(scope).and_then(|tree| tree.settle.as_ref()).map_or(0.0, |settle| settle.value);
+        let mut word = 0;
+        for one in collected {
+            let words = word..word + one.len().div_ceil(64);
+            word = words.end;
+            let marked = one.ranges(&one.track.marked);
+            let all = std::iter::once(0..one.len()).collect();
+            let known = one.track.known.as_ref().map_or(all, |known| one.ranges(known));
+            let leaves = &one.based.leaves[one.stretch];
+            let start = leaves.frames.start;
+            let of_track = match (scope, one.hand()) {
+                (TreeScope::EachHand, Some(side)) => leaves.hands.get(&side).map_or(&[][..], Vec::as_slice),
+                _ => &leaves.both,
+            };
+            let local = |run: &Run| one.kept(&(run.start - start..run.end - start));
+            for run in of_track {
+                let frames = local(run);
+                let both = marked.iter().map(|it| it.end.min(frames.end).saturating_sub(it.start.max(frames.start)));
+                if let (count @ 1.., Some(label)) = (both.sum::<usize>(), run.label) {
+                    *self.leaves.entry(label.primitive).or_default() += count;
+                }
+            }
+            set(&mut self.known, words.start, &known, true);
+            set(&mut self.known, words.start, &marked, true);
+            set(&mut self.marked, words.start, &marked, true);
+            if scope == TreeScope::EachHand {
+                // A leaf of the tree over both hands covers those of a hand.
+                let covered: Vec<Range<usize>> =
+                    leaves.both.iter().filter(|run| run.label.is_some()).map(local).collect();
+                self.reached.iter_mut().for_each(|bits| set(bits, words.start, &covered, false));
+            }
+            let settle = (settle_s * one.based.frames.layout.rate_hz / one.stride() as f64).round() as usize;
+            self.stretches.push(Stretch { recording: one.based.recording, words, frames: one.len(), settle, marked });
+        }
+        for bits in &mut self.reached {
+            bits.iter_mut().zip(&self.known).for_each(|(bits, known)| *bits &= known);
+        }
+    }
+
+    /// Keeps the conditions that vary; of those with equal bits the family that is easiest to read, and of its thresholds the middle one.
+    fn add_conditions(&mut self, conditions: Vec<Condition>, held: impl Iterator<Item = Vec<u64>>) {
+        let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
+        let mut equal: Vec<Vec<Condition>> = Vec::new();
+        for (condition, held) in conditions.into_iter().zip(held) {
+            let masked: Vec<u64> = held.iter().zip(&self.known).map(|(held, known)| held & known).collect();
+            if masked.iter().all(|bits| *bits == 0) || masked == self.known {
+                continue;
+            }
+            if let Some(at) = known.get(&masked) {
+                let first = &equal[*at][0];
+                if first.family == condition.family {
+                    equal[*at].push(condition);
+                } else if condition.cost < first.cost {
+                    equal[*at] = vec![condition];
+                }
+            } else {
+                known.insert(masked.clone(), equal.len());
+                equal.push(vec![condition]);
+                self.held.push(masked);
+            }
+        }
+        self.conditions = equal.into_iter().map(|mut equal| equal.swap_remove(equal.len() / 2)).collect();
+    }
+}
+
+fn lacks_tree(scope: TreeScope) -> InputError {
+    let whose = if scope == TreeScope::EachHand { "for each hand" } else { "for left, right" };
+    InputError::new("the rules", format!("have no tree `{whose}` that could be extended"))
+        .help("name rules with such a tree: `--rules contact.rules`, `--rules bimanual.rules`")
+}
+
+/// Sets or clears the bits of some frames of a stretch that begins with a word.
+fn set(bits: &mut [u64], word: usize, frames: &[Range<usize>], to: bool) {
+    for frame in frames.iter().flat_map(Clone::clone) {
+        let mask = 1 << (frame % 64);
+        let place = &mut bits[word + frame / 64];
+        *place = if to { *place | mask } else { *place & !mask };
+    }
+}
+
+/// The bits of some conditions on all stretches, put together.
+fn held(
+    load: &LoadRules,
+    declarations: &str,
+    conditions: &[Condition],
+    collected: &[TrackStretch],
+) -> Result<Vec<Vec<u64>>, InputError> {
+    let line = |(at, condition): (usize, &Condition)| {
+        let text = &condition.text;
+        // A latch that copies a condition may read latches, which a signal must not.
+        if condition.reads_latch {
+            format!("  latch holds_{at} set {text} clear not ({text})\n")
+        } else {
+            format!("  signal holds_{at} = {text}\n")
+        }
+    };
+    let lines: Vec<String> = conditions.iter().enumerate().map(line).collect();
+    let rules = load(&format!("{declarations}for each hand {{\n{}}}\n", lines.concat()))?;
+    let signals: HashMap<&str, &Expr> = rules.signals.iter().map(|it| (it.name.as_str(), &it.expr)).collect();
+    let latches: HashMap<&str, &Expr> = rules.latches.iter().map(|it| (it.name.as_str(), &it.set)).collect();
+    let expr = |at: usize| {
+        let name = format!("holds_{at}");
+        let found = signals.get(name.as_str()).or_else(|| latches.get(name.as_str()));
+        found.copied().ok_or_else(|| internal(format!("`{}` is no condition", conditions[at].text)))
+    };
+    let exprs: Vec<&Expr> = (0..conditions.len()).map(expr).collect::<Result<_, _>>()?;
+    let mut held = vec![Vec::new(); conditions.len()];
+    for one in collected {
+        let asked: Vec<(&Expr, Option<Side>)> = exprs.iter().map(|expr| (*expr, one.hand())).collect();
+        for (held, bits) in held.iter_mut().zip(one.truths(&rules, &asked)?) {
+            held.extend(bits);
+        }
+    }
+    Ok(held)
+}
+
+fn internal(message: String) -> InputError {
+    InputError::new("teachtree learn", message).or_kind(ErrorKind::Internal)
+}
+
+/// The thresholds of each number in its unit: quantiles and even steps, two digits. No mark is used for them.
+fn thresholds(numbers: &[Number], rules: &Rules, collected: &[TrackStretch]) -> Result<Vec<Vec<f64>>, InputError> {
+    let expr = |at: usize| {
+        let name = format!("value_{at}");
+        let found = rules.signals.iter().find(|signal| signal.name == name);
+        found.map(|signal| &signal.expr).ok_or_else(|| internal(format!("`{name}` is no signal")))
+    };
+    let exprs: Vec<&Expr> = (0..numbers.len()).map(expr).collect::<Result<_, _>>()?;
+    let mut values = vec![Vec::new(); numbers.len()];
+    for one in collected {
+        let asked: Vec<(&Expr, Option<Side>)> = exprs.iter().map(|expr| (*expr, one.hand())).collect();
+        let inspector = Inspector::new(rules, &one.based.frames, &one.based.leaves[one.stretch]);
+        for (values, column) in values.iter_mut().zip(inspector.columns(&asked)?) {
+            let frames = one.based.leaves[one.stretch].frames.len();
+            values.extend((0..frames).step_by(frames.div_ceil(SAMPLES).max(1)).map(|frame| column.number(0, frame)));
+        }
+    }
+    Ok(values.into_iter().zip(numbers).map(|(values, number)| of_values(values, number.per_si)).collect())
+}
+
+fn of_values(values: Vec<f64>, per_si: f64) -> Vec<f64> {
+    let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let quantile = |part: f64| values.get((part * (values.len().max(1) - 1) as f64).round() as usize).copied();
+    let (Some(low), Some(high)) = (quantile(OUTER), quantile(1.0 - OUTER)) else { return Vec::new() };
+    let parts = |count: usize| (1..=count).map(move |at| at as f64 / (count + 1) as f64);
+    let even = parts(STEPS).map(|part| low + part * (high - low));
+    let mut found: Vec<f64> = parts(QUANTILES)
+        .filter_map(quantile)
+        .chain(even)
+        .filter(|value| *value > low && *value < high)
+        .filter_map(|value| rounded(value * per_si))
+        .collect();
+    found.sort_by(f64::total_cmp);
+    found.dedup();
+    found
+}

@@ -1,0 +1,105 @@
+//! The extension as a rule file.
+
+use super::evidence::Evidence;
+use super::guards::Guard;
+use super::{Declaration, LoadRules};
+use std::fmt::Write;
+use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_language::format::format;
+use teachtree_language::rules::{PrimitiveId, Rules, Task};
+
+/// Writes the declarations, the choice and the task of a guard. `comment` is written behind the choice.
+pub(super) fn body(
+    evidence: &Evidence,
+    guard: &Guard,
+    base: &Rules,
+    declaration: &Declaration,
+    lasting_s: f64,
+    comment: &str,
+) -> String {
+    let text_of = |at: &usize| evidence.conditions[*at].text.as_str();
+    let conditions: Vec<&str> = guard.conditions.iter().map(text_of).collect();
+    let sustains = guard.sustains.as_ref().map(text_of);
+    let name = &declaration.name;
+    let sided = if declaration.sided { "(side)" } else { "" };
+    let parent = parent(evidence, base, declaration);
+    let meaning = declaration.meaning.clone().or_else(|| Some(format!("is {}", parent?)));
+    let mut text =
+        format!("primitive {name}{sided}{}\n\n", meaning.map_or(String::new(), |meaning| format!(" {meaning}")));
+    let read: Vec<&str> = conditions.iter().copied().chain(sustains).collect();
+    let mut declared = evidence.vocabulary.declarations_of(&read);
+    // A condition of the other hand needs a declaration of each hand in a tree over both.
+    let mut stated = |condition: String, what: &str| {
+        if !declaration.sided {
+            return condition;
+        }
+        let signal = format!("{}_{what}", snake_case(name));
+        declared.push(format!("signal {signal} = {condition}"));
+        signal
+    };
+    let condition = stated(conditions.join(" and "), "begins");
+    let sustains = sustains.map(|condition| stated(condition.to_string(), "goes_on"));
+    if !declared.is_empty() {
+        let _ = writeln!(text, "for each hand {{\n  {}\n}}\n", declared.join("\n  "));
+    }
+    let place = &evidence.places[guard.place].text;
+    let _ = writeln!(text, "extend {place} {{\n  {condition} => {name}{sided}{comment}");
+    if let Some(condition) = sustains {
+        let _ = writeln!(text, "  from({name}) and {condition} => {name}{sided}");
+    }
+    text.push_str("}\n");
+    if let Some(task) = model_task(base) {
+        let (first, last) = (base.label_name(task.first.label), base.label_name(task.last.label));
+        let lasting = format!("{:.0} ms", lasting_s * 1e3);
+        let _ = writeln!(
+            text,
+            "\ntask {} = {first} .. {last} with {name} lasting {lasting} before {}",
+            free_task(base, name),
+            task.name
+        );
+    }
+    text
+}
+
+/// The primitive that the new one is a kind of: what the rules call most of the marked time.
+fn parent(evidence: &Evidence, base: &Rules, declaration: &Declaration) -> Option<String> {
+    let is_alike = |id: &PrimitiveId| base.primitives.get(id.index()).is_some_and(|it| it.sided == declaration.sided);
+    let leaves = evidence.leaves.iter().filter(|(id, _)| is_alike(id));
+    let (id, _) = leaves.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
+    base.primitives.get(id.index()).map(|it| it.name.clone())
+}
+
+/// A task of the base whose ends the new task has: the first one that is no failure.
+fn model_task(base: &Rules) -> Option<&Task> {
+    base.tasks.iter().find(|task| !task.failure)
+}
+
+fn free_task(base: &Rules, name: &str) -> String {
+    let name = snake_case(name);
+    let is_used = |name: &str| {
+        base.tasks.iter().any(|it| it.name == name)
+            || base.composites.iter().any(|it| it.name == name)
+            || base.signals.iter().any(|it| it.name == name)
+            || base.latches.iter().any(|it| it.name == name)
+            || base.params.iter().any(|it| it.name == name)
+    };
+    if is_used(&name) { format!("{name}_task") } else { name }
+}
+
+/// The text in the style of rule files, and its rules.
+///
+/// # Errors
+/// A text that is no rules: the place of a guard may be taken.
+pub(super) fn checked(load: &LoadRules, text: &str) -> Result<(String, Rules), InputError> {
+    let text = format(text).map_err(|found| {
+        InputError::new("teachtree learn", found.first().map_or("", |found| &found.message))
+            .or_kind(ErrorKind::Internal)
+    })?;
+    let rules = load(&text)?;
+    Ok((text, rules))
+}
+
+/// `PickUp` as `pick_up`.
+pub(super) fn snake_case(name: &str) -> String {
+    super::super::rule_file::snake_case(name)
+}

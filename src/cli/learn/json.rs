@@ -1,0 +1,74 @@
+//! The result of `learn` as `teachtree.learning/1` (docs/formats.md).
+
+use serde_json::{Value, json};
+use std::path::Path;
+use teachtree_analysis::json::VERSION;
+use teachtree_learn::{Extension, FoundInterval, LearningResult, Recognition};
+
+/// What both forms of `learn` have.
+pub struct Written<'a> {
+    /// The rule file that was chosen.
+    pub rules: &'a str,
+    /// Whether it is better than the rules that it replaces, or only adds to those that it extends.
+    pub is_better: bool,
+    /// Where it was written.
+    pub file: Option<&'a Path>,
+}
+
+fn document(written: &Written, recordings: usize, conditions: usize) -> Value {
+    json!({
+        "schema": "teachtree.learning/1",
+        "version": VERSION,
+        "recordings": recordings,
+        "conditions": conditions,
+        "rules": written.rules,
+        "better": written.is_better,
+        "file": written.file.map(|file| file.display().to_string()),
+    })
+}
+
+/// Rules for all labels, of groups of recordings.
+pub fn of_file(written: &Written, learned: &LearningResult, recordings: usize, groups: &[String]) -> Value {
+    let candidates = learned.candidates.iter().enumerate().map(|(at, candidate)| {
+        json!({
+            "name": candidate.name,
+            "f1": candidate.f1,
+            "accuracy": candidate.accuracy,
+            "lines": candidate.lines,
+            "chosen": at == learned.chosen,
+        })
+    });
+    let mut document = document(written, recordings, learned.conditions);
+    document["groups"] = json!(groups);
+    document["boundaries"] = json!(learned.boundaries.0);
+    document["candidates"] = candidates.collect();
+    document
+}
+
+/// A new primitive; `names` are those of the recordings.
+pub fn of_primitive(written: &Written, primitive: &str, learned: &Extension, names: &[String]) -> Value {
+    let recognition = |it: Recognition| json!({"labeled": it.marked, "found": it.found, "matched": it.matched, "overlap": it.overlap()});
+    let interval = |it: &FoundInterval| {
+        json!({
+            "log": names.get(it.recording),
+            "track": it.who,
+            "start_s": it.time_s[0],
+            "end_s": it.time_s[1],
+            "found": it.is_found,
+            "labeled": it.is_marked,
+            "agreement": it.agreement,
+        })
+    };
+    let findings = learned.proof.findings.iter().map(|it| json!({"what": it.what, "place": it.place}));
+    let mut document = document(written, names.len(), learned.tried[0]);
+    document["primitive"] = json!({
+        "name": primitive,
+        "places": learned.tried[1],
+        "learned": recognition(learned.learned),
+        "held_out": recognition(learned.held_out),
+        "proved": learned.proof.is_proved(),
+        "findings": findings.collect::<Vec<_>>(),
+        "intervals": learned.intervals.iter().map(interval).collect::<Vec<_>>(),
+    });
+    document
+}
