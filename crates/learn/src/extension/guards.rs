@@ -20,7 +20,7 @@ const BEGINNING: f64 = 0.4;
 /// Guards whose intervals are compared.
 const RANKED: usize = 120;
 /// What a place costs that the tree gets to on all frames: where the tree has asked more, the guard is less often wrong in other recordings.
-const GENERAL: f64 = 0.03;
+const GENERAL: f64 = 0.1;
 /// What a guard loses whose threshold moves.
 const TUNES: f64 = 0.004;
 

@@ -1,13 +1,15 @@
 //! The places of a tree at which an extension may insert a choice, and the frames on which the tree gets there.
 
 use teachtree_language::Rules;
-use teachtree_language::rules::{Branch, Choice, Consequent, Expr, Tree};
+use teachtree_language::rules::{Branch, Choice, Consequent, Expr, Label, Tree};
 
 /// A place between the choices of a branch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Place {
     /// As it is written behind `extend`: `single_hand.held before Place`.
     pub text: String,
+    /// The condition of the choice behind it, where that is asked too: the new primitive then only replaces what the choice gives.
+    pub condition: Option<String>,
     /// The conditions on the way, by their position among all conditions of the tree, and how they come out.
     asked: Vec<(usize, bool)>,
 }
@@ -47,7 +49,16 @@ impl<'r> Walk<'r, '_> {
         for (at, choice) in branch.choices.iter().enumerate() {
             if let (Some(name), Some(anchor)) = (name, self.anchor(branch, at)) {
                 let tree = if name == self.tree { name.to_string() } else { format!("{}.{name}", self.tree) };
-                self.places.push(Place { text: format!("{tree} {anchor}"), asked: asked.clone() });
+                let text = format!("{tree} {anchor}");
+                let place = Place { text, condition: None, asked: asked.clone() };
+                if let (true, Some(condition), Consequent::Primitive(Label { side: None, .. })) =
+                    (at < last, &choice.condition, &choice.then)
+                {
+                    let narrow = [asked.as_slice(), &[(self.conditions.len(), true)]].concat();
+                    let condition = Some(self.rules.text_of(condition));
+                    self.places.push(Place { condition, asked: narrow, ..place.clone() });
+                }
+                self.places.push(place);
             }
             // The last choice of a branch is taken whenever the others are not.
             let condition = choice.condition.as_ref().filter(|_| at < last);

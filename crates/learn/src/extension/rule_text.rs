@@ -37,12 +37,18 @@ pub(super) fn body(
         declared.push(format!("signal {signal} = {condition}"));
         signal
     };
-    let condition = stated(conditions.join(" and "), "begins");
-    let sustains = sustains.map(|condition| stated(condition.to_string(), "goes_on"));
+    let place = &evidence.places[guard.place];
+    let narrow = |condition: String| match &place.condition {
+        Some(also) if also.contains(" or ") => format!("({also}) and {condition}"),
+        Some(also) => format!("{also} and {condition}"),
+        None => condition,
+    };
+    let condition = narrow(stated(conditions.join(" and "), "begins"));
+    let sustains = sustains.map(|condition| narrow(stated(condition.to_string(), "goes_on")));
     if !declared.is_empty() {
         let _ = writeln!(text, "for each hand {{\n  {}\n}}\n", declared.join("\n  "));
     }
-    let place = &evidence.places[guard.place].text;
+    let place = &place.text;
     let _ = writeln!(text, "extend {place} {{\n  {condition} => {name}{sided}{comment}");
     if let Some(condition) = sustains {
         let _ = writeln!(text, "  from({name}) and {condition} => {name}{sided}");
