@@ -13,6 +13,7 @@ use teachtree_frames::OpenRequest;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::csv;
 use teachtree_robot as robot;
+use teachtree_robot::simulation::CellVariation;
 use teachtree_robot_report::{format_performance, page};
 use teachtree_session::{Analysis, Log, Rules, Track};
 use teachtree_session::{AnalysisInternals, LogInternals};
@@ -78,7 +79,7 @@ fn carry_out(files: &mut Files, folder: &Path, analysis: &Analysis) -> Result<[P
     let commanded = folder.join("commands.json");
     output::add(files, &commanded, &commands.json()?, &[])?;
     output::print(&format!("\ncommands for the robot `{ROBOT}`\n{}", summary(&commands)))?;
-    let performed = perform(&commands, &robot, scene)?;
+    let performed = perform(&commands, &robot, scene, &CellVariation::default())?;
     let recording = folder.join("robot.csv");
     let performed_log = add(files, &performed.recording, &recording)?;
     let replay = folder.join("robot.html");

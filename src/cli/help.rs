@@ -15,7 +15,7 @@ const GROUPS: &[(&str, &[&str])] = &[
         ],
     ),
     ("Write rules", &["check", "fmt", "graph", "test", "fit", "learn", "prove", "diff"]),
-    ("Robot", &["teach", "retarget", "simulate"]),
+    ("Robot", &["teach", "retarget", "simulate", "certify"]),
     ("Tools", &["config", "list", "show", "lsp", "completions", "man"]),
 ];
 

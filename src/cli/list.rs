@@ -54,6 +54,7 @@ const SCHEMAS: &[(&str, &str)] = &[
     ("project.schema.json", include_str!("../../schemas/project.schema.json")),
     ("robot.schema.json", include_str!("../../schemas/robot.schema.json")),
     ("scene.schema.json", include_str!("../../schemas/scene.schema.json")),
+    ("variation.schema.json", include_str!("../../schemas/variation.schema.json")),
 ];
 
 /// How a YAML file names its schema to an editor, from its own folder.

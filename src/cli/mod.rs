@@ -12,6 +12,7 @@ mod annotate;
 mod audit;
 mod batch;
 mod browser;
+mod certify;
 mod check;
 mod config;
 mod demo;
@@ -38,6 +39,7 @@ mod print_args;
 mod progress;
 mod prove;
 mod retarget;
+mod robot_program;
 mod rules;
 mod score;
 mod simulate;
@@ -112,6 +114,8 @@ enum Command {
     Retarget(retarget::Args),
     /// Execute commands by a simulated robot in a scene, and record it
     Simulate(simulate::Args),
+    /// Find how much a real cell may differ from the scene while the program still succeeds, with a statistical bound
+    Certify(certify::Args),
     /// Prove that rules only add to others
     Prove(prove::Args),
     /// Compare two rule sets: the cases in which they differ, and their results on recordings
@@ -349,6 +353,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Teach(args) => teach::run(args),
         Command::Retarget(args) => retarget::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Certify(args) => certify::run(args),
         Command::Prove(args) => prove::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Fmt(args) => fmt::run(args),

@@ -6,13 +6,14 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Kind of a file, what its schema is called, and the schema as it is made.
-fn made() -> [(&'static str, Value); 5] {
+fn made() -> [(&'static str, Value); 6] {
     [
         ("binding", teachtree_frames::bind::schema()),
         ("operator", teachtree_world::operator_schema()),
         ("project", teachtree_session::project_file::schema()),
         ("robot", teachtree_robot::schema()),
         ("scene", teachtree_base::scene::schema()),
+        ("variation", teachtree_robot::simulation::cell_variation::schema()),
     ]
     .map(|(kind, schema)| (kind, schema.to_value()))
 }

@@ -1,6 +1,7 @@
 //! Robots that the program simulates.
 
 mod causes;
+mod certified;
 mod collisions;
 mod falls;
 mod files;
@@ -12,6 +13,7 @@ mod recognized;
 mod refused;
 mod searching;
 mod two_hands;
+mod varied;
 
 use teachtree_robot::{self as robot, Robot};
 

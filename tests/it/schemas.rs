@@ -149,6 +149,8 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     let compared = run(&["diff", "single_hand.rules", "contact.rules", "one.csv", "--format", "json"]);
     assert!(parsed(&compared)["recordings"][0]["changes"].as_array().is_some_and(|changes| !changes.is_empty()));
     documents.push(compared);
+    let certify = ["certify", "commands.json", "--scene", "push_and_trace", "--runs", "1", "--format", "json"];
+    documents.push(run(&certify));
     documents.push(run(&["list", "--format", "json"]));
     documents.push(learning_document());
     documents.push(run(&["fmt", "--check", "tour.rules", "--format", "json"]));

@@ -44,6 +44,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ),
     ("regex_lite", &["src/cli/learn/groups.rs"]),
     ("glob", &["crates/session/src/project_file/"]),
+    ("statrs", &["crates/robot/src/certificate/binomial.rs"]),
     ("similar", &["crates/session/src/patch.rs"]),
     ("httparse", &["crates/serve/src/http.rs"]),
     ("getrandom", &["crates/serve/src/server.rs"]),

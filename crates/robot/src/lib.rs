@@ -4,8 +4,9 @@
 //! callers pass the texts of robot files in.
 //!
 //! The directories are layers, and each names only those before it:
-//! [`kinematics`], [`model`], [`dynamics`], [`grasp`], [`planning`], [`control`], [`simulation`].
+//! [`kinematics`], [`model`], [`dynamics`], [`grasp`], [`planning`], [`control`], [`simulation`], [`certificate`].
 
+pub mod certificate;
 pub mod control;
 pub mod dynamics;
 pub mod grasp;

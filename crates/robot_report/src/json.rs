@@ -5,12 +5,13 @@ use teachtree_analysis::number::number;
 use teachtree_command::Commands;
 use teachtree_robot::JointKind;
 use teachtree_robot::control::behavior::SearchResult;
-use teachtree_robot::simulation::TaskOutcome;
 use teachtree_robot::simulation::arm_clearance::{Collision, MinDistance, MinDistances};
 use teachtree_robot::simulation::cause::{Cause, FailureCause};
 use teachtree_robot::simulation::force_tolerance::{MeanForce, SegmentForces};
+use teachtree_robot::simulation::{CellVariation, TaskOutcome};
 
-/// Writes the document; `duration_s` is that of the robot's recording, and `recognized` says for each outcome whether rules find its task there.
+/// Writes the document; `duration_s` is that of the robot's recording, `recognized` says for each outcome whether rules find its task there, and `variation`
+/// is the variation of the cell, if one was given.
 pub fn json(
     commands: &Commands,
     outcomes: &[TaskOutcome],
@@ -18,6 +19,7 @@ pub fn json(
     nearest: &MinDistances,
     collisions: &[Collision],
     duration_s: f64,
+    variation: Option<&CellVariation>,
 ) -> String {
     let arms = nearest.arms.as_ref().map(|nearest| {
         json!({ "gap_m": exact(nearest.gap), "time_s": exact(nearest.time_s), "links": nearest.links,
@@ -32,6 +34,7 @@ pub fn json(
         "log": commands.log,
         "robot": commands.robot,
         "duration_s": exact(duration_s),
+        "variation": variation,
         "tasks": outcomes.iter().enumerate().map(|(at, it)| outcome(it, recognized.and_then(|all| *all.get(at)?))).collect::<Vec<_>>(),
         "nearest": arms,
         "nearest_body": nearest.scene.as_ref().map(to_body),
@@ -47,7 +50,7 @@ fn collision(Collision { link, with, time_s, depth_m, lasts_s }: &Collision) -> 
 }
 
 /// A number as all that are written.
-fn exact(value: f64) -> Value {
+pub(crate) fn exact(value: f64) -> Value {
     serde_json::from_str(&number(value)).unwrap_or(Value::Null)
 }
 

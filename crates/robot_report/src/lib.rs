@@ -1,6 +1,7 @@
 //! The page of what a robot did: pictures of it at each primitive (the paper's Figure 6), the thumb's force desired and achieved (Figure 7), the
 //! total force on the object (Figure 8), joints and manipulability. Drawn without a display, one file that needs no network.
 
+pub mod certificate;
 mod framing;
 mod grasps;
 mod json;

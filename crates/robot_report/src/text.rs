@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use teachtree_base::short_number::ShortNumber;
 use teachtree_robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistances};
-use teachtree_robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce};
+use teachtree_robot::simulation::force_tolerance::Forces;
 use teachtree_robot::simulation::warnings::warnings;
 use teachtree_robot::simulation::{Performance, TaskOutcome};
 
@@ -109,22 +109,7 @@ pub fn format_clearance(nearest: &MinDistances, collisions: &[Collision]) -> Str
 
 /// Forces that are not within their profile; nothing for those that are.
 fn format_forces(forces: &Forces) -> String {
-    let mut faults = Vec::new();
-    if !forces.below {
-        faults.push(format!("{:.2} N where {:.2} N are allowed", forces.largest, forces.allowed));
-    }
-    for (what, share) in [("fingers press", forces.fingers), ("their total is", forces.total)] {
-        if share < MOSTLY {
-            let (share, mostly) = (share * 100.0, MOSTLY * 100.0);
-            faults.push(format!("{what} as commanded for {share:.0} % of the time, expected {mostly:.0} %"));
-        }
-    }
-    if let Some((segment, MeanForce { finger, commanded, exerted, .. })) = forces.off() {
-        let segment = forces.name(segment);
-        faults.push(format!(
-            "the {finger} exerts {exerted:.2} N in {segment} on average, commanded are {commanded:.2} N"
-        ));
-    }
+    let faults = forces.faults();
     if faults.is_empty() {
         String::new()
     } else {

@@ -11,6 +11,7 @@ use crate::model::robot::Robot;
 use crate::planning::plan::Target;
 use crate::planning::start::Start;
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
+use std::collections::VecDeque;
 use teachtree_world::{HandMotion, HandMover, STEP_S, TipMotion, TipWrench, TouchLaw};
 
 /// The speed at which idle fingers move out of the way, rad/s.
@@ -30,6 +31,9 @@ pub struct Executor {
     missed: PoseError,
     before: Option<Target>,
     torques: DVector<f64>,
+    /// The computed torques that have not reached the motors, oldest first, and the number of steps until they do.
+    sent: VecDeque<DVector<f64>>,
+    motor_delay: usize,
     idle: Vec<JointPositions>,
     yielding: PalmCompliance,
 }
@@ -53,9 +57,17 @@ impl Executor {
             missed: PoseError { m: 0.0, rad: 0.0 },
             before: None,
             torques,
+            sent: VecDeque::new(),
+            motor_delay: 0,
             idle: fingers,
             yielding: PalmCompliance::default(),
         }
+    }
+
+    /// Delays the torques of all motors by this number of milliseconds. A hand without an arm still follows its palm pose at once.
+    #[must_use]
+    pub fn with_motor_delay(self, steps: usize) -> Self {
+        Self { motor_delay: steps, ..self }
     }
 
     /// Returns the desired values of all degrees of freedom.
@@ -149,7 +161,7 @@ impl Executor {
                 }
             })
             .collect();
-        self.torques = self.controller.torques(
+        let torques = self.controller.torques(
             &self.robot.tree,
             &self.hand,
             &self.motion,
@@ -159,6 +171,14 @@ impl Executor {
             exerted,
             STEP_S,
         );
+        self.sent.push_back(torques);
+        // The first torque acts at once.
+        while self.sent.len() > self.motor_delay + 1 {
+            self.sent.pop_front();
+        }
+        if let Some(arrived) = self.sent.front() {
+            self.torques.copy_from(arrived);
+        }
     }
 
     /// Moves a hand without an arm to the commanded pose of its palm.

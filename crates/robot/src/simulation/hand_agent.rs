@@ -53,7 +53,7 @@ pub(super) struct ActiveSegment<'t> {
 }
 
 impl<'t> HandAgent<'t> {
-    /// Returns the agent of a side before its first task. `scene` has the operator's hands.
+    /// Returns the agent of a side before its first task. `scene` has the operator's hands; the torques of motors are delayed by `motor_delay` steps.
     ///
     /// # Errors
     /// As [`HandPlanner::begin`].
@@ -63,9 +63,11 @@ impl<'t> HandAgent<'t> {
         tasks: &[Task],
         scene: &Scene,
         see: &PoseLookup<'_>,
+        motor_delay: usize,
     ) -> Result<Self, InputError> {
         let (planner, mut starts, target) = HandPlanner::begin(side, limb, tasks, scene, see)?;
         let executor = Executor::new(limb.clone(), planner.hand.clone(), starts.swap_remove(0), scene.gravity());
+        let executor = executor.with_motor_delay(motor_delay);
         let planned_palm = target.palm;
         let (planned, behaviors) = (Vec::new(), Vec::new());
         Ok(Self { planner, executor, target, planned, planned_palm, doing: None, behaviors, place })

@@ -4,24 +4,26 @@
 //! dynamics and the world's bodies advance, and fingertips press on bodies by the law of the virtual environment. Only fingertips have contacts.
 //! Tasks of both hands that overlap run on one time scale ([`crate::planning::time_scale`]).
 
+use super::cell_variation::CellVariation;
 use super::hand_agent::HandAgent;
 use super::observer::Step;
 use super::observers::Observers;
-use super::observers::arm_clearance::{Collision, MinDistances};
+use super::observers::arm_clearance::{ACCEPTED_M, Collision, MinDistances};
 use super::observers::judge::{Findings, TaskOutcome};
+use super::pose_sensor::PoseSensor;
 use super::trace::{Limb, Trace};
 use crate::control::behavior::Progress;
 use crate::model::robot::Robot;
 use crate::planning::schedule::{Schedule, at_task, groups, sides};
 use crate::planning::time_scale::Pause;
-use nalgebra::{Isometry3, Translation3, Vector3};
+use nalgebra::Isometry3;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::quantity::Quantity;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Hand, Scene};
 use teachtree_command::{Commands, Task};
-use teachtree_world::{Fingertips, Observation, STEP_S, World};
+use teachtree_world::{STEP_S, World};
 
 /// The scene comes to rest for this many steps before the robot begins, and after a task.
 const SETTLING: usize = 300;
@@ -53,21 +55,47 @@ pub fn simulate(
     scene: &Scene,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Performance, InputError> {
-    simulate_seeing(commands, robot, scene, &Vector3::zeros(), progress)
+    simulate_varied(commands, robot, scene, &CellVariation::default(), progress)
 }
 
-/// Like [`simulate`], for a robot that sees every object with this position error, reference frame, m.
+/// Like [`simulate`], in a cell that differs from the scene by `variation`. The plans are those for the scene; the robot knows objects by their measured poses only.
 ///
 /// # Errors
-/// As [`simulate`].
-pub fn simulate_seeing(
+/// As [`simulate`]; an object that the variation puts into another body.
+pub fn simulate_varied(
     commands: &Commands,
     robot: &Robot,
     scene: &Scene,
-    off: &Vector3<f64>,
+    variation: &CellVariation,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Performance, InputError> {
-    let mut simulation = Simulation::begin(commands, robot, scene, Translation3::from(*off))?;
+    simulate_within(commands, robot, scene, variation, Extent::Whole, progress)
+}
+
+/// How much of the commands is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// All tasks.
+    Whole,
+    /// All tasks until one is not done.
+    UntilNotDone,
+    /// The same, or until a link penetrates something by more than [`ACCEPTED_M`].
+    UntilFault,
+}
+
+/// Like [`simulate_varied`]; ends early as `extent` says. The result then has the tasks that were performed.
+///
+/// # Errors
+/// As [`simulate_varied`].
+pub fn simulate_within(
+    commands: &Commands,
+    robot: &Robot,
+    scene: &Scene,
+    variation: &CellVariation,
+    extent: Extent,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Performance, InputError> {
+    let mut simulation = Simulation::begin(commands, robot, scene, variation, extent)?;
     let groups = groups(&commands.tasks);
     let lasts = |group: &[usize]| group.iter().map(|task| commands.tasks[*task].duration_s()).fold(0.0, f64::max);
     let whole_s: f64 = groups.iter().map(|group| lasts(group)).sum::<f64>().max(1e-3);
@@ -76,6 +104,9 @@ pub fn simulate_seeing(
         let lasts_s = lasts(group);
         simulation.perform(group, &mut |since_s| progress(((done_s + since_s.min(lasts_s)) / whole_s).min(1.0)))?;
         done_s += lasts_s;
+        if simulation.is_over(group) {
+            break;
+        }
     }
     Ok(simulation.finish())
 }
@@ -83,16 +114,17 @@ pub fn simulate_seeing(
 /// A simulation at a step.
 struct Simulation<'t> {
     tasks: &'t [Task],
-    /// The scene with the robot's hands, and the index of each task's object among its bodies.
+    /// The varied scene with the robot's hands, and the index of each task's object among its bodies.
     scene: Scene,
     bodies: Vec<usize>,
-    /// The position error of seen objects, reference frame, m.
-    sight: Translation3<f64>,
+    /// The sensor of the objects' poses.
+    sensor: PoseSensor,
     world: World,
     hands: Vec<HandAgent<'t>>,
     step: usize,
     observers: Observers,
     outcomes: Vec<Option<TaskOutcome>>,
+    extent: Extent,
 }
 
 impl<'t> Simulation<'t> {
@@ -101,13 +133,14 @@ impl<'t> Simulation<'t> {
         commands: &'t Commands,
         robot: &Robot,
         scene: &Scene,
-        sight: Translation3<f64>,
+        variation: &CellVariation,
+        extent: Extent,
     ) -> Result<Self, InputError> {
         let tasks = &commands.tasks;
         let sides = sides(commands, robot)?;
         let limbs = sides.iter().map(|&side| robot.limb(side)).collect::<Result<Vec<Robot>, InputError>>()?;
-        let own = with_hands(scene, &sides, &limbs);
-        let mut world = World::new(&own, Fingertips::default())?;
+        let own = with_hands(&variation.scene(scene, tasks)?, &sides, &limbs);
+        let mut world = World::new(&own, variation.fingertips())?;
         for (place, (side, limb)) in sides.iter().zip(&limbs).enumerate() {
             for finger in limb.hands.get(side).iter().flat_map(|hand| &hand.fingers) {
                 if let Some(radius) = finger.pad_radius {
@@ -115,10 +148,12 @@ impl<'t> Simulation<'t> {
                 }
             }
         }
-        let see = |object: &str| seen(&own, world.observation(), &sight, object);
+        let mut sensor = PoseSensor::new(variation, world.observation());
+        let see = |object: &str| measured(&own, &sensor, object);
+        let motor_delay = variation.motor_delay_steps();
         let mut hands = Vec::new();
         for (place, (&side, limb)) in sides.iter().zip(&limbs).enumerate() {
-            hands.push(HandAgent::begin((place, side), limb, tasks, scene, &see)?);
+            hands.push(HandAgent::begin((place, side), limb, tasks, scene, &see, motor_delay)?);
         }
         let mut bodies = Vec::new();
         for (number, task) in tasks.iter().enumerate() {
@@ -128,12 +163,12 @@ impl<'t> Simulation<'t> {
         }
         for _ in 0..SETTLING {
             hands.iter_mut().for_each(|hand| hand.actuate(world.observation()));
-            world.step_moved(&mut hands);
+            sensor.measure(world.step_moved(&mut hands));
         }
         let limbs = sides.into_iter().zip(limbs).map(|(side, robot)| Limb { side, robot }).collect();
         let observers = Observers::new(limbs, &own, tasks, world.observation());
         let outcomes = vec![None; tasks.len()];
-        Ok(Self { tasks, scene: own, bodies, sight, world, hands, step: 0, observers, outcomes })
+        Ok(Self { tasks, scene: own, bodies, sensor, world, hands, step: 0, observers, outcomes, extent })
     }
 
     /// Performs a group of tasks, and judges them; `progress` receives the simulated time, s.
@@ -145,11 +180,12 @@ impl<'t> Simulation<'t> {
         let (mut step, mut pause) = (0, Pause::default());
         while step <= steps + SETTLING + (pause.waited_s() / STEP_S) as usize
             && !there.iter().all(|task| self.is_lost(*task))
+            && !self.is_over(group)
         {
             self.follow(&schedule, begins_s + (step as f64 * STEP_S - pause.waited_s()), &there);
             let waits = self.behave();
             self.hands.iter_mut().for_each(|hand| hand.actuate(self.world.observation()));
-            self.world.step_moved(&mut self.hands);
+            self.sensor.measure(self.world.step_moved(&mut self.hands));
             self.observe(step);
             step += 1;
             pause.advance(waits, STEP_S);
@@ -161,6 +197,16 @@ impl<'t> Simulation<'t> {
         Ok(())
     }
 
+    /// Whether the simulation ends early in or after a group of tasks.
+    fn is_over(&self, group: &[usize]) -> bool {
+        let failed = |task: &usize| {
+            let not_done = self.outcomes[*task].as_ref().is_some_and(|outcome| !outcome.done);
+            let collides = || self.observers.clearance.depth_m(*task) > ACCEPTED_M;
+            not_done || self.is_lost(*task) || self.extent == Extent::UntilFault && collides()
+        };
+        self.extent != Extent::Whole && group.iter().any(failed)
+    }
+
     /// Whether the object of a task is lost.
     fn is_lost(&self, task: usize) -> bool {
         self.observers.drops.fell_s(self.bodies[task]).is_some()
@@ -168,16 +214,16 @@ impl<'t> Simulation<'t> {
 
     /// Returns the schedule of tasks for the current poses of the hands.
     fn plan(&mut self, group: &[usize]) -> Result<Schedule<'t>, InputError> {
-        let Self { tasks, scene, world, sight, hands, .. } = self;
-        let see = |object: &str| seen(scene, world.observation(), sight, object);
+        let Self { tasks, scene, sensor, hands, .. } = self;
+        let see = |object: &str| measured(scene, sensor, object);
         let plans = hands.iter_mut().map(|hand| hand.plan(tasks, group, scene, &see)).collect::<Result<_, _>>()?;
         Ok(Schedule::new(plans))
     }
 
     /// Gives each hand the target of its plan at a time of the schedule, s.
     fn follow(&mut self, schedule: &Schedule<'t>, time_s: f64, group: &[usize]) {
-        let Self { tasks, scene, world, sight, hands, bodies, observers, .. } = self;
-        let see = |object: &str| seen(scene, world.observation(), sight, object);
+        let Self { tasks, scene, sensor, hands, bodies, observers, .. } = self;
+        let see = |object: &str| measured(scene, sensor, object);
         let lost = |body: usize| observers.drops.fell_s(body).is_some();
         for (place, hand) in hands.iter_mut().enumerate() {
             hand.follow(schedule.at(place, time_s), tasks, bodies, &see, &lost);
@@ -192,7 +238,7 @@ impl<'t> Simulation<'t> {
 
     /// Applies the behaviors to the targets, one after the other for all hands. Returns whether the plans wait.
     fn behave(&mut self) -> bool {
-        let Self { world, sight, hands, .. } = self;
+        let Self { world, sensor, hands, .. } = self;
         let seen = world.observation();
         let mut waits = false;
         for behavior in 0..hands.iter().map(HandAgent::n_behaviors).max().unwrap_or(0) {
@@ -200,7 +246,7 @@ impl<'t> Simulation<'t> {
             for (place, hand) in hands.iter_mut().enumerate() {
                 let Some(body) = hand.at_work().map(|doing| doing.body) else { continue };
                 let shared = held.iter().enumerate().any(|(other, held)| other != place && *held == Some(body));
-                let object = *sight * seen.bodies[body].pose;
+                let object = sensor.poses()[body];
                 waits |= hand.behave(behavior, object, shared, seen) == Progress::Wait;
             }
         }
@@ -246,10 +292,9 @@ impl<'t> Simulation<'t> {
     }
 }
 
-/// Returns the seen pose of an object, reference frame.
-fn seen(scene: &Scene, seen: &Observation, sight: &Translation3<f64>, object: &str) -> Option<Isometry3<f64>> {
-    let body = scene.bodies.get_index_of(object)?;
-    seen.bodies.get(body).map(|body| *sight * body.pose)
+/// Returns the measured pose of an object, reference frame.
+fn measured(scene: &Scene, sensor: &PoseSensor, object: &str) -> Option<Isometry3<f64>> {
+    sensor.poses().get(scene.bodies.get_index_of(object)?).copied()
 }
 
 /// Returns the scene with the robot's hands in place of the operator's.

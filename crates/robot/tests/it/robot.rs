@@ -1,5 +1,6 @@
 //! Tests of `robot`: files, kinematics against finite differences and round trips.
 
+mod certifying;
 mod clearance;
 mod clock;
 mod files;
@@ -16,3 +17,4 @@ mod steps;
 mod timing;
 mod two_hands;
 mod urdf;
+mod varied;

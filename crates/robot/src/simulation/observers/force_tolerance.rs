@@ -141,6 +141,27 @@ impl Forces {
         if is_repeated { format!("{primitive} at {:.1} s", segment.start_s) } else { primitive.clone() }
     }
 
+    /// Returns a message for each part of the profile that is violated.
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        if !self.below {
+            faults.push(format!("{:.2} N where {:.2} N are allowed", self.largest, self.allowed));
+        }
+        for (what, share) in [("fingers press", self.fingers), ("their total is", self.total)] {
+            if share < MOSTLY {
+                let (share, mostly) = (share * 100.0, MOSTLY * 100.0);
+                faults.push(format!("{what} as commanded for {share:.0} % of the time, expected {mostly:.0} %"));
+            }
+        }
+        if let Some((segment, MeanForce { finger, commanded, exerted, .. })) = self.off() {
+            let segment = self.name(segment);
+            faults.push(format!(
+                "the {finger} exerts {exerted:.2} N in {segment} on average, commanded are {commanded:.2} N"
+            ));
+        }
+        faults
+    }
+
     /// Returns the changes of the grip force in each segment, in order of time.
     pub fn grip_changes(&self) -> Vec<GripChange> {
         let changes = self.segments.iter().flat_map(|segment| {

@@ -162,7 +162,7 @@ hands: {right: {fingers: [thumb, index, middle, ring, little], tip_radius: 7 mm}
 }
 
 /// The chapter's cube, grasped by thumb, index and middle finger, lifted by 60 mm and held for a time.
-fn lift(held_s: f64, firmly: f64) -> (Commands, Scene) {
+pub(super) fn lift(held_s: f64, firmly: f64) -> (Commands, Scene) {
     let scene = scene(
         "name: lift
 bodies:
