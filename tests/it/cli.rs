@@ -532,7 +532,8 @@ fn options_and_names_that_are_nearly_right_are_refused_with_what_is_expected() {
 fn every_command_that_takes_recordings_takes_the_same_options_of_input() {
     let help = said(&teachtree(&["-h"]));
     let commands = help.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
-    let commands = commands.filter(|name| !name.is_empty() && !name.starts_with('-') && !["live", "lsp"].contains(name));
+    let commands =
+        commands.filter(|name| !name.is_empty() && !name.starts_with('-') && !["live", "lsp"].contains(name));
     let mut taken = vec![];
     for command in commands.map(|name| if name == "export" { vec![name, "lerobot"] } else { vec![name] }) {
         let of_command = said(&teachtree(&[&command[..], &["-h"]].concat()));

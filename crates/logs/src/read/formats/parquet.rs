@@ -389,9 +389,7 @@ impl Leaf {
             }
             ColumnReader::FloatColumnReader(reader) => self.numbers(reader, before, rows, |value| f64::from(*value)),
             ColumnReader::DoubleColumnReader(reader) => self.numbers(reader, before, rows, |value| *value),
-            ColumnReader::Int96ColumnReader(reader) => {
-                self.numbers(reader, before, rows, numbers::seconds_of)
-            }
+            ColumnReader::Int96ColumnReader(reader) => self.numbers(reader, before, rows, numbers::seconds_of),
             ColumnReader::FixedLenByteArrayColumnReader(reader) => {
                 self.numbers(reader, before, rows, |value| form.of_bytes(value.data()))
             }
