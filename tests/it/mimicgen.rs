@@ -56,9 +56,11 @@ fn recordings_that_are_failures_get_no_signals() {
     assert!(!folder.path().join("new.hdf5").exists());
     let all = annotate(folder.path(), "new.hdf5", &["--expect", "pick_and_place x 9", "--failures", "write"]);
     assert!(all.status.success(), "{}", all_said(&all));
+    // Without an expectation their outcomes are unknown: they end while the cube is carried.
     let plain = said(&annotate(folder.path(), "other.hdf5", &[])).replace("other.hdf5", "new.hdf5");
-    assert!(plain.contains("outcomes: 2 successes, 0 failures"), "{plain}");
-    assert_eq!(said(&all), plain.replace("2 successes, 0 failures", "0 successes, 2 failures"));
+    assert!(!plain.contains("outcomes:"), "{plain}");
+    assert!(said(&all).contains("outcomes: 0 successes, 2 failures"), "{}", said(&all));
+    assert!(said(&all).contains(plain.lines().next().unwrap()), "{}", said(&all));
 }
 
 /// The file has two recordings. By these rules the one whose approach takes longer is a failure.
@@ -521,7 +523,7 @@ fn a_list_of_complete_recordings_is_replaced_only_when_asked() {
     assert!(annotate(folder.path(), "a.hdf5", &["--signal", "grasp=start of Grasp of cube"]).status.success());
     let refused = again("b.hdf5", "a.hdf5", &[]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(complained(&refused).contains("has the list `mask/teachtree_failure` already"), "{}", complained(&refused));
+    assert!(complained(&refused).contains("has the list `mask/teachtree_ok` already"), "{}", complained(&refused));
     assert!(!folder.path().join("b.hdf5").exists());
     let replaced = again("b.hdf5", "a.hdf5", &["--replace"]);
     assert!(replaced.status.success(), "{}", all_said(&replaced));

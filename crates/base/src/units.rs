@@ -236,6 +236,19 @@ pub fn unit(symbol: &str) -> Option<Unit> {
 ///
 /// Returns its size in SI and its dimension, or the unknown part.
 pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
+    product(text, by_symbol)
+}
+
+/// As [`compound`], for the titles of logs, in which units are also words: `Sec`, `millimeters`.
+pub fn compound_of_log(text: &str) -> Result<(f64, Dimension), String> {
+    product(text, |symbol| by_symbol(symbol).or_else(|| by_symbol(symbol_of(symbol)?)))
+}
+
+fn by_symbol(symbol: &str) -> Option<Unit> {
+    unit(symbol).or_else(|| OF_LOGS.iter().copied().find(|unit| unit.symbol == symbol))
+}
+
+fn product(text: &str, find: impl Fn(&str) -> Option<Unit>) -> Result<(f64, Dimension), String> {
     let mut in_si = 1.0;
     let mut dimension = Dimension::NONE;
     let text = text.trim();
@@ -251,9 +264,7 @@ pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
                 Some((symbol, power)) => (symbol, power.parse::<i8>().map_err(|_| factor.to_string())?),
                 None => (factor, 1),
             };
-            let of_log =
-                |symbol: &str| unit(symbol).or_else(|| OF_LOGS.iter().copied().find(|unit| unit.symbol == symbol));
-            let unit = of_log(symbol).or_else(|| of_log(symbol_of(symbol)?)).ok_or_else(|| factor.to_string())?;
+            let unit = find(symbol).ok_or_else(|| factor.to_string())?;
             let power = if place == 0 { power } else { power.checked_neg().ok_or_else(|| factor.to_string())? };
             in_si *= unit.in_si.powi(i32::from(power));
             dimension = unit

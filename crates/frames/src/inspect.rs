@@ -6,7 +6,7 @@ use crate::clean::timebase::GAP_STEPS;
 use crate::otsu;
 use serde::Serialize;
 use teachtree_base::error::InputError;
-use teachtree_base::units::{Dimension, compound};
+use teachtree_base::units::{Dimension, compound_of_log};
 use teachtree_logs::issue::{Issue, IssueKind};
 use teachtree_logs::names;
 use teachtree_logs::read::table::{ColumnRequest, Source, Table};
@@ -161,7 +161,8 @@ pub fn inspect(source: Source, time: Option<&Pattern>, rate_hz: Option<f64>) -> 
 
 /// The column of the stamps: the one of this name, else the one that is called as such columns are; the first of a table without names.
 pub(crate) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<StampColumn> {
-    let factor = |unit: Option<&str>| unit.and_then(|unit| compound(unit).ok()).map_or(1.0, |(factor, _)| factor);
+    let factor =
+        |unit: Option<&str>| unit.and_then(|unit| compound_of_log(unit).ok()).map_or(1.0, |(factor, _)| factor);
     if let Some(time) = time {
         let wanted = time.name.fill(PlaceholderValues::default());
         let is_it = |title: &String| *title == wanted || names::split_known_unit(title).0 == wanted;
@@ -284,7 +285,7 @@ fn dead(sheet: &SheetReport, column: &ColumnReport) -> Option<Issue> {
 
 /// Whether a column is a force, as far as its unit and its name show: `f_x`, `Fz`, `wrench.force.x`.
 fn is_force(name: &str, unit: &str) -> bool {
-    if let (false, Ok((_, dimension))) = (unit.is_empty(), compound(unit)) {
+    if let (false, Ok((_, dimension))) = (unit.is_empty(), compound_of_log(unit)) {
         return dimension == Dimension::FORCE;
     }
     let name = name.to_lowercase();

@@ -10,7 +10,7 @@
 use teachtree_base::channels::Shape;
 use teachtree_base::hands::TrackId;
 use teachtree_base::log_channel::LogChannel;
-use teachtree_base::units::{Dimension, compound};
+use teachtree_base::units::{Dimension, compound_of_log};
 
 /// The meaning of a column by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +68,7 @@ pub fn split_unit(header: &str) -> (&str, Option<&str>) {
 /// Splits a title into name and unit where brackets hold a unit, `F_x [N]` or `F_x (N)`; else they are part of the name, as in `state[3]`.
 pub fn split_known_unit(title: &str) -> (&str, Option<&str>) {
     let title = title.trim();
-    let is_unit = |unit: &str| !unit.is_empty() && !unit.starts_with('1') && compound(unit).is_ok();
+    let is_unit = |unit: &str| !unit.is_empty() && !unit.starts_with('1') && compound_of_log(unit).is_ok();
     let (name, unit) = match title.strip_suffix(')').and_then(|head| head.rsplit_once('(')) {
         Some((name, unit)) => (name.trim_end(), Some(unit.trim())),
         None => split_unit(title),

@@ -262,8 +262,15 @@ fn a_boundary_is_explained_as_explain_does() {
     let why = browser.text("#why");
     // The force of the base on the cube: on the last frame of the Grasp and on the first one of the Translate.
     for frame in [begins - 0.001, begins] {
-        let printed =
-            said(&teachtree(&["explain", log.to_str().unwrap(), "--at", &format!("{frame:.3}s"), "--track", "right"]));
+        let printed = said(&teachtree(&[
+            "explain",
+            log.to_str().unwrap(),
+            "--at",
+            &format!("{frame:.3}s"),
+            "--track",
+            "right",
+            "--full",
+        ]));
         let line = printed.lines().find(|line| line.contains("norm(contacts.force) above loads_on")).unwrap();
         let fact = line.split_once("loads_off: ").unwrap().1;
         // `18.4 mN, wanted above 50 mN, 31.6 mN short`, or `20.0 mN, held since 0.001 s, lost below 20 mN: 0.1 mN to spare`.

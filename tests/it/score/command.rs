@@ -65,7 +65,7 @@ fn labels_of_another_time_are_refused() {
     let output = teachtree(&["score", log.to_str().unwrap(), "--labels", labels.to_str().unwrap()], "1");
     assert_eq!(output.status.code(), Some(2));
     let complained = self::complained(&output);
-    assert!(complained.contains("milliseconds are in columns `start_ms` and `end_ms`"), "{complained}");
+    assert!(complained.contains("milliseconds need the columns `start_ms` and `end_ms`"), "{complained}");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::log_channel::LogChannel;
 use teachtree_base::spelling::nearest;
-use teachtree_base::units::{Dimension, compound};
+use teachtree_base::units::{Dimension, compound_of_log};
 use teachtree_logs::names;
 use teachtree_logs::read::table::{NAME_TIME, Source};
 
@@ -281,7 +281,7 @@ impl Header {
                 return Err(format!("`{name}` is in `{header}` as the header says, not in `{said}`"));
             }
             (Some(unit), _) | (None, Some(unit)) => {
-                let (to_si, found) = compound(unit).map_err(|part| unknown_unit(&part, &name, dimension))?;
+                let (to_si, found) = compound_of_log(unit).map_err(|part| unknown_unit(&part, &name, dimension))?;
                 match pattern.threshold {
                     Some(_) if found != dimension && dimension == Dimension::NONE => {
                         return Err(format!(
@@ -398,7 +398,7 @@ fn is_with_unit(title: &str, name: &str) -> bool {
 
 /// Whether a scale makes this quantity of a column that the header says to be of another one, such as newtons of `[s]`.
 fn is_converted(linear: Option<LinearForm>, header: &str, dimension: Dimension) -> bool {
-    linear.is_some_and(|form| form.scale != 1.0) && compound(header).is_ok_and(|(_, found)| found != dimension)
+    linear.is_some_and(|form| form.scale != 1.0) && compound_of_log(header).is_ok_and(|(_, found)| found != dimension)
 }
 
 /// The message about a unit that is not known, with the form that converts it.
@@ -444,7 +444,7 @@ fn representation_of(channel: &str, columns: &Columns) -> Result<(Representation
                 ));
             }
             let unit = columns.patterns().first().and_then(|pattern| pattern.unit.as_deref()).unwrap_or_default();
-            let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` is not a known unit"))?;
+            let (_, dimension) = compound_of_log(unit).map_err(|part| format!("`{part}` is not a known unit"))?;
             (None, dimension)
         }
     };

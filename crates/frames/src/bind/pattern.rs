@@ -5,7 +5,7 @@ use serde::{Deserialize, Deserializer, de};
 use std::fmt;
 use teachtree_base::channels::Shape;
 use teachtree_base::quantity::{self, Length};
-use teachtree_base::units::{Dimension, compound};
+use teachtree_base::units::{Dimension, compound_of_log};
 
 /// The columns of a channel: one pattern, or one for each component.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,7 +146,7 @@ fn number_with_unit(text: &str) -> Result<(f64, Dimension), String> {
     let text = text.trim();
     // The unit begins after the number.
     let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | ' '));
-    let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` in `{text}` is not a known unit"))?;
+    let (_, dimension) = compound_of_log(unit).map_err(|part| format!("`{part}` in `{text}` is not a known unit"))?;
     Ok((quantity::parse(text, dimension)?, dimension))
 }
 

@@ -592,7 +592,6 @@ impl RowBinder {
         row.begin_row()?;
         row.put("time", first(&recording.time))?;
         for (name, column) in &recording.columns {
-            // The reader of the row records the spelling.
             row.put(&self.file.spelling().shown(name), first(&column.values))?;
         }
         made.rows.push(row);

@@ -9,7 +9,7 @@ use crate::otsu;
 use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::short_number::ShortNumber;
-use teachtree_base::units::compound;
+use teachtree_base::units::compound_of_log;
 
 /// Words for the opening of a gripper, the best one first.
 const OPENINGS: [&str; 14] = [
@@ -244,7 +244,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         None => "the lower end, since nothing shows that an object moves with it",
     };
     let fingers = if second.is_some() { 2.0 } else { fingers(part) };
-    let factor = compound(unit).map_or(1.0, |(factor, _)| factor) * fingers;
+    let factor = compound_of_log(unit).map_or(1.0, |(factor, _)| factor) * fingers;
     let is_length = matches!(unit, "m" | "mm" | "cm") && !is_flag;
     let opening = is_length.then(|| {
         let columns = if fingers > 1.0 { format!("{} * 2 [{unit}]", part.pattern) } else { named(unit) };

@@ -4,7 +4,7 @@ use super::column_groups::{self, Form, Group};
 use super::words;
 use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
 use std::collections::BTreeSet;
-use teachtree_base::units::{Dimension, compound};
+use teachtree_base::units::{Dimension, compound_of_log};
 use teachtree_logs::read::element_names::ElementPlace;
 
 /// Columns that count rows and times.
@@ -84,7 +84,7 @@ impl Part<'_> {
     /// The factor to SI: of the unit, else that of all positions of the log.
     pub fn scale(&self) -> f64 {
         let unit = if self.unit.is_empty() { self.guessed_unit } else { self.unit.as_str() };
-        if unit.is_empty() { 1.0 } else { compound(unit).map_or(1.0, |(factor, _)| factor) }
+        if unit.is_empty() { 1.0 } else { compound_of_log(unit).map_or(1.0, |(factor, _)| factor) }
     }
 
     /// As a binding names it, with the unit that its values show.
@@ -263,7 +263,7 @@ fn in_full(list: &str, full: &dyn Fn(&str) -> String) -> String {
 
 /// What columns measure, by their form, unit and words.
 fn quantity(form: Form, unit: &str, words: &[String], members: &[&ColumnReport]) -> Quantity {
-    let dimension = (!unit.is_empty()).then(|| compound(unit).ok()).flatten().map(|(_, dimension)| dimension);
+    let dimension = (!unit.is_empty()).then(|| compound_of_log(unit).ok()).flatten().map(|(_, dimension)| dimension);
     let says = |known: &[&str]| words::has(words, known);
     let last = |known: &[&str]| words.last().is_some_and(|word| known.contains(&word.as_str()));
     let is_rate = says(&[

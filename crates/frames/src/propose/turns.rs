@@ -5,7 +5,7 @@ use super::parts::unit_in_name;
 use super::words;
 use crate::inspect::ColumnReport;
 use std::f64::consts::{FRAC_PI_2, TAU};
-use teachtree_base::units::compound;
+use teachtree_base::units::compound_of_log;
 
 /// How far values may be beyond the bound of an angle.
 const SLACK: f64 = 1.02;
@@ -53,7 +53,7 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
     }
     let of_log = group.members.first().and_then(|at| columns.get(*at)).map_or("", |(_, column)| column.unit.as_str());
     let unit = if of_log.is_empty() { unit_in_name(&group) } else { of_log };
-    let factor = compound(unit).map_or(1.0, |(factor, _)| factor);
+    let factor = compound_of_log(unit).map_or(1.0, |(factor, _)| factor);
     let extent = Extent::of(columns, &group.members, if unit.is_empty() { 1.0 } else { factor });
     let is_in_degrees = extent.is_long && unit.is_empty();
     let is_of_ur = is_r || says(&["tcp", "ur"]);

@@ -55,7 +55,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     let backwards = serde_json::json!([{"primitives": ["Move"], "start_s": 2.0, "end_s": 1.0, "why": "pause"}]);
     check(&|task| task["left_out"] = backwards.clone(), &["omission 1 ends at 1 s, before it begins at 2 s"]);
     check(&|task| task["segments"][1]["duration_s"] = (-1.0).into(), &["segment 2", "takes -1 s"]);
-    check(&|task| task["segments"][1]["start_s"] = 0.0.into(), &["segment 2", "before the one ahead of it ends"]);
+    check(&|task| task["segments"][1]["start_s"] = 0.0.into(), &["segment 2", "before the preceding one ends"]);
     check(
         &|task| task["segments"][1]["duration_s"] = 400.0.into(),
         &["segment 2", "poses of the object, expected 40001"],

@@ -100,5 +100,5 @@ fn contacts_of_every_force_below_a_jam_are_not_free_motion() {
     let (found, about) = level(&phases);
     assert!((found - LEAST).abs() < 1e-9, "{found} N");
     let [message] = about.as_slice() else { panic!("{about:?}") };
-    assert!(message.contains("contact is above 5 N, as the rules have it"), "{message}");
+    assert!(message.contains("contact is above 5 N, the threshold of the rules"), "{message}");
 }

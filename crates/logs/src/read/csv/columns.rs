@@ -9,7 +9,7 @@ use teachtree_base::field_names::FieldNames;
 use teachtree_base::quantity::Frequency;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::spelling::nearest;
-use teachtree_base::units::{Dimension, compound};
+use teachtree_base::units::{Dimension, compound_of_log};
 
 /// A recording with what was dropped while it was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,7 +129,7 @@ fn want(name: &str, unit: Option<&str>) -> Result<(ColumnRequest, Dimension), St
     }
     let meant =
         if name == "time" { Some(Dimension::TIME) } else { names::meaning(name).map(|meaning| meaning.dimension) };
-    let read = unit.map(compound);
+    let read = unit.map(compound_of_log);
     match (meant, read) {
         (Some(meant), Some(Err(part))) => Err(format!("`{part}` is not a known unit, expected one of {meant}")),
         (Some(meant), Some(Ok((_, found)))) if found != meant => {

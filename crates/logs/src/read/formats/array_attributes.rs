@@ -4,7 +4,7 @@
 use super::array_log::{ArrayValues, MissingRows};
 use serde_json::Value;
 use teachtree_base::error::InputError;
-use teachtree_base::units::compound;
+use teachtree_base::units::compound_of_log;
 
 /// The attributes of an array.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,7 +22,7 @@ impl ArrayAttributes {
     pub fn of(attribute: &dyn Fn(&str) -> Value) -> Self {
         let number = |key: &str| attribute(key).as_f64().filter(|number| number.is_finite());
         let unit = ["units", "unit"].into_iter().find_map(|key| Some(attribute(key).as_str()?.trim().to_string()));
-        let is_known = |unit: &String| !matches!(unit.as_str(), "" | "-" | "1") && compound(unit).is_ok();
+        let is_known = |unit: &String| !matches!(unit.as_str(), "" | "-" | "1") && compound_of_log(unit).is_ok();
         Self {
             unit: unit.filter(is_known),
             scale: number("scale_factor"),

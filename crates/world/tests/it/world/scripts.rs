@@ -35,7 +35,7 @@ fn scripts_that_cannot_be_performed_are_refused() {
         "      - {hold: 1 s, open: {}}",
         "      - {hold: 20 mm}",
         "      - {hold: 1 s, whistle: {}}",
-        "      - {hold: 1 h}",
+        "      - {hold: 1 day}",
         "      - {reach: {grip: pinhc}}",
         "      - {reach: {grip: reversed}}",
         "      - {reach: {grip: nowhere}}",

@@ -5,7 +5,7 @@ use super::groups::GroupRows;
 use crate::read::date_time::date_time;
 use crate::read::memory_table::titled;
 use crate::read::table::number;
-use teachtree_base::units::compound;
+use teachtree_base::units::compound_of_log;
 
 /// Maximum number of lines in which the first row of numbers is searched.
 const MAX_LINES: usize = 200;
@@ -163,7 +163,7 @@ fn is_row_of(cells: &[&str], width: usize) -> bool {
 /// Returns the units in a line; none where a cell is neither a unit nor blank.
 fn units(cells: &[&str], width: usize) -> Option<Vec<String>> {
     let plain = |cell: &str| cell.trim_matches(['[', ']', '(', ')']).to_string();
-    let is_unit = |cell: &str| !cell.is_empty() && compound(&plain(cell)).is_ok();
+    let is_unit = |cell: &str| !cell.is_empty() && compound_of_log(&plain(cell)).is_ok();
     let is_blank = |cell: &str| cell.is_empty() || cell == "-";
     let are_units = cells.len() == width
         && cells.iter().any(|cell| is_unit(cell))
