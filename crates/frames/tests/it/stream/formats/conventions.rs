@@ -155,6 +155,11 @@ fn headings_of_other_programs_are_read_whatever_the_name_ends_in() {
     assert_eq!(titles("log.trc", markers), ["Frame#", "Time", "X1", "Y1", "Z1", "X2", "Y2", "Z2"]);
     let pandas = ",tcp,tcp,cube,cube\n,x,y,x,y\ntime,,,,\n0.00,1,2,3,4\n0.01,1,2,3,4\n";
     assert_eq!(titles("log.csv", pandas), ["time", "tcp.x", "tcp.y", "cube.x", "cube.y"]);
+    // The error of a rigid body of Motive has its title one line higher.
+    let motive = "Format Version,1.23\n\n,Name,cube,cube,cube,tool\n,,Rotation,Position,Mean Marker Error,Position\n\
+        Frame,Time (Seconds),X,X,,X\n0,0.0,1,2,3,4\n1,0.1,1,2,3,4\n";
+    let wanted = ["cube.Rotation.X", "cube.Position.X", "cube.Mean Marker Error", "tool.Position.X"];
+    assert_eq!(titles("log.csv", motive), [&["Frame", "Time (Seconds)"], &wanted[..]].concat());
     // A delimiter behind the titles alone is surplus.
     assert_eq!(titles("log.csv", "t,a,\n0,1\n1,1\n"), ["t", "a"]);
     // Text without rows of numbers is no table.

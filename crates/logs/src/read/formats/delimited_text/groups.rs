@@ -30,7 +30,9 @@ impl GroupRows {
                 return names;
             }
             let Some(groups) = groups(row, &titles) else { continue };
-            for (name, group) in names.iter_mut().zip(groups).filter(|(_, group)| !group.is_empty()) {
+            for (name, group) in
+                names.iter_mut().zip(groups).filter(|(name, group)| !group.is_empty() && name.as_str() != *group)
+            {
                 *name = format!("{group}.{name}");
             }
         }
@@ -44,16 +46,17 @@ impl GroupRows {
     fn filled(&self, mut titles: Vec<String>) -> (Vec<String>, Vec<&Vec<String>>) {
         let mut others = vec![];
         for row in &self.0 {
-            let fills = |(title, cell): (&String, &String)| title.is_empty() && !cell.is_empty();
-            if row.len() != titles.len() || !titles.iter().zip(row).any(fills) {
+            let fills = |(title, cell): &(&String, &String)| title.is_empty() && !cell.is_empty();
+            let filled = titles.iter().zip(row).filter(fills).count();
+            let is_filler = filled > 0 && row.len() == titles.len();
+            // A line that has most of the titles names no groups.
+            if !is_filler || 2 * filled <= titles.len() {
                 others.push(row);
-                continue;
             }
-            titles
-                .iter_mut()
-                .zip(row)
-                .filter(|(title, _)| title.is_empty())
-                .for_each(|(title, cell)| title.clone_from(cell));
+            if is_filler {
+                let empty = titles.iter_mut().zip(row).filter(|(title, _)| title.is_empty());
+                empty.for_each(|(title, cell)| title.clone_from(cell));
+            }
         }
         (titles, others)
     }
