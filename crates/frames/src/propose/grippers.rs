@@ -140,7 +140,7 @@ pub fn grippers<'a>(
 
 /// How good a column is as the opening of a gripper.
 fn rank(part: &Part) -> Option<usize> {
-    let is_number = matches!(part.quantity, Quantity::Number | Quantity::Flag) && !part.is_constant();
+    let is_number = matches!(part.quantity, Quantity::Number | Quantity::Flag) && !is_at_rest(part);
     if !is_number || words::has(&part.words, &OTHERS) || words::is_command(&part.words) {
         return None;
     }
@@ -152,6 +152,14 @@ fn rank(part: &Part) -> Option<usize> {
     let rank = rank.or_else(|| aloha_side(part).map(|_| OPENINGS.len()));
     let rank = rank.or_else(|| is_output(part).then_some(OPENINGS.len()));
     rank.map(|rank| if is_mirrored { rank + 100 } else { rank })
+}
+
+/// Whether a gripper does not move: its values differ by less than 1 mm, 1 mrad or 0.1 %, which is noise.
+fn is_at_rest(part: &Part) -> bool {
+    const NOISE: f64 = 1e-3;
+    let unit = if part.unit.is_empty() { usual_unit(part) } else { &part.unit };
+    let factor = compound_of_log(unit).map_or(1.0, |(factor, _)| factor);
+    part.is_constant() || part.members.iter().all(|column| (column.max - column.min) * factor < NOISE)
 }
 
 /// Whether it is the digital outputs of a controller, with two values: it switches the gripper.

@@ -156,8 +156,8 @@ fn is_tip(part: &Part) -> bool {
 /// How good a position is as a tool point; none of other places.
 fn rank(part: &Part) -> Option<usize> {
     match words::tool_rank(&part.words) {
-        // `gripper0_eef` is better than `robot0_hand`; parts of a person are neither.
-        Some(rank) if !words::is_part(&part.words) || rank < 5 => Some(rank),
+        // `gripper0_eef` and `arm/tool` are better than `robot0_hand`; parts of a person are neither.
+        Some(rank) if !words::is_part(&part.words) || rank < 6 => Some(rank),
         Some(_) => None,
         // Numbers without a name count things.
         None => (key(&part.name).is_empty() && !words::has_number(&part.name)).then_some(UNNAMED),

@@ -29,6 +29,26 @@ fn the_sign_of_a_wrist_force_is_judged_from_its_level_at_rest() {
 }
 
 #[test]
+fn noise_of_a_gripper_at_rest_is_not_its_opening() {
+    let noise: fn(f64) -> f64 = |passed| 5e-4 + 6e-5 * (passed * 700.0).sin();
+    let mut columns: [Column; 5] = [
+        ("arm/tool_pose.x", along),
+        ("arm/tool_pose.y", along),
+        ("arm/tool_pose.z", lift),
+        ("finger_joint1", noise),
+        ("finger_joint2", still),
+    ];
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "right.gripper.closed"), None, "{found}");
+    assert_eq!(channel(&found, "right.gripper.opening"), None, "{found}");
+    // The namespace of an arm does not hide its tool.
+    assert!(found.contains(": arm/tool_pose.<xyz>"), "{found}");
+    columns[3].1 = |passed| if lift(passed) > 0.1 { 0.02 } else { 0.04 };
+    let found = binding(&columns);
+    assert!(channel(&found, "right.gripper.closed").is_some(), "{found}");
+}
+
+#[test]
 fn two_fingertips_are_a_gripper_where_their_distance_has_two_values() {
     let width = |passed: f64| if lift(passed) > 0.1 { 0.04 } else { 0.09 };
     let columns: [Column; 6] = [
