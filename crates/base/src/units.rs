@@ -244,6 +244,14 @@ pub fn compound_of_log(text: &str) -> Result<(f64, Dimension), String> {
     product(text, |symbol| by_symbol(symbol).or_else(|| by_symbol(symbol_of(symbol)?)))
 }
 
+/// The symbol of a unit of a log that may be a word: `mm` for `millimeters`. A unit without a word is returned as it is.
+pub fn symbol(unit: &str) -> &str {
+    match by_symbol(unit) {
+        Some(_) => unit,
+        None => symbol_of(unit).unwrap_or(unit),
+    }
+}
+
 fn by_symbol(symbol: &str) -> Option<Unit> {
     unit(symbol).or_else(|| OF_LOGS.iter().copied().find(|unit| unit.symbol == symbol))
 }

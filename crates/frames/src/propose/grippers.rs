@@ -9,7 +9,7 @@ use crate::otsu;
 use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::short_number::ShortNumber;
-use teachtree_base::units::compound_of_log;
+use teachtree_base::units::{compound_of_log, symbol};
 
 /// Words for the opening of a gripper, the best one first.
 const OPENINGS: [&str; 14] = [
@@ -230,7 +230,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
     let (is_counted, is_switched) = (is_of_robotiq(part), is_output(part));
     let is_low = by_motion.unwrap_or(!(says_closed || is_counted || is_switched));
     let is_flag = column.kind == ValueKind::Flag;
-    let unit = if part.unit.is_empty() { usual_unit(part) } else { &part.unit };
+    let unit = if part.unit.is_empty() { usual_unit(part) } else { symbol(&part.unit) };
     let named = |unit: &str| match unit {
         "" => part.pattern.clone(),
         _ if !column.unit.is_empty() => part.pattern.clone(),

@@ -4,6 +4,7 @@
 use super::grippers::Gripper;
 use super::hands::Hand;
 use super::parts::distance;
+use teachtree_base::units::symbol;
 
 /// The least weight, N.
 const LEAST_N: f64 = 0.5;
@@ -53,7 +54,7 @@ pub fn gripper(hand: &Hand) -> Option<Gripper> {
     };
     let side = if is_low_loaded { "<" } else { ">" };
     Some(Gripper {
-        closed: format!("{name} {side} {limit} {}", force.unit).trim_end().to_string(),
+        closed: format!("{name} {side} {limit} {}", symbol(&force.unit)).trim_end().to_string(),
         reason: "the wrist carries a weight there; the log has no gripper".into(),
         alternative: None,
         opening: None,
