@@ -161,7 +161,7 @@ class Analysis:
         """Whether the recording is a success, with the reasons (docs/outcomes.md).
 
         >>> import teachtree
-        >>> analysis = teachtree.analyze("demos/robosuite/lift_demo_1.csv", binding="demos/robosuite/panda_lift.binding.yaml")
+        >>> analysis = teachtree.analyze("demos/robosuite/stack_panda_demo_1.csv", binding="demos/robosuite/panda_stack.binding.yaml")
         >>> analysis.outcome.reasons[0].kind
         'succeeded'
         >>> analysis.expecting("pick_and_place").outcome.result

@@ -101,7 +101,7 @@ def test_a_score_against_ones_own_result_is_perfect(analysis: teachtree.Analysis
     worse = "\n".join(line.replace("Translate", "Grasp") for line in lines)
     labels.write_text("start_s,end_s,label\n" + worse + "\n")
     assert 0.1 < (analysis.score(labels, track="right").accuracy or 0) < 0.95
-    with pytest.raises(teachtree.Error, match="does not say what is true"):
+    with pytest.raises(teachtree.Error, match="has no true labels"):
         analysis.score()
 
 
