@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_frames::OpenRequest;
 use teachtree_logs::read::csv;
-use teachtree_robot::certificate::{CellQuantity, Certificate, Limits, QUANTITIES, Stop, Uncertified, certify};
+use teachtree_robot::certificate::{
+    CellQuantity, Certificate, CertificationFailure, Limits, QUANTITIES, Stop, certify,
+};
 use teachtree_robot::simulation::{CellVariation, Extent, Fault, FaultKind, Performance, simulate_within};
 use teachtree_robot_report::certificate::{CertificateDocument, failure_picture};
 use teachtree_session::{Log, LogInternals};
@@ -71,7 +73,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let limits = Limits { seed: args.seed, runs: args.runs as usize };
     let result = certify(&quantities, limits, &mut runs)?;
-    if let Err(Uncertified::Nominal(fault)) = &result
+    if let Err(CertificationFailure::Nominal(fault)) = &result
         && fault.kind == FaultKind::Refused
     {
         return Err(program.in_its_files(InputError::new("", fault.text.clone())).into());
@@ -93,8 +95,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     match document.result {
         Ok(Certificate { .. }) => Ok(()),
-        Err(Uncertified::Runs(_)) => Err(Failure::Negative),
-        Err(Uncertified::Nominal(fault)) => Err(FailOn::ALL
+        Err(CertificationFailure::Runs(_)) => Err(Failure::Negative),
+        Err(CertificationFailure::Nominal(fault)) => Err(FailOn::ALL
             .into_iter()
             .find(|kind| kind.kind() == fault.kind)
             .map_or(Failure::Negative, |kind| Failure::Fault(kind.status()))),

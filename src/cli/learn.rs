@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::truth::TruthArgs;
 use super::{Failure, output};
 use groups::Groups;
-use json::Written;
+use json::RuleOutput;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::json::printed;
@@ -191,7 +191,7 @@ fn print(args: &Args, logs: &[PathBuf], groups: &Groups, learned: &LearningResul
     }
     if args.form.format == Format::Json {
         let file = args.out.as_deref().filter(|_| is_written);
-        let written = Written { rules: &learned.text, is_better: learned.is_better(), file };
+        let written = RuleOutput { rules: &learned.text, is_better: learned.is_better(), file };
         return args.form.print(&printed(&json::of_file(&written, learned, logs.len(), &groups.names)));
     }
     output::print(&table(args, logs.len(), groups, learned, is_written))?;

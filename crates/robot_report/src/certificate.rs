@@ -10,7 +10,7 @@ use teachtree_command::Commands;
 use teachtree_report::page::STYLE;
 use teachtree_report::svg::{escape, length};
 use teachtree_robot::certificate::binomial::{CONFIDENCE, RATE};
-use teachtree_robot::certificate::{CellQuantity, Certificate, FaceReport, Stop, Uncertified};
+use teachtree_robot::certificate::{CellQuantity, Certificate, CertificationFailure, FaceReport, Stop};
 use teachtree_robot::simulation::trace::TraceSample;
 use teachtree_robot::simulation::{Fault, Performance};
 
@@ -23,7 +23,7 @@ pub struct CertificateDocument<'c> {
     /// The seed of the search.
     pub seed: u64,
     /// The certificate, or why there is none.
-    pub result: Result<Certificate, Uncertified>,
+    pub result: Result<Certificate, CertificationFailure>,
 }
 
 impl CertificateDocument<'_> {
@@ -60,10 +60,10 @@ impl CertificateDocument<'_> {
                 CONFIDENCE * 100.0,
                 confidence * 100.0
             ),
-            Err(Uncertified::Nominal(fault)) => {
+            Err(CertificationFailure::Nominal(fault)) => {
                 format!("not certified: the program fails in the cell of the scene itself: {}", fault.text)
             }
-            Err(Uncertified::Runs(runs)) => format!("not certified: no box was verified within {runs} runs"),
+            Err(CertificationFailure::Runs(runs)) => format!("not certified: no box was verified within {runs} runs"),
         }
     }
 
@@ -92,13 +92,13 @@ impl CertificateDocument<'_> {
             json!({ "runs": it.verified, "successes": it.verified, "confidence": exact(it.confidence), "lower_bound": exact(it.bound) })
         });
         let fault = match &self.result {
-            Err(Uncertified::Nominal(it)) => Some(fault(it)),
+            Err(CertificationFailure::Nominal(it)) => Some(fault(it)),
             _ => None,
         };
         let runs = match &self.result {
             Ok(certificate) => certificate.runs,
-            Err(Uncertified::Runs(runs)) => *runs,
-            Err(Uncertified::Nominal(_)) => 1,
+            Err(CertificationFailure::Runs(runs)) => *runs,
+            Err(CertificationFailure::Nominal(_)) => 1,
         };
         let document = json!({
             "schema": "teachtree.certificate/1",

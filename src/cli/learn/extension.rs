@@ -5,7 +5,7 @@ use super::super::print_args::is_quiet;
 use super::super::progress::Progress;
 use super::super::truth::lacks_labels;
 use super::super::{Failure, output};
-use super::json::{self, Written};
+use super::json::{self, RuleOutput};
 use super::{Args, Format};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -91,7 +91,8 @@ pub fn run(args: &Args, new: &Declaration) -> Result<(), Failure> {
         output::write(path, &text, &inputs)?;
     }
     if args.form.format == Format::Json {
-        let written = Written { rules: &text, is_better: is_proved, file: args.out.as_deref().filter(|_| is_written) };
+        let written =
+            RuleOutput { rules: &text, is_better: is_proved, file: args.out.as_deref().filter(|_| is_written) };
         let names: Vec<String> = recordings.iter().map(|one| one.log.name()).collect();
         args.form.print(&printed(&json::of_primitive(&written, &new.name, &learned, &names)))?;
         return if is_proved { Ok(()) } else { Err(Failure::Negative) };

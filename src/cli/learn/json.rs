@@ -5,8 +5,8 @@ use std::path::Path;
 use teachtree_analysis::json::VERSION;
 use teachtree_learn::{Extension, FoundInterval, LearningResult, Recognition};
 
-/// What both forms of `learn` have.
-pub struct Written<'a> {
+/// The result that `learn` prints, with and without `--new`.
+pub struct RuleOutput<'a> {
     /// The rule file that was chosen.
     pub rules: &'a str,
     /// Whether it is better than the rules that it replaces, or only adds to those that it extends.
@@ -15,7 +15,7 @@ pub struct Written<'a> {
     pub file: Option<&'a Path>,
 }
 
-fn document(written: &Written, recordings: usize, conditions: usize) -> Value {
+fn document(written: &RuleOutput, recordings: usize, conditions: usize) -> Value {
     json!({
         "schema": "teachtree.learning/1",
         "version": VERSION,
@@ -28,7 +28,7 @@ fn document(written: &Written, recordings: usize, conditions: usize) -> Value {
 }
 
 /// Rules for all labels, of groups of recordings.
-pub fn of_file(written: &Written, learned: &LearningResult, recordings: usize, groups: &[String]) -> Value {
+pub fn of_file(written: &RuleOutput, learned: &LearningResult, recordings: usize, groups: &[String]) -> Value {
     let candidates = learned.candidates.iter().enumerate().map(|(at, candidate)| {
         json!({
             "name": candidate.name,
@@ -46,7 +46,7 @@ pub fn of_file(written: &Written, learned: &LearningResult, recordings: usize, g
 }
 
 /// A new primitive; `names` are those of the recordings.
-pub fn of_primitive(written: &Written, primitive: &str, learned: &Extension, names: &[String]) -> Value {
+pub fn of_primitive(written: &RuleOutput, primitive: &str, learned: &Extension, names: &[String]) -> Value {
     let recognition = |it: Recognition| json!({"labeled": it.marked, "found": it.found, "matched": it.matched, "overlap": it.overlap()});
     let interval = |it: &FoundInterval| {
         json!({

@@ -43,7 +43,7 @@ fn sentinel(values: &[f64]) -> Option<f64> {
     [least, greatest].into_iter().filter(|value| SENTINELS.contains(value)).find(|sentinel| {
         let (low, high) = range(*sentinel);
         let distance = (low - sentinel).max(sentinel - high);
-        // A column of two levels, one of which is such a number, has no range.
+        // If a column has two levels and one of them is such a number, its range cannot be compared.
         high > low && distance > LEAST_DISTANCE.max(ISOLATED * (high - low))
     })
 }

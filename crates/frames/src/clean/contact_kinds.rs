@@ -21,8 +21,8 @@ const KINDS: usize = 3;
 const ENOUGH: f64 = 0.05;
 /// A weaker kind of contact counts where its level is below this share of the stronger one's.
 const WEAKER: f64 = 0.5;
-/// Readings without contact, a tenth of which exceed this multiple of the least force of the rules, contain contacts. With 5 N this is the weight of a tool
-/// of 2.5 kg that is turned over.
+/// If a tenth of the readings without contact exceed this multiple of the least force of the rules, they include contacts. At 5 N the limit is 50 N, the change
+/// of force of a tool of 2.5 kg that is turned over.
 const TOO_BROAD: f64 = 10.0;
 /// The share of the least force of the rules from which on a weaker group is reported.
 const NEAR_LEAST: f64 = 0.5;

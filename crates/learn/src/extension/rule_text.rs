@@ -75,7 +75,7 @@ fn parent(evidence: &Evidence, base: &Rules, declaration: &Declaration) -> Optio
     base.primitives.get(id.index()).map(|it| it.name.clone())
 }
 
-/// A task of the base whose ends the new task has: the first one that is no failure.
+/// The task of the base whose ends the new task has: the first one that is not a failure.
 fn model_task(base: &Rules) -> Option<&Task> {
     base.tasks.iter().find(|task| !task.failure)
 }
@@ -95,7 +95,7 @@ fn free_task(base: &Rules, name: &str) -> String {
 /// The text in the style of rule files, and its rules.
 ///
 /// # Errors
-/// A text that is no rules: the place of a guard may be taken.
+/// The text is not a rule file, for example because the place of a guard is taken.
 pub(super) fn checked(load: &LoadRules, text: &str) -> Result<(String, Rules), InputError> {
     let text = format(text).map_err(|found| {
         InputError::new("teachtree learn", found.first().map_or("", |found| &found.message))

@@ -66,7 +66,7 @@ const CHANNELS: [(&str, Option<Dimension>); 7] = [
     ("closing", Some(Dimension::SPEED)),
 ];
 
-/// A condition that is no comparison, with its definition.
+/// A condition other than a comparison, with its definition.
 const WORKED_AT: (&str, &str) = ("worked_at", "any(contacts.handled and norm(contacts.normal) > 0.5)");
 
 /// Durations around a condition or comparison.

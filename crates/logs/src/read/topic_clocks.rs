@@ -27,12 +27,12 @@ pub(super) fn different_clocks(topics: &[TopicClock]) -> Vec<Issue> {
             return None;
         }
         let by_s = rounded(by_s);
-        let cause = if by_s < 0.0 { "it has another clock" } else { "it has another clock, or its sensor is slow" };
+        let cause = if by_s < 0.0 { "the clocks differ" } else { "the clocks differ, or the sensor is slow" };
         let message = format!(
-            "its messages were recorded {}, those of `{}` {}: {cause}; if the clocks differ, `time_offset: {} s` in `sensors` of the binding corrects the channels of this topic",
-            told(*after_s),
+            "messages are recorded {}, those of `{}` {}: {cause}; if the clocks differ, `time_offset: {} s` in `sensors` of the binding corrects the channels of this topic",
+            delay(*after_s),
             nearest.topic,
-            told(nearest.after_s),
+            delay(nearest.after_s),
             ShortNumber(by_s)
         );
         let (start_s, end_s) = (*start_s, *end_s);
@@ -41,8 +41,8 @@ pub(super) fn different_clocks(topics: &[TopicClock]) -> Vec<Issue> {
     topics.iter().filter_map(issue).collect()
 }
 
-/// How long after its stamp a message was recorded, in words.
-fn told(after_s: f64) -> String {
+/// Formats the time from the stamp of a message to its recording.
+fn delay(after_s: f64) -> String {
     let after_s = rounded(after_s);
     let side = if after_s < 0.0 { "before" } else { "after" };
     format!("{} s {side} their stamps", ShortNumber(after_s.abs()))

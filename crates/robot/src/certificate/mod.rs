@@ -9,4 +9,4 @@ pub mod search;
 
 pub use cell_box::{CellBox, Face};
 pub use quantities::{CellQuantity, QUANTITIES};
-pub use search::{Certificate, FaceReport, Limits, Runner, Stop, Uncertified, certify};
+pub use search::{Certificate, CertificationFailure, FaceReport, Limits, Runner, Stop, certify};

@@ -10,7 +10,7 @@
 //! All points are drawn independently and uniformly, as the bound of Clopper and Pearson requires. Runs of one batch do not depend on each other, so the number
 //! of threads does not change the result.
 
-use super::binomial::{RATE, lower_bound, round_confidence, runs_without_failure};
+use super::binomial::{CONFIDENCE, RATE, lower_bound, round_confidence, runs_without_failure};
 use super::cell_box::{CellBox, Face, Point, farthest};
 use super::quantities::CellQuantity;
 use crate::simulation::CellVariation;
@@ -82,9 +82,9 @@ pub struct Certificate {
     pub runs: usize,
 }
 
-/// Why there is no certificate.
+/// The reason for which a search finds no certificate.
 #[derive(Clone, Debug)]
-pub enum Uncertified {
+pub enum CertificationFailure {
     /// The run of the nominal cell fails.
     Nominal(Box<Fault>),
     /// The runs were used up.
@@ -99,13 +99,13 @@ pub fn certify<E>(
     quantities: &[&'static CellQuantity],
     limits: Limits,
     run: &mut Runner<'_, E>,
-) -> Result<Result<Certificate, Uncertified>, E> {
+) -> Result<Result<Certificate, CertificationFailure>, E> {
     let rng = ChaCha8Rng::seed_from_u64(limits.seed);
     let mut search = Search { quantities, run, rng, limit: limits.runs, runs: 0, known: Vec::new() };
     match search.certificate() {
         Ok(certificate) => Ok(Ok(certificate)),
-        Err(Halt::Nominal(fault)) => Ok(Err(Uncertified::Nominal(fault))),
-        Err(Halt::Runs) => Ok(Err(Uncertified::Runs(search.runs))),
+        Err(Halt::Nominal(fault)) => Ok(Err(CertificationFailure::Nominal(fault))),
+        Err(Halt::Runs) => Ok(Err(CertificationFailure::Runs(search.runs))),
         Err(Halt::Runner(error)) => Err(error),
     }
 }
@@ -460,8 +460,8 @@ impl<E> Search<'_, '_, E> {
 /// Returns the number of runs in steps beyond a face that decide whether it can move there: their part of the largest sample of the larger box that one failure
 /// refutes.
 fn runs_beyond(width: i32, steps: i32) -> usize {
-    let mut whole = runs_without_failure(RATE);
-    while lower_bound(whole, whole + 1, RATE) < RATE {
+    let mut whole = runs_without_failure(CONFIDENCE);
+    while lower_bound(whole, whole + 1, CONFIDENCE) < RATE {
         whole += 1;
     }
     let [width, steps] = [width, steps].map(|count| usize::try_from(count).unwrap_or(0));

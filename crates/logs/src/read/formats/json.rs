@@ -88,7 +88,7 @@ const MAX_DEPTH: usize = 16;
 const STAMPS: [&str; 5] =
     ["/header/stamp", "/timestamp", "/stamp", "/transforms/0/header/stamp", "/transforms/0/timestamp"];
 
-/// The units of a stamp that is one number, ns, by the least number that is taken for each: 1973 in s, ms, us and ns. A smaller number is no time since 1970.
+/// The units of a stamp that is one number, ns, by the least number that is taken for each: 1973 in s, ms, us and ns. A smaller number is not a time since 1970.
 #[cfg(feature = "mcap")]
 const EPOCH_UNITS: [(f64, f64); 4] = [(1e17, 1.0), (1e14, 1e3), (1e11, 1e6), (1e8, 1e9)];
 

@@ -1,7 +1,7 @@
 //! Certificates of programs whose limits are known in closed form.
 
 use teachtree_robot::certificate::binomial::{RATE, lower_bound, round_confidence, runs_without_failure};
-use teachtree_robot::certificate::{CellQuantity, Certificate, Limits, QUANTITIES, Uncertified, certify};
+use teachtree_robot::certificate::{CellQuantity, Certificate, CertificationFailure, Limits, QUANTITIES, certify};
 use teachtree_robot::simulation::{CellVariation, Fault, FaultKind};
 
 /// `scipy.stats.binomtest(successes, runs, alternative="greater").proportion_ci(confidence, method="exact").low`, SciPy 1.16.
@@ -42,7 +42,7 @@ fn holds(cell: &CellVariation) -> Option<Fault> {
     }
 }
 
-fn certified(names: &[&str], seed: u64, runs: usize) -> Result<Certificate, Uncertified> {
+fn certified(names: &[&str], seed: u64, runs: usize) -> Result<Certificate, CertificationFailure> {
     let mut cells_of = |_: &str, cells: &[CellVariation]| Ok::<_, ()>(cells.iter().map(holds).collect());
     certify(&quantities(names), Limits { seed, runs }, &mut cells_of).unwrap()
 }
@@ -99,7 +99,7 @@ fn a_seed_gives_the_same_certificate_again() {
 #[test]
 fn a_search_ends_within_its_runs() {
     for runs in [1, 10, 100] {
-        let Err(Uncertified::Runs(used)) = certified(&["friction", "mass"], 1, runs) else { panic!("{runs}") };
+        let Err(CertificationFailure::Runs(used)) = certified(&["friction", "mass"], 1, runs) else { panic!("{runs}") };
         assert!(used <= runs);
     }
     let mut fails = |_: &str, cells: &[CellVariation]| {
@@ -107,5 +107,5 @@ fn a_search_ends_within_its_runs() {
         Ok::<_, ()>(vec![Some(Fault::new(FaultKind::NotDone, "dropped".into()))])
     };
     let found = certify(&quantities(&["mass"]), Limits { seed: 1, runs: 100 }, &mut fails).unwrap();
-    assert!(matches!(found, Err(Uncertified::Nominal(fault)) if fault.text == "dropped"));
+    assert!(matches!(found, Err(CertificationFailure::Nominal(fault)) if fault.text == "dropped"));
 }

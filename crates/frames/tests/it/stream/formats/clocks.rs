@@ -32,9 +32,9 @@ fn topics_with_stamps_of_different_clocks_are_reported_with_the_offset() {
             .collect();
         of_clocks.join("\n")
     };
-    insta::assert_snapshot!(told(0.4, PALM), @"/wrench: its messages were recorded 0.4 s before their stamps, those of `/grip` 0 s after their stamps: it has another clock; if the clocks differ, `time_offset: -0.4 s` in `sensors` of the binding corrects the channels of this topic");
-    insta::assert_snapshot!(told(-1.0, PALM), @"/wrench: its messages were recorded 1 s after their stamps, those of `/grip` 0 s after their stamps: it has another clock, or its sensor is slow; if the clocks differ, `time_offset: 1 s` in `sensors` of the binding corrects the channels of this topic");
-    // The delay of a network or of a driver is none of a clock.
+    insta::assert_snapshot!(told(0.4, PALM), @"/wrench: messages are recorded 0.4 s before their stamps, those of `/grip` 0 s after their stamps: the clocks differ; if the clocks differ, `time_offset: -0.4 s` in `sensors` of the binding corrects the channels of this topic");
+    insta::assert_snapshot!(told(-1.0, PALM), @"/wrench: messages are recorded 1 s after their stamps, those of `/grip` 0 s after their stamps: the clocks differ, or the sensor is slow; if the clocks differ, `time_offset: 1 s` in `sensors` of the binding corrects the channels of this topic");
+    // A network or a driver delays messages by as much.
     assert_eq!(told(-0.3, PALM), "");
     assert_eq!(told(0.05, PALM), "");
     // The binding corrects it.

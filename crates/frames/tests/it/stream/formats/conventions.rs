@@ -129,7 +129,7 @@ fn units_may_be_words() {
         bound_text("log.csv", "t (msec),f [gf]\n0,100\n10,100\n", "time: t\nchannels: {right.palm.level: f}\n")
             .unwrap();
     assert!(near(values(&log, "right.palm.level"), &[0.980_665; 2]) && log.time[1] == 0.01);
-    // An ordinal number and a part of the body are no units.
+    // Ordinal numbers and parts of the body are not units.
     let text = "t,marker (second),x (foot)\n0,1,2\n";
     assert_eq!(
         values(
@@ -162,7 +162,7 @@ fn headings_of_other_programs_are_read_whatever_the_name_ends_in() {
     assert_eq!(titles("log.csv", motive), [&["Frame", "Time (Seconds)"], &wanted[..]].concat());
     // A delimiter behind the titles alone is surplus.
     assert_eq!(titles("log.csv", "t,a,\n0,1\n1,1\n"), ["t", "a"]);
-    // Text without rows of numbers is no table.
+    // Text without rows of numbers is not a table.
     let folder = folder(&[("notes.md", "# Notes\n1, 2\n"), ("log.json", "[\n0.1,\n0.2,\n0.3]\n")]);
     for name in ["notes.md", "log.json"] {
         let error = bound(&folder.path().join(name), "").unwrap_err();
