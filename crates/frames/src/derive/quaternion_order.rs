@@ -18,6 +18,40 @@ const THERE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Maximum distance of a body from its pose in the scene, m.
 const AWAY: f64 = 0.100;
 
+/// An order in which the components may really be that are read as w, x, y, z.
+pub struct Order {
+    /// The places of w, x, y, z among the components as they are read.
+    places: [usize; 4],
+    /// What the columns hold.
+    columns: &'static str,
+    /// The patterns of a binding: for canonical names, for any, and the one that reads them wrongly.
+    canonical: &'static str,
+    pattern: &'static str,
+    instead: &'static str,
+}
+
+/// The other orders in use: scalar last that is read as scalar first, and the reverse.
+pub const ORDERS: [Order; 2] = [
+    Order { places: [3, 0, 1, 2], columns: "x, y, z, w", canonical: "xyzw=w x y z", pattern: "xyzw", instead: "wxyz" },
+    Order { places: [1, 2, 3, 0], columns: "z, w, x, y", canonical: "wxyz=x y z w", pattern: "wxyz", instead: "xyzw" },
+];
+
+impl Order {
+    /// The components w, x, y, z of a quaternion as it is read.
+    pub fn of(&self, read: [f64; 4]) -> [f64; 4] {
+        self.places.map(|place| read[place])
+    }
+
+    /// The condition and the binding that meets it: `the columns that are read as w, x, y, z are …: if they are, write …`.
+    pub fn advice(&self, channel: &str) -> String {
+        let Self { columns, canonical, pattern, instead, .. } = self;
+        format!(
+            "the columns that are read as w, x, y, z are {columns}: if they are, write `<{pattern}=…>` instead of `<{instead}=…>` in a binding, or \
+             `{channel}: {channel}.<{canonical}>` for columns with canonical names"
+        )
+    }
+}
+
 /// Returns an issue for rotations that are not as the scene has them at the start, and would be in another order; none when a body of the log is as the
 /// scene has it, for a log has one order.
 pub fn swapped(measured: &CleanLog) -> Vec<Issue> {
@@ -32,19 +66,16 @@ pub fn swapped(measured: &CleanLog) -> Vec<Issue> {
         if as_read < THERE {
             return vec![];
         }
-        let xyzw = (off([d, a, b, c]), "x, y, z, w", "xyzw=w x y z", "wxyz");
-        let wxyz = (off([b, c, d, a]), "z, w, x, y", "wxyz=x y z w", "xyzw");
-        let nearest = if xyzw.0 <= wxyz.0 { xyzw } else { wxyz };
-        let (by, hold, said, instead) = nearest;
+        let by_order = ORDERS.iter().map(|order| (order, off(order.of([a, b, c, d]))));
+        let Some((order, by)) = by_order.min_by(|(_, one), (_, other)| one.total_cmp(other)) else { continue };
         if as_read < ELSEWHERE || by > THERE || !stands(measured, name, body, start) {
             continue;
         }
-        let order = said.split('=').next().unwrap_or_default();
         let message = format!(
-            "at the start it differs by {}° from the `rotation` of the scene, and by {}° if the columns that are read as w, x, y, z are {hold}: if they \
-             are, write `<{order}=…>` instead of `<{instead}=…>` in a binding, or `{channel}: {channel}.<{said}>` for columns with canonical names",
+            "at the start it differs by {}° from the `rotation` of the scene, and by {}° if {}",
             degrees(as_read),
-            degrees(by)
+            degrees(by),
+            order.advice(&channel)
         );
         issues.push(measured.over_all(IssueKind::IMPLAUSIBLE_ROTATION, &channel, message));
     }

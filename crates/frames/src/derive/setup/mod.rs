@@ -14,6 +14,7 @@ pub mod placement;
 mod rests;
 mod survey;
 mod tool_points;
+mod turns;
 mod units;
 
 pub use survey::{Survey, grips};
@@ -30,6 +31,7 @@ pub fn issues(scene: &Scene, survey: &Survey) -> Vec<Issue> {
     let mut issues = gripper_flags::issues(scene, survey);
     issues.extend(holds::issues(scene, survey));
     issues.extend(tool_points::issues(scene, survey));
+    issues.extend(turns::issues(scene, survey));
     issues.extend(insertions::issues(scene, survey));
     issues.extend(overlaps::issues(scene, survey));
     issues.extend(hanging::issues(scene, survey));

@@ -13,10 +13,11 @@ use teachtree_logs::read::csv;
 use teachtree_world::{shipped, teach};
 
 /// The kinds of these mistakes.
-const KINDS: [&str; 8] = [
+const KINDS: [&str; 9] = [
     "changed_offset",
     "distant_tool_point",
     "hanging_object",
+    "implausible_rotation",
     "implausible_unit",
     "inconsistent_hold",
     "misplaced_socket",
@@ -287,6 +288,43 @@ fn a_socket_at_table_height_beside_the_insertions_is_reported() {
     }
     // A wall may be between.
     assert_eq!(moved(&log, "block", [0.03, 0.0, 0.0]), "");
+}
+
+/// The plug is turned by 60° about the vertical and tilted while the gripper carries it; `read` are the places of w, x, y, z in the columns.
+fn turned_plug(read: [(&str, [usize; 4]); 2]) -> Vec<String> {
+    let mut log = plug_log();
+    let turn = |time: f64| {
+        let share = ((time - 3.5) / 1.5).clamp(0.0, 1.0);
+        let tilt = 0.5 * (std::f64::consts::TAU * share).sin();
+        UnitQuaternion::from_euler_angles(tilt, 0.6 * tilt, share * PI / 3.0)
+    };
+    let in_hand = UnitQuaternion::from_euler_angles(PI, 0.2, 0.3);
+    for ((channel, places), of_body) in read.into_iter().zip([in_hand, UnitQuaternion::identity()]) {
+        let turns = log.time.iter().map(|time| (turn(*time) * of_body).into_inner().coords);
+        let parts: Vec<[f64; 4]> = turns.map(|q| [q.w, q.x, q.y, q.z]).collect();
+        for (part, place) in ["w", "x", "y", "z"].into_iter().zip(places) {
+            let values = parts.iter().map(|parts| parts[place]).collect();
+            log.columns.insert(format!("{channel}.{part}"), Column { dimension: Dimension::NONE, values });
+        }
+    }
+    mistakes(&log)
+}
+
+#[test]
+fn quaternions_in_another_order_than_the_hand_are_reported() {
+    let (right, scalar_last, scalar_first) = ([0, 1, 2, 3], [1, 2, 3, 0], [3, 0, 1, 2]);
+    let with = |hand, plug| turned_plug([("right.palm.rotation", hand), ("plug.rotation", plug)]);
+    assert_eq!(with(right, right), [""; 0]);
+    for (found, channel, pattern) in [
+        (with(scalar_last, right), "right.palm.rotation", "write `<xyzw=…>` instead of `<wxyz=…>`"),
+        (with(right, scalar_last), "plug.rotation", "write `<xyzw=…>` instead of `<wxyz=…>`"),
+        (with(scalar_first, right), "right.palm.rotation", "write `<wxyz=…>` instead of `<xyzw=…>`"),
+        (with(right, scalar_first), "plug.rotation", "write `<wxyz=…>` instead of `<xyzw=…>`"),
+    ] {
+        let begin =
+            format!("implausible_rotation {channel}: while the right hand grips `plug`, their turns differ by ");
+        assert!(found.iter().any(|it| it.starts_with(&begin) && it.contains(pattern)), "{found:?}");
+    }
 }
 
 #[test]
