@@ -140,7 +140,7 @@ impl Score {
         report::score::picture(score, &self.meta)
     }
 
-    /// What is to be said about the labels: intervals with two labels that differ.
+    /// Warnings about the labels: intervals with two labels that differ, rows that are frames of a video.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -197,7 +197,9 @@ impl LabelsInternals for Labels {
         let Some(path) = &self.file else { return Ok((own_truth(opened, map)?, Vec::new())) };
         let labels = read_labels(&label_file(path, &opened.log)?, opened, map, known)?;
         let truth = Truth::of_labels(&labels, self.track.or(analysis.only()), map, known)?;
-        Ok((truth, contradictions(&labels)))
+        let mut warnings = contradictions(&labels);
+        warnings.extend(frames_of_video(&labels, &truth, opened, analysis));
+        Ok((truth, warnings))
     }
 
     fn of_any_names(
@@ -219,6 +221,29 @@ impl LabelsInternals for Labels {
         };
         Ok((Truth::of_labels(&labels, self.track.or(only), map, &known)?, contradictions(&labels)))
     }
+}
+
+/// The warning about labels that count frames of a video, and were read as rows of the log.
+fn frames_of_video(
+    labels: &labels::Labels,
+    truth: &Truth,
+    opened: &OpenedLog,
+    analysis: &AnalysisResult,
+) -> Option<String> {
+    let (first_s, last_s) = (*opened.row_time.first()?, *opened.row_time.last()?);
+    if !labels.in_rows || last_s <= first_s {
+        return None;
+    }
+    let rows_hz = (opened.row_time.len() - 1) as f64 / (last_s - first_s);
+    let found = score::video_frames(truth, analysis, first_s, rows_hz)?;
+    let percent = |share: f64| fixed(100.0 * share, 0);
+    Some(format!(
+        "{}: as rows of the log, {} % of the labeled time agrees with the analysis; as frames of a video at {} Hz, {} %; give the labels in seconds, or in rows of the log",
+        labels.file,
+        percent(found.as_rows),
+        fixed(found.rate_hz, 0),
+        percent(found.as_frames)
+    ))
 }
 
 /// The warning about labels that differ at one time.

@@ -93,6 +93,33 @@ fn own_labels_in_a_file_score_as_in_the_log() {
 }
 
 #[test]
+fn frames_of_a_video_read_as_rows_are_warned_about() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded(folder.path(), &["1"]);
+    let log = folder.path().join("1.csv");
+    let mut reader = csv::Reader::from_path(&log).unwrap();
+    let column = reader.headers().unwrap().iter().position(|name| name == "right.label").unwrap();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let time = |row: usize| rows.get(row).unwrap_or(rows.last().unwrap())[0].parse::<f64>().unwrap();
+    let labels = |rate_hz: Option<f64>| {
+        let mut text = "start_frame,end_frame,label\n".to_string();
+        let frame = |row: usize| rate_hz.map_or(row, |rate_hz| ((time(row) - time(0)) * rate_hz).round() as usize);
+        let mut start = 0;
+        for run in rows.chunk_by(|one, next| one[column] == next[column]) {
+            text.push_str(&format!("{},{},{}\n", frame(start), frame(start + run.len()), &run[0][column]));
+            start += run.len();
+        }
+        let file = folder.path().join("labels.csv");
+        std::fs::write(&file, text).unwrap();
+        complained(&teachtree(&["score", log.to_str().unwrap(), "--labels", file.to_str().unwrap()], "1"))
+    };
+    let warned = labels(Some(30.0));
+    assert!(warned.contains("as frames of a video at 30 Hz"), "{warned}");
+    let warned = labels(None);
+    assert!(!warned.contains("frames of a video"), "{warned}");
+}
+
+#[test]
 fn a_relabeled_truth_is_reported_as_the_result_is() {
     let folder = tempfile::tempdir().unwrap();
     recorded(folder.path(), &["1"]);

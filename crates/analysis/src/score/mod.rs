@@ -16,6 +16,7 @@ pub mod statistics;
 mod tally;
 mod tasks;
 mod truth;
+mod video_frames;
 
 pub use alignment::MAX_PAIRS;
 pub use comparison::{ComparedResult, Comparison, compare};
@@ -27,6 +28,7 @@ pub use statistics::Share;
 pub use tally::{Boundary, BoundaryErrors, Tally, TaskMeasures};
 pub use tasks::{NONE, TaskPair};
 pub use truth::{Span, TrackTruth, Truth};
+pub use video_frames::{VideoFrames, video_frames};
 
 use super::json::Meta;
 use super::{Analysis, Track, TrackId};

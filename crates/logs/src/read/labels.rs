@@ -61,6 +61,8 @@ pub struct Labels {
     pub intervals: Vec<Interval>,
     /// Time that two rows label differently, s; it counts as not labeled.
     pub contradicted_s: f64,
+    /// Whether the file gives times as rows of the log.
+    pub in_rows: bool,
 }
 
 /// One labeled interval.
@@ -196,6 +198,7 @@ pub fn table(bytes: impl Read, path: &Path, log: &Path, row_time: &[f64]) -> Res
         return Err(InputError::new(file, message).help("delete the column `log` if all rows are about it"));
     }
     let mut labels = of_intervals(file, intervals)?;
+    labels.in_rows = matches!(columns.times, Times::Rows);
     gaps::close(&mut labels.intervals, row_time);
     Ok(labels)
 }
