@@ -111,7 +111,7 @@ fn unknown_names_are_refused() {
     let labels = |name: &str, kind, track: Option<TrackId>| Labels {
         file: "labels.csv".into(),
         intervals: vec![Interval { place: "row 7".into(), track, kind, name: name.into(), start_s: 0.0, end_s: 1.0 }],
-        contradicted_s: 0.0,
+        ..Labels::default()
     };
     let truth =
         |name: &str, kind, track| Truth::of_labels(&labels(name, kind, track), None, &NameMap::default(), &known());
