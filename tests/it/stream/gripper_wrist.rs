@@ -161,3 +161,23 @@ fn a_held_thing_that_meets_a_surface_while_the_hand_travels_follows_it() {
     assert_eq!(tasks, ["pick_and_place"], "{segments:?}");
     assert_begins(&segments, "Follow", 7.0);
 }
+
+#[test]
+fn a_held_thing_that_comes_down_on_a_surface_is_put_down_there_however_fast() {
+    for speed in [0.005, 0.020, 0.060] {
+        // It is carried from 5 s to 8 s, goes down from 9 s on by 60 mm, meets a surface, presses on it for 2 s, and is carried for 3 s more.
+        let meets = 9.0 + 0.06 / speed;
+        let mut log = String::from("time,px,py,pz,opening,fx,fy,fz\n");
+        for row in 0..2800 {
+            let time = f64::from(row) * 0.01;
+            let x = 0.05 * ((time - 5.0).clamp(0.0, 3.0) + (time - meets - 2.0).clamp(0.0, 3.0));
+            let z = 0.3 - speed * (time - 9.0).clamp(0.0, meets - 9.0);
+            let opening = if (4.0..meets + 5.0).contains(&time) { 0.02 } else { 0.08 };
+            let pressed = if (meets..meets + 2.0).contains(&time) { 5.0 } else { 0.0 };
+            let _ = writeln!(log, "{time:.2},{x},0,{z},{opening},0.1,0,{pressed}");
+        }
+        let (_, segments) = found(&log, 0.05);
+        assert_begins(&segments, "Place", meets);
+        assert!(segments.iter().all(|it| it.0 != "Follow"), "{speed} m/s: {segments:?}");
+    }
+}
