@@ -6,11 +6,13 @@
 ['Move', 'Approach', 'Grasp']
 
 :class:`Log` opens recordings, :class:`Rules` loads rules, :class:`Analysis` has tables, reasons and reports, :func:`analyze_many` works on many
-recordings, :class:`Live` on a log while it is being made, ``teachtree.fleet`` on more than one machine holds. docs/python.md goes through all of it.
+recordings, :func:`learn` makes rules from labels, :class:`Live` works on a log while it is being made, ``teachtree.fleet`` on more than one machine
+holds. docs/python.md goes through all of it.
 """
 
 from ._analysis import Analysis, Explanation, OutcomeReason, RecordingOutcome, Score
 from ._errors import ArgumentError, Diagnostic, Error, LogError, NotFound, RulesError
+from ._learn import Learned, learn
 from ._live import Calibration, Event, Live
 from ._log import Binding, Log, Scene, recordings
 from ._many import Outcome, analyze, analyze_many
@@ -28,6 +30,7 @@ __all__ = [
     "Error",
     "Event",
     "Explanation",
+    "Learned",
     "Live",
     "Log",
     "LogError",
@@ -44,6 +47,7 @@ __all__ = [
     "analyze",
     "analyze_many",
     "check",
+    "learn",
     "recordings",
 ]
 
