@@ -1,6 +1,7 @@
 //! `teachtree fit`: params learned from labeled recordings, held against recordings that were held out.
 
 use super::analysis::AnalysisArgs;
+use super::groups::Groups;
 use super::output_args::FormatArg;
 use super::parallel::{LogResults, ParallelArgs, distinct_failures};
 use super::print_args::is_quiet;
@@ -8,7 +9,7 @@ use super::progress::Progress;
 use super::truth::TruthArgs;
 use super::{Failure, output};
 use std::path::{Path, PathBuf};
-use teachtree_analysis::fit::{self, Fit, MIN_LOGS, Verdict};
+use teachtree_analysis::fit::{self, Fit, HeldGroups, MIN_LOGS, Verdict};
 use teachtree_analysis::score::{KnownNames, NameMap, Stage};
 use teachtree_base::error::InputError;
 use teachtree_base::spelling::nearest;
@@ -19,8 +20,8 @@ use teachtree_session::fitting::{Recording, Runner, fitted, space};
 use teachtree_session::patch::{Patch, patch};
 use teachtree_session::{LabelsInternals, LogInternals, RulesInternals, RulesOptionsInternals};
 
-/// Groups in which recordings are held out unless an option says otherwise, at most.
-const GROUPS: usize = 8;
+/// Folds in which recordings are held out unless an option says otherwise, at most.
+const FOLDS: usize = 8;
 
 /// Options of `fit`.
 #[derive(clap::Args)]
@@ -34,9 +35,12 @@ pub struct Args {
     /// The params to fit; by default all with a range
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     params: Vec<String>,
-    /// Number of groups for cross-validation; by default one for each recording, at most 8
-    #[arg(long, value_name = "GROUPS")]
+    /// Number of folds for cross-validation; by default one for each recording or group, at most 8
+    #[arg(long, value_name = "FOLDS")]
     hold_out: Option<usize>,
+    /// Regular expression whose first capture group is the group of a recording, such as the person, in its name
+    #[arg(long, value_name = "REGEX")]
+    group_by: Option<String>,
     /// Write a patch even if held-out recordings do not confirm it or are too few
     #[arg(long)]
     anyway: bool,
@@ -70,21 +74,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = args.truth.labeled_logs(&args.logs)?;
     let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     args.analysis.checked_inputs(&logs, &places)?;
-    let groups = args.hold_out.unwrap_or(logs.len().min(GROUPS));
-    if args.hold_out.is_some() && !(2..=logs.len()).contains(&groups) {
-        let message = format!("{groups} groups of {} recordings", logs.len());
-        return Err(InputError::new("--hold-out", message)
-            .help("at least 2, and no more than there are recordings")
-            .into());
-    }
+    let groups = groups(args, &logs)?;
     let (runner, params) = opened(args, &logs)?;
     let space = space(&runner.rules, &params);
-    let names = runner.names();
-    let searches = args.anyway || names.len() >= MIN_LOGS;
+    let searches = args.anyway || logs.len() >= MIN_LOGS;
     let progress = (searches && !is_quiet()).then(|| Progress::new("fitting"));
     let mut shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
     let fitted =
-        fitted(names, &space, groups, args.anyway, &mut |points| runner.objectives(&space, points), &mut shown);
+        fitted(&runner, &space, &groups, args.anyway, &mut |points| runner.objectives(&space, points), &mut shown);
     drop(progress);
     let found = if fitted.verdict == Verdict::Gain || args.anyway && !fitted.changed().is_empty() {
         Some(patch(&runner.rules, &params, &space.params, &fitted.point))
@@ -93,6 +90,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     print_fit(args, &logs, &runner.rules, &fitted, found.as_ref())?;
     if found.is_some() { Ok(()) } else { Err(Failure::Negative) }
+}
+
+/// The groups in which recordings are held out: those that `--group-by` names, or each recording.
+fn groups(args: &Args, logs: &[PathBuf]) -> Result<HeldGroups, InputError> {
+    let of_logs = match args.group_by.as_deref() {
+        Some(pattern) => Groups::new(logs, Some(pattern))?.of_logs,
+        None => (0..logs.len()).collect(),
+    };
+    let count = of_logs.iter().max().map_or(0, |last| last + 1);
+    if args.group_by.is_some() && count < 2 {
+        return Err(InputError::new("--group-by", "puts all recordings into 1 group, expected at least 2")
+            .help("one of them is held out while the others are fitted"));
+    }
+    let folds = args.hold_out.unwrap_or(count.min(FOLDS));
+    if args.hold_out.is_some() && !(2..=count).contains(&folds) {
+        let (what, of) = if args.group_by.is_some() { ("folds", "groups") } else { ("groups", "recordings") };
+        return Err(InputError::new("--hold-out", format!("{folds} {what} of {count} {of}"))
+            .help(format!("at least 2, and no more than there are {of}")));
+    }
+    Ok(HeldGroups { of_logs, folds })
 }
 
 /// A recording that was opened, with the rules that read it.

@@ -1,17 +1,16 @@
 //! `teachtree learn`: a rule file learned from labeled recordings, measured on groups of recordings that were held out.
 
 mod extension;
-mod groups;
 mod json;
 
 use super::analysis::AnalysisArgs;
+use super::groups::Groups;
 use super::output_args::FormatArg;
 use super::parallel::{LogResults, ParallelArgs, distinct_failures};
 use super::print_args::is_quiet;
 use super::progress::Progress;
 use super::truth::TruthArgs;
 use super::{Failure, output};
-use groups::Groups;
 use json::RuleOutput;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

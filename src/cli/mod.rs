@@ -23,6 +23,7 @@ mod fail_on;
 mod fit;
 mod fmt;
 mod graph;
+mod groups;
 mod help;
 mod init;
 mod inputs;

@@ -165,6 +165,39 @@ fn what_is_found_is_reported_and_is_the_same_every_time() {
     assert_eq!(said(&output), said(&alone.env("RAYON_NUM_THREADS", "1").output().unwrap()), "threads change nothing");
 }
 
+/// The recordings of a person are held out together, and their gains are one.
+#[test]
+fn groups_are_held_out_by_their_names() {
+    let folder = folder(&belt("300 mm/s", "250 mm/s"), &[]);
+    for (name, text) in ["ann_1", "ann_2", "bob_1", "bob_2", "eve_1"].iter().zip(recordings(5)) {
+        std::fs::write(folder.path().join(format!("logs/{name}.csv")), text).unwrap();
+    }
+    let args = ["--params", "run_on,run_off", "--group-by", "^([a-z]+)_"];
+    let output = fit(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
+    let text = said(&output);
+    assert!(text.contains("gain on held-out groups") && text.contains("t test over 3 groups, p = 0.0"), "{text}");
+    let found = json(&fit(folder.path(), &[&args[..], &["--format", "json"]].concat()));
+    let held = |fold: &Value| {
+        let names = fold["recordings"].as_array().unwrap().iter().map(|one| one["log"].as_str().unwrap().to_string());
+        names.collect::<Vec<_>>()
+    };
+    let folds: Vec<Vec<String>> = found["held_out"]["folds"].as_array().unwrap().iter().map(held).collect();
+    assert_eq!(
+        folds,
+        [vec!["logs/ann_1.csv", "logs/ann_2.csv"], vec!["logs/bob_1.csv", "logs/bob_2.csv"], vec!["logs/eve_1.csv"]]
+    );
+    for (args, wanted) in [
+        (&["--group-by", "_"][..], "puts all recordings into 1 group, expected at least 2"),
+        (&["--group-by", "^([a-z]+)_", "--hold-out", "4"], "4 folds of 3 groups"),
+        (&["--group-by", "z"], "--group-by: `z` does not match `ann_1`"),
+    ] {
+        let output = fit(folder.path(), args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", all_said(&output));
+        assert!(all_said(&output).contains(wanted), "{args:?}: {}", all_said(&output));
+    }
+}
+
 #[test]
 fn thresholds_keep_their_order_and_params_their_ranges() {
     // The truth lies below both ranges: the best that may be is their lower end, one below the other.

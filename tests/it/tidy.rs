@@ -42,7 +42,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
             "crates/learn/src/validation.rs",
         ],
     ),
-    ("regex_lite", &["src/cli/learn/groups.rs"]),
+    ("regex_lite", &["src/cli/groups.rs"]),
     ("glob", &["crates/session/src/project_file/"]),
     ("statrs", &["crates/robot/src/certificate/binomial.rs"]),
     ("similar", &["crates/session/src/patch.rs"]),

@@ -41,12 +41,15 @@ fn objectives(text: &mut String, fit: &Fit) {
     let held = fit.held_out.as_ref();
     let head = if held.is_some() { "  held out: in the files    fitted" } else { "" };
     let _ = writeln!(text, "\n                    in the files    fitted{head}");
-    for (number, name) in ["objective", "  frame accuracy", "  segmental F1", "  boundaries"].into_iter().enumerate() {
+    let boundaries = format!("  boundaries ±{} s", fixed(fit.tolerance_s, 2));
+    for (number, name) in
+        ["objective", "  frame accuracy", "  segmental F1", boundaries.as_str()].into_iter().enumerate()
+    {
         let part = |objective: &Objective| {
             let parts = [objective.objective, objective.accuracy, objective.f1, objective.boundaries];
             parts.get(number).map_or(String::new(), |part| percent(*part))
         };
-        let mut line = format!("{name:18}{:>14}{:>10}", part(&fit.before), part(&fit.after));
+        let mut line = format!("{name:20}{:>12}{:>10}", part(&fit.before), part(&fit.after));
         if let Some(held) = held {
             let _ = write!(line, "{:>24}{:>10}", part(&held.before), part(&held.after));
         }
@@ -101,7 +104,12 @@ fn table(text: &mut String, rows: &[[String; 5]]) {
 fn verdict(fit: &Fit) -> String {
     let spread = fit.held_out.as_ref().map_or(String::new(), |held| {
         let (gain, at_least) = (percent(held.gain), percent(held.at_least));
-        format!("the gain on held-out recordings is {gain}, at least {at_least} with 95 % confidence")
+        let of = if held.groups == fit.logs.len() { "recordings" } else { "groups" };
+        let p_value = if held.p_value < 0.001 { "< 0.001".into() } else { format!("= {:.3}", held.p_value) };
+        format!(
+            "the gain on held-out {of} is {gain}, at least {at_least} with 95 % confidence (t test over {} {of}, p {p_value})",
+            held.groups
+        )
     });
     match fit.verdict {
         Verdict::Gain => format!("better: {spread}"),

@@ -9,7 +9,9 @@ use rayon::prelude::*;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
-use teachtree_analysis::fit::{self, Fit, FitParam, MIN_LOGS, Objective, Objectives, ParamVector, Space, Verdict};
+use teachtree_analysis::fit::{
+    self, Fit, FitParam, HeldGroups, MIN_LOGS, Objective, Objectives, ParamVector, Space, Verdict,
+};
 use teachtree_analysis::json::Meta;
 use teachtree_analysis::score::{Stage, Tally, Truth, score};
 use teachtree_analysis::{self as analysis, Analysis, check_rate};
@@ -49,7 +51,7 @@ impl Recording {
     }
 
     /// The objective of changed rules on this recording; `None` if they cannot run.
-    fn objective(&self, set: &CompiledRules, stage: Stage) -> Option<Objective> {
+    fn objective(&self, set: &CompiledRules, stage: Stage, tolerance_s: f64) -> Option<Objective> {
         let CompiledRules { rules, graph, is_base, channels } = set;
         // A default of a channel may read a param: then what is derived is derived again.
         let anew = if *channels == self.channels { None } else { Some(self.log.opened().ok()?.frames(channels).ok()?) };
@@ -63,7 +65,7 @@ impl Recording {
         let found = analysis::analyze(rules, frames, again.ok()?.as_ref().unwrap_or(&self.run.leaves));
         let mut tally = Tally::default();
         score(&self.truth, &found, stage, &self.meta).ok()?.iter().for_each(|row| tally.add(&row.tally));
-        Some(Objective::new(&tally))
+        Some(Objective::new(&tally, tolerance_s))
     }
 }
 
@@ -83,6 +85,8 @@ type PointBits = Vec<u64>;
 pub struct Runner {
     /// The rules with the values in the files.
     pub rules: Rules,
+    /// The tolerance of boundaries, s.
+    tolerance_s: f64,
     recordings: Vec<Recording>,
     graph: Graph,
     request: Request,
@@ -94,7 +98,8 @@ impl Runner {
     /// A runner of the rules that a request loads.
     pub fn new(recordings: Vec<Recording>, rules: Rules, request: Request, stage: Stage) -> Self {
         let graph = lower(&rules);
-        Self { rules, recordings, graph, request, stage, known: RefCell::default() }
+        let tolerance_s = fit::tolerance_s(recordings.iter().map(|recording| &recording.truth));
+        Self { rules, tolerance_s, recordings, graph, request, stage, known: RefCell::default() }
     }
 
     /// The recordings by name.
@@ -115,11 +120,11 @@ impl Runner {
         let sets: Vec<Option<CompiledRules>> =
             new.par_iter().map(|point| compiled(request, graph, space, point)).collect();
         // Every recording of every point by itself; collecting keeps their order, so threads change nothing.
-        let (recordings, stage) = (&self.recordings, self.stage);
+        let (recordings, stage, tolerance_s) = (&self.recordings, self.stage, self.tolerance_s);
         let jobs: Vec<(&Option<CompiledRules>, &Recording)> =
             sets.iter().flat_map(|set| recordings.iter().map(move |recording| (set, recording))).collect();
         let objectives: Vec<Option<Objective>> =
-            jobs.par_iter().map(|(set, recording)| recording.objective(set.as_ref()?, stage)).collect();
+            jobs.par_iter().map(|(set, recording)| recording.objective(set.as_ref()?, stage, tolerance_s)).collect();
         for (point, objectives) in new.iter().zip(objectives.chunks(recordings.len().max(1))) {
             let all: Option<Vec<Objective>> = objectives.iter().copied().collect();
             self.known.borrow_mut().insert(key(point), all.map(Rc::from));
@@ -161,16 +166,17 @@ pub fn space(rules: &Rules, params: &[ParamSite]) -> Space {
     Space { params: params.iter().map(param).collect(), pairs: pairs.collect() }
 }
 
-/// Searches, and holds recordings out in `groups`. Too few recordings are searched only `anyway`, and none is held out then. `shown` receives the share that
+/// Searches, and holds recordings of `runner` out in `groups`. Too few recordings are searched only `anyway`, and none is held out then. `shown` receives the share that
 /// is done, 0 to 1.
 pub fn fitted(
-    logs: Vec<String>,
+    runner: &Runner,
     space: &Space,
-    groups: usize,
+    groups: &HeldGroups,
     anyway: bool,
     objectives: &mut Objectives,
     shown: &mut fit::Progress,
 ) -> Fit {
+    let logs = runner.names();
     let all: Vec<usize> = (0..logs.len()).collect();
     let start = space.start();
     let objective_of = |objectives: &mut Objectives, point: &ParamVector| {
@@ -180,6 +186,7 @@ pub fn fitted(
     let before = objective_of(objectives, &start);
     let mut fitted = Fit {
         space: space.clone(),
+        tolerance_s: runner.tolerance_s,
         idle: Vec::new(),
         point: start,
         before,
@@ -192,15 +199,16 @@ pub fn fitted(
     if too_few && !anyway {
         return fitted;
     }
-    let searches = if too_few { 1.0 } else { groups as f64 + 1.0 };
+    let folds = groups.folds as f64;
+    let searches = if too_few { 1.0 } else { folds + 1.0 };
     fitted.idle = fit::idle(space, objectives);
     fitted.point = fit::search(space, &all, &fitted.idle, objectives, &mut |part| shown(part / searches));
     fitted.after = objective_of(objectives, &fitted.point);
     if fitted.changed().is_empty() {
         fitted.verdict = Verdict::NothingToGain;
     } else if !too_few {
-        let mut inner = |part: f64| shown((1.0 + part * groups as f64) / searches);
-        let held_out = fit::cross_validation(space, all.len(), groups, &fitted.idle, objectives, &mut inner);
+        let mut inner = |part: f64| shown((1.0 + part * folds) / searches);
+        let held_out = fit::cross_validation(space, groups, &fitted.idle, objectives, &mut inner);
         fitted.verdict = if held_out.is_borne_out() { Verdict::Gain } else { Verdict::NotBorneOut };
         fitted.held_out = Some(held_out);
     }

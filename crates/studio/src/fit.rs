@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, MutexGuard, PoisonError};
 use teachtree_analysis::Analysis as AnalysisResult;
-use teachtree_analysis::fit::Verdict;
+use teachtree_analysis::fit::{HeldGroups, Verdict};
 use teachtree_analysis::score::{KnownNames, Stage};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_frames::OpenedLog;
@@ -122,14 +122,15 @@ impl Studio {
         let space = space(rules.set(), &sites);
         let request = options.request_for(first.log());
         let runner = Runner::new(recordings, rules.set().clone(), request, Stage::Relabeled);
-        let groups = runner.names().len().min(GROUPS);
+        let logs = runner.names().len();
+        let groups = HeldGroups::of_recordings(logs, logs.min(GROUPS));
         let mut objectives = |points: &[Vec<f64>]| {
             let is_stopped = self.fitting().stopped;
             // When no point can run, the search ends at once.
             if is_stopped { vec![None; points.len()] } else { runner.objectives(&space, points) }
         };
         let mut shown = |part: f64| self.fitting().part = part;
-        let fitted = fitted(runner.names(), &space, groups, true, &mut objectives, &mut shown);
+        let fitted = fitted(&runner, &space, &groups, true, &mut objectives, &mut shown);
         let files: Vec<String> = rules.files().map(str::to_string).collect();
         let changed = fitted.changed();
         let values: Map<String, Value> = changed

@@ -1,10 +1,10 @@
 //! The result of a fit as JSON, schema `teachtree.fit/2`; numbers by one printer.
 //!
 //! ```json
-//! {"schema":"teachtree.fit/2","rules":[],"recordings":[],"verdict":"gain"|"nothing_to_gain"|"not_borne_out"|"too_few",
+//! {"schema":"teachtree.fit/2","rules":[],"recordings":[],"verdict":"gain"|"nothing_to_gain"|"not_borne_out"|"too_few","tolerance_s",
 //!  "before":OBJECTIVE,"after":OBJECTIVE,
 //!  "params":[{"param","unit","before","after","low","high","idle"}],
-//!  "held_out":{"before":OBJECTIVE,"after":OBJECTIVE,"gain","at_least","folds":[{"values":{},"recordings":[{"log","before":OBJECTIVE,"after":OBJECTIVE}]}]},
+//!  "held_out":{"before":OBJECTIVE,"after":OBJECTIVE,"gain","at_least","p_value","folds":[{"values":{},"recordings":[{"log","before":OBJECTIVE,"after":OBJECTIVE}]}]},
 //!  "patch"}
 //! ```
 //!
@@ -29,7 +29,7 @@ pub fn json(fit: &Fit, rules: &[String], patch: Option<&str>) -> String {
     });
     let held_out = fit.held_out.as_ref().map(|held| {
         json!({
-            "before": held.before, "after": held.after, "gain": held.gain, "at_least": held.at_least,
+            "before": held.before, "after": held.after, "gain": held.gain, "at_least": held.at_least, "p_value": held.p_value,
             "folds": held.folds.iter().map(|one| fold(fit, one)).collect::<Vec<_>>(),
         })
     });
@@ -38,6 +38,7 @@ pub fn json(fit: &Fit, rules: &[String], patch: Option<&str>) -> String {
         "rules": rules,
         "recordings": fit.logs,
         "verdict": fit.verdict,
+        "tolerance_s": fit.tolerance_s,
         "before": fit.before,
         "after": fit.after,
         "params": params.collect::<Vec<_>>(),

@@ -8,9 +8,9 @@ mod json;
 mod objective;
 mod search;
 
-pub use cross_validation::{CrossValidation, Fold, MIN_LOGS, Verdict, cross_validation};
+pub use cross_validation::{CrossValidation, Fold, HeldGroups, MIN_LOGS, Verdict, cross_validation};
 pub use json::{SCHEMA, json};
-pub use objective::{Objective, TOLERANCE_S, mean};
+pub use objective::{Objective, mean, tolerance_s};
 pub use search::{MIN_GAIN, Progress, idle, search};
 
 use std::rc::Rc;
@@ -50,6 +50,8 @@ pub struct Fit {
     pub logs: Vec<String>,
     /// The parameters of the fit.
     pub space: Space,
+    /// A boundary with an error of this or more contributes 0, s.
+    pub tolerance_s: f64,
     /// The params that change nothing on these recordings, by position.
     pub idle: Vec<usize>,
     /// The values that were found for all recordings.

@@ -7,6 +7,7 @@ mod both_hands;
 mod campaign;
 mod clutter;
 mod composites;
+mod fit;
 mod grippers;
 mod kinds;
 mod lost_bodies;
