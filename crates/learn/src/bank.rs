@@ -2,13 +2,12 @@
 //! what they mean in a rule file.
 
 use super::objective::{Span, Truth};
-use super::quantities::{Declarations, Family, Number, Sensors, families, has_other, numbers, spelled};
+use super::quantities::{Declarations, Family, Number, Sensors, Source, families, has_other, numbers, spelled};
 use super::{Demonstration, LabeledSpan};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
-use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::inspect::Inspector;
@@ -151,17 +150,16 @@ struct Vocabulary {
 
 impl Vocabulary {
     fn new(demonstrations: &[Demonstration], two_hands: bool, slots: usize) -> Result<Self, InputError> {
-        let channels = |contacts: bool| -> Result<Vec<ChannelSpec>, InputError> {
-            let all = Declarations::all(Sensors { two_hands, contacts, objects: true });
-            Ok(loaded(&all.text(std::iter::empty()))?.channels)
-        };
-        let (with, without) = (channels(true)?, channels(false)?);
-        let has_contacts = |one: &Demonstration| (one.frames)(&with).is_ok();
-        let has_objects = |one: &Demonstration| (one.frames)(&without).is_ok_and(|frames| !frames.objects.is_empty());
-        let contacts = demonstrations.par_iter().all(has_contacts);
-        let measured = Sensors { two_hands, contacts, objects: demonstrations.par_iter().all(has_objects) };
-        let declarations = Declarations::all(measured);
-        let numbers = numbers(measured);
+        let mut measured = Sensors { two_hands, sources: vec![Source::Hand] };
+        for source in Source::OPTIONAL {
+            let channels = loaded(&source.declarations().text(std::iter::empty()))?.channels;
+            let is_measured = |one: &Demonstration| {
+                (one.frames)(&channels).is_ok_and(|frames| source != Source::Objects || !frames.objects.is_empty())
+            };
+            measured.sources.extend(demonstrations.par_iter().all(is_measured).then_some(source));
+        }
+        let declarations = Declarations::all(&measured);
+        let numbers = numbers(&measured);
         let signal = |(at, text): (usize, String)| format!("signal atom_{at} = {text}");
         let texts = numbers.iter().map(|number| spelled(&number.template, false, ""));
         let rules = loaded(&declarations.text(texts.enumerate().map(signal)))?;
@@ -172,7 +170,7 @@ impl Vocabulary {
             .enumerate()
             .map(|(at, number)| thresholds(sampled.iter().flat_map(|one| &one.values[at]).copied(), number))
             .collect();
-        let families = families(&numbers, measured);
+        let families = families(&numbers, &measured);
         let (mut conditions, mut of_family) = (Vec::new(), Vec::new());
         for family in &families {
             let start = conditions.len();

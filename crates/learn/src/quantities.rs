@@ -23,70 +23,91 @@ enum Kind {
     Number(Unit),
 }
 
+/// What a quantity is measured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// The hand, which every recording has; a force that is not measured is constant.
+    Hand,
+    /// Whether the gripper is closed.
+    Closing,
+    /// The contacts of fingers, or the forces that they follow from.
+    Contacts,
+    /// How far the gripper is open.
+    Opening,
+    /// Objects, of which one is the target.
+    Objects,
+}
+
+impl Source {
+    /// Those that a recording may lack.
+    pub const OPTIONAL: [Self; 4] = [Self::Closing, Self::Contacts, Self::Opening, Self::Objects];
+
+    /// The channel that `stream.rules` does not declare.
+    const fn channel(self) -> Option<&'static str> {
+        match self {
+            Self::Closing => Some("gripper.closed : bool"),
+            Self::Opening => Some("gripper.opening : scalar m"),
+            Self::Hand | Self::Contacts | Self::Objects => None,
+        }
+    }
+
+    /// The declarations of its quantities.
+    pub fn declarations(self) -> Declarations {
+        Declarations::of(OF_HAND.iter().filter(|quantity| quantity.source == self).map(|quantity| quantity.name))
+    }
+}
+
 /// A signal.
 struct Quantity {
     name: &'static str,
     definition: &'static str,
     kind: Kind,
-    /// The channel that it reads and `stream.rules` does not declare: its declaration and its default.
-    channel: Option<(&'static str, &'static str)>,
+    source: Source,
 }
 
-const fn quantity(name: &'static str, definition: &'static str, kind: Kind) -> Quantity {
-    Quantity { name, definition, kind, channel: None }
+const fn quantity(name: &'static str, source: Source, definition: &'static str, kind: Kind) -> Quantity {
+    Quantity { name, definition, kind, source }
 }
 
-/// The quantities of each hand; each reads only earlier ones. Those that a log does not measure are constant, and constant conditions are left out.
+/// The quantities of each hand; each reads only earlier ones.
 const OF_HAND: &[Quantity] = &[
-    Quantity {
-        channel: Some(("gripper.closed : bool", "false")),
-        ..quantity("closed", "gripper.closed", Kind::Condition)
-    },
-    quantity("touching", CONTACTS, Kind::Condition),
-    quantity("place", "mean(fingers.position)", Kind::Place),
-    quantity("height", "place.z", Kind::Number(MM)),
-    quantity("speed", "norm(rate(place, 500 ms))", Kind::Number(MM_PER_S)),
-    quantity("climb", "rate(height, 500 ms)", Kind::Number(MM_PER_S)),
-    quantity("force", "norm(sum(fingers.force))", Kind::Number(NEWTON)),
-    Quantity {
-        channel: Some(("gripper.opening : scalar m", "1 m")),
-        ..quantity("opening", "gripper.opening", Kind::Number(MM))
-    },
-    quantity("distance", "norm(place - target.position)", Kind::Number(MM)),
-    quantity("object_speed", "norm(target.velocity)", Kind::Number(MM_PER_S)),
-    quantity("depth", "target.depth", Kind::Number(MM)),
+    quantity("closed", Source::Closing, "gripper.closed", Kind::Condition),
+    quantity("touching", Source::Contacts, "any(fingers.contact)", Kind::Condition),
+    quantity("place", Source::Hand, "mean(fingers.position)", Kind::Place),
+    quantity("height", Source::Hand, "place.z", Kind::Number(MM)),
+    quantity("speed", Source::Hand, "norm(rate(place, 500 ms))", Kind::Number(MM_PER_S)),
+    quantity("climb", Source::Hand, "rate(height, 500 ms)", Kind::Number(MM_PER_S)),
+    quantity("force", Source::Hand, "norm(sum(fingers.force))", Kind::Number(NEWTON)),
+    quantity("opening", Source::Opening, "gripper.opening", Kind::Number(MM)),
+    quantity("distance", Source::Objects, "norm(place - target.position)", Kind::Number(MM)),
+    quantity("object_speed", Source::Objects, "norm(target.velocity)", Kind::Number(MM_PER_S)),
+    quantity("depth", Source::Objects, "target.depth", Kind::Number(MM)),
 ];
 
 /// What all recordings measure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Sensors {
     pub two_hands: bool,
-    /// The contacts of fingers, or the forces that they follow from.
-    pub contacts: bool,
-    /// Objects, of which one is the target.
-    pub objects: bool,
+    pub sources: Vec<Source>,
 }
 
 impl Sensors {
-    fn quantities(self) -> impl Iterator<Item = &'static Quantity> {
-        let is_measured = move |quantity: &&Quantity| {
-            (self.contacts || quantity.definition != CONTACTS)
-                && (self.objects || !quantity.definition.contains("target."))
-        };
-        OF_HAND.iter().filter(is_measured)
+    fn quantities(&self) -> impl Iterator<Item = &'static Quantity> {
+        OF_HAND.iter().filter(|quantity| self.sources.contains(&quantity.source))
     }
 
-    fn conditions(self) -> impl Iterator<Item = &'static str> {
+    fn conditions(&self) -> impl Iterator<Item = &'static str> {
         self.quantities().filter(|quantity| quantity.kind == Kind::Condition).map(|quantity| quantity.name)
     }
 }
 
-/// What only recordings of contacts or forces can give: `fingers.contact` has no constant default.
-const CONTACTS: &str = "any(fingers.contact)";
-
 /// The distance between the two hands.
-const APART: Quantity =
-    quantity("apart", "norm(mean(left.fingers.position) - mean(right.fingers.position))", Kind::Number(MM));
+const APART: Quantity = quantity(
+    "apart",
+    Source::Hand,
+    "norm(mean(left.fingers.position) - mean(right.fingers.position))",
+    Kind::Number(MM),
+);
 
 /// Durations of windows around events.
 const EVENT_WINDOWS: [&str; 9] = ["300 ms", "500 ms", "800 ms", "1.2 s", "1.8 s", "2.5 s", "3.5 s", "5 s", "7 s"];
@@ -137,7 +158,7 @@ impl Steps {
 }
 
 /// The numbers that are compared with thresholds.
-pub(crate) fn numbers(measured: Sensors) -> Vec<Number> {
+pub(crate) fn numbers(measured: &Sensors) -> Vec<Number> {
     let mut numbers = Vec::new();
     let two_hands = measured.two_hands;
     for quantity in measured.quantities().chain(two_hands.then_some(&APART)) {
@@ -162,7 +183,7 @@ pub(crate) fn numbers(measured: Sensors) -> Vec<Number> {
 }
 
 /// All families, plain ones first.
-pub(crate) fn families(numbers: &[Number], measured: Sensors) -> Vec<Family> {
+pub(crate) fn families(numbers: &[Number], measured: &Sensors) -> Vec<Family> {
     let mut families = Vec::new();
     let mut add = |template: String, steps| families.push(Family { template, steps });
     for condition in measured.conditions() {
@@ -221,23 +242,22 @@ pub(crate) struct Declarations {
 }
 
 impl Declarations {
-    /// All of them, with optional channels.
-    pub fn all(measured: Sensors) -> Self {
-        let channel = |(declared, default): (&str, &str)| format!("optional {declared} = {default}");
+    /// All of them.
+    pub fn all(measured: &Sensors) -> Self {
         Self {
-            channels: measured.quantities().filter_map(|quantity| quantity.channel).map(channel).collect(),
+            channels: measured.sources.iter().filter_map(|source| source.channel()).map(String::from).collect(),
             shared: measured.two_hands.then(|| signal(&APART)).into_iter().collect(),
             signals: measured.quantities().map(signal).collect(),
         }
     }
 
-    /// Those that some conditions read, with required channels.
+    /// Those that some conditions read.
     pub fn of<'t>(conditions: impl Iterator<Item = &'t str>) -> Self {
         let mut used: BTreeSet<&str> = conditions.flat_map(names).collect();
         let mut found = Self::default();
         for quantity in OF_HAND.iter().rev() {
             if used.contains(quantity.name) {
-                found.channels.extend(quantity.channel.map(|(declared, _)| declared.to_string()));
+                found.channels.extend(quantity.source.channel().map(String::from));
                 found.signals.push(signal(quantity));
                 used.extend(names(quantity.definition));
             }

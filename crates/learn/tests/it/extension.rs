@@ -105,7 +105,7 @@ fn lifts(seed: u64) -> Synthetic {
         }
     }
     let hands = BTreeMap::from([(Side::Right, hand)]);
-    Synthetic { group: 0, who: TrackId::Hand(Side::Right), hands, labels, present: None, gap: None }
+    Synthetic { group: 0, who: TrackId::Hand(Side::Right), hands, labels, present: None, gap: None, has_gripper: true }
 }
 
 /// No condition of the moment holds as long as the primitive lasts.

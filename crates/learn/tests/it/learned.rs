@@ -3,7 +3,7 @@
 use crate::synthetic::{RATE_HZ, Synthetic};
 use proptest::prelude::*;
 use rayon::ThreadPoolBuilder;
-use teachtree_base::hands::TrackId;
+use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::evaluator::evaluate;
 use teachtree_engine::runs::{Run, settle};
 use teachtree_language::graph::lower;
@@ -94,6 +94,23 @@ fn a_file_is_short_and_each_learned_line_has_its_evidence() {
     // 48 cycles: each is begun by all but the first label, which the 8 recordings begin with.
     let pick_up = choices.iter().find(|line| line.contains("=> PickUp")).unwrap();
     assert!(pick_up.contains("48 boundaries of 4 groups, held out 48 of 48, median 0.0 s late"), "{text}");
+}
+
+/// The height since the beginning would tell the labels apart: a default of `gripper.closed` must not stand for it.
+#[test]
+fn a_file_needs_only_channels_that_the_recordings_have() {
+    let mut recordings = cycles(Synthetic::cycles, 4);
+    for (at, recording) in recordings.iter_mut().enumerate() {
+        recording.has_gripper = false;
+        for height in &mut recording.hands.get_mut(&Side::Right).unwrap().height {
+            *height += 0.3 * at as f64;
+        }
+        for label in recording.labels.iter_mut().filter(|label| **label == Some(1)) {
+            *label = Some(0);
+        }
+    }
+    let text = learned(&recordings).text;
+    assert!(!text.contains("closed"), "{text}");
 }
 
 #[test]

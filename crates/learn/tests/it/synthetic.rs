@@ -40,6 +40,8 @@ pub struct Synthetic {
     pub present: Option<Vec<usize>>,
     /// Where the recording has a gap.
     pub gap: Option<usize>,
+    /// Whether `gripper.closed` is measured.
+    pub has_gripper: bool,
 }
 
 impl Synthetic {
@@ -57,7 +59,7 @@ impl Synthetic {
             }
         }
         let hands = BTreeMap::from([(Side::Right, hand)]);
-        Self { group, who: TrackId::Hand(Side::Right), hands, labels, present: None, gap: None }
+        Self { group, who: TrackId::Hand(Side::Right), hands, labels, present: None, gap: None, has_gripper: true }
     }
 
     /// The same of both hands together: each cycle is of a random hand, and the other one rests.
@@ -131,7 +133,7 @@ impl Synthetic {
                     let signals = side.map(|side| &self.hands[side]);
                     let values = match (spec.name.as_str(), component, signals) {
                         ("fingers.position", 2, Some(hand)) => hand.height.clone(),
-                        ("gripper.closed", _, Some(hand)) => {
+                        ("gripper.closed", _, Some(hand)) if self.has_gripper => {
                             hand.closed.iter().map(|c| f64::from(u8::from(*c))).collect()
                         }
                         _ => vec![0.0; len],
@@ -170,6 +172,9 @@ impl Synthetic {
             frames: Box::new(|channels| match channels.iter().find(|channel| reads_contacts(channel)) {
                 // As a log of positions alone is refused by rules that read contacts.
                 Some(_) if self.who == TrackId::Both => Err(InputError::new("a log", "has no `fingers.contact`")),
+                None if !self.has_gripper && channels.iter().any(|channel| channel.name == "gripper.closed") => {
+                    Err(InputError::new("a log", "has no `gripper.closed`"))
+                }
                 _ => Ok(self.frames(channels)),
             }),
             tracks: vec![LabeledTrack { who: self.who, spans: spans(&self.labels), present }],
