@@ -1,7 +1,7 @@
 //! Rules learned from labels: labeled recordings in, a rule file out that a person can read. docs/learning.md describes the method.
 //!
-//! `quantities` is the vocabulary, `bank` evaluates it by the engine, `guards` and `tree` are first guesses, `search` improves them, `validation` measures all of
-//! them on groups that are held out and chooses, `rule_file` writes.
+//! `quantities` is the vocabulary, `bank` evaluates it by the engine, `guards` and `tree` are first guesses, `search` improves them, `medoid` chooses between
+//! models of parts of the recordings, `validation` measures all of them on groups that are held out and chooses, `rule_file` writes.
 //!
 //! Invariants: nothing is read, written or printed here; the same recordings give the same bytes on any number of threads; a rule file gives the labels that
 //! the learner computed for it.
@@ -9,6 +9,7 @@
 mod bank;
 mod extension;
 mod guards;
+mod medoid;
 mod model;
 mod objective;
 mod quantities;
@@ -23,14 +24,14 @@ pub use extension::{
 };
 
 use bank::Bank;
-use model::MOST_LABELS;
+use model::{MOST_LABELS, labels};
 use std::collections::BTreeSet;
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::runs::Run;
 use teachtree_frames::frames::Frames;
-use validation::{FoldCounts, MethodResult, fitted, labels, measured, simplest};
+use validation::{FoldCounts, MethodResult, fitted, measured, simplest};
 
 /// Groups below which little is known about others.
 pub const FEW_GROUPS: usize = 4;

@@ -77,6 +77,12 @@ impl Model {
     }
 }
 
+/// The labels that a model gives some tracks.
+pub(crate) fn labels(bank: &Bank, model: &Model, tracks: &[usize]) -> Vec<Vec<Run>> {
+    let guards: Vec<Vec<u64>> = model.rules.iter().map(|rule| guard(bank, &rule.atoms, tracks)).collect();
+    tracks.iter().map(|track| model.run(&guards, &bank.tracks[*track])).collect()
+}
+
 /// The frames of some tracks on which conditions hold together for a hand, as bits of the bank.
 pub(crate) fn guard(bank: &Bank, atoms: &[usize], tracks: &[usize]) -> Vec<u64> {
     let mut guard = vec![0; bank.words];

@@ -2,7 +2,8 @@
 
 use super::bank::Bank;
 use super::guards::guards;
-use super::model::{Model, guard};
+use super::medoid::medoid;
+use super::model::{Model, labels};
 use super::objective::Counts;
 use super::search::Search;
 use super::tree::tree;
@@ -20,6 +21,7 @@ const MOST_RULES: usize = 9;
 pub(crate) enum Method {
     Guards,
     GuardsSearched,
+    GuardsMedoid,
     Tree,
     TreeSearched,
 }
@@ -28,9 +30,9 @@ impl Method {
     /// The methods for a bank.
     fn all(bank: &Bank) -> &'static [Self] {
         if bank.slots == 1 {
-            &[Self::Guards, Self::GuardsSearched, Self::Tree, Self::TreeSearched]
+            &[Self::Guards, Self::GuardsSearched, Self::GuardsMedoid, Self::Tree, Self::TreeSearched]
         } else {
-            &[Self::Guards, Self::GuardsSearched]
+            &[Self::Guards, Self::GuardsSearched, Self::GuardsMedoid]
         }
     }
 
@@ -38,6 +40,7 @@ impl Method {
         match self {
             Self::Guards => "guards",
             Self::GuardsSearched => "guards, searched",
+            Self::GuardsMedoid => "guards, medoid",
             Self::Tree => "tree",
             Self::TreeSearched => "tree, searched",
         }
@@ -48,21 +51,17 @@ impl Method {
 fn fit(bank: &Bank, tracks: &[usize]) -> Vec<Model> {
     let mut models: Vec<Model> = Vec::new();
     for method in Method::all(bank) {
-        let searched = || models.last().cloned().map(|model| Search::run(bank, tracks, model, MOST_RULES));
+        let search = |tracks: &[usize], model| Search::run(bank, tracks, model, MOST_RULES);
+        let searched = || models.last().cloned().map(|model| search(tracks, model));
         let model = match method {
             Method::Guards => Some(guards(bank, tracks, MOST_RULES)),
             Method::Tree => Some(tree(bank, tracks, MOST_RULES)),
             Method::GuardsSearched | Method::TreeSearched => searched(),
+            Method::GuardsMedoid => medoid(bank, tracks, |part| search(part, guards(bank, part, MOST_RULES))),
         };
         models.extend(model);
     }
     models
-}
-
-/// The labels that a model gives some tracks.
-pub(crate) fn labels(bank: &Bank, model: &Model, tracks: &[usize]) -> Vec<Vec<Run>> {
-    let guards: Vec<Vec<u64>> = model.rules.iter().map(|rule| guard(bank, &rule.atoms, tracks)).collect();
-    tracks.iter().map(|track| model.run(&guards, &bank.tracks[*track])).collect()
 }
 
 /// A method with what it has learned from all tracks, and what it gives those that are held out.
