@@ -2,6 +2,7 @@
 
 mod extension;
 mod json;
+mod refitted;
 
 use super::analysis::AnalysisArgs;
 use super::groups::Groups;
@@ -20,7 +21,9 @@ use teachtree_analysis::score::{NameMap, TrackTruth, Truth};
 use teachtree_analysis::{Analysis, Track, TrackId};
 use teachtree_base::error::InputError;
 use teachtree_language::is_primitive;
-use teachtree_learn::{Declaration, Demonstration, FEW_GROUPS, LabeledSpan, LabeledTrack, LearningResult, learn};
+use teachtree_learn::{
+    Declaration, Demonstration, FEW_GROUPS, LabeledSpan, LabeledTrack, LearningResult, REFITTED, learn,
+};
 use teachtree_session::{AnalysisInternals, LabelsInternals, Log, LogInternals};
 
 /// Options of `learn`.
@@ -79,8 +82,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let recordings: Vec<LabeledLog> = done.into_iter().map(|(_, recording)| recording).collect();
     recordings.iter().flat_map(|recording| &recording.warnings).for_each(|warning| output::warn(warning));
     let names = names(&recordings)?;
-    let demonstrations: Result<Vec<Demonstration>, Failure> =
-        recordings.iter().zip(&groups.of_logs).map(|(one, group)| one.demonstration(*group, &names)).collect();
+    let has_rules = recordings.iter().all(|one| one.present.is_some());
+    let progress = (has_rules && !is_quiet()).then(|| Progress::new("fitting the present rules"));
+    let shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
+    let refitted = refitted::analyses(args, &recordings, &groups, &shown)?;
+    drop(progress);
+    let refitted = (0..recordings.len()).map(|at| refitted.as_ref().and_then(|found| found.get(at)));
+    let demonstrations: Result<Vec<Demonstration>, Failure> = recordings
+        .iter()
+        .zip(refitted)
+        .zip(&groups.of_logs)
+        .map(|((one, refitted), group)| one.demonstration(*group, &names, refitted))
+        .collect();
     let learned = learned(args, &demonstrations?, &names)?;
     print(args, &logs, &groups, &learned)?;
     if args.anyway || learned.is_better() { Ok(()) } else { Err(Failure::Negative) }
@@ -143,7 +156,13 @@ fn names(recordings: &[LabeledLog]) -> Result<Vec<String>, InputError> {
 }
 
 impl LabeledLog {
-    fn demonstration(&self, group: usize, names: &[String]) -> Result<Demonstration<'_>, Failure> {
+    /// It with the label names; `refitted` is what the present rules with fitted params find.
+    fn demonstration(
+        &self,
+        group: usize,
+        names: &[String],
+        refitted: Option<&Analysis>,
+    ) -> Result<Demonstration<'_>, Failure> {
         let opened = self.log.opened()?;
         let tracks = self.truth.tracks.iter().filter(|track| !track.primitives.is_empty());
         Ok(Demonstration {
@@ -151,17 +170,17 @@ impl LabeledLog {
             group,
             hands: self.log.hands(),
             frames: Box::new(move |channels| opened.frames(channels)),
-            tracks: tracks.map(|track| self.track(track, names)).collect(),
+            tracks: tracks.map(|track| self.track(track, names, refitted)).collect(),
         })
     }
 
-    fn track(&self, truth: &TrackTruth, names: &[String]) -> LabeledTrack {
+    fn track(&self, truth: &TrackTruth, names: &[String], refitted: Option<&Analysis>) -> LabeledTrack {
         let position = |name: &str| names.iter().position(|known| known == name).unwrap_or(names.len());
         let labels = truth.primitives.iter().map(|span| {
             let label = span.names.first().map_or(names.len(), |name| position(name));
             LabeledSpan { label, start_s: span.start_s, end_s: span.end_s }
         });
-        let present = |(found, track): (&Analysis, &Track)| -> Vec<LabeledSpan> {
+        let of_track = |(found, track): (&Analysis, &Track)| -> Vec<LabeledSpan> {
             let is_label = |name: &str| names.iter().any(|known| known == name);
             let segments = track.relabeled.iter().map(|segment| LabeledSpan {
                 label: position(found.primitives.counts_for(&segment.primitive, is_label)),
@@ -170,8 +189,10 @@ impl LabeledLog {
             });
             segments.collect()
         };
-        let found = self.present.as_ref().and_then(|found| Some((found, found.track(truth.who)?)));
-        LabeledTrack { who: truth.who, spans: labels.collect(), present: found.map(present) }
+        let found =
+            |found: Option<&Analysis>| found.and_then(|found| Some((found, found.track(truth.who)?))).map(&of_track);
+        let (present, refitted) = (found(self.present.as_ref()), found(refitted));
+        LabeledTrack { who: truth.who, spans: labels.collect(), present, refitted }
     }
 }
 
@@ -226,10 +247,14 @@ fn table(args: &Args, logs: usize, groups: &Groups, learned: &LearningResult, is
         (true, false) => {
             writeln!(text, "\nwritten to {place} as --anyway asks: it is not better than the present rules")
         }
-        (false, _) => writeln!(
-            text,
-            "\nnothing is written: no candidate is better than the present rules; --anyway writes the chosen one"
-        ),
+        (false, _) => {
+            let is_refitted = learned.present().is_some_and(|present| present.name == REFITTED);
+            let fitted = if is_refitted { " with fitted params, whose patch `fit` prints" } else { "" };
+            writeln!(
+                text,
+                "\nnothing is written: no candidate is better than the present rules{fitted}; --anyway writes the chosen one"
+            )
+        }
     };
     text
 }

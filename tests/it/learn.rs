@@ -100,6 +100,23 @@ fn present_rules_are_replaced_only_by_better_ones() {
     assert!(said(&output).contains("\ntree skills for each hand"), "{}", said(&output));
 }
 
+/// The rules lack nothing but the right number: then the fitted ones are the better candidate.
+#[test]
+fn present_rules_are_also_measured_with_fitted_params() {
+    let folder = folder();
+    let rules = present(900).replace("primitive", "param high = 900 mm in 10 mm .. 1 m\n\nprimitive");
+    std::fs::write(folder.path().join("wrong.rules"), rules.replace("> 900 mm", "> high")).unwrap();
+    let args = ["--rules", "wrong.rules", "--group-by", "^([a-z]+)", "-o", "mine.rules"];
+    let output = learn(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+    let table = said(&output);
+    let f1: f64 = percent_behind(&table, "the present rules").parse().unwrap();
+    assert!(f1 < 90.0, "{table}");
+    assert_eq!(percent_behind(&table, "the same, fitted"), "100.0", "{table}");
+    assert!(table.contains("than the present rules with fitted params, whose patch `fit` prints"), "{table}");
+    assert!(!folder.path().join("mine.rules").exists());
+}
+
 /// The number before the first ` %` behind a text.
 fn percent_behind(output: &str, text: &str) -> String {
     let rest = output.split_once(text).unwrap_or_else(|| panic!("no `{text}` in {output}")).1;

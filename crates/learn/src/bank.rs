@@ -45,6 +45,8 @@ pub(crate) struct Track {
     pub truth: Truth,
     /// The result of the present rules.
     pub present: Option<Vec<Run>>,
+    /// The same with fitted params.
+    pub refitted: Option<Vec<Run>>,
 }
 
 /// Atoms and tracks.
@@ -228,10 +230,12 @@ impl Vocabulary {
                 let positions: Option<Vec<usize>> = positions.collect();
                 let asked =
                     positions.ok_or_else(|| lacks_hand(&demonstration.name, &demonstration.hands, track.who))?;
-                let present =
-                    track.present.as_ref().map(|present| runs(&spans(present, &frames, stretch), stretch.len()));
+                let of_stretch = |found: Option<&Vec<LabeledSpan>>| {
+                    found.map(|found| runs(&spans(found, &frames, stretch), stretch.len()))
+                };
+                let (present, refitted) = (of_stretch(track.present.as_ref()), of_stretch(track.refitted.as_ref()));
                 let (group, rate_hz) = (demonstration.group, frames.layout.rate_hz);
-                let track = Track { group, words: 0..0, frames: stretch.len(), rate_hz, truth, present };
+                let track = Track { group, words: 0..0, frames: stretch.len(), rate_hz, truth, present, refitted };
                 found.push(TrackBits { track, asked, hands: hands.len(), bits: bits.clone() });
             }
         }

@@ -31,10 +31,14 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::runs::Run;
 use teachtree_frames::frames::Frames;
-use validation::{FoldCounts, MethodResult, fitted, measured, simplest};
+use validation::{FOLDS, FoldCounts, MethodResult, fitted, measured, simplest};
 
 /// Groups below which little is known about others.
 pub const FEW_GROUPS: usize = 4;
+/// The name of the candidate that is the present rules as they are.
+const PRESENT: &str = "the present rules";
+/// The name of the candidate that is the present rules with fitted params.
+pub const REFITTED: &str = "the same, fitted";
 /// Lines of a rule file, at most.
 pub const MOST_LINES: usize = 40;
 
@@ -64,6 +68,13 @@ pub struct LabeledTrack {
     pub spans: Vec<LabeledSpan>,
     /// The result of the present rules, if there are some.
     pub present: Option<Vec<LabeledSpan>>,
+    /// The result of the present rules with params that were fitted without the fold of this recording, if any can be.
+    pub refitted: Option<Vec<LabeledSpan>>,
+}
+
+/// The fold in which a group is held out.
+pub const fn fold_of(group: usize) -> usize {
+    group % FOLDS
 }
 
 /// A label over time.
@@ -108,12 +119,16 @@ pub struct LearningResult {
 }
 
 impl LearningResult {
-    /// Whether the chosen file is better than the present rules; true where there are none.
+    /// The present rules, as they are or with fitted params, whichever are better; `None` where there are none.
+    pub fn present(&self) -> Option<&Candidate> {
+        let present = self.candidates.iter().filter(|candidate| candidate.lines.is_none());
+        present.reduce(|best, next| if next.f1 > best.f1 { next } else { best })
+    }
+
+    /// Whether the chosen file is better than the present rules, also with fitted params; true where there are none.
     pub fn is_better(&self) -> bool {
-        let f1 = |candidate: &Candidate| candidate.f1;
-        let present = self.candidates.iter().find(|candidate| candidate.lines.is_none()).map(f1);
-        let chosen = self.candidates.get(self.chosen).map(f1);
-        present.is_none_or(|present| chosen.is_some_and(|chosen| chosen > present))
+        let chosen = self.candidates.get(self.chosen);
+        self.present().is_none_or(|present| chosen.is_some_and(|chosen| chosen.f1 > present.f1))
     }
 }
 
@@ -135,9 +150,13 @@ pub fn learn(
         return Err(wrong("no label follows another one, so there is no boundary to learn")
             .help("label whole recordings, or compare the times of the labels with those of the recordings"));
     }
-    let present: Option<Vec<Vec<Run>>> = bank.tracks.iter().map(|track| track.present.clone()).collect();
-    let present = present.map(|labels| measured(&bank, &labels));
-    let mut candidates: Vec<Candidate> = present.iter().map(|it| row("the present rules", it, None)).collect();
+    let of_all = |name: &'static str, labels: fn(&bank::Track) -> Option<&Vec<Run>>| -> Option<Candidate> {
+        let labels: Option<Vec<Vec<Run>>> = bank.tracks.iter().map(|track| labels(track).cloned()).collect();
+        labels.map(|labels| row(name, &measured(&bank, &labels), None))
+    };
+    let present = of_all(PRESENT, |track| track.present.as_ref());
+    let refitted = of_all(REFITTED, |track| track.refitted.as_ref());
+    let mut candidates: Vec<Candidate> = present.into_iter().chain(refitted).collect();
     let mut files = Vec::new();
     let groups = bank.tracks.iter().map(|track| track.group).collect::<BTreeSet<_>>().len();
     let fitted = fitted(&bank, shown);

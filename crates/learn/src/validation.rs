@@ -1,6 +1,7 @@
 //! The candidates and the choice between them: every method learns from all groups but some, and is measured on those.
 
 use super::bank::Bank;
+use super::fold_of;
 use super::guards::guards;
 use super::medoid::medoid;
 use super::model::{Model, labels};
@@ -12,7 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use teachtree_engine::runs::Run;
 
 /// The most times that groups are held out.
-const FOLDS: usize = 10;
+pub(crate) const FOLDS: usize = 10;
 /// Rules of a model, at most: a file of 40 lines has no more.
 const MOST_RULES: usize = 9;
 
@@ -74,7 +75,7 @@ pub(crate) struct MethodResult {
 
 /// The fold in which a track is held out.
 fn fold(bank: &Bank, track: usize) -> usize {
-    bank.tracks[track].group % FOLDS
+    fold_of(bank.tracks[track].group)
 }
 
 /// Learns by each method, from all tracks and without each fold. `shown` receives the share that is done, 0 to 1.

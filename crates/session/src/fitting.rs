@@ -50,8 +50,8 @@ impl Recording {
         Ok(Self { log: log.clone(), truth, channels: channels(rules.set()), run, meta })
     }
 
-    /// The objective of changed rules on this recording; `None` if they cannot run.
-    fn objective(&self, set: &CompiledRules, stage: Stage, tolerance_s: f64) -> Option<Objective> {
+    /// What changed rules find in this recording; `None` if they cannot run.
+    fn found(&self, set: &CompiledRules) -> Option<Analysis> {
         let CompiledRules { rules, graph, is_base, channels } = set;
         // A default of a channel may read a param: then what is derived is derived again.
         let anew = if *channels == self.channels { None } else { Some(self.log.opened().ok()?.frames(channels).ok()?) };
@@ -62,7 +62,12 @@ impl Recording {
         } else {
             leaves(rules, graph, frames).map(Some)
         };
-        let found = analysis::analyze(rules, frames, again.ok()?.as_ref().unwrap_or(&self.run.leaves));
+        Some(analysis::analyze(rules, frames, again.ok()?.as_ref().unwrap_or(&self.run.leaves)))
+    }
+
+    /// The objective of changed rules on this recording; `None` if they cannot run.
+    fn objective(&self, set: &CompiledRules, stage: Stage, tolerance_s: f64) -> Option<Objective> {
+        let found = self.found(set)?;
         let mut tally = Tally::default();
         score(&self.truth, &found, stage, &self.meta).ok()?.iter().for_each(|row| tally.add(&row.tally));
         Some(Objective::new(&tally, tolerance_s))
@@ -105,6 +110,13 @@ impl Runner {
     /// The recordings by name.
     pub fn names(&self) -> Vec<String> {
         self.recordings.iter().map(|recording| recording.meta.log.clone()).collect()
+    }
+
+    /// What the rules find in some recordings at a point; `None` if they cannot run.
+    pub fn analyses(&self, space: &Space, point: &ParamVector, at: &[usize]) -> Option<Vec<Analysis>> {
+        let set = compiled(&self.request, &self.graph, space, point)?;
+        let recordings = &self.recordings;
+        at.par_iter().map(|at| recordings.get(*at)?.found(&set)).collect()
     }
 
     /// The objective of each point on each recording; `None` for a point whose rules are invalid or cannot run.

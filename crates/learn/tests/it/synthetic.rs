@@ -177,7 +177,7 @@ impl Synthetic {
                 }
                 _ => Ok(self.frames(channels)),
             }),
-            tracks: vec![LabeledTrack { who: self.who, spans: spans(&self.labels), present }],
+            tracks: vec![LabeledTrack { who: self.who, spans: spans(&self.labels), present, refitted: None }],
         }
     }
 }
