@@ -6,3 +6,4 @@ mod gripper_wrist;
 mod jumps;
 mod learned;
 mod levels;
+mod untuned;

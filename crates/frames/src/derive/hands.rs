@@ -58,14 +58,16 @@ pub fn fingers(measured: &CleanLog, side: Side) -> Vec<Finger> {
 }
 
 /// Whether the distance of a hand from its target is known on all frames. An object that is fixed to the hand hides the distance, since it is always
-/// the target.
+/// the target. An object without a measured pose stays where the scene puts it, unless the hand may carry it off.
 pub fn knows_distance(measured: &CleanLog, side: Side) -> bool {
     let tips = Finger::ALL.into_iter().filter(|finger| *finger != Finger::Palm);
     let mut placed = tips.filter(|finger| measured.vec3(&format!("{side}.{finger}.position")).is_some());
     let bodies = super::objects(measured.scene).into_iter().filter_map(|body| measured.scene.bodies.get_index(body));
     let objects: Vec<(&String, &Body)> = bodies.collect();
+    let stays =
+        |body: &Body| super::unplaced::is_placed(body) && body.fixed_to.is_none() && !knows_grasp(measured, side);
     let is_known = |(name, body): &(&String, &Body)| {
-        body.fixed_to != Some(side) && measured.vec3(&format!("{name}.position")).is_some()
+        body.fixed_to != Some(side) && (measured.vec3(&format!("{name}.position")).is_some() || stays(body))
     };
     placed.next().is_some() && !objects.is_empty() && objects.iter().all(is_known)
 }

@@ -7,7 +7,7 @@ use crate::clean::preprocess::CleanLog;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};
-use teachtree_base::scene::{Role, Scene};
+use teachtree_base::scene::{Body, Role, Scene};
 
 /// Whether neither the log nor the scene says where a body is, and a gripper may hold it. `has` says whether the log has a column.
 pub fn is_unplaced(scene: &Scene, has: impl Fn(&str) -> bool, body: usize) -> bool {
@@ -17,9 +17,14 @@ pub fn is_unplaced(scene: &Scene, has: impl Fn(&str) -> bool, body: usize) -> bo
         || scene.bodies.values().flat_map(|it| it.sockets.keys()).any(turns);
     body.role == Role::Object
         && body.fixed_to.is_none()
-        && body.position.iter().all(|length| length.0 == 0.0)
+        && !is_placed(body)
         && !is_measured
         && Side::BOTH.iter().any(|side| has(&format!("{side}.gripper.closed")))
+}
+
+/// Whether the scene says where a body is.
+pub fn is_placed(body: &Body) -> bool {
+    body.position.iter().any(|length| length.0 != 0.0)
 }
 
 /// The motion of the unplaced ones of some objects that a gripper holds at some time. In a window of a log it is not known.

@@ -5,6 +5,7 @@ use super::series::{debounce, means, runs, strokes};
 use super::world_state::WorldState;
 use crate::sockets::{SocketSite, places};
 use nalgebra::{Point3, Vector3};
+use std::ops::Range;
 use teachtree_base::hands::Finger;
 use teachtree_base::scene::{Role, Scene};
 
@@ -19,6 +20,8 @@ const TURNS: f64 = 0.2;
 /// above the second one.
 const NEAR_M: f64 = 0.050;
 const STAYS_NEAR_M: f64 = 0.070;
+/// A hand returns to an object, or to where it let go, when it comes this much closer, m.
+const RETURN_M: f64 = 0.015;
 /// Another object becomes the target if it is nearer by this, m.
 const NEARER_BY_M: f64 = 0.010;
 /// An object is in a socket when its plug point is this far below the rim, m.
@@ -55,8 +58,9 @@ pub(super) struct Facts {
     pub(super) mated: bool,
     /// Number of fingers on the object.
     pub(super) fingers: usize,
-    /// Whether the hand is near the object.
+    /// Whether the hand is near the object; whether it comes closer again after it has let go.
     pub(super) near: bool,
+    pub(super) returns: bool,
     /// Whether the squeeze can carry its weight.
     pub(super) held: bool,
     /// Whether a body supports it. The rim of a socket that it searches does not count.
@@ -106,6 +110,7 @@ pub(super) fn facts(scene: &Scene, hand: usize, moments: &[WorldState], force_sc
         debounce(&mut on, BRIDGE, 0);
         facts.iter_mut().zip(on).for_each(|(facts, on)| facts.fingers += usize::from(on));
     }
+    view.derive_returns(&mut facts);
     for (of, bridge, blip) in CLEANED {
         let mut series: Vec<bool> = facts.iter_mut().map(|facts| *of(facts)).collect();
         debounce(&mut series, *bridge, *blip);
@@ -308,6 +313,24 @@ impl FactInputs<'_> {
             }
         }
         Some(facts)
+    }
+
+    /// Derives the times in which a free hand comes closer to an object, or to where it let go, by `RETURN_M` or more.
+    fn derive_returns(&self, facts: &mut [Facts]) {
+        let free: Vec<Option<usize>> = facts.iter().map(|facts| (facts.fingers == 0).then_some(facts.target)).collect();
+        for run in runs(&free) {
+            let Some(target) = free[run.start] else { continue };
+            let start = self.moments[run.start].middle(self.hand);
+            let from_object = run.clone().map(|at| self.distance(at, target).unwrap_or(f64::INFINITY)).collect();
+            let from_start = run.clone().map(|at| (self.moments[at].middle(self.hand) - start).norm()).collect();
+            let ways: [Vec<f64>; 2] = [from_object, from_start];
+            let comes = |(stroke, grows): &(Range<usize>, bool)| !grows && ways[1][stroke.start] > RETURN_M;
+            for (stroke, _) in ways.iter().flat_map(|way| strokes(way, RETURN_M)).filter(comes) {
+                facts[run.start + stroke.start..run.start + stroke.end]
+                    .iter_mut()
+                    .for_each(|facts| facts.returns = true);
+            }
+        }
     }
 
     /// Returns the distance between the middle of the fingertips and the object's bounding ball, m.

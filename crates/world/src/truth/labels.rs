@@ -48,6 +48,7 @@ impl GraspHistory {
                 "Move" | "Approach" if now.near => "Approach",
                 "Move" | "Approach" => "Move",
                 "Release" if !now.near => "Move",
+                "Release" if now.returns => "Approach",
                 _ => "Release",
             }
         } else if leaves && !matches!(self.label, "Move" | "Approach") {
@@ -154,7 +155,8 @@ fn short(labels: &mut [&'static str]) {
     }
 }
 
-/// Relabels interruptions: following a wall begins and ends with a hold at it and may lose it briefly; an object that is set down may bounce.
+/// Relabels interruptions: following a wall begins and ends with a hold at it and may lose it briefly; an object that is set down may bounce; a hand that
+/// comes back and leaves without a touch has only released.
 fn relabel_interruptions(labels: &mut [&'static str]) {
     for run in runs(labels) {
         let Some((before, next)) = neighbors(labels, &run) else { continue };
@@ -163,6 +165,7 @@ fn relabel_interruptions(labels: &mut [&'static str]) {
             ("Follow", "Press", _) => "Follow",
             ("Place", "Translate", "Place" | "Release") => "Place",
             ("Press", "Place", "Translate") => "Press",
+            ("Release", "Approach", "Move") => "Release",
             _ => continue,
         };
         if run.len() < FUMBLED {
