@@ -132,7 +132,9 @@ impl Resolver {
             self.report(finding.help(format!("an action is declared by `does`: `primitive … does {does}`")));
             return;
         }
-        let finding = match nearest(word, known.iter().map(String::as_str)) {
+        // A name whose declaration could not be read may be the one that is meant.
+        let names = known.iter().chain(&self.names.broken).map(String::as_str);
+        let finding = match nearest(word, names) {
             Some(near) => finding.fix(format!("did you mean `{near}`?"), place, near),
             None if (1..=12).contains(&known.len()) => finding.help(format!("known here: {}", known.join(", "))),
             None => finding,

@@ -32,6 +32,14 @@ fn each_fixture_is_reported() {
 }
 
 #[test]
+fn a_name_whose_declaration_cannot_be_read_is_suggested() {
+    let text = "use \"contact.rules\"\nparam hold_tim = 300 mss\nsignal x = 1 s < hold_time\n";
+    let found = language::load_text("a.rules", text).diagnostics;
+    let unknown = found.iter().find(|finding| finding.code == codes::UNKNOWN_NAME).unwrap();
+    assert_eq!(unknown.fix.as_ref().unwrap().replacement, "hold_tim", "{unknown:?}");
+}
+
+#[test]
 fn each_fixture_says_which_code_it_is_for() {
     for path in fixtures() {
         let text = std::fs::read_to_string(&path).unwrap();
