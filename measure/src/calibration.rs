@@ -1,15 +1,15 @@
-//! Calibration: a rising map from an agreement to the share of right results, by isotonic regression. Neighbors that are out of order are pooled.
+//! Calibration: a rising map from a stability to the share of right results, by isotonic regression. Neighbors that are out of order are pooled.
 
 use crate::confidence::ConfidenceSample;
 
 /// The map, in steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
-    /// The least agreement and the share of right results of each step, both rising.
+    /// The least stability and the share of right results of each step, both rising.
     steps: Vec<(f64, f64)>,
 }
 
-/// Results of neighboring agreements.
+/// Results of neighboring stabilities.
 struct Pool {
     least: f64,
     /// The weight of the right ones, and of all.
@@ -52,14 +52,14 @@ impl Calibration {
         Self { steps: pools.iter().map(|pool| (pool.least, pool.rate())).collect() }
     }
 
-    /// The least agreement and the share of right results of each step.
+    /// The least stability and the share of right results of each step.
     pub fn steps(&self) -> &[(f64, f64)] {
         &self.steps
     }
 
-    /// The share of right results at an agreement; that of the first step below all steps, and 0 of an empty map.
-    pub fn share(&self, agreement: f64) -> f64 {
-        let reached = self.steps.iter().take_while(|(least, _)| *least <= agreement).last();
+    /// The share of right results at a stability; that of the first step below all steps, and 0 of an empty map.
+    pub fn share(&self, stability: f64) -> f64 {
+        let reached = self.steps.iter().take_while(|(least, _)| *least <= stability).last();
         reached.or(self.steps.first()).map_or(0.0, |(_, share)| *share)
     }
 }

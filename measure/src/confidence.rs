@@ -2,29 +2,32 @@
 
 use std::fmt::Write as _;
 
-/// The lower ends of the classes.
-const CLASSES: [f64; 4] = [0.9, 0.7, 0.5, 0.0];
+/// The classes of boundaries from the largest: the lower end of each, and its heading.
+pub const CLASSES: [(f64, &str); 4] = [(0.9, "90 % and more"), (0.7, "70 to 90 %"), (0.5, "50 to 70 %"), (0.0, "less")];
+/// The classes of live labels: each has one confidence.
+pub const LIVE_CLASSES: [(f64, &str); 3] = [(0.88, "88 %"), (0.74, "74 %"), (0.59, "59 %")];
 
 /// A boundary or a label that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConfidenceSample {
-    /// Its confidence or its agreement, 0 to 1.
+    /// Its confidence or its stability, 0 to 1.
     pub share: f64,
     /// Whether it is right.
     pub right: bool,
 }
 
-/// The share of right results `what`, in classes of `by`.
-pub fn table(by: &str, what: &str, sets: &[(&str, &[ConfidenceSample])]) -> String {
+/// The share of right results `what`, in `classes` of `by`.
+pub fn table(by: &str, what: &str, classes: &[(f64, &str)], sets: &[(&str, &[ConfidenceSample])]) -> String {
+    let headings: Vec<&str> = classes.iter().map(|(_, heading)| *heading).collect();
     let mut text =
-        format!("| {what} right, by {by} | 90 % and more | 70 to 90 % | 50 to 70 % | less |\n|---|---|---|---|---|\n");
+        format!("| {what} right, by {by} | {} |\n|---|{}\n", headings.join(" | "), "---|".repeat(classes.len()));
     for (name, samples) in sets {
         let _ = write!(text, "| {name} |");
         let mut below = f64::INFINITY;
-        for least in CLASSES {
-            let class = samples.iter().filter(|it| it.share >= least && it.share < below);
+        for (least, _) in classes {
+            let class = samples.iter().filter(|it| it.share >= *least && it.share < below);
             let _ = write!(text, " {} |", right_of(class));
-            below = least;
+            below = *least;
         }
         text.push('\n');
     }

@@ -87,6 +87,7 @@ pub fn segments(analysis: &Analysis, raw: bool) -> Result<Table, ArrowError> {
         columns.push(("by", lists(of().map(Segment::changed_by)), false));
         if of().any(|segment| segment.confidence().is_some()) {
             columns.push(("confidence", maybe(of().map(|one| one.confidence().map(|it| it.share))), true));
+            columns.push(("stability", maybe(of().map(|one| one.confidence().map(|it| it.stability))), true));
             columns.push(("earliest_s", maybe(of().map(|one| one.confidence().map(|it| it.earliest_s))), true));
             columns.push(("latest_s", maybe(of().map(|one| one.confidence().map(|it| it.latest_s))), true));
             columns.push(("margin", maybe(of().map(|one| one.confidence().and_then(|it| it.margin))), true));
@@ -122,8 +123,8 @@ pub fn tasks(analysis: &Analysis) -> Result<Table, ArrowError> {
         Arc::new(of().map(|task| Some(task.is_cut_at_end())).collect::<BooleanArray>()),
         false,
     ));
-    if of().any(|task| task.confidence().is_some()) {
-        columns.push(("confidence", maybe(of().map(Task::confidence)), true));
+    if of().any(|task| task.stability().is_some()) {
+        columns.push(("stability", maybe(of().map(Task::stability)), true));
     }
     table(columns)
 }

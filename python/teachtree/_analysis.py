@@ -138,8 +138,8 @@ class Analysis:
         """The segments after relabeling, by track and time.
 
         Columns: ``track``, ``primitive``, ``object``, ``partner``, ``start_s``, ``end_s``, ``start_row``, ``end_row``, ``start_frame``, ``end_frame``,
-        ``task`` (its number in the track, from 1), ``was``, ``by``; after :meth:`with_confidence` also ``confidence``, ``earliest_s``, ``latest_s``,
-        ``margin``. docs/formats.md describes each; ends are exclusive.
+        ``task`` (its number in the track, from 1), ``was``, ``by``; after :meth:`with_confidence` also ``confidence``, ``stability``,
+        ``earliest_s``, ``latest_s``, ``margin``. docs/formats.md describes each; ends are exclusive.
         """
         return Table(self._inner.segments())
 
@@ -208,7 +208,7 @@ class Analysis:
         return Score(*self._inner.score(labels, track, map))
 
     def with_confidence(self) -> Analysis:
-        """The same analysis with the confidence of each boundary and task (docs/formats.md); takes about ten times as long."""
+        """The same analysis with the confidence of each boundary and the stability of each task (docs/formats.md); takes about ten times as long."""
         return Analysis(self._inner.with_confidence(), self.log)
 
     def json(self) -> str:

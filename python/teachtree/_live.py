@@ -39,7 +39,7 @@ class Event:
 
     @property
     def confidence(self) -> float | None:
-        """The confidence of a label, with ``Live(…, confidence=True)``: from 0.5 at its start to 1 (docs/live.md)."""
+        """The confidence of a label, with ``Live(…, confidence=True)``: the share of labels that had stood as long and were confirmed, at most 0.88 (docs/live.md)."""
         return self.data.get("confidence")
 
 

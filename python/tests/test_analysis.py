@@ -109,7 +109,9 @@ def test_confidence_adds_columns(analysis: teachtree.Analysis) -> None:
     sure = analysis.with_confidence()
     assert "confidence" not in analysis.segments.column_names
     shares = sure.segments["confidence"]
-    assert all(0.0 <= share <= 1.0 for share in shares)
+    assert all(0.0 <= share < 0.9 for share in shares)
+    assert "confidence" not in sure.tasks.column_names
+    assert all(0.0 <= share <= 1.0 for name in ("segments", "tasks") for share in getattr(sure, name)["stability"])
 
 
 def test_a_notebook_shows_a_page_that_needs_no_network(analysis: teachtree.Analysis) -> None:

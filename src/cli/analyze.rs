@@ -39,7 +39,7 @@ pub struct Args {
     pub fail_on: FailOnArg,
     #[command(flatten)]
     pub form: FormatArg<Format>,
-    /// Also report the confidence of boundaries and tasks, from variations of params and log
+    /// Also report the confidence of boundaries and the stability of tasks, from variations of params and log
     #[arg(long)]
     pub confidence: bool,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! How sure boundaries and tasks are: `analyze --confidence`.
+//! The confidence of boundaries and the stability of tasks: `analyze --confidence`.
 
 use crate::program::{all_said, demonstrate, said, teachtree_in};
 use serde_json::Value;
@@ -30,11 +30,14 @@ fn a_boundary_is_where_its_variations_are() {
             assert!(without.get("confidence").is_none());
             // On no public set are 90 % of the boundaries right, at any agreement.
             assert!((0.0..0.9).contains(&number("confidence")), "{segment}");
+            assert!((number("confidence")..=1.0).contains(&number("stability")), "{segment}");
             assert!(number("earliest_s") <= number("start_s") && number("start_s") <= number("latest_s"), "{segment}");
             starts += 1;
         }
         for task in track["tasks"].as_array().unwrap() {
-            assert!(task["confidence"].as_f64().unwrap() >= 0.5, "{task}");
+            assert!(task["stability"].as_f64().unwrap() >= 0.5, "{task}");
+            // No public set has tasks to learn the confidence from.
+            assert!(task.get("confidence").is_none(), "{task}");
             // The segments of a task are those of its track.
             for segment in task["segments"].as_array().unwrap() {
                 let same = segments.iter().find(|it| it["start_s"] == segment["start_s"]).unwrap();
@@ -47,16 +50,24 @@ fn a_boundary_is_where_its_variations_are() {
     let segments = sure["tracks"][0]["relabeled"].as_array().unwrap();
     assert!(segments.iter().filter_map(|it| it["margin"].as_f64()).any(|margin| margin > 3.0), "{segments:#?}");
     let text = run(folder.path(), &["analyze", "log.csv", "--confidence"]);
-    assert!(text.contains(" %, starts ") && text.contains("   agreement > 99 %"), "{text}");
+    assert!(text.contains(" %, starts ") && text.contains("   stability > 99 %") && text.contains(" SD\n"), "{text}");
     assert!(!text.contains("100 %"), "{text}");
     run(folder.path(), &["analyze", "log.csv", "--confidence", "--report", "sure.html", "-q"]);
     let page = std::fs::read_to_string(folder.path().join("sure.html")).unwrap();
-    assert!(page.contains("<th>confidence</th><th>starts between, s</th>") && page.contains("<th>agreement</th>"));
+    assert!(page.contains("<th>confidence</th><th>starts between, s</th>") && page.contains("<th>stability</th>"));
     assert!(page.contains("<td class=\"number\">&gt; 99 %</td>") && !page.contains("\">100 %<"));
     run(folder.path(), &["analyze", "log.csv", "--report", "plain.html", "-q"]);
     assert!(!std::fs::read_to_string(folder.path().join("plain.html")).unwrap().contains("<th>confidence</th>"));
     let table = run(folder.path(), &["analyze", "log.csv", "--confidence", "--format", "csv"]);
-    assert!(table.lines().next().unwrap().ends_with(",version,confidence,earliest_s,latest_s,margin"), "{table}");
+    assert!(
+        table.lines().next().unwrap().ends_with(",version,confidence,stability,earliest_s,latest_s,margin"),
+        "{table}"
+    );
+    let row = |kind: &str| table.lines().find(|row| row.split(',').nth(2) == Some(kind)).unwrap().rsplit(',');
+    let is_empty = |kind: &str| row(kind).take(5).map(str::is_empty).collect::<Vec<_>>();
+    // From the last column: margin, latest_s, earliest_s, stability, confidence.
+    assert_eq!(is_empty("task"), [true, true, true, false, true], "{table}");
+    assert_eq!(is_empty("relabeled")[1..], [false; 4], "{table}");
 }
 
 #[test]

@@ -170,16 +170,16 @@ fn a_label_becomes_sure_while_it_stands() {
     let (labels, sure) = (labels.iter().filter_map(label), sure.iter().filter_map(label));
     let sure: Vec<(String, f64, f64)> = sure.map(|(name, at_s, share)| (name, at_s, share.unwrap())).collect();
     // The labels and when they begin are the same.
-    let begun = sure.iter().filter(|it| it.2 <= 0.5).map(|it| (it.0.clone(), it.1));
+    let begun = sure.iter().filter(|it| it.2 <= 0.59).map(|it| (it.0.clone(), it.1));
     assert!(labels.map(|it| (it.0, it.1)).eq(begun));
     for pair in sure.windows(2) {
-        assert!((0.5..=1.0).contains(&pair[1].2));
+        assert!((0.59..0.9).contains(&pair[1].2));
         assert!(pair[0].0 != pair[1].0 || pair[0].2 < pair[1].2, "{pair:?}");
     }
-    // The averages look 128 ms ahead, and the tree settles for 50 ms.
-    assert!(sure.iter().filter(|it| it.2 >= 1.0).count() >= 4, "{sure:?}");
-    let [move_at, sure_at] = [0.5, 1.0].map(|share| sure.iter().find(|it| it.2 >= share).unwrap().1);
-    assert!((0.178..0.198 + 1e-9).contains(&(sure_at - move_at)), "{move_at} s, {sure_at} s");
+    // The averages look 128 ms ahead, and the tree settles for 50 ms: four fifths are 142 ms. Labels are given every 20 ms.
+    assert!(sure.iter().filter(|it| it.2 >= 0.88).count() >= 4, "{sure:?}");
+    let [move_at, sure_at] = [0.59, 0.88].map(|share| sure.iter().find(|it| it.2 >= share).unwrap().1);
+    assert!((0.142..0.162 + 1e-9).contains(&(sure_at - move_at)), "{move_at} s, {sure_at} s");
 }
 
 /// Recordings of real robots, of which contacts are computed from shapes.

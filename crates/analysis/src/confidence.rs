@@ -1,8 +1,9 @@
-//! The confidence of boundaries and tasks, from variations: analyses of the same log by rules with other values, and of varied logs by the same rules.
+//! The stability and the confidence of boundaries, and the stability of tasks, from variations: analyses of the same log by rules with other values, and of
+//! varied logs by the same rules.
 //!
-//! The agreement on a boundary is the share of the variations that have it at the same place, to [`SAME_S`]. Its confidence is the share of boundaries with
-//! this agreement that were right on public sets ([`calibrated`]). The confidence of a task is the share of the variations that have it under the same name
-//! over half of the time; it is not calibrated, since the public sets have no tasks.
+//! The stability of a boundary is the share of the variations that have it at the same place, to [`SAME_S`]. Its confidence is the share of boundaries with
+//! this stability that were right on public sets ([`calibrated`]). The stability of a task is the share of the variations that have it under the same name
+//! over half of the time. A task has no confidence, since the public sets have no tasks.
 
 use super::{Analysis, Segment, TaskSpan, TrackId};
 
@@ -13,16 +14,16 @@ const FAR_S: f64 = 1.0;
 /// Minimum share of their time that two tasks have in common if they count as the same.
 const SHARED: f64 = 0.5;
 
-/// The steps of the calibration, by docs/measurements/confidence.md: from this agreement on, this share of the boundaries is right. Both rise.
+/// The steps of the calibration, by docs/measurements/confidence.md: from this stability on, this share of the boundaries is right. Both rise.
 const CALIBRATION: [(f64, f64); 8] =
     [(0.0, 0.0), (0.5, 0.053), (0.65, 0.117), (0.722, 0.284), (0.8, 0.334), (0.888, 0.449), (0.9, 0.614), (1.0, 0.692)];
 
-/// The share of right boundaries, 0 to 1, at an agreement, 0 to 1.
-pub fn calibrated(agreement: f64) -> f64 {
-    CALIBRATION.iter().take_while(|(least, _)| *least <= agreement).last().map_or(0.0, |(_, share)| *share)
+/// The share of right boundaries, 0 to 1, at a stability, 0 to 1.
+pub fn calibrated(stability: f64) -> f64 {
+    CALIBRATION.iter().take_while(|(least, _)| *least <= stability).last().map_or(0.0, |(_, share)| *share)
 }
 
-/// A confidence in percent. Variations of params cannot show that a result is certain, so that nothing above 99 % is printed as a number.
+/// A confidence or a stability in percent. Variations cannot show that a result is certain, so that nothing above 99 % is printed as a number.
 pub fn percent(share: f64) -> String {
     if share >= 0.995 { "> 99 %".into() } else { format!("{:.0} %", share * 100.0) }
 }
@@ -30,19 +31,19 @@ pub fn percent(share: f64) -> String {
 /// The confidence of the start of a segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Confidence {
-    /// The share of boundaries with this agreement that were right on public sets.
+    /// The share of boundaries with this stability that were right on public sets.
     pub share: f64,
     /// The share of the variations in which it is at the same place.
-    pub agreement: f64,
+    pub stability: f64,
     /// The earliest time at which a variation has it, s.
     pub earliest_s: f64,
     /// The latest, s.
     pub latest_s: f64,
-    /// The margin of the deciding quantity to its threshold, in units of its noise; `None` if the deciding quantity has no noise.
+    /// The margin of the deciding quantity to its threshold, in standard deviations of its noise; `None` if the deciding quantity has no noise.
     pub margin: Option<f64>,
 }
 
-/// Gives the boundaries and tasks of an analysis their confidence, from its variations.
+/// Gives the boundaries of an analysis their confidence, and the tasks their stability, from its variations.
 pub fn compare(analysis: &mut Analysis, variations: &[Analysis]) {
     for track in &mut analysis.tracks {
         let others: Vec<(&[Segment], &[TaskSpan])> = variations
@@ -59,7 +60,7 @@ pub fn compare(analysis: &mut Analysis, variations: &[Analysis]) {
         }
         for task in &mut track.tasks {
             let same = others.iter().filter(|(_, tasks)| tasks.iter().any(|other| is_same(task, other)));
-            task.confidence = Some(share(same.count(), others.len()));
+            task.stability = Some(share(same.count(), others.len()));
         }
     }
 }
@@ -103,8 +104,8 @@ fn boundary<'a>(segment: &Segment, others: impl Iterator<Item = &'a [Segment]>) 
             latest_s = start.max(latest_s);
         }
     }
-    let agreement = share(same, all);
-    Confidence { share: calibrated(agreement), agreement, earliest_s, latest_s, margin: None }
+    let stability = share(same, all);
+    Confidence { share: calibrated(stability), stability, earliest_s, latest_s, margin: None }
 }
 
 fn is_same(task: &TaskSpan, other: &TaskSpan) -> bool {

@@ -4,7 +4,7 @@
 //! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none; of a `composite` those of its tasks, blanks
 //! between), `was` (raw primitives, blanks between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `attempt` (of
 //! a task, from 1), `failure` (1 of a task that the rules declare as one), `zero_stamp_s`, `digest`, `version`; where it was asked for also `confidence`,
-//! `earliest_s`, `latest_s`, `margin`.
+//! `stability`, `earliest_s`, `latest_s`, `margin`.
 
 use super::json::{Meta, VERSION, cut_ends, open};
 use super::number::number;
@@ -35,8 +35,8 @@ pub const COLUMNS: [&str; 20] = [
     "digest",
     "version",
 ];
-/// The columns after them where it was asked how sure boundaries are: of the start of a segment after relabeling; of a task the first one only.
-pub const CONFIDENCE: [&str; 4] = ["confidence", "earliest_s", "latest_s", "margin"];
+/// The columns after them where it was asked how sure boundaries are: of the start of a segment after relabeling; of a task the stability only.
+pub const CONFIDENCE: [&str; 5] = ["confidence", "stability", "earliest_s", "latest_s", "margin"];
 /// Number of columns with the same value in each row: one before the others, the rest after them.
 const CONSTANT: usize = 4;
 
@@ -67,7 +67,8 @@ fn rows(track: &Track) -> Vec<Row> {
     let who = track.who.to_string();
     let segment = |kind: &str, task: Option<usize>, segment: &Segment| -> Row {
         let sure = segment.confidence.map_or_else(Default::default, |it: Confidence| {
-            [number(it.share), number(it.earliest_s), number(it.latest_s), it.margin.map(number).unwrap_or_default()]
+            let margin = it.margin.map(number).unwrap_or_default();
+            [number(it.share), number(it.stability), number(it.earliest_s), number(it.latest_s), margin]
         });
         let time_s = (segment.start_s, segment.end_s);
         let span = span(&segment.subject, time_s, &segment.rows);
@@ -83,8 +84,9 @@ fn rows(track: &Track) -> Vec<Row> {
         let open = open(task).join(" ");
         let (attempt, failure) = (task.attempt.to_string(), failure(task.failure));
         let behind = [number_of_task.to_string(), was, by, task.secondary.join(" "), open, attempt, failure];
-        let share = task.confidence.map(number).unwrap_or_default();
-        rows.push((row(&who, "task", &task.task, span, behind), [share, none.clone(), none.clone(), none]));
+        let mut sure: [String; CONFIDENCE.len()] = Default::default();
+        sure[1] = task.stability.map(number).unwrap_or_default();
+        rows.push((row(&who, "task", &task.task, span, behind), sure));
     }
     for composite in &track.composites {
         let tasks: Vec<String> = composite.tasks.clone().map(|at| (at + 1).to_string()).collect();

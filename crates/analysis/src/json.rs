@@ -17,7 +17,7 @@
 //! `composites` are the tasks that are made of tasks, where there are any: `parts` are the names of these, `tasks` their numbers in the track, from 1.
 //! A task that the rules declare as a failure has `"failure": true`, also one that is made of tasks.
 //! A task cut by an end of the recording or a gap has `"complete": false` and `"open": ["start"|"end"]`, others have neither.
-//! With `analyze --confidence`, segments after relabeling have `"confidence","earliest_s","latest_s","margin"` too, and tasks `"confidence"`.
+//! With `analyze --confidence`, segments after relabeling have `"confidence","stability","earliest_s","latest_s","margin"` too, and tasks `"stability"`.
 //! `outcome` has `"expected","as_expected"` too where tasks are expected; `track`, `task` and the times of a reason are null where it is about the recording.
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
 
@@ -213,7 +213,7 @@ fn task(task: &TaskSpan) -> Value {
     }
     value.insert("attempt".into(), json!(task.attempt));
     value.insert("secondary".into(), json!(task.secondary));
-    value.extend(task.confidence.map(|share| ("confidence".into(), json!(share))));
+    value.extend(task.stability.map(|share| ("stability".into(), json!(share))));
     value.insert("segments".into(), task.segments.iter().map(relabeled).collect());
     Value::Object(value)
 }
@@ -222,8 +222,9 @@ fn relabeled(segment: &Segment) -> Value {
     let mut value = raw(segment);
     value.insert("was".into(), json!(segment.was));
     value.insert("by".into(), json!(segment.by.join("; ")));
-    if let Some(Confidence { share, earliest_s, latest_s, margin, .. }) = segment.confidence {
+    if let Some(Confidence { share, stability, earliest_s, latest_s, margin }) = segment.confidence {
         value.insert("confidence".into(), json!(share));
+        value.insert("stability".into(), json!(stability));
         value.insert("earliest_s".into(), json!(earliest_s));
         value.insert("latest_s".into(), json!(latest_s));
         value.insert("margin".into(), json!(margin));

@@ -196,7 +196,7 @@ pub struct TaskSpan {
     /// The segments after relabeling.
     pub segments: Vec<Segment>,
     /// The share of the variations in which the task is found under this name, where that was asked for.
-    pub confidence: Option<f64>,
+    pub stability: Option<f64>,
 }
 
 /// Checks that every duration of settling, tasks and relabeling is at least one sample.

@@ -104,7 +104,7 @@ impl Naming<'_> {
             open_end: named.span.open_end,
             is_unfinished: named.span.open_end && segments.last().is_some_and(|last| self.is_unfinished(last)),
             segments,
-            confidence: None,
+            stability: None,
         }
     }
 

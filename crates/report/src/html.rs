@@ -87,13 +87,13 @@ fn tasks(analysis: &Analysis) -> String {
                 track.who,
                 subject_cells(&task.subject),
                 time_cells(task.start_s, task.end_s),
-                share_cell(task.confidence),
+                share_cell(task.stability),
                 escape(&remarks(task))
             )
         })
         .chain(analysis.tracks.iter().flat_map(|track| track.composites.iter().map(move |it| composite(track, it))))
         .collect();
-    let sure = share_title(analysis.tracks.iter().flat_map(|track| &track.tasks).any(|task| task.confidence.is_some()));
+    let sure = share_title(analysis.tracks.iter().flat_map(|track| &track.tasks).any(|task| task.stability.is_some()));
     if rows.is_empty() {
         return "<h2>Tasks</h2>\n<p>No task was found.</p>\n".into();
     }
@@ -107,7 +107,7 @@ fn tasks(analysis: &Analysis) -> String {
 /// The row of a task that is made of tasks.
 fn composite(track: &Track, found: &CompositeSpan) -> String {
     let names = escape(&found.parts.join(", "));
-    let (sure, cut) = (track.tasks.iter().any(|task| task.confidence.is_some()), escape(&parts(found)));
+    let (sure, cut) = (track.tasks.iter().any(|task| task.stability.is_some()), escape(&parts(found)));
     format!(
         "<tr><td><strong>{}</strong></td><td>{}</td><td></td><td></td>{}<td>{names}</td>{}<td>{cut}</td></tr>\n",
         escape(&found.task),
@@ -117,12 +117,12 @@ fn composite(track: &Track, found: &CompositeSpan) -> String {
     )
 }
 
-/// The title of the column of agreements, if the tasks have them.
+/// The title of the column of stabilities, if the tasks have them.
 fn share_title(is_known: bool) -> &'static str {
-    if is_known { "<th>agreement</th>" } else { "" }
+    if is_known { "<th>stability</th>" } else { "" }
 }
 
-/// Formats a confidence or an agreement in percent; empty without one.
+/// Formats a confidence or a stability in percent; empty without one.
 fn share_cell(share: Option<f64>) -> String {
     share.map_or_else(String::new, |share| format!("<td class=\"number\">{}</td>", escape(&percent(share))))
 }

@@ -262,8 +262,8 @@ impl Page<'_> {
         let times = self.times(task.start_s, task.end_s);
         let width = self.names + SWATCH;
         let name = self.bold(&format!("{:width$}", task.task.clone() + &task.subject.suffix()));
-        let agreement = task.confidence.map_or_else(String::new, |share| format!("   agreement {}", percent(share)));
-        let mut lines = vec![format!("  {name}{times}{agreement}   {}", remarks(task))];
+        let stability = task.stability.map_or_else(String::new, |share| format!("   stability {}", percent(share)));
+        let mut lines = vec![format!("  {name}{times}{stability}   {}", remarks(task))];
         lines.extend(task.segments.iter().flat_map(|segment| self.segment(segment)));
         lines
     }
@@ -285,11 +285,11 @@ impl Page<'_> {
         lines
     }
 
-    /// How sure a start is: the share, the interval it stays in, and the margin.
+    /// How sure a start is: the confidence, the interval that contains the starts of all variations, and the margin in standard deviations.
     fn confidence_text(&self, Confidence { share, earliest_s, latest_s, margin, .. }: &Confidence) -> String {
-        let margin = margin.map_or_else(String::new, |margin| format!(", margin {}", decimals(margin, 1)));
+        let margin = margin.map_or_else(String::new, |margin| format!(", margin {} SD", decimals(margin, 1)));
         let dash = if self.style.unicode { "–" } else { "-" };
-        format!("   {:>6}, starts {earliest_s:.3} {dash} {latest_s:.3} s{margin}", percent(*share))
+        format!("   confidence {}, starts {earliest_s:.3} {dash} {latest_s:.3} s{margin}", percent(*share))
     }
 
     fn times(&self, start_s: f64, end_s: f64) -> String {

@@ -119,7 +119,7 @@ impl<'t> SampledMotion<'t> {
             said.extend(outcome.forces.grip_changes().iter().map(ToString::to_string));
             tasks.push(json!({
                 "task": outcome.task, "subject": outcome.object, "start": start, "end": end, "open": [false, false],
-                "remarks": said.join("; "), "confidence": null,
+                "remarks": said.join("; "), "stability": null,
                 "color": TASKS.get(number % TASKS.len()).map(|color| color.hex()), "tried": [],
             }));
         }

@@ -163,7 +163,7 @@ impl Analysis {
         Score::new(self, labels)
     }
 
-    /// Adds the confidence of each boundary and task, from variations of params and log (docs/formats.md). Takes about ten times as long as the
+    /// Adds the confidence of each boundary and the stability of each task, from variations of params and log (docs/formats.md). Takes about ten times as long as the
     /// analysis, and reads the log into memory.
     ///
     /// # Errors
@@ -397,9 +397,9 @@ impl<'a> Task<'a> {
         self.span.open_end
     }
 
-    /// The share of the variations with a task of this name, if [`Analysis::with_confidence`] was called. It is not calibrated.
-    pub fn confidence(self) -> Option<f64> {
-        self.span.confidence
+    /// The share of the variations with a task of this name, if [`Analysis::with_confidence`] was called. It is not a probability that the task is right.
+    pub fn stability(self) -> Option<f64> {
+        self.span.stability
     }
 
     /// Its segments after relabeling.

@@ -17,7 +17,7 @@ use teachtree_language::graph::lower;
 /// The variation of params.
 pub const FACTORS: [f64; 2] = [0.8, 1.2];
 
-/// Gives the boundaries and tasks of an analysis their confidence and their margins.
+/// Gives the boundaries of an analysis their confidence and margins, and the tasks their stability.
 pub fn add(found: &mut Analysis, rules: &Rules, run: &Run, opened: &OpenedLog) -> Result<(), Error> {
     let varied: Vec<Vec<(String, String)>> = variations(rules);
     let mut analyses: Vec<Analysis> =

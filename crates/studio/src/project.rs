@@ -146,8 +146,8 @@ pub struct Row {
     pub generation: Option<u64>,
     /// What was found, or why nothing was.
     pub outcome: Option<Result<Summary, String>>,
-    /// How sure the least sure task is; the inner is `None` where there is no task.
-    pub confidence: Option<Option<f64>>,
+    /// The stability of the least stable task; the inner is `None` where there is no task.
+    pub stability: Option<Option<f64>>,
     /// The label file and how well the rules agree with it.
     pub agreement: Agreement,
     /// How the rules and the others differ.
@@ -164,7 +164,8 @@ pub struct Summary {
     issues: BTreeSet<String>,
     issue_count: usize,
     /// Whether the recording is a success.
-    result: OutcomeKind,
+    /// `None` where neither rules nor expected tasks decide it.
+    result: Option<OutcomeKind>,
 }
 
 impl Studio {
@@ -360,7 +361,7 @@ impl Studio {
                 Some(Err(error)) => _ = fields.insert("error".into(), json!(error)),
                 None => {}
             }
-            fields.insert("confidence".into(), json!(row.confidence.flatten()));
+            fields.insert("stability".into(), json!(row.stability.flatten()));
             row.agreement.put(fields);
             if let Some(against) = &row.against {
                 fields.insert("against".into(), against.json());
@@ -463,7 +464,7 @@ impl Studio {
             state.edits.clear();
             state.texts.clear();
             state.edit_version += 1;
-            state.rows.iter_mut().for_each(|row| row.confidence = None);
+            state.rows.iter_mut().for_each(|row| row.stability = None);
         });
     }
 }
@@ -479,6 +480,6 @@ fn summary(analysis: &Analysis) -> Summary {
         tasks: tasks.collect(),
         issues: found.issues.iter().map(|issue| issue.kind.name().to_string()).collect(),
         issue_count: found.issues.len(),
-        result: found.outcome().result,
+        result: found.has_criterion().then(|| found.outcome().result),
     }
 }

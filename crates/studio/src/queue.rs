@@ -1,4 +1,4 @@
-//! The background queue: analyzes every recording by the current rules, then the confidence of each task.
+//! The background queue: analyzes every recording by the current rules, then the stability of each task.
 
 use super::project::{State, Studio};
 use std::num::NonZero;
@@ -13,7 +13,7 @@ const MAX_THREADS: usize = 4;
 #[derive(Clone, Copy)]
 enum Job {
     Analyze(usize),
-    Confidence(usize),
+    Stability(usize),
 }
 
 impl Studio {
@@ -50,20 +50,16 @@ impl Studio {
         match job {
             // What went wrong is in the row.
             Job::Analyze(at) => _ = self.refresh(at),
-            Job::Confidence(at) => {
+            Job::Stability(at) => {
                 let least =
                     self.loaded(at).and_then(|loaded| loaded.base.runs()?.clone().with_confidence()).map(|analysis| {
-                        let shares = analysis
-                            .found()
-                            .tracks
-                            .iter()
-                            .flat_map(|track| &track.tasks)
-                            .filter_map(|it| it.confidence);
+                        let shares =
+                            analysis.found().tracks.iter().flat_map(|track| &track.tasks).filter_map(|it| it.stability);
                         shares.reduce(f64::min)
                     });
                 let mut state = self.state();
                 if let Some(row) = state.rows.get_mut(at) {
-                    row.confidence = Some(least.unwrap_or_default());
+                    row.stability = Some(least.unwrap_or_default());
                 }
                 state.revision += 1;
             }
@@ -77,7 +73,7 @@ impl Studio {
         if let Some(row) = state.rows.get_mut(at(job)).filter(|_| !is_done) {
             row.generation = Some(generation);
             row.outcome = Some(Err("the analysis failed: this is a bug".into()));
-            row.confidence = Some(None);
+            row.stability = Some(None);
             state.revision += 1;
         }
         drop(state);
@@ -87,7 +83,7 @@ impl Studio {
 
 fn at(job: Job) -> usize {
     match job {
-        Job::Analyze(at) | Job::Confidence(at) => at,
+        Job::Analyze(at) | Job::Stability(at) => at,
     }
 }
 
@@ -95,6 +91,6 @@ fn job(state: &State) -> Option<Job> {
     let free = || state.rows.iter().enumerate().filter(|(at, _)| !state.claimed.contains(at));
     let old = free().find(|(_, row)| row.generation != Some(state.generation));
     // While params are turned, how sure the tasks are would be of rules that are gone in a moment.
-    let unsure = || free().find(|(_, row)| row.confidence.is_none()).filter(|_| state.params.is_empty());
-    old.map(|(at, _)| Job::Analyze(at)).or_else(|| unsure().map(|(at, _)| Job::Confidence(at)))
+    let unknown = || free().find(|(_, row)| row.stability.is_none()).filter(|_| state.params.is_empty());
+    old.map(|(at, _)| Job::Analyze(at)).or_else(|| unknown().map(|(at, _)| Job::Stability(at)))
 }

@@ -31,13 +31,13 @@ fn analyzed(path: &Path, binding: Option<&Path>, rules: Option<&Path>) -> Result
     analyze().map_err(|error: teachtree::Error| error.to_string())
 }
 
-/// Samples by the confidence that the program prints, instead of by agreement.
+/// Samples by the confidence that the program prints, instead of by stability.
 pub fn calibrated(samples: &[ConfidenceSample]) -> Vec<ConfidenceSample> {
     let calibrated = |it: &ConfidenceSample| ConfidenceSample { share: calibration(it.share), ..*it };
     samples.iter().map(calibrated).collect()
 }
 
-/// The boundaries of a recording whose truth has them, each with its agreement.
+/// The boundaries of a recording whose truth has them, each with its stability.
 pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<ConfidenceSample>, String> {
     if !matches!(kind.set(), Set::OneArm | Set::Wiping | Set::Snap | Set::Desk) {
         return Ok(vec![]);
@@ -98,7 +98,7 @@ pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<Confiden
         let found = found.take(if first_only { 1 } else { usize::MAX });
         sure.extend(found.filter_map(|it| {
             let right = at.iter().any(|at| (it.start_s() - at).abs() <= within);
-            Some(ConfidenceSample { share: it.confidence()?.agreement, right })
+            Some(ConfidenceSample { share: it.confidence()?.stability, right })
         }));
     }
     Ok(sure)
@@ -122,7 +122,7 @@ pub fn demonstrations(
     Ok(())
 }
 
-/// The boundaries of simulated operators, those of all scenes of one hand with these seeds, each with its agreement.
+/// The boundaries of simulated operators, those of all scenes of one hand with these seeds, each with its stability.
 pub fn of_simulation(seeds: u64) -> Result<Vec<ConfidenceSample>, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let mut sure = vec![];
@@ -143,7 +143,7 @@ pub fn of_simulation(seeds: u64) -> Result<Vec<ConfidenceSample>, String> {
                     |span: &&teachtree_analysis::score::Span| span.names.iter().any(|name| name == it.primitive());
                 let right =
                     track.primitives.iter().filter(same).any(|span| (span.start_s - it.start_s()).abs() <= RIGHT_S);
-                Some(ConfidenceSample { share: it.confidence()?.agreement, right })
+                Some(ConfidenceSample { share: it.confidence()?.stability, right })
             }));
         }
         Ok(())

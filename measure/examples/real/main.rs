@@ -20,7 +20,7 @@ use recording_result::{RecordingResult, RuleChoice};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use teachtree_measure::confidence::{ConfidenceSample, table};
+use teachtree_measure::confidence::{CLASSES, ConfidenceSample, LIVE_CLASSES, table};
 
 /// Measures recognition on real recordings
 #[derive(Parser)]
@@ -81,11 +81,11 @@ fn run(args: &Args) -> Result<(), String> {
         let mut rows: Vec<(&str, &[ConfidenceSample])> =
             real.map(|(set, samples)| (set.about().0, &samples[..])).collect();
         rows.push(("simulated operators", &simulated));
-        println!("{}", table("agreement", "boundaries", &rows));
+        println!("{}", table("stability", "boundaries", &CLASSES, &rows));
         let calibrated = rows.iter().map(|(name, samples)| (*name, confidence::calibrated(samples)));
         let calibrated: Vec<(&str, Vec<ConfidenceSample>)> = calibrated.collect();
         let rows: Vec<(&str, &[ConfidenceSample])> = calibrated.iter().map(|(name, of)| (*name, &of[..])).collect();
-        println!("{}", table("confidence", "boundaries", &rows));
+        println!("{}", table("confidence", "boundaries", &CLASSES, &rows));
         return Ok(());
     }
     if let Some(seeds) = args.live {
@@ -100,7 +100,7 @@ fn run(args: &Args) -> Result<(), String> {
         for ((against, real), simulated) in live::AGAINST.iter().zip(&real).zip(&simulated) {
             let sets: [(&str, &[ConfidenceSample]); 2] =
                 [("real recordings", real), ("simulated operators", simulated)];
-            println!("{}", table("confidence", &format!("labels of frames, by {against},"), &sets));
+            println!("{}", table("confidence", &format!("labels of frames, by {against},"), &LIVE_CLASSES, &sets));
         }
         return Ok(());
     }

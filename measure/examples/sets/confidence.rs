@@ -1,4 +1,4 @@
-//! The calibration of the confidence: the share of right boundaries by agreement in each set, and whether a map that was learned on the other sets holds.
+//! The calibration of the confidence: the share of right boundaries by stability in each set, and whether a map that was learned on the other sets holds.
 
 use super::manifest::Set;
 use super::measured::{self, AnalyzedRecording};
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use teachtree_analysis::score::TrackTruth;
 use teachtree_measure::calibration::Calibration;
-use teachtree_measure::confidence::{ConfidenceSample, right_of, table};
+use teachtree_measure::confidence::{CLASSES, ConfidenceSample, right_of, table};
 use teachtree_session::AnalysisInternals;
 
 /// Maximum distance of a right boundary from the true one, s.
@@ -14,7 +14,7 @@ const RIGHT_S: f64 = 0.15;
 /// The least confidence of the goal.
 const SURE: f64 = 0.9;
 
-/// The boundaries of the recordings of a set at which the label changes, each with its agreement.
+/// The boundaries of the recordings of a set at which the label changes, each with its stability.
 pub fn of_set(set: &Set, folder: &Path) -> Result<Vec<ConfidenceSample>, String> {
     let samples = measured::each(set, folder, |path, AnalyzedRecording { analysis, truth, .. }| {
         let analysis = analysis.with_confidence().map_err(|error| format!("{}: {error}", path.display()))?;
@@ -40,13 +40,13 @@ fn of_track(truth: &TrackTruth, found: &teachtree_analysis::Analysis) -> Vec<Con
         let is_labeled = |at_s: f64| truth.primitives.iter().any(|span| span.start_s <= at_s && at_s < span.end_s);
         let mut starts = truth.primitives.iter().filter(|span| &span.names == names).map(|span| span.start_s);
         let right = starts.any(|start_s| (start_s - segment.start_s).abs() <= RIGHT_S);
-        let share = segment.confidence?.agreement;
+        let share = segment.confidence?.stability;
         is_labeled(segment.start_s).then_some(ConfidenceSample { share, right })
     };
     changes.filter_map(sample).collect()
 }
 
-/// The tables: the shares of right boundaries by agreement, the calibration of each set by the other sets, and the calibration by all sets.
+/// The tables: the shares of right boundaries by stability, the calibration of each set by the other sets, and the calibration by all sets.
 pub fn tables(sets: &[(&Set, Vec<ConfidenceSample>)]) -> String {
     let rows: Vec<(&str, &[ConfidenceSample])> =
         sets.iter().map(|(set, samples)| (set.manifest.name.as_str(), &samples[..])).collect();
@@ -56,7 +56,7 @@ pub fn tables(sets: &[(&Set, Vec<ConfidenceSample>)]) -> String {
         });
         Calibration::of_kinds(kinds.map(|(_, samples)| &samples[..]))
     };
-    let mut text = table("agreement", "boundaries", &rows);
+    let mut text = table("stability", "boundaries", &CLASSES, &rows);
     text.push_str(
         "\n| calibrated by the other sets | boundaries right | confidence, mean | confidence, largest | right, of 90 % and more |\n|---|---|---|---|---|\n",
     );
@@ -72,7 +72,7 @@ pub fn tables(sets: &[(&Set, Vec<ConfidenceSample>)]) -> String {
         let right = right_of(samples.iter());
         let _ = writeln!(text, "| {name} | {right} | {:.1} % | {:.1} % | {sure} |", 100.0 * mean, 100.0 * largest);
     }
-    text.push_str("\n| agreement, from | confidence |\n|---|---|\n");
+    text.push_str("\n| stability, from | confidence |\n|---|---|\n");
     for (least, share) in learned("").steps() {
         let _ = writeln!(text, "| {:.1} % | {:.1} % |", 100.0 * least, 100.0 * share);
     }

@@ -33,7 +33,7 @@ struct Args {
     /// Also prints a line for each recording
     #[arg(long)]
     each: bool,
-    /// Instead prints the share of right boundaries by agreement, and the calibration of the confidence
+    /// Instead prints the share of right boundaries by stability, and the calibration of the confidence
     #[arg(long, conflicts_with = "each")]
     confidence: bool,
 }

@@ -14,7 +14,11 @@ fn the_page_opens_with_the_first_recording_that_needs_attention() {
         let Some((mut browser, _studio)) = visited(folder.path(), &OPENED) else { return };
         opened(&mut browser, "b");
         let agreement = browser.text("#agreement");
-        assert!(agreement.contains("F1 ") && agreement.contains(" of segments at 50 % overlap, "), "{agreement}");
+        assert!(
+            agreement.starts_with("Agreement with labels (this recording): segment F1 ")
+                && agreement.contains(" at 50 % overlap; "),
+            "{agreement}"
+        );
         assert!(!agreement.contains("boundaries"), "{agreement}");
         no_complaints(&browser);
     }

@@ -128,6 +128,16 @@ fn nothing_is_loaded_from_elsewhere() {
     assert!(text.contains("id=\"bench\"") && !text.contains("http"), "{text}");
 }
 
+/// Rules without failures decide no outcome: the list shows none, as `analyze` prints none.
+#[test]
+fn the_list_has_no_outcome_that_nothing_decides() {
+    let folder = folder();
+    let studio = Studio::start(folder.path(), &[&OPENED[..], &["--rules", "contact.rules"]].concat());
+    let list = studio.list();
+    let rows = list["recordings"].as_array().unwrap();
+    assert!(!rows.is_empty() && rows.iter().all(|row| row["status"] == "done" && row["outcome"].is_null()), "{list}");
+}
+
 #[test]
 fn the_list_and_a_recording_are_what_analyze_finds() {
     let folder = folder();

@@ -136,7 +136,7 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
             "end": rounded(task.end_s),
             "open": [task.open_start, task.open_end],
             "remarks": remarks(task),
-            "confidence": task.confidence.map(rounded),
+            "stability": task.stability.map(rounded),
             "color": color.hex(),
             "tried": tried,
         })

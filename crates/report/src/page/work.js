@@ -168,7 +168,7 @@ function drawLanes() {
 
   function task(one, number, at, top) {
     if (!seen(one.start, one.end)) return "";
-    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}${one.confidence === null ? "" : `\nagreement ${confidenceText(one.confidence)}`}`;
+    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}${one.stability === null || one.stability === undefined ? "" : `\nstability ${shareText(one.stability)}`}`;
     const name = `${one.open[0] ? "… " : ""}${one.task}${one.open[1] ? " …" : ""}`;
     return bar(one.start, one.end, top, one.color, name, `task ${number} tasks ${at}`, is("task", number, "tasks", at) ? " picked" : "", title);
   }
@@ -216,9 +216,9 @@ function drawLanes() {
   if (focused) lanesSvg.querySelector(`[data-pick="${focused}"]`)?.focus({ preventScroll: true });
 }
 
-/** A confidence: no variation of params shows that a result is certain. */
-const confidenceText = (share) => share >= 0.995 ? "> 99 %" : `${Math.round(share * 100)} %`;
-const certainty = ([share, earliest, latest]) => `confidence ${confidenceText(share)}, starts ${earliest.toFixed(3)} – ${seconds(latest)}`;
+/** A confidence or a stability: no variation shows that a result is certain. */
+const shareText = (share) => share >= 0.995 ? "> 99 %" : `${Math.round(share * 100)} %`;
+const certainty = ([share, earliest, latest]) => `confidence ${shareText(share)}, starts ${earliest.toFixed(3)} – ${seconds(latest)}`;
 
 const is = (kind, number, lane, at) => {
   const one = state.selected;
@@ -435,7 +435,7 @@ function showReplay() {
   replay = new Replay(figure.querySelector("canvas"), caption, data.replay, data.tracks);
   const forces = replay.strong > 0 ? ` Arrows: <span class="force">forces of fingertips</span>, <span class="contact">forces on the held object</span>; the bar is their scale.` : "";
   const { every } = data.replay;
-  const coarse = every ? ` <span class="detail">This page holds the poses and forces of every ${every.frames}th frame (${(every.frames * step).toPrecision(2)} s) and interpolates between them: up to ${(every.m * 1000).toPrecision(2)} mm${every.n > 0 ? ` and ${every.n.toPrecision(2)} N` : ""} beside the log.</span>` : "";
+  const coarse = every ? ` <span class="detail">This page holds the poses and forces of every ${every.frames}th frame (${(every.frames * step).toPrecision(2)} s) and interpolates between them: off the log by up to ${(every.m * 1000).toPrecision(2)} mm${every.n > 0 ? ` and ${every.n.toPrecision(2)} N` : ""}.</span>` : "";
   caption.innerHTML = `Hands have the colors of their primitives; a thick ring is a touch.${forces}${coarse}`;
 }
 

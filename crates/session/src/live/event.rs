@@ -73,8 +73,8 @@ impl LiveEvent {
         }
     }
 
-    /// Returns the confidence of a `label`, if [`Live::with_confidence`](crate::Live::with_confidence) was called. It is 0.5 when the label begins and rises to
-    /// 1 over the time that averages look ahead and the trees settle (docs/live.md).
+    /// Returns the confidence of a `label`, if [`Live::with_confidence`](crate::Live::with_confidence) was called: the share of labels
+    /// that had stood as long and were confirmed by the final segments of the measured recordings, at most 0.88 (docs/live.md).
     pub const fn confidence(&self) -> Option<f64> {
         match &self.inner {
             Inner::Label { confidence, .. } => *confidence,
@@ -139,7 +139,7 @@ impl LiveEvent {
 }
 
 impl fmt::Display for LiveEvent {
-    /// One line: `12.340 s  right Grasp`, with its confidence `12.340 s  right Grasp  80 %`; `right Grasp cube, 1.250 – 1.500 s`; the task; the issue.
+    /// One line: `12.340 s  right Grasp`, with its confidence `12.340 s  right Grasp  74 %`; `right Grasp cube, 1.250 – 1.500 s`; the task; the issue.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.inner {
             Inner::Label { who, primitive, time_s, confidence } => {

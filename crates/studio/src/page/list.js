@@ -112,15 +112,15 @@ function matching() {
     if (issue === "-") return !one.issue_count && !one.error;
     return !issue || (one.issues || []).includes(issue);
   });
-  const key = { confidence: (one) => one.confidence, score: (one) => one.score && one.score.accuracy, against: (one) => one.against && -one.against.frames / (one.against.of_frames || 1) }[filters.sort.value];
+  const key = { stability: (one) => one.stability, score: (one) => one.score && one.score.accuracy, against: (one) => one.against && -one.against.frames / (one.against.of_frames || 1) }[filters.sort.value];
   if (!key) return at;
   const of = (number) => key(list.recordings[number]) ?? Infinity;
   return at.sort((a, b) => of(a) - of(b) || a - b);
 }
 
 const percent = (share) => `${Math.round(share * 100)} %`;
-/** An agreement: no variation shows that a result is certain. */
-const agreementText = (share) => share >= 0.995 ? "&gt; 99 %" : percent(share);
+/** A stability: no variation shows that a result is certain. */
+const stabilityText = (share) => share >= 0.995 ? "&gt; 99 %" : percent(share);
 
 /** What changed against labels since params were turned, in words. */
 function change(one) {
@@ -141,7 +141,7 @@ function row(number) {
   }
   const numbers = [];
   if (one.outcome) numbers.push(`<span class="outcome ${one.outcome}" title="whether the recording is a success">${one.outcome}</span>`);
-  if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="the share of variations of params and log that have the least stable task">agreement ${agreementText(one.confidence)}</span>`);
+  if (one.stability !== null && one.stability !== undefined) numbers.push(`<span title="the share of variations of params and log that have the least stable task">stable in ${stabilityText(one.stability)}</span>`);
   if (one.issue_count) numbers.push(`<span title="of the recording; they are listed when it is open">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}: ${escaped((one.issues || []).join(", "))}</span>`);
   if (one.labels) numbers.push(`<span title="labels that a person set">${one.labels} pinned</span>`);
   if (isNumber(one.score?.f1)) numbers.push(`<span title="agreement with the label file: F1 of the segments at 50 % overlap; ${percent(one.score.accuracy)} of the time has its label">F1 ${percent(one.score.f1)}</span> ${change(one)}`);

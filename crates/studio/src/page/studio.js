@@ -43,21 +43,21 @@ function words(score, base) {
     const was = base && base[key] !== null && Math.abs(base[key] - score[key]) > 5e-4 ? ` (was ${percent(base[key])})` : "";
     return `${percent(score[key])}${was}`;
   };
-  const segments = score.f1 === null ? "" : `F1 ${share("f1")} of segments at 50 % overlap, `;
-  const tasks = score.tasks ? `, ${score.tasks_right} of ${score.tasks} tasks` : "";
-  return `${segments}${share("accuracy")} of ${score.scored_s.toFixed(1)} s${tasks}`;
+  const segments = score.f1 === null ? "" : `segment F1 ${share("f1")} at 50 % overlap; `;
+  const tasks = score.tasks ? `; ${score.tasks_right} of ${score.tasks} tasks correct` : "";
+  return `${segments}${share("accuracy")} of ${score.scored_s.toFixed(1)} s correct${tasks}`;
 }
 
 /** The line that says how well rules and labels agree: here, and over all recordings with labels. */
 function agreement(next) {
   const place = document.getElementById("agreement"), row = list.rowOf(current.at), parts = [];
-  if (row?.score && row.score.accuracy !== null) parts.push(`Agrees with the labels: here ${words(row.score, row.base)}`);
+  if (row?.score && row.score.accuracy !== null) parts.push(`Agreement with labels (this recording): ${words(row.score, row.base)}`);
   if (next.labeled > 1 && next.score.accuracy !== null) {
     const changed = next.better || next.worse ? `; ${next.better} better, ${next.worse} worse` : "";
-    parts.push(`${parts.length ? "in" : "Agrees with the labels: in"} ${next.labeled} recordings ${words(next.score, next.base)}${changed}`);
+    parts.push(`${parts.length ? "" : "Agreement with labels "}(${next.labeled} recordings): ${words(next.score, next.base)}${changed}`);
   }
   const wrong = row?.score_error;
-  say(place, wrong || parts.join("; ") || "No labels to compare with yet", Boolean(wrong));
+  say(place, wrong || parts.join(" ") || "No labels to compare with yet", Boolean(wrong));
   place.hidden = current.at === undefined;
 }
 
