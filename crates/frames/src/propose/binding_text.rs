@@ -2,8 +2,10 @@
 
 use super::contacts::Line;
 use super::hands::Hand;
-use super::parts::Part;
+use super::parts::{Part, Quantity};
 use super::timing::Timing;
+use super::words;
+use super::wrist_forces::{self, UNKNOWN_SIGN};
 use super::yaml_scalar::{comment, quoted, scalar};
 use super::{Answers, Survey};
 use std::fmt::Write as _;
@@ -28,6 +30,14 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
         );
     } else if survey.fixed.values().any(|side| survey.hands.get(side).is_some_and(|hand| hand.force.is_none())) {
         text.push_str("hand_file: hand_holding.rules    # each hand has its object all the time\n");
+    }
+    let reaches: Option<Vec<f64>> = survey.grippers.values().map(|gripper| gripper.reach_m).collect();
+    if let Some(reach_m) = reaches.and_then(|reaches| reaches.into_iter().reduce(f64::max)) {
+        let reach_mm = (reach_m * 1e3).round();
+        let _ = writeln!(
+            text,
+            "params: {{grip_reach: {reach_mm} mm}}    # fingers farther from an object hold nothing: a relaxed hand is narrow too"
+        );
     }
     for line in &timing.lines {
         let _ = writeln!(text, "{line}");
@@ -57,7 +67,7 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     if !survey.contacts.supports.is_empty() {
         text.push_str("\nnormals: by_role    # contacts have no normals in the log: a support carries from below\n");
     }
-    text.push_str(&tare(survey));
+    text.push_str(&wrist_forces::tare(survey));
     text.push_str(&sensors(survey));
     text
 }
@@ -136,8 +146,11 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
     let is_fixed = survey.is_fixed_tool();
     for (side, hand) in &survey.hands {
         of_hand(*side, hand, is_fixed, is_pair(survey), &line, &mut lines);
-        if let Some(force) = lines.iter_mut().find(|line| line.channel == format!("{side}.wrist.force")) {
-            turn(force, *side, hand, survey);
+        let is_force = |line: &&mut Line| {
+            line.channel == format!("{side}.wrist.force") || line.channel == format!("{side}.palm.force")
+        };
+        if let Some(force) = lines.iter_mut().find(is_force) {
+            wrist_forces::turn(force, *side, hand, survey);
         }
         if let Some(gripper) = survey.grippers.get(side) {
             of_gripper(*side, gripper, answers, &mut lines);
@@ -224,102 +237,11 @@ fn of_hand(
     }
     if let Some(force) = &hand.force {
         let channel = if has_tips || is_fixed { format!("{side}.palm.force") } else { format!("{side}.wrist.force") };
-        lines.push(line(channel, force, FORCE));
+        lines.push(line(channel, force, UNKNOWN_SIGN));
     }
     if let Some(torque) = hand.torque.as_ref().filter(|_| !is_fixed) {
         lines.push(line(format!("{side}.wrist.torque"), torque, ""));
     }
-}
-
-/// The sign of a force that nothing shows.
-const FORCE: &str = "the force on the object; with `-` before it if the log has the force on the hand";
-
-/// An object that is so much higher than before is off its table, m.
-const LIFTED_M: f64 = 0.03;
-
-/// Turns a force at the wrist that points down, from its level without a load, while an object is lifted: it is that on the hand.
-fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
-    const LEAST_N: f64 = 0.2;
-    let Some(force) = &hand.force else { return };
-    let Some(rise) = rise_with_objects(force, survey).or_else(|| rise_with_hand(side, hand, survey)) else { return };
-    let other = negated(&line.columns);
-    let reason = match () {
-        () if rise < -LEAST_N => "the log has the force on the hand: it points down while an object is lifted",
-        () if rise > LEAST_N => "on the object: it points up while that is lifted",
-        () => return,
-    };
-    let other = if rise < -LEAST_N { std::mem::replace(&mut line.columns, other) } else { other };
-    line.reason = line.reason.replacen(FORCE, reason, 1)
-        + &format!("; else, or if the sensor turns with a hand that points down, `{}`", scalar(&other));
-}
-
-/// How far the vertical force rises from its level at rest while an object is off its table, N.
-fn rise_with_objects(force: &Part, survey: &Survey) -> Option<f64> {
-    let height = |at: [f64; 3]| survey.upright(at)[2];
-    let mut lifted = vec![];
-    for body in &survey.bodies {
-        let (Some(part), Some(start)) = (body.positions.first(), body.start()) else { continue };
-        let is_up = |row: &usize| part.position(*row).is_some_and(|at| height(at) > height(start) + LIFTED_M);
-        let rows = (0..part.rows()).filter(is_up).map(|row| part.row_in(row, force));
-        lifted.extend(rows.filter_map(|row| force.position(row)).map(height));
-    }
-    // What is pressed down in the air, as into a socket, is a small part.
-    Some(median(lifted)? - rest_level(survey, force).map_or(0.0, height))
-}
-
-/// How far the vertical force is higher with a closed gripper that is above the place where it closed than with an open one that is above its lowest place, N.
-fn rise_with_hand(side: Side, hand: &Hand, survey: &Survey) -> Option<f64> {
-    let gripper = survey.grippers.get(&side)?;
-    let (force, place) = (hand.force.as_ref()?, hand.tool.as_ref().or_else(|| hand.tips.values().next())?);
-    let height = |at: [f64; 3]| survey.upright(at)[2];
-    let rows: Vec<(bool, f64, f64)> = (0..force.rows())
-        .filter_map(|row| {
-            let at = height(place.position(force.row_in(row, place))?);
-            Some((gripper.is_closed(force.time_s(row)), at, height(force.position(row)?)))
-        })
-        .collect();
-    let lowest = rows.iter().map(|(_, at, _)| *at).fold(f64::INFINITY, f64::min);
-    let (mut lifted, mut free, mut from) = (vec![], vec![], None);
-    for (is_closed, at, force) in rows {
-        let closed_at = if is_closed { *from.get_or_insert(at) } else { lowest };
-        let forces = if is_closed { &mut lifted } else { &mut free };
-        forces.extend((at > closed_at + LIFTED_M).then_some(force));
-        from = from.filter(|_| is_closed);
-    }
-    Some(median(lifted)? - median(free)?)
-}
-
-/// The median; `None` of nothing.
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
-
-/// Columns with the other sign.
-fn negated(columns: &str) -> String {
-    let negated = |column: &str| match column.strip_prefix('-') {
-        Some(column) => column.to_string(),
-        None => format!("-{column}"),
-    };
-    let Some(list) = columns.strip_prefix("[\"").and_then(|list| list.strip_suffix("\"]")) else {
-        return negated(columns);
-    };
-    let columns: Vec<String> = list.split("\", \"").map(|column| format!("\"{}\"", negated(column))).collect();
-    format!("[{}]", columns.join(", "))
-}
-
-/// The middle of a force at the beginning, where the hand is at rest. A force of another table that begins later has no sample there.
-fn rest_level(survey: &Survey, force: &Part) -> Option<[f64; 3]> {
-    const REST_S: f64 = 0.3;
-    let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()).chain(&hand.force));
-    let starts = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.sheet.start_s);
-    if force.sheet.start_s > starts.fold(f64::INFINITY, f64::min) + REST_S / 3.0 {
-        return None;
-    }
-    let rows = ((REST_S / force.sheet.duration_s.max(REST_S)) * force.rows() as f64).ceil() as usize;
-    let first: Vec<[f64; 3]> = (0..rows.max(1)).filter_map(|row| force.position(row)).collect();
-    let mean = |axis: usize| first.iter().filter_map(|at| at.get(axis)).sum::<f64>() / first.len().max(1) as f64;
-    Some([0, 1, 2].map(mean))
 }
 
 /// How sensors that turn with their hands are bound, as a comment.
@@ -403,32 +325,16 @@ fn unused(survey: &Survey) -> String {
         text.push_str("  # not used:\n");
     }
     for part in rest.iter().take(MAX_UNUSED) {
-        let _ = writeln!(text, "  #   {}", comment(&scalar(&part.columns())));
+        let why = match () {
+            () if words::is_command(&part.words) => "    (a command)",
+            () if words::is_relative(&part.words) => "    (relative to something)",
+            () if part.quantity == Quantity::Rotation => "    (no position has this name)",
+            () => "",
+        };
+        let _ = writeln!(text, "  #   {}{why}", comment(&scalar(&part.columns())));
     }
     if rest.len() > MAX_UNUSED {
         let _ = writeln!(text, "  #   and {} more", rest.len() - MAX_UNUSED);
     }
     text
-}
-
-/// A line that tares forces at the wrist that begin off zero while the hand is at rest.
-fn tare(survey: &Survey) -> String {
-    const BIAS_N: f64 = 0.2;
-    let is_fixed = survey.is_fixed_tool();
-    let mut channels = vec![];
-    for (side, hand) in &survey.hands {
-        let Some([x, y, z]) = hand.force.as_ref().and_then(|force| rest_level(survey, force)) else { continue };
-        let bias = (x * x + y * y + z * z).sqrt();
-        if bias > BIAS_N && bias.is_finite() {
-            let part = if !hand.tips.is_empty() || is_fixed { "palm" } else { "wrist" };
-            channels.push(format!("{side}.{part}.force"));
-        }
-    }
-    if channels.is_empty() {
-        return String::new();
-    }
-    format!(
-        "\ntare: {{channels: [{}], from: 0 s, to: 0.3 s}}    # the force is not zero at the beginning; leave this out if the hand holds something there\n",
-        channels.join(", ")
-    )
 }

@@ -38,7 +38,9 @@ pub struct Group {
 }
 
 /// Endings that components have, and the placeholder for them; longer ones first.
-const ENDINGS: [(&[&str], &str); 7] = [
+const ENDINGS: [(&[&str], &str); 9] = [
+    (&["roll", "pitch", "yaw"], "rpy=roll pitch yaw"),
+    (&["Roll", "Pitch", "Yaw"], "rpy=Roll Pitch Yaw"),
     (&["w", "x", "y", "z"], "wxyz"),
     (&["W", "X", "Y", "Z"], "WXYZ"),
     (&["x", "y", "z"], "xyz"),
@@ -96,10 +98,14 @@ fn components(
         let members: Vec<usize> = endings.iter().filter_map(member).collect();
         let is_free = members.iter().all(|at| !taken.get(*at).copied().unwrap_or(true));
         let goes_on = numbers_beside(endings).iter().any(|beside| member(&beside.as_str()).is_some());
-        let form = if endings.len() == 4 { Form::Quaternion } else { Form::Vector };
+        let form = match endings.len() {
+            4 => Form::Quaternion,
+            _ if placeholder.starts_with("rpy") => Form::Angles,
+            _ => Form::Vector,
+        };
         let is_whole = members.len() == endings.len() && is_free && !goes_on;
-        let is_rotation = || form == Form::Vector || is_unit(columns, &members);
-        (is_whole && is_rotation()).then(|| Group {
+        let is_plausible = || form != Form::Quaternion || is_unit(columns, &members);
+        (is_whole && is_plausible()).then(|| Group {
             pattern: format!("{head}<{placeholder}>{tail}"),
             name: format!("{head} {tail}"),
             form,

@@ -1,13 +1,13 @@
 //! Grippers: which column is their opening, and at which end of it they are closed.
 
 use super::bodies::Body;
-use super::hands::{Hand, side_of};
+use super::hands::side_of;
 use super::parts::{Part, Quantity, distance};
+use super::strokes::Scale;
 use super::words;
 use crate::inspect::ValueKind;
-use crate::otsu;
 use std::collections::BTreeMap;
-use teachtree_base::hands::{Finger, Side};
+use teachtree_base::hands::Side;
 use teachtree_base::short_number::ShortNumber;
 use teachtree_base::units::{compound_of_log, symbol};
 
@@ -61,6 +61,8 @@ pub struct Gripper {
     pub opening: Option<(String, String)>,
     /// How far it is open on an object, m.
     pub held_m: Option<f64>,
+    /// How far from the bounding ball of an object it holds it at most, m, where positions of both fingertips show it.
+    pub reach_m: Option<f64>,
     /// When it is closed, s: at each sample.
     pub closed_at: Vec<(f64, bool)>,
     /// Whether nothing but the name shows the closed end.
@@ -75,32 +77,6 @@ impl Gripper {
         let before = self.closed_at.partition_point(|(at, _)| *at <= time_s);
         self.closed_at.get(before.saturating_sub(1)).is_some_and(|(_, closed)| *closed)
     }
-}
-
-/// The gripper of a hand of a thumb and an index whose distance has two usual values.
-pub fn of_fingertips(side: Side, hand: &Hand) -> Option<Gripper> {
-    /// The least difference of these values, m.
-    const OPENS_M: f64 = 0.005;
-    let (Some(thumb), Some(index), 2) = (hand.tips.get(&Finger::Thumb), hand.tips.get(&Finger::Index), hand.tips.len())
-    else {
-        return None;
-    };
-    let width = |row: usize| Some(distance(thumb.position(row)?, index.position(thumb.row_in(row, index))?));
-    let widths: Vec<(f64, f64)> = (0..thumb.rows()).filter_map(|row| Some((thumb.time_s(row), width(row)?))).collect();
-    let [low, high] = otsu::clear_means(widths.iter().map(|(_, width)| *width).collect())?;
-    let limit_mm = ((low + high) / 2.0 * 1e3).round();
-    let [low_mm, high_mm] = [low, high].map(|width| (width * 1e3).round());
-    let of = format!("between: [{side}.thumb, {side}.index]");
-    (high - low > OPENS_M).then(|| Gripper {
-        closed: format!("{{{of}, below: {limit_mm} mm}}"),
-        reason: format!("closed about {low_mm} mm, open about {high_mm} mm"),
-        alternative: None,
-        opening: Some((format!("{{{of}}}"), "the distance of the fingertips".into())),
-        held_m: Some(low),
-        closed_at: widths.iter().map(|(time, width)| (*time, width * 1e3 < limit_mm)).collect(),
-        is_guess: false,
-        sheet: thumb.sheet.name.clone(),
-    })
 }
 
 /// The grippers, and the parts that are of none of them.
@@ -236,13 +212,23 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         _ if !column.unit.is_empty() => part.pattern.clone(),
         unit => format!("{} [{unit}]", part.pattern),
     };
+    let [closed, open] = if is_low { [low, high] } else { [high, low] };
+    let fingers = if second.is_some() { 2.0 } else { fingers(part) };
+    let factor = compound_of_log(unit).map_or(1.0, |(factor, _)| factor) * fingers;
+    let is_length = matches!(unit, "m" | "mm" | "cm") && !is_flag;
+    let is_scaled = !is_length && !is_flag && aloha_side(part).is_none();
+    let scale = Scale::of(part, is_counted).filter(|_| is_scaled);
+    let stroke = scale.and_then(|scale| scale.stroke(part, closed, is_low));
+    // Without the opening, the flag alone shows when the gripper closes on an object and lets go.
+    if !is_length && stroke.is_none() && !is_flag && by_motion.is_some() {
+        limit = plateau_limit(&carried, open, is_low).unwrap_or(limit);
+    }
     let flag = |is_low: bool| match (is_flag, is_low) {
         (true, false) => part.pattern.clone(),
         (_, is_low) => {
             format!("{} {} {limit} {unit}", named(unit), if is_low { "<" } else { ">" }).trim_end().to_string()
         }
     };
-    let [closed, open] = if is_low { [low, high] } else { [high, low] };
     let [closed_at, open_at] = [closed, open].map(|value| ShortNumber(short(value)));
     let why = match by_motion {
         Some(_) => "an object moves with it there",
@@ -251,21 +237,14 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         None if is_switched => "an output that is switched on",
         None => "the lower end, since nothing shows that an object moves with it",
     };
-    let fingers = if second.is_some() { 2.0 } else { fingers(part) };
-    let factor = compound_of_log(unit).map_or(1.0, |(factor, _)| factor) * fingers;
-    let is_length = matches!(unit, "m" | "mm" | "cm") && !is_flag;
-    let opening = is_length.then(|| {
+    let length = || {
         let columns = if fingers > 1.0 { format!("{} * 2 [{unit}]", part.pattern) } else { named(unit) };
-        let reason = if part.unit.is_empty() { format!("in {unit} by its range") } else { String::new() };
-        (
-            columns,
-            if fingers > 1.0 {
-                format!("{reason}{}twice the way of a finger", if reason.is_empty() { "" } else { ", " })
-            } else {
-                reason
-            },
-        )
-    });
+        let by_range = part.unit.is_empty().then(|| format!("in {unit} by its range"));
+        let twice = (fingers > 1.0).then(|| "twice the way of a finger".to_string());
+        let reasons: Vec<String> = by_range.into_iter().chain(twice).collect();
+        (columns, reasons.join(", "))
+    };
+    let held_m = if is_length { Some(closed * factor) } else { stroke.as_ref().map(|stroke| stroke.closed_m) };
     Some(Gripper {
         closed: flag(is_low),
         reason: if is_flag {
@@ -274,15 +253,28 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
             format!("closed about {closed_at}, open about {open_at}: {why}")
         },
         alternative: Some(flag(!is_low)),
-        held_m: is_length.then_some(closed * factor),
+        held_m,
+        reach_m: None,
         closed_at: (0..part.rows())
             .zip(&column.samples)
             .map(|(row, value)| (part.time_s(row), (*value < limit) == is_low))
             .collect(),
-        opening: opening.filter(|_| is_low),
+        opening: (is_length && is_low).then(length).or_else(|| stroke.map(|stroke| (stroke.columns, stroke.reason))),
         is_guess: by_motion.is_none() && !says_closed,
         sheet: part.sheet.name.clone(),
     })
+}
+
+/// The limit beyond which a gripper without a known opening is closed: near the values at which it carries, since it grasps in the last part of its way.
+fn plateau_limit(carried: &[f64], open: f64, is_low: bool) -> Option<f64> {
+    /// The share of the way that is left there.
+    const LEFT: f64 = 0.1;
+    let mut sorted = carried.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    // The loosest hold, without the rows of the release.
+    let at = if is_low { sorted.len() * 9 / 10 } else { sorted.len() / 10 };
+    let held = sorted.get(at)?;
+    Some(short(held + LEFT * (open - held)))
 }
 
 /// How many fingers move as far as a column of one finger shows.

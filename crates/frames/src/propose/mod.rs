@@ -7,16 +7,21 @@ mod binding_text;
 mod bodies;
 mod column_groups;
 mod contacts;
+mod fingertip_pairs;
 mod grippers;
 mod hands;
 mod insertions;
 mod parts;
+mod rests;
 mod scene_text;
 mod sockets;
+mod strokes;
+mod supports;
 mod timing;
 mod turns;
 mod weights;
 mod words;
+mod wrist_forces;
 mod yaml_scalar;
 
 pub use column_groups::{Form, Group, groups};
@@ -31,6 +36,7 @@ use contacts::Contacts;
 use grippers::Gripper;
 use hands::Hand;
 use parts::Part;
+use rests::Rest;
 use sockets::FoundSocket;
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
@@ -87,6 +93,8 @@ struct Survey<'a> {
     mechanism: Option<Part<'a>>,
     /// Where bodies are first in the bound log, m.
     starts: BTreeMap<String, [f64; 3]>,
+    /// Where bodies rest in the bound log.
+    rests: Vec<Rest>,
     /// Sockets that the bound log shows.
     sockets: Vec<FoundSocket>,
     /// Bearings that the bound log shows.
@@ -120,7 +128,9 @@ impl<'a> Survey<'a> {
             grippers.extend(hands.iter().filter_map(|(side, hand)| Some((*side, weights::gripper(hand)?))));
         }
         for (side, hand) in hands.iter().filter(|(side, _)| !contacts.are_of(**side)) {
-            if let (false, Some(gripper)) = (grippers.contains_key(side), grippers::of_fingertips(*side, hand)) {
+            if let (false, Some(gripper)) =
+                (grippers.contains_key(side), fingertip_pairs::gripper(*side, hand, &bodies))
+            {
                 grippers.insert(*side, gripper);
             }
         }
@@ -161,6 +171,7 @@ impl<'a> Survey<'a> {
             fixed,
             mechanism,
             starts: BTreeMap::new(),
+            rests: vec![],
             sockets: vec![],
             bearings: vec![],
             labels,
@@ -177,6 +188,7 @@ impl<'a> Survey<'a> {
             let start = sockets::start(recording, &body.name);
             self.starts.extend(start.map(|start| (body.name.clone(), start)));
         }
+        self.rests = rests::rests(recording);
         self.bearings = if self.mechanism.is_none() { bearings::bearings(recording) } else { vec![] };
         self.sockets = sockets::sockets(recording);
         // What turns in its place was not put there.
@@ -187,6 +199,21 @@ impl<'a> Survey<'a> {
         };
         // Fingers touch objects.
         self.contacts.lines.retain(|line| line.object().is_none_or(|object| !is_fixed(object)));
+    }
+
+    /// Where a body is first, m, z up.
+    fn at(&self, name: &str) -> Option<[f64; 3]> {
+        let first = || Some(self.upright(self.bodies.iter().find(|body| body.name == name)?.start()?));
+        self.starts.get(name).copied().or_else(first)
+    }
+
+    /// A name that no body has.
+    fn free_name(&self, name: &str) -> String {
+        let mut name = name.to_string();
+        while self.bodies.iter().any(|body| body.name == name) {
+            name.push('_');
+        }
+        name
     }
 
     /// A point with z up.

@@ -4,6 +4,7 @@ use super::Survey;
 use super::bearings::FoundBearing;
 use super::bodies::{Body, edge};
 use super::sockets::FoundSocket;
+use super::supports::{Supports, THICK_M};
 use super::words::is_support;
 use super::yaml_scalar::scalar;
 use std::fmt::Write as _;
@@ -16,6 +17,8 @@ pub fn scene(survey: &Survey) -> String {
     let has_gripper = !survey.grippers.is_empty() || survey.contacts.are_of_fingers();
     let held_m = survey.grippers.values().find_map(|gripper| gripper.held_m).or(survey.contacts.held_m);
     let (edge_m, why) = edge(held_m);
+    let supports = Supports::new(survey, edge_m);
+    let shape = Shape { edge_m, why, supports: &supports };
     for body in &survey.bodies {
         let is_own = |of: &Option<String>| of.as_ref() == Some(&body.name);
         let own: Vec<&FoundSocket> = survey.sockets.iter().filter(|socket| is_own(&socket.of)).collect();
@@ -30,7 +33,7 @@ pub fn scene(survey: &Survey) -> String {
                     "{{role: object, radius: {radius_mm:.0} mm, fixed_to: {side}}}    # it keeps its distance from the hand"
                 )
             }
-            (None, []) => of_body(survey, body, edge_m, why, has_gripper && !is_measured),
+            (None, []) => of_body(survey, body, &shape, has_gripper && !is_measured),
             (None, [first, ..]) => format!("{{role: socket, sockets: {{{}}}}}    # {}", holes(&own), reason(first)),
         };
         let _ = writeln!(text, "  {}: {line}", scalar(&body.name));
@@ -44,7 +47,7 @@ pub fn scene(survey: &Survey) -> String {
             );
         }
     } else if survey.bodies.is_empty() && survey.grippers.len() == 1 {
-        let size = boxed(edge_m);
+        let size = boxed([edge_m; 3]);
         let _ = writeln!(
             text,
             "  object: {{role: object, parts: [{size}]}}    # the log has no pose of it: it moves with the gripper that holds it"
@@ -55,9 +58,8 @@ pub fn scene(survey: &Survey) -> String {
     for support in &survey.contacts.supports {
         let _ = writeln!(text, "  {}: {{role: support}}    # it carries the objects that touch it", scalar(support));
     }
-    let names_support = survey.bodies.iter().any(|body| is_support(&body.name));
-    if !is_measured && !names_support && !survey.bodies.is_empty() {
-        text.push_str(&table(survey, edge_m, has_gripper));
+    if !is_measured && !survey.bodies.is_empty() {
+        text.push_str(&tables(survey, &supports, has_gripper));
     }
     for bearing in survey.bearings.iter().filter(|bearing| bearing.of.is_none()).take(1) {
         let _ = write!(
@@ -77,13 +79,10 @@ pub fn scene(survey: &Survey) -> String {
 /// The bodies of sockets that the log does not name.
 fn unnamed(survey: &Survey) -> String {
     let of_none: Vec<&FoundSocket> = survey.sockets.iter().filter(|socket| socket.of.is_none()).collect();
-    let is_taken = |name: &str| survey.bodies.iter().any(|body| body.name == name);
     let mut text = String::new();
     for (number, socket) in of_none.iter().enumerate() {
-        let mut name = if of_none.len() > 1 { format!("socket{}", number + 1) } else { "socket".into() };
-        while is_taken(&name) {
-            name.push('_');
-        }
+        let name = if of_none.len() > 1 { format!("socket{}", number + 1) } else { "socket".into() };
+        let name = survey.free_name(&name);
         let _ = write!(
             text,
             "  {name}:    # {}\n    role: socket\n    position: {}\n    sockets: {{{}}}\n",
@@ -141,13 +140,35 @@ fn plain(value: f64) -> f64 {
     value.round() + 0.0
 }
 
-fn of_body(survey: &Survey, body: &Body, edge_m: f64, why: &str, has_shape: bool) -> String {
+/// What is known of the shapes of bodies.
+struct Shape<'a> {
+    edge_m: f64,
+    why: &'a str,
+    supports: &'a Supports,
+}
+
+fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> String {
+    if let Some(surface) = shape.supports.of_bodies.get(&body.name).filter(|_| has_shape || is_support(&body.name)) {
+        let [width, top] = [surface.width_m, surface.top[2]].map(|length| plain(length * 1e3));
+        let at = point_mm([0.0, 0.0, surface.top[2] - THICK_M / 2.0]);
+        let size = edges([surface.width_m, surface.width_m, THICK_M]);
+        let else_object = if is_support(&body.name) { "" } else { "; else `role: object`" };
+        return format!(
+            "{{role: support, parts: [{{box: {size}, at: {at}}}]}}    # it never moves, and {} rests on it: its top is at {top} mm from its origin; the width of {width} mm is a guess{else_object}",
+            surface.carries
+        );
+    }
     if is_support(&body.name) && !body.moves() {
-        return format!("{{role: support, parts: [{}]}}    # it never moves; its size is not in the log", boxed(0.3));
+        let size = boxed([0.3, 0.3, THICK_M]);
+        return format!("{{role: support, parts: [{size}]}}    # it never moves; its size is not in the log");
     }
     let still = if body.moves() { "" } else { "; it never moves: `role: support`, `wall` or `socket`, if it is one" };
     if has_shape {
-        return format!("{{role: object, parts: [{}]}}    # {why}{still}", boxed(edge_m));
+        let half_m = shape.supports.halves_m.get(&body.name);
+        let height_m = half_m.map_or(shape.edge_m, |half_m| 2.0 * half_m);
+        let higher = if half_m.is_some() { "; as high as it stands above the table" } else { "" };
+        let (size, why) = (boxed([shape.edge_m, shape.edge_m, height_m]), shape.why);
+        return format!("{{role: object, parts: [{size}]}}    # {why}{higher}{still}");
     }
     let (radius_m, why) = radius(survey, body);
     format!("{{role: object, radius: {:.0} mm}}    # {why}{still}", radius_m * 1e3)
@@ -166,28 +187,54 @@ fn radius(survey: &Survey, body: &Body) -> (f64, &'static str) {
     (if largest > 0.0 { in_cm(largest * 0.55) } else { 0.05 }, "its size is not in the log")
 }
 
-fn boxed(edge_m: f64) -> String {
-    let edge = edge_m * 1e3;
-    format!("{{box: [{edge} mm, {edge} mm, {edge} mm]}}")
+/// A box with these edges, m.
+fn boxed(edges_m: [f64; 3]) -> String {
+    format!("{{box: {}}}", edges(edges_m))
 }
 
-/// A table below where the objects begin.
-fn table(survey: &Survey, edge_m: f64, has_shape: bool) -> String {
-    let moving = survey.bodies.iter().filter(|body| body.moves());
-    let start = |body: &Body| survey.starts.get(&body.name).copied().or_else(|| Some(survey.upright(body.start()?)));
-    let starts: Vec<[f64; 3]> = moving.filter_map(start).collect();
-    if !has_shape || starts.is_empty() {
-        return "  table: {role: support}\n".into();
+/// Lengths with units.
+fn edges(lengths_m: [f64; 3]) -> String {
+    let length = |length_m: f64| {
+        let length_mm = plain(length_m * 1e3);
+        if length_mm < 1e3 { format!("{length_mm} mm") } else { format!("{} m", length_mm / 1e3) }
+    };
+    format!("[{}]", lengths_m.map(length).join(", "))
+}
+
+/// A table below what rests lowest, and what else things rest on that the log lacks.
+fn tables(survey: &Survey, supports: &Supports, has_shape: bool) -> String {
+    let is_named = survey.bodies.iter().any(|body| is_support(&body.name));
+    if !has_shape || supports.table.is_none() && supports.others.is_empty() {
+        return if is_named { String::new() } else { "  table: {role: support}\n".into() };
     }
-    let mm = |value: f64| plain(value * 1e3);
-    let count = starts.len() as f64;
-    let middle = |axis: usize| starts.iter().filter_map(|start| start.get(axis)).sum::<f64>() / count;
-    let lowest = starts.iter().map(|start| start[2]).fold(f64::INFINITY, f64::min);
-    let top = mm(lowest - edge_m / 2.0);
-    format!(
-        "  table: {{role: support, position: [{} mm, {} mm, {} mm], parts: [{{box: [2 m, 2 m, 20 mm]}}]}}    # its top at {top} mm, below the lowest object at the beginning\n",
-        mm(middle(0)),
-        mm(middle(1)),
-        top - 10.0
-    )
+    let mut text = String::new();
+    let mut named = |name: &str, position: [f64; 3], size: [f64; 3], why: &str| {
+        let _ = writeln!(
+            text,
+            "  {}: {{role: support, position: {}, parts: [{}]}}    # {why}",
+            survey.free_name(name),
+            point_mm(position),
+            boxed(size)
+        );
+    };
+    if let Some(table) = &supports.table {
+        let starts: Vec<[f64; 3]> =
+            survey.bodies.iter().filter(|body| body.moves()).filter_map(|body| survey.at(&body.name)).collect();
+        let middle = |axis: usize| starts.iter().map(|start| start[axis]).sum::<f64>() / starts.len().max(1) as f64;
+        let top = plain(table.top[2] * 1e3);
+        let position = [middle(0), middle(1), top * 1e-3 - THICK_M / 2.0];
+        let why = format!("its top at {top} mm, below the lowest place where an object rests");
+        named("table", position, [table.width_m, table.width_m, THICK_M], &why);
+    }
+    for (number, surface) in supports.others.iter().enumerate() {
+        let [x, y, z] = surface.top;
+        let name = if number == 0 { "support".to_string() } else { format!("support{}", number + 1) };
+        let above = supports
+            .table
+            .as_ref()
+            .map_or(String::new(), |table| format!(", {} mm above the table", plain((z - table.top[2]) * 1e3)));
+        let why = format!("{} rests here{above}: something that the log lacks carries it", surface.carries);
+        named(&name, [x, y, z - THICK_M / 2.0], [surface.width_m, surface.width_m, THICK_M], &why);
+    }
+    text
 }

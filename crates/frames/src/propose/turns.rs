@@ -44,11 +44,12 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
     let words = words::words(&group.name);
     let says = |known: &[&str]| words::has(&words, known);
     let is_rotvec = says(&["rotvec", "rv", "axisangle"]) || says(&["axis"]) && says(&["angle"]);
-    let is_rpy = says(&["rpy", "euler"]);
-    // `tcp_rx`, not `r_x`, which is a place.
-    let is_r = group.name.trim_end().ends_with(['r', 'R']) && words.last().is_some_and(|word| word == "r");
+    let is_of_components = group.form == Form::Angles;
+    let is_rpy = says(&["rpy", "euler"]) || is_of_components;
+    let is_r = ends_with_r(&group.name);
     let is_named = says(&["rotation", "rot", "orientation", "ori"]);
-    if group.form != Form::Vector || !(is_rotvec || is_rpy || is_r || is_named) {
+    let is_rotation = is_of_components || group.form == Form::Vector && (is_rotvec || is_rpy || is_r || is_named);
+    if !is_rotation {
         return group;
     }
     let of_log = group.members.first().and_then(|at| columns.get(*at)).map_or("", |(_, column)| column.unit.as_str());
@@ -64,10 +65,17 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
         () if extent.is_beyond_pitch => {
             (Form::RotationVector, "a rotation vector, since the second is beyond the range of a pitch")
         }
+        () if compound_of_log(unit).is_ok_and(|(factor, _)| !unit.is_empty() && factor != 1.0) => {
+            (Form::Angles, "roll, pitch and yaw, since rotation vectors are usually in radians")
+        }
         () if is_of_ur => (Form::RotationVector, "a rotation vector, as UR writes it"),
         () if says(&["ori"]) => (Form::RotationVector, "a rotation vector, as robosuite writes it"),
         () => (Form::Angles, "roll, pitch and yaw"),
     };
+    if is_of_components {
+        let reason = is_in_degrees.then(|| "in degrees, since the angles are beyond a turn in radians".to_string());
+        return Group { unit: if is_in_degrees { "deg" } else { "" }, reason, ..group };
+    }
     let [pattern, other] = match form {
         Form::RotationVector => ["rotvec", "rpy"],
         _ => ["rpy", "rotvec"],
@@ -78,10 +86,19 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
     let alternative = if is_certain {
         String::new()
     } else {
-        format!("; else `{other}{}`", if is_in_degrees { " [deg]" } else { "" })
+        let unit = if is_in_degrees { "deg" } else { unit };
+        let unit = if unit.is_empty() || !of_log.is_empty() { String::new() } else { format!(" [{unit}]") };
+        format!("; else `{other}{unit}`")
     };
     let reason = Some(format!("{reason}{degrees}{alternative}"));
     Group { pattern, form, unit: if is_in_degrees { "deg" } else { "" }, reason, ..group }
+}
+
+/// Whether the components of a name follow an `r`: `tcp_rx` and `tcp_rx_deg`, not `r_x`, which is a place.
+fn ends_with_r(name: &str) -> bool {
+    let name = name.trim_end();
+    let stem = ["_deg", "_rad"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name).trim_end();
+    stem.ends_with(['r', 'R']) && words::words(stem).last().is_some_and(|word| word == "r")
 }
 
 /// A pattern with another placeholder for the same three columns.

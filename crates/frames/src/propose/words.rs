@@ -36,9 +36,12 @@ const COMMANDED: [&str; 22] = [
     "twist",
 ];
 /// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
-const GENERIC: [&str; 58] = [
+const GENERIC: [&str; 61] = [
+    "m",
     "mm",
     "cm",
+    "deg",
+    "rad",
     "obs",
     "observation",
     "observations",

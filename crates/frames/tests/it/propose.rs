@@ -1,6 +1,8 @@
 //! Proposed bindings: what columns are taken for by their names, units and values.
 
 mod grippers;
+mod rotations;
+mod supports;
 
 use std::fs;
 use teachtree_frames::inspect::inspect;

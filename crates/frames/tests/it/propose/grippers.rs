@@ -1,6 +1,6 @@
 //! Proposed grippers, and the signs of forces at the wrist.
 
-use super::{Column, along, binding, channel, lift, still};
+use super::{Column, along, binding, channel, columns_of_peg, lift, proposed, still, width};
 
 #[test]
 fn the_sign_of_a_wrist_force_is_judged_from_its_level_at_rest() {
@@ -25,7 +25,7 @@ fn the_sign_of_a_wrist_force_is_judged_from_its_level_at_rest() {
     assert_eq!(channel(&on_hand, "right.wrist.force"), Some("\"-ft_f<xyz>\""), "{on_hand}");
     assert!(on_hand.contains("else, or if the sensor turns with a hand that points down, `ft_f<xyz>`"), "{on_hand}");
     let unknown = with(|passed| 0.01 * passed);
-    assert!(unknown.contains("with `-` before it if the log has the force on the hand"), "{unknown}");
+    assert!(unknown.contains("if it is the force on the hand, write `-` before it"), "{unknown}");
 }
 
 #[test]
@@ -122,5 +122,106 @@ fn the_sign_of_a_wrist_force_is_judged_from_the_weight_in_a_gripper() {
     assert_eq!(channel(&on_object, "right.wrist.force"), Some("ft_f<xyz>"), "{on_object}");
     assert!(on_object.contains("on the object: it points up"), "{on_object}");
     let unknown = with(|passed| if (0.3..0.31).contains(&passed) { 20.0 } else { 0.1 });
-    assert!(unknown.contains("with `-` before it if the log has the force on the hand"), "{unknown}");
+    assert!(unknown.contains("if it is the force on the hand, write `-` before it"), "{unknown}");
+}
+
+/// A socket is above the place where the peg began, so that what rests in it counts as lifted.
+#[test]
+fn the_sign_of_a_wrist_force_is_judged_before_an_insertion() {
+    // The weight is on the hand from 2 to 6 s; then the peg is pressed in and left there.
+    let pressed: fn(f64) -> f64 = |passed| match passed {
+        passed if (0.25..0.6).contains(&passed) => -0.8,
+        passed if passed >= 0.6 => 11.0,
+        _ => 0.0,
+    };
+    let mut columns = columns_of_peg(pressed);
+    let into_socket: fn(f64) -> f64 = |passed| match passed {
+        passed if passed < 0.2 => 0.04,
+        passed if passed < 0.3 => 0.04 + (passed - 0.2) * 1.5,
+        passed if passed < 0.6 => 0.19,
+        passed => 0.19 - (passed - 0.6).min(0.3) * 0.1,
+    };
+    for (name, value) in &mut columns {
+        if name.ends_with("_z") {
+            *value = into_socket;
+        }
+    }
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "right.wrist.force"), Some("\"-f<xyz>\""), "{found}");
+}
+
+/// A tool without a gripper that is pressed onto something twice.
+#[test]
+fn the_sign_of_a_force_without_a_load_is_judged_at_a_contact() {
+    let height: fn(f64) -> f64 = |passed| 0.05 + 0.1 * (passed * 12.6).cos().max(-0.5);
+    let with = |force: fn(f64) -> f64| {
+        binding(&[
+            ("tool_x", still),
+            ("tool_y", still),
+            ("tool_z", height),
+            ("fx", |_| 0.0),
+            ("fy", |_| 0.0),
+            ("fz", force),
+        ])
+    };
+    let on_hand = with(|passed| if (passed * 12.6).cos() < -0.5 { 6.0 } else { 0.0 });
+    assert_eq!(channel(&on_hand, "right.palm.force"), Some("\"-f<xyz>\""), "{on_hand}");
+    assert!(on_hand.contains("it points against the motion that ends in a contact; else"), "{on_hand}");
+    let on_object = with(|passed| if (passed * 12.6).cos() < -0.5 { -6.0 } else { 0.0 });
+    assert_eq!(channel(&on_object, "right.palm.force"), Some("f<xyz>"), "{on_object}");
+    let aside = with(|passed| 0.1 * passed);
+    assert!(aside.contains("write `-` before it"), "{aside}");
+}
+
+#[test]
+fn a_percentage_is_an_opening_by_a_stroke() {
+    let with = |name: &'static str, value: fn(f64) -> f64| {
+        let mut columns = columns_of_peg(|_| 0.0);
+        columns[3] = (name, value);
+        proposed(&columns)
+    };
+    let opening = "right.gripper.opening";
+    let (found, scene) = with("gripper_pct", |passed| 1e3 * width(passed));
+    assert_eq!(channel(&found, opening), Some("gripper_pct * 0.8 [mm]"), "{found}");
+    assert!(
+        found.contains("percent of 80 mm, a stroke that is not in the log: a usual one; else `gripper_pct * 1 [mm]`"),
+        "{found}"
+    );
+    assert!(scene.contains("peg: {role: object, parts: [{box: [24 mm, 24 mm, 24 mm]}]}"), "{scene}");
+    let (share, _) = with("gripper", |passed| 12.5 * width(passed));
+    assert_eq!(channel(&share, opening), Some("gripper * 80 [mm]"), "{share}");
+    // A Robotiq counts up as it closes.
+    let (counts, _) = with("robotiq_pos", |passed| if width(passed) < 0.05 { 180.0 } else { 3.0 });
+    assert_eq!(channel(&counts, opening), Some("robotiq_pos * -0.3333 + 85 [mm]"), "{counts}");
+    // Shut on what it holds, it shows no opening; then the flag begins near the end of the closing.
+    let (shut, _) = with("gripper_pct", |passed| if width(passed) < 0.05 { 1.0 } else { 100.0 });
+    assert_eq!(channel(&shut, opening), None, "{shut}");
+    assert_eq!(channel(&shut, "right.gripper.closed"), Some("gripper_pct < 10.9"), "{shut}");
+}
+
+/// A relaxed hand is as narrow as one that holds something.
+#[test]
+fn fingertips_reach_as_far_as_they_hold() {
+    let mut columns: Vec<Column> = vec![
+        ("thumb_tip_x", super::carried),
+        ("thumb_tip_y", |_| 0.1),
+        ("thumb_tip_z", super::lowered),
+        ("index_tip_x", super::carried),
+        ("index_tip_y", |_| 0.1),
+        ("index_tip_z", super::lowered),
+        ("peg_x", super::carried),
+        ("peg_y", |_| 0.12),
+        ("peg_z", super::lowered),
+    ];
+    columns[4].1 = |passed| 0.1 + if passed < 0.1 { 0.03 } else { width(passed) + 0.01 };
+    let found = binding(&columns);
+    assert!(
+        found.contains("\nparams: {grip_reach: 50 mm}    # fingers farther from an object hold nothing"),
+        "{found}"
+    );
+    // Held far from its middle, an object is in a wider reach; without one there is no reach.
+    columns[7].1 = |_| 0.22;
+    let found = binding(&columns);
+    assert!(found.contains("\nparams: {grip_reach: 110 mm}"), "{found}");
+    assert!(!binding(&columns[..6]).contains("grip_reach"));
 }

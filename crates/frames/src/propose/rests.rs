@@ -1,0 +1,107 @@
+//! Where the bodies of a bound log rest: at the beginning, and where a hand left them.
+
+use super::sockets::vector;
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use teachtree_base::hands::{Finger, Side};
+use teachtree_base::recording::Recording;
+
+/// What stays within this rests, m, …
+const REST_M: f64 = 0.003;
+/// … for this long, s.
+const REST_S: f64 = 0.3;
+/// What moves less than this never moves, m.
+const STILL_M: f64 = 0.01;
+/// The maximum distance of a held body from the hand, m.
+const HELD_M: f64 = 0.3;
+/// The most rests of a body.
+const MAX_RESTS: usize = 20;
+
+/// A place where a body rests.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rest {
+    /// The body.
+    pub body: String,
+    /// Where it is, m, z up.
+    pub at: [f64; 3],
+    /// Where all other bodies are then, m.
+    pub others: BTreeMap<String, [f64; 3]>,
+}
+
+/// The rests of all bodies that move. Where nothing shows when a hand holds them, those at the beginning and at the end of the log.
+pub fn rests(recording: &Recording) -> Vec<Rest> {
+    let paths: BTreeMap<&str, Vec<Option<Vector3<f64>>>> = recording
+        .scene
+        .bodies
+        .keys()
+        .filter_map(|name| Some((name.as_str(), vector(recording, &format!("{name}.position"))?)))
+        .collect();
+    let holders: Vec<Holder> = Side::BOTH.into_iter().filter_map(|side| Holder::of(recording, side)).collect();
+    let mut rests = vec![];
+    for (name, path) in &paths {
+        let Some(start) = path.iter().flatten().next() else { continue };
+        if path.iter().flatten().all(|at| (at - start).norm() <= STILL_M) {
+            continue;
+        }
+        let is_held = |row: usize| holders.iter().any(|holder| holder.holds(row, path.get(row).copied().flatten()));
+        for rows in still(&recording.time, path, &is_held, holders.is_empty()).into_iter().take(MAX_RESTS) {
+            let row = rows.start + rows.len() / 2;
+            let Some(at) = path[row].or(path[rows.start]) else { continue };
+            let others = paths.iter().filter(|(other, _)| *other != name);
+            let place = |path: &[Option<Vector3<f64>>]| path[..=row].iter().rev().flatten().next().copied();
+            let others = others.filter_map(|(other, path)| Some(((*other).to_string(), place(path)?.into())));
+            rests.push(Rest { body: (*name).to_string(), at: at.into(), others: others.collect() });
+        }
+    }
+    rests
+}
+
+/// The ranges of rows in which a body is at rest and no hand holds it.
+fn still(
+    time: &[f64],
+    path: &[Option<Vector3<f64>>],
+    is_held: &dyn Fn(usize) -> bool,
+    are_ends_only: bool,
+) -> Vec<std::ops::Range<usize>> {
+    let (mut found, mut row) = (vec![], 0);
+    while row < path.len() {
+        let Some(first) = path[row].filter(|_| !is_held(row)) else {
+            row += 1;
+            continue;
+        };
+        let moves = |next: &usize| path[*next].is_some_and(|at| (at - first).norm() > REST_M) || is_held(*next);
+        let end = (row..path.len()).find(moves).unwrap_or(path.len());
+        let is_end = time[row] - time[0] < REST_S || end == path.len();
+        if time[end - 1] - time[row] >= REST_S && (is_end || !are_ends_only) {
+            found.push(row..end);
+            row = end;
+        } else {
+            row += 1;
+        }
+    }
+    found
+}
+
+/// What shows when a hand holds something.
+struct Holder {
+    is_closed: Vec<bool>,
+    at: Option<Vec<Option<Vector3<f64>>>>,
+}
+
+impl Holder {
+    fn of(recording: &Recording, side: Side) -> Option<Self> {
+        let gripper = recording.columns.get(&format!("{side}.gripper.closed"));
+        let begin = format!("{side}.{}.contact", Finger::Thumb);
+        let flags = recording.columns.iter().filter(|(name, _)| name.starts_with(&begin)).map(|(_, column)| column);
+        let columns: Vec<&[f64]> = gripper.into_iter().chain(flags).map(|column| column.values.as_slice()).collect();
+        let is_closed = (0..recording.time.len()).map(|row| columns.iter().any(|values| values[row] > 0.5)).collect();
+        let at = ["thumb", "palm"].iter().find_map(|part| vector(recording, &format!("{side}.{part}.position")));
+        (!columns.is_empty()).then_some(Self { is_closed, at })
+    }
+
+    fn holds(&self, row: usize, body: Option<Vector3<f64>>) -> bool {
+        let at = self.at.as_ref().and_then(|at| at[row]);
+        let is_near = at.zip(body).is_none_or(|(at, body)| (at - body).norm() < HELD_M);
+        self.is_closed[row] && is_near
+    }
+}

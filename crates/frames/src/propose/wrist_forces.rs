@@ -1,0 +1,189 @@
+//! Forces at wrists: whether a log has the force on the object or on the hand, and their level at rest.
+
+use super::Survey;
+use super::contacts::Line;
+use super::hands::Hand;
+use super::parts::{Part, distance};
+use super::yaml_scalar::scalar;
+use teachtree_base::hands::Side;
+
+/// The sign of a force that nothing shows.
+pub const UNKNOWN_SIGN: &str = "taken for the force on the object, as nothing in the log shows the sign; if it is the force on the hand, write `-` before it";
+
+/// An object that is so much higher than before is off its table, m.
+const LIFTED_M: f64 = 0.03;
+
+/// The least change of a vertical force that is a weight, N.
+const LEAST_N: f64 = 0.2;
+/// Speeds are measured over this time, s.
+const SPEED_S: f64 = 0.1;
+
+/// Turns a force at the wrist that is that on the hand: it points down, from its level without a load, while an object is carried, or against the motion with
+/// which the hand meets something.
+pub fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
+    let Some(force) = &hand.force else { return };
+    let is_clear = |rise: &f64| rise.abs() > LEAST_N;
+    let rise = rise_with_objects(force, survey).or_else(|| rise_with_hand(side, hand, survey)).filter(is_clear);
+    let (is_on_hand, reason) = match (rise, is_along_motion(force, hand, survey)) {
+        (Some(rise), _) if rise < 0.0 => {
+            (true, "the log has the force on the hand: it points down while an object is lifted")
+        }
+        (Some(_), _) => (false, "on the object: it points up while that is lifted"),
+        (None, Some(false)) => {
+            (true, "the log has the force on the hand: it points against the motion that ends in a contact")
+        }
+        (None, Some(true)) => (false, "on the object: it points along the motion that ends in a contact"),
+        (None, None) => return,
+    };
+    let other = negated(&line.columns);
+    let other = if is_on_hand { std::mem::replace(&mut line.columns, other) } else { other };
+    line.reason = line.reason.replacen(UNKNOWN_SIGN, reason, 1)
+        + &format!("; else, or if the sensor turns with a hand that points down, `{}`", scalar(&other));
+}
+
+/// How far the vertical force rises from its level at rest while an object is carried above its table, N.
+fn rise_with_objects(force: &Part, survey: &Survey) -> Option<f64> {
+    let height = |at: [f64; 3]| survey.upright(at)[2];
+    let mut lifted = vec![];
+    for body in &survey.bodies {
+        let (Some(part), Some(start)) = (body.positions.first(), body.start()) else { continue };
+        let is_up = |row: &usize| part.position(*row).is_some_and(|at| height(at) > height(start) + LIFTED_M);
+        let rows = fast(part, (0..part.rows()).filter(is_up).collect());
+        lifted.extend(rows.into_iter().filter_map(|row| force.position(part.row_in(row, force))).map(height));
+    }
+    Some(median(lifted)? - rest_level(survey, force).map_or(0.0, height))
+}
+
+/// Those of these rows in which a point moves at least half as fast as it mostly does at most. What is inserted, pressed or at rest moves slower.
+fn fast(part: &Part, rows: Vec<usize>) -> Vec<usize> {
+    let step = rows_of(part, SPEED_S);
+    let way = |row: usize| Some(distance(part.position(row.checked_sub(step)?)?, part.position(row)?));
+    let mut ways: Vec<f64> = rows.iter().filter_map(|row| way(*row)).collect();
+    ways.sort_by(f64::total_cmp);
+    let top = ways.get(ways.len() * 9 / 10).copied().unwrap_or_default();
+    rows.into_iter().filter(|row| way(*row).is_some_and(|way| way >= top / 2.0)).collect()
+}
+
+/// The samples of a time in s, at least one.
+fn rows_of(part: &Part, time_s: f64) -> usize {
+    let step_s = part.sheet.duration_s / part.rows().max(2) as f64;
+    if step_s > 0.0 { ((time_s / step_s).round() as usize).max(1) } else { 1 }
+}
+
+/// Whether the force points along the motion with which the hand meets something, as that on the object does; `None` if the log does not show it.
+fn is_along_motion(force: &Part, hand: &Hand, survey: &Survey) -> Option<bool> {
+    /// The least force of a contact, N, and the least way before it, m, in this time, s.
+    const CONTACT_N: f64 = 1.0;
+    const WAY_M: f64 = 0.005;
+    const BEFORE_S: f64 = 0.3;
+    /// It lasts this long, s: a shorter one is a blow.
+    const LASTS_S: f64 = 0.2;
+    /// The least cosine of the angle between them.
+    const ALONG: f64 = 0.5;
+    let tool = hand.tool.as_ref()?;
+    let rest = rest_level(survey, force)?;
+    let rows: Vec<Option<[f64; 3]>> = (0..force.rows())
+        .map(|row| force.position(row).map(|at| [0, 1, 2].map(|axis| at[axis] - rest[axis])))
+        .collect();
+    let norm = |vector: &[f64; 3]| distance(*vector, [0.0; 3]);
+    let mut norms: Vec<f64> = rows.iter().flatten().map(norm).collect();
+    norms.sort_by(f64::total_cmp);
+    let limit = (norms.get(norms.len() * 49 / 50)? / 2.0).max(CONTACT_N);
+    let is_above = |row: usize| rows[row].as_ref().is_some_and(|it| norm(it) > limit);
+    let before = rows_of(force, BEFORE_S);
+    let lasts = rows_of(force, LASTS_S);
+    let is_steady = |row: usize| (row..=row + lasts).all(|row| row < rows.len() && is_above(row));
+    let begins = (before..rows.len()).filter(|row| is_steady(*row) && !(row - before..*row).any(is_above));
+    let cosines: Vec<f64> = begins
+        .filter_map(|row| {
+            let at = |row: usize| tool.position(force.row_in(row, tool));
+            let (from, to, pushes) = (at(row - before)?, at(row)?, rows[row]?);
+            let way = distance(from, to);
+            let dot: f64 = (0..3).map(|axis| (to[axis] - from[axis]) * pushes[axis]).sum();
+            (way > WAY_M).then(|| dot / (way * norm(&pushes)))
+        })
+        .collect();
+    match () {
+        () if cosines.is_empty() => None,
+        () if cosines.iter().all(|cosine| *cosine > ALONG) => Some(true),
+        () if cosines.iter().all(|cosine| *cosine < -ALONG) => Some(false),
+        () => None,
+    }
+}
+
+/// How far the vertical force is higher with a closed gripper that is above the place where it closed than with an open one that is above its lowest place, N.
+fn rise_with_hand(side: Side, hand: &Hand, survey: &Survey) -> Option<f64> {
+    let gripper = survey.grippers.get(&side)?;
+    let (force, place) = (hand.force.as_ref()?, hand.tool.as_ref().or_else(|| hand.tips.values().next())?);
+    let height = |at: [f64; 3]| survey.upright(at)[2];
+    let height_of = |row: usize| place.position(row).map(height);
+    let lowest = (0..place.rows()).filter_map(height_of).fold(f64::INFINITY, f64::min);
+    let (mut lifted, mut free, mut from) = (vec![], vec![], None);
+    for row in 0..place.rows() {
+        let Some(at) = height_of(row) else { continue };
+        let is_closed = gripper.is_closed(place.time_s(row));
+        let closed_at = if is_closed { *from.get_or_insert(at) } else { lowest };
+        let rows = if is_closed { &mut lifted } else { &mut free };
+        rows.extend((at > closed_at + LIFTED_M).then_some(row));
+        from = from.filter(|_| is_closed);
+    }
+    let level = |rows: Vec<usize>| {
+        median(rows.into_iter().filter_map(|row| force.position(place.row_in(row, force))).map(height).collect())
+    };
+    Some(level(fast(place, lifted))? - level(free)?)
+}
+
+/// The median; `None` of nothing.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Columns with the other sign.
+fn negated(columns: &str) -> String {
+    let negated = |column: &str| match column.strip_prefix('-') {
+        Some(column) => column.to_string(),
+        None => format!("-{column}"),
+    };
+    let Some(list) = columns.strip_prefix("[\"").and_then(|list| list.strip_suffix("\"]")) else {
+        return negated(columns);
+    };
+    let columns: Vec<String> = list.split("\", \"").map(|column| format!("\"{}\"", negated(column))).collect();
+    format!("[{}]", columns.join(", "))
+}
+
+/// The middle of a force at the beginning, where the hand is at rest. A force of another table that begins later has no sample there.
+fn rest_level(survey: &Survey, force: &Part) -> Option<[f64; 3]> {
+    const REST_S: f64 = 0.3;
+    let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()).chain(&hand.force));
+    let starts = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.sheet.start_s);
+    if force.sheet.start_s > starts.fold(f64::INFINITY, f64::min) + REST_S / 3.0 {
+        return None;
+    }
+    let rows = ((REST_S / force.sheet.duration_s.max(REST_S)) * force.rows() as f64).ceil() as usize;
+    let first: Vec<[f64; 3]> = (0..rows.max(1)).filter_map(|row| force.position(row)).collect();
+    let mean = |axis: usize| first.iter().filter_map(|at| at.get(axis)).sum::<f64>() / first.len().max(1) as f64;
+    Some([0, 1, 2].map(mean))
+}
+
+/// A line that tares forces at the wrist that begin off zero while the hand is at rest.
+pub fn tare(survey: &Survey) -> String {
+    const BIAS_N: f64 = 0.2;
+    let is_fixed = survey.is_fixed_tool();
+    let mut channels = vec![];
+    for (side, hand) in &survey.hands {
+        let Some([x, y, z]) = hand.force.as_ref().and_then(|force| rest_level(survey, force)) else { continue };
+        let bias = (x * x + y * y + z * z).sqrt();
+        if bias > BIAS_N && bias.is_finite() {
+            let part = if !hand.tips.is_empty() || is_fixed { "palm" } else { "wrist" };
+            channels.push(format!("{side}.{part}.force"));
+        }
+    }
+    if channels.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\ntare: {{channels: [{}], from: 0 s, to: 0.3 s}}    # the force is not zero at the beginning; leave this out if the hand holds something there\n",
+        channels.join(", ")
+    )
+}

@@ -1,0 +1,99 @@
+//! Proposed scenes: what carries the objects of a log, and how high it is.
+
+use super::{Column, carried, placed_scene, still};
+
+/// Up from 20 mm, and down to 40 mm.
+fn set_down_higher(passed: f64) -> f64 {
+    match passed {
+        passed if passed < 0.2 => 0.02,
+        passed if passed < 0.3 => 0.02 + (passed - 0.2),
+        passed if passed < 0.6 => 0.12,
+        passed if passed < 0.8 => 0.12 - (passed - 0.6) * 0.4,
+        _ => 0.04,
+    }
+}
+
+/// 40 mm wide on the object.
+fn width(passed: f64) -> f64 {
+    if (0.15..0.88).contains(&passed) { 0.04 } else { 0.08 }
+}
+
+/// A cube of 40 mm that a gripper carries from the table to a place that is 20 mm higher, and other columns.
+fn scene_with(others: &[Column]) -> String {
+    let columns: [Column; 7] = [
+        ("tcp_x", carried),
+        ("tcp_y", still),
+        ("tcp_z", set_down_higher),
+        ("gripper_width", width),
+        ("cube_x", carried),
+        ("cube_y", still),
+        ("cube_z", set_down_higher),
+    ];
+    placed_scene(&[&columns, others].concat())
+}
+
+fn line<'a>(scene: &'a str, body: &str) -> &'a str {
+    scene.lines().find(|line| line.starts_with(&format!("  {body}: "))).unwrap_or_else(|| panic!("{body}: {scene}"))
+}
+
+const TABLE: &str = "table: {role: support, position: [100 mm, 100 mm, -10 mm], parts: [{box: [2 m, 2 m, 20 mm]}]}";
+
+#[test]
+fn a_body_that_never_moves_is_as_high_as_what_rests_on_it_shows() {
+    for name in ["plate", "coaster"] {
+        let names = ["x", "y", "z"].map(|axis| format!("{name}_{axis}"));
+        let values: [fn(f64) -> f64; 3] = [|_| 0.3, still, |_| 0.005];
+        let columns: Vec<Column> = names.iter().map(String::as_str).zip(values).collect();
+        let scene = scene_with(&columns);
+        let support = line(&scene, name);
+        // Its top is at 20 mm, 15 mm above its origin.
+        assert!(
+            support.contains("{role: support, parts: [{box: [300 mm, 300 mm, 20 mm], at: [0 mm, 0 mm, 5 mm]}]}"),
+            "{support}"
+        );
+        assert_eq!(support.contains("else `role: object`"), name == "coaster", "{support}");
+        assert!(scene.contains(TABLE), "{scene}");
+        assert!(!scene.contains("  support: "), "{scene}");
+    }
+}
+
+#[test]
+fn what_carries_an_object_and_is_not_in_the_log_is_added() {
+    let scene = scene_with(&[]);
+    assert!(scene.contains(TABLE), "{scene}");
+    let support = line(&scene, "support");
+    assert!(
+        support.contains("position: [300 mm, 100 mm, 10 mm], parts: [{box: [150 mm, 150 mm, 20 mm]}]"),
+        "{support}"
+    );
+    assert!(support.contains("cube rests here, 20 mm above the table"), "{support}");
+}
+
+#[test]
+fn a_body_is_as_high_as_it_stands_above_the_table() {
+    // A bottle that is pushed over, after the cube has moved.
+    let pushed: fn(f64) -> f64 = |passed| if passed > 0.9 { 0.5 } else { 0.45 };
+    let scene = scene_with(&[("bottle_x", pushed), ("bottle_y", still), ("bottle_z", |_| 0.08)]);
+    assert!(line(&scene, "bottle").contains("{box: [40 mm, 40 mm, 160 mm]}"), "{scene}");
+    assert!(line(&scene, "cube").contains("{box: [40 mm, 40 mm, 40 mm]}"), "{scene}");
+    assert!(scene.contains("its top at 0 mm"), "{scene}");
+}
+
+#[test]
+fn an_object_that_stands_on_one_of_its_size_is_stacked() {
+    let columns: [Column; 3] = [("block_x", |_| 0.3), ("block_y", still), ("block_z", |_| 0.0)];
+    let scene = scene_with(&columns);
+    assert!(line(&scene, "block").contains("role: object"), "{scene}");
+    assert!(!scene.contains("  support: "), "{scene}");
+}
+
+#[test]
+fn a_named_support_does_not_replace_the_table_beside_it() {
+    // The cube begins on a tray, whose origin is its bottom, and ends beside it.
+    let columns: [Column; 3] = [("tray_x", |_| 0.1), ("tray_y", still), ("tray_z", |_| -0.01)];
+    let scene = scene_with(&columns);
+    let tray = line(&scene, "tray");
+    assert!(tray.contains("at: [0 mm, 0 mm, 0 mm]"), "{tray}");
+    assert!(tray.contains("cube rests on it: its top is at 10 mm from its origin"), "{tray}");
+    assert!(scene.contains("its top at 20 mm"), "{scene}");
+}
