@@ -12,6 +12,8 @@ use teachtree_frames::bind::BindingFile;
 use teachtree_frames::inspect::{ColumnReport, Inspection, SheetReport, ValueKind, inspect};
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
+use teachtree_logs::read::date_time;
+use teachtree_logs::read::first_stamp::{SINCE_1970_S, in_recording};
 use teachtree_logs::read::formats;
 use teachtree_logs::read::table::SEEN;
 use teachtree_session::files::chosen;
@@ -62,7 +64,7 @@ struct Document<'a> {
 struct Recognition {
     /// Why nothing can be detected, if so.
     error: Option<String>,
-    /// The hand file for the log, and why it is loaded.
+    /// The hand model for the log, and why it is loaded.
     #[serde(skip_serializing_if = "Option::is_none")]
     hand_model: Option<String>,
     tracks: Vec<TrackObservability>,
@@ -186,10 +188,16 @@ fn text(log: &Inspection, recognition: &Recognition) -> String {
         text.push_str("\nissues\n");
     }
     let mut printed = BTreeSet::new();
+    // Those of the columns have the stamps of the log.
+    let zero_s = log.sheets.iter().map(|sheet| sheet.start_s).fold(f64::INFINITY, f64::min);
     for issue in issues {
         let line = format!(
             "  {} {}, {:.3} – {:.3} s: {}",
-            issue.kind, issue.channel, issue.start_s, issue.end_s, issue.message
+            issue.kind,
+            issue.channel,
+            in_recording(issue.start_s, zero_s),
+            in_recording(issue.end_s, zero_s),
+            issue.message
         );
         if printed.insert(line.clone()) {
             let _ = writeln!(text, "{}", line.replace(" , ", ", "));
@@ -210,6 +218,9 @@ fn sheet_text(text: &mut String, sheet: &SheetReport) {
                 quoted(time),
                 short(sheet.rate_hz)
             );
+            if sheet.start_s >= SINCE_1970_S {
+                let _ = write!(text, ", from {}", date_time::written(sheet.start_s));
+            }
         }
         None => {
             let _ = write!(text, "  {} rows without stamps", sheet.rows);

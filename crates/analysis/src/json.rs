@@ -27,6 +27,8 @@ use super::{Analysis, CompositeSpan, Confidence, Segment, Subject, TaskSpan, Tra
 use serde_json::{Map, Value, json};
 use std::ops::Range;
 use teachtree_logs::issue::Issue;
+use teachtree_logs::read::date_time;
+use teachtree_logs::read::first_stamp::SINCE_1970_S;
 
 /// The name and version of the schema.
 pub const SCHEMA: &str = "teachtree.analysis/2";
@@ -47,12 +49,19 @@ pub struct Meta {
     pub binding: Option<String>,
     /// The rule files in the order of reading.
     pub rules: Vec<String>,
-    /// The hand file among them and why it was loaded, where rules needed one for the log.
+    /// The hand model among them and why it was loaded, where rules needed one for the log.
     pub hand_model: Option<String>,
     /// Digest of the rule texts.
     pub digest: String,
     /// Overridden params with their values as they are shown, such as `0.3 N`.
     pub params: Vec<(String, String)>,
+}
+
+impl Meta {
+    /// The date and the time of day at t = 0, if the stamps of the log count from 1970.
+    pub fn date(&self) -> Option<String> {
+        (self.zero_stamp_s >= SINCE_1970_S).then(|| date_time::written(self.zero_stamp_s))
+    }
 }
 
 /// Writes the analysis as a document of several lines.

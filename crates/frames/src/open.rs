@@ -44,7 +44,7 @@ pub struct OpenedLog {
     pub issues: Vec<Issue>,
     /// When each row of the file was, s, on the time base of the recording; also of those that were left out.
     pub row_time: Vec<f64>,
-    /// The hand file that the binding names: a path when it lies beside the binding.
+    /// The hand model that the binding names: a path when it lies beside the binding.
     pub hand_file: Option<String>,
     /// What the clock of the log shows at t = 0, s.
     pub zero_stamp_s: f64,
@@ -97,7 +97,7 @@ pub fn assume(binding: &Path, file: &BindingFile) -> Result<OpenedLog, InputErro
     let scene = file.binding.scene.clone().map_or_else(|| file.mentioned_bodies(), Ok)?;
     let suspicious_channels = file.check(&scene)?;
     let recording = assumed_log::recording(file, scene).map_err(|error| said(error, &suspicious_channels))?;
-    let read = csv::LoadedRecording { recording, issues: vec![], row_time: vec![] };
+    let read = csv::LoadedRecording { recording, issues: vec![], row_time: vec![], zero_stamp_s: 0.0 };
     Ok(bound_log(PathBuf::from("the log"), read, binding, file.clone(), suspicious_channels))
 }
 
@@ -150,13 +150,13 @@ fn bound_log(
     file: BindingFile,
     suspicious_channels: Vec<(String, InputError)>,
 ) -> OpenedLog {
-    let csv::LoadedRecording { recording, issues, row_time } = read;
+    let csv::LoadedRecording { recording, issues, row_time, zero_stamp_s } = read;
     let expect = file.binding.expect.clone().map(|text| (text, file.place(&["expect"])));
     let turned_flags = file.turned_flags();
     let Binding { hand_file, params, trust, time_offset, .. } = file.binding;
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
     // Zero stays zero, without a sign.
-    let zero_stamp_s = 0.0 - time_offset.0;
+    let zero_stamp_s = zero_stamp_s - time_offset.0;
     let params = params.into_iter().collect();
     OpenedLog {
         log,
@@ -181,6 +181,7 @@ fn bound_log(
 pub fn open_memory(mut source: Source, log: PathBuf) -> Result<OpenedLog, InputError> {
     let scene = source.scene.take().unwrap_or_default();
     let mut read = csv::columns(source, &csv::StampSource::canonical())?;
+    read.count_from_first();
     read.recording.scene = scene;
     let mut opened = canonical(read, log);
     opened.issues = std::mem::take(&mut opened.issues).into_iter().map(|issue| opened.spelled(issue)).collect();
@@ -189,7 +190,7 @@ pub fn open_memory(mut source: Source, log: PathBuf) -> Result<OpenedLog, InputE
 
 /// A log with canonical names as it was read, cleaned.
 fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
-    let csv::LoadedRecording { mut recording, mut issues, row_time } = read;
+    let csv::LoadedRecording { mut recording, mut issues, row_time, zero_stamp_s } = read;
     issues.extend(spikes::reject(&mut recording));
     issues.extend(gap_filling::fill_gaps(&mut recording));
     issues.extend(closed_grippers::learn(&mut recording));
@@ -199,7 +200,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
         recording,
         issues,
         row_time,
-        zero_stamp_s: 0.0,
+        zero_stamp_s,
         clock: None,
         hand_file: None,
         params,
@@ -211,7 +212,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
 }
 
 impl OpenedLog {
-    /// The hand file for the log and the reason for it: the one that the binding names, else the one for the quantities of the log.
+    /// The hand model for the log and the reason for it: the one that the binding names, else the one for the quantities of the log.
     pub fn hand_model(&self) -> HandModel {
         match &self.hand_file {
             Some(file) => HandModel { file: file.clone(), reason: "as `hand_file` in the binding says".into() },
@@ -279,7 +280,7 @@ impl OpenedLog {
     }
 }
 
-/// The hand file that a binding names: one of one's own lies beside it; others come with the program, or are found from where it runs.
+/// The hand model that a binding names: one of one's own lies beside it; others come with the program, or are found from where it runs.
 pub fn hand_file_of(binding: &Path, name: String) -> String {
     let own = binding.parent().map(|folder| folder.join(&name)).filter(|path| path.is_file());
     own.map_or(name, |path| path.display().to_string())

@@ -38,6 +38,7 @@ use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
 use teachtree_logs::read::csv::{self, StampSource, WantedColumn};
+use teachtree_logs::read::first_stamp::SINCE_1970_S;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::table::{Blocks, ColumnRequest, Table};
 
@@ -113,7 +114,7 @@ impl StreamedLog {
         derive::sides(&self.scene, self.measured())
     }
 
-    /// The hand file for the quantities of the log, and the reason for it.
+    /// The hand model for the quantities of the log, and the reason for it.
     pub fn hand_model(&self) -> HandModel {
         hand_models::of_columns(&self.scene, self.measured(), &self.spelling)
     }
@@ -175,7 +176,8 @@ impl StreamedLog {
             }
             time.extend(block.time);
         }
-        if gap_filling::any(&time) {
+        // Stamps since 1970 are counted from the first one.
+        if gap_filling::any(&time) || time.first().is_some_and(|first| *first >= SINCE_1970_S) {
             return None;
         }
         let listed: Vec<(&str, UnknownColumn)> =

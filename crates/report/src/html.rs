@@ -48,6 +48,7 @@ pub fn html(analyzed: &AnalyzedRecording, recording: &Recording, meta: &Meta) ->
 fn header(analysis: &Analysis, meta: &Meta) -> String {
     let Analysis { frames, rate_hz, start_s, end_s, .. } = analysis;
     let mut facts = vec![format!("{} s, {frames} frames at {} Hz", decimals(end_s - start_s, 3), number(*rate_hz))];
+    facts.extend(meta.date().map(|date| format!("from {date}")));
     facts.extend(meta.binding.iter().map(|binding| format!("binding <code>{}</code>", escape(binding))));
     let files: Vec<String> = meta.rules.iter().map(|file| format!("<code>{}</code>", escape(file))).collect();
     let mut rules = format!("rules {}", files.join(", "));

@@ -97,8 +97,12 @@ impl Page<'_> {
         let Analysis { frames, rate_hz, start_s, end_s, .. } = self.analysis;
         let plural = if *frames == 1 { "" } else { "s" };
         let duration = decimals(end_s - start_s, 3);
-        let mut lines =
-            vec![format!("{}  {duration} s, {frames} frame{plural} at {} Hz", self.bold(&meta.log), number(*rate_hz))];
+        let mut lines = vec![format!(
+            "{}  {duration} s, {frames} frame{plural} at {} Hz{}",
+            self.bold(&meta.log),
+            number(*rate_hz),
+            meta.date().map_or(String::new(), |date| format!(", from {date}"))
+        )];
         let mut facts = Vec::new();
         facts.extend(meta.binding.iter().map(|binding| format!("binding {binding}")));
         facts.push(format!("rules {}", meta.rules.join(", ")));

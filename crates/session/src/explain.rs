@@ -8,6 +8,7 @@ use teachtree_analysis::TrackId;
 use teachtree_analysis::explain::{self, Step};
 use teachtree_analysis::json::Meta;
 use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_logs::read::first_stamp::in_recording;
 use teachtree_report as report;
 
 /// A question: the labels at which time, of which track, and which primitive was expected.
@@ -59,7 +60,9 @@ pub struct Explanations {
 impl Explanations {
     pub(crate) fn new(analysis: &Analysis, question: &Question) -> Result<Self, Error> {
         let argument = |error| Error::new(error, ErrorKind::Argument);
+        let zero_stamp_s = analysis.meta().zero_stamp_s;
         let (start_s, end_s) = question.time_s;
+        let time_s = (in_recording(start_s, zero_stamp_s), in_recording(end_s, zero_stamp_s));
         if end_s < start_s {
             let message = format!("found an interval from {start_s} s to {end_s} s, expected the earlier time first");
             return Err(argument(InputError::new("--at", message)));
@@ -72,7 +75,7 @@ impl Explanations {
         let mut explained = Vec::new();
         let mut unable: Option<InputError> = None;
         for who in tracks {
-            let asked = explain::Question { who, time_s: question.time_s, why_not: question.why_not.clone() };
+            let asked = explain::Question { who, time_s, why_not: question.why_not.clone() };
             match explain::explain(&analyzed, &asked) {
                 Ok(more) => explained.extend(more.into_iter().map(|one| (who, one))),
                 // A primitive of one tree need not be one of the other: it is unknown only when no tree has it.

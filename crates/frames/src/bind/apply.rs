@@ -28,6 +28,7 @@ use teachtree_base::units::Dimension;
 use teachtree_logs::issue::IssueKind;
 use teachtree_logs::names;
 use teachtree_logs::read::csv::{self, LoadedRecording, StampSource};
+use teachtree_logs::read::first_stamp::count_from_first;
 use teachtree_logs::read::table::{ColumnRequest, Source, Table};
 
 /// Makes a recording of a table as the binding says; `scene` is the one that counts.
@@ -52,6 +53,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRe
         };
         let mut read = csv::columns(source, &clock)?;
         shift(&mut read.recording.time, &mut read.row_time, file);
+        read.count_from_first();
         (read, 1)
     } else {
         foreign(source, file, &scene)?
@@ -147,6 +149,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(LoadedR
     bound.find_frames(&FrameTree::of(&source, &header), &header, file)?;
     let mut table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
     shift(&mut table.time, &mut table.row_time, file);
+    let zero_stamp_s = count_from_first(&mut table.time, &mut table.row_time, &mut table.issues);
     if file.binding.sensors.values().any(|sensor| sensor.time_offset.0 != 0.0) {
         // The user has seen to the clocks.
         table.issues.retain(|issue| issue.kind != IssueKind::DIFFERENT_CLOCKS);
@@ -157,7 +160,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(LoadedR
     let issues = sources::reject(&bound.sources, &mut table);
     table.issues.extend(issues);
     let sheets = table.sheets;
-    Ok((bound.apply(table, file)?, sheets))
+    Ok((LoadedRecording { zero_stamp_s, ..bound.apply(table, file)? }, sheets))
 }
 
 /// Which columns of a table become which channels.
@@ -301,7 +304,7 @@ impl BoundColumns {
         for (name, column) in &self.labels {
             recording.labels.insert(name.clone(), texts.get_mut(*column).map(std::mem::take).unwrap_or_default());
         }
-        Ok(LoadedRecording { recording, issues, row_time })
+        Ok(LoadedRecording { recording, issues, row_time, zero_stamp_s: 0.0 })
     }
 }
 

@@ -17,6 +17,7 @@ pub(crate) use writer::{add_table, check_lengths};
 
 use crate::allowed_folders::AllowedFolders;
 use crate::names;
+use crate::read::first_stamp::in_recording;
 use crate::read::formats;
 use crate::read::table::Source;
 use std::path::Path;
@@ -56,6 +57,10 @@ pub fn read_source(
         Some(file) if events.is_empty() => events::read(&file, folders)?,
         _ => events,
     };
+    read.count_from_first();
+    for event in &mut read.recording.events {
+        event.time_s = in_recording(event.time_s, read.zero_stamp_s);
+    }
     Ok(read)
 }
 

@@ -40,6 +40,22 @@ pub fn date_time(text: &str) -> Option<f64> {
     Some(days * SECONDS_PER_DAY + seconds - zone)
 }
 
+/// The date and the time of day of a stamp since 1970, `2026-11-21 19:07:00`, in UTC.
+pub fn written(stamp_s: f64) -> String {
+    let seconds = stamp_s.round() as i64;
+    let (day, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
+    // Years that begin in March have their leap day at the end; 400 of them are a cycle.
+    let day = day + 719_468;
+    let (cycle, day) = (day.div_euclid(146_097), day.rem_euclid(146_097));
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (year, month) = if month < 10 { (year, month + 3) } else { (year + 1, month - 9) };
+    let year = 400 * cycle + year;
+    format!("{year:04}-{month:02}-{day:02} {:02}:{:02}:{:02}", second / 3600, second / 60 % 60, second % 60)
+}
+
 /// The halves of a day of 12 hours.
 #[derive(Clone, Copy, PartialEq)]
 enum HalfOfDay {

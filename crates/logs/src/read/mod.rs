@@ -4,6 +4,7 @@ pub mod csv;
 pub mod date_time;
 pub mod element_names;
 pub mod file;
+pub mod first_stamp;
 pub mod formats;
 pub mod labels;
 pub mod memory_table;

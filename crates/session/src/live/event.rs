@@ -6,6 +6,7 @@ use teachtree_analysis::confidence::percent;
 use teachtree_analysis::json;
 use teachtree_analysis::{CompositeSpan, Segment as Stretch, TaskSpan, TrackId};
 use teachtree_logs::issue::Issue;
+use teachtree_logs::read::date_time;
 
 /// Nanoseconds in a second.
 const NANOS: i64 = 1_000_000_000;
@@ -159,7 +160,8 @@ impl fmt::Display for LiveEvent {
             Inner::Issue(Issue { kind, channel, message, .. }) if channel.is_empty() => write!(f, "{kind}: {message}"),
             Inner::Issue(Issue { kind, channel, message, .. }) => write!(f, "{kind} {channel}: {message}"),
             Inner::Clock { origin_ns } => {
-                write!(f, "0 s is {}.{:09} s since 1970", origin_ns.div_euclid(NANOS), origin_ns.rem_euclid(NANOS))
+                let (seconds, rest) = (origin_ns.div_euclid(NANOS), origin_ns.rem_euclid(NANOS));
+                write!(f, "0 s is {}.{rest:09}", date_time::written(seconds as f64))
             }
         }
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use teachtree_base::recording::Recording;
 use teachtree_frames::bind::{BindingFile, bind};
 use teachtree_logs::issue::Issue;
+use teachtree_logs::read::csv::LoadedRecording;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::table::{ColumnRequest, Source};
 
@@ -25,11 +26,20 @@ pub fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
 
 /// A log read through a binding, or the message why not; the place is without the folder.
 pub fn bound(log: &Path, binding: &str) -> Result<(Recording, Vec<Issue>), String> {
+    read(log, binding).map(|read| (read.recording, read.issues))
+}
+
+/// The stamps of a bound log as they are in it, s.
+pub fn stamps(log: &Path, binding: &str) -> Result<Vec<f64>, String> {
+    read(log, binding).map(|read| read.recording.time.iter().map(|time| time + read.zero_stamp_s).collect())
+}
+
+fn read(log: &Path, binding: &str) -> Result<LoadedRecording, String> {
     let file = BindingFile::parse(format!("{binding}{SCENE}"), "binding.yaml".into()).unwrap();
     let scene = file.binding.scene.clone().unwrap();
     let read = formats::open(log).and_then(|source| bind(source, &file, scene));
     let parent = format!("{}/", log.parent().unwrap().display());
-    read.map(|read| (read.recording, read.issues)).map_err(|error| error.to_string().replace(&parent, ""))
+    read.map_err(|error| error.to_string().replace(&parent, ""))
 }
 
 /// A text bound as a file of this name.

@@ -14,7 +14,7 @@ mod storages;
 mod stores;
 mod text;
 
-use crate::shared::files::{bound, bound_text, fixture, folder, header, values};
+use crate::shared::files::{bound, bound_text, fixture, folder, header, stamps, values};
 
 #[test]
 fn what_is_not_a_log_is_refused() {

@@ -2,6 +2,7 @@
 
 use crate::issue::Issue;
 use crate::names;
+use crate::read::first_stamp::count_from_first;
 use crate::read::table::{ColumnRequest, Source};
 use indexmap::IndexMap;
 use teachtree_base::error::InputError;
@@ -20,6 +21,15 @@ pub struct LoadedRecording {
     pub issues: Vec<Issue>,
     /// The time of each row of the file, also of omitted rows, on the time base of the recording, s.
     pub row_time: Vec<f64>,
+    /// What the stamps show at 0 s on that time base, s: 0 if they do not count from 1970.
+    pub zero_stamp_s: f64,
+}
+
+impl LoadedRecording {
+    /// Lets times since 1970 count from the first row.
+    pub fn count_from_first(&mut self) {
+        self.zero_stamp_s += count_from_first(&mut self.recording.time, &mut self.row_time, &mut self.issues);
+    }
 }
 
 /// The column of the stamps of a table.
@@ -119,7 +129,7 @@ pub fn columns(source: Source, clock: &StampSource) -> Result<LoadedRecording, I
             }
         }
     }
-    Ok(LoadedRecording { recording, issues: table.issues, row_time: table.row_time })
+    Ok(LoadedRecording { recording, issues: table.issues, row_time: table.row_time, zero_stamp_s: 0.0 })
 }
 
 /// Returns the request for a column with this name and unit, and its dimension.

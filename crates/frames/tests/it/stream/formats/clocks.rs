@@ -1,8 +1,10 @@
 //! Stamps: the clocks of topics, and the forms in which programs write dates and times of day.
 
 use super::messages::{WRENCH, wrench};
-use super::{bound, bound_text, values};
+use super::{bound, bound_text, folder, stamps, values};
 use crate::shared::bags;
+use teachtree_frames::{OpenRequest, open};
+use teachtree_logs::read::date_time;
 
 const PALM: &str =
     "resample: 100 Hz\nchannels: {right.palm.force: /wrench.force.<xyz>, right.gripper.opening: \"/grip.width [m]\"}\n";
@@ -127,9 +129,10 @@ fn dates_and_times_of_day_have_the_forms_of_common_programs() {
         assert_eq!(steps, [1.0, 1.0], "{form}");
     }
     let at = |stamp: &str| {
-        bound_text("log.csv", &format!("when;a\n{stamp};1\n"), "time: when\nchannels: {right.gripper.opening: a}\n")
+        let folder = folder(&[("log.csv", &format!("when;a\n{stamp};1\n"))]);
+        stamps(&folder.path().join("log.csv"), "time: when\nchannels: {right.gripper.opening: a}\n")
     };
-    assert_eq!(at("21.11.2026 07:07:00,25 PM").unwrap().0.time, [1_795_288_020.25]);
+    assert_eq!(at("21.11.2026 07:07:00,25 PM").unwrap(), [1_795_288_020.25]);
     // The third of April or the fourth of March, and hours that are none.
     insta::assert_snapshot!(at("03/04/2026 10:00:00").unwrap_err(), @r"
     log.csv row 2 column when: found `03/04/2026 10:00:00`, expected a time
@@ -166,12 +169,47 @@ fn seconds_and_nanoseconds_in_two_columns_are_one_stamp() {
     for ((seconds, rest), bound_as) in names.into_iter().flat_map(|pair| [(pair, "stamp"), (pair, pair.0)]) {
         let text = format!("{seconds},{rest},a\n1795288020,990000000,1\n1795288021,0,2\n1795288021,10000000,3\n");
         let binding = format!("time: {bound_as}\nchannels: {{right.gripper.opening: a}}\n");
-        let (log, _) = bound_text("log.csv", &text, &binding).unwrap();
-        let after: Vec<i64> = log.time.iter().map(|stamp| ((stamp - 1_795_288_020.0) * 1e3).round() as i64).collect();
+        let folder = folder(&[("log.csv", text.as_str())]);
+        let found = stamps(&folder.path().join("log.csv"), &binding).unwrap();
+        let after: Vec<i64> = found.iter().map(|stamp| ((stamp - 1_795_288_020.0) * 1e3).round() as i64).collect();
         assert_eq!(after, [990, 1000, 1010], "{bound_as}");
         let object =
             |row: i64| format!("{{\"{seconds}\": {}, \"{rest}\": {}, \"a\": 1}}\n", 9 + row / 2, row % 2 * 500_000_000);
         let (log, _) = bound_text("log.jsonl", &(0..4).map(object).collect::<String>(), &binding).unwrap();
         assert_eq!(log.time, [9.0, 9.5, 10.0, 10.5], "{bound_as}");
+    }
+}
+
+#[test]
+fn times_count_from_the_first_stamp_if_stamps_count_from_1970() {
+    let rows = |from: f64| -> String {
+        let row = |row: usize| format!("{:.2},{row}\n", from + row as f64 * 0.02);
+        format!("t,a\n{}", (0..60).filter(|at| *at != 7).map(row).collect::<String>())
+    };
+    let binding = "channels: {right.gripper.opening: a}\ntime: t\n";
+    let at = |from: f64, more: &str| {
+        let folder =
+            folder(&[("log.csv", &rows(from)), ("b.yaml", &format!("{binding}{more}scene: {{bodies: {{}}}}\n"))]);
+        let path = |name: &str| folder.path().join(name);
+        open(&OpenRequest { log: path("log.csv"), binding: Some(path("b.yaml")), ..OpenRequest::default() }).unwrap()
+    };
+    let [since_1970, since_boot] = [1.7e9, 5000.0].map(|from| at(from, ""));
+    assert_eq!((since_1970.recording.time[0], since_1970.zero_stamp_s), (0.0, 1.7e9));
+    assert!((since_1970.recording.time[59] - 1.18).abs() < 1e-6, "{:?}", since_1970.recording.time);
+    assert_eq!(since_1970.row_time[0], 0.0);
+    assert!(since_1970.issues.iter().all(|issue| issue.end_s < 2.0), "{:?}", since_1970.issues);
+    assert_eq!((since_boot.recording.time[0], since_boot.zero_stamp_s), (5000.0, 0.0));
+    // The offset of a binding is part of the stamps.
+    let shifted = at(1.7e9, "time_offset: 2 s\n");
+    assert_eq!((shifted.recording.time[0], shifted.zero_stamp_s), (0.0, 1.7e9));
+    assert_eq!(date_time::written(1_795_288_020.25), "2026-11-21 19:07:00");
+}
+
+#[test]
+fn dates_are_written_as_they_are_read() {
+    for day in (-719_000..2_900_000).step_by(997) {
+        let stamp_s = f64::from(day) * 86_400.0 + 45_296.0;
+        let text = date_time::written(stamp_s);
+        assert_eq!(date_time::date_time(&text), Some(stamp_s), "{text}");
     }
 }

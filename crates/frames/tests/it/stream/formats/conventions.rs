@@ -1,6 +1,6 @@
 //! What other programs write beside numbers, or in place of them (tools/make_convention_fixtures.py): scales, units, fields, decimal numbers, sentinels.
 
-use super::{bound, bound_text, fixture, folder, header, values};
+use super::{bound, bound_text, fixture, folder, header, stamps, values};
 use crate::shared::files::columns;
 use std::path::PathBuf;
 use teachtree_logs::read::formats;
@@ -55,8 +55,8 @@ fn numbers_that_parquet_stores_as_bytes_are_read() {
     }
     assert!(near(&found["half"], &[0.5, -1.25, 65_504.0, f64::NAN]), "{:?}", found["half"]);
     assert!(near(&found["missing"], &[f64::NAN, 0.08, f64::NAN, -0.04]), "{:?}", found["missing"]);
-    let (log, _) = bound(&file("int96.parquet"), "time: stamp\nchannels: {right.gripper.opening: a}\n").unwrap();
-    assert_eq!(log.time, [1_795_288_020.0, 1_795_288_020.5, 1_795_288_021.0, 1_795_288_021.5]);
+    let found = stamps(&file("int96.parquet"), "time: stamp\nchannels: {right.gripper.opening: a}\n").unwrap();
+    assert_eq!(found, [1_795_288_020.0, 1_795_288_020.5, 1_795_288_021.0, 1_795_288_021.5]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Tables of text: what delimits them, where their header is, and sensors that are corrected.
 
-use super::{bound, bound_text, folder, header, values};
+use super::{bound, bound_text, folder, header, stamps, values};
 
 const PALM: &str = "channels: {right.palm.position: p<xyz>}\n";
 
@@ -316,7 +316,8 @@ fn units_stand_in_round_brackets_too() {
 fn dates_and_clocks_are_stamps() {
     let at = |stamp: &str| {
         let log = format!("when;a\n{stamp};1\n2026-11-21T19:07:01Z;2\n");
-        bound_text("log.csv", &log, "time: when\nchannels: {right.gripper.opening: a}\n").map(|read| read.0.time)
+        let folder = folder(&[("log.csv", log.as_str())]);
+        stamps(&folder.path().join("log.csv"), "time: when\nchannels: {right.gripper.opening: a}\n")
     };
     assert_eq!(at("2026-11-21 19:07:00.25").unwrap(), [1_795_288_020.25, 1_795_288_021.0]);
     assert_eq!(at("2026-11-21 20:07:00.5+01:00").unwrap()[0], 1_795_288_020.5);
