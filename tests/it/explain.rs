@@ -2,6 +2,7 @@
 
 use crate::program::{self, complained, teachtree};
 use serde_json::Value;
+use std::path::Path;
 use std::process::Output;
 
 fn explain(args: &[&str]) -> Output {
@@ -146,4 +147,53 @@ fn why_not_prefers_what_nearly_held_to_what_never_changes() {
         "{nearest}"
     );
     assert!(!nearest.contains("distance_known"), "{nearest}");
+}
+
+/// A gripper that takes a box at 2 s and lifts it at 3 s; its log has a flag and no opening. Its first stamp is `from_s`.
+fn gripper_log(folder: &Path, from_s: f64) -> Vec<String> {
+    let mut text = String::from("time,x,z,closed\n");
+    for row in 0..400 {
+        let time_s = f64::from(row) * 0.02;
+        let height = 0.02 + 0.1 * (time_s - 3.0).clamp(0.0, 1.0);
+        text.push_str(&format!("{:.2},0.3,{height:.4},{}\n", from_s + time_s, u8::from(time_s >= 2.0)));
+    }
+    let channels = "channels:\n  right.tcp.position: [\"x [m]\", \"= 0 m\", \"z [m]\"]\n  right.gripper.closed: closed\n  box.position: [\"x [m]\", \"= 0 m\", \"z [m]\"]\n";
+    let (log, binding) = (folder.join("log.csv"), folder.join("b.yaml"));
+    std::fs::write(&log, text).unwrap();
+    std::fs::write(&binding, format!("{channels}scene: {{bodies: {{box: {{role: object, radius: 30 mm}}}}}}\n"))
+        .unwrap();
+    [log, "--binding".into(), binding].map(|path| path.display().to_string()).into()
+}
+
+#[test]
+fn a_value_that_the_log_does_not_contain_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = gripper_log(folder.path(), 0.0);
+    let log: Vec<&str> = log.iter().map(String::as_str).collect();
+    let printed = program::said(&teachtree(&[&["explain"], &log[..], &["--at", "2.5s", "--full"]].concat()));
+    let wanted = "gripper.opening > shut: 1 m > 0.002 m, 0.998 m to spare; `gripper.opening` has its default in the whole log, as if not logged";
+    assert!(printed.contains(wanted), "{printed}");
+    let of_flag = printed.lines().filter(|line| line.contains("gripper.closed") && line.contains("default"));
+    assert_eq!(of_flag.count(), 0, "{printed}");
+}
+
+#[test]
+fn times_count_from_the_first_row_of_a_log_with_a_date() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = gripper_log(folder.path(), 1.7e9);
+    let log: Vec<&str> = log.iter().map(String::as_str).collect();
+    let [since_start, since_1970] = ["2.5s", "1700000002.5s"].map(|at| {
+        let output = teachtree(&[&["explain"], &log[..], &["--at", at]].concat());
+        assert!(output.status.success(), "{}", complained(&output));
+        program::said(&output)
+    });
+    assert!(since_start.starts_with("right at 2.500 s, frame 125: Grasp box"), "{since_start}");
+    assert_eq!(since_start, since_1970);
+    let analyzed = program::said(&teachtree(&[&["analyze"], &log[..]].concat()));
+    assert!(analyzed.contains("400 frames at 50 Hz, from 2023-11-14 22:13:20\n"), "{analyzed}");
+    assert!(!analyzed.contains("1700000"), "{analyzed}");
+    let document = program::said(&teachtree(&[&["analyze", "--format", "json"], &log[..]].concat()));
+    let document: Value = serde_json::from_str(&document).unwrap();
+    let of_log = |key: &str| document["log"][key].as_f64().unwrap();
+    assert_eq!((of_log("zero_stamp_s"), of_log("start_s")), (1.7e9, 0.0));
 }

@@ -105,7 +105,12 @@ fn write_step(text: &mut String, step: &Step, printed: &mut PrintedNames, detail
 
 /// The measured values, after the condition.
 fn words(reason: &Reason) -> String {
-    reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)))
+    let fact = reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)));
+    if reason.defaults.is_empty() {
+        return fact;
+    }
+    let are = if reason.defaults.len() == 1 { "has its default" } else { "have their defaults" };
+    format!("{fact}; `{}` {are} in the whole log, as if not logged", reason.defaults.join("`, `"))
 }
 
 /// Writes a reason and as many levels, this one included, of those below it.

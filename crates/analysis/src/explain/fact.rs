@@ -219,6 +219,10 @@ pub fn quantities<const N: usize>(numbers: [f64; N], unit: &str) -> [String; N] 
     let (scale, prefix) = if small && largest > 0.0 { (1e3, "m") } else { (1.0, "") };
     let top = largest * scale;
     let digits = if top == 0.0 || !top.is_finite() { 0 } else { (2.0 - top.log10().floor()).clamp(0.0, 6.0) as usize };
+    // A small number beside a large one is not 0.
+    let smallest = numbers.iter().map(|number| (number * scale).abs()).filter(|number| *number > 1e-6 * top);
+    let first_digit = -smallest.fold(top, f64::min).log10().floor();
+    let digits = if first_digit.is_finite() { digits.max(first_digit.clamp(0.0, 6.0) as usize) } else { digits };
     let gap = if unit.is_empty() { "" } else { " " };
     numbers.map(|number| {
         let text = format!("{:.digits$}", number * scale);

@@ -1,7 +1,7 @@
 //! Why a condition holds or does not: its deciding parts, each with what was measured, what was asked and how much lies between.
 
 use super::fact::{Element, Fact, Wait};
-use teachtree_base::channels::{Axis, Shape};
+use teachtree_base::channels::{Axis, Fallback, Shape};
 use teachtree_base::diagnostic::Span;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
@@ -9,7 +9,7 @@ use teachtree_base::hands::Side;
 use serde::Serialize;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::semantics::samples;
-use teachtree_frames::frames::HandLayout;
+use teachtree_frames::frames::{ColumnKey, HandLayout};
 use teachtree_language::ops::TemporalOperator;
 use teachtree_language::rules::{Comparison, Constant, Expr, ExprKind, Function, Hand, Rules, folded};
 
@@ -29,6 +29,9 @@ pub struct Reason {
     /// The measured fact of a condition that measures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fact: Option<Fact>,
+    /// The channels in a condition that measures, or is one, that have their default in the whole log, as where it lacks them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub defaults: Vec<String>,
     /// The parts that decide: those that hold or do not hold, whichever is the reason.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub because: Vec<Reason>,
@@ -70,7 +73,28 @@ impl<'a> Reasons<'_, 'a> {
     pub fn reason(&mut self, expr: &'a Expr, spot: EvalPoint) -> Result<Reason> {
         let holds = self.holds(expr, spot)?;
         let (fact, because) = self.decided(expr, spot, holds)?;
-        Ok(Reason { condition: self.text(expr), slot: None, holds, fact, because })
+        Ok(Reason { condition: self.text(expr), slot: None, holds, fact, defaults: self.defaults(expr, spot), because })
+    }
+
+    fn defaults(&self, expr: &Expr, spot: EvalPoint) -> Vec<String> {
+        let mut found: Vec<String> = Vec::new();
+        if !matches!(expr.kind, ExprKind::Compare(..) | ExprKind::Hysteresis { .. } | ExprKind::Channel(..)) {
+            return found;
+        }
+        let frames = self.inspector.frames();
+        expr.walk(&mut |part| {
+            let ExprKind::Channel(id, hand) = &part.kind else { return };
+            let spec = &self.inspector.rules().channels[id.index()];
+            let Fallback::Constant(default) = spec.absent else { return };
+            let side = if spec.per_hand { hand.side(spot.this) } else { None };
+            let is_of = |key: &&ColumnKey| Some(key.channel) == frames.channel(&spec.name) && key.side == side;
+            let mut columns = frames.columns.iter().filter(|(key, _)| is_of(key)).map(|(_, values)| values).peekable();
+            let has_column = columns.peek().is_some();
+            if has_column && columns.flatten().all(|value| *value == default) && !found.contains(&spec.name) {
+                found.push(spec.name.clone());
+            }
+        });
+        found
     }
 
     fn holds(&mut self, expr: &'a Expr, spot: EvalPoint) -> Result<bool> {
