@@ -9,6 +9,7 @@ use entries::{Alike, NewEntries};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use teachtree_analysis::UNKNOWN;
 use teachtree_base::error::InputError;
 use teachtree_frames::propose::{Proposal, quoted};
 use teachtree_logs::allowed_folders::AllowedFolders;
@@ -243,8 +244,9 @@ fn keys(places: Option<&Places>, rules: Option<&str>, analysis: Option<&Analysis
     if let Some(rules) = rules {
         keys.push(format!("rules: [{rules}]    # without failures: the position of the hand is not known"));
     }
-    let tasks: Vec<String> =
-        analysis.iter().flat_map(|analysis| analysis.tasks()).map(|task| task.name().to_string()).collect();
+    let tasks = analysis.iter().flat_map(|analysis| analysis.tasks()).map(|task| task.name());
+    // What no task explains is nothing to expect.
+    let tasks: Vec<&str> = tasks.filter(|task| *task != UNKNOWN).collect();
     if !tasks.is_empty() {
         keys.push(format!("# expect: {}    # the tasks that a recording should contain", tasks.join(", ")));
     }
