@@ -22,7 +22,7 @@
 //! ```
 //!
 //! - logs: [`Log::open`] (CSV, Parquet, MCAP, HDF5, NPZ, Zarr, ROS bags, LeRobot, …), [`Log::options`] (binding, scene), [`Log::from_columns`] (memory);
-//! - rules: [`Rules::for_log`] (the shipped ones), [`Rules::options`] (files, texts, params, hand file);
+//! - rules: [`Rules::for_log`] (the shipped ones), [`Rules::options`] (files, texts, params, hand model);
 //! - results: [`Analysis`], [`Track`], [`Task`], [`Segment`], [`Issue`]; [`Rules::observability`] lists what cannot be detected in a log;
 //! - errors: [`Error`] with its [`ErrorKind`], place and help, and for rules each [`Diagnostic`].
 //!

@@ -24,7 +24,7 @@ fn recordings(py: Python<'_>, paths: Vec<PathBuf>, binding: Option<PathBuf>, eac
         .map_err(|found| error::to_python(py, &found))
 }
 
-/// A binding, a scene, rule files, a hand file, params, and the expected tasks.
+/// A binding, a scene, rule files, a hand model, params, and the expected tasks.
 type Settings = (Option<PathBuf>, Option<PathBuf>, Vec<PathBuf>, Option<String>, Vec<(String, String)>, Option<String>);
 
 /// The settings of `teachtree.yaml` for a log; with a binding of one's own, without what belongs to that of the file.

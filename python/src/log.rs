@@ -120,7 +120,7 @@ impl Log {
         self.0.hands().into_iter().map(|side| teachtree::TrackId::Hand(side).to_string()).collect()
     }
 
-    /// The hand file for the log, and why it is loaded where none is named with the rules.
+    /// The hand model for the log, and why it is loaded where none is named with the rules.
     #[getter]
     fn hand_model(&self) -> Option<String> {
         self.0.hand_model()

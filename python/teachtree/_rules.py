@@ -29,7 +29,7 @@ class Rules:
     """Checked rules: files, a text, or the shipped ones.
 
     Without files and text they are those of the command line: ``contact.rules``, for a log of two hands ``bimanual.rules``, and ``failures.rules``, with
-    the hand file and the params that the binding of the log names. ``params`` are values with units; they win over those of a binding.
+    the hand model and the params that the binding of the log names. ``params`` are values with units; they win over those of a binding.
 
     Raises :class:`~teachtree.RulesError`, which lists every mistake.
 
@@ -58,7 +58,7 @@ class Rules:
         try:
             self._loaded = self._options.load()
         except RulesError as error:
-            # A param that is unknown may be one of a hand file that only the binding of a log names, or of the rules for two hands: it is checked
+            # A param that is unknown may be one of a hand model that only the binding of a log names, or of the rules for two hands: it is checked
             # with that log.
             is_final = hand is not None and bool(files or text is not None)
             if is_final or not all(map(_is_unknown_param, error.diagnostics)):

@@ -122,7 +122,7 @@ impl AnalysisArgs {
         files
     }
 
-    /// The hand file that these options or a binding name.
+    /// The hand model that these options or a binding name.
     fn hand_file(&self, binding: Option<&Path>) -> Option<String> {
         let of_binding =
             |binding: &Path| Some(hand_file_of(binding, BindingFile::read(binding).ok()?.binding.hand_file?));

@@ -40,7 +40,7 @@ pub struct Args {
     /// Rule files, read together; folders, whose rule files are checked one by one; scenes, operator scripts, bindings and robot files (YAML); by default the
     /// shipped `contact.rules` and `failures.rules`
     files: Vec<PathBuf>,
-    /// The hand file that implements the abstract signals
+    /// The hand model that implements the abstract signals
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
     #[command(flatten)]

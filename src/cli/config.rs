@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rules = args.analysis.rules.load(&log)?;
     let mut lines: Vec<Line> = default_rules(args, &settings, &rules).into_iter().collect();
     if let Some((file, reason)) = rules.hand_model().as_deref().and_then(|model| model.split_once(", ")) {
-        lines.push(("hand file", file.into(), reason.into()));
+        lines.push(("hand model", file.into(), reason.into()));
     }
     lines.extend(param_lines(args, &settings, &rules, binding.map(|(path, _)| path)));
     lines.extend(expect_line(args, &log));

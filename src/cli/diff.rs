@@ -35,7 +35,7 @@ pub struct Args {
     logs: Vec<PathBuf>,
     #[command(flatten)]
     many: ParallelArgs,
-    /// The hand file that implements the abstract signals of both; overrides the binding's
+    /// The hand model that implements the abstract signals of both; overrides the binding's
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
     #[command(flatten)]

@@ -107,7 +107,7 @@ enum Kind {
     Bindings,
     /// Arms whose joints a binding names by `model`
     Arms,
-    /// The words that `annotate --words` takes, and the choice of hand files
+    /// The words that `annotate --words` takes, and the choice of hand models
     Tables,
     /// JSON Schemas of YAML files, for editors
     Schemas,

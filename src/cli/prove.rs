@@ -24,7 +24,7 @@ pub struct Args {
     base: PathBuf,
     /// The rules that use and extend them
     extended: PathBuf,
-    /// The hand file that implements the abstract signals of both
+    /// The hand model that implements the abstract signals of both
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
     #[command(flatten)]
@@ -105,7 +105,7 @@ fn json(args: &Args, proof: &ExtensionProof, hand: Option<&str>) -> Value {
     document
 }
 
-/// Formats the result of a proof and the hand file that it holds for.
+/// Formats the result of a proof and the hand model that it holds for.
 fn write_proof(proof: &ExtensionProof, hand: Option<&str>, printed: &mut String) {
     let new = if proof.new.is_empty() { "none".to_string() } else { proof.new.join(", ") };
     let _ = writeln!(printed, "  new primitives: {new}");
@@ -118,7 +118,7 @@ fn write_proof(proof: &ExtensionProof, hand: Option<&str>, printed: &mut String)
     }
     printed.push_str("  channels, params, signals, latches, primitives and settling of the base keep their meaning\n");
     printed.push_str("  relabeling and tasks are those of the base where no new primitive occurs\n");
-    let hand = hand.map_or(String::new(), |hand| format!(" the hand file {hand} and"));
+    let hand = hand.map_or(String::new(), |hand| format!(" the hand model {hand} and"));
     let _ = writeln!(
         printed,
         "  this holds for every recording that both analyze, with{hand} the declared values of params;"

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use teachtree_session::{Error, Log, Rules, RulesOptions};
 
-/// The hand file.
+/// The hand model.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct HandArg {
-    /// The hand file that implements the abstract signals, such as `hand_flags.rules`; overrides the binding's
+    /// The hand model that implements the abstract signals, such as `hand_flags.rules`; overrides the binding's
     #[arg(long = "hand", id = "hand", value_name = "FILE")]
     pub file: Option<String>,
 }
@@ -38,7 +38,7 @@ pub fn name_and_value(text: &str) -> Result<(String, String), String> {
 }
 
 impl RuleArgs {
-    /// The rules of files, which a hand file may implement.
+    /// The rules of files, which a hand model may implement.
     pub fn of_files(files: &[PathBuf], hand: Option<&str>) -> Self {
         let hand = HandArg { file: hand.map(str::to_string) };
         Self { rules: files.to_vec(), hand, set: SetArg::default() }
@@ -57,7 +57,7 @@ impl RuleArgs {
     }
 }
 
-/// Loads the rules of these files, without a log; a hand file may be named.
+/// Loads the rules of these files, without a log; a hand model may be named.
 pub fn load_files(files: &[PathBuf], hand: Option<&str>) -> Result<Rules, Error> {
     RuleArgs::of_files(files, hand).options().load()
 }

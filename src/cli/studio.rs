@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 impl Args {
-    /// The rules that the others are held against, with the same hand file.
+    /// The rules that the others are held against, with the same hand model.
     fn against(&self) -> Option<(String, RulesOptions)> {
         let rules = RuleArgs::of_files(&self.against, self.rules.hand.file.as_deref());
         let names: Vec<String> = self.against.iter().map(|file| file.display().to_string()).collect();

@@ -126,7 +126,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let AnalysisArgs { rules, source } = &args.analysis;
     let given = !rules.rules.is_empty() || !rules.set.values.is_empty() || rules.hand.file.is_some();
     if !args.update && (given || source.binding.is_some() || source.scene.is_some()) {
-        let message = "rules, params, hand file, binding and scene are read from each `.expect` file, found them on the command line";
+        let message = "rules, params, hand model, binding and scene are read from each `.expect` file, found them on the command line";
         return Err(InputError::new("the command line", message)
             .help("edit the settings of the files, or write new ones with `--update`")
             .into());

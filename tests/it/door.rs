@@ -112,7 +112,7 @@ fn rules_in_a_text_extend_the_shipped_ones() {
     assert_eq!(of_text.digest(), of_file.digest());
     assert_eq!(of_text.analyze(&log).unwrap().json(), of_file.analyze(&log).unwrap().json());
     assert_ne!(of_text.digest(), Rules::options().text("tap", &text).for_log(&log).unwrap().digest());
-    // Params and the hand file of the binding count, unless others are named.
+    // Params and the hand model of the binding count, unless others are named.
     let shown = of_text.analyze(&log).unwrap().text(Style::default());
     assert!(shown.contains("touch_on = 0.2 N"), "{shown}");
     assert!(Rules::for_log(&log).unwrap().files().any(|file| file == "rules/hand_flags.rules"));

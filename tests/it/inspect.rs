@@ -72,7 +72,7 @@ fn inspect_shows_the_columns_of_a_foreign_log() {
     let output = teachtree(&bound);
     let model = "  hand model: hand_vision.rules, since the log has right.thumb.position\n";
     assert!(said(&output).contains(model), "{}", said(&output));
-    // A hand file whose channels the log lacks.
+    // A hand model whose channels the log lacks.
     let output = teachtree(&[&bound[..], &["--hand", "hand_force.rules"]].concat());
     assert!(said(&output).contains("nothing can be detected"), "{}", said(&output));
     assert!(said(&output).contains("the rules need `fingers.force` of the right hand"), "{}", said(&output));

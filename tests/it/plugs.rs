@@ -231,7 +231,7 @@ fn an_audit_reports_any_number_of_jammed_insertions() {
     assert_eq!(lacking(set(&[Inserted, Jammed, Inserted, Jammed]).path()), (vec![], 4));
 }
 
-/// Returns the binding with a hand file, with or without the position of the plug.
+/// Returns the binding with a hand model, with or without the position of the plug.
 fn bound(hand_file: &str, has_pose: bool) -> String {
     let binding = BINDING.replace("hand_gripper_wrist.rules", hand_file);
     if has_pose { binding } else { binding.replace("  plug.position: plug_<xyz>\n", "") }
@@ -335,7 +335,7 @@ fn an_opening_without_a_flag_makes_the_same_tasks() {
     }
 }
 
-/// The same binding with the field's names, and without hands and hand file.
+/// The same binding with the field's names, and without hands and hand model.
 fn of_the_field() -> String {
     let kept = BINDING.lines().filter(|line| !line.starts_with("hand_file") && !line.contains("hands:"));
     let binding: String = kept.map(|line| format!("{line}\n")).collect();

@@ -119,12 +119,12 @@ fn config_prints_where_settings_are_from() {
         "  project file  teachtree.yaml  (the nearest one above the log)",
         "  binding       lab/plug.binding.yaml  (teachtree.yaml:3:14)",
         "  scene         lab/plug.binding.yaml  (`scene` of the binding)",
-        "  hand file     hand_gripper_wrist.rules  (as `hand_file` in the binding says)",
+        "  hand model    hand_gripper_wrist.rules  (as `hand_file` in the binding says)",
         "  expect        peg_in_hole  (teachtree.yaml:4:13)",
     ];
     has_lines(&[], &of_file);
     let given = [
-        "  hand file     hand_gripper.rules  (as it is named with the rules)",
+        "  hand model    hand_gripper.rules  (as it is named with the rules)",
         "  param         touch_on = 0.3 N  (--set)",
         "  expect        peg_in_hole x 2  (--expect)",
     ];

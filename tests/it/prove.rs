@@ -18,7 +18,10 @@ fn the_shipped_extensions_only_add() {
         let (status, printed) = prove(base, extended);
         assert_eq!(status, Some(0), "{printed}");
         assert!(printed.contains(&format!("new primitives: {new}")), "{printed}");
-        assert!(printed.contains("with the hand file hand_force.rules and the declared values of params"), "{printed}");
+        assert!(
+            printed.contains("with the hand model hand_force.rules and the declared values of params"),
+            "{printed}"
+        );
     }
 }
 
@@ -110,7 +113,7 @@ fn declarations_that_may_change_labels_without_a_new_primitive_refute() {
             "tree both for left, right { both.grasped => Extra  either.grasped => Grasp  else => separate }",
             "the tree `both` is new, and its `Grasp` replaces the labels of both hands",
         ),
-        // Memory and hand files.
+        // Memory and hand models.
         (CONTACT, "use \"hand_flags.rules\"", "the signal `grasped` means something else"),
     ];
     for (base, more, told) in cases {

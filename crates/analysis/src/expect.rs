@@ -38,7 +38,7 @@ pub struct Expectation {
     pub scene: Option<String>,
     /// The rule files: beside the file, or shipped ones.
     pub rules: Vec<String>,
-    /// The hand file.
+    /// The hand model.
     pub hand: Option<String>,
     /// Params to override.
     pub set: Vec<(String, String)>,

@@ -1,4 +1,4 @@
-//! The hand model of a log: the hand file that implements the abstract signals of the rules for the quantities of the log. `rules/hand_models.yaml` is the
+//! The hand model of a log: the rule file that implements the abstract signals for the quantities of the log. `rules/hand_models.yaml` is the
 //! table of the choices.
 
 use crate::derive;
@@ -18,13 +18,13 @@ pub const SHIPPED: (&str, &str) =
     ("hand_models.yaml", include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../rules/hand_models.yaml")));
 /// The name of the table in messages.
 const TABLE_NAME: &str = "rules/hand_models.yaml";
-/// The hand file of a log that fits no row of the table.
+/// The hand model of a log that fits no row of the table.
 const DEFAULT: &str = "hand_force.rules";
 
-/// A hand file, and why it is loaded.
+/// A hand model, and why it is loaded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HandModel {
-    /// The hand file: the name of a shipped one, or a path.
+    /// The hand model: the name of a shipped one, or a path.
     pub file: String,
     /// Why it is loaded, such as `since the log has right.gripper.closed and right.wrist.force`.
     pub reason: String,
@@ -43,7 +43,7 @@ impl fmt::Display for HandModel {
 pub struct HandModelRow {
     /// What each hand has to measure.
     pub needs: Vec<Quantity>,
-    /// The hand file.
+    /// The hand model.
     pub file: String,
 }
 

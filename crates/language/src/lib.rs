@@ -40,7 +40,7 @@ const DEFAULT_RULES: &str = "contact.rules";
 const DEFAULT_RULES_OF_TWO_HANDS: &str = "bimanual.rules";
 /// The failures that are detected beside them.
 const DEFAULT_FAILURES: &str = "failures.rules";
-/// The hand file that implements the abstract signals when none is named.
+/// The hand model that implements the abstract signals when none is named.
 pub const DEFAULT_HAND: &str = "hand_force.rules";
 /// Reports that are listed; the rest is counted.
 const MAX_REPORTS: usize = 200;
@@ -57,7 +57,7 @@ pub struct Request {
     pub without_failures: bool,
     /// Texts with their names, which are read after the files; what they use is looked up among the shipped files.
     pub texts: Vec<(String, String)>,
-    /// The hand file that implements abstract signals; none for the shipped `hand_force.rules`. Loaded only when an abstract signal has no implementation.
+    /// The hand model that implements abstract signals; none for the shipped `hand_force.rules`. Loaded only when an abstract signal has no implementation.
     pub hand_file: Option<String>,
     /// Params to override, as `(name, value with unit)`.
     pub overrides: Vec<(String, String)>,

@@ -17,7 +17,7 @@ pub struct Settings {
     pub binding: Option<PathBuf>,
     /// A scene instead of the one that it carries.
     pub scene: Option<PathBuf>,
-    /// The hand file that implements abstract signals.
+    /// The hand model that implements abstract signals.
     pub hand: Option<String>,
 }
 

@@ -60,7 +60,7 @@ pub struct Workspace {
     pub folders: Vec<PathBuf>,
     /// What comes with the program.
     pub library: Library,
-    /// The hand file and params with which rules are loaded.
+    /// The hand model and params with which rules are loaded.
     pub hand_file: Option<String>,
     /// Params that are overridden.
     pub overrides: Vec<(String, String)>,

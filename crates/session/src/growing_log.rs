@@ -63,7 +63,7 @@ pub fn follow(
     on_segment: OnSegment,
 ) -> Result<Analysis, Error> {
     let format = |error: InputError| Error::new(error, ErrorKind::Format);
-    // The rules are the same each time; they are known when the binding, if there is one, has named its hand file.
+    // The rules are the same each time; they are known when the binding, if there is one, has named its hand model.
     let mut loaded: Option<Rules> = None;
     let mut analyze = |source: Source| -> Result<Analysis, Error> {
         let log = Log::open_source_with(source, request, settings)?;

@@ -140,7 +140,7 @@ impl Log {
         }
     }
 
-    /// The hand file for the log and why it is loaded where none is named with the rules: `hand_gripper.rules, since the log has
+    /// The hand model for the log and why it is loaded where none is named with the rules: `hand_gripper.rules, since the log has
     /// right.gripper.closed`. `None` of a log that cannot be read.
     pub fn hand_model(&self) -> Option<String> {
         self.chosen_hand_model().map(|model| model.to_string())
@@ -188,8 +188,8 @@ impl LogOptions {
     }
 
     /// Takes what these options do not name from the nearest `teachtree.yaml` above the log, else above the folder in which the program runs: the
-    /// binding and the scene, and for [`Rules::for_log`](super::Rules::for_log) rules, hand file, params and expected tasks (docs/project.md). A binding
-    /// of these options also replaces the scene, the hand file and the params of the file, which were chosen for its binding.
+    /// binding and the scene, and for [`Rules::for_log`](super::Rules::for_log) rules, hand model, params and expected tasks (docs/project.md). A binding
+    /// of these options also replaces the scene, the hand model and the params of the file, which were chosen for its binding.
     #[must_use]
     pub fn by_project(self) -> Self {
         Self { by_project: true, ..self }
@@ -359,7 +359,7 @@ pub trait LogInternals: Sized {
     fn path(&self) -> &Path;
     /// The log in memory.
     fn opened(&self) -> Result<&OpenedLog, Error>;
-    /// The hand file for the log, and why it is loaded; `None` of a log that cannot be read.
+    /// The hand model for the log, and why it is loaded; `None` of a log that cannot be read.
     fn chosen_hand_model(&self) -> Option<HandModel>;
     /// The params that the binding of the log and then `teachtree.yaml` set.
     fn params(&self) -> Vec<(String, String)>;

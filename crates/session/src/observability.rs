@@ -176,10 +176,10 @@ fn track(
         }
         together.entry(needed).or_default().insert(label);
     }
-    // What stands in the tree, but asks for what the hand file says is never so.
+    // What stands in the tree, but asks for what the hand model says is never so.
     let never: BTreeSet<Label> = leaves(graph, scope).difference(&all).copied().collect();
     if !never.is_empty() {
-        let reason = "the hand file says that nothing measures it".into();
+        let reason = "the hand model says that nothing measures it".into();
         cannot.push(Undetectable { reason, primitives: names(&never) });
     }
     let several = |(of, labels): (Vec<&str>, BTreeSet<Label>)| Undetectable {

@@ -43,7 +43,7 @@ struct Entry {
     /// Rule files, as `--rules`.
     #[serde(default)]
     rules: Vec<PathBuf>,
-    /// The hand file, as `--hand`: the name of a shipped one, or a path.
+    /// The hand model, as `--hand`: the name of a shipped one, or a path.
     hand_file: Option<String>,
     /// Values of params, as `--set`.
     #[serde(default, deserialize_with = "few_params")]
@@ -88,7 +88,7 @@ pub struct ProjectSettings {
     pub scene: Option<Setting<PathBuf>>,
     /// The rule files.
     pub rules: Option<Setting<Vec<PathBuf>>>,
-    /// The hand file.
+    /// The hand model.
     pub hand_file: Option<Setting<String>>,
     /// The values of params.
     pub params: IndexMap<String, Setting<String>>,
@@ -217,7 +217,7 @@ impl ProjectFile {
         yaml::place(&self.text, &self.path.display().to_string(), &all)
     }
 
-    /// A rule file or a hand file: one of the folder of this file, else a shipped one. It is never looked up in the folder in which the program runs.
+    /// A rule file or a hand model: one of the folder of this file, else a shipped one. It is never looked up in the folder in which the program runs.
     fn rule_file(&self, name: &Path) -> PathBuf {
         let own = self.folder().join(name);
         let of_program = name.to_str().and_then(shipped).filter(|_| !own.is_file());

@@ -1,4 +1,4 @@
-//! Rules: files and texts, a hand file, params; loaded for a log, with its defaults.
+//! Rules: files and texts, a hand model, params; loaded for a log, with its defaults.
 
 use super::analysis::Analysis;
 use super::error::{Diagnostic, Error};
@@ -28,22 +28,22 @@ struct Inner {
     rules: language::Rules,
     request: Request,
     warnings: Vec<Diagnostic>,
-    /// The hand file for the log, where it is among the files, and why it is loaded.
+    /// The hand model for the log, where it is among the files, and why it is loaded.
     hand_model: Option<HandModel>,
 }
 
 impl Rules {
     /// The rules that the command line uses for a log when none are named: the shipped `contact.rules`, for logs of two hands
-    /// `bimanual.rules`, and `failures.rules`, with the hand file for what the log measures, and the hand file and the params that the binding of
+    /// `bimanual.rules`, and `failures.rules`, with the hand model for what the log measures, and the hand model and the params that the binding of
     /// the log names instead.
     ///
     /// # Errors
-    /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), when a param or the hand file of the binding does not fit the rules.
+    /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), when a param or the hand model of the binding does not fit the rules.
     pub fn for_log(log: &Log) -> Result<Self, Error> {
         Self::options().for_log(log)
     }
 
-    /// Options to load rules with: files, texts, a hand file, params.
+    /// Options to load rules with: files, texts, a hand model, params.
     pub fn options() -> RulesOptions {
         RulesOptions::default()
     }
@@ -77,8 +77,8 @@ impl Rules {
         self.0.rules.sources.files.iter().map(|file| file.name.as_str())
     }
 
-    /// Why the hand file of these rules was loaded for a log: `hand_gripper.rules, since the log has right.gripper.closed`. `None` of rules that
-    /// were loaded without a log, or that need no hand file.
+    /// Why the hand model of these rules was loaded for a log: `hand_gripper.rules, since the log has right.gripper.closed`. `None` of rules that
+    /// were loaded without a log, or that need no hand model.
     pub fn hand_model(&self) -> Option<String> {
         self.0.hand_model.as_ref().map(ToString::to_string)
     }
@@ -146,7 +146,7 @@ impl Rules {
         Self::load_for(request, None)
     }
 
-    /// Loads rules for a log, with the reason for its hand file.
+    /// Loads rules for a log, with the reason for its hand model.
     fn load_for(request: &Request, hand_model: Option<HandModel>) -> Result<Self, Error> {
         let loaded = language::load(request);
         let sources = Arc::new(loaded.sources);
@@ -162,7 +162,7 @@ impl Rules {
     }
 }
 
-/// Whether a hand file is among the files of rules: they need none where their signals are implemented.
+/// Whether a hand model is among the files of rules: they need none where their signals are implemented.
 fn is_loaded(rules: &language::Rules, hand_file: &str) -> bool {
     let name = language::shipped(hand_file).map_or(hand_file, |(name, _)| name);
     rules.sources.files.iter().any(|file| Path::new(&file.name).ends_with(name))
@@ -210,7 +210,7 @@ impl RulesOptions {
         self
     }
 
-    /// The hand file, which implements the abstract signals of the rules for a hardware: a path, or the name of a shipped file such as
+    /// The hand model, which implements the abstract signals of the rules for a hardware: a path, or the name of a shipped file such as
     /// `hand_flags.rules`. It wins over the one that the binding of a log names, and over the one that is chosen by the quantities of the log.
     #[must_use]
     pub fn hand_file(mut self, name: impl AsRef<Path>) -> Self {
@@ -225,8 +225,8 @@ impl RulesOptions {
         self
     }
 
-    /// Loads the rules for a log: where nothing else is said, with the files for its number of hands, the hand file and params of its
-    /// binding, and otherwise the hand file for what it measures.
+    /// Loads the rules for a log: where nothing else is said, with the files for its number of hands, the hand model and params of its
+    /// binding, and otherwise the hand model for what it measures.
     ///
     /// # Errors
     /// [`ErrorKind::Rules`](teachtree_base::error::ErrorKind::Rules), with the diagnostics.
@@ -258,7 +258,7 @@ impl RulesOptions {
         [of(Severity::Error), of(Severity::Warning)].concat()
     }
 
-    /// Returns the options with a default hand file and default params.
+    /// Returns the options with a default hand model and default params.
     pub(crate) fn or_of_binding<'a>(
         mut self,
         hand_file: Option<&str>,
@@ -270,7 +270,7 @@ impl RulesOptions {
         self
     }
 
-    /// The hand file that is loaded for a log, and why.
+    /// The hand model that is loaded for a log, and why.
     fn hand_model_for(&self, log: &Log) -> Option<HandModel> {
         let named = |file: &String| HandModel { file: file.clone(), reason: "as it is named with the rules".into() };
         self.hand_file.as_ref().map(named).or_else(|| log.chosen_hand_model())

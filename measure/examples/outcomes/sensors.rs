@@ -14,7 +14,7 @@ const EVERY: usize = 10;
 /// A gripper is closed if its opening exceeds the width of its object by less than this distance, m.
 const CLOSED_M: f64 = 0.008;
 
-/// The signals that a cell logs, and the hand file and params for them.
+/// The signals that a cell logs, and the hand model and params for them.
 pub struct SensorSet {
     pub name: &'static str,
     hand_file: &'static str,
@@ -131,7 +131,7 @@ impl SensorSet {
     /// Loads the rules for such a log: `files`, or the default ones if there are none.
     ///
     /// # Errors
-    /// A hand file or param that does not fit the rules.
+    /// A hand model or param that does not fit the rules.
     pub fn rules(&self, log: &Log, files: &[PathBuf]) -> Result<Rules, String> {
         let options = files.iter().fold(Rules::options().hand_file(self.hand_file), |options, file| options.file(file));
         let options = self.params.iter().fold(options, |options, (name, value)| options.param(*name, *value));

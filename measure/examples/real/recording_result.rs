@@ -203,7 +203,7 @@ fn analyze(opened: &OpenedLog, file: PathBuf, draw: Option<u64>) -> Result<(Anal
 }
 
 fn loaded(opened: &OpenedLog, file: PathBuf, draw: Option<u64>) -> Result<(Rules, Frames), String> {
-    // Rules of one's own bring the hand file that lies beside them.
+    // Rules of one's own bring the hand model that lies beside them.
     let beside = |name: &String| file.parent().map(|folder| folder.join(name)).filter(|own| own.is_file());
     let name = opened.hand_model().file;
     let hand_file = Some(beside(&name).map_or(name, |own| own.display().to_string()));

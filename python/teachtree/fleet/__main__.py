@@ -71,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     what.add_argument("--out", required=True, metavar="URL", help="the folder of results, on a disk or in an object store")
     what.add_argument("--rules", action="append", default=[], metavar="FILE", help="rule files; by default the shipped ones")
     what.add_argument("--set", action="append", type=pair, default=[], metavar="NAME=VALUE", help="a param, such as touch_on=0.1N")
-    what.add_argument("--hand", metavar="FILE", help="the hand file")
+    what.add_argument("--hand", metavar="FILE", help="the hand model")
     what.add_argument("--binding", metavar="FILE", help="how the columns of foreign logs become channels")
     what.add_argument("--scene", metavar="FILE", help="a scene instead of the one that each log carries")
     what.add_argument("--expect", metavar="TASKS", help="the tasks that each recording should contain: `peg_in_hole x 2, turn_screw`")

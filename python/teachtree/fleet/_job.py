@@ -164,7 +164,7 @@ def _loaded(job: Job, log: Log) -> _teachtree.Rules:
 
 
 def _hand_file(binding: str | None) -> str | None:
-    """The hand file that a binding names: one of one's own lies beside it, others come with the program."""
+    """The hand model that a binding names: one of one's own lies beside it, others come with the program."""
     if binding is None:
         return None
     name = next(_named(binding, "hand_file"), None)

@@ -118,7 +118,7 @@ fn files(args: &Args, logs: &[PathBuf], recordings: &[LabeledLog]) -> Result<Vec
     Ok(vec![DEFAULT_RULES[usize::from(two_hands)].into()])
 }
 
-/// Refuses rules with errors, and recordings that need different hand files.
+/// Refuses rules with errors, and recordings that need different hand models.
 fn check_rules(args: &Args, files: &[PathBuf], recordings: &[LabeledLog]) -> Result<(), Failure> {
     let mut first: Option<Vec<String>> = None;
     for LabeledLog { log, .. } in recordings {
@@ -128,7 +128,7 @@ fn check_rules(args: &Args, files: &[PathBuf], recordings: &[LabeledLog]) -> Res
         if *known != own {
             let hand_file = own.iter().find(|file| !known.contains(file)).cloned().unwrap_or_default();
             let message =
-                format!("needs {hand_file}, expected the hand file of the other recordings; --hand names one for all");
+                format!("needs {hand_file}, expected the hand model of the other recordings; --hand names one for all");
             return Err(InputError::new(log.name(), message).into());
         }
     }

@@ -161,7 +161,7 @@ fn hover_tells_values_of_a_recording() {
     for mut editor in [Editor::new(&by_options), Editor::with(&["--at", "8s"], by_settings)] {
         let text = "use \"contact.rules\"\nfor each hand {\n  signal high = touching and target.position.z > 0.5 m\n}\nextend single_hand.held before Press {\n  high and lifted => Press\n}\n";
         editor.open("main.rules", text);
-        assert_eq!(editor.codes("main.rules"), Vec::<String>::new(), "the hand file is that of the binding");
+        assert_eq!(editor.codes("main.rules"), Vec::<String>::new(), "the hand model is that of the binding");
         let touching = hover(&mut editor, "main.rules", "t|ouching");
         assert!(touching.contains("at 9.500 s of `SawyerLift_demo_1.csv`\n- right **false**\n"), "{touching}");
         let compared = hover(&mut editor, "main.rules", "target.position.z >| 0.5 m");

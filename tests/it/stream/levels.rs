@@ -246,7 +246,7 @@ scene: {bodies: {}}
         lacking.iter().any(|message| message.contains("no distance and no motion of the hand is known")),
         "{lacking:?}"
     );
-    // A hand file that asks for the distance refuses the log.
+    // A hand model that asks for the distance refuses the log.
     std::fs::write(folder.path().join("b.yaml"), binding.replace("hand_gripper", "hand_flags")).unwrap();
     let output = teachtree_in(folder.path(), &["analyze", "log.csv", "--binding", "b.yaml"]);
     assert_eq!(output.status.code(), Some(2));

@@ -135,7 +135,7 @@ impl RowBinder {
         &self.scene
     }
 
-    /// The hand file that the binding names: beside it, or a shipped one.
+    /// The hand model that the binding names: beside it, or a shipped one.
     pub fn hand_file(&self) -> Option<&str> {
         self.hand_file.as_deref()
     }

@@ -311,7 +311,7 @@ fn lacking(measured: &CleanLog, spec: &ChannelSpec, side: Option<Side>, instead:
         },
     )
     .help(format!(
-        "{limit}the log has {}{more}{}; a binding can name another hand file, whose signals need other channels",
+        "{limit}the log has {}{more}{}; a binding can name another hand model, whose signals need other channels",
         has.join(", "),
         ignored.map_or_else(String::new, |issue| format!(", and `{}`, but {}", issue.channel, issue.message))
     ))

@@ -43,7 +43,7 @@ impl<'a> Reader<'a> {
         reader
     }
 
-    /// Reads conditions as if signals that are constants could come out either way: a hand file declares constants for quantities that its hardware cannot
+    /// Reads conditions as if signals that are constants could come out either way: a hand model declares constants for quantities that its hardware cannot
     /// measure, and a tree may still read them.
     pub fn with_open_constants(rules: &'a Rules) -> Self {
         Self { opens_constants: false, ..Self::new(rules) }

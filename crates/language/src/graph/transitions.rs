@@ -42,7 +42,7 @@ pub struct Arrow {
 pub fn transitions(rules: &Rules) -> Vec<Transitions> {
     let graph = lower(rules);
     let of = |tree: &Tree| {
-        // What no channel whatsoever lets be reached: constants of hand files are followed here.
+        // What no channel whatsoever lets be reached: constants of hand models are followed here.
         let labels = super::reachable_leaves(&graph, tree.scope, |_, _| AbstractValue::Unknown, |_, _| true);
         let can = labels.into_iter().map(|label| rules.label_name(label)).collect();
         Search::new(rules, tree, &can).run()

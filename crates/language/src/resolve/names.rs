@@ -253,7 +253,7 @@ impl Resolver {
             format!("no file implements the abstract signal `{}`", name.text),
         )
         .at(name.span, "declared here")
-        .help(format!("load a hand file that declares `signal {} = …`: {}", name.text, hands.join(", ")));
+        .help(format!("load a hand model that declares `signal {} = …`: {}", name.text, hands.join(", ")));
         self.report(finding);
     }
 }

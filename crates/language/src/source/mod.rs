@@ -83,7 +83,7 @@ impl Loader {
         self.load_found(Path::new(name), self.by_name(name), 0);
     }
 
-    /// Reads the hand file: a shipped one (or the one of its name beside the user's first file), else a path.
+    /// Reads the hand model: a shipped one (or the one of its name beside the user's first file), else a path.
     pub fn load_hand(&mut self, name: &str) {
         let path = Path::new(name);
         let on_disk = || self.real(path).map(|path| (Place::Disk(path), name.to_string()));

@@ -1,4 +1,4 @@
-//! The hand file that is chosen for what a log measures.
+//! The hand model that is chosen for what a log measures.
 
 use crate::shared::files::folder;
 use std::path::{Path, PathBuf};
@@ -152,7 +152,7 @@ fn bindings(folder: &str) -> Vec<PathBuf> {
     files
 }
 
-/// The hand file of each shipped binding, and whether the binding names it.
+/// The hand model of each shipped binding, and whether the binding names it.
 #[test]
 fn shipped_bindings_have_their_hand_files() {
     let mut found = vec![];

@@ -51,7 +51,7 @@ fn draw(rules: &Rules, branch: &Branch, indent: usize, text: &mut String) {
 
 #[test]
 fn shipped_files_load_without_a_word() {
-    // What hand files share says nothing by itself.
+    // What hand models share says nothing by itself.
     for (name, _) in SHIPPED.iter().filter(|(name, _)| *name != "wrist_force.rules") {
         for hand in [&in_repository("hand_force.rules"), "hand_flags.rules"] {
             rules(load(&in_repository(name), Some(hand), &[]));
@@ -83,7 +83,7 @@ fn nothing_named_is_the_contact_rules_with_forces_and_failures() {
         if channel == "fingers.force" && (*on, *off) == (0.05, 0.02)));
 }
 
-/// The default rules share names and channels with no hand file, but for channels that are declared alike.
+/// The default rules share names and channels with no hand model, but for channels that are declared alike.
 #[test]
 fn the_default_rules_go_with_every_hand_file() {
     for (name, _) in SHIPPED.iter().filter(|(name, _)| name.starts_with("hand_")) {
