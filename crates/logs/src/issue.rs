@@ -69,6 +69,7 @@ kinds! {
     IMPOSSIBLE_JUMP "impossible_jump" "A sample is farther from its neighbors than anything can move.",
     INCONSISTENT_HOLD "inconsistent_hold" "An object does not move with the hand that holds it.",
     MISPLACED_SOCKET "misplaced_socket" "Objects are inserted beside a socket.",
+    MISSING_BODY "missing_body" "A held object is pressed on a body that the scene lacks.",
     MISSING_CHANNEL "missing_channel" "The log lacks a channel.",
     MISSING_CHUNK "missing_chunk" "A Zarr store or an HDF5 file lacks chunks of an array.",
     MISSING_ROW "missing_row" "A missing row was interpolated.",
@@ -116,6 +117,7 @@ impl IssueKind {
             Self::IMPLAUSIBLE_VELOCITY,
             Self::INCONSISTENT_HOLD,
             Self::MISPLACED_SOCKET,
+            Self::MISSING_BODY,
             Self::OVERLAPPING_BODIES,
             Self::REVERSED_FLAG,
         ]

@@ -12,6 +12,7 @@ const KINDS: &[IssueKind] = &[
     IssueKind::IMPLAUSIBLE_UNIT,
     IssueKind::INCONSISTENT_HOLD,
     IssueKind::MISPLACED_SOCKET,
+    IssueKind::MISSING_BODY,
     IssueKind::REVERSED_FLAG,
 ];
 

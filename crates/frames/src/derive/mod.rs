@@ -8,7 +8,9 @@ mod contacts;
 mod contradictions;
 pub mod convex_gap;
 pub(super) mod fingertip_bias;
+mod frame_tally;
 mod hands;
+mod held_forces;
 mod motion;
 mod partner;
 mod plausibility;
@@ -84,6 +86,7 @@ pub struct Findings {
     /// The issues of quaternion orders on the first frame, once it was seen.
     orders: Option<Vec<Issue>>,
     findings: plausibility::Findings,
+    held_forces: held_forces::HeldForces,
     velocities: contradictions::Velocities,
     survey: setup::Survey,
     /// Whether flags of hands were off, and on, so far.
@@ -108,6 +111,7 @@ impl Findings {
         issues.extend(far.filter(|_| units_are_right));
         issues.extend(self.carried.iter().cloned());
         issues.extend(self.orders.iter().flatten().cloned());
+        issues.extend(self.held_forces.issues(measured));
         issues.extend(plausibility::sign_issues(measured, &self.findings));
         issues.extend(contradictions::issues(&self.velocities));
         issues.extend(setup);
@@ -230,6 +234,7 @@ pub fn derived_frames(
         findings.survey.look(&derivation, &grips);
     }
     if judges_contacts {
+        findings.held_forces.add(&derivation, &objects);
         plausibility::wrong_signs(&derivation, &objects, &mut findings.findings);
     }
 

@@ -1,15 +1,17 @@
-//! Logs that can be read and cannot be true: forces with the wrong sign, positions in another unit.
+//! Logs that can be read and cannot be true: forces of contacts and fingers with the wrong sign, positions in another unit.
 //!
 //! Nothing is changed; each finding names the channel and what may be wrong with it (docs/logs.md).
 
 use super::contacts::Contact;
+use super::frame_tally::{FrameTally, LASTS, hundredths};
 use super::hands::HandTrack;
+use super::held_forces::{NEAR, PULLS, up};
 use super::motion::{Motion, every, sampled, vector};
 use super::raw_channels::Array;
 use super::targets::Derivation;
 use crate::clean::preprocess::CleanLog;
 use crate::frames::HandLayout;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use std::collections::BTreeMap;
 use teachtree_base::contact_threshold;
 use teachtree_base::geometry::{Solid, face_normal, surface_distance};
@@ -17,42 +19,17 @@ use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Body, Role};
 use teachtree_logs::issue::{Issue, IssueKind};
 
-/// An impossible state is reported from this total duration on, s.
-const LASTS: f64 = 0.25;
 /// A fingertip that touches is not farther than this from every object, m.
 const REACH: f64 = 0.100;
 /// A force is along a surface's normal when at least this share of it is: less, and it may be friction.
 const ALONG: f64 = 0.5;
-/// A fingertip that is farther from the surface than this does not push on it, m.
-const NEAR: f64 = 0.030;
-/// Fingers that carry an object do not pull it down by more than this, N.
-const PULLS: f64 = 0.1;
-
-/// The frames in which something is found.
-#[derive(Default)]
-pub struct FrameTally {
-    frames: usize,
-    sum: f64,
-    /// The first and the last of them, s.
-    span: Option<[f64; 2]>,
-    /// The object of which it was found last.
-    of: String,
-}
 
 /// What is found so far, of fingers and of the forces of hands and contacts.
 #[derive(Default)]
 pub struct Findings {
     far: BTreeMap<(Side, usize), FrameTally>,
-    hands: BTreeMap<Side, CarryForces>,
     contacts: BTreeMap<(usize, usize), FrameTally>,
     pushes: BTreeMap<(Side, Finger), FingerPush>,
-}
-
-/// The upward force of a hand while it carries an object and while it is empty, N.
-#[derive(Default)]
-struct CarryForces {
-    carries: FrameTally,
-    empty: FrameTally,
 }
 
 /// What a finger does to the surface that it touches: how much it pulls, N, and of which force.
@@ -66,26 +43,6 @@ impl FingerPush {
     /// The share of the force that pulls; negative of a finger that pushes.
     fn share(&self) -> f64 {
         if self.force > 0.0 { self.out.sum / self.force } else { 0.0 }
-    }
-}
-
-impl FrameTally {
-    fn add(&mut self, measured: &CleanLog, frame: usize, value: f64) {
-        let at = measured.time.get(frame).copied().unwrap_or_default();
-        self.frames += 1;
-        self.span = Some([self.span.map_or(at, |[first, _]| first), at]);
-        self.sum += value;
-    }
-
-    /// The mean of what was found, when it lasted long enough to be reported.
-    fn mean(&self, measured: &CleanLog) -> Option<f64> {
-        let n = self.frames as f64;
-        (n > 0.0 && n / measured.rate_hz >= LASTS).then(|| self.sum / n)
-    }
-
-    fn issue(&self, kind: IssueKind, channel: String, message: String) -> Issue {
-        let [start_s, end_s] = self.span.unwrap_or_default();
-        Issue { kind, start_s, end_s, channel, message }
     }
 }
 
@@ -157,42 +114,11 @@ pub fn far_issues(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -
     issues
 }
 
-/// Finds hands that pull down what they carry, and supports that pull down what rests on them.
+/// Finds supports that pull down what rests on them.
 pub fn wrong_signs(derivation: &Derivation, objects: &[usize], findings: &mut Findings) {
-    let (measured, tracks, contacts) = (derivation.measured, derivation.tracks, &derivation.contacts);
-    let gravity = Vector3::from(measured.scene.gravity.map(|part| part.0));
-    let Some(up) = (-gravity).try_normalize(1e-6) else { return };
-    let touched = |frame: usize, object: usize| {
-        tracks.iter().any(|it| it.touching.get(frame) == Some(&true) && it.target.get(frame) == Some(&Some(object)))
-    };
+    let (measured, contacts) = (derivation.measured, &derivation.contacts);
+    let Some(up) = up(measured.scene) else { return };
     let core = measured.core();
-    for track in tracks {
-        let forces: Vec<[&[f64]; 3]> =
-            Finger::ALL.iter().filter_map(|finger| measured.vec3(&format!("{}.{finger}.force", track.side))).collect();
-        let upward = |frame: usize| forces.iter().map(|force| vector(force, frame)).sum::<Vector3<f64>>().dot(&up);
-        let found = &mut findings.hands.entry(track.side).or_default().carries;
-        for (frames, target) in &track.runs {
-            let Some(object) = *target else { continue };
-            let of_object: Vec<&Contact> =
-                contacts.iter().filter(|((one, _), _)| *one == object).map(|(_, contact)| contact).collect();
-            if of_object.is_empty() {
-                continue;
-            }
-            for frame in frames.start.max(core.start)..frames.end.min(core.end) {
-                let alone = || tracks.iter().filter(|it| it.target.get(frame) == Some(target)).count() == 1;
-                let in_air = || of_object.iter().all(|it| it.force(frame).norm() < contact_threshold::ON_N);
-                // An object in a socket with clearance touches nothing, although the hand pushes it in.
-                if touched(frame, object) && alone() && in_air() && !derivation.is_at_socket(object, frame) {
-                    found.add(measured, frame, upward(frame));
-                }
-            }
-        }
-        let empty = EmptyHandDetector::new(measured, derivation.motions, track.side, objects);
-        let found = &mut findings.hands.entry(track.side).or_default().empty;
-        for frame in sampled(measured).into_iter().filter(|frame| empty.detects(*frame)) {
-            found.add(measured, frame, upward(frame));
-        }
-    }
     let supports =
         |body: usize| measured.scene.bodies.get_index(body).is_some_and(|(_, body)| body.role == Role::Support);
     for ((object, other), contact) in contacts {
@@ -200,50 +126,11 @@ pub fn wrong_signs(derivation: &Derivation, objects: &[usize], findings: &mut Fi
             continue;
         }
         let found = findings.contacts.entry((*object, *other)).or_default();
-        for frame in core.clone().filter(|frame| !touched(*frame, *object)) {
+        for frame in core.clone().filter(|frame| !derivation.is_touched(*object, *frame)) {
             let force = contact.force(frame);
             if force.norm() > contact_threshold::ON_N {
                 found.add(measured, frame, force.dot(&up));
             }
-        }
-    }
-}
-
-/// Detects frames on which a hand certainly holds nothing: its gripper is open and its fingertips are far from every object, as far as the log
-/// contains these values.
-struct EmptyHandDetector<'a> {
-    closed: Option<&'a [f64]>,
-    tips: Vec<[&'a [f64]; 3]>,
-    objects: Vec<(&'a Body, &'a Motion<'a>)>,
-}
-
-impl<'a> EmptyHandDetector<'a> {
-    fn new(measured: &'a CleanLog<'a>, motions: &'a [Motion<'a>], side: Side, objects: &[usize]) -> Self {
-        let tips = Finger::ALL.iter().filter(|finger| **finger != Finger::Palm);
-        let body = |object: &usize| Some((measured.scene.bodies.get_index(*object)?.1, motions.get(*object)?));
-        let bodies: Vec<(&Body, &Motion)> = objects.iter().filter_map(body).collect();
-        let holds_always = bodies.iter().any(|(body, _)| body.fixed_to == Some(side));
-        let tips = tips.filter_map(|finger| measured.vec3(&format!("{side}.{finger}.position")));
-        Self {
-            closed: measured.scalar(&format!("{side}.gripper.closed")).filter(|_| !holds_always),
-            tips: if holds_always { vec![] } else { tips.collect() },
-            objects: bodies,
-        }
-    }
-
-    fn detects(&self, frame: usize) -> bool {
-        let open = self.closed.map(|closed| closed.get(frame).is_some_and(|closed| *closed < 0.5));
-        let is_far = |tip: &[&[f64]; 3]| {
-            let tip = Point3::from(vector(tip, frame));
-            let distance = |(body, motion): &(&Body, &Motion)| {
-                surface_distance(body, &motion.pose(frame).inverse_transform_point(&tip))
-            };
-            self.objects.iter().all(|object| distance(object) > NEAR)
-        };
-        let far = (!self.tips.is_empty()).then(|| self.tips.iter().all(is_far));
-        match (open, far) {
-            (None, None) => false,
-            (open, far) => open.unwrap_or(true) && far.unwrap_or(true),
         }
     }
 }
@@ -293,7 +180,7 @@ fn pull_issues(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
             let message = format!(
                 "the finger pulls with {} N on the object that others of its hand push: invert the sign of its force, which is the fingertip's \
                  on the object{or_other}",
-                tenths(mean)
+                hundredths(mean)
             );
             issues.push(found.out.issue(IssueKind::IMPLAUSIBLE_FORCE, format!("{side}.{finger}.force"), message));
         }
@@ -301,39 +188,17 @@ fn pull_issues(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     issues
 }
 
-/// Finds forces whose sign was wrong.
+/// Finds forces of contacts and of single fingers whose sign was wrong.
 pub fn sign_issues(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     let name = |body: usize| measured.scene.bodies.get_index(body).map_or("", |(name, _)| name.as_str());
     let mut issues = vec![];
-    for (side, CarryForces { carries, empty }) in &findings.hands {
-        let Some(mean) = carries.mean(measured).filter(|mean| *mean < -PULLS) else { continue };
-        let lasts = empty.frames as f64 * every(measured) as f64 / measured.rate_hz >= LASTS;
-        let at_rest = empty.sum / (empty.frames as f64).max(1.0);
-        let pulls = format!("the fingers pull the carried object down with {} N", tenths(-mean));
-        let message = if !lasts {
-            format!(
-                "{pulls}: `tare` the force in a binding if it is not zero at rest; otherwise turn its sign, it is the fingertip's on the object, z \
-                 upwards"
-            )
-        } else if at_rest.abs() > PULLS {
-            let way = if at_rest < 0.0 { "downwards" } else { "upwards" };
-            format!(
-                "{pulls}, and the force reads {} N {way} while the hand holds nothing: `tare` it in a binding first; turn its sign only if the \
-                 fingers still pull down then",
-                tenths(at_rest.abs())
-            )
-        } else {
-            format!("{pulls}: turn the sign, the force is the fingertip's on the object, z upwards")
-        };
-        issues.push(carries.issue(IssueKind::IMPLAUSIBLE_FORCE, format!("{side}.fingers.force"), message));
-    }
     for ((object, other), found) in &findings.contacts {
         if let Some(mean) = found.mean(measured).filter(|mean| *mean < -contact_threshold::ON_N) {
             let (a, b) = (name(*object), name(*other));
             let message = format!(
                 "`{b}` pulls `{a}` down with {} N while no hand touches it: turn the sign, or the order of the names: \
                  `contact.a.b.force` is the force of b on a",
-                tenths(-mean)
+                hundredths(-mean)
             );
             let logged = if Contact::is_logged_as(measured, a, b) { [a, b] } else { [b, a] };
             let channel = format!("contact.{}.{}.force", logged[0], logged[1]);
@@ -342,9 +207,4 @@ pub fn sign_issues(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     }
     issues.extend(pull_issues(measured, findings));
     issues
-}
-
-/// A number with two digits after the point.
-fn tenths(value: f64) -> f64 {
-    (value * 100.0).round() / 100.0
 }

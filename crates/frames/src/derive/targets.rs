@@ -164,6 +164,14 @@ impl<'a> Derivation<'a> {
             || self.plugged.values().any(|it| self.socket(frame, Some(it)).is_some_and(|socket| socket.body == body))
     }
 
+    /// Whether a hand whose target this object is touches it.
+    pub(super) fn is_touched(&self, object: usize, frame: usize) -> bool {
+        let touches = |track: &HandTrack| {
+            track.touching.get(frame) == Some(&true) && track.target.get(frame) == Some(&Some(object))
+        };
+        self.tracks.iter().any(touches)
+    }
+
     /// Angular velocity about the axis of the socket it is in, relative to that socket, else about the normal of the contact that carries it,
     /// else about the vertical.
     fn spins(&self, frames: Range<usize>, body: usize, spins: &mut Vec<f64>) {

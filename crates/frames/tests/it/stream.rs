@@ -16,6 +16,7 @@ mod flagged_supports;
 mod formats;
 mod frames;
 mod hand_models;
+mod held_forces;
 mod implausible;
 mod jumps;
 mod learned;

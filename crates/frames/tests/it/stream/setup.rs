@@ -21,6 +21,7 @@ const KINDS: [&str; 9] = [
     "implausible_unit",
     "inconsistent_hold",
     "misplaced_socket",
+    "missing_body",
     "overlapping_bodies",
     "reversed_flag",
 ];
