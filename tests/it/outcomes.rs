@@ -197,6 +197,54 @@ fn a_recording_in_a_wrong_unit_is_not_a_success() {
     assert!(message.starts_with("implausible_unit "), "{outcome}");
 }
 
+/// Copies an example, and returns the outcome of its log by its own binding.
+fn outcome_of_example(name: &str, log: &str, binding: &str) -> Value {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
+    let output = teachtree_in(&folder, &["analyze", log, "--binding", binding, "--format", "json"]);
+    serde_json::from_str::<Value>(&said(&output)).unwrap()["outcome"].clone()
+}
+
+/// The reasons of a kind, in words.
+fn reasons<'a>(outcome: &'a Value, kind: &str) -> Vec<&'a str> {
+    let all = outcome["reasons"].as_array().unwrap().iter().filter(|reason| reason["kind"] == kind);
+    all.map(|reason| reason["message"].as_str().unwrap()).collect()
+}
+
+/// The scene that `init` guesses has no socket, so the press on the rim is one on nothing.
+#[test]
+fn a_press_on_a_body_that_the_scene_lacks_is_not_a_success() {
+    let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plug_into_socket/plug_2.csv");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(log, folder.path().join("plug_2.csv")).unwrap();
+    let (_, text) = run(folder.path(), &["init", "plug_2.csv", "--yes"]);
+    assert!(text.contains("outcome unknown: missing_body right.fingers.force: `plug` stops at ["), "{text}");
+    assert!(text.contains("such as a socket") && !text.contains("implausible_force"), "{text}");
+    let output = teachtree_in(folder.path(), &["analyze", "plug_2.csv", "--format", "json"]);
+    let outcome = serde_json::from_str::<Value>(&said(&output)).unwrap()["outcome"].clone();
+    assert_eq!((&outcome["result"], reasons(&outcome, "misread").len()), (&"unknown".into(), 1), "{outcome}");
+    // With the socket of the example it is a jam.
+    assert_eq!(outcome_of_example("plug_into_socket", "plug_2.csv", "plug.binding.yaml")["result"], "failure");
+    assert_eq!(outcome_of_example("plug_into_socket", "plug_1.csv", "plug.binding.yaml")["result"], "success");
+}
+
+/// A success names the failures that its log or its scene cannot show, with the lack.
+#[test]
+fn failures_that_a_log_cannot_show_are_named_with_what_lacks() {
+    let flags = outcome_of_example("contact_flags", "box.csv", "box.binding.yaml");
+    assert_eq!(flags["result"], "success");
+    let lack = "the log cannot show failed_insertion (Jam: no force of the fingers is bound)";
+    assert_eq!(reasons(&flags, "unseen_failure"), [lack]);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let args = ["analyze", "lift_demo_1.csv", "--binding", "panda_lift.binding.yaml", "--format", "json"];
+    let lift: Value = serde_json::from_str(&said(&teachtree_in(&root.join("demos/robosuite"), &args))).unwrap();
+    assert_eq!(lift["outcome"]["result"], "success");
+    let lack = "the log cannot show failed_insertion (Jam: the scene has no socket)";
+    assert_eq!(reasons(&lift["outcome"], "unseen_failure"), [lack]);
+    // A scene with a socket lacks nothing.
+    let plug = outcome_of_example("plug_into_socket", "plug_1.csv", "plug.binding.yaml");
+    assert_eq!(reasons(&plug, "unseen_failure"), [""; 0]);
+}
+
 #[test]
 fn a_binding_names_expected_tasks() {
     let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");

@@ -3,6 +3,7 @@
 use super::error::Error;
 use super::explain::{Explanations, Question};
 use super::log::Log;
+use super::log_contents::LogContents;
 use super::observability::{self, TrackObservability};
 use super::rules::Rules;
 use super::run::Run;
@@ -565,7 +566,8 @@ impl AnalysisInternals for Analysis {
     fn carries(&self) -> Result<Vec<TrackId>, Error> {
         let primitives = &self.found.primitives;
         let is_carry = |name: &String| primitives.does(name) == Some(Meaning::Carry);
-        let tracks = observability::tracks(&lower(self.rules.set()), &self.run()?.frames);
+        let contents = LogContents::new(self.log.opened()?, self.log.binding().is_some());
+        let tracks = observability::tracks(&lower(self.rules.set()), &self.run()?.frames, &contents);
         let of = |track: &TrackObservability| {
             let lost = track.undetectable.iter().flat_map(|lack| &lack.primitives).any(is_carry);
             !lost || track.detectable.iter().any(is_carry)

@@ -14,6 +14,7 @@ pub mod fitting;
 mod growing_log;
 mod live;
 mod log;
+mod log_contents;
 mod observability;
 pub mod patch;
 pub mod project_file;

@@ -1,10 +1,11 @@
 //! Which primitives the rules can detect in a log at all, and which they cannot for lack of a channel: the trees are evaluated over intervals,
 //! with each channel that is missing or constant in the log taken as such.
 
+use super::log_contents::LogContents;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_analysis::outcome::{self, Undetectable as Undetected, UnmeasuredTask};
-use teachtree_base::channels::{ChannelSpec, Fallback};
+use teachtree_base::channels::Fallback;
 use teachtree_base::hands::{Finger, FingerPick, Side, TrackId};
 use teachtree_frames::frames::{ColumnKey, Frames};
 use teachtree_language::graph::{AbstractValue, Graph, Leaf, Target, reachable_leaves};
@@ -36,7 +37,7 @@ pub struct TrackObservability {
 /// Primitives that the rules cannot detect in a log.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Undetectable {
-    /// Why: what the log lacks, such as `` `target.depth` is zero all along ``.
+    /// Why: what the log lacks, such as `the scene has no socket`.
     #[serde(rename = "of")]
     pub reason: String,
     /// The primitives.
@@ -44,27 +45,16 @@ pub struct Undetectable {
 }
 
 /// Returns the primitives that the trees can detect in the track of each hand, and in that of both.
-pub fn tracks(graph: &Graph, frames: &Frames) -> Vec<TrackObservability> {
-    tracks_with(graph, frames, &silent(frames))
+pub fn tracks(graph: &Graph, frames: &Frames, contents: &LogContents) -> Vec<TrackObservability> {
+    tracks_with(graph, frames, &silent(frames, contents))
 }
 
-/// What the trees can detect in a log with these columns if nothing is silent but the channels that the log lacks: a channel that is measured and
-/// constant may be so because nothing happened.
-pub fn tracks_of_columns(graph: &Graph, frames: &Frames, columns: &[&str]) -> Vec<TrackObservability> {
-    let mut silent = silent(frames);
-    silent.retain(|(index, side), (_, value)| {
-        let channel = frames.channels.get(*index as usize);
-        *value == AbstractValue::Empty || channel.is_some_and(|channel| lacks_columns(channel, *side, columns))
-    });
+/// What the trees can detect if nothing is silent but the channels that the log and its scene lack: a channel that is measured and constant may be so because
+/// nothing happened.
+pub fn tracks_of_contents(graph: &Graph, frames: &Frames, contents: &LogContents) -> Vec<TrackObservability> {
+    let mut silent = silent(frames, contents);
+    silent.retain(|_, channel| channel.is_lacking);
     tracks_with(graph, frames, &silent)
-}
-
-/// Whether none of these columns has the quantity of a channel that is read from a log, of the same hand.
-fn lacks_columns(channel: &ChannelSpec, side: Option<Side>, columns: &[&str]) -> bool {
-    let quantity = channel.name.rsplit('.').next().unwrap_or_default();
-    let has = |column: &str, name: &str| column.split('.').any(|part| part == name);
-    let measures = |column: &&str| has(column, quantity) && side.is_none_or(|side| has(column, side.name()));
-    channel.absent != Fallback::Derived && !columns.iter().any(measures)
 }
 
 fn tracks_with(graph: &Graph, frames: &Frames, silent: &SilentChannels) -> Vec<TrackObservability> {
@@ -94,9 +84,9 @@ pub fn issues(tracks: &[TrackObservability], frames: &Frames) -> Vec<Issue> {
         .collect()
 }
 
-/// The tasks that no hand can show in a log with these columns.
-pub fn unmeasured_tasks(rules: &Rules, graph: &Graph, frames: &Frames, columns: &[&str]) -> Vec<UnmeasuredTask> {
-    let tracks = tracks_of_columns(graph, frames, columns);
+/// The tasks that no hand can show in a log with these contents.
+pub fn unmeasured_tasks(rules: &Rules, graph: &Graph, frames: &Frames, contents: &LogContents) -> Vec<UnmeasuredTask> {
+    let tracks = tracks_of_contents(graph, frames, contents);
     let hands: Vec<TrackId> = tracks.iter().map(|track| track.track).filter(|track| track.side().is_some()).collect();
     let mut undetectable: Vec<Undetected> = Vec::new();
     for track in &tracks {
@@ -144,7 +134,7 @@ fn track(
                 return if is_array { AbstractValue::Empty } else { AbstractValue::FALSE };
             }
             let found = silent.get(&(channel.0, side));
-            found.filter(|(of, _)| silenced(of)).map_or(AbstractValue::Unknown, |(_, known)| *known)
+            found.filter(|it| silenced(&it.reason)).map_or(AbstractValue::Unknown, |it| it.value)
         };
         reachable_leaves(graph, scope, said, has)
     };
@@ -152,7 +142,7 @@ fn track(
     let can = known(&|_| true);
     let absent =
         no_hand.iter().zip(Side::BOTH).filter(|(_, side)| absent(Some(*side)).is_some()).map(|(reason, _)| reason);
-    let reasons = silent.values().map(|(of, _)| of).chain(lacking.values()).chain(absent);
+    let reasons = silent.values().map(|it| &it.reason).chain(lacking.values()).chain(absent);
     let reasons: BTreeSet<&str> = reasons.map(String::as_str).collect();
     let mut left: BTreeSet<Label> = all.difference(&can).copied().collect();
     let mut cannot = vec![];
@@ -201,7 +191,7 @@ fn lacking(fingers: &[Finger]) -> Option<&'static str> {
         [] => None,
         _ if !has(FingerPick::Tips) => Some("has a palm and no fingertips"),
         _ if !has(FingerPick::One(Finger::Thumb)) => Some("has no thumb"),
-        _ if !has(FingerPick::Opposing) => Some("has no finger opposite the thumb"),
+        _ if !has(FingerPick::Opposing) => Some("has no opposing fingertips with contacts or forces"),
         _ if !has(FingerPick::One(Finger::Palm)) => Some("has no palm"),
         _ => None,
     }
@@ -219,11 +209,20 @@ fn leaves(graph: &Graph, scope: TreeScope) -> BTreeSet<Label> {
     targets.filter_map(label).collect()
 }
 
-/// Channels of a hand or of none that are missing or constant in a log, with the reason in words.
-type SilentChannels = BTreeMap<(u32, Option<Side>), (String, AbstractValue)>;
+/// A channel that is missing or constant in a log.
+struct SilentChannel {
+    /// Why, in words.
+    reason: String,
+    value: AbstractValue,
+    /// Whether the log or its scene lacks what the channel is made of.
+    is_lacking: bool,
+}
 
-/// The channels that are missing or constant in a log, with the reason in words.
-fn silent(frames: &Frames) -> SilentChannels {
+/// Channels of a hand or of none that are missing or constant in a log.
+type SilentChannels = BTreeMap<(u32, Option<Side>), SilentChannel>;
+
+/// The channels that are missing or constant in a log.
+fn silent(frames: &Frames, contents: &LogContents) -> SilentChannels {
     let mut silent = BTreeMap::new();
     let sides = frames.layout.hands.iter().map(|hand| Some(hand.side)).chain([None]);
     for side in sides {
@@ -236,7 +235,9 @@ fn silent(frames: &Frames) -> SilentChannels {
             let mut columns = frames.columns.range(first..=last).map(|(_, values)| values).peekable();
             if columns.peek().is_none() {
                 if let (Some(_), Some((family, _))) = (channel.axis, channel.name.split_once('.')) {
-                    silent.insert((index, side), (format!("the log has no {family}"), AbstractValue::Empty));
+                    let reason = format!("the log has no {family}");
+                    silent
+                        .insert((index, side), SilentChannel { reason, value: AbstractValue::Empty, is_lacking: true });
                 }
                 continue;
             }
@@ -245,12 +246,15 @@ fn silent(frames: &Frames) -> SilentChannels {
             // What is measured may stand still by chance; a number that is worked out from the scene does not.
             let fixed = first == 0.0 || channel.absent == Fallback::Derived && channel.shape.components().len() == 1;
             if fixed && values.all(|value| value == first) {
+                let lack = contents.lack(channel, side);
+                let is_lacking = lack.is_some();
                 let state = if first == 0.0 { "zero" } else { "constant" };
-                let reason = match (channel.name.as_str(), side) {
+                let reason = lack.unwrap_or_else(|| match (channel.name.as_str(), side) {
                     ("target", Some(side)) => always_one_target(frames, side, first),
                     (name, _) => format!("`{name}` is {state} in the whole log"),
-                };
-                silent.insert((index, side), (reason, AbstractValue::Constant(first)));
+                });
+                let value = AbstractValue::Constant(first);
+                silent.insert((index, side), SilentChannel { reason, value, is_lacking });
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::analysis::Analysis;
 use super::error::{Diagnostic, Error};
 use super::log::Log;
+use super::log_contents::LogContents;
 use super::observability::{self, Observability};
 use super::project_file::ProjectSettings;
 use super::run;
@@ -63,8 +64,11 @@ impl Rules {
     /// [`ErrorKind::Mismatch`](teachtree_base::error::ErrorKind::Mismatch), when the log lacks a channel that the rules require; what is wrong with
     /// the rows of the log.
     pub fn observability(&self, log: &Log) -> Result<Observability, Error> {
-        let frames = run::frames(&self.0.rules, log.opened()?)?;
-        Ok(Observability { tracks: observability::tracks(&lower(&self.0.rules), &frames), issues: frames.issues })
+        let opened = log.opened()?;
+        let frames = run::frames(&self.0.rules, opened)?;
+        let contents = LogContents::new(opened, log.binding().is_some());
+        let tracks = observability::tracks(&lower(&self.0.rules), &frames, &contents);
+        Ok(Observability { tracks, issues: frames.issues })
     }
 
     /// The warnings about the rules: likely mistakes in rules that can run.

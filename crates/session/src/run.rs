@@ -1,6 +1,7 @@
 //! The rules evaluated over a log in memory: frames with every channel that rules, tasks and reports read, then leaves, then the analysis.
 
 use super::error::Error;
+use super::log_contents::LogContents;
 use super::observability;
 use crate::ErrorInternals;
 use std::sync::Arc;
@@ -99,10 +100,10 @@ impl Run {
         let mut found = analysis::analyze(rules, &self.frames, &self.leaves);
         if binding {
             // A foreign log may lack channels; which primitives that hides is part of its analysis.
-            let tracks = observability::tracks(graph, &self.frames);
+            let contents = LogContents::new(opened, binding);
+            let tracks = observability::tracks(graph, &self.frames, &contents);
             found.issues.extend(observability::issues(&tracks, &self.frames));
-            let columns: Vec<&str> = opened.recording.columns.keys().map(String::as_str).collect();
-            found.unmeasured = observability::unmeasured_tasks(rules, graph, &self.frames, &columns);
+            found.unmeasured = observability::unmeasured_tasks(rules, graph, &self.frames, &contents);
         }
         found
     }

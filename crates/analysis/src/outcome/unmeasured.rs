@@ -11,7 +11,7 @@ pub struct UnmeasuredTask {
     pub task: String,
     /// Whether it is a failure.
     pub failure: bool,
-    /// The keys that cannot be detected, with the reasons: ``Insert: `target.depth` is zero all along``.
+    /// The keys that cannot be detected, with the reasons: `Insert: the scene has no socket`.
     pub reason: String,
 }
 

@@ -1,6 +1,7 @@
 //! Finds the primitives that rules cannot detect in a live log because it lacks channels, before the first label.
 
-use crate::observability::{issues, tracks_of_columns};
+use crate::log_contents::LogContents;
+use crate::observability::{issues, tracks_of_contents};
 use crate::run::channels;
 use crate::{Log, LogInternals, Rules, RulesInternals};
 use std::collections::BTreeSet;
@@ -8,13 +9,13 @@ use teachtree_language::graph::lower;
 use teachtree_language::rules::{Label, Rules as RuleSet};
 use teachtree_logs::issue::Issue;
 
-/// Returns issues for the primitives that cannot be detected in a log with these columns; none if the beginning is too short for an analysis. Primitives of
+/// Returns issues for the primitives that cannot be detected in this log; none if the beginning is too short for an analysis. Primitives of
 /// failures are omitted, because most logs lack channels for some of them.
 pub fn undetectable(beginning: &Log, rules: &Rules) -> Vec<Issue> {
     let Ok(opened) = beginning.opened() else { return Vec::new() };
     let Ok(frames) = opened.frames(&channels(rules.set())) else { return Vec::new() };
-    let columns: Vec<&str> = opened.recording.columns.keys().map(String::as_str).collect();
-    let mut tracks = tracks_of_columns(&lower(rules.set()), &frames, &columns);
+    let contents = LogContents::new(opened, beginning.binding().is_some());
+    let mut tracks = tracks_of_contents(&lower(rules.set()), &frames, &contents);
     let failures = signs_of_failures(rules.set());
     for track in &mut tracks {
         for lack in &mut track.undetectable {
