@@ -18,9 +18,9 @@ use std::path::PathBuf;
 
 /// The recordings that paths stand for.
 #[pyfunction]
-#[pyo3(signature = (paths, binding=None, each=false))]
-fn recordings(py: Python<'_>, paths: Vec<PathBuf>, binding: Option<PathBuf>, each: bool) -> PyResult<Vec<PathBuf>> {
-    wait::released(py, move || teachtree::recordings(&paths, binding.as_deref(), each))?
+#[pyo3(signature = (paths, binding=None))]
+fn recordings(py: Python<'_>, paths: Vec<PathBuf>, binding: Option<PathBuf>) -> PyResult<Vec<PathBuf>> {
+    wait::released(py, move || teachtree::recordings(&paths, binding.as_deref()))?
         .map_err(|found| error::to_python(py, &found))
 }
 

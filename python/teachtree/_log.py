@@ -125,14 +125,14 @@ def opened(log: Log | Any, binding: Binding | Path | None = None) -> Log:
 def recordings(paths: Path | Sequence[Path], *, binding: Binding | Path | None = None, each: bool = False) -> list[str]:
     """The recordings that paths stand for: those in folders and their subfolders, the episodes of ``"set#*"`` and ``"set#0..9"``.
 
-    With a binding a folder of text tables is one recording in parts, unless ``each``.
+    A folder of text tables with equal columns is a folder of recordings; with different ones it is one recording in parts. ``each`` has no effect.
 
     >>> import teachtree
     >>> teachtree.recordings("demos/robosuite/lift.hdf5#*", binding="demos/robosuite/lift_hdf5.binding.yaml")
     ['demos/robosuite/lift.hdf5#demo_1', 'demos/robosuite/lift.hdf5#demo_3']
     """
     listed = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
-    return [os.fspath(path) for path in _teachtree.recordings(listed, None if binding is None else os.fspath(binding), each)]
+    return [os.fspath(path) for path in _teachtree.recordings(listed, None if binding is None else os.fspath(binding))]
 
 
 def _argument(place: str, message: str, help: str | None) -> ArgumentError:

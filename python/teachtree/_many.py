@@ -51,7 +51,7 @@ def analyze_many(
     demos/robosuite/lift.hdf5#demo_1 ['unknown', 'pick_and_place']
     demos/robosuite/lift.hdf5#demo_3 ['unknown', 'pick_and_place']
     """
-    listed = recordings(paths, binding=binding, each=each)
+    listed = recordings(paths, binding=binding)
     rules = _rules(rules)
     jobs = jobs or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else jobs or os.cpu_count() or 1
     return _each(listed, rules, binding, max(1, jobs))

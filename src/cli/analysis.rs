@@ -63,7 +63,7 @@ impl ExpectArg {
 impl AnalysisArgs {
     /// The recordings that paths stand for.
     pub fn recordings(&self, paths: &[PathBuf]) -> Result<Vec<RecordingFile>, InputError> {
-        recordings(paths, self.source.binding.as_deref(), self.source.each)
+        recordings(paths, self.source.binding.as_deref())
     }
 
     /// Whether a binding or rules are named for a log, by these options or by `teachtree.yaml`.

@@ -15,7 +15,6 @@ use teachtree_analysis::Subject;
 use teachtree_base::error::ErrorKind;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::issue::IssueKind;
-use teachtree_logs::read::formats;
 use teachtree_report::Style;
 use teachtree_session::ErrorInternals;
 use teachtree_session::{Analysis, ClosedSegment, Error};
@@ -24,7 +23,6 @@ use writers::{Format, Usage};
 /// Options of `analyze`.
 #[derive(clap::Args)]
 #[command(
-    mut_arg("each", |arg| arg.hide(false)),
     after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze log.csv --expect 'peg_in_hole x 2, turn_screw'\n  teachtree analyze log.csv --fail-on failure,implausible_unit\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html\n  teachtree analyze 'set#*' --binding lab.binding.yaml --format json --out-dir analyses --resume\nExit status: 0 fine whatever the outcome, 1 a recording lacks what --expect names or has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are written."
 )]
 pub struct Args {
@@ -152,7 +150,7 @@ pub fn one<'a>(args: &'a Args, log: &Path, alone: bool) -> Result<Output<'a>, Fa
     let analysis = if log == Path::new("-") && args.form.format == Format::Text && is_printed {
         args.expect.of(live(args)?)?
     } else {
-        let log = args.analysis.source.open(log).map_err(|error| in_parts(args, log, error))?;
+        let log = args.analysis.source.open(log)?;
         if args.sinks.needs_log() {
             log.read()?;
         }
@@ -164,21 +162,6 @@ pub fn one<'a>(args: &'a Args, log: &Path, alone: bool) -> Result<Output<'a>, Fa
     let text = (args.form.format.writer().text)(&analysis, Usage { alone, is_printed })?;
     let kinds = counts(analysis.issues());
     Ok(Output { text, kinds, files: args.sinks.contents(log, &analysis)?, is_accepted })
-}
-
-/// An error about a folder that was taken for one recording in parts, with what else it may be.
-fn in_parts(args: &Args, log: &Path, error: Error) -> Failure {
-    let is_parts = log.is_dir() && !formats::is_set(log) && !formats::is_zarr(log) && !formats::is_bag(log);
-    match Failure::from(error) {
-        Failure::Input(error)
-            if is_parts && args.analysis.source.binding_of(log).is_ok_and(|binding| binding.is_some()) =>
-        {
-            let is = "the folder was read as one recording in parts, a table each; with --each every file in it is one";
-            let help = error.help.as_ref().map_or_else(|| is.to_string(), |help| format!("{help}; {is}"));
-            Failure::Input(error.help(help))
-        }
-        other => other,
-    }
 }
 
 /// Reads a recording from standard input and prints its segments as they close.

@@ -21,7 +21,6 @@ use teachtree_session::{AnalysisInternals, LogInternals};
 /// Options of `audit`.
 #[derive(clap::Args)]
 #[command(
-    mut_arg("each", |arg| arg.hide(false)),
     after_help = "Examples:\n  teachtree audit recordings/\n  teachtree audit my_set bags/*.mcap\n  teachtree audit my_set --binding arm.binding.yaml --page audit.html --keep keep.json\n  teachtree audit my_set --binding arm.binding.yaml --rules my_failures.rules --expect 'peg_in_hole x 2' --fail-on failure\n  teachtree audit demos.hdf5 --binding sim.binding.yaml --mask masked.hdf5\n  teachtree audit recordings/ --allow unlike --fail-on idle,cut_off --format csv -o findings.csv\nWithout a binding, recordings with foreign columns are audited by their stamps, values and images.\nExit status: 0 fine, 1 a recording has what --fail-on names, 2 bad usage or input, 3 some recordings failed and the others are audited."
 )]
 pub struct Args {

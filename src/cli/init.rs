@@ -4,9 +4,9 @@ mod entries;
 mod questions;
 
 use super::analyze::timeline;
+use super::source::each;
 use super::{Failure, output};
 use entries::{Alike, NewEntries};
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::UNKNOWN;
@@ -15,13 +15,14 @@ use teachtree_frames::propose::{Proposal, quoted};
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
-use teachtree_session::files::{all_logs, needs_no_binding};
+use teachtree_session::files::{all_logs, needs_no_binding, recordings};
 use teachtree_session::project_file;
 use teachtree_session::{Analysis, Log, Rules};
 
 /// Options of `init`.
 #[derive(clap::Args)]
 #[command(
+    arg(each()),
     after_help = "Examples:\n  teachtree init plug.csv\n  teachtree init my_set -o lab --yes\n  teachtree init recordings/ --force\nIt writes NAME.binding.yaml, NAME.scene.yaml, NAME.analysis.json and NAME.report.html, and an entry of teachtree.yaml (docs/bindings.md).\nExit status: 0 analyzed, 1 written but not analyzed: the files need an edit, 2 bad usage or input."
 )]
 pub struct Args {
@@ -31,9 +32,6 @@ pub struct Args {
     /// Output folder; by default the folder of the log
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Treat each file in a folder as a recording; otherwise tables of text with different columns are one recording in parts
-    #[arg(long)]
-    each: bool,
     /// Accept all guesses without questions
     #[arg(long, short)]
     yes: bool,
@@ -193,28 +191,21 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
             None => formats::all_of(path)?,
             Some(_) => None,
         };
-        let in_parts = || path.is_dir() && formats::is_one_log(path) && formats::open(path).is_ok();
+        let is_one = || path.is_dir() && formats::open(path).is_ok();
         logs.extend(match several {
             Some(several) => several,
-            None if !args.each && in_parts() && have_other_headers(path) => vec![path.clone()],
-            None => all_logs(std::slice::from_ref(path))
-                .or_else(|error| if in_parts() { Ok(vec![path.clone()]) } else { Err(error) })?,
+            None => match recordings(std::slice::from_ref(path), None) {
+                // Files that are no tables do not make a recording in parts.
+                Ok(found) if found.iter().any(|found| found.log == *path) && path.is_dir() && !is_one() => {
+                    all_logs(std::slice::from_ref(path))?
+                }
+                Ok(found) => found.into_iter().map(|found| found.log).collect(),
+                Err(_) if is_one() => vec![path.clone()],
+                Err(error) => return Err(error),
+            },
         });
     }
     Ok(logs)
-}
-
-/// Whether the tables of a folder have headers of their own: they are parts of one recording. Several recordings have one header mostly.
-fn have_other_headers(folder: &Path) -> bool {
-    const LEAST: usize = 3;
-    let Ok(logs) = all_logs(&[folder.to_path_buf()]) else { return true };
-    let mut counts: BTreeMap<Vec<String>, usize> = BTreeMap::new();
-    for header in entries::sampled(&logs).filter_map(|log| entries::header(log)) {
-        *counts.entry(header).or_default() += 1;
-    }
-    let (all, most) = (counts.values().sum::<usize>(), counts.values().copied().max().unwrap_or_default());
-    let are_recordings = counts.len() == 1 || most >= LEAST && 2 * most > all;
-    !are_recordings
 }
 
 /// The error of a binding without a channel.

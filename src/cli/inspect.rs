@@ -16,17 +16,15 @@ use teachtree_logs::read::date_time;
 use teachtree_logs::read::first_stamp::{SINCE_1970_S, in_recording};
 use teachtree_logs::read::formats;
 use teachtree_logs::read::table::SEEN;
-use teachtree_session::files::chosen;
 use teachtree_session::{Calibration, Error, Observability, TrackObservability};
 
 /// Options of `inspect`.
 #[derive(clap::Args)]
 #[command(
-    mut_arg("each", |arg| arg.hide(false)),
     after_help = "Examples:\n  teachtree inspect log.mcap\n  teachtree inspect log.csv --binding lab.binding.yaml --format json"
 )]
 pub struct Args {
-    /// Recordings of any format; `set#0..9` or `set#*` for several episodes
+    /// Recordings of any format, or folders of them; `set#0..9` or `set#*` for several episodes
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -74,10 +72,7 @@ struct Recognition {
 
 /// Runs `inspect`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let logs = match args.analysis.source.each {
-        true => args.analysis.recordings(&args.logs)?.into_iter().map(|found| found.log).collect(),
-        false => chosen(&args.logs)?,
-    };
+    let logs: Vec<PathBuf> = args.analysis.recordings(&args.logs)?.into_iter().map(|found| found.log).collect();
     if args.skeleton.is_some() {
         let error = InputError::new("--skeleton", "is replaced by `teachtree init`, which also guesses the channels");
         return Err(error.help("`teachtree init LOG -o DIR` writes a binding, a scene and a project file").into());

@@ -5,12 +5,19 @@ use teachtree_base::error::InputError;
 use teachtree_base::yaml;
 use teachtree_frames::bind::BindingFile;
 use teachtree_logs::read::csv;
+use teachtree_logs::read::formats;
 use teachtree_logs::read::text;
 use teachtree_session::project_file::ProjectSettings;
-use teachtree_session::{Error, Log, LogOptions};
+use teachtree_session::{Error, ErrorInternals, Log, LogOptions};
+
+/// The option `--each` of earlier versions, which has no effect: a folder of tables with equal columns is a folder of recordings.
+pub fn each() -> clap::Arg {
+    clap::Arg::new("each").long("each").action(clap::ArgAction::SetTrue).hide(true)
+}
 
 /// Options for reading a log.
 #[derive(clap::Args, Clone, Debug, Default)]
+#[command(arg(each()))]
 pub struct SourceArgs {
     /// Binding file that maps the columns of foreign logs to channels
     #[arg(long, value_name = "FILE")]
@@ -18,10 +25,6 @@ pub struct SourceArgs {
     /// Scene file; replaces the scene of each log
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
-    /// Treat each file in a folder as a recording; otherwise, with a binding, a folder with tables of text is one recording in parts
-    // Hidden in commands on which it has no effect.
-    #[arg(long, hide = true)]
-    pub each: bool,
     /// Whether `teachtree.yaml` is left out: these options are all that there is.
     #[arg(skip)]
     pub is_alone: bool,
@@ -72,7 +75,23 @@ impl SourceArgs {
 
     /// Opens a log.
     pub fn open(&self, log: &Path) -> Result<Log, Error> {
-        self.options().open(log)
+        self.options().open(log).map_err(|error| self.in_parts(log, error))
+    }
+
+    /// An error about a folder that was read as one recording in parts, with what else it may be.
+    fn in_parts(&self, log: &Path, error: Error) -> Error {
+        let is_parts = log.is_dir() && !formats::is_set(log) && !formats::is_zarr(log) && !formats::is_bag(log);
+        if !is_parts || !self.binding_of(log).is_ok_and(|binding| binding.is_some()) {
+            return error;
+        }
+        let kind = error.kind();
+        let error = error.into_input();
+        let is = format!(
+            "the folder was read as one recording in parts, since its tables have different columns; name the tables to read each as a recording: {}",
+            log.join("*.csv").display()
+        );
+        let help = error.help.as_ref().map_or_else(|| is.clone(), |help| format!("{help}; {is}"));
+        Error::new(error.help(help), kind)
     }
 }
 

@@ -13,7 +13,6 @@ use teachtree_studio::{Options, Studio};
 /// Options of `studio`.
 #[derive(clap::Args)]
 #[command(
-    mut_arg("each", |arg| arg.hide(false)),
     after_help = "Examples:\n  teachtree studio recordings/ --rules my.rules\n  teachtree studio my_set --binding arm.binding.yaml\n  teachtree studio recordings/ --rules new.rules --against old.rules\n  teachtree studio demonstration.csv --no-open --port 8000\n\nThe page is served on this machine only, at the printed address; Ctrl-C ends it. Guide: docs/studio.md"
 )]
 pub struct Args {
@@ -45,7 +44,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         paths,
         source: args.source.options(),
         binding: args.source.binding.clone(),
-        each: args.source.each,
         rules: args.rules.options(),
         against: args.against(),
         who: args.by.clone().or_else(user).unwrap_or_default(),

@@ -92,25 +92,65 @@ fn folders_in_folders_hold_recordings() {
     assert_eq!(nothing.status.code(), Some(2));
 }
 
-/// With a binding a folder with tables is one recording in parts, unless each file in it is to be one.
-#[test]
-fn each_file_of_a_folder_may_be_a_recording() {
+/// A folder with copies of a demonstration in `logs`.
+fn with_logs(names: &[&str]) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let demos = root().join("demos/robosuite");
     std::fs::create_dir(folder.path().join("logs")).unwrap();
-    for name in ["a.csv", "b.csv"] {
+    for name in names {
         std::fs::copy(demos.join("lift_demo_1.csv"), folder.path().join("logs").join(name)).unwrap();
     }
-    let binding = demos.join("panda_lift.binding.yaml");
-    let run = |more: &[&str]| {
-        let args = ["analyze", "logs", "--binding", binding.to_str().unwrap(), "--format", "json"];
-        teachtree_in(folder.path(), &[&args[..], more].concat())
-    };
-    assert_eq!(run(&[]).status.code(), Some(2));
-    assert!(complained(&run(&[])).contains("--each"), "{}", complained(&run(&[])));
-    assert_eq!(names(&documents(&run(&["--each"]))), ["logs/a.csv", "logs/b.csv"]);
-    let args = ["inspect", "logs", "--binding", binding.to_str().unwrap(), "--each", "--format", "json"];
-    assert_eq!(said(&teachtree_in(folder.path(), &args)).lines().count(), 2);
+    (folder, demos.join("panda_lift.binding.yaml").to_str().unwrap().to_string())
+}
+
+#[test]
+fn tables_with_equal_columns_are_recordings_in_every_command() {
+    let (folder, binding) = with_logs(&["a.csv", "b.csv"]);
+    let run = |args: &[&str]| teachtree_in(folder.path(), &[args, &["--binding", &binding]].concat());
+    for more in [&[][..], &["--each"]] {
+        let analyzed = run(&[&["analyze", "logs", "--format", "json"], more].concat());
+        assert_eq!(names(&documents(&analyzed)), ["logs/a.csv", "logs/b.csv"]);
+    }
+    assert_eq!(said(&run(&["inspect", "logs", "--format", "json"])).lines().count(), 2);
+    let audited = all_said(&run(&["audit", "logs"]));
+    assert!(audited.contains("logs/a.csv") && audited.contains("of 2 recordings"), "{audited}");
+    // Commands that take one recording list the names.
+    for args in [
+        &["explain", "logs", "--at", "8s"][..],
+        &["retarget", "logs", "-o", "commands.json"],
+        &["live", "logs", "--no-labels"],
+    ] {
+        let output = run(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", all_said(&output));
+        let message = complained(&output);
+        assert!(message.contains("logs/a.csv, logs/b.csv"), "{args:?}: {message}");
+    }
+    // The only recording of a folder needs no name.
+    std::fs::remove_file(folder.path().join("logs/b.csv")).unwrap();
+    let [of_folder, of_file] = ["logs", "logs/a.csv"].map(|log| said(&run(&["explain", log, "--at", "8s"])));
+    assert!(!of_folder.is_empty());
+    assert_eq!(of_folder, of_file);
+    assert_eq!(said(&run(&["analyze", "logs"])), said(&run(&["analyze", "logs/a.csv"])));
+}
+
+#[test]
+fn a_binding_makes_tables_with_equal_columns_parts_of_one_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("log")).unwrap();
+    let rows = |x: f64| (0..300).map(|row| format!("{:.2},{x},0,0.1\n", f64::from(row) * 0.01)).collect::<String>();
+    for (name, x) in [("hand.csv", 0.0), ("cube.csv", 0.2)] {
+        std::fs::write(folder.path().join("log").join(name), format!("time,x,y,z\n{}", rows(x))).unwrap();
+    }
+    let binding = "channels:\n  right.tcp.position: hand.<xyz>\n  cube.position: cube.<xyz>\nresample: 100 Hz\nscene: {bodies: {cube: {role: object, \
+                   radius: 30 mm}}}\n";
+    std::fs::write(folder.path().join("b.yaml"), binding).unwrap();
+    let output = teachtree_in(folder.path(), &["analyze", "log", "--binding", "b.yaml", "--format", "json"]);
+    assert_eq!(names(&documents_of(&output)), ["log"], "{}", all_said(&output));
+}
+
+/// The document of the only recording, which takes several lines.
+fn documents_of(output: &Output) -> Vec<Value> {
+    vec![serde_json::from_str(&said(output)).unwrap_or_else(|_| panic!("{}", all_said(output)))]
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Which files are logs: folders of logs, and the files that belong to a log and are none themselves.
 
+pub mod headers;
+
 use super::error::Error;
 use super::project_file::ProjectSettings;
 use crate::ErrorInternals;
@@ -102,14 +104,14 @@ fn nothing(folder: &Path) -> InputError {
     file::no_log(folder, &format!(": no data set, and no file that ends in {}", LOG_ENDINGS.join(", ")))
 }
 
-/// The same where a folder may also be one recording in several files, as [`formats::open`] reads it. With `each` it never is. Otherwise it is with a
-/// binding, unless there is no table of text in it; and without one, unless some log in it has the names of our channels or a binding in
-/// `teachtree.yaml`.
+/// The same where a folder may also be one recording in several files, as [`formats::open`] reads it. Tables of text with equal columns are recordings,
+/// unless the binding names their columns as those of parts, `arm.x` of `arm.csv`, or `teachtree.yaml` has a binding of the folder itself. Other tables are the
+/// parts of one recording, unless a log in the folder has the names of our channels or a binding of its own in `teachtree.yaml`.
 ///
 /// # Errors
 /// A folder that cannot be read, or holds no log.
-pub fn recordings(paths: &[PathBuf], binding: Option<&Path>, each: bool) -> Result<Vec<RecordingFile>, InputError> {
-    recordings_within(paths, binding, each, &AllowedFolders::default())
+pub fn recordings(paths: &[PathBuf], binding: Option<&Path>) -> Result<Vec<RecordingFile>, InputError> {
+    recordings_within(paths, binding, &AllowedFolders::default())
 }
 
 /// Returns the logs like [`recordings`]; files that are opened to find them must be in `folders`.
@@ -119,31 +121,12 @@ pub fn recordings(paths: &[PathBuf], binding: Option<&Path>, each: bool) -> Resu
 pub fn recordings_within(
     paths: &[PathBuf],
     binding: Option<&Path>,
-    each: bool,
     folders: &AllowedFolders,
 ) -> Result<Vec<RecordingFile>, InputError> {
     let mut logs = Vec::new();
     for path in without_companions(paths) {
         let found = logs_of(path, folders)?;
-        let several = |folder: &Path| -> Result<bool, InputError> {
-            if each {
-                return Ok(true);
-            }
-            if binding.is_some() || ProjectSettings::naming(folder)?.binding.is_some() {
-                return Ok(!formats::is_one_log(folder));
-            }
-            // A folder that cannot be one recording contains recordings.
-            if !formats::is_one_log(folder) && !found.is_empty() {
-                return Ok(true);
-            }
-            for RecordingFile { log, .. } in &found {
-                if is_canonical(log, folders).is_ok_and(|is| is) || ProjectSettings::of(log)?.binding.is_some() {
-                    return Ok(true);
-                }
-            }
-            Ok(false)
-        };
-        if !path.is_dir() || is_store(path) || several(path)? {
+        if !path.is_dir() || is_store(path) || holds_recordings(path, &found, binding, folders)? {
             if found.is_empty() {
                 return Err(nothing(path));
             }
@@ -155,27 +138,76 @@ pub fn recordings_within(
     Ok(deduplicate(logs))
 }
 
-/// Lists the recordings that paths stand for, as [`Log::open`](crate::Log::open) takes them, each once: those in a folder and its subfolders, the
-/// episodes of `set#*` and `set#0..9`, the path itself otherwise. A folder of text tables is one recording in parts with a `binding`, unless `each`.
-///
-/// # Errors
-/// [`ErrorKind::Io`] and [`ErrorKind::Format`]: a folder that cannot be read or holds no log, a data set that lacks what is chosen.
-pub fn paths<P: AsRef<Path>>(paths: &[P], binding: Option<&Path>, each: bool) -> Result<Vec<PathBuf>, Error> {
-    let paths: Vec<PathBuf> = paths.iter().map(|path| path.as_ref().to_path_buf()).collect();
-    let found = recordings(&paths, binding, each).map_err(|error| Error::new(error, ErrorKind::Format))?;
-    Ok(found.into_iter().map(|found| found.log).collect())
+/// Whether a folder with these logs holds recordings; otherwise it is one.
+fn holds_recordings(
+    folder: &Path,
+    found: &[RecordingFile],
+    binding: Option<&Path>,
+    folders: &AllowedFolders,
+) -> Result<bool, InputError> {
+    if formats::is_bag(folder) {
+        return Ok(false);
+    }
+    if !formats::is_one_log(folder) {
+        return Ok(true);
+    }
+    let of_folder = ProjectSettings::naming(folder)?.binding;
+    if binding.is_none() && of_folder.is_some() {
+        return Ok(false);
+    }
+    let is_table = |log: &&PathBuf| formats::text_ending(log) && log.parent() == Some(folder);
+    let tables: Vec<PathBuf> = found.iter().map(|found| &found.log).filter(is_table).cloned().collect();
+    if !tables.is_empty() && headers::are_equal(&tables, folders) {
+        return Ok(!binding.map_or(Ok(false), |binding| headers::are_parts(&tables, binding))?);
+    }
+    if binding.is_some() {
+        return Ok(false);
+    }
+    for RecordingFile { log, .. } in found {
+        if is_canonical(log, folders).is_ok_and(|is| is) || ProjectSettings::of(log)?.binding.is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
-/// The recordings that choices such as `set#*` stand for, and all other paths as they are.
+/// The recording that a path stands for where one is expected: the path itself, or the only recording of a folder.
 ///
 /// # Errors
-/// A data set or file that cannot be read, or does not have what is chosen.
-pub fn chosen(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
-    let mut logs = Vec::new();
-    for path in without_companions(paths) {
-        logs.extend(formats::chosen(path)?.unwrap_or_else(|| vec![path.clone()]));
+/// A folder or a choice such as `set#*` with several recordings, with their names; as [`recordings`].
+pub fn single(path: &Path, binding: Option<&Path>, folders: &AllowedFolders) -> Result<PathBuf, InputError> {
+    if !path.is_dir() && formats::recording_of(path).is_none() {
+        return Ok(path.to_path_buf());
     }
-    Ok(logs)
+    let found = recordings_within(&[path.to_path_buf()], binding, folders)?;
+    if let [RecordingFile { log, .. }] = found.as_slice() {
+        return Ok(log.clone());
+    }
+    let error = InputError::new(path.display().to_string(), format!("found {} recordings, expected one", found.len()));
+    let found: Vec<PathBuf> = found.into_iter().map(|found| found.log).collect();
+    Err(error.help(format!("name one of them: {}", listed(&found))))
+}
+
+/// The first paths of a list, and the number of the others: `a.csv, b.csv and 3 more`.
+pub fn listed(paths: &[PathBuf]) -> String {
+    const MOST: usize = 5;
+    let names: Vec<String> = paths.iter().take(MOST).map(|path| path.display().to_string()).collect();
+    match paths.len().saturating_sub(MOST) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names.join(", ")),
+    }
+}
+
+/// Lists the recordings that paths stand for, as [`Log::open`](crate::Log::open) takes them, each once: those in a folder and its subfolders, the
+/// episodes of `set#*` and `set#0..9`, the path itself otherwise. Text tables of a folder that have different columns are one recording in parts.
+///
+/// # Errors
+/// [`ErrorKind::Io`] and [`ErrorKind::Format`]: a folder that cannot be read or holds no log, a data set that lacks what is chosen, a binding that cannot be
+/// read.
+pub fn paths<P: AsRef<Path>>(paths: &[P], binding: Option<&Path>) -> Result<Vec<PathBuf>, Error> {
+    let paths: Vec<PathBuf> = paths.iter().map(|path| path.as_ref().to_path_buf()).collect();
+    let found = recordings(&paths, binding).map_err(|error| Error::new(error, ErrorKind::Format))?;
+    Ok(found.into_iter().map(|found| found.log).collect())
 }
 
 /// Whether the columns of a log are called as ours are: one of them is of a hand. A name with a point and a component alone, such as

@@ -2,6 +2,7 @@
 
 use super::analysis::Analysis;
 use super::error::Error;
+use super::files;
 use super::growing_log::{self, OnSegment};
 use super::project_file::{ProjectSettings, Setting};
 use super::rules::RulesOptions;
@@ -234,12 +235,14 @@ impl LogOptions {
         Log::open_source_with(source, &request, &settings)
     }
 
-    /// Opens a log.
+    /// Opens a log; of a folder its only recording.
     ///
     /// # Errors
     /// As [`Log::open`], and [`ErrorKind::Binding`].
     pub fn open(self, path: impl AsRef<Path>) -> Result<Log, Error> {
-        let (request, settings) = self.request(path.as_ref().into())?;
+        let in_format = |error| Error::new(error, ErrorKind::Format);
+        let log = files::single(path.as_ref(), self.binding.as_deref(), &self.folders.log).map_err(in_format)?;
+        let (request, settings) = self.request(log)?;
         Log::open_request(request, settings)
     }
 

@@ -35,8 +35,6 @@ pub struct Options {
     pub source: LogOptions,
     /// The binding among that, which decides whether a folder is one recording.
     pub binding: Option<PathBuf>,
-    /// Each file of a folder is a recording.
-    pub each: bool,
     /// The rules.
     pub rules: RulesOptions,
     /// Other rules that these are held against, with their name.
@@ -174,7 +172,7 @@ impl Studio {
     /// # Errors
     /// A path that cannot be read or holds no recording, more recordings than a list can have.
     pub fn new(options: Options) -> Result<Self, InputError> {
-        let Options { paths, source, binding, each, rules, against, who } = options;
+        let Options { paths, source, binding, rules, against, who } = options;
         let mut found = Vec::new();
         for path in &paths {
             let folder = Some(formats::without_episode(path)).filter(|path| path.is_dir());
@@ -187,7 +185,7 @@ impl Studio {
                 Some(logs) => logs.into_iter().map(|log| (formats::stem(&log), log)).collect(),
                 None => {
                     let paths = std::slice::from_ref(path);
-                    let logs = files::recordings_within(paths, binding.as_deref(), each, &named)?;
+                    let logs = files::recordings_within(paths, binding.as_deref(), &named)?;
                     logs.into_iter().map(|one| (one.name.display().to_string(), one.log)).collect()
                 }
             };

@@ -122,7 +122,7 @@ def _recordings(
             name = os.fspath(source)
             if not os.path.exists(name) and not os.path.exists(name.partition("#")[0]):
                 raise FileNotFoundError(f"{name}: there is no such file or folder")
-            for path in listed(name, binding=binding, each=True):
+            for path in listed(name, binding=binding):
                 yield Recording(path, identity(path.split("#")[0]))
 
 
@@ -174,7 +174,7 @@ def _remote(url: str, binding: str | None, options: Mapping[str, Any] | None) ->
                 local = os.path.join(folder, os.path.basename(path))
                 fs.get_file(path, local)
                 try:
-                    names = listed(f"{local}#{choice}" if choice else folder, binding=binding, each=True)
+                    names = listed(f"{local}#{choice}" if choice else folder, binding=binding)
                 except Error:
                     # A file that cannot be read is a recording that cannot be used.
                     names = [local]

@@ -80,7 +80,7 @@ pub struct OpenBag {
 }
 
 /// What of a bag is exported.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 pub struct Choice {
     /// Columns of `observation.state`: `/joint_states` for all of a topic, `/joint_states.position` for some; by default positions of joints and poses
     #[arg(long, value_name = "COLUMNS")]

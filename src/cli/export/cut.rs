@@ -25,7 +25,7 @@ pub enum Cut {
 }
 
 /// How bags are analyzed, cut and put in words.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 pub struct CutArgs {
     #[command(flatten)]
     pub analysis: AnalysisArgs,

@@ -16,12 +16,12 @@ use teachtree_logs::read::formats::lerobot::new_set::{Episode, Features, NewSet}
 use teachtree_session::Analysis;
 
 /// Options of `export lerobot`.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 #[command(
-    after_help = "Examples:\n  teachtree export lerobot bags/*.mcap -o my_set --task 'put the cube in the box'\n  teachtree export lerobot session_1 session_2 -o my_set --binding arm.binding.yaml --fps 20\n  teachtree export lerobot bag.mcap -o my_set --state /joint_states.position --action /commands --camera /wrist/compressed --task wipe\nA bag is an MCAP file, a bag of ROS 1, or a folder or `.db3` file of ROS 2. With a binding, each recognized task is an episode, with labels in words and `next.success`; without one, each motion between rests is an episode.\nExit status: 0 fine, 2 bad usage or input, 3 some bags failed and the others are in the set."
+    after_help = "Examples:\n  teachtree export lerobot bags/*.mcap -o my_set --task 'put the cube in the box'\n  teachtree export lerobot session_1 session_2 -o my_set --binding arm.binding.yaml --fps 20\n  teachtree export lerobot bag.mcap -o my_set --state /joint_states.position --action /commands --camera /wrist/compressed --task wipe\nA bag is an MCAP file, a bag of ROS 1, or a folder or `.db3` file of ROS 2; another folder stands for the bags in it. With a binding, each recognized task is an episode, with labels in words and `next.success`; without one, each motion between rests is an episode.\nExit status: 0 fine, 2 bad usage or input, 3 some bags failed and the others are in the set."
 )]
 pub struct Args {
-    /// Bags, in the order of the episodes
+    /// Bags or folders of them, in the order of the episodes
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
     /// Path of the set, which must not exist
@@ -92,6 +92,8 @@ impl Report {
 
 /// Runs `export lerobot`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let bags = args.how.analysis.recordings(&args.bags)?.into_iter().map(|found| found.log).collect();
+    let args = &Args { bags, ..args.clone() };
     args.check()?;
     let words = phrasing(&args.how.words)?.texts();
     args.how.analysis.source.check(args.bags.len())?;

@@ -6,25 +6,9 @@ use std::path::{Component, Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_frames::propose::quoted;
 use teachtree_logs::read::formats;
+use teachtree_session::files::headers::{MOST_COMPARED, header, sampled};
 use teachtree_session::files::is_companion;
 use teachtree_session::project_file::{self, ProjectFile};
-
-/// The most files of a folder whose columns are compared, and the most that are listed by name.
-const MOST: usize = 64;
-
-/// The columns of a file, if it can be read; of several recordings in it those of the first one.
-pub fn header(file: &Path) -> Option<Vec<String>> {
-    let first = match formats::recording_of(file) {
-        None => formats::all_of(file).ok()?.and_then(|all| all.into_iter().next()),
-        Some(_) => None,
-    };
-    formats::open(first.as_deref().unwrap_or(file)).ok().map(|source| source.header())
-}
-
-/// Files that stand for all, at most [`MOST`]: evenly spaced ones.
-pub fn sampled(files: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
-    files.iter().step_by(files.len().div_ceil(MOST).max(1))
-}
 
 /// The logs with the columns of the first one.
 pub struct Alike {
@@ -77,7 +61,7 @@ impl Alike {
     /// Adds the files of a folder one by one.
     fn add_each(&mut self, files: Vec<PathBuf>, columns: Option<&[String]>, named: &dyn Fn(&Path) -> Option<String>) {
         for (at, file) in files.into_iter().enumerate() {
-            let has_columns = || columns.is_some() && at < MOST && header(&file).as_deref() == columns;
+            let has_columns = || columns.is_some() && at < MOST_COMPARED && header(&file).as_deref() == columns;
             match named(&file).filter(|pattern| *pattern == self.first.1 || has_columns()) {
                 Some(pattern) => self.single.push(pattern),
                 None => self.left_out.push(file),

@@ -11,9 +11,11 @@ use std::sync::mpsc::{SendError, SyncSender, TrySendError};
 use std::thread;
 use teachtree_base::error::InputError;
 use teachtree_frames::bind::TopicFilter;
+use teachtree_logs::read::formats;
 use teachtree_logs::read::formats::rosmsg::Failure;
 use teachtree_logs::read::formats::topics::MessageDecoder;
 use teachtree_logs::read::memory_table::InMemoryTable;
+use teachtree_session::files::{all_logs, listed};
 
 /// The longest line, bytes.
 pub const MAX_LINE: u64 = 1 << 20;
@@ -71,6 +73,26 @@ impl Outlet {
     }
 }
 
+/// Refuses folders and episodes of data sets.
+fn refuse_sets(source: &str) -> Result<(), InputError> {
+    const EXPECTED: &str = "which `live` does not follow, expected a file of rows, an MCAP file or a stream";
+    let path = Path::new(source);
+    let set = formats::without_episode(path);
+    if set != path && !path.exists() && set.exists() {
+        let message = format!("is an episode of a data set, {EXPECTED}");
+        return Err(InputError::new(source, message).help("use `analyze`"));
+    }
+    if !path.is_dir() {
+        return Ok(());
+    }
+    let error = InputError::new(source, format!("is a folder, {EXPECTED}"));
+    let is_one_log = formats::is_set(path) || formats::is_zarr(path) || formats::is_bag(path);
+    Err(match all_logs(&[path.into()]) {
+        Ok(logs) if !is_one_log => error.help(format!("name one of its recordings: {}", listed(&logs))),
+        _ => error.help("use `analyze`"),
+    })
+}
+
 /// The kind of a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -116,6 +138,7 @@ impl Kind {
             let message = "is a bag in SQLite, which `live` does not follow, expected MCAP";
             return Err(InputError::new(source, message).help("convert it with `ros2 bag convert`, or use `analyze`"));
         }
+        refuse_sets(source)?;
         Ok(Self::Lines)
     }
 

@@ -40,6 +40,15 @@ impl BindingFile {
         }
         Ok(Scene { bodies: bodies.into_iter().map(|body| (body, object.clone())).collect(), ..Scene::default() })
     }
+
+    /// The names of all columns of channels and joints that the binding names.
+    ///
+    /// # Errors
+    /// As [`mentioned_bodies`](Self::mentioned_bodies), which stand for placeholders where the binding has no scene.
+    pub fn named_columns(&self) -> Result<Vec<String>, InputError> {
+        let scene = self.binding.scene.clone().map_or_else(|| self.mentioned_bodies(), Ok)?;
+        Ok(columns(self, &scene))
+    }
 }
 
 /// The recording of that log; `scene` is the one that counts.

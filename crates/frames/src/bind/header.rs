@@ -224,9 +224,12 @@ impl Header {
         let mut same =
             of_sheets.map(|(sheet, _)| format!("{sheet}.{name}")).filter(|full| self.columns.contains_key(full));
         if let Some(full) = same.next() {
-            return format!(
-                "the log has no column `{name}`; `{full}` has other rows than most columns: bind it, and `resample` the log"
-            );
+            return match self.sheets.as_slice() {
+                [_] => format!("the log has no column `{name}`; bind `{full}`"),
+                _ => format!(
+                    "the log has no column `{name}`; `{full}` has other rows than most columns: bind it, and `resample` the log"
+                ),
+            };
         }
         if let Some(title) = self.titles.iter().find(|title| is_with_unit(title, name)) {
             return format!(
