@@ -299,7 +299,7 @@ fn check_refuses_a_binding_that_analyze_refuses() {
         messages.push(first);
     }
     for part in [
-        "b.binding.yaml:5:3: `thunb` is not a finger",
+        "b.binding.yaml:5:3: `thunb` is not a part of a hand",
         "no channel has this name; did you mean `right.gripper.opening`?",
         "the scene has no body `cubes`; did you mean `cube`?",
         "no channel `right.thumb.force` is bound",

@@ -16,7 +16,8 @@ use teachtree_frames::bind::BindingFile;
 pub enum BindingCheck {
     /// All but the columns of the log.
     Whole,
-    /// Neither bodies nor names of rules: the binding has no scene, or binds no channel, and the log decides which bodies and rules there are.
+    /// Neither bodies nor names of rules: the binding has no scene, or binds no channel, and the log decides which bodies and rules there are. Channels of
+    /// hands are checked.
     Form,
 }
 
@@ -27,12 +28,20 @@ pub enum BindingCheck {
 pub fn check(binding: &Path, file: &BindingFile, rules: RulesOptions) -> Result<BindingCheck, Error> {
     let in_binding = |error| Error::new(error, ErrorKind::Binding);
     let opened = stream::assume(binding, file).map_err(in_binding)?;
-    let is_known = file.binding.scene.is_some() && !file.binding.channels.is_empty();
-    if !is_known {
+    if file.binding.channels.is_empty() {
         return Ok(BindingCheck::Form);
     }
     let log = Log::assumed(OpenRequest { binding: Some(binding.into()), ..OpenRequest::default() }, opened);
-    let rules = rules.for_log(&log)?;
+    let rules = rules.for_log(&log);
+    if file.binding.scene.is_none() {
+        // Rules that do not fit the bodies that the binding mentions may fit those of the log.
+        let channels = rules.map_or_else(|_| vec![], |rules| analysis::channels(rules.set()));
+        if !channels.is_empty() {
+            log.opened()?.check_channels(&channels).map_err(in_binding)?;
+        }
+        return Ok(BindingCheck::Form);
+    }
+    let rules = rules?;
     if let Some((tasks, place)) = log.expected() {
         rules.expected_tasks(&tasks, place, ErrorKind::Binding)?;
     }

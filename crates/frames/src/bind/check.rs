@@ -1,7 +1,7 @@
 //! Check of a binding against the scene and the rules: missing bodies, channels without a reader.
 
 use super::{BindingFile, PlaceholderValues, Template};
-use crate::clean::unknown_columns::UnknownColumn;
+use crate::clean::unknown_columns::{UnknownColumn, unknown_part};
 use teachtree_base::error::InputError;
 use teachtree_base::log_channel::{FingerPart, LogChannel};
 use teachtree_base::scene::{Role, Scene};
@@ -11,7 +11,7 @@ impl BindingFile {
     /// Checks the names on the left side of `channels`, and those in `trust`.
     ///
     /// Returns the channels that only a rule file of its own could read, each with the error that it is when none does: their names are
-    /// nearly those of known channels.
+    /// nearly those of known channels, or have a part that no hand has.
     ///
     /// # Errors
     /// When a channel names a body that the scene lacks, or something is trusted that is not a force of a finger.
@@ -38,7 +38,7 @@ impl BindingFile {
                 }
                 Some(unknown) => {
                     let message = unknown.message(&channel, scene);
-                    if message.contains("did you mean") {
+                    if message.contains("did you mean") || unknown_part(&channel).is_some() {
                         suspicious_channels.push((channel, self.error(key, message)));
                     }
                 }

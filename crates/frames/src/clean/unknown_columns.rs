@@ -16,6 +16,9 @@ const LISTED: usize = 20;
 /// Maximum number of bodies that a message lists.
 const FEW: usize = 12;
 
+/// The parts of a hand that are not fingers.
+const DEVICES: [&str; 3] = ["tcp", "wrist", "gripper"];
+
 /// Why a column is not known.
 pub enum UnknownColumn<'a> {
     /// No channel has its name.
@@ -70,7 +73,7 @@ impl<'a> UnknownColumn<'a> {
                     near => format!("the scene has no body `{body}`{}", meant(near)),
                 }
             }
-            Self::Name => match no_finger(name) {
+            Self::Name => match unknown_part(name) {
                 Some("tcp") => format!(
                     "a tool point has a position and a rotation; the force that a tool feels is that of the wrist{}",
                     meant(name.contains(".force").then(|| name.replace(".tcp.", ".wrist.")).as_deref())
@@ -79,11 +82,18 @@ impl<'a> UnknownColumn<'a> {
                     "a wrist has a force and a torque; the position of a tool is that of its tool point{}",
                     meant(name.contains(".position").then(|| name.replace(".wrist.", ".tcp.")).as_deref())
                 ),
-                Some(part) => format!(
-                    "`{part}` is not a finger, expected {}{}",
-                    Finger::ALL.map(Finger::name).join(", "),
-                    meant(nearest(part, Finger::ALL.map(Finger::name)))
+                Some("gripper") => format!(
+                    "a gripper has a flag, `closed`, and an `opening`; tool point and wrist have the position and the force{}",
+                    meant(of_tool(name).as_deref())
                 ),
+                Some(part) => {
+                    let parts: Vec<&str> = DEVICES.into_iter().chain(Finger::ALL.map(Finger::name)).collect();
+                    format!(
+                        "`{part}` is not a part of a hand, expected {}{}",
+                        parts.join(", "),
+                        meant(nearest(part, parts.iter().copied()))
+                    )
+                }
                 None => {
                     let known = known(scene);
                     format!("no channel has this name{}", meant(nearest(name, known.iter().map(String::as_str))))
@@ -119,8 +129,14 @@ fn whole(name: &str) -> &str {
     }
 }
 
-/// The part of a name that stands where a finger should: `right.pointer.force`.
-fn no_finger(name: &str) -> Option<&str> {
+/// The channel of the tool point or of the wrist with the quantity that a name gives a gripper.
+fn of_tool(name: &str) -> Option<String> {
+    let tools = [(".position", ".tcp."), (".force", ".wrist.")];
+    tools.iter().find(|(quantity, _)| name.contains(quantity)).map(|(_, tool)| name.replace(".gripper.", tool))
+}
+
+/// The part of a name that stands where a finger should: `right.pointer.force`. No shipped rule reads such a channel.
+pub fn unknown_part(name: &str) -> Option<&str> {
     let mut parts = name.split('.');
     let (side, finger, quantity) = (parts.next()?, parts.next()?, parts.next()?);
     let of_finger = matches!(quantity, "position" | "force" | "contact");
