@@ -28,6 +28,25 @@ pub fn is_learned<'a>(side: Side, columns: impl Iterator<Item = &'a str>) -> boo
     is_open
 }
 
+/// The opening below which a gripper counts as closed, m: the middle between its two usual openings.
+pub struct ClosingLimit {
+    /// The usual openings, m.
+    means: [f64; 2],
+}
+
+impl ClosingLimit {
+    /// The limit that openings show, m; `None` if they do not fall into two groups.
+    pub fn of(openings: &[f64]) -> Option<Self> {
+        let measured = openings.iter().copied().filter(|opening| opening.is_finite()).collect();
+        otsu::clear_means(measured).map(|means| Self { means })
+    }
+
+    /// The limit, m.
+    pub const fn opening_m(&self) -> f64 {
+        f64::midpoint(self.means[0], self.means[1])
+    }
+}
+
 /// Adds the flags of closed grippers that are learned.
 pub fn learn(recording: &mut Recording) -> Vec<Issue> {
     let mut issues = vec![];
@@ -37,11 +56,9 @@ pub fn learn(recording: &mut Recording) -> Vec<Issue> {
         }
         let [closed, opening] = [LogChannel::GripperClosed(side), LogChannel::GripperOpening(side)];
         let Some(openings) = recording.columns.get(&opening.to_string()) else { continue };
-        let (limit, message) = match otsu::clear_means(
-            openings.values.iter().copied().filter(|opening| opening.is_finite()).collect(),
-        ) {
-            Some([low, high]) => {
-                let limit = (low + high) / 2.0;
+        let (limit, message) = match ClosingLimit::of(&openings.values) {
+            Some(learned) => {
+                let ([low, high], limit) = (learned.means, learned.opening_m());
                 let [limit_mm, low, high] = [limit, low, high].map(|opening| opening * 1e3);
                 let message = format!(
                     "the gripper counts as closed below {limit_mm:.1} mm, in the middle between its usual openings of {low:.1} mm and {high:.1} mm; bind \

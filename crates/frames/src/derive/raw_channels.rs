@@ -294,11 +294,14 @@ fn lacking(measured: &CleanLog, spec: &ChannelSpec, side: Option<Side>, instead:
     // The missing channel may be in the log under an unknown name.
     let ignored = measured.issues.iter().find(|issue| issue.kind == IssueKind::UNKNOWN_CHANNEL);
     let more = if all > has.len() { format!(" and {} more", all - has.len()) } else { String::new() };
-    // A live log shows its openings too late to learn the limit from them.
+    // The beginning of a live log may show one opening only.
     let has_opening = |side: &Side| measured.scalar(&LogChannel::GripperOpening(*side).to_string()).is_some();
     let limit =
         side.filter(|side| spec.name == "gripper.closed" && has_opening(side)).map_or_else(String::new, |side| {
-            format!("bind it by a limit of the opening, such as `{side}.gripper.closed: opening [mm] < 30 mm`; ")
+            format!(
+                "bind it by a limit of the opening, such as `{side}.gripper.closed: COLUMN [mm] < 30 mm`, or learn the limit from a recording in which the \
+                 gripper opens and closes, by `live --calibration RECORDING`; "
+            )
         });
     InputError::new(
         format!("channel {}", side.map_or_else(|| spec.name.clone(), |side| format!("{side}.{}", spec.name))),

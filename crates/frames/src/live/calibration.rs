@@ -1,5 +1,7 @@
-//! What an analysis learns of a whole log before it looks at a frame: its rate, and bias, noise and contact level of its force sensors.
+//! What an analysis learns of a whole log before it looks at a frame: its rate, bias, noise and contact level of its force sensors, and the openings at which
+//! its grippers are closed.
 
+use crate::clean::closed_grippers::ClosingLimit;
 use crate::clean::preprocess::{CleanLog, Touches};
 use crate::derive::{self, Findings, fingertip_bias};
 use serde::{Deserialize, Serialize};
@@ -7,7 +9,9 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
 use teachtree_base::json;
+use teachtree_base::log_channel::LogChannel;
 use teachtree_base::recording::Recording;
 use teachtree_base::scene::Scene;
 use teachtree_logs::issue::Issue;
@@ -38,6 +42,9 @@ pub struct Calibration {
     pub bodies: Vec<String>,
     /// What is known of contacts that are computed from shapes, by object.
     pub touches: BTreeMap<usize, Touches>,
+    /// By channel of an opening: the opening below which the gripper is closed, m. Rows with a flag of the gripper do not need it.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub closing_limits: BTreeMap<String, f64>,
 }
 
 impl Calibration {
@@ -76,7 +83,9 @@ impl Calibration {
         let columns = measured.columns.keys().map(|name| name.to_string()).collect();
         let bodies = recording.scene.bodies.keys().cloned().collect();
         let issues = issues.into_iter().map(|issue| issue.spelled(&recording.spelling)).collect();
-        Ok((Self { schema: Schema::One, rate_hz: measured.rate_hz, sensors, columns, bodies, touches }, issues))
+        let closing_limits = closing_limits(recording);
+        let schema = Schema::One;
+        Ok((Self { schema, rate_hz: measured.rate_hz, sensors, columns, bodies, touches, closing_limits }, issues))
     }
 
     /// Reads a file; `file` is its name in errors.
@@ -121,4 +130,14 @@ impl Calibration {
         );
         Err(InputError::new("the calibration", message).help("calibrate with a recording in the same scene"))
     }
+}
+
+/// The openings below which the grippers of a recording are closed, m, by channel of the opening.
+fn closing_limits(recording: &Recording) -> BTreeMap<String, f64> {
+    let of_side = |side: Side| {
+        let opening = LogChannel::GripperOpening(side).to_string();
+        let limit = ClosingLimit::of(&recording.columns.get(&opening)?.values)?;
+        Some((opening, limit.opening_m()))
+    };
+    Side::BOTH.into_iter().filter_map(of_side).collect()
 }

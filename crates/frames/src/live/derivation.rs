@@ -2,6 +2,7 @@
 //! after that as if the log ended with them.
 
 use super::Calibration;
+use crate::clean::closed_grippers::is_learned;
 use crate::clean::preprocess::{CleanLog, State, Window};
 use crate::derive::{self, ANCHOR, Findings, fingertip_bias};
 use crate::frames::Frames;
@@ -11,8 +12,27 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
+use teachtree_base::log_channel::LogChannel;
 use teachtree_base::scene::Scene;
 use teachtree_base::units::Dimension;
+
+/// Adds the columns of the flags of grippers that rows with these columns lack and a calibration has learned; returns the columns of the openings with the limits,
+/// m.
+fn add_closed_flags(calibration: &Calibration, columns: &mut Vec<(String, Dimension)>) -> Vec<(usize, f64)> {
+    let mut limits = vec![];
+    for side in Side::BOTH {
+        let opening = LogChannel::GripperOpening(side).to_string();
+        let at = columns.iter().position(|(name, _)| *name == opening);
+        if let Some((at, limit)) = at.zip(calibration.closing_limits.get(&opening))
+            && is_learned(side, columns.iter().map(|(name, _)| name.as_str()))
+        {
+            limits.push((at, *limit));
+            columns.push((LogChannel::GripperClosed(side).to_string(), Dimension::NONE));
+        }
+    }
+    limits
+}
 
 /// Derives the channels of rules.
 pub struct Derivation {
@@ -20,6 +40,8 @@ pub struct Derivation {
     channels: Vec<ChannelSpec>,
     calibration: Calibration,
     columns: Vec<(String, Dimension)>,
+    /// Of each gripper whose flag the rows lack: the column of its opening, and the opening below which it is closed, m. Their flags are the last columns.
+    closing_limits: Vec<(usize, f64)>,
     /// Frames on which later ones have a part in what is derived of a frame.
     ahead: usize,
     /// And earlier ones.
@@ -67,8 +89,9 @@ impl Derivation {
         scene: Scene,
         channels: Vec<ChannelSpec>,
         calibration: Calibration,
-        columns: Vec<(String, Dimension)>,
+        mut columns: Vec<(String, Dimension)>,
     ) -> Self {
+        let closing_limits = add_closed_flags(&calibration, &mut columns);
         let rate_hz = calibration.rate_hz;
         // Contacts from shapes depend on velocities, and so do the targets of hands whose touch no channel shows.
         let from_shapes = calibration.touches.values().any(|touches| !touches.pairs.is_empty());
@@ -87,6 +110,7 @@ impl Derivation {
             channels,
             calibration,
             columns,
+            closing_limits,
             ahead,
             behind,
             time,
@@ -105,10 +129,12 @@ impl Derivation {
         self.ahead + self.margin
     }
 
-    /// Takes a frame: its stamp, s, and its values, SI.
+    /// Takes a frame: its stamp, s, and its values, SI, of the columns of the rows.
     pub fn push(&mut self, time_s: f64, values: &[f64]) {
         self.time.push(time_s);
-        self.values.iter_mut().zip(values).for_each(|(column, value)| column.push(*value));
+        let is_closed = |(at, limit): &(usize, f64)| values.get(*at).is_some_and(|opening| opening < limit);
+        let flags = self.closing_limits.iter().map(|gripper| f64::from(u8::from(is_closed(gripper))));
+        self.values.iter_mut().zip(values.iter().copied().chain(flags)).for_each(|(column, value)| column.push(value));
     }
 
     /// How many frames were taken.

@@ -474,6 +474,9 @@ impl Feed {
     }
 }
 
+/// The first cell of an export of the program Motive.
+const MOTIVE: &str = "Format Version";
+
 /// Why a line was not taken.
 enum LineError {
     /// The line is not a row.
@@ -489,6 +492,9 @@ fn at(cells: &Cells, row: usize) -> f64 {
 /// Returns the titles of a table.
 fn header(line: &[u8], binder: Option<&RowBinder>) -> Result<Vec<String>, String> {
     let header = delimited_text::cells(line)?;
+    if header.first().is_some_and(|title| title == MOTIVE) {
+        return Err("found an export of Motive, whose titles are in several lines, expected titles in the first line; use `analyze`".into());
+    }
     let mut seen = BTreeMap::new();
     for (at, title) in header.iter().enumerate() {
         if let Some(first) = seen.insert(title, at) {

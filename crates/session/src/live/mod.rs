@@ -65,8 +65,11 @@ impl Calibration {
     }
 
     fn of_part(log: &super::Log, rules: &Rules, is_whole: bool) -> Result<Self, Error> {
-        let learned = Learned::of(&log.opened()?.recording, &channels(rules.set()), is_whole);
-        learned.map(|(learned, issues)| Self(learned, issues)).map_err(|error| Error::new(error, ErrorKind::Mismatch))
+        let opened = log.opened()?;
+        let learned = Learned::of(&opened.recording, &channels(rules.set()), is_whole);
+        let (learned, mut issues) = learned.map_err(|error| Error::new(error, ErrorKind::Mismatch))?;
+        issues.extend(opened.issues.iter().filter(|issue| issue.kind == IssueKind::LEARNED_CLOSING).cloned());
+        Ok(Self(learned, issues))
     }
 
     /// Reads the text of a calibration file, as `inspect --calibrate` and [`text`](Self::text) write it; messages contain `name`.
