@@ -235,11 +235,11 @@ fn failures_that_a_log_cannot_show_are_named_with_what_lacks() {
     let lack = "the log cannot show failed_insertion (Jam: no force of the fingers is bound)";
     assert_eq!(reasons(&flags, "unseen_failure"), [lack]);
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let args = ["analyze", "lift_demo_1.csv", "--binding", "panda_lift.binding.yaml", "--format", "json"];
-    let lift: Value = serde_json::from_str(&said(&teachtree_in(&root.join("demos/robosuite"), &args))).unwrap();
-    assert_eq!(lift["outcome"]["result"], "success");
+    let args = ["analyze", "stack_panda_demo_1.csv", "--binding", "panda_stack.binding.yaml", "--format", "json"];
+    let stack: Value = serde_json::from_str(&said(&teachtree_in(&root.join("demos/robosuite"), &args))).unwrap();
+    assert_eq!(stack["outcome"]["result"], "success");
     let lack = "the log cannot show failed_insertion (Jam: the scene has no socket)";
-    assert_eq!(reasons(&lift["outcome"], "unseen_failure"), [lack]);
+    assert_eq!(reasons(&stack["outcome"], "unseen_failure"), [lack]);
     // A scene with a socket lacks nothing.
     let plug = outcome_of_example("plug_into_socket", "plug_1.csv", "plug.binding.yaml");
     assert_eq!(reasons(&plug, "unseen_failure"), [""; 0]);

@@ -17,8 +17,8 @@ use teachtree_base::log_channel::LogChannel;
 use teachtree_base::scene::Scene;
 use teachtree_base::units::Dimension;
 
-/// Adds the columns of the flags of grippers that rows with these columns lack and a calibration has learned; returns the columns of the openings with the limits,
-/// m.
+/// Adds the columns of the flags of grippers that rows with these columns lack and a calibration has learned. Returns the columns of the openings, each with
+/// its limit, m.
 fn add_closed_flags(calibration: &Calibration, columns: &mut Vec<(String, Dimension)>) -> Vec<(usize, f64)> {
     let mut limits = vec![];
     for side in Side::BOTH {
