@@ -116,7 +116,7 @@ fn tables_with_equal_columns_are_recordings_in_every_command() {
     assert!(audited.contains("logs/a.csv") && audited.contains("of 2 recordings"), "{audited}");
     // Commands that take one recording list the names.
     for args in [
-        &["explain", "logs", "--at", "8s"][..],
+        &["explain", "logs", "--at", "14s"][..],
         &["retarget", "logs", "-o", "commands.json"],
         &["live", "logs", "--no-labels"],
     ] {
@@ -127,7 +127,7 @@ fn tables_with_equal_columns_are_recordings_in_every_command() {
     }
     // The only recording of a folder needs no name.
     std::fs::remove_file(folder.path().join("logs/b.csv")).unwrap();
-    let [of_folder, of_file] = ["logs", "logs/a.csv"].map(|log| said(&run(&["explain", log, "--at", "8s"])));
+    let [of_folder, of_file] = ["logs", "logs/a.csv"].map(|log| said(&run(&["explain", log, "--at", "14s"])));
     assert!(!of_folder.is_empty());
     assert_eq!(of_folder, of_file);
     assert_eq!(said(&run(&["analyze", "logs"])), said(&run(&["analyze", "logs/a.csv"])));
