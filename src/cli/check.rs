@@ -85,14 +85,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut failures = Vec::new();
     for file in &others {
         let found = other(file, &of_bindings).err();
-        failures.extend(found.is_some().then_some(Failure::Negative));
+        failures.extend(found.is_some().then_some(Failure::Unusable));
         let findings = found.iter().map(Finding::of_yaml).collect();
         checked.push(CheckedInput { name: file.display().to_string(), findings });
     }
     for files in sets {
         let name = files.first().map_or_else(|| "the shipped rules".into(), |file| file.display().to_string());
         let loaded = load(args, files);
-        failures.extend(loaded.rules.is_none().then_some(Failure::Negative));
+        let failure = if loaded.root_unreadable { Failure::Unusable } else { Failure::Negative };
+        failures.extend(loaded.rules.is_none().then_some(failure));
         let findings =
             loaded.diagnostics.iter().map(|found| Finding::of_rules(found, &loaded.sources, &name)).collect();
         checked.push(CheckedInput { name, findings });

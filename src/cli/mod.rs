@@ -14,6 +14,7 @@ mod batch;
 mod browser;
 mod certify;
 mod check;
+mod color;
 mod config;
 mod demo;
 mod diff;
@@ -33,6 +34,7 @@ mod learn;
 mod list;
 mod live;
 mod lsp;
+mod misplaced_files;
 mod output;
 mod output_args;
 mod parallel;
@@ -144,6 +146,8 @@ enum Failure {
     Negative,
     /// The input cannot be used.
     Input(InputError),
+    /// The input cannot be used; the reason has been printed.
+    Unusable,
     /// The answer is no, with the exit status of its class.
     Fault(u8),
     /// The input cannot be used, and the whole text of why is here.
@@ -195,6 +199,7 @@ impl Failure {
     fn report(&self) -> u8 {
         match self {
             Self::Negative => return 1,
+            Self::Unusable => return 2,
             Self::Fault(status) => return *status,
             Self::Input(error) => output::complain(&format!("error: {error}")),
             Self::Text(text) => output::complain(text.strip_suffix('\n').unwrap_or(text)),
@@ -322,16 +327,17 @@ pub fn main() -> ExitCode {
 /// Runs a command line, whose first word is the name of the program; returns the exit status.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     interruptible();
-    let mut label = None;
-    let read = command().try_get_matches_from(words).and_then(|matches| {
-        label = activity_label(&matches);
-        Cli::from_arg_matches(&matches)
-    });
-    let cli = match read {
-        Ok(cli) => cli,
+    let read = command().try_get_matches_from(words);
+    let read = read.and_then(|matches| Cli::from_arg_matches(&matches).map(|cli| (cli, matches)));
+    let (cli, matches) = match read {
+        Ok(read) => read,
         Err(error) => return usage(&error),
     };
     cli.printed.apply();
+    if let Err(error) = misplaced_files::check(&command(), &matches) {
+        return Failure::Input(error).report();
+    }
+    let label = activity_label(&matches);
     let working = label.map(|label| progress::ActivityIndicator::new(&label));
     let outcome = match &cli.command {
         Command::Demo(args) => demo::run(args),

@@ -1,5 +1,6 @@
 //! Writing: files whole or not at all, color and width only for a terminal.
 
+use super::color::colored;
 use super::print_args::{ColorMode, color_mode, is_quiet};
 use super::progress;
 use std::borrow::Cow;
@@ -167,21 +168,28 @@ fn color_code(text: &str) -> usize {
 /// # Errors
 /// When it cannot be written, as on a full disk.
 pub fn print(text: &str) -> Result<(), InputError> {
-    put(&shortened(&printable(text, color())))
+    put(&shown(text, color()))
 }
 
-/// Prints a part of a growing text without color, like [`print`]. Returns whether the output still has a reader.
+/// A text as it is printed: without what would steer a terminal, shortened, and in color if that is wanted.
+fn shown(text: &str, color: bool) -> String {
+    let printable = printable(text, color);
+    let short = shortened(&printable);
+    if color { colored(&short).into_owned() } else { short.into_owned() }
+}
+
+/// Prints a part of a growing text, like [`print`]. Returns whether the output still has a reader.
 ///
 /// # Errors
 /// As [`print`].
 pub fn print_more(text: &str) -> Result<bool, InputError> {
-    put_more(&shortened(&printable(text, false)))
+    put_more(&shown(text, color()))
 }
 
 /// Prints a text on standard error, without what would steer a terminal. A failure to print it is ignored.
 pub fn complain(text: &str) {
-    let text = printable(text, color_on_stderr());
-    let _ = progress::aside(|| writeln!(std::io::stderr(), "{}", shortened(&text)));
+    let text = shown(text, color_on_stderr());
+    let _ = progress::aside(|| writeln!(std::io::stderr(), "{text}"));
 }
 
 /// Prints a note on standard error, unless the command is quiet.

@@ -11,6 +11,7 @@ use super::rules::{HandArg, RuleArgs, SetArg};
 use super::source::SourceArgs;
 use super::{Failure, output};
 use mutate::mutate;
+use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -29,7 +30,7 @@ const ENDING: &str = "expect";
 /// Options of `test`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               add what is missing, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update --replace  accept the results of one recording\n  teachtree test logs/ --pending              write results to NAME.expect.new, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate\n  teachtree test logs/ --format junit > teachtree.xml"
+    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               add what is missing, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update --replace  accept the results of one recording\n  teachtree test logs/ --pending              write results to NAME.expect.new, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate\n  teachtree test logs/ --format junit > teachtree.xml\n  teachtree test logs/ --format json"
 )]
 pub struct Args {
     /// Expectation files, or folders with expectation files
@@ -67,8 +68,20 @@ pub struct Args {
 enum Format {
     /// Text
     Text,
+    /// `teachtree.test/1`: a result for each expectation
+    Json,
     /// JUnit, for CI systems: a test for each expectation
     Junit,
+}
+
+impl Format {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Json => "json",
+            Self::Junit => "junit",
+        }
+    }
 }
 
 impl Args {
@@ -119,9 +132,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut failures = Vec::new();
     let mut cases = Vec::new();
     let mut expectations = expectations(&args.paths)?;
-    if args.mutate && args.form.format == Format::Junit {
-        let error = InputError::new("--mutate", "prints text, expected `--format text`");
-        return Err(error.help("run it apart from the tests").into());
+    if args.mutate && args.form.format != Format::Text {
+        let error = InputError::new("--mutate", "prints text only");
+        return Err(error.help(format!("omit `--format {}`", args.form.format.name())).into());
     }
     let AnalysisArgs { rules, source } = &args.analysis;
     let given = !rules.rules.is_empty() || !rules.set.values.is_empty() || rules.hand.file.is_some();
@@ -236,6 +249,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     match args.form.format {
         Format::Text => output::print(&printed)?,
+        Format::Json => output::print_json(&json(&tests))?,
         Format::Junit => output::print_data(&xml(SUITE, &[Suite { name: SUITE.into(), cases: tests }]))?,
     }
     if args.mutate {
@@ -257,6 +271,26 @@ fn test(path: &Path, outcome: Outcome) -> junit::Case {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     junit::Case { name, class: folder.display().to_string(), outcome }
+}
+
+/// `teachtree.test/1`.
+fn json(tests: &[junit::Case]) -> String {
+    let result = |test: &junit::Case| {
+        let (result, message, details) = match &test.outcome {
+            Outcome::Passed(details) => ("passed", "", details),
+            Outcome::Failed(message, details) => ("failed", message.as_str(), details),
+            Outcome::Error(message, details) => ("error", message.as_str(), details),
+        };
+        json!({
+            "name": test.name,
+            "folder": test.class,
+            "result": result,
+            "message": message,
+            "details": details.lines().map(str::trim_start).collect::<Vec<_>>(),
+        })
+    };
+    let tests: Vec<Value> = tests.iter().map(result).collect();
+    format!("{:#}\n", json!({ "schema": "teachtree.test/1", "tests": tests }))
 }
 
 /// The expectation files that are named, and those in folders and below.

@@ -93,16 +93,34 @@ fn findings_are_written_as_junit() {
     let binding = folder.path().join("lab.binding.yaml");
     std::fs::write(&binding, "channel: {}\n").unwrap();
     let output = teachtree_in(folder.path(), &["check", ".", "lab.binding.yaml", "--format", "junit"]);
-    assert_eq!(output.status.code(), Some(1), "{}", complained(&output));
+    assert_eq!(output.status.code(), Some(2), "{}", complained(&output));
     let text = said(&output);
     let found = tests(&text);
     let has = |name: &str, class: &str, inside: Option<&str>| {
         found.iter().any(|(n, c, i)| n == name && c == class && i.as_deref() == inside)
     };
-    assert!(has("E201", "./my throw.rules", Some("failure")), "{found:?}");
-    assert!(has("input", "lab.binding.yaml", Some("failure")), "{found:?}");
+    assert!(has("E201 6:3", "./my throw.rules", Some("failure")), "{found:?}");
+    assert!(has("input 1:1", "lab.binding.yaml", Some("failure")), "{found:?}");
     assert!(has("check", "./sound.rules", None), "{found:?}");
     assert!(text.contains("there is no value `grapsed`") && text.contains("./my throw.rules:6:3: "), "{text}");
+}
+
+/// The exit status depends on what is found, not on the format.
+#[test]
+fn every_format_has_the_same_exit_status() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lab.binding.yaml"), "channel: {}\n").unwrap();
+    std::fs::write(folder.path().join("wrong.rules"), "signal a = x\nsignal b = x\n").unwrap();
+    std::fs::write(folder.path().join("fine.rules"), "use \"contact.rules\"\n").unwrap();
+    for (file, status) in [("lab.binding.yaml", 2), ("none.rules", 2), ("wrong.rules", 1), ("fine.rules", 0)] {
+        for format in ["text", "json", "github", "sarif", "junit"] {
+            let output = teachtree_in(folder.path(), &["check", file, "--format", format]);
+            assert_eq!(output.status.code(), Some(status), "{file} {format}: {}", all_said(&output));
+        }
+    }
+    let found = tests(&said(&teachtree_in(folder.path(), &["check", "wrong.rules", "--format", "junit"])));
+    let names: Vec<&str> = found.iter().map(|(name, ..)| name.as_str()).collect();
+    assert_eq!(names, ["E201 1:12", "E201 2:12"]);
 }
 
 /// An expectation that is met is a test that passes, one that is not met is a failure, and one without its log an error.
@@ -156,6 +174,37 @@ fn all_commands_have_the_options_of_printing() {
     assert!(!check(&["check", "my throw.rules", "--color", "never"]).contains('\u{1b}'));
     assert_eq!(check(&["check", "sound.rules", "-q"]), "");
     assert!(check(&["check", "my throw.rules", "-q"]).contains("E201"));
+}
+
+/// Labels and headings are colored in one way by all commands, and colors change nothing else.
+#[test]
+fn every_command_colors_labels_and_headings() {
+    let folder = rules();
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    for file in ["SawyerLift_demo_1.csv", "sawyer_lift.binding.yaml"] {
+        std::fs::copy(demos.join(file), folder.path().join(file)).unwrap();
+    }
+    let log = ["SawyerLift_demo_1.csv", "--binding", "sawyer_lift.binding.yaml"];
+    let of_log = |command: &'static str| [&[command][..], &log].concat();
+    let error = "\u{1b}[1;31merror:\u{1b}[0m none.csv: ";
+    for (args, wanted) in [
+        (of_log("inspect"), "\u{1b}[1mrecognition\u{1b}[0m\n"),
+        (of_log("config"), "\u{1b}[1mSawyerLift_demo_1.csv\u{1b}[0m\n"),
+        ([&of_log("explain")[..], &["--at", "9s"]].concat(), "\u{1b}[1mright at 9.000 s"),
+        (vec!["list", "rules"], "\u{1b}[1mrules\u{1b}[0m\n"),
+        (vec!["graph", "sound.rules"], "\u{1b}[1mtree single_hand"),
+        (vec!["analyze", "none.csv"], error),
+        (vec!["audit", "none.csv"], error),
+        (vec!["live", "none.csv", "--scene", "none.yaml"], "\u{1b}[1;31merror:\u{1b}[0m "),
+    ] {
+        let run = |when: &str| all_said(&teachtree_in(folder.path(), &[&args[..], &["--color", when]].concat()));
+        let (colored, plain) = (run("always"), run("never"));
+        assert!(colored.contains(wanted), "{args:?}: {colored:?}");
+        let mut parts = colored.split("\u{1b}[");
+        let first = parts.next().unwrap_or_default();
+        let without: String = parts.map(|part| part.split_once('m').map_or(part, |(_, text)| text)).collect();
+        assert_eq!(format!("{first}{without}"), plain, "{args:?}");
+    }
 }
 
 /// The cost of rules is of interest to few: it is printed with `--verbose`.

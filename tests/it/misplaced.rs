@@ -38,6 +38,32 @@ fn files_in_the_place_of_others_are_named() {
     }
 }
 
+/// All commands check the files of their arguments before they run, and name the option.
+#[test]
+fn every_command_names_the_argument_that_has_another_file() {
+    let rules = format!("--rules {BINDING}: found a binding, expected a rule file");
+    let hand = format!("--hand {BINDING}: found a binding, expected a rule file");
+    let labels = format!("--labels {RULES}: found a rule file, expected a file of labels");
+    let swapped = format!("and --binding are swapped: `{LOG} --binding {BINDING}`");
+    let retarget = format!("help: `teachtree retarget {LOG} -o commands.json` writes them");
+    let dropped = format!("{BINDING}: found a binding, expected a log");
+    let names = "--robot and --scene are swapped: `--robot both_hands --scene pick_and_place`";
+    for (args, wanted) in [
+        (&["analyze", LOG, "--rules", BINDING][..], rules.as_str()),
+        (&["analyze", LOG, "--hand", BINDING], &hand),
+        (&["live", BINDING, "--binding", LOG], &swapped),
+        (&["annotate", BINDING, "--binding", LOG, "-o", "none"], &swapped),
+        (&["studio", BINDING, "--binding", LOG], &swapped),
+        (&["inspect", BINDING, LOG], &dropped),
+        (&["score", LOG, "--binding", BINDING, "--labels", RULES], &labels),
+        (&["simulate", LOG, "--scene", "pick_and_place", "-o", "none.csv"], &retarget),
+        (&["simulate", "c.json", "--robot", "pick_and_place", "--scene", "both_hands", "-o", "none.csv"], names),
+    ] {
+        let said = refused(args);
+        assert!(said.contains(wanted), "{args:?}: {said}");
+    }
+}
+
 /// A file that is not there is reported as missing, whatever its name says.
 #[test]
 fn a_missing_file_is_missing() {

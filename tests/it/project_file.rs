@@ -130,6 +130,31 @@ fn config_prints_where_settings_are_from() {
     ];
     let options = ["--hand", "hand_gripper.rules", "--expect", "peg_in_hole x 2", "--set", "touch_on=0.3 N"];
     has_lines(&options, &given);
+    let json = |args: &[&str]| -> Value {
+        let output = teachtree_in(folder.path(), &[&["config", "--format", "json"], args].concat());
+        serde_json::from_str(&said(&output)).unwrap_or_else(|_| panic!("{}", all_said(&output)))
+    };
+    let of_log = json(&["a.csv"]);
+    let expect = serde_json::json!({"name": "expect", "value": "peg_in_hole", "from": "teachtree.yaml:4:13"});
+    assert!(of_log["settings"].as_array().unwrap().contains(&expect), "{of_log:#}");
+    let of_file = json(&[]);
+    assert_eq!(of_file["project_file"], "teachtree.yaml");
+    assert_eq!(of_file["entries"][1]["logs"], "jams/*.csv");
+    assert_eq!(of_file["entries"][0]["settings"].as_array().unwrap().len(), 2, "{of_file:#}");
+    let text = said(&teachtree_in(folder.path(), &["config"]));
+    assert!(text.contains("jams/*.csv  (teachtree.yaml:"), "{text}");
+    let without_log = teachtree_in(folder.path(), &["config", "--expect", "peg_in_hole"]);
+    assert!(complained(&without_log).contains("expected a LOG"), "{}", all_said(&without_log));
+}
+
+/// Nothing is claimed of a log that is not read.
+#[test]
+fn config_does_not_guess_what_a_log_contains() {
+    let folder = project();
+    fs::write(folder.path().join("teachtree.yaml"), "logs: {'*.tsv': {expect: peg_in_hole}}").unwrap();
+    let printed = said(&teachtree_in(folder.path(), &["config", "a.csv"]));
+    assert!(printed.contains("  binding       none  (neither an option nor an entry names one)\n"), "{printed}");
+    assert!(!printed.contains("canonical") && !printed.contains("in the log"), "{printed}");
 }
 
 #[test]
@@ -150,6 +175,36 @@ fn mistakes_have_their_place() {
     }
     let checked = teachtree_in(folder.path(), &["check", "teachtree.yaml"]);
     assert_eq!(checked.status.code(), Some(2));
+}
+
+/// An error about a param of a file names its line; one of the command line does not.
+#[test]
+fn params_that_do_not_fit_the_rules_have_their_place() {
+    let folder = project();
+    let mistakes = [
+        ("jam_of: 3 N", "there is no param `jam_of` to override"),
+        ("touch_on: 3 m", "the override `touch_on=3 m` is a length (m), but `touch_on` is a force (N)"),
+    ];
+    for (param, message) in mistakes {
+        let name = param.split(':').next().unwrap();
+        let text = format!("logs: {{'*.csv': {{binding: lab/plug.binding.yaml, params: {{{param}}}}}}}");
+        let place = format!("teachtree.yaml:1:{}", text.find(param).unwrap() + name.len() + 3);
+        fs::write(folder.path().join("teachtree.yaml"), text).unwrap();
+        let analyzed = complained(&teachtree_in(folder.path(), &["analyze", "a.csv"]));
+        assert!(analyzed.contains(message) && analyzed.contains(&format!("`{name}` is set in {place}")), "{analyzed}");
+        let checked = complained(&teachtree_in(folder.path(), &["check", "teachtree.yaml"]));
+        assert!(checked.contains(&format!("{place}: {message}")), "{checked}");
+        let given = teachtree_in(folder.path(), &["analyze", "a.csv", "--set", &param.replacen(": ", "=", 1)]);
+        assert!(!complained(&given).contains("is set in"), "{}", complained(&given));
+        let own = BINDING.replacen("channels:", &format!("params: {{{param}}}\nchannels:"), 1);
+        fs::write(folder.path().join("own.yaml"), own).unwrap();
+        let bound = complained(&teachtree_in(folder.path(), &["analyze", "a.csv", "--binding", "own.yaml"]));
+        assert!(bound.contains(&format!("`{name}` is set in own.yaml:")), "{bound}");
+    }
+    let fine = "logs: {'*.csv': {binding: lab/plug.binding.yaml, params: {touch_on: 0.3 N, jam_off: 3 N}}}";
+    fs::write(folder.path().join("teachtree.yaml"), fine).unwrap();
+    let checked = teachtree_in(folder.path(), &["check", "teachtree.yaml"]);
+    assert!(checked.status.success(), "{}", all_said(&checked));
 }
 
 #[test]

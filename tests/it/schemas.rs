@@ -107,6 +107,8 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
 
     std::fs::write(folder.path().join("mika.csv"), "label,start_s,end_s\nA,0,1\nB,1,3\n").unwrap();
     std::fs::write(folder.path().join("noor.csv"), "label,start_s,end_s\nA,0,1.5\nB,1.5,2\n").unwrap();
+    std::fs::write(folder.path().join("met.expect"), "log: one.csv\n").unwrap();
+    std::fs::write(folder.path().join("unmet.expect"), "log: one.csv\n\ntrack right\n  Grasp 0 .. 1\n").unwrap();
     let mut documents = vec![
         run(&["analyze", "two.csv", "--format", "json"]),
         run(&["analyze", "cut.csv", "--format", "json"]),
@@ -116,10 +118,12 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
         run(&["analyze", "one.csv", "--rules", "tour.rules", "--format", "json"]),
         run(&["explain", "one.csv", "--rules", "tour.rules", "--at", "5s", "--format", "json"]),
         run(&["inspect", "two.csv", "--format", "json"]),
+        run(&["config", "one.csv", "--expect", "push_and_trace", "--format", "json"]),
         run(&["score", "one.csv", "two.csv", "--format", "json"]),
         run(&["agree", "mika.csv", "noor.csv", "one.csv", "--format", "json"]),
         run(&["fit", "one.csv", "cut.csv", "--params", "press_on", "--anyway", "--format", "json"]),
         run(&["check", "wrong.rules", "--format", "json"]),
+        run(&["test", "met.expect", "unmet.expect", "--coverage", "--format", "json"]),
         std::fs::read_to_string(folder.path().join("commands.json")).unwrap(),
         std::fs::read_to_string(folder.path().join("outcome.json")).unwrap(),
         std::fs::read_to_string(folder.path().join("mapped.json")).unwrap(),

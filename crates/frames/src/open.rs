@@ -1,6 +1,6 @@
 //! Opening a log: a path in, a recording with the names that the rules know out, whatever the log looked like.
 
-use crate::bind::{Binding, BindingFile, assumed_log, bind};
+use crate::bind::{Binding, BindingFile, assumed_log, bind, check_channels};
 use crate::clean::closed_grippers;
 use crate::clean::gap_filling;
 use crate::clean::spikes;
@@ -52,6 +52,8 @@ pub struct OpenedLog {
     pub clock: Option<BagClock>,
     /// Rule parameters that the binding overrides, in its order: name, and value with unit.
     pub params: Vec<(String, String)>,
+    /// The places of these params in the binding, by name.
+    pub param_places: BTreeMap<String, String>,
     /// Forces that count as they are, although they stay constant.
     pub trust: Vec<String>,
     /// The tasks that the binding expects, with the place where it does.
@@ -129,7 +131,14 @@ fn opened(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputE
         (Some(path), ..) => csv::read_scene(path)?,
         (None, Some(scene), _) => scene.clone(),
         (None, None, Some(own)) => own,
-        (None, None, None) => csv::scene_beside(&log, &request.folders.beside)?,
+        (None, None, None) => {
+            check_channels(&source, &file).map_err(in_binding)?;
+            let is_missing = csv::scene_file_beside(&log).is_none();
+            csv::scene_beside(&log, &request.folders.beside).map_err(|error| match is_missing {
+                true => error.help("describe the bodies below `scene` in the binding, or name a scene with --scene"),
+                false => error,
+            })?
+        }
     };
     let suspicious_channels = file.check(&scene).map_err(in_binding)?;
     let bound = bind(source, &file, scene);
@@ -152,7 +161,7 @@ fn bound_log(
 ) -> OpenedLog {
     let csv::LoadedRecording { recording, issues, row_time, zero_stamp_s } = read;
     let expect = file.binding.expect.clone().map(|text| (text, file.place(&["expect"])));
-    let turned_flags = file.turned_flags();
+    let (turned_flags, param_places) = (file.turned_flags(), file.param_places());
     let Binding { hand_file, params, trust, time_offset, .. } = file.binding;
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
     // Zero stays zero, without a sign.
@@ -167,6 +176,7 @@ fn bound_log(
         clock: None,
         hand_file,
         params,
+        param_places,
         trust,
         expect,
         turned_flags,
@@ -204,6 +214,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
         clock: None,
         hand_file: None,
         params,
+        param_places: BTreeMap::new(),
         trust,
         expect: None,
         turned_flags: BTreeMap::new(),

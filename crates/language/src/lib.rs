@@ -61,6 +61,8 @@ pub struct Request {
     pub hand_file: Option<String>,
     /// Params to override, as `(name, value with unit)`.
     pub overrides: Vec<(String, String)>,
+    /// The places of overrides in files, by name: `teachtree.yaml:3:14`. Messages about an override state it.
+    pub override_places: BTreeMap<String, String>,
     /// Whether rules without a tree are an error, since something is to be labeled; else they are only worth a warning.
     pub needs_tree: bool,
     /// Texts that stand for files on disk, by canonical path: what an editor has not saved yet.
@@ -156,6 +158,7 @@ fn finish(mut loader: Loader, request: &Request) -> (LoadedRules, Vec<syntax::Fi
         files: files.iter().collect(),
         sources: &sources,
         overrides: &request.overrides,
+        override_places: &request.override_places,
         incomplete,
         sound: !findings.iter().any(is_error),
         named,

@@ -7,6 +7,7 @@ use super::growing_log::{self, OnSegment};
 use super::project_file::{ProjectSettings, Setting};
 use super::rules::RulesOptions;
 use crate::ErrorInternals;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -366,6 +367,8 @@ pub trait LogInternals: Sized {
     fn chosen_hand_model(&self) -> Option<HandModel>;
     /// The params that the binding of the log and then `teachtree.yaml` set.
     fn params(&self) -> Vec<(String, String)>;
+    /// The places of these params, by name: `teachtree.yaml:3:14`.
+    fn param_places(&self) -> BTreeMap<String, String>;
     /// The tasks that `teachtree.yaml` or the binding of the log expects, with the place where it does.
     fn expected(&self) -> Option<(String, String)>;
     /// The settings of `teachtree.yaml`, where the log was opened with them.
@@ -413,6 +416,15 @@ impl LogInternals for Log {
         };
         params.extend(self.0.settings.params.iter().map(|(param, setting)| (param.clone(), setting.value.clone())));
         params
+    }
+
+    fn param_places(&self) -> BTreeMap<String, String> {
+        let mut places = match self.0.opened.get() {
+            Some(Ok(opened)) => opened.param_places.clone(),
+            _ => BTreeMap::new(),
+        };
+        places.extend(self.0.settings.params.iter().map(|(param, setting)| (param.clone(), setting.place.clone())));
+        places
     }
 
     fn expected(&self) -> Option<(String, String)> {

@@ -206,6 +206,11 @@ impl ProjectFile {
         entry_checks::check(self)
     }
 
+    /// The path of the file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
@@ -237,31 +242,45 @@ impl ProjectFile {
         let below = below.unwrap_or(Path::new(log.file_name().unwrap_or_default()));
         let mut settings = ProjectSettings { file: Some(self.path.clone()), ..ProjectSettings::default() };
         for (pattern, entry) in self.entries.iter().filter(|(pattern, _)| counts(pattern) && pattern.fits(below)) {
-            settings.has_entry = true;
-            let place = |key: &str| self.place(pattern, &[key]);
-            let path = |path: &Option<PathBuf>, key: &str| {
-                path.as_ref().map(|path| Setting { value: folder.join(path), place: place(key) })
-            };
-            settings.binding = path(&entry.binding, "binding").or(settings.binding);
-            settings.scene = path(&entry.scene, "scene").or(settings.scene);
-            settings.labels = path(&entry.labels, "labels").or(settings.labels);
-            if !entry.rules.is_empty() {
-                let value = entry.rules.iter().map(|rules| self.rule_file(rules)).collect();
-                settings.rules = Some(Setting { value, place: place("rules") });
-            }
-            if let Some(hand_file) = &entry.hand_file {
-                let value = self.rule_file(Path::new(hand_file)).display().to_string();
-                settings.hand_file = Some(Setting { value, place: place("hand_file") });
-            }
-            if let Some(expect) = &entry.expect {
-                settings.expect = Some(Setting { value: expect.clone(), place: place("expect") });
-            }
-            for (param, value) in &entry.params {
-                let place = self.place(pattern, &["params", param]);
-                settings.params.insert(param.clone(), Setting { value: value.clone(), place });
-            }
+            self.add(pattern, entry, &mut settings);
         }
         settings
+    }
+
+    /// The pattern, its place and the settings of each entry alone.
+    pub fn settings_of_entries(&self) -> impl Iterator<Item = (&str, String, ProjectSettings)> {
+        self.entries.iter().map(|(pattern, entry)| {
+            let mut settings = ProjectSettings::default();
+            self.add(pattern, entry, &mut settings);
+            (pattern.text.as_str(), self.place(pattern, &[]), settings)
+        })
+    }
+
+    /// Adds the settings of an entry, which replace earlier ones.
+    fn add(&self, pattern: &LogPattern, entry: &Entry, settings: &mut ProjectSettings) {
+        settings.has_entry = true;
+        let place = |key: &str| self.place(pattern, &[key]);
+        let path = |path: &Option<PathBuf>, key: &str| {
+            path.as_ref().map(|path| Setting { value: self.folder().join(path), place: place(key) })
+        };
+        settings.binding = path(&entry.binding, "binding").or(settings.binding.take());
+        settings.scene = path(&entry.scene, "scene").or(settings.scene.take());
+        settings.labels = path(&entry.labels, "labels").or(settings.labels.take());
+        if !entry.rules.is_empty() {
+            let value = entry.rules.iter().map(|rules| self.rule_file(rules)).collect();
+            settings.rules = Some(Setting { value, place: place("rules") });
+        }
+        if let Some(hand_file) = &entry.hand_file {
+            let value = self.rule_file(Path::new(hand_file)).display().to_string();
+            settings.hand_file = Some(Setting { value, place: place("hand_file") });
+        }
+        if let Some(expect) = &entry.expect {
+            settings.expect = Some(Setting { value: expect.clone(), place: place("expect") });
+        }
+        for (param, value) in &entry.params {
+            let place = self.place(pattern, &["params", param]);
+            settings.params.insert(param.clone(), Setting { value: value.clone(), place });
+        }
     }
 }
 

@@ -186,6 +186,8 @@ pub struct RulesOptions {
     texts: Vec<(String, String)>,
     hand_file: Option<String>,
     params: Vec<(String, String)>,
+    /// The places in files of params that are not named by the caller.
+    param_places: BTreeMap<String, String>,
     buffers: BTreeMap<PathBuf, String>,
     without_failures: bool,
 }
@@ -266,11 +268,15 @@ impl RulesOptions {
     pub(crate) fn or_of_binding<'a>(
         mut self,
         hand_file: Option<&str>,
-        params: impl Iterator<Item = (&'a str, &'a str)>,
+        params: impl Iterator<Item = (&'a str, &'a str, String)>,
     ) -> Self {
         self.hand_file = self.hand_file.or_else(|| hand_file.map(str::to_string));
+        let (params, places): (Vec<_>, Vec<_>) = params
+            .map(|(name, value, place)| ((name.to_string(), value.to_string()), (name.to_string(), place)))
+            .unzip();
+        self.add_places(places.into_iter().collect());
         // A later value of a param wins over an earlier one.
-        self.params.splice(0..0, params.map(|(name, value)| (name.to_string(), value.to_string())));
+        self.params.splice(0..0, params);
         self
     }
 
@@ -287,11 +293,29 @@ impl RulesOptions {
         of_project.unwrap_or_else(|| self.files.clone())
     }
 
+    /// Adds the places of params, except those of params that have a value already, which wins.
+    fn add_places(&mut self, places: BTreeMap<String, String>) {
+        let is_new = |name: &str| self.params.iter().all(|(own, _)| own != name);
+        let places: Vec<_> = places.into_iter().filter(|(name, _)| is_new(name)).collect();
+        self.param_places.extend(places);
+    }
+
     fn request(self, params: Vec<(String, String)>) -> Request {
-        let Self { files, texts, hand_file, params: own, buffers, without_failures } = self;
+        let Self { files, texts, hand_file, params: own, param_places: override_places, buffers, without_failures } =
+            self;
         // A later value of a param wins over an earlier one.
         let overrides = params.into_iter().chain(own).collect();
-        Request { files, texts, hand_file, overrides, buffers, two_hands: false, without_failures, needs_tree: true }
+        Request {
+            files,
+            texts,
+            hand_file,
+            overrides,
+            override_places,
+            buffers,
+            two_hands: false,
+            without_failures,
+            needs_tree: true,
+        }
     }
 }
 
@@ -335,6 +359,7 @@ impl RulesOptionsInternals for RulesOptions {
     fn of_project(mut self, settings: &ProjectSettings) -> Self {
         self.files = self.files_of(settings);
         self.hand_file = self.hand_file.or_else(|| settings.hand_file.as_ref().map(|setting| setting.value.clone()));
+        self.add_places(settings.params.iter().map(|(param, it)| (param.clone(), it.place.clone())).collect());
         let params = settings.params.iter().map(|(param, setting)| (param.clone(), setting.value.clone()));
         self.params = params.chain(self.params).collect();
         self
@@ -343,6 +368,7 @@ impl RulesOptionsInternals for RulesOptions {
     fn request_for(mut self, log: &Log) -> Request {
         self.hand_file = self.hand_model_for(log).map(|model| model.file);
         self.files = self.files_of(log.project_settings());
+        self.add_places(log.param_places());
         let mut params = log.params();
         if self.without_failures && self.files.is_empty() && self.texts.is_empty() {
             params.retain(|(name, _)| !language::is_param_of_failures(name));

@@ -71,14 +71,17 @@ pub fn as_junit(checked: &[CheckedInput]) -> String {
 }
 
 fn case(input: &str, found: &Finding) -> Case {
-    let (class, at) = match found.place() {
-        Some(place) => (place.file.clone(), format!("{}:{}:{}: ", place.file, place.start.0, place.start.1)),
-        None => (input.to_string(), String::new()),
+    // CI systems merge cases of one name.
+    let (class, name, at) = match found.place() {
+        Some(Place { file, start: (line, column), .. }) => {
+            (file.clone(), format!("{} {line}:{column}", found.code), format!("{file}:{line}:{column}: "))
+        }
+        None => (input.to_string(), found.code.clone(), String::new()),
     };
     let text = format!("{at}{}", found.lines());
     let outcome = match found.severity {
         Severity::Error => Outcome::Failed(found.message.clone(), text),
         _ => Outcome::Passed(text),
     };
-    Case { name: found.code.clone(), class, outcome }
+    Case { name, class, outcome }
 }

@@ -31,21 +31,27 @@ use teachtree_logs::read::csv::{self, LoadedRecording, StampSource};
 use teachtree_logs::read::first_stamp::count_from_first;
 use teachtree_logs::read::table::{ColumnRequest, Source, Table};
 
+/// Refuses a binding that binds no channel of a log without canonical names.
+///
+/// # Errors
+/// It binds none, at `channels` or in the file.
+pub fn check_channels(source: &Source, file: &BindingFile) -> Result<(), InputError> {
+    let canonical = || source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
+    if !file.binding.channels.is_empty() || source.sheets.len() <= 1 && canonical() {
+        return Ok(());
+    }
+    let message = "no channel is bound, and no column of the log has a canonical name";
+    Err(file.error("channels", message.into()).help("`teachtree init LOG` writes a binding with its guesses"))
+}
+
 /// Makes a recording of a table as the binding says; `scene` is the one that counts.
 ///
 /// # Errors
 /// When the binding names what the table lacks, or the table cannot be read.
 pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<LoadedRecording, InputError> {
     let binding = &file.binding;
-    let sheets = source.sheets.len() > 1;
     let place = source.file.clone();
-    let canonical = || source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
-    if binding.channels.is_empty() && (sheets || !canonical()) {
-        let message = "no channel is bound, and no column of the log has a canonical name";
-        return Err(file
-            .error("channels", message.into())
-            .help("`teachtree init LOG` writes a binding with its guesses"));
-    }
+    check_channels(&source, file)?;
     let (mut read, merged) = if binding.channels.is_empty() {
         let clock = match binding.rate {
             Some(rate) => StampSource::Rate(rate),

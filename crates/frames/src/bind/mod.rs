@@ -38,7 +38,7 @@ mod tool;
 mod topic_filter;
 mod turning_weight;
 
-pub use apply::bind;
+pub use apply::{bind, check_channels};
 pub use linear::LinearForm;
 pub use rows::{BoundRows, RowBinder, WAIT_S};
 pub use stamp_merger::{LiveLine, StampMerger};
@@ -384,6 +384,11 @@ impl BindingFile {
             _ => None,
         });
         flags.collect()
+    }
+
+    /// The places `file:line:column` of the params that it sets, by name.
+    pub fn param_places(&self) -> BTreeMap<String, String> {
+        self.binding.params.keys().map(|name| (name.clone(), self.place(&["params", name]))).collect()
     }
 
     /// The place `file:line:column` of the value at a path of keys.

@@ -148,9 +148,9 @@ impl RowBinder {
         self.repeated.check(place)
     }
 
-    /// The params that the binding sets, each with its value and unit.
-    pub fn params(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.file.binding.params.iter().map(|(name, value)| (name.as_str(), value.as_str()))
+    /// The params that the binding sets, each with its value and unit and its place.
+    pub fn params(&self) -> impl Iterator<Item = (&str, &str, String)> {
+        self.file.binding.params.iter().map(|(name, value)| (&**name, &**value, self.file.place(&["params", name])))
     }
 
     /// Refuses a binding that messages of topics cannot be bound with.

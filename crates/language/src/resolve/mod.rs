@@ -32,6 +32,8 @@ pub struct Input<'a> {
     pub sources: &'a Sources,
     /// `--set name=value`
     pub overrides: &'a [(String, String)],
+    /// The places of overrides in files, by name.
+    pub override_places: &'a BTreeMap<String, String>,
     /// The files that were named, not used: only in them an unused declaration is worth a word.
     pub named: BTreeSet<u32>,
     /// Whether a file is missing: then unknown names are not reported, they may be in it.
@@ -53,6 +55,7 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
         composites: BTreeMap::new(),
         file_order: BTreeSet::new(),
         named: input.named.clone(),
+        override_places: input.override_places.clone(),
     };
     resolver.names.incomplete = input.incomplete;
     let declared = Declarations::collect(&input.files);
@@ -98,6 +101,8 @@ pub struct Resolver {
     pub file_order: BTreeSet<(u32, u32)>,
     /// The files that were named, not used.
     pub named: BTreeSet<u32>,
+    /// The places of overrides in files, by name.
+    pub override_places: BTreeMap<String, String>,
 }
 
 impl Resolver {

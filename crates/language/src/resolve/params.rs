@@ -89,13 +89,13 @@ impl Resolver {
         let message = format!("the override `{name}={text}`");
         let Some((value, dimension, bare)) = parse::quantity(text) else {
             let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("{message} is not a number with a unit"));
-            self.report(finding.help(format!("`{name}` is {wanted}")));
+            self.report_override(name, finding.help(format!("`{name}` is {wanted}")));
             return None;
         };
         if dimension != wanted {
             let what = if bare { "has no unit".to_string() } else { format!("is {dimension}") };
             let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("{message} {what}, but `{name}` is {wanted}"));
-            self.report(finding);
+            self.report_override(name, finding);
             return None;
         }
         if let Some((low, high)) = range.filter(|(low, high)| !(*low..=*high).contains(&value)) {
@@ -104,7 +104,7 @@ impl Resolver {
                 codes::BAD_OVERRIDE,
                 format!("{message} lies outside the range {low} {unit} .. {high} {unit} of `{name}`"),
             );
-            self.report(finding);
+            self.report_override(name, finding);
             return None;
         }
         Some(value)
@@ -118,6 +118,15 @@ impl Resolver {
         let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("there is no param `{name}` to override"));
         let finding = match super::nearest(name, known) {
             Some(near) => finding.help(format!("did you mean `{near}`?")),
+            None => finding,
+        };
+        self.report_override(name, finding);
+    }
+
+    /// Reports an override with its place.
+    fn report_override(&mut self, name: &str, finding: Diagnostic) {
+        let finding = match self.override_places.get(name) {
+            Some(place) => finding.note(format!("`{name}` is set in {place}")),
             None => finding,
         };
         self.report(finding);
