@@ -156,7 +156,9 @@ impl Args {
     fn left_out(names: &[String]) -> String {
         match names {
             [] => String::new(),
-            names => format!("left out as failures: {}; `--failures write` labels them too\n", names.join(", ")),
+            names => {
+                format!("failed recordings are not labeled: {}; `--failures write` labels them\n", names.join(", "))
+            }
         }
     }
 

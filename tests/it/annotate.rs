@@ -180,6 +180,7 @@ fn words_are_a_table_that_users_edit() {
             "mine.yaml:1:8: Grasp: found `{what}`, expected `{name}`, `{object}`, `{partner}` or `{hand}`",
         ),
         ("Grasp: [take]\n", "mine.yaml:1:8: Grasp: found a list, expected a text"),
+        ("Jam: get stuck\nTranslte: carry\n", "mine.yaml:2:11: there is no primitive, task or body `Translte`"),
     ] {
         std::fs::write(&table, text).unwrap();
         let refused = annotate(folder.path(), "set", "new", &with);
@@ -218,7 +219,7 @@ fn episodes_that_are_failures_are_left_out_unless_they_are_asked_for() {
     assert!(output.status.success(), "{}", all_said(&output));
     assert!(said(&output).contains("good: 2 of 3 episodes with labels"), "{}", said(&output));
     assert!(
-        said(&output).ends_with("left out as failures: 1; `--failures write` labels them too\n"),
+        said(&output).ends_with("failed recordings are not labeled: episode 1; `--failures write` labels them\n"),
         "{}",
         said(&output)
     );

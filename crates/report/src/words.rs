@@ -70,6 +70,8 @@ pub struct Phrasing {
     general: Option<Template>,
     /// For one name: of a primitive, a task, a body, or a style, which stands for all its names.
     special: BTreeMap<String, Template>,
+    /// The names that a table of the user adds to the shipped ones, each with its line.
+    added: BTreeMap<String, String>,
 }
 
 impl Phrasing {
@@ -103,7 +105,7 @@ impl Phrasing {
     /// # Errors
     /// As [`with_table`](Self::with_table); never, unless the shipped table is wrong.
     pub fn shipped() -> Result<Self, InputError> {
-        Self::default().with_table(SHIPPED.1, SHIPPED.0)
+        Ok(Self { added: BTreeMap::new(), ..Self::default().with_table(SHIPPED.1, SHIPPED.0)? })
     }
 
     /// The same with the lines of a table in YAML, `NAME: TEMPLATE`, in the place of those of the same names; `file` is its name in messages.
@@ -113,10 +115,12 @@ impl Phrasing {
     pub fn with_table(mut self, text: &str, file: &str) -> Result<Self, InputError> {
         let lines: BTreeMap<String, String> = yaml::read(text, file)?;
         for (name, words) in lines {
-            let wrong =
-                |message: String| InputError::new(yaml::place(text, file, &[&name]), format!("{name}: {message}"));
+            let place = yaml::place(text, file, &[&name]);
+            let wrong = |message: String| InputError::new(&place, format!("{name}: {message}"));
             let template = Template::read(&words).map_err(wrong)?;
-            self.table.insert(name, template);
+            if self.table.insert(name.clone(), template).is_none() {
+                self.added.insert(name, place);
+            }
         }
         Ok(self)
     }
@@ -126,7 +130,7 @@ impl Phrasing {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn with_templates(self, texts: &[String]) -> Result<Self, InputError> {
-        Ok(Self { table: self.table, ..Self::read(texts)? })
+        Ok(Self { table: self.table, added: self.added, ..Self::read(texts)? })
     }
 
     /// All templates that count, as [`read`](Self::read) reads them: words are read back by them, whatever the table of a later version says.
@@ -146,10 +150,12 @@ impl Phrasing {
         self.table.is_empty() && self.special.is_empty() && self.general.is_none()
     }
 
-    /// The names that have templates of their own, and are not among those that are known.
-    pub fn unknown<'a>(&'a self, known: &BTreeSet<String>) -> Option<&'a str> {
+    /// The first name that the user gives words, and that is neither known nor in the shipped table, with its place: a line of a table or `--words`.
+    pub fn unknown<'a>(&'a self, known: &BTreeSet<String>) -> Option<(&'a str, &'a str)> {
         let is_style = |name: &str| name == UNKNOWN || Style::ALL.iter().any(|style| style.name() == name);
-        self.special.keys().map(String::as_str).find(|name| !is_style(name) && !known.contains(*name))
+        let added = self.added.iter().map(|(name, place)| (name.as_str(), place.as_str()));
+        let special = self.special.keys().map(|name| (name.as_str(), "--words")).filter(|(name, _)| !is_style(name));
+        added.chain(special).find(|(name, _)| !known.contains(*name))
     }
 
     /// The words of a name, and whether they name the hand.

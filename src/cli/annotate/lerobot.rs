@@ -154,7 +154,7 @@ impl Destination for LeRobot {
             text: text(args, &labels, &counts, logs.len()) + &success_lines,
             recordings: logs.len(),
             labeled: analyses.keys().map(usize::to_string).collect(),
-            left_out: left_out.iter().map(usize::to_string).collect(),
+            left_out: left_out.iter().map(|episode| format!("episode {episode}")).collect(),
             successes: successes.values().map(|rows| rows.contains(&true)).collect(),
             labels: counts,
             signals: Vec::new(),
@@ -242,7 +242,7 @@ fn success_column(
     Ok((is_written, lines))
 }
 
-/// Refuses a template for a name that nothing has.
+/// Refuses a template of the command line or of a table for a name that nothing has.
 fn check_names(
     phrasing: &Phrasing,
     analyses: &BTreeMap<usize, Analysis>,
@@ -253,8 +253,8 @@ fn check_names(
         known.extend(analysis.rules().primitives().chain(analysis.rules().tasks()).map(str::to_string));
         known.extend(analysis.rules().set().label_names());
     }
-    let Some(name) = phrasing.unknown(&known) else { return Ok(()) };
-    let error = InputError::new("--words", format!("there is no primitive, task or body `{name}`"));
+    let Some((name, place)) = phrasing.unknown(&known) else { return Ok(()) };
+    let error = InputError::new(place, format!("there is no primitive, task or body `{name}`"));
     Err(match nearest(name, known.iter().map(String::as_str)) {
         Some(near) => error.help(format!("did you mean `{near}`?")),
         None => error.help(format!("there are {}", known.into_iter().collect::<Vec<_>>().join(", "))),
