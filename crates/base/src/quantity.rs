@@ -87,6 +87,14 @@ impl<T: Numbers, const N: usize> Numbers for [T; N] {
     }
 }
 
+impl<T: Numbers> Numbers for Vec<T> {
+    const DIMENSION: Dimension = T::DIMENSION;
+
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        self.iter().flat_map(T::numbers)
+    }
+}
+
 impl<T: Numbers> Numbers for Option<T> {
     const DIMENSION: Dimension = T::DIMENSION;
 

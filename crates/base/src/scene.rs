@@ -6,6 +6,7 @@ use super::quantity::{Acceleration, Length, Mass, above_zero, not_below_zero, wi
 use super::short_number::ShortNumber;
 use indexmap::IndexMap;
 use nalgebra::Vector3;
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::ops::RangeInclusive;
 
@@ -100,7 +101,7 @@ pub enum Role {
 }
 
 /// A convex part of a body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
     /// The shape, about the part's own origin.
@@ -110,8 +111,61 @@ pub struct Part {
     #[serde(default)]
     pub at: [Length; 3],
     /// Rotation of the part in the body frame, quaternion w x y z.
-    #[serde(default = "no_rotation", deserialize_with = "with_direction")]
+    #[serde(default = "no_rotation")]
     pub turned: [f64; 4],
+}
+
+/// The keys of a part, one of which is its shape: an error about a flattened shape would not name the key that is wrong.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PartKeys {
+    #[serde(default, deserialize_with = "edges")]
+    r#box: Option<[Length; 3]>,
+    #[serde(default, deserialize_with = "radius_and_height")]
+    cylinder: Option<[Length; 2]>,
+    #[serde(default, deserialize_with = "above_zero")]
+    ball: Option<Length>,
+    #[serde(default)]
+    at: [Length; 3],
+    #[serde(default = "no_rotation", deserialize_with = "with_direction")]
+    turned: [f64; 4],
+}
+
+impl<'de> Deserialize<'de> for Part {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let PartKeys { r#box, cylinder, ball, at, turned } = PartKeys::deserialize(from)?;
+        let shapes = [
+            ("box", r#box.map(Shape::Box)),
+            ("cylinder", cylinder.map(Shape::Cylinder)),
+            ("ball", ball.map(Shape::Ball)),
+        ];
+        let found: Vec<(&str, Shape)> =
+            shapes.into_iter().filter_map(|(key, shape)| shape.map(|shape| (key, shape))).collect();
+        match found.as_slice() {
+            [(_, shape)] => Ok(Self { shape: *shape, at, turned }),
+            [] => Err(D::Error::custom("has no shape, expected one of `box`, `cylinder`, `ball`")),
+            [(one, _), (other, _), ..] => {
+                Err(D::Error::custom(format!("has `{one}` and `{other}`, expected one shape a part")))
+            }
+        }
+    }
+}
+
+fn edges<'de, D: Deserializer<'de>>(from: D) -> Result<Option<[Length; 3]>, D::Error> {
+    sizes(from, "three edge lengths, along x, y and z")
+}
+
+fn radius_and_height<'de, D: Deserializer<'de>>(from: D) -> Result<Option<[Length; 2]>, D::Error> {
+    sizes(from, "two lengths, the radius and the height")
+}
+
+/// Reads the sizes of a shape.
+fn sizes<'de, D: Deserializer<'de>, const N: usize>(from: D, wanted: &str) -> Result<Option<[Length; N]>, D::Error> {
+    let sizes: Vec<Length> = above_zero(from)?;
+    let found = sizes.len();
+    let sizes =
+        sizes.try_into().map_err(|_| D::Error::custom(format!("found a list of {found}, expected {wanted}")))?;
+    Ok(Some(sizes))
 }
 
 impl Part {
@@ -128,15 +182,15 @@ impl Part {
 }
 
 /// A convex shape.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
     /// A box with these full edge lengths.
-    Box(#[serde(deserialize_with = "above_zero")] [Length; 3]),
+    Box([Length; 3]),
     /// A cylinder about z: radius, full height.
-    Cylinder(#[serde(deserialize_with = "above_zero")] [Length; 2]),
+    Cylinder([Length; 2]),
     /// A ball of this radius.
-    Ball(#[serde(deserialize_with = "above_zero")] Length),
+    Ball(Length),
 }
 
 /// No edge, radius or height may be smaller or larger, m: a scene is something on a table, and `80 m` a slip for `80 mm`.

@@ -51,6 +51,10 @@ fn plain(error: &serde_yaml::Error, text: &str, file: &str) -> InputError {
     let message = error.to_string();
     let Some(at) = error.location() else { return InputError::new(file, in_plain_words(&message)) };
     let at = (at.line(), at.column());
+    if let Some((line, column)) = syntax_errors::unclosed_list(text, at) {
+        let message = "found a list that is not closed in its line, expected `]` before the next key";
+        return InputError::new(format!("{file}:{line}:{column}"), message);
+    }
     if let Some(found) = syntax_errors::explain(text, &message, at) {
         let (line, column) = found.at;
         let error = InputError::new(format!("{file}:{line}:{column}"), found.message);
@@ -185,11 +189,7 @@ pub(crate) fn in_plain_words(message: &str) -> String {
             return format!("{path}the key {} {says}", rest.get(kind.len()..).unwrap_or_default());
         }
     }
-    // A part of a body contains one of these shapes; serde cannot name the key found instead.
-    message.replace(
-        "no variant of enum Shape found in flattened data",
-        "has no shape, expected one of `box`, `cylinder`, `ball`",
-    )
+    message.into()
 }
 
 /// Rewrites a value in serde's notation: `string "hello"`, ``integer `5` ``, `sequence`.

@@ -59,7 +59,52 @@ pub(super) fn explain(text: &str, message: &str, at: (usize, usize)) -> Option<S
 }
 
 fn tab(at: (usize, usize)) -> SyntaxError {
-    SyntaxError::new(at, "found a tab, expected blanks").help("YAML is indented with blanks")
+    SyntaxError::new(at, "found a tab, expected spaces").help("YAML is indented with spaces")
+}
+
+/// The place of a `[` before `at` that its line does not close, where a key follows in a line below: the parser takes the key for a part of an item.
+pub(super) fn unclosed_list(text: &str, at: (usize, usize)) -> Option<(usize, usize)> {
+    let is_before = |place: (usize, usize)| place <= at;
+    let mut open: Vec<(char, (usize, usize))> = vec![];
+    for (number, line) in (1..).zip(text.lines()).take_while(|(number, _)| is_before((*number, 1))) {
+        for (column, sign) in signs(line).filter(|(column, _)| is_before((number, *column))) {
+            match sign {
+                '[' | '{' => open.push((sign, (number, column))),
+                ']' | '}' => drop(open.pop()),
+                _ => {}
+            }
+        }
+    }
+    let (_, place) = open.pop().filter(|(sign, _)| *sign == '[')?;
+    let head = line(text, place.0);
+    let closes = signs(head).filter(|(column, sign)| *column > place.1 && *sign == ']').count();
+    let opens = signs(head).filter(|(column, sign)| *column >= place.1 && *sign == '[').count();
+    let below = text.lines().skip(place.0).find(|line| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
+    (closes < opens && below.is_some_and(is_key)).then_some(place)
+}
+
+/// Whether a line begins with a key.
+fn is_key(line: &str) -> bool {
+    let Some((key, rest)) = line.trim_start().split_once(':') else { return false };
+    let is_name = !key.is_empty() && key.chars().all(|sign| sign.is_alphanumeric() || "._-<>".contains(sign));
+    is_name && (rest.is_empty() || rest.starts_with(' '))
+}
+
+/// The characters of a line with their columns, from 1, without those in quotes and in a comment.
+fn signs(line: &str) -> impl Iterator<Item = (usize, char)> {
+    let (mut quote, mut before) = (None, ' ');
+    let mut is_comment = false;
+    (1..).zip(line.chars()).filter(move |(_, sign)| {
+        is_comment |= quote.is_none() && *sign == '#' && before.is_whitespace();
+        let was_quoted = quote.is_some();
+        match quote {
+            Some(open) if open == *sign => quote = None,
+            None if matches!(*sign, '"' | '\'') && !before.is_alphanumeric() => quote = Some(*sign),
+            _ => {}
+        }
+        before = *sign;
+        !is_comment && !was_quoted && quote.is_none()
+    })
 }
 
 /// Returns the text that does not continue the mapping that begins at `opened`: a line in another column, or more text after a value.
@@ -79,7 +124,7 @@ fn unexpected_key(text: &str, at: (usize, usize), opened: (usize, usize)) -> Syn
 }
 
 fn missing_colon(text: &str, at: (usize, usize)) -> SyntaxError {
-    let message = format!("found `{}`, expected a key with `:` and a blank after it", found(text, at));
+    let message = format!("found `{}`, expected a key with `:` and a space after it", found(text, at));
     SyntaxError::new(at, message).help("write `KEY: VALUE`")
 }
 
@@ -102,7 +147,7 @@ fn wrong_column(text: &str, number: usize, above: usize) -> SyntaxError {
     let [at, expected] = [number, above].map(|number| indent(line(text, number)) + 1);
     let found = found(text, (number, at));
     let message = format!("found `{found}` in column {at}, expected column {expected} as in line {above}");
-    SyntaxError::new((number, at), message).help("indent all keys of a mapping by the same number of blanks")
+    SyntaxError::new((number, at), message).help("indent all keys of a mapping by the same number of spaces")
 }
 
 /// The number of the nearest line above a line that is neither empty nor a comment.

@@ -35,20 +35,38 @@ fn errors_of_indentation_name_the_column_that_is_expected() {
     for (text, wanted) in [
         (
             "channels:\n  a: x\n  b: y\n c: z\n",
-            "b.yaml:4:2: found `c: z` in column 2, expected column 3 as in line 3\n  help: indent all keys of a mapping by the same number of blanks",
+            "b.yaml:4:2: found `c: z` in column 2, expected column 3 as in line 3\n  help: indent all keys of a mapping by the same number of spaces",
         ),
         (
             "channels:\n  a: x\n\n  # of the thumb\n    b: y  # of the index\n",
-            "b.yaml:5:5: found `b: y` in column 5, expected column 3 as in line 2\n  help: indent all keys of a mapping by the same number of blanks",
+            "b.yaml:5:5: found `b: y` in column 5, expected column 3 as in line 2\n  help: indent all keys of a mapping by the same number of spaces",
         ),
         (
             "time: t\n- list: x\n",
             "b.yaml:2:1: found an item of a list, expected a key as in line 1\n  help: indent the items of a list below their key",
         ),
-        ("channels:\n\ta: x\n", "b.yaml:2:1: found a tab, expected blanks\n  help: YAML is indented with blanks"),
+        ("channels:\n\ta: x\n", "b.yaml:2:1: found a tab, expected spaces\n  help: YAML is indented with spaces"),
     ] {
         assert_eq!(error(text), wanted, "{text}");
     }
+}
+
+/// A list that is not closed, of which the next key is read as a part.
+#[test]
+fn a_list_without_an_end_is_found_where_it_begins() {
+    let expected = "b.yaml:2:7: found a list that is not closed in its line, expected `]` before the next key";
+    for text in [
+        "time: t\nlist: [a, b\nchannels: {a: x}\n",
+        "time: t\nlist: [a, b,\nchannels: {a: x}\n",
+        "time: t\nlist: [a, \"]\" # ]\n\n# the channels\nchannels:\n  a: x\n",
+    ] {
+        assert_eq!(error(text), expected, "{text}");
+    }
+    for fine in ["list: [a,\n  b]\n", "list: [\n  a:b,\n  \"c: d\"\n]\n"] {
+        yaml::read::<File>(fine, "b.yaml").unwrap();
+    }
+    // Errors after a list that is closed are those of their places.
+    assert!(error("list: [a,\n  b]\nnormals: by_roll\n").contains("found `by_roll`"));
 }
 
 #[test]
@@ -57,7 +75,7 @@ fn errors_of_signs_name_the_sign_that_is_expected() {
     for (text, wanted, help) in [
         (
             "time: t\nnormals:by_role\nlist: [a]\n",
-            "b.yaml:2:1: found `normals:by_role`, expected a key with `:` and a blank after it",
+            "b.yaml:2:1: found `normals:by_role`, expected a key with `:` and a space after it",
             "\n  help: write `KEY: VALUE`",
         ),
         ("time: a: b\n", "b.yaml:1:8: found `:` in a value, expected one key with one value", QUOTES),

@@ -309,6 +309,20 @@ impl Header {
         Ok(Some(Term { column: Some(column), factor, offset, unit: to_si, threshold: pattern.threshold }))
     }
 
+    /// Refuses a column with a unit as a flag.
+    fn check_flag(&self, channel: &str, pattern: &Pattern, filling: PlaceholderValues) -> Result<(), String> {
+        let name = pattern.name.fill(filling);
+        let Some(column) = self.find(&name, pattern.unit.as_deref())? else { return Ok(()) };
+        let of_header = self.units.get(column).and_then(Option::as_deref);
+        let Some(unit) = pattern.unit.as_deref().or(of_header) else { return Ok(()) };
+        match compound_of_log(unit) {
+            Ok((_, found)) if found != Dimension::NONE => Err(format!(
+                "`{channel}` is a flag and `{name}` is {found}, expected a threshold such as `{name} < 40 {unit}`"
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// Returns the column of a label.
     pub(super) fn text_column(&self, columns: &Columns) -> Result<usize, String> {
         let pattern = columns.component(0).0.first();
@@ -362,6 +376,9 @@ impl Header {
                 for (filling, pattern) in joined.iter().flat_map(|it| patterns.iter().map(move |pattern| (it, pattern)))
                 {
                     let filling = PlaceholderValues { component, ..*filling };
+                    if flag && pattern.threshold.is_none() {
+                        self.check_flag(&part.channel, pattern, filling)?;
+                    }
                     match self.term(pattern, filling, dimension)? {
                         Some(term) => part.terms.push(term),
                         None => missing = missing.or_else(|| Some(pattern.name.fill(filling))),
