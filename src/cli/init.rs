@@ -285,6 +285,6 @@ fn next(args: &Args, log: &Path, places: &Places) -> String {
     };
     let check = if places.binding.is_file() { format!("teachtree check {binding}") } else { "teachtree check".into() };
     format!(
-        "\nnext:\n  {go}teachtree analyze {log}    # without options\n  {look}    # look at it\n  {check}    # after an edit of a guess\n"
+        "\nnext:\n  {go}teachtree analyze {log}    # without options\n  {look}    # view and correct it\n  {check}    # after you edit the binding\n"
     )
 }

@@ -12,6 +12,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Finger;
+use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Role, Scene};
 use teachtree_command::{self as command, Commands, GraspCriterion, MappedFinger, MappedGrasp, TouchForces};
 use teachtree_logs::read::text;
@@ -110,7 +111,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&crossings.iter().map(crosses).collect::<String>())?;
     output::print(&format!("written: {}\n", args.out.display()))?;
     if commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some()) {
-        output::print("  with a grasp that the hand cannot take; the rest is sound, but `simulate` refuses it\n")?;
+        output::print("  The grasp is impossible for this hand, so `simulate` refuses these commands\n")?;
+        output::print(without_pads(&commands, &opened.recording))?;
         return Err(Failure::Negative);
     }
     if let Err(error) = robot::validate(&commands, &robot, &opened.recording.scene) {
@@ -141,6 +143,21 @@ fn without_shape(scene: &Scene) -> String {
         return String::new();
     }
     format!("  help: the shape of {} is not known; give a scene that has it with `--scene`\n", names.join(", "))
+}
+
+/// How both jaws get places on the object, for a gripper of which only the tool point and the opening are bound.
+fn without_pads(commands: &Commands, recording: &Recording) -> &'static str {
+    let has = |name: &str| recording.columns.keys().any(|column| column.starts_with(name));
+    let is_point = |task: &command::Task| {
+        let is_refused = task.grasps.iter().any(|grasp| grasp.infeasible.is_some() && grasp.contacts.len() == 1);
+        let hand = task.track;
+        is_refused && has(&format!("{hand}.gripper.opening")) && !has(&format!("{hand}.index.position"))
+    };
+    if commands.tasks.iter().any(is_point) {
+        "  help: only the tool point touches the object; bind `pads: {of: tcp, opening: gripper, axis: y}`, with the axis of the tool along which the jaws move (docs/bindings.md)\n"
+    } else {
+        ""
+    }
 }
 
 /// Formats the warning that hands or arms go through each other.

@@ -325,3 +325,24 @@ fn a_line_that_repeats_another_one_is_reported() {
         assert_eq!(output.matches("duplicate_stamp").count(), 1, "{command}: {output}");
     }
 }
+
+/// A gripper of which only the tool point touches cannot be mapped to jaws; the advice to bind pads makes it possible.
+#[test]
+fn jaws_need_pads() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plug_into_socket");
+    std::fs::copy(example.join("plug_1.csv"), folder.path().join("plug.csv")).unwrap();
+    let binding = std::fs::read_to_string(example.join("plug.binding.yaml")).unwrap();
+    let retarget = |binding: &str| {
+        std::fs::write(folder.path().join("b.yaml"), binding).unwrap();
+        let robot = ["--robot", "two_grippers", "-o", "commands.json"];
+        teachtree_in(folder.path(), &[&["retarget", "plug.csv", "--binding", "b.yaml"], &robot[..]].concat())
+    };
+    let without = retarget(&binding);
+    let printed = said(&without);
+    assert!(printed.contains("only one side touches it here"), "{}", all_said(&without));
+    let pads = "pads: {of: tcp, opening: gripper, axis: y}";
+    assert!(printed.contains(&format!("help: only the tool point touches the object; bind `{pads}`")), "{printed}");
+    let with = retarget(&binding.replacen("scene:", &format!("{pads}\nscene:"), 1));
+    assert!(with.status.success() && !said(&with).contains("help: "), "{}", all_said(&with));
+}

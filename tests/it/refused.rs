@@ -212,7 +212,10 @@ fn commands_with_a_grasp_that_cannot_be_taken_are_written_and_said_to_be() {
     assert_eq!(made.status.code(), Some(1), "{}{}", said(&made), complained(&made));
     let printed = said(&made);
     assert!(printed.contains("no grasp, ") && printed.contains("written: "), "{printed}");
-    assert!(printed.ends_with("the rest is sound, but `simulate` refuses it\n"), "{printed}");
+    assert!(
+        printed.ends_with("The grasp is impossible for this hand, so `simulate` refuses these commands\n"),
+        "{printed}"
+    );
     let written: Value = serde_json::from_str(&std::fs::read_to_string(&commands).unwrap()).unwrap();
     assert!(!written["tasks"][0]["segments"].as_array().unwrap().is_empty());
     let simulated =
@@ -236,6 +239,45 @@ fn a_table_without_a_header_is_told_what_is_expected() {
         );
         assert!(printed.contains("help: add a header, or name the columns by their numbers in a binding"), "{printed}");
     }
+}
+
+/// Errors of bodies name the key, and the meaning of the numbers of a shape.
+#[test]
+fn errors_of_shapes_name_the_key_that_is_expected() {
+    let folder = tempfile::tempdir().unwrap();
+    for (part, wanted) in [
+        (
+            "cylindre: [15 mm, 80 mm]",
+            "found the key `cylindre`, expected one of `box`, `cylinder`, `ball`, `at`, `turned`\n  help: did you mean `cylinder`?",
+        ),
+        ("cylinder: [15 mm]", "found a list of 1, expected two lengths, the radius and the height"),
+        ("box: [640 mm, 600 mm]", "found a list of 2, expected three edge lengths, along x, y and z"),
+        ("box: [6 mm, 6 mm, 0 mm]", "expected above 0"),
+        ("at: [0 mm, 0 mm, 0 mm]", "has no shape, expected one of `box`, `cylinder`, `ball`"),
+        ("ball: 3 mm, box: [6 mm, 6 mm, 6 mm]", "has `box` and `ball`, expected one shape a part"),
+    ] {
+        let scene = format!("bodies:\n  cube:\n    role: object\n    parts: [{{{part}}}]\n");
+        let printed = refused(&["check", &file(&folder, "a.scene.yaml", &scene)]);
+        assert!(printed.contains(wanted) && printed.contains("a.scene.yaml:4:"), "{part}: {printed}");
+        assert!(printed.contains("bodies.cube.parts[0]"), "{part}: {printed}");
+    }
+}
+
+/// A flag from a column of numbers needs a threshold; a binding that binds nothing is the cause, not the missing scene.
+#[test]
+fn bindings_without_thresholds_and_channels_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = file(&folder, "log.csv", &gripper_log().replace(",w\n", ",w [mm]\n"));
+    let path = file(&folder, "b.yaml", &binding("", "").replace("\"w > 20\"", "w"));
+    let printed = refused(&["analyze", &log, "--binding", &path]);
+    let wanted = "b.yaml:4:3: `right.gripper.closed` is a flag and `w` is a length (m), expected a threshold such as `w < 40 mm`";
+    assert!(printed.contains(wanted), "{printed}");
+    let empty = file(&folder, "empty.yaml", "# nothing\n");
+    let printed = refused(&["analyze", &log, "--binding", &empty]);
+    assert!(printed.contains("no channel is bound, and no column of the log has a canonical name"), "{printed}");
+    let without_scene = file(&folder, "c.yaml", "channels:\n  right.tcp.position: [x, y, z]\n");
+    let printed = refused(&["analyze", &log, "--binding", &without_scene]);
+    assert!(printed.contains("describe the bodies below `scene` in the binding"), "{printed}");
 }
 
 /// Two seconds of a gripper, at 20 Hz.
@@ -300,7 +342,7 @@ fn check_refuses_a_binding_that_analyze_refuses() {
     }
     for part in [
         "b.binding.yaml:5:3: `thunb` is not a part of a hand",
-        "no channel has this name; did you mean `right.gripper.opening`?",
+        "`right.gripper.openning` is not a channel; did you mean `right.gripper.opening`?",
         "the scene has no body `cubes`; did you mean `cube`?",
         "no channel `right.thumb.force` is bound",
         "there is no param `near_onn` to override",

@@ -1,4 +1,4 @@
-//! Mutations of rules, to find out which changes no test notices: a comparison turned round, thresholds doubled, a window twice as long.
+//! Mutations of rules, to find out which changes no test notices: a comparison reversed, thresholds doubled, a window twice as long.
 
 mod witness;
 
@@ -8,7 +8,7 @@ use super::ops::{Operand, Samples};
 use super::rules::{Branch, Comparison, Consequent, Constant, Expr, ExprKind, Rules};
 use teachtree_base::diagnostic::Span;
 
-const TURNED: &str = "the comparison turned round";
+const TURNED: &str = "the comparison reversed";
 const DOUBLED: &str = "the thresholds doubled";
 const HALVED: &str = "the thresholds halved";
 const MORE_OFTEN: &str = "once more often";

@@ -34,7 +34,7 @@ pub fn page(commands: &Commands, performed: &Performance) -> String {
     let Performance { outcomes, nearest, collisions, trace, .. } = performed;
     let warnings = warnings(nearest, collisions);
     let robot = trace.limbs.first().map_or("", |limb| limb.robot.name.as_str());
-    let title = format!("{} – the robot {}", escape(&commands.log), escape(robot));
+    let title = format!("{} – robot `{}`", escape(&commands.log), escape(robot));
     let mut html = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     html.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
     html.push_str(&format!(

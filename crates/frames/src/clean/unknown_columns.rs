@@ -96,7 +96,7 @@ impl<'a> UnknownColumn<'a> {
                 }
                 None => {
                     let known = known(scene);
-                    format!("no channel has this name{}", meant(nearest(name, known.iter().map(String::as_str))))
+                    format!("`{name}` is not a channel{}", meant(nearest(name, known.iter().map(String::as_str))))
                 }
             },
         }

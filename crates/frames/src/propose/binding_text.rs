@@ -19,7 +19,7 @@ const MAX_UNUSED: usize = 40;
 /// Writes the binding.
 pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     let mut text = String::from(
-        "# Guessed by `teachtree init` from the names, units and values of the columns. Comments give reasons and alternatives\n# (docs/bindings.md); `teachtree inspect LOG` lists what can be detected.\nabout: what this log is, for people\n",
+        "# Guessed by `teachtree init` from the names, units and values of the columns. Comments give reasons and alternatives\n# (docs/bindings.md); `teachtree inspect LOG` lists what can be detected.\nabout: describe this log\n",
     );
     if is_pair(survey) {
         text.push_str("hand_file: hand_gripper_pair.rules    # two grippers, and no pose of an object\n");

@@ -178,7 +178,7 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
 fn radius(survey: &Survey, body: &Body) -> (f64, &'static str) {
     let in_cm = |length: f64| (length * 100.0).ceil() / 100.0;
     if let Some(touched_at_m) = survey.contacts.touched_at_m.get(&body.name) {
-        return (in_cm(touched_at_m.max(0.01)), "fingertips that touch it are so far from its origin");
+        return (in_cm(touched_at_m.max(0.01)), "distance of touching fingertips from its origin");
     }
     let starts: Vec<[f64; 3]> =
         body.positions.iter().filter_map(|part| (0..part.rows()).find_map(|row| part.position(row))).collect();

@@ -28,7 +28,7 @@ pub fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
         (Some(rise), _) if rise < 0.0 => {
             (true, "the log has the force on the hand: it points down while an object is lifted")
         }
-        (Some(_), _) => (false, "on the object: it points up while that is lifted"),
+        (Some(_), _) => (false, "on the object: it points up while the object is lifted"),
         (None, Some(false)) => {
             (true, "the log has the force on the hand: it points against the motion that ends in a contact")
         }
@@ -38,7 +38,10 @@ pub fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
     let other = negated(&line.columns);
     let other = if is_on_hand { std::mem::replace(&mut line.columns, other) } else { other };
     line.reason = line.reason.replacen(UNKNOWN_SIGN, reason, 1)
-        + &format!("; else, or if the sensor turns with a hand that points down, `{}`", scalar(&other));
+        + &format!(
+            ". If yours has the other sign, or the sensor turns with a hand that points down, bind `{}`",
+            scalar(&other)
+        );
 }
 
 /// How far the vertical force rises from its level at rest while an object is carried above its table, N.

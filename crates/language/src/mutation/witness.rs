@@ -57,7 +57,7 @@ fn event(rules: &Rules, expr: &Expr, what: &str) -> Option<String> {
         ExprKind::Compare(..) => format!("{} holds for a while and fails for a while", text(expr)),
         ExprKind::Hysteresis { value: of, on, .. } => {
             let (from, to) = if what == super::DOUBLED { (1.0, 2.0) } else { (0.5, 1.0) };
-            format!("{} stops between {} and {}", text(of), value(on, from), value(on, to))
+            format!("{} peaks or settles between {} and {}", text(of), value(on, from), value(on, to))
         }
         ExprKind::Temporal(temporal, of) => {
             let of = text(of);

@@ -23,7 +23,7 @@ fn the_sign_of_a_wrist_force_is_judged_from_its_level_at_rest() {
     assert!(on_object.contains("`\"-ft_f<xyz>\"`"), "{on_object}");
     let on_hand = with(|passed| if lift(passed) > 0.1 { 3.0 } else { 5.0 });
     assert_eq!(channel(&on_hand, "right.wrist.force"), Some("\"-ft_f<xyz>\""), "{on_hand}");
-    assert!(on_hand.contains("else, or if the sensor turns with a hand that points down, `ft_f<xyz>`"), "{on_hand}");
+    assert!(on_hand.contains("the sensor turns with a hand that points down, bind `ft_f<xyz>`"), "{on_hand}");
     let unknown = with(|passed| 0.01 * passed);
     assert!(unknown.contains("if it is the force on the hand, write `-` before it"), "{unknown}");
 }
