@@ -1,6 +1,6 @@
 //! The worked examples: their pages show what the program prints, and their logs are small.
 
-use crate::program::{all_said, teachtree_in};
+use crate::program::{all_said, program};
 use std::path::{Path, PathBuf};
 
 /// The longest page, in lines, and the largest log, in bytes.
@@ -39,6 +39,13 @@ fn arguments(line: &str) -> Vec<String> {
         _ => vec![part.to_string()],
     });
     words.skip(1).collect()
+}
+
+/// What a command prints where no terminal gives the width, as on a page.
+fn printed(folder: &Path, line: &str) -> std::process::Output {
+    let arguments = arguments(line);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    program(folder, &arguments).env("COLUMNS", "100").output().unwrap()
 }
 
 /// Copies the files of a folder, and returns the copy.
@@ -86,10 +93,7 @@ fn pages_of_examples_show_what_the_program_prints() {
         // A block of commands without an output behind it needs another program, such as a robot.
         for pair in blocks.windows(2) {
             let [("sh", commands), ("text", excerpt)] = pair else { continue };
-            let run = |line: &str| {
-                let arguments = arguments(line);
-                all_said(&teachtree_in(folder.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>()))
-            };
+            let run = |line: &str| all_said(&printed(folder.path(), line));
             let output: String = commands.lines().filter(|line| line.starts_with("teachtree ")).map(run).collect();
             if let Some(line) = lacking(&output, excerpt) {
                 panic!("examples/{name}/README.md: `{line}` is not in the output of\n{commands}\n{output}");
@@ -112,8 +116,7 @@ fn the_tutorial_shows_what_the_program_prints() {
             "sh" => {
                 output.clear();
                 for line in text.lines().filter(|line| line.starts_with("teachtree ")) {
-                    let arguments = arguments(line);
-                    let run = teachtree_in(folder.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+                    let run = printed(folder.path(), line);
                     output += &all_said(&run);
                     assert!(run.status.success(), "{line}\n{output}");
                     commands += 1;
