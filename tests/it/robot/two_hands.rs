@@ -1,13 +1,43 @@
 //! Two arms: an operator's hand-over becomes the robot's.
 
 use super::shipped;
+use crate::browser::Browser;
 use crate::command::{pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
 use crate::program::{complained, demonstrate, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
+use std::path::Path;
 use teachtree_base::hands::Side;
 use teachtree_command::{Commands, MappedGrasp};
 use teachtree_robot::{CollisionShape, MAX_DOFS, Robot};
+
+/// The first picture has all links of both hands and their names, and the first plots are of both hands.
+fn begins_with_whole_hands(page: &Path) {
+    let Some(mut browser) = Browser::start() else { return };
+    browser.open(page);
+    let scripts = teachtree_report::page::SCRIPTS.concat();
+    let within = browser.eval(&format!(
+        "(() => {{ {scripts}
+           load(JSON.parse(byId('data').textContent));
+           const {{ right, up, back }} = replay.axes(), eye = add(replay.about, scale(back, replay.away));
+           const high = replay.canvas.clientHeight, wide = replay.canvas.clientWidth;
+           const isShown = (link) => {{
+             const from = add(link.pose.slice(0, 3).map((curve) => valueAt(curve, data.start)), scale(eye, -1)), far = -dot(from, back);
+             return Math.abs(1.5 * high * dot(from, right) / far) < wide / 2 && Math.abs(1.5 * high * dot(from, up) / far) < high / 2;
+           }};
+           return replay.scene.hands.map((hand) => hand.links.length > 10 && hand.links.every(isShown)); }})()"
+    ));
+    assert_eq!(within, serde_json::json!([true, true]));
+    let sides = browser.eval(
+        "[...document.querySelectorAll('.panel select')].map((one) => one.selectedOptions[0].textContent.split(' ')[0]).join(' ')",
+    );
+    assert_eq!(sides, "left left right right");
+    // The time cursor ends with the plots, where the picture beside them is higher.
+    let ends = browser.eval(
+        "document.querySelector('#signals').getBoundingClientRect().bottom - document.querySelector('#more').getBoundingClientRect().bottom",
+    );
+    assert!(ends.as_f64().unwrap().abs() < 12.0, "{ends}");
+}
 
 #[test]
 fn a_hand_over_is_carried_out_by_two_arms() {
@@ -45,6 +75,7 @@ fn a_hand_over_is_carried_out_by_two_arms() {
         "{printed}"
     );
     assert!(printed.contains("smallest gap of the arms: ") && !printed.contains("go through each other"), "{printed}");
+    begins_with_whole_hands(Path::new(&page));
     let page = std::fs::read_to_string(page).unwrap();
     pictures_hold_hands_and_objects(&page);
     assert!(page.contains("left hand, pick_and_place") && page.contains("right hand, pick_and_place"));

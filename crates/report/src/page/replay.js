@@ -162,6 +162,8 @@ const packed = ([r, g, b]) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
 const numbersIn = (color) => [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
 /** Seconds of the way that a hand leaves behind. */
 const TRAIL = 2;
+/** How far the links of a hand are from its fingertips, m. */
+const HAND = 0.15;
 
 class Replay {
   constructor(canvas, caption, scene, tracks) {
@@ -174,9 +176,18 @@ class Replay {
       body.faces = body.parts.flatMap(facesOf);
       body.color = body.role === "object" ? OBJECT_COLORS[objects++ % OBJECT_COLORS.length] : body.role === "robot" ? ROBOT_COLOR : undefined;
     }
+    for (const hand of scene.hands) hand.links = this.linksOf(hand);
     this.measure();
     this.begin();
     this.listen();
+  }
+
+  /** The links of a robot's hand: those that are near its fingertips at the beginning. */
+  linksOf(hand) {
+    const at = (curves) => curves.slice(0, 3).map((curve) => valueAt(curve, data.start));
+    const tips = hand.fingers.map((finger) => at(finger.position));
+    const isNear = (body) => tips.some((tip) => length(add(tip, scale(at(body.pose), -1))) < HAND);
+    return this.scene.bodies.filter((body) => body.role === "robot" && isNear(body));
   }
 
   /** How large the scene is, and how strong the forces are. */
@@ -195,6 +206,7 @@ class Replay {
     let all = box();
     for (const body of this.scene.bodies) if (body.role === "object" || body.role === "socket") take(all, body.pose, around(body));
     for (const hand of this.scene.hands) for (const finger of hand.fingers) take(all, finger.position, [0, 0, 0].fill(hand.radius));
+    for (const hand of this.scene.hands) for (const link of hand.links) take(all, link.pose, around(link));
     const moving = sizeOf(all);
     // Walls and tables belong to the picture unless they are much larger than the motions.
     for (const body of this.scene.bodies.filter((one) => one.role !== "robot")) {
@@ -436,7 +448,10 @@ class Replay {
     const mean = tips.length ? scale(tips.reduce(add, [0, 0, 0]), 1 / tips.length) : undefined;
     if (root) for (const tip of tips) drawLine(root, tip, lit(hue, 0.2), Math.round(1.5 * sharp));
     else if (tips.length > 1) for (const tip of tips) drawLine(mean, tip, lit(hue, 0.2), Math.round(1.5 * sharp));
-    if (mean) names.push([`${hand.side}${segment ? `: ${segment[0]}` : ""}`, root || mean, hand.side]);
+    // The name of a robot's hand stands above its highest link.
+    const links = hand.links.map((link) => bodies.get(link.name)?.at).filter((at) => at && onPicture(at));
+    const highest = links.sort((a, b) => onPicture(a)[1] - onPicture(b)[1])[0];
+    if (mean) names.push([`${hand.side}${segment ? `: ${segment[0]}` : ""}`, root || highest || mean, hand.side]);
     this.trail(hand, track, onPicture, sharp, overlays);
     const change = hand.target[lastNotAfter(hand.target, frameAt(time), (one) => one[0])];
     const target = change && bodies.get(this.scene.objects[change[1]]);
@@ -537,7 +552,11 @@ class Replay {
       // Two hands that meet are named to the left and to the right, an object below itself.
       const apart = side && this.scene.hands.length > 1 ? (side === "left" ? -1 : 1) : 0;
       context.textAlign = apart < 0 ? "right" : apart > 0 ? "left" : "center";
-      const x = at[0] + 6 * apart * sharp, y = at[1] + (side ? -14 * sharp : 0.8 * below * at[2] + 12 * sharp);
+      const wide = context.measureText(name).width, edge = 4 * sharp;
+      const wanted = at[0] + 6 * apart * sharp, left = wanted - wide * (1 - apart) / 2;
+      // A name at the edge is moved into the picture.
+      const x = wanted + Math.max(0, edge - left) + Math.min(0, this.canvas.width - edge - left - wide);
+      const y = Math.max(16 * sharp, at[1] + (side ? -14 * sharp : 0.8 * below * at[2] + 12 * sharp));
       context.strokeText(name, x, y);
       context.fillText(name, x, y);
     }

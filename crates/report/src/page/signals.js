@@ -22,7 +22,11 @@ function usual() {
     own.filter((entry) => entry.group === 1 && entry.curves && entry.curves.length === 1 && entry.unit && crossed(entry)).slice(0, sides.length > 1 ? 2 : 4).forEach(add);
     if (sides.length === 1) add(own.find((entry) => entry.group === 0 && entry.curves.length > 1));
   }
-  if (!chosen.length) varied.slice(0, 3).forEach(add);
+  // The signals of a robot have no thresholds.
+  if (!data.signals.some((entry) => entry.shades) || !chosen.length) {
+    const shown = sides.length > 1 ? sides.map((side) => varied.filter((entry) => entry.side === side).slice(0, 2)).flat() : varied.slice(0, 3);
+    (shown.length ? shown : varied.slice(0, 3)).forEach(add);
+  }
   return chosen.map((entry) => data.signals.indexOf(entry));
 }
 
