@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Learn this new primitive from labels that name it, as a file that extends the rules: `Shake`, or its declaration, such as `Shake is Translate`
-    #[arg(long, value_name = "PRIMITIVE", value_parser = extension::declaration, conflicts_with = "group_by")]
+    #[arg(long, value_name = "PRIMITIVE", value_parser = teachtree_new_primitive::declaration, conflicts_with = "group_by")]
     new: Option<Declaration>,
     /// Regular expression whose first capture group is the group of a recording, such as the person, in its name
     #[arg(long, value_name = "REGEX")]

@@ -242,10 +242,32 @@ fn recordings_without_labels_show_where_a_new_primitive_takes_place() {
     let table = said(&output);
     assert!(table.contains("8 recordings, 3 of them with 18 labeled intervals of Raise"), "{table}");
     assert!(table.contains("5 recordings without labels: found 30 times"), "{table}");
+    // Their hands measure no `gripper.closed`.
+    assert!(table.contains("the shipped demonstrations lack channels that the rules read"), "{table}");
     assert!(table.contains("least certain first") && table.contains("s  found, "), "{table}");
     let output = learn(folder.path(), &["--new", "raise", "--labels", "labels"]);
     assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
     assert!(all_said(&output).contains("expected the name of a primitive, such as `Shake`"), "{}", all_said(&output));
+}
+
+/// The demonstrations carry objects too, and the primitive is learned nevertheless.
+#[test]
+fn the_shipped_demonstrations_are_recordings_of_other_tasks() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let output = teachtree_in(folder.path(), args);
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {}", all_said(&output));
+        said(&output)
+    };
+    run(&["teach", "pick_and_place", "pick_and_place", "--seeds", "1..3", "-o", "logs"]);
+    run(&["analyze", "logs", "--format", "csv", "--out-dir", "labels"]);
+    let args = ["learn", "logs", "--labels", "labels", "--map", "Translate=Haul", "--new", "Haul", "-o", "haul.rules"];
+    let table = run(&args);
+    assert!(table.contains("learned from  3 of 3 intervals found, 0 others"), "{table}");
+    let found = table.split_once("25 shipped demonstrations of other tasks: found ").unwrap().1;
+    let found: usize = found.split_once(" times").unwrap().0.parse().unwrap();
+    assert!(found > 10, "{table}");
+    assert!(!table.contains("(shipped)"), "a person labels no shipped demonstration: {table}");
 }
 
 /// A result of the program, `teachtree.learning/1`.

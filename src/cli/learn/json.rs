@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 use std::path::Path;
 use teachtree_analysis::json::VERSION;
-use teachtree_learn::{Extension, FoundInterval, LearningResult, Recognition};
+use teachtree_learn::{FoundInterval, LearningResult, Recognition};
+use teachtree_new_primitive::NewPrimitive;
 
 /// The result that `learn` prints, with and without `--new`.
 pub struct RuleOutput<'a> {
@@ -45,12 +46,13 @@ pub fn of_file(written: &RuleOutput, learned: &LearningResult, recordings: usize
     document
 }
 
-/// A new primitive; `names` are those of the recordings.
-pub fn of_primitive(written: &RuleOutput, primitive: &str, learned: &Extension, names: &[String]) -> Value {
+/// A new primitive.
+pub fn of_primitive(written: &RuleOutput, learned: &NewPrimitive) -> Value {
+    let extension = &learned.extension;
     let recognition = |it: Recognition| json!({"labeled": it.marked, "found": it.found, "matched": it.matched, "overlap": it.overlap()});
     let interval = |it: &FoundInterval| {
         json!({
-            "log": names.get(it.recording),
+            "log": learned.log(it.recording).name(),
             "track": it.who,
             "start_s": it.time_s[0],
             "end_s": it.time_s[1],
@@ -59,16 +61,17 @@ pub fn of_primitive(written: &RuleOutput, primitive: &str, learned: &Extension, 
             "agreement": it.agreement,
         })
     };
-    let findings = learned.proof.findings.iter().map(|it| json!({"what": it.what, "place": it.place}));
-    let mut document = document(written, names.len(), learned.tried[0]);
+    let findings = extension.proof.findings.iter().map(|it| json!({"what": it.what, "place": it.place}));
+    let mut document = document(written, learned.recordings.len(), extension.tried[0]);
     document["primitive"] = json!({
-        "name": primitive,
-        "places": learned.tried[1],
-        "learned": recognition(learned.learned),
-        "held_out": recognition(learned.held_out),
-        "proved": learned.proof.is_proved(),
+        "name": learned.name,
+        "places": extension.tried[1],
+        "learned": recognition(extension.learned),
+        "held_out": recognition(extension.held_out),
+        "demonstrations": learned.demonstrations.len(),
+        "proved": extension.proof.is_proved(),
         "findings": findings.collect::<Vec<_>>(),
-        "intervals": learned.intervals.iter().map(interval).collect::<Vec<_>>(),
+        "intervals": extension.intervals.iter().map(interval).collect::<Vec<_>>(),
     });
     document
 }

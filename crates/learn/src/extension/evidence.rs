@@ -3,13 +3,13 @@
 
 use super::super::bank::rounded;
 use super::places::{Place, places};
-use super::vocabulary::{Number, Vocabulary};
+use super::vocabulary::{Family, Number, Vocabulary};
 use super::{LoadRules, MarkedTrack, ShownRecording};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use teachtree_base::error::{ErrorKind, InputError};
-use teachtree_base::hands::Side;
+use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::evaluator::evaluate;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::{Leaves, Run};
@@ -19,6 +19,8 @@ use teachtree_language::rules::{Expr, PrimitiveId, Rules, TreeScope};
 
 /// The rate to which evidence is thinned out: a guard differs little between neighboring frames, and the engine compares the best ones on all frames.
 const RATE_HZ: f64 = 100.0;
+/// The kept frames of all recordings without labels together, about: longer ones are thinned out further.
+const MOST_ELSEWHERE: f64 = 200_000.0;
 /// Conditions that are evaluated together: a rule text has a bounded number of words.
 const CHUNK: usize = 1000;
 /// Thresholds of a number by quantiles, and evenly between its outer values.
@@ -31,11 +33,25 @@ const SAMPLES: usize = 4000;
 /// The most memory that bits of conditions may take, bytes.
 const MOST_BYTES: usize = 1 << 30;
 
+/// The hands of a condition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Whose {
+    /// The hand of the tree, or no hand.
+    Own,
+    /// The other hand.
+    Other,
+    /// One hand at least, or both; in a tree over both hands.
+    Either,
+    /// See `Either`.
+    Both,
+}
+
 /// A condition.
 #[derive(Clone, Debug)]
 pub(super) struct Condition {
-    /// As it is written in a choice.
+    /// As it is written in a choice of a hand.
     pub text: String,
+    pub whose: Whose,
     /// Conditions of one family differ in a threshold only, and are in its order.
     pub family: usize,
     pub cost: f64,
@@ -54,6 +70,8 @@ pub(super) struct Stretch {
     pub settle: usize,
     /// The marked intervals, frames of the stretch.
     pub marked: Vec<Range<usize>>,
+    /// Whether its recording has no labels.
+    pub is_elsewhere: bool,
 }
 
 /// Conditions, places and marks.
@@ -66,6 +84,8 @@ pub(super) struct Evidence {
     /// The frames on which the primitive is right, and those on which it is right or wrong.
     pub marked: Vec<u64>,
     pub known: Vec<u64>,
+    /// The frames of recordings without labels: the primitive is rarely right there.
+    pub elsewhere: Vec<u64>,
     /// The leaves of the extended tree on marked frames, with the number of frames.
     pub leaves: BTreeMap<PrimitiveId, usize>,
     /// The bits of each place, and of each condition.
@@ -78,6 +98,11 @@ struct BaseRun {
     recording: usize,
     frames: Frames,
     leaves: Vec<Leaves>,
+    /// The marked tracks; of a recording without labels all that the primitive could be in.
+    tracks: Vec<MarkedTrack>,
+    is_elsewhere: bool,
+    /// The frames of which one is kept.
+    stride: usize,
 }
 
 /// A stretch of a track while the evidence is collected.
@@ -88,19 +113,14 @@ struct TrackStretch<'a> {
 }
 
 impl TrackStretch<'_> {
-    /// The frames of the stretch of which one is kept.
-    fn stride(&self) -> usize {
-        ((self.based.frames.layout.rate_hz / RATE_HZ).floor() as usize).max(1)
-    }
-
     /// The kept frames.
     fn len(&self) -> usize {
-        self.based.leaves[self.stretch].frames.len().div_ceil(self.stride())
+        self.based.leaves[self.stretch].frames.len().div_ceil(self.based.stride)
     }
 
     /// The kept frames of some frames of the stretch.
     fn kept(&self, frames: &Range<usize>) -> Range<usize> {
-        frames.start.div_ceil(self.stride())..frames.end.div_ceil(self.stride())
+        frames.start.div_ceil(self.based.stride)..frames.end.div_ceil(self.based.stride)
     }
 
     /// The hand in whose declarations conditions are evaluated.
@@ -108,10 +128,23 @@ impl TrackStretch<'_> {
         self.track.who.side().or(self.track.side)
     }
 
+    /// The hands in whose declarations numbers are evaluated.
+    fn hands(&self) -> Vec<Side> {
+        self.hand().map_or_else(|| Side::BOTH.to_vec(), |side| vec![side])
+    }
+
+    /// The hand for which a condition is evaluated.
+    fn hand_of(&self, whose: Whose) -> Option<Side> {
+        match whose {
+            Whose::Either | Whose::Both => None,
+            Whose::Own | Whose::Other => self.hand().or(Some(Side::Left)),
+        }
+    }
+
     /// The bits of some conditions of a rule set.
     fn truths(&self, rules: &Rules, conditions: &[(&Expr, Option<Side>)]) -> Result<Vec<Vec<u64>>, InputError> {
         let columns = Inspector::new(rules, &self.based.frames, &self.based.leaves[self.stretch]).truths(conditions)?;
-        let (all, stride) = (self.based.leaves[self.stretch].frames.len(), self.stride());
+        let (all, stride) = (self.based.leaves[self.stretch].frames.len(), self.based.stride);
         Ok(columns.iter().map(|column| thinned(column.words(0, all), all, stride)).collect())
     }
 
@@ -139,14 +172,18 @@ fn thinned(words: Vec<u64>, frames: usize, stride: usize) -> Vec<u64> {
 }
 
 impl Evidence {
-    /// Evaluates the vocabulary on the marked recordings.
+    /// Evaluates the vocabulary on all recordings that have a track for the primitive.
     ///
     /// # Errors
     /// Rules without a tree of the marked tracks; a recording that cannot be evaluated, or too long ones.
-    pub fn new(load: &LoadRules, recordings: &[ShownRecording], scope: TreeScope) -> Result<Self, InputError> {
+    pub fn new(
+        load: &LoadRules,
+        recordings: &[ShownRecording],
+        scope: TreeScope,
+        sided: bool,
+    ) -> Result<Self, InputError> {
         let base = load("")?;
-        let marked = || recordings.iter().enumerate().filter(|(_, one)| !one.tracks.is_empty());
-        let two_hands = marked().all(|(_, one)| one.hands.len() > 1);
+        let two_hands = recordings.iter().filter(|one| !one.tracks.is_empty()).all(|one| one.hands.len() > 1);
         let vocabulary = Vocabulary::new(&base, two_hands);
         let declarations = vocabulary.declarations();
         let texts = vocabulary.numbers.iter().map(|number| number.template.replace('@', ""));
@@ -154,38 +191,56 @@ impl Evidence {
             texts.enumerate().map(|(at, text)| format!("  signal value_{at} = {text}\n")).collect();
         let rules = load(&format!("{declarations}for each hand {{\n{}}}\n", lines.concat()))?;
         let graph = lower(&rules);
-        let marked: Vec<(usize, &ShownRecording)> = marked().collect();
-        let based: Vec<BaseRun> = marked
+        let elsewhere_s: f64 = recordings.iter().filter(|one| one.tracks.is_empty()).map(|one| one.duration_s).sum();
+        let elsewhere_hz = RATE_HZ.min(MOST_ELSEWHERE / elsewhere_s.max(1.0));
+        let based: Vec<BaseRun> = recordings
             .par_iter()
+            .enumerate()
+            .filter(|(_, one)| scope == TreeScope::EachHand || one.hands.len() > 1)
             .map(|(recording, one)| {
                 let frames = (one.frames)(&rules.channels)?;
                 let leaves = evaluate(&graph, &frames)?;
-                Ok(BaseRun { recording: *recording, frames, leaves })
+                let is_elsewhere = one.tracks.is_empty();
+                let tracks = if is_elsewhere { tracks_of(&one.hands, scope, sided) } else { one.tracks.clone() };
+                let kept_hz = if is_elsewhere { elsewhere_hz } else { RATE_HZ };
+                let stride = ((frames.layout.rate_hz / kept_hz).floor() as usize).max(1);
+                Ok(BaseRun { recording, frames, leaves, tracks, is_elsewhere, stride })
             })
             .collect::<Result<_, InputError>>()?;
         let collected: Vec<TrackStretch> = based
             .iter()
             .flat_map(|based| {
-                let tracks = &recordings[based.recording].tracks;
-                let stretches =
-                    (0..based.leaves.len()).flat_map(move |stretch| tracks.iter().map(move |it| (stretch, it)));
-                stretches.map(move |(stretch, track)| TrackStretch { based, stretch, track })
+                let stretches = 0..based.leaves.len();
+                stretches
+                    .flat_map(move |stretch| based.tracks.iter().map(move |it| (stretch, it)))
+                    .map(move |(stretch, track)| TrackStretch { based, stretch, track })
             })
             .collect();
         let tree = rules.tree(scope).ok_or_else(|| lacks_tree(scope))?;
         let thresholds = thresholds(&vocabulary.numbers, &rules, &collected)?;
-        let (mut texts, mut conditions) = (Vec::new(), Vec::new());
-        for other in if two_hands { &[false, true][..] } else { &[false] } {
-            for (at, family) in vocabulary.families.iter().enumerate().filter(|(_, it)| !other || it.has_other()) {
+        let mut conditions = Vec::new();
+        let hands = match (scope, sided, two_hands) {
+            (TreeScope::BothHands, false, _) => &[Whose::Own, Whose::Either, Whose::Both][..],
+            (.., true) => &[Whose::Own, Whose::Other],
+            (.., false) => &[Whose::Own],
+        };
+        let of_both = hands.contains(&Whose::Either);
+        for whose in hands {
+            let is_asked = |family: &Family| match whose {
+                Whose::Own => !of_both || !family.is_of_hand(),
+                Whose::Other => family.has_other(),
+                Whose::Either | Whose::Both => family.is_of_hand(),
+            };
+            for (at, family) in vocabulary.families.iter().enumerate().filter(|(_, family)| is_asked(family)) {
                 let steps = family
                     .number
                     .map_or_else(|| vec![None], |number| thresholds[number].iter().copied().map(Some).collect());
                 for step in steps {
-                    texts.push(family.spelled(*other, step, &vocabulary.numbers));
                     conditions.push(Condition {
-                        text: texts[texts.len() - 1].clone(),
-                        family: 2 * at + usize::from(*other),
-                        cost: family.cost + if *other { 0.5 } else { 0.0 },
+                        text: family.spelled(*whose == Whose::Other, step, &vocabulary.numbers),
+                        whose: *whose,
+                        family: 2 * at + usize::from(matches!(whose, Whose::Other | Whose::Both)),
+                        cost: family.cost + if *whose == Whose::Own { 0.0 } else { 0.5 },
                         reads_latch: family.reads_latch,
                     });
                 }
@@ -194,7 +249,7 @@ impl Evidence {
         let words: usize = collected.iter().map(|one| one.len().div_ceil(64)).sum();
         let bytes = conditions.len().saturating_mul(words * 8);
         if bytes > MOST_BYTES {
-            let message = format!("the conditions of the marked recordings need {} MB", bytes >> 20);
+            let message = format!("the conditions of all recordings need {} MB", bytes >> 20);
             return Err(InputError::new("the recordings", format!("{message}, expected at most {}", MOST_BYTES >> 20))
                 .help("leave recordings out, or bind them at a lower rate: `resample: 100 Hz`"));
         }
@@ -222,6 +277,7 @@ impl Evidence {
             words,
             marked: vec![0; words],
             known: vec![0; words],
+            elsewhere: vec![0; words],
             leaves: BTreeMap::new(),
             reached,
             held: Vec::new(),
@@ -254,8 +310,10 @@ impl Evidence {
                     *self.leaves.entry(label.primitive).or_default() += count;
                 }
             }
-            set(&mut self.known, words.start, &known, true);
-            set(&mut self.known, words.start, &marked, true);
+            let is_elsewhere = one.based.is_elsewhere;
+            let asked = if is_elsewhere { &mut self.elsewhere } else { &mut self.known };
+            set(asked, words.start, &known, true);
+            set(asked, words.start, &marked, true);
             set(&mut self.marked, words.start, &marked, true);
             if scope == TreeScope::EachHand {
                 // A leaf of the tree over both hands covers those of a hand.
@@ -263,24 +321,28 @@ impl Evidence {
                     leaves.both.iter().filter(|run| run.label.is_some()).map(local).collect();
                 self.reached.iter_mut().for_each(|bits| set(bits, words.start, &covered, false));
             }
-            let settle = (settle_s * one.based.frames.layout.rate_hz / one.stride() as f64).round() as usize;
-            self.stretches.push(Stretch { recording: one.based.recording, words, frames: one.len(), settle, marked });
+            let settle = (settle_s * one.based.frames.layout.rate_hz / one.based.stride as f64).round() as usize;
+            let (recording, frames) = (one.based.recording, one.len());
+            self.stretches.push(Stretch { recording, words, frames, settle, marked, is_elsewhere });
         }
+        let asked: Vec<u64> = self.known.iter().zip(&self.elsewhere).map(|(known, other)| known | other).collect();
         for bits in &mut self.reached {
-            bits.iter_mut().zip(&self.known).for_each(|(bits, known)| *bits &= known);
+            bits.iter_mut().zip(&asked).for_each(|(bits, asked)| *bits &= asked);
         }
     }
 
-    /// Keeps the conditions that vary; of those with equal bits the family that is easiest to read, and of its thresholds the middle one.
+    /// Keeps the conditions that vary where the primitive is known; of those with equal bits the family that is easiest to read, and of its thresholds the middle one.
     fn add_conditions(&mut self, conditions: Vec<Condition>, held: impl Iterator<Item = Vec<u64>>) {
-        let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
+        let mut places: HashMap<Vec<u64>, usize> = HashMap::new();
         let mut equal: Vec<Vec<Condition>> = Vec::new();
         for (condition, held) in conditions.into_iter().zip(held) {
-            let masked: Vec<u64> = held.iter().zip(&self.known).map(|(held, known)| held & known).collect();
-            if masked.iter().all(|bits| *bits == 0) || masked == self.known {
+            let known = || held.iter().zip(&self.known);
+            if known().all(|(held, known)| held & known == 0) || known().all(|(held, known)| held & known == *known) {
                 continue;
             }
-            if let Some(at) = known.get(&masked) {
+            let asked = self.known.iter().zip(&self.elsewhere).map(|(known, other)| known | other);
+            let masked: Vec<u64> = held.iter().zip(asked).map(|(held, asked)| held & asked).collect();
+            if let Some(at) = places.get(&masked) {
                 let first = &equal[*at][0];
                 if first.family == condition.family {
                     equal[*at].push(condition);
@@ -288,12 +350,22 @@ impl Evidence {
                     equal[*at] = vec![condition];
                 }
             } else {
-                known.insert(masked.clone(), equal.len());
+                places.insert(masked.clone(), equal.len());
                 equal.push(vec![condition]);
                 self.held.push(masked);
             }
         }
         self.conditions = equal.into_iter().map(|mut equal| equal.swap_remove(equal.len() / 2)).collect();
+    }
+}
+
+/// The tracks of a recording without labels in which the primitive could be.
+fn tracks_of(hands: &[Side], scope: TreeScope, sided: bool) -> Vec<MarkedTrack> {
+    let track = |who, side| MarkedTrack { who, side, marked: Vec::new(), known: None };
+    match (scope, sided) {
+        (TreeScope::EachHand, _) => hands.iter().map(|side| track(TrackId::Hand(*side), None)).collect(),
+        (TreeScope::BothHands, true) => Side::BOTH.map(|side| track(TrackId::Both, Some(side))).to_vec(),
+        (TreeScope::BothHands, false) => vec![track(TrackId::Both, None)],
     }
 }
 
@@ -319,17 +391,23 @@ fn held(
     conditions: &[Condition],
     collected: &[TrackStretch],
 ) -> Result<Vec<Vec<u64>>, InputError> {
-    let line = |(at, condition): (usize, &Condition)| {
-        let text = &condition.text;
-        // A latch that copies a condition may read latches, which a signal must not.
-        if condition.reads_latch {
-            format!("  latch holds_{at} set {text} clear not ({text})\n")
-        } else {
-            format!("  signal holds_{at} = {text}\n")
-        }
+    // A latch that copies a condition may read latches, which a signal must not.
+    let declared = |condition: &Condition, name: &str, text: &str| match condition.reads_latch {
+        true => format!("  latch {name} set {text} clear not ({text})\n"),
+        false => format!("  signal {name} = {text}\n"),
     };
-    let lines: Vec<String> = conditions.iter().enumerate().map(line).collect();
-    let rules = load(&format!("{declarations}for each hand {{\n{}}}\n", lines.concat()))?;
+    let (mut of_hand, mut shared) = (String::new(), String::new());
+    for (at, condition) in conditions.iter().enumerate() {
+        let (name, part) = (format!("holds_{at}"), format!("part_{at}"));
+        let joined = match condition.whose {
+            Whose::Own | Whose::Other => None,
+            Whose::Either => Some(format!("either.{part}")),
+            Whose::Both => Some(format!("both.{part}")),
+        };
+        of_hand += &declared(condition, if joined.is_some() { &part } else { &name }, &condition.text);
+        shared += &joined.map_or_else(String::new, |joined| declared(condition, &name, &joined));
+    }
+    let rules = load(&format!("{declarations}for each hand {{\n{of_hand}}}\n{shared}"))?;
     let signals: HashMap<&str, &Expr> = rules.signals.iter().map(|it| (it.name.as_str(), &it.expr)).collect();
     let latches: HashMap<&str, &Expr> = rules.latches.iter().map(|it| (it.name.as_str(), &it.set)).collect();
     let expr = |at: usize| {
@@ -340,7 +418,8 @@ fn held(
     let exprs: Vec<&Expr> = (0..conditions.len()).map(expr).collect::<Result<_, _>>()?;
     let mut held = vec![Vec::new(); conditions.len()];
     for one in collected {
-        let asked: Vec<(&Expr, Option<Side>)> = exprs.iter().map(|expr| (*expr, one.hand())).collect();
+        let asked: Vec<(&Expr, Option<Side>)> =
+            exprs.iter().zip(conditions).map(|(expr, it)| (*expr, one.hand_of(it.whose))).collect();
         for (held, bits) in held.iter_mut().zip(one.truths(&rules, &asked)?) {
             held.extend(bits);
         }
@@ -361,8 +440,9 @@ fn thresholds(numbers: &[Number], rules: &Rules, collected: &[TrackStretch]) -> 
     };
     let exprs: Vec<&Expr> = (0..numbers.len()).map(expr).collect::<Result<_, _>>()?;
     let mut values = vec![Vec::new(); numbers.len()];
-    for one in collected {
-        let asked: Vec<(&Expr, Option<Side>)> = exprs.iter().map(|expr| (*expr, one.hand())).collect();
+    let labeled = collected.iter().filter(|one| !one.based.is_elsewhere);
+    for (one, hand) in labeled.flat_map(|one| one.hands().into_iter().map(move |hand| (one, hand))) {
+        let asked: Vec<(&Expr, Option<Side>)> = exprs.iter().map(|expr| (*expr, Some(hand))).collect();
         let inspector = Inspector::new(rules, &one.based.frames, &one.based.leaves[one.stretch]);
         for (values, column) in values.iter_mut().zip(inspector.columns(&asked)?) {
             let frames = one.based.leaves[one.stretch].frames.len();

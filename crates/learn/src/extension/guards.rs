@@ -21,6 +21,11 @@ const BEGINNING: f64 = 0.4;
 const RANKED: usize = 120;
 /// What a place costs that the tree gets to on all frames: where the tree has asked more, the guard is less often wrong in other recordings.
 const GENERAL: f64 = 0.1;
+/// What a guard loses for each share of the time for which it takes its choice in recordings without labels, up to a share that is not rare, and beyond:
+/// a primitive that these recordings have is not given up for it.
+const ELSEWHERE: f64 = 2.0;
+const RARE: f64 = 0.05;
+const BEYOND: f64 = 0.3;
 /// What a guard loses whose threshold moves.
 const TUNES: f64 = 0.004;
 
@@ -32,13 +37,15 @@ pub(super) struct Guard {
     pub conditions: Vec<usize>,
     /// What sustains it.
     pub sustains: Option<usize>,
-    /// How well it finds the marks, 0 to 1, less what there is to read.
+    /// How well it finds the marks, 0 to 1, less what there is to read and what it takes elsewhere.
     pub worth: f64,
+    /// The loss for what it takes elsewhere.
+    pub elsewhere: f64,
 }
 
 impl Guard {
     const fn at(place: usize) -> Self {
-        Self { place, conditions: Vec::new(), sustains: None, worth: 0.0 }
+        Self { place, conditions: Vec::new(), sustains: None, worth: 0.0, elsewhere: 0.0 }
     }
 }
 
@@ -48,6 +55,8 @@ struct Counts {
     right: usize,
     wrong: usize,
     missed: usize,
+    /// Frames of the result in recordings without labels.
+    elsewhere: usize,
     /// Marked intervals, intervals of the result, and those that overlap by half.
     marked: usize,
     found: usize,
@@ -55,6 +64,14 @@ struct Counts {
 }
 
 impl Counts {
+    /// Adds frames of a word: right, wrong, and of recordings without labels.
+    fn add(&mut self, split: [u64; 3]) {
+        let [right, wrong, elsewhere] = split.map(|bits| bits.count_ones() as usize);
+        self.right += right;
+        self.wrong += wrong;
+        self.elsewhere += elsewhere;
+    }
+
     /// The frames of marks and results together that are of both, 0 to 1.
     fn overlap(&self) -> f64 {
         self.right as f64 / ((self.right + self.wrong + self.missed) as f64).max(1.0)
@@ -83,10 +100,12 @@ fn matched(marked: &[Range<usize>], found: &[Range<usize>]) -> usize {
 /// The search for guards on some recordings.
 pub(super) struct Search<'a> {
     evidence: &'a Evidence,
-    /// The frames of the recordings.
+    /// The frames of the recordings; those of recordings without labels are known to be rarely right.
     marked: Vec<u64>,
     known: Vec<u64>,
     count: usize,
+    /// The number of frames of recordings without labels.
+    elsewhere: usize,
     stretches: Vec<&'a Stretch>,
     words: Vec<Range<usize>>,
     /// The share of the frames on which the tree gets to each place.
@@ -98,12 +117,13 @@ pub(super) struct Search<'a> {
 impl<'a> Search<'a> {
     pub fn new(evidence: &'a Evidence, recordings: &[usize]) -> Self {
         let stretches: Vec<&Stretch> =
-            evidence.stretches.iter().filter(|it| recordings.contains(&it.recording)).collect();
+            evidence.stretches.iter().filter(|it| it.is_elsewhere || recordings.contains(&it.recording)).collect();
         let mut made = Self {
             evidence,
             marked: vec![0; evidence.words],
             known: vec![0; evidence.words],
             count: 0,
+            elsewhere: 0,
             words: stretches.iter().map(|it| it.words.clone()).collect(),
             beginnings: stretches.iter().flat_map(|it| it.marked.iter().map(|mark| beginning(it, mark))).collect(),
             stretches,
@@ -111,10 +131,11 @@ impl<'a> Search<'a> {
         };
         for word in made.words.iter().flat_map(Clone::clone) {
             made.marked[word] = evidence.marked[word];
-            made.known[word] = evidence.known[word];
+            made.known[word] = evidence.known[word] | evidence.elsewhere[word];
         }
         let count = |bits: &mut dyn Iterator<Item = u64>| bits.map(|bits| bits.count_ones() as usize).sum::<usize>();
         made.count = count(&mut made.marked.iter().copied());
+        made.elsewhere = count(&mut evidence.elsewhere.iter().copied());
         let known = count(&mut made.known.iter().copied()).max(1) as f64;
         let share = |reached: &Vec<u64>| {
             count(&mut reached.iter().zip(&made.known).map(|(reached, known)| reached & known)) as f64 / known
@@ -150,10 +171,7 @@ impl<'a> Search<'a> {
         sort(&mut all);
         all.truncate(RANKED);
         all.extend(self.sustained());
-        let mut ranked: Vec<Guard> = all
-            .into_par_iter()
-            .map(|guard| Guard { worth: self.counts(&guard).worth() - self.cost(&guard), ..guard })
-            .collect();
+        let mut ranked: Vec<Guard> = all.into_par_iter().map(|guard| self.measured(guard)).collect();
         sort(&mut ranked);
         let mut best: Vec<Guard> = Vec::new();
         for guard in ranked {
@@ -203,15 +221,15 @@ impl<'a> Search<'a> {
     /// The guard with one more condition, those first that begin most intervals and hold nowhere else.
     fn starters(&self, guard: &Guard) -> Vec<Guard> {
         let fires = self.fires(guard);
-        let unmarked = fires.iter().zip(&self.marked).map(|(fires, marked)| fires & !marked).enumerate();
-        let unmarked: Vec<(usize, u64)> = unmarked.filter(|(_, bits)| *bits != 0).collect();
+        let words = self.taken(&fires);
         let worth = |held: &Vec<u64>| {
             let begins = |beginning: &&Vec<(usize, u64)>| {
                 beginning.iter().any(|(word, bits)| fires[*word] & held[*word] & bits != 0)
             };
             let begun = self.beginnings.iter().filter(begins).count();
-            let wrong: usize = unmarked.iter().map(|(word, bits)| (bits & held[*word]).count_ones() as usize).sum();
-            begun as f64 / self.beginnings.len().max(1) as f64 - 2.0 * wrong as f64 / self.count.max(1) as f64
+            let it = self.counted(&words, held);
+            begun as f64 / self.beginnings.len().max(1) as f64
+                - 2.0 * (it.wrong as f64 / self.count.max(1) as f64 + self.loss(it.elsewhere))
         };
         self.ranked(guard, |at| worth(&self.evidence.held[at]))
     }
@@ -222,17 +240,16 @@ impl<'a> Search<'a> {
             self.evidence.reached[guard.place].iter().zip(&self.known).map(|(it, known)| it & known).collect();
         let begun = self.fires(guard);
         let worth = |at: usize| {
-            let (mut right, mut wrong) = (0, 0);
+            let mut counts = Counts::default();
             for words in &self.words {
                 let mut before = 0;
                 for word in words.clone() {
                     let bits = sustain(begun[word], known[word] & self.evidence.held[at][word], before);
                     before = bits >> 63;
-                    right += (bits & self.marked[word]).count_ones() as usize;
-                    wrong += (bits & !self.marked[word]).count_ones() as usize;
+                    counts.add(self.split(word, bits));
                 }
             }
-            right as f64 / ((self.count + wrong) as f64).max(1.0) - PENALTY * self.evidence.conditions[at].cost
+            self.worth(&counts) - PENALTY * self.evidence.conditions[at].cost
         };
         let mut found: Vec<(f64, usize)> = (0..self.evidence.held.len()).map(|at| (worth(at), at)).collect();
         found.sort_by(|one, other| other.0.total_cmp(&one.0).then(one.1.cmp(&other.1)));
@@ -264,20 +281,40 @@ impl<'a> Search<'a> {
     /// The guard with one more condition, best first.
     fn longer(&self, guard: &Guard) -> Vec<Guard> {
         let fires = self.fires(guard);
-        // Most words are zero behind the first conditions.
-        let words: Vec<(usize, u64, u64)> = (0..fires.len())
-            .filter(|word| fires[*word] != 0)
-            .map(|word| (word, fires[word] & self.marked[word], fires[word] & !self.marked[word]))
-            .collect();
-        self.ranked(guard, |at| {
-            let held = &self.evidence.held[at];
-            let (mut right, mut wrong) = (0, 0);
-            for (word, marked, unmarked) in &words {
-                right += (held[*word] & marked).count_ones() as usize;
-                wrong += (held[*word] & unmarked).count_ones() as usize;
-            }
-            right as f64 / ((self.count + wrong) as f64).max(1.0)
-        })
+        let words = self.taken(&fires);
+        self.ranked(guard, |at| self.worth(&self.counted(&words, &self.evidence.held[at])))
+    }
+
+    /// The words of frames on which a choice is taken, split; most words are zero behind the first conditions.
+    fn taken(&self, fires: &[u64]) -> Vec<(usize, [u64; 3])> {
+        (0..fires.len()).filter(|word| fires[*word] != 0).map(|word| (word, self.split(word, fires[word]))).collect()
+    }
+
+    /// Frames of a word that are right, wrong, and of recordings without labels.
+    fn split(&self, word: usize, bits: u64) -> [u64; 3] {
+        let (marked, elsewhere) = (self.marked[word], self.evidence.elsewhere[word]);
+        [bits & marked, bits & !marked & !elsewhere, bits & elsewhere]
+    }
+
+    /// The frames of split words on which a condition holds.
+    fn counted(&self, words: &[(usize, [u64; 3])], held: &[u64]) -> Counts {
+        let mut counts = Counts::default();
+        for (word, split) in words {
+            counts.add(split.map(|bits| bits & held[*word]));
+        }
+        counts
+    }
+
+    /// The overlap with the marks, less the loss for what is taken elsewhere.
+    fn worth(&self, counts: &Counts) -> f64 {
+        let Counts { right, wrong, elsewhere, .. } = counts;
+        *right as f64 / ((self.count + wrong) as f64).max(1.0) - self.loss(*elsewhere)
+    }
+
+    /// What a guard loses for frames of recordings without labels.
+    fn loss(&self, frames: usize) -> f64 {
+        let share = frames as f64 / self.elsewhere.max(1) as f64;
+        ELSEWHERE * share.min(RARE) + BEYOND * (share - RARE).max(0.0)
     }
 
     /// The known frames on which a guard takes its choice.
@@ -306,16 +343,26 @@ impl<'a> Search<'a> {
         let mut counts = Counts::default();
         for stretch in &self.stretches {
             let found = settled(&intervals(&fires[stretch.words.clone()], stretch.frames), stretch.settle);
+            if stretch.is_elsewhere {
+                counts.elsewhere += found.iter().map(Range::len).sum::<usize>();
+                continue;
+            }
             counts.marked += stretch.marked.len();
             counts.found += found.len();
             counts.matched += matched(&stretch.marked, &found);
             for word in stretch.words.clone() {
-                counts.right += (fires[word] & self.marked[word]).count_ones() as usize;
-                counts.wrong += (fires[word] & !self.marked[word]).count_ones() as usize;
+                counts.add(self.split(word, fires[word]));
             }
         }
         counts.missed = self.count - counts.right;
         counts
+    }
+
+    /// The guard, measured.
+    fn measured(&self, guard: Guard) -> Guard {
+        let counts = self.counts(&guard);
+        let elsewhere = self.loss(counts.elsewhere);
+        Guard { worth: counts.worth() - elsewhere - self.cost(&guard), elsewhere, ..guard }
     }
 
     /// Moves each threshold to the middle of the thresholds around it that are as good.
@@ -331,8 +378,7 @@ impl<'a> Search<'a> {
                     Some(condition) => *condition = at,
                     None => changed.sustains = Some(at),
                 }
-                changed.worth = self.counts(&changed).worth() - self.cost(&changed);
-                changed
+                self.measured(changed)
             };
             let is_as_good = |at: &usize| with(*at).worth >= guard.worth - TUNES;
             let below = (0..now).rev().take_while(of_family).take_while(is_as_good).count();

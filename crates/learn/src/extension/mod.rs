@@ -28,8 +28,6 @@ pub const LEAST_RECORDINGS: usize = 3;
 const COMPARED: usize = 10;
 /// What a voter may be worse than the chosen guard.
 const NEAR: f64 = 0.08;
-/// What a guard loses that finds the primitive all the time in recordings without labels.
-const ELSEWHERE: f64 = 1.0;
 
 /// Loads the rules that are extended with a text behind them.
 pub type LoadRules<'a> = dyn Fn(&str) -> Result<Rules, InputError> + Send + Sync + 'a;
@@ -89,6 +87,18 @@ pub struct FoundInterval {
     pub agreement: f64,
 }
 
+impl FoundInterval {
+    /// `found`, `missed`, for people.
+    pub const fn state(&self) -> &'static str {
+        match (self.is_found, self.is_marked) {
+            (true, true) => "found, labeled",
+            (true, false) => "found",
+            (false, true) => "missed",
+            (false, false) => "not found",
+        }
+    }
+}
+
 /// An extension that was learned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extension {
@@ -128,11 +138,6 @@ pub fn extend(
         );
     }
     let of_both = recordings.iter().flat_map(|one| &one.tracks).any(|track| track.who == TrackId::Both);
-    if of_both && !declaration.sided {
-        let message = format!("are of both hands together, and `{}` is not sided", declaration.name);
-        return Err(InputError::new("the labels", message)
-            .help(format!("name a side in each label, `{0}(left)`, and the primitive `{0}(side)`", declaration.name)));
-    }
     recordings.iter().try_for_each(check_hands)?;
     let scope = if of_both { TreeScope::BothHands } else { TreeScope::EachHand };
     let base = load("")?;
@@ -140,7 +145,7 @@ pub fn extend(
         let message = format!("found `{}`, expected a name that the rules do not have", declaration.name);
         return Err(InputError::new("--new", message).help("give the new primitive another name"));
     }
-    let evidence = Evidence::new(load, recordings, scope)?;
+    let evidence = Evidence::new(load, recordings, scope, declaration.sided)?;
     shown(0.3);
     let learner = Learner { declaration, recordings, load, scope, base: &base, evidence: &evidence };
     let (known, unknown) = (of(&|one| !one.tracks.is_empty()), of(&|one| one.tracks.is_empty()));
@@ -243,8 +248,7 @@ impl Learner<'_> {
         sum(self.recordings[recording].tracks.iter().map(of_track))
     }
 
-    /// The guards that find the marks of some recordings as the engine runs them, best first; those are better that find less in recordings of which
-    /// nothing is known. A guard whose place another file extends is left out.
+    /// The guards that find the marks of some recordings as the engine runs them, best first, and where they find the primitive in other recordings. A guard whose place another file extends is left out.
     fn candidates(&self, known: &[usize], unknown: &[usize]) -> Result<Vec<Candidate>, InputError> {
         let search = Search::new(self.evidence, known);
         let (mut guards, mut failure) = (Vec::new(), None);
@@ -268,10 +272,7 @@ impl Learner<'_> {
                 of_guard[*recording].clone_from(&found[at]);
             }
             let worth = sum(known.iter().map(|at| self.recognition(*at, &of_guard[*at]))).worth();
-            let elsewhere_s = unknown.iter().flat_map(|at| &of_guard[*at]).flat_map(|it| &it.spans).map(length_s);
-            let all_s: f64 = unknown.iter().map(|at| self.recordings[*at].duration_s).sum();
-            guard.worth =
-                worth - search.cost(&guard) - ELSEWHERE * elsewhere_s.sum::<f64>() / all_s.max(f64::MIN_POSITIVE);
+            guard.worth = worth - search.cost(&guard) - guard.elsewhere;
             candidates.push(Candidate { guard, rules, found: of_guard });
         }
         candidates.sort_by(|one, other| other.guard.worth.total_cmp(&one.guard.worth));

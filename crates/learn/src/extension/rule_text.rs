@@ -1,6 +1,6 @@
 //! The extension as a rule file.
 
-use super::evidence::Evidence;
+use super::evidence::{Condition, Evidence, Whose};
 use super::guards::Guard;
 use super::{Declaration, LoadRules};
 use std::fmt::Write;
@@ -18,16 +18,17 @@ pub(super) fn body(
     comment: &str,
 ) -> String {
     let text_of = |at: &usize| evidence.conditions[*at].text.as_str();
-    let conditions: Vec<&str> = guard.conditions.iter().map(text_of).collect();
-    let sustains = guard.sustains.as_ref().map(text_of);
     let name = &declaration.name;
     let sided = if declaration.sided { "(side)" } else { "" };
     let parent = parent(evidence, base, declaration);
     let meaning = declaration.meaning.clone().or_else(|| Some(format!("is {}", parent?)));
     let mut text =
         format!("primitive {name}{sided}{}\n\n", meaning.map_or(String::new(), |meaning| format!(" {meaning}")));
-    let read: Vec<&str> = conditions.iter().copied().chain(sustains).collect();
+    let read: Vec<&str> = guard.conditions.iter().chain(&guard.sustains).map(text_of).collect();
     let mut declared = evidence.vocabulary.declarations_of(&read);
+    let mut joined = |at: &usize| joined(&evidence.conditions[*at], &snake_case(name), &mut declared);
+    let conditions: Vec<String> = guard.conditions.iter().map(&mut joined).collect();
+    let sustains = guard.sustains.as_ref().map(joined);
     // A condition of the other hand needs a declaration of each hand in a tree over both.
     let mut stated = |condition: String, what: &str| {
         if !declaration.sided {
@@ -44,7 +45,7 @@ pub(super) fn body(
         None => condition,
     };
     let condition = narrow(stated(conditions.join(" and "), "begins"));
-    let sustains = sustains.map(|condition| narrow(stated(condition.to_string(), "goes_on")));
+    let sustains = sustains.map(|condition| narrow(stated(condition, "goes_on")));
     if !declared.is_empty() {
         let _ = writeln!(text, "for each hand {{\n  {}\n}}\n", declared.join("\n  "));
     }
@@ -65,6 +66,25 @@ pub(super) fn body(
         );
     }
     text
+}
+
+/// A condition as a choice reads it. One of either or both hands is declared for each hand, unless it is a name.
+fn joined(condition: &Condition, primitive: &str, declared: &mut Vec<String>) -> String {
+    let (hands, opposite) = match condition.whose {
+        Whose::Own | Whose::Other => return condition.text.clone(),
+        Whose::Either => ("either", "both"),
+        Whose::Both => ("both", "either"),
+    };
+    let is_name = |text: &str| text.chars().all(|letter| letter.is_alphanumeric() || letter == '_');
+    match condition.text.strip_prefix("not ") {
+        _ if is_name(&condition.text) => format!("{hands}.{}", condition.text),
+        Some(name) if is_name(name) => format!("not {opposite}.{name}"),
+        _ => {
+            let signal = format!("{primitive}_{}", declared.len() + 1);
+            declared.push(format!("signal {signal} = {}", condition.text));
+            format!("{hands}.{signal}")
+        }
+    }
 }
 
 /// The primitive that the new one is a kind of: what the rules call most of the marked time.

@@ -237,6 +237,11 @@ impl Vocabulary {
 }
 
 impl Family {
+    /// Whether it is about a hand.
+    pub fn is_of_hand(&self) -> bool {
+        self.template.contains('@')
+    }
+
     /// Whether it has a form for the other hand. Only plain forms are asked of it.
     pub fn has_other(&self) -> bool {
         self.template.contains('@') && self.cost <= 1.0

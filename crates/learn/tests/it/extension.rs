@@ -25,7 +25,11 @@ task hold = Wait .. Wait with Hold lasting 100 ms
 ";
 
 fn extended(text: &str) -> Result<Rules, InputError> {
-    let texts = vec![("base.rules".into(), BASE.into()), ("extension.rules".into(), text.into())];
+    extended_rules(BASE, text)
+}
+
+fn extended_rules(base: &str, text: &str) -> Result<Rules, InputError> {
+    let texts = vec![("base.rules".into(), base.into()), ("extension.rules".into(), text.into())];
     let loaded = load(&Request { texts, needs_tree: true, ..Request::default() });
     let message = || loaded.diagnostics.first().map_or_else(String::new, |found| found.message.clone());
     loaded.rules.clone().ok_or_else(|| InputError::new("the test", message()))
@@ -139,6 +143,57 @@ fn it_is_found_in_recordings_without_labels() {
     assert!(extension.intervals.iter().all(|it| it.is_marked == (it.recording < 3) || !it.is_found));
     let agreements: Vec<f64> = extension.intervals.iter().map(|it| it.agreement).collect();
     assert!(agreements.is_sorted(), "{agreements:?}");
+}
+
+/// In recordings without labels the hand lifts half as high, and most of the time.
+#[test]
+fn a_threshold_leaves_out_what_other_recordings_have_all_the_time() {
+    let halfway = |seed: u64| {
+        let mut made = Synthetic::cycles(seed, seed as usize);
+        let heights = made.hands.values_mut().flat_map(|hand| &mut hand.height);
+        heights.filter(|height| **height > 0.05).for_each(|height| *height -= 0.03);
+        made
+    };
+    let recordings = [cycles(3), (10..14).map(halfway).collect()].concat();
+    let extension = learned(&recordings, 3).unwrap();
+    let threshold = extension.text.split_once("height > ").and_then(|(_, rest)| rest.split_once(" mm")).unwrap().0;
+    let threshold: f64 = threshold.parse().unwrap();
+    assert!((60.0..80.0).contains(&threshold), "{}", extension.text);
+    assert!(extension.intervals.iter().all(|it| it.recording < 3 || !it.is_found), "{extension:#?}");
+    assert_eq!((extension.held_out.marked, extension.held_out.matched, extension.held_out.found), (18, 18, 18));
+}
+
+/// Rules of both hands together that know two of the three states of [`Synthetic::of_both`].
+const BOTH: &str = "use \"stream.rules\"
+stream { for each hand { gripper.closed : bool } }
+for each hand {
+  signal closed = gripper.closed
+  signal height = mean(fingers.position).z
+}
+primitive Idle does free, Hold does carry
+tree skills for left, right, settle 100 ms {
+  not either.closed => Idle
+  else              => Hold
+}
+";
+
+#[test]
+fn a_primitive_of_both_hands_together_needs_no_side() {
+    let recordings: Vec<Synthetic> = (0..3).map(|seed| Synthetic::of_both(seed, seed as usize)).collect();
+    let shown: Vec<ShownRecording> = recordings
+        .iter()
+        .map(|recording| {
+            let track = MarkedTrack { who: TrackId::Both, side: None, marked: times(recording, 2), known: None };
+            let one = shown(recording, false);
+            ShownRecording { hands: Side::BOTH.to_vec(), tracks: vec![track], ..one }
+        })
+        .collect();
+    let load = |text: &str| extended_rules(BOTH, text);
+    let extension = extend(&lift(), &shown, &load, &|_| ()).unwrap();
+    assert_eq!((extension.held_out.marked, extension.held_out.matched, extension.held_out.found), (18, 18, 18));
+    assert!(extension.proof.is_proved(), "{extension:#?}");
+    assert!(extension.text.contains("either.lift_1 => Lift"), "{}", extension.text);
+    assert!(extension.text.contains("signal lift_1 = height > "), "{}", extension.text);
 }
 
 #[test]

@@ -1,0 +1,63 @@
+//! The shipped demonstrations as recordings of other tasks: three recordings of one task do not show where else a condition holds.
+
+use super::{BaseRules, mismatch};
+use rayon::prelude::*;
+use std::path::Path;
+use teachtree_base::error::InputError;
+use teachtree_base::recording::Recording;
+use teachtree_base::scene::Scene;
+use teachtree_frames::OpenRequest;
+use teachtree_logs::read::csv;
+use teachtree_session::{Error, Log, LogInternals};
+use teachtree_world::{self as world, shipped};
+
+/// The seed of the operators, as `teachtree demo` has it.
+const SEED: u64 = 1;
+/// One row of so many is kept: 200 Hz.
+const STRIDE: usize = 5;
+
+/// A recording of each shipped demonstration that measures what the rules read.
+///
+/// # Errors
+/// Rules with errors.
+pub(super) fn demonstrations(rules: &BaseRules) -> Result<Vec<Log>, Error> {
+    let channels = rules.load("")?.channels;
+    let scene = |name| Ok((name, shipped::scene(name)?));
+    let scenes: Vec<(&str, Scene)> =
+        shipped::names().map(scene).collect::<Result<_, InputError>>().map_err(mismatch)?;
+    let mut all = Vec::new();
+    // Rules may read both hands by their names. One recording that lacks a channel stands for all with as many hands.
+    for hands in [1, 2] {
+        let scenes: Vec<&(&str, Scene)> = scenes.iter().filter(|(_, scene)| scene.hands.len() == hands).collect();
+        let logs: Result<Vec<Log>, Error> = scenes
+            .into_par_iter()
+            .map(|(name, scene)| {
+                let log = recorded(name, scene)?;
+                rules.check(&log)?;
+                log.opened()?.frames(&channels).map_err(mismatch)?;
+                Ok(log)
+            })
+            .collect();
+        all.extend(logs.unwrap_or_default());
+    }
+    Ok(all)
+}
+
+fn recorded(name: &str, scene: &Scene) -> Result<Log, Error> {
+    let taught = shipped::operator(name).and_then(|operator| world::teach(scene, &operator, SEED));
+    let recording = thinned(taught.map_err(mismatch)?);
+    let path = format!("{name} (shipped)");
+    let path = Path::new(&path);
+    let request = OpenRequest { log: path.to_path_buf(), ..OpenRequest::default() };
+    Log::open_source(csv::source(&recording, path).map_err(mismatch)?, &request)
+}
+
+fn thinned(mut recording: Recording) -> Recording {
+    fn kept<T: Clone>(all: &[T]) -> Vec<T> {
+        all.iter().step_by(STRIDE).cloned().collect()
+    }
+    recording.time = kept(&recording.time);
+    recording.columns.values_mut().for_each(|column| column.values = kept(&column.values));
+    recording.labels.values_mut().for_each(|texts| *texts = kept(texts));
+    recording
+}
