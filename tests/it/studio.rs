@@ -5,6 +5,7 @@ mod attention;
 mod editor;
 pub mod fit;
 mod labels;
+mod learning;
 #[cfg(unix)]
 mod links;
 mod page;

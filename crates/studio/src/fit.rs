@@ -1,12 +1,11 @@
 //! Fitting params to the labels of all recordings, in the background: what `fit --labels` does, with the texts of the editor.
 
 use super::labels;
-use super::project::{FitState, Studio};
+use super::project::Studio;
 use super::score::truth_of;
 use super::tuning;
 use serde_json::{Map, Value, json};
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, MutexGuard, PoisonError};
+use std::sync::Arc;
 use teachtree_analysis::Analysis as AnalysisResult;
 use teachtree_analysis::fit::{HeldGroups, Verdict};
 use teachtree_analysis::score::{KnownNames, Stage};
@@ -23,60 +22,10 @@ use teachtree_session::{ErrorInternals, LogInternals, RulesInternals, RulesOptio
 const GROUPS: usize = 8;
 
 impl Studio {
-    fn fitting(&self) -> MutexGuard<'_, FitState> {
-        self.fitting.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// What runs, and what came of it.
-    pub fn fit(&self) -> Value {
-        let state = self.fitting();
-        json!({ "running": state.running, "part": state.part, "outcome": state.outcome })
-    }
-
-    /// Requests a fit of the rules of a recording; a running fit continues.
-    pub fn begin_fit(&self, at: usize) -> Value {
-        {
-            let mut state = self.fitting();
-            if !state.running {
-                *state = FitState { asked: Some(at), running: true, ..FitState::default() };
-            }
-        }
-        self.fit_wake.notify_all();
-        self.fit()
-    }
-
-    /// Ends the fit that runs, without values.
-    pub fn stop_fit(&self) -> Value {
-        self.fitting().stopped = true;
-        self.fit()
-    }
-
     /// Starts the thread that fits.
     pub(super) fn wait_for_fits(self: &Arc<Self>) {
         let studio = Arc::clone(self);
-        std::thread::spawn(move || {
-            loop {
-                let at = {
-                    let mut state = studio.fitting();
-                    loop {
-                        if let Some(at) = state.asked.take() {
-                            break at;
-                        }
-                        state = studio.fit_wake.wait(state).unwrap_or_else(PoisonError::into_inner);
-                    }
-                };
-                let found = catch_unwind(AssertUnwindSafe(|| studio.fit_now(at)));
-                let mut state = studio.fitting();
-                let outcome = match found {
-                    _ if state.stopped => json!({ "error": "stopped" }),
-                    Ok(Ok(outcome)) => outcome,
-                    Ok(Err(error)) => json!({ "error": error.to_string() }),
-                    Err(_) => json!({ "error": "the fit failed: this is a bug" }),
-                };
-                state.outcome = Some(outcome);
-                state.running = false;
-            }
-        });
+        std::thread::spawn(move || studio.fitting.run(|at| studio.fit_now(at)));
     }
 
     /// Fits the params of the rules of a recording to the labels of all recordings that are read by the same rules.
@@ -88,7 +37,7 @@ impl Studio {
         let rules = options.clone().for_log(first.log())?;
         let mut recordings = Vec::new();
         for number in 0..self.recordings.len() {
-            if self.fitting().stopped {
+            if self.fitting.is_stopped() {
                 return Ok(Value::Null);
             }
             // What cannot be analyzed is said in the list.
@@ -125,11 +74,11 @@ impl Studio {
         let logs = runner.names().len();
         let groups = HeldGroups::of_recordings(logs, logs.min(GROUPS));
         let mut objectives = |points: &[Vec<f64>]| {
-            let is_stopped = self.fitting().stopped;
+            let is_stopped = self.fitting.is_stopped();
             // When no point can run, the search ends at once.
             if is_stopped { vec![None; points.len()] } else { runner.objectives(&space, points) }
         };
-        let mut shown = |part: f64| self.fitting().part = part;
+        let mut shown = |part: f64| self.fitting.set_part(part);
         let fitted = fitted(&runner, &space, &groups, true, &mut objectives, &mut shown);
         let files: Vec<String> = rules.files().map(str::to_string).collect();
         let changed = fitted.changed();

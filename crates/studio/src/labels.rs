@@ -18,6 +18,7 @@ use teachtree_base::digest::Digest;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::TrackId;
 use teachtree_frames::OpenedLog;
+use teachtree_language::is_primitive;
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
@@ -57,6 +58,18 @@ pub struct Line {
     /// When, as the page says it.
     #[serde(default)]
     pub at: String,
+}
+
+/// Labels as a page sends them.
+#[derive(Deserialize)]
+pub struct SentLabels {
+    /// The version that it changed.
+    base: String,
+    /// All lines.
+    lines: Vec<Line>,
+    /// The name of a primitive that the rules do not have yet.
+    #[serde(default)]
+    new: Option<String>,
 }
 
 /// The labels of a recording.
@@ -156,23 +169,22 @@ fn version(text: &str) -> String {
     digest.finish()
 }
 
-/// Writes the labels of a recording in the place of version `base`; without lines, removes the file. The caller prevents concurrent writes.
+/// Writes the labels of a recording in the place of the version that they change; without lines, removes the file. The caller prevents concurrent writes.
 ///
 /// # Errors
 /// The file has another version, a line is invalid, or the file cannot be written or is outside of the folders.
 pub fn write(
     opened: &OpenedLog,
     only: Option<TrackId>,
-    base: &str,
-    lines: Vec<Line>,
+    sent: SentLabels,
     known: &KnownNames,
     folders: &AllowedFolders,
 ) -> Result<Labels, SaveError> {
     let before = read(opened, only, folders)?;
-    if before.version != base {
+    if before.version != sent.base {
         return Err(SaveError::Conflict(before));
     }
-    let lines = checked(lines, known, &before)?;
+    let lines = checked(sent.lines, known, sent.new.as_deref(), &before)?;
     let path = file(&opened.log);
     let mut files = Files::default();
     if lines.is_empty() {
@@ -200,8 +212,13 @@ fn table(lines: &[Line]) -> Result<String, InputError> {
     String::from_utf8(bytes).map_err(|error| failed(error.to_string()))
 }
 
-/// The lines in order, each a label that the rules know or that the file had.
-fn checked(mut lines: Vec<Line>, known: &KnownNames, before: &Labels) -> Result<Vec<Line>, InputError> {
+/// The lines in order, each a label that the rules know or that the file had, or a new primitive.
+fn checked(
+    mut lines: Vec<Line>,
+    known: &KnownNames,
+    new: Option<&str>,
+    before: &Labels,
+) -> Result<Vec<Line>, InputError> {
     if lines.len() > MAX_ROWS {
         return Err(InputError::new("the labels", format!("found {} lines, at most {MAX_ROWS} are read", lines.len())));
     }
@@ -222,7 +239,8 @@ fn checked(mut lines: Vec<Line>, known: &KnownNames, before: &Labels) -> Result<
         }
         let was_there = || before.lines.iter().any(|known| known.label == line.label);
         let is_unknown_task = line.kind == "task" && line.label == UNKNOWN;
-        if !names.contains(&line.label) && !is_unknown_task && !was_there() {
+        let is_new = line.kind == "primitive" && new == Some(&line.label) && is_primitive(&line.label);
+        if !names.contains(&line.label) && !is_unknown_task && !is_new && !was_there() {
             return Err(known
                 .advise(wrong(format!("found `{}`, expected a {} of the rules", line.label, line.kind)), &line.label));
         }

@@ -3,14 +3,14 @@
 //! Rules that have errors, or that need a channel which the recording lacks, do not run. The recording is shown nevertheless, without segments, with the
 //! files of such rules and the names that they declare.
 
-use super::labels::{self, Labels};
+use super::labels::{self, Labels, Line};
 use super::rule_comparison::OtherAnalysis;
 use super::score;
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use teachtree_analysis::TrackId;
-use teachtree_analysis::score::Tally;
+use teachtree_analysis::score::{KnownNames, Tally};
 use teachtree_base::diagnostic::Sources;
 use teachtree_base::error::ErrorKind;
 use teachtree_language::{self as language, CheckedSource, Request};
@@ -125,7 +125,10 @@ impl LoadedRecording {
             let is_same = self.base.shown.meta() == self.now.shown.meta();
             let base = if is_same { now.clone() } else { tally(&self.base)? };
             let pinned = labels.lines.iter().filter(|line| line.pinned).count();
-            Ok::<_, Error>(Agreement { version: labels.version, pinned, now, base, error: None })
+            let known = KnownNames::new(self.now.set());
+            let is_new = |line: &&Line| line.kind == "primitive" && score::is_new(&line.label, &known);
+            let new: BTreeSet<String> = labels.lines.iter().filter(is_new).map(|line| line.label.clone()).collect();
+            Ok::<_, Error>(Agreement { version: labels.version, pinned, new, now, base, error: None })
         };
         read().unwrap_or_else(|error| Agreement { error: Some(error.to_string()), ..Agreement::default() })
     }
@@ -138,6 +141,8 @@ pub struct Agreement {
     pub version: String,
     /// How many of its lines a person set.
     pub pinned: usize,
+    /// The primitives among its labels that the rules do not have yet.
+    pub new: BTreeSet<String>,
     /// By the rules of now.
     pub now: Option<Tally>,
     /// By the rules as they are in the files.
@@ -151,6 +156,7 @@ impl Agreement {
     pub fn put(&self, fields: &mut Map<String, Value>) {
         fields.insert("label_version".into(), json!(self.version));
         fields.insert("labels".into(), json!(self.pinned));
+        fields.insert("new".into(), json!(self.new));
         fields.insert("score".into(), json!(self.now.as_ref().map(score::brief)));
         fields.insert("base".into(), json!(self.base.as_ref().map(score::brief)));
         if let Some(error) = &self.error {

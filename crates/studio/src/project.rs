@@ -3,7 +3,8 @@
 //! A recording is read once and stays in memory while there is room; rules with other params are evaluated over the frames that are there. Rows of the list
 //! hold only what the list shows.
 
-use super::labels::{self, Labels, Line, SaveError};
+use super::background::Background;
+use super::labels::{self, Labels, SaveError, SentLabels};
 use super::loaded_recording::{Agreement, LoadedRecording, RuleOutcome, RuleState};
 use super::rule_comparison::RuleComparison;
 use super::{score, tuning};
@@ -16,6 +17,7 @@ use teachtree_analysis::outcome::OutcomeKind;
 use teachtree_analysis::score::{KnownNames, Tally};
 use teachtree_base::diagnostic::Source;
 use teachtree_base::error::{ErrorKind, InputError};
+use teachtree_learn::Declaration;
 use teachtree_logs::allowed_folders::{AllowedFolders, LogFolders};
 use teachtree_logs::read::formats;
 use teachtree_session::files;
@@ -56,27 +58,12 @@ pub struct Studio {
     pub(super) wake: Condvar,
     /// Held while labels or rules are written.
     pub(super) saving: Mutex<()>,
-    /// The fit.
-    pub(super) fitting: Mutex<FitState>,
-    /// A fit is asked for.
-    pub(super) fit_wake: Condvar,
+    /// Fits of the rules of a recording.
+    pub fitting: Background<usize>,
+    /// New primitives for the rules of a recording.
+    pub learning: Background<(usize, Declaration)>,
     /// The default annotator.
     pub who: String,
-}
-
-/// A fit that runs, or what came of the last one.
-#[derive(Default)]
-pub struct FitState {
-    /// The recording whose rules are to be fitted, until the fit begins.
-    pub asked: Option<usize>,
-    /// Whether one is asked for or runs.
-    pub running: bool,
-    /// The share that is done, 0 to 1.
-    pub part: f64,
-    /// Whether it is to end.
-    pub stopped: bool,
-    /// What came of it, as the page takes it.
-    pub outcome: Option<Value>,
 }
 
 /// A recording of the list.
@@ -209,8 +196,8 @@ impl Studio {
             state,
             wake: Condvar::new(),
             saving: Mutex::default(),
-            fitting: Mutex::default(),
-            fit_wake: Condvar::new(),
+            fitting: Background::default(),
+            learning: Background::default(),
             who,
         })
     }
@@ -400,16 +387,16 @@ impl Studio {
         self.loaded(at)?.labels()
     }
 
-    /// Saves the labels of a recording in the place of version `base`, and scores them.
+    /// Saves the labels of a recording in the place of the version that they change, and scores them.
     ///
     /// # Errors
     /// A recording that cannot be read; labels that are wrong, or of another version.
-    pub fn save_labels(&self, at: usize, base: &str, lines: Vec<Line>) -> Result<Result<Labels, SaveError>, Error> {
+    pub fn save_labels(&self, at: usize, sent: SentLabels) -> Result<Result<Labels, SaveError>, Error> {
         let loaded = self.loaded(at)?;
         let saved = {
             let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
             let known = KnownNames::new(loaded.now.set());
-            labels::write(loaded.log().opened()?, loaded.only(), base, lines, &known, &loaded.folders.beside)
+            labels::write(loaded.log().opened()?, loaded.only(), sent, &known, &loaded.folders.beside)
         };
         self.refresh(at)?;
         Ok(saved)

@@ -22,6 +22,7 @@ impl Studio {
         let threads =
             std::thread::available_parallelism().map_or(1, NonZero::get).saturating_sub(1).clamp(1, MAX_THREADS);
         self.wait_for_fits();
+        self.wait_for_learning();
         for _ in 0..threads {
             let studio = Arc::clone(self);
             std::thread::spawn(move || {

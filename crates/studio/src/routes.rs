@@ -1,7 +1,8 @@
 //! Addresses in, answers out. Files of the page are in the program; no address leads to a file by its path.
 
 use super::edits::{EditedTexts, TextPosition};
-use super::labels::{Labels, Line, SaveError};
+use super::labels::{Labels, SaveError, SentLabels};
+use super::learning::{LearnRequest, SaveRequest};
 use super::loaded_recording::LoadedRecording;
 use super::project::Studio;
 use super::video::videos;
@@ -26,7 +27,7 @@ const EXPORTS: &str = "\nconst view = { get data() { return data; }, get step() 
      export { added, draw, drawPanel, escaped, fitting, GUTTER, lanes, load, nameOf, panels, plotWidth, readOut, seconds, setTime, show, \
      showTracks, signals, state, view };\n";
 /// The modules of the page, by name.
-const MODULES: [(&str, &str); 12] = [
+const MODULES: [(&str, &str); 13] = [
     ("studio.js", include_str!("page/studio.js")),
     ("server.js", include_str!("page/server.js")),
     ("list.js", include_str!("page/list.js")),
@@ -36,6 +37,7 @@ const MODULES: [(&str, &str); 12] = [
     ("editor.js", include_str!("page/editor.js")),
     ("fit.js", include_str!("page/fit.js")),
     ("labels.js", include_str!("page/labels.js")),
+    ("learning.js", include_str!("page/learning.js")),
     ("tune.js", include_str!("page/tune.js")),
     ("ask.js", include_str!("page/ask.js")),
     ("video.js", include_str!("page/video.js")),
@@ -74,8 +76,9 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
             studio.reload();
             return Response::json(&json!({}));
         }
-        ["api", "fit"] if !changes => return Response::json(&studio.fit()),
-        ["api", "fit", "stop"] if changes => return Response::json(&studio.stop_fit()),
+        ["api", "fit"] if !changes => return Response::json(&studio.fitting.status()),
+        ["api", "fit", "stop"] if changes => return Response::json(&studio.fitting.stop()),
+        ["api", "learn"] if !changes => return Response::json(&studio.learning.status()),
         ["api", "recording", at, what @ ..] => (what, number(at, studio)),
         ["video", at, place] if !changes => return video(at, place, studio),
         _ => return not_found(),
@@ -84,24 +87,29 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
     match (changes, what) {
         (false, []) => respond(studio.refresh(at).and_then(|loaded| recording(at, &loaded, studio))),
         (false, ["labels"]) => respond(studio.labels(at).map(|labels| labels_json(&labels))),
-        (true, ["labels"]) => {
-            body(request, |sent: LabelsRequest| match studio.save_labels(at, &sent.base, sent.lines)? {
-                Ok(labels) => Ok(Response::json(&labels_json(&labels))),
-                Err(SaveError::Conflict(labels)) => {
-                    let mut refused = labels_json(&labels);
-                    if let Some(fields) = refused.as_object_mut() {
-                        fields.insert("error".into(), "another window or program has changed these labels".into());
-                    }
-                    Ok(Response { status: 409, ..Response::json(&refused) })
+        (true, ["labels"]) => body(request, |sent: SentLabels| match studio.save_labels(at, sent)? {
+            Ok(labels) => Ok(Response::json(&labels_json(&labels))),
+            Err(SaveError::Conflict(labels)) => {
+                let mut refused = labels_json(&labels);
+                if let Some(fields) = refused.as_object_mut() {
+                    fields.insert("error".into(), "another window or program has changed these labels".into());
                 }
-                Err(SaveError::Failed(error)) => Ok(Response::refused(422, &error.to_string())),
-            })
-        }
+                Ok(Response { status: 409, ..Response::json(&refused) })
+            }
+            Err(SaveError::Failed(error)) => Ok(Response::refused(422, &error.to_string())),
+        }),
         (true, ["params"]) => body(request, |values: BTreeMap<String, f64>| {
             let loaded = studio.turn(at, &values)?;
             Ok(Response::json(&page::tracks(loaded.now.shown.found())))
         }),
-        (true, ["fit"]) => Response::json(&studio.begin_fit(at)),
+        (true, ["fit"]) => Response::json(&studio.fitting.begin(at)),
+        (true, ["learn"]) => {
+            body(request, |asked: LearnRequest| Ok(Response::json(&studio.begin_learning(at, &asked)?)))
+        }
+        (true, ["learn", "save"]) => body(request, |asked: SaveRequest| {
+            let file = studio.save_learned(at, &asked)?;
+            Ok(Response::json(&json!({ "file": file.display().to_string() })))
+        }),
         (false, ["rules"]) => respond(studio.texts(at)),
         (true, ["rules"]) => body(request, |sent: EditedTexts| {
             let answer = studio.edit(at, sent)?;
@@ -130,13 +138,6 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
         (false, ["explain"]) => explained(request, at, studio),
         _ => not_found(),
     }
-}
-
-/// Labels as a page sends them: the version that it changed, and all lines.
-#[derive(Deserialize)]
-struct LabelsRequest {
-    base: String,
-    lines: Vec<Line>,
 }
 
 /// What a page says with an export.

@@ -6,8 +6,9 @@ use teachtree_analysis::Analysis as AnalysisResult;
 use teachtree_analysis::score::{ComparedResult, Comparison, KnownNames, NameMap, Stage, Tally, Truth, compare, score};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_frames::OpenedLog;
+use teachtree_language::is_primitive;
 use teachtree_logs::allowed_folders::AllowedFolders;
-use teachtree_logs::read::labels::Labels as Table;
+use teachtree_logs::read::labels::{LabelKind, Labels as Table};
 use teachtree_session::score::meets;
 use teachtree_session::{Analysis, Error};
 use teachtree_session::{AnalysisInternals, ErrorInternals, LogInternals, RulesInternals};
@@ -46,10 +47,10 @@ fn truth(analysis: &Analysis, folders: &AllowedFolders) -> Result<Option<(Truth,
     Ok(Some((truth, known)))
 }
 
-/// Returns the ground truth that the labels contain.
+/// Returns the ground truth that the labels contain. Primitives that the rules do not have yet are left out.
 ///
 /// # Errors
-/// The labels have other times, or names that the rules do not declare.
+/// The labels have other times, or tasks that the rules do not declare.
 pub fn truth_of(
     labels: &Table,
     opened: &OpenedLog,
@@ -57,7 +58,15 @@ pub fn truth_of(
     known: &KnownNames,
 ) -> Result<Truth, InputError> {
     meets(labels, &opened.recording.time)?;
-    Truth::of_labels(labels, found.only(), &NameMap::default(), known)
+    let mut labels = labels.clone();
+    labels.intervals.retain(|it| it.kind != LabelKind::Primitive || !is_new(&it.name, known));
+    Truth::of_labels(&labels, found.only(), &NameMap::default(), known)
+}
+
+/// Whether the name of a label could be that of a primitive that the rules do not have yet: `Shake`, `Join(left)`.
+pub fn is_new(name: &str, known: &KnownNames) -> bool {
+    let unsided = name.strip_suffix("(left)").or_else(|| name.strip_suffix("(right)")).unwrap_or(name);
+    !known.primitives.iter().any(|it| it == name) && is_primitive(unsided)
 }
 
 fn argument(error: InputError) -> Error {

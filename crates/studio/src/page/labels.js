@@ -244,13 +244,19 @@ function say(text, isWrong = false) {
   sayAt(status, text, isWrong);
 }
 
+/** Marks a time of a primitive that the rules do not have yet. */
+export function mark(number, label, start, end) {
+  labels.fresh = label;
+  change(replaced(labels.lines, tracks()[number], "primitive", start, end, [{ label, start, end }], sign()));
+}
+
 // ---- saving: one request at a time, the last state wins
 
 async function save() {
   if (labels.saving || labels.theirs) return;
   const at = current.at, lines = labels.lines;
   labels.unsaved = false;
-  labels.saving = put(`api/recording/${at}/labels`, { base: labels.version, lines });
+  labels.saving = put(`api/recording/${at}/labels`, { base: labels.version, lines, new: labels.fresh });
   bar();
   try {
     const saved = await labels.saving;

@@ -12,6 +12,13 @@ const filters = { text: byId("filter-text"), task: byId("filter-task"), outcome:
 let list = { recordings: [], waiting: 0 };
 let opened;
 let choose = () => {};
+const takers = [];
+
+/** Calls `taken` after each answer of the server. */
+export const onTake = (taken) => takers.push(taken);
+
+/** The number of recordings with a label of a primitive that the rules do not have. */
+export const withLabel = (name) => list.recordings.filter((one) => one.new?.includes(name)).length;
 
 /** Calls `open` with the number of a recording that was chosen. */
 export function listen(open) {
@@ -41,6 +48,7 @@ export function take(next) {
   fill(filters.issue, "any issues", list.recordings.flatMap((one) => one.issues || []), [["!", "with an issue"], ["-", "without issues"]]);
   offerOrder();
   draw();
+  takers.forEach((taken) => taken());
 }
 
 const isNumber = (value) => typeof value === "number";

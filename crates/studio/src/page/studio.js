@@ -5,6 +5,7 @@ import "./ask.js";
 import { followRules } from "./editor.js";
 import "./fit.js";
 import { follow as followLabels } from "./labels.js";
+import "./learning.js";
 import * as list from "./list.js";
 import { current, open } from "./recording.js";
 import { get, say, tell } from "./server.js";
@@ -56,6 +57,7 @@ function agreement(next) {
     const changed = next.better || next.worse ? `; ${next.better} better, ${next.worse} worse` : "";
     parts.push(`${parts.length ? "" : "Agreement with labels "}(${next.labeled} recordings): ${words(next.score, next.base)}${changed}`);
   }
+  if (row?.new?.length) parts.push(`labels of ${row.new.join(", ")} are not scored: the rules do not have it`);
   const wrong = row?.score_error;
   say(place, wrong || parts.join(" ") || "No labels to compare with yet", Boolean(wrong));
   place.hidden = current.at === undefined;
