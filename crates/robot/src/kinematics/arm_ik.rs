@@ -93,12 +93,12 @@ impl Arm<'_> {
                 break;
             }
             let jacobian = self.tree.chain_jacobian(&chain, &poses, self.dofs);
-            let square = &jacobian * jacobian.transpose() + Matrix6::identity() * DAMPING;
-            let Some(inverse) = square.try_inverse() else { break };
-            let error = Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z);
-            let step = jacobian.transpose() * (inverse * error);
-            for (&dof, change) in self.dofs.iter().zip(step.iter()) {
-                q[dof] = self.tree.dofs[dof].clamp(q[dof] + change.clamp(-STEP, STEP));
+            let mut square = Matrix6::identity() * DAMPING;
+            jacobian.column_iter().for_each(|column| square.ger(1.0, &column, &column, 1.0));
+            let Some(factor) = square.cholesky() else { break };
+            let weights = factor.solve(&Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z));
+            for (&dof, column) in self.dofs.iter().zip(jacobian.column_iter()) {
+                q[dof] = self.tree.dofs[dof].clamp(q[dof] + column.dot(&weights).clamp(-STEP, STEP));
             }
         }
         missing
