@@ -183,8 +183,15 @@ impl CollisionShape {
     }
 
     /// A point of the shape from which it is near to another one. Of bars it is the nearest to the other's line, so that nearly parallel ones, between which
-    /// each step is a short one, are there at once (C. Ericson, *Real-Time Collision Detection*, 5.1.9).
+    /// each step is a short one, are there at once (C. Ericson, *Real-Time Collision Detection*, 5.1.9). Of a bar and a box it is the nearest point itself.
     fn start_point(&self, other: &Self) -> Point3<f64> {
+        match (self, other) {
+            (Self::Capsule(from, to, _), Self::Box(at, half)) => return nearest_to_box([from, to], at, half),
+            (Self::Box(at, half), Self::Capsule(from, to, _)) => {
+                return self.nearest(&nearest_to_box([from, to], at, half));
+            }
+            _ => {}
+        }
         if let (Self::Capsule(from, to, _), Self::Capsule(from_of_other, to_of_other, _)) = (self, other) {
             let (ours, theirs, between) = (to - from, to_of_other - from_of_other, from - from_of_other);
             let (a, b, e) = (ours.norm_squared(), ours.dot(&theirs), theirs.norm_squared());
@@ -263,6 +270,31 @@ impl CollisionShape {
             }
         }
     }
+}
+
+/// Returns the point of a segment that is nearest to a box about a pose with these half edges, m. Half the squared distance is convex along the segment, and its
+/// slope is linear between the planes of the faces, so that at most six places narrow its root down to an interval in which it is linear.
+fn nearest_to_box([from, to]: [&Point3<f64>; 2], at: &Isometry3<f64>, half: &Vector3<f64>) -> Point3<f64> {
+    let (begins, way) = (at.inverse_transform_point(from).coords, at.inverse_transform_vector(&(to - from)));
+    let slope = |share: f64| {
+        let outside = (begins + way * share).zip_map(half, |value, half| value - value.clamp(-half, half));
+        way.dot(&outside)
+    };
+    let (mut low, mut high) = ((0.0, slope(0.0)), (1.0, slope(1.0)));
+    if low.1 >= 0.0 {
+        return *from;
+    }
+    if high.1 <= 0.0 {
+        return *to;
+    }
+    for (axis, face) in (0..3).flat_map(|axis| [(axis, -half[axis]), (axis, half[axis])]) {
+        let share = (face - begins[axis]) / way[axis];
+        if low.0 < share && share < high.0 {
+            let there = (share, slope(share));
+            if there.1 < 0.0 { low = there } else { high = there }
+        }
+    }
+    from + (to - from) * (low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1))
 }
 
 /// The shapes of a body, its frame. A cylinder counts as the box about it.

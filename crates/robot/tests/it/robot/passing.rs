@@ -72,6 +72,23 @@ proptest! {
         prop_assert_eq!(one.gap_below(&other, below), Some(gap).filter(|gap| *gap < below));
     }
 
+    /// A bar that is nearly parallel to a face of a box, against the least of the distances of many of its points: no point is nearer than the gap.
+    #[test]
+    fn a_bar_is_as_near_to_a_box_as_its_points(
+        from in prop::array::uniform3(-0.4..0.4_f64), length in 0.05..0.5_f64, tilt in prop::array::uniform2(-0.02..0.02_f64),
+    ) {
+        let cube = CollisionShape::Box(Isometry3::identity(), Vector3::new(0.1, 0.05, 0.15));
+        let (from, way) = (Point3::from(from), Vector3::new(length, tilt[0], tilt[1]));
+        let got = CollisionShape::Capsule(from, from + way, 0.01).gap(&cube) + 0.01;
+        prop_assume!(got > 1e-3);
+        let points = (0..=1000).map(|at| cube.distance(&(from + way * (f64::from(at) / 1000.0))));
+        let least = points.fold(f64::INFINITY, f64::min);
+        // Points stand at most 0.51 mm apart.
+        prop_assert!(got <= least + 1e-9 && got > least - 3e-4, "{} m, points {} m", got, least);
+        let turned = cube.gap(&CollisionShape::Capsule(from, from + way, 0.01)) + 0.01;
+        prop_assert!((got - turned).abs() < 1e-9, "{} m, from the box {} m", got, turned);
+    }
+
     /// Two bars, against the least of the distances between many points on them.
     #[test]
     fn bars_are_as_near_as_their_points(ends in prop::array::uniform4(prop::array::uniform3(-0.5..0.5_f64)), radius in 0.0..0.05_f64) {
