@@ -13,7 +13,7 @@ use teachtree_logs::read::csv;
 use teachtree_world::{shipped, teach};
 
 /// The kinds of these mistakes.
-const KINDS: [&str; 9] = [
+const KINDS: [&str; 10] = [
     "changed_offset",
     "distant_tool_point",
     "hanging_object",
