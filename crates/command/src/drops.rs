@@ -95,15 +95,19 @@ fn lost(before: &Task, task: &Task) -> bool {
     let has = |meaning: Meaning| before.segments.iter().any(|segment| segment.does == meaning);
     let touches = before.segments.iter().filter(|segment| segment.touching);
     let only_lifts = { touches }.all(|segment| LIFTS.contains(&segment.does));
-    let on_the_spot = task.segments.first().is_some_and(|segment| segment.touching);
     let way = task.grasp_pose().translation.vector - before.grasp_pose().translation.vector;
-    on_the_spot
+    is_on_the_spot(task)
         && only_lifts
         && !set_down(before)
         && has(Meaning::Close)
         && has(Meaning::Carry)
         && way.norm() < SLIPS_M
         && stands(before, task)
+}
+
+/// Whether the hand touches the object without a motion away from it before: it only approaches again, or does not even let go.
+fn is_on_the_spot(task: &Task) -> bool {
+    task.segments.iter().take_while(|segment| !segment.touching).all(|segment| segment.does == Meaning::Approach)
 }
 
 /// Whether the object was set down before the release: it stands still, and the fingers hold it where they grasped it. A lost object slips in the
@@ -124,20 +128,21 @@ fn stands(before: &Task, task: &Task) -> bool {
     before.object == task.object && turned < STANDS_RAD
 }
 
-/// Adds a task to the omissions of the next one, which takes over its approach if it has none.
+/// Adds a task to the omissions of the next one, which takes over its approach if it is made on the spot.
 fn take_over(mut before: Task, task: &mut Task) {
-    let free = before.segments.iter().take_while(|segment| !segment.touching).count();
-    let on_the_spot = task.segments.first().is_some_and(|segment| segment.touching);
-    let from = if on_the_spot { free } else { 0 };
+    let free = |task: &Task| task.segments.iter().take_while(|segment| !segment.touching).count();
+    let from = if is_on_the_spot(task) { free(&before) } else { 0 };
     let left = left_out(&before, from, "dropped");
     task.left_out = before.left_out.drain(..).chain([left]).chain(task.left_out.drain(..)).collect();
     if from == 0 {
         return;
     }
+    let own: Vec<Segment> = task.segments.drain(..free(task)).collect();
+    let own_s = own.last().map_or(0.0, |last| last.start_s + last.duration_s);
     let grasp = task.segments.first().and_then(|segment| segment.grasp);
     let way: Vec<Segment> = before.segments.drain(..from).map(|segment| Segment { grasp, ..segment }).collect();
     let takes_s = way.last().map_or(0.0, |last| last.start_s + last.duration_s);
-    task.segments.iter_mut().for_each(|segment| segment.start_s += takes_s);
+    task.segments.iter_mut().for_each(|segment| segment.start_s += takes_s - own_s);
     task.segments.splice(..0, way);
     task.start_s = before.start_s;
 }

@@ -166,7 +166,7 @@ fn the_sign_of_a_force_without_a_load_is_judged_at_a_contact() {
     };
     let on_hand = with(|passed| if (passed * 12.6).cos() < -0.5 { 6.0 } else { 0.0 });
     assert_eq!(channel(&on_hand, "right.palm.force"), Some("\"-f<xyz>\""), "{on_hand}");
-    assert!(on_hand.contains("it points against the motion that ends in a contact; else"), "{on_hand}");
+    assert!(on_hand.contains("it points against the motion that ends in a contact. If yours"), "{on_hand}");
     let on_object = with(|passed| if (passed * 12.6).cos() < -0.5 { -6.0 } else { 0.0 });
     assert_eq!(channel(&on_object, "right.palm.force"), Some("f<xyz>"), "{on_object}");
     let aside = with(|passed| 0.1 * passed);

@@ -103,7 +103,7 @@ fn each_fault_of_a_robot_is_one_error_with_its_place() {
         ("'q0 [mm]'", "'q0 [deg]'", "`deg` is an angle (rad), expected a length (m)"),
         (
             "right.palm.position: {link: arm.hand}",
-            "right.gripper.force: {link: arm.hand}",
+            "right.wrist.force: {link: arm.hand}",
             "is neither a position nor a rotation",
         ),
         ("less: 5 mm", "below: 5 mm", "`right.gripper.opening` is not a flag; only flags have a limit"),
