@@ -229,9 +229,9 @@ fn quality(mapped: &MappedGrasp) -> String {
     }
     parts.push(format!("freedom from joint limits {}", each(&|finger| finger.freedom, 2)));
     parts.push(format!("pads {} degrees from the normal", each(&|finger| finger.pad_angle_deg, 0)));
-    parts.extend(mapped.friction_margin.map(|margin| match margin {
-        0.0 => "the contacts can push the object but not hold it".into(),
-        margin => format!("holds with up to {:.0} % less friction", (margin * 100.0).floor().clamp(0.0, 99.0)),
+    parts.extend(mapped.friction_margin.zip(mapped.friction_margin_percent()).map(|margin| match margin {
+        (0.0, _) => "the contacts can push the object but not hold it".into(),
+        (_, percent) => format!("holds with up to {percent:.0} % less friction"),
     }));
     parts.join("; ")
 }

@@ -156,6 +156,7 @@ fn a_page_shows_what_the_robot_did() {
         assert_eq!(text.matches(&format!("<figcaption>{primitive}, ")).count(), 1, "{primitive}");
     }
     pictures_hold_hands_and_objects(&text);
+    assert!(text.contains("<td rowspan=\"3\">99 %</td>"), "no grasp holds without friction");
     assert!(text.contains("joints of the thumb, rad\""), "one unit");
     assert!(text.contains("N at most, within their profile.</p>"));
     for title in ["force of the thumb, z, N", "total force on the object, z, N", "joints of the arm", "manipulability"]

@@ -123,6 +123,13 @@ pub struct MappedGrasp {
     pub fingers: Vec<MappedFinger>,
 }
 
+impl MappedGrasp {
+    /// Returns the margin of friction in percent, rounded down to 0 to 99: no grasp holds without friction.
+    pub fn friction_margin_percent(&self) -> Option<f64> {
+        self.friction_margin.map(|margin| (margin * 100.0).floor().clamp(0.0, 99.0))
+    }
+}
+
 /// A finger of a robot's hand on its contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -31,7 +31,7 @@ fn rows(number: usize, grasp: &MappedGrasp) -> String {
         GraspCriterion::Quality => "",
         GraspCriterion::Manipulability => " by manipulability",
     };
-    let margin = grasp.friction_margin.map_or_else(String::new, |margin| format!("{} %", decimals(margin * 100.0, 0)));
+    let margin = grasp.friction_margin_percent().map_or_else(String::new, |percent| format!("{percent:.0} %"));
     let measure = decimals(grasp.measure, 3);
     let whole = format!(
         "<td rowspan=\"{count}\">{number}{chosen}</td><td rowspan=\"{count}\">{measure}</td><td rowspan=\"{count}\">{margin}</td>"
