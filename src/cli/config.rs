@@ -128,7 +128,7 @@ fn lines_of_entry(settings: &ProjectSettings) -> Vec<Line> {
     let of_paths = paths.into_iter().filter_map(|(name, setting)| {
         setting.as_ref().map(|setting| (name, setting.value.display().to_string(), setting.place.clone()))
     });
-    let texts = [("hand file", &settings.hand_file), ("expect", &settings.expect)];
+    let texts = [("hand model", &settings.hand_file), ("expect", &settings.expect)];
     let of_texts = texts
         .into_iter()
         .filter_map(|(name, setting)| setting.as_ref().map(|it| (name, it.value.clone(), it.place.clone())));

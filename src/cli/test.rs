@@ -404,7 +404,7 @@ fn read(path: &Path) -> Result<Case, Failure> {
     let found = |name: &String| if place(name).is_file() { place(name) } else { PathBuf::from(name) };
     let [binding, scene] = [&expectation.binding, &expectation.scene].map(|name| name.as_ref().map(place));
     // The settings of an expectation are all that count.
-    let source = SourceArgs { binding, scene, is_alone: true, ..SourceArgs::default() };
+    let source = SourceArgs { binding, scene, is_alone: true };
     let rules = RuleArgs {
         rules: expectation.rules.iter().map(found).collect(),
         hand: HandArg { file: expectation.hand.as_ref().map(|hand| found(hand).display().to_string()) },

@@ -199,7 +199,7 @@ fn mutation_says_which_changes_nothing_notices() {
         printed.lines().any(|line| line.contains(&at) && line.contains(change))
     };
     // Without an insertion, another depth changes nothing; without `touching` everything changes.
-    assert!(line("signal inserted", "the thresholds halved"), "{printed}");
+    assert!(line("signal past_rim", "the thresholds halved"), "{printed}");
     assert!(!line("signal touching", "the comparison reversed"), "{printed}");
     // Each of them is followed by the kind of recording that would notice it.
     let lines: Vec<&str> = printed.lines().collect();

@@ -244,7 +244,7 @@ fn what_cannot_be_fitted_is_bad_input() {
         (&["--params", "run_on", "--set", "run_on=400mm/s"], "is set by the binding or by --set"),
         (&["--hold-out", "1"], "1 groups of 2 recordings"),
         (&["--hold-out", "3"], "3 groups of 2 recordings"),
-        (&["--labels", "belt.rules"], "one label file for 2 recordings"),
+        (&["--labels", "belt.rules"], "found a rule file, expected a file of labels"),
     ] {
         let output = fit(folder.path(), args);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", all_said(&output));

@@ -59,5 +59,8 @@ fn what_prompt_rules_cannot_detect_is_said_before_the_first_label() {
     );
     // A hand with forces of two fingertips has all that they need.
     let said = printed(&scene("thumb, index"), &prompt, &log(true));
-    assert!(said.contains("now ") && !said.contains("undetectable"), "{said}");
+    assert!(
+        said.contains("now ") && !said.contains("Grasp cannot") && said.matches("undetectable").count() <= 1,
+        "{said}"
+    );
 }

@@ -252,7 +252,7 @@ fn errors_of_shapes_name_the_key_that_is_expected() {
         ),
         ("cylinder: [15 mm]", "found a list of 1, expected two lengths, the radius and the height"),
         ("box: [640 mm, 600 mm]", "found a list of 2, expected three edge lengths, along x, y and z"),
-        ("box: [6 mm, 6 mm, 0 mm]", "expected above 0"),
+        ("box: [6 mm, 6 mm, 0 mm]", "found 0 m, expected a length (m) above 0"),
         ("at: [0 mm, 0 mm, 0 mm]", "has no shape, expected one of `box`, `cylinder`, `ball`"),
         ("ball: 3 mm, box: [6 mm, 6 mm, 6 mm]", "has `box` and `ball`, expected one shape a part"),
     ] {

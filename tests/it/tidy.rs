@@ -40,6 +40,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
             "crates/learn/src/bank.rs",
             "crates/learn/src/extension/",
             "crates/learn/src/validation.rs",
+            "crates/new_primitive/src/demonstrations.rs",
         ],
     ),
     ("regex_lite", &["src/cli/groups.rs"]),

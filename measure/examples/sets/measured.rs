@@ -88,7 +88,7 @@ pub fn each<T: Send>(
     folder: &Path,
     of: impl Fn(&Path, AnalyzedRecording) -> Result<T, String> + Sync,
 ) -> Result<Vec<Result<T, String>>, String> {
-    let logs = teachtree_session::files::all_logs(&[folder]);
+    let logs = teachtree_session::files::all_logs(&[folder.to_path_buf()]);
     let logs: Vec<PathBuf> = logs.map_err(|error| error.to_string())?;
     let map = NameMap::of_pairs(&set.map()).map_err(|error| error.to_string())?;
     Ok(logs.par_iter().map(|path| of(path, AnalyzedRecording::open(set, folder, &map, path)?)).collect())

@@ -16,7 +16,7 @@ const LIST: &str = "lists what is known";
 const OTHER_TEST: &str = "tested where a server, a link or a large file is made";
 
 /// How pieces of advice begin that no case executes, and why.
-const ELSEWHERE: [(&str, &str); 39] = [
+const ELSEWHERE: [(&str, &str); 44] = [
     ("please report this with the rules", FAULT),
     ("this is a bug of teachtree", FAULT),
     ("this build cannot ", FEATURE),
@@ -55,6 +55,11 @@ const ELSEWHERE: [(&str, &str); 39] = [
     ("`--cut whole` makes one episode", OTHER_TEST),
     ("`param NAME = VALUE in LOW .. HIGH` declares one", OTHER_TEST),
     ("columns of topics are called", OTHER_TEST),
+    ("`teachtree init LOG` writes one, `teachtree config LOG`", OTHER_TEST),
+    ("one of them is held out while the others", OTHER_TEST),
+    ("commands are the JSON file that", OTHER_TEST),
+    ("{one} and {two} are swapped", OTHER_TEST),
+    ("--robot and --scene are swapped", OTHER_TEST),
     ("`udp://127.0.0.1:9000` takes rows of this machine", "it waits for datagrams"),
 ];
 

@@ -15,6 +15,10 @@ use teachtree_robot::{CollisionShape, MAX_DOFS, Robot};
 fn begins_with_whole_hands(page: &Path) {
     let Some(mut browser) = Browser::start() else { return };
     browser.open(page);
+    let sides = browser.eval(
+        "[...document.querySelectorAll('.panel select')].map((one) => one.selectedOptions[0].textContent.split(' ')[0]).join(' ')",
+    );
+    assert_eq!(sides, "left left right right");
     let scripts = teachtree_report::page::SCRIPTS.concat();
     let within = browser.eval(&format!(
         "(() => {{ {scripts}
@@ -28,10 +32,6 @@ fn begins_with_whole_hands(page: &Path) {
            return replay.scene.hands.map((hand) => hand.links.length > 10 && hand.links.every(isShown)); }})()"
     ));
     assert_eq!(within, serde_json::json!([true, true]));
-    let sides = browser.eval(
-        "[...document.querySelectorAll('.panel select')].map((one) => one.selectedOptions[0].textContent.split(' ')[0]).join(' ')",
-    );
-    assert_eq!(sides, "left left right right");
     // The time cursor ends with the plots, where the picture beside them is higher.
     let ends = browser.eval(
         "document.querySelector('#signals').getBoundingClientRect().bottom - document.querySelector('#more').getBoundingClientRect().bottom",

@@ -73,7 +73,19 @@ fn a_fixture_is_where_the_object_came_to_rest_in_it() {
     let (elsewhere, _) = told(&recording, rest, "{}");
     assert!(!elsewhere.iter().any(|segment| segment.contains("Insert")), "{elsewhere:?}");
     let (found, issues) = told(&recording, rest, "places: {holder: {by: peg, when: rest}}");
-    assert_eq!((found, issues), (wanted, vec![]));
+    assert_eq!(issues, [""; 0]);
+    // A place that is learned to fractions of a millimeter moves a boundary by a row.
+    let times = |segments: &[String]| -> Vec<f64> {
+        let numbers =
+            segments.iter().flat_map(|segment| segment.split([' ', ',']).filter_map(|word| word.parse().ok()));
+        numbers.collect()
+    };
+    let (of_found, of_wanted) = (times(&found), times(&wanted));
+    assert_eq!(of_found.len(), of_wanted.len(), "{found:?}");
+    assert!(of_found.iter().zip(&of_wanted).all(|(one, other)| (one - other).abs() < 0.003), "{found:?} {wanted:?}");
+    let names =
+        |segments: &[String]| segments.iter().map(|it| it.split(',').next().unwrap().to_string()).collect::<Vec<_>>();
+    assert_eq!(names(&found), names(&wanted));
 }
 
 #[test]

@@ -3,8 +3,10 @@
 //! Both read as a downward force on a held object that touches nothing. Free motion tells them apart: there a force with the right sign bears the object.
 
 use super::contacts::Contact;
+use super::convex_gap::gaps;
 use super::frame_tally::{FrameTally, LASTS, hundredths};
 use super::motion::{Motion, every, sampled, vector};
+use super::setup::SCENE_ERROR;
 use super::targets::Derivation;
 use crate::clean::preprocess::CleanLog;
 use nalgebra::{Point3, Vector3};
@@ -96,7 +98,7 @@ impl HandForces {
             return;
         }
         self.carries.add(measured, frame, upward);
-        if speed < STOPPED && upward < -PRESSES {
+        if speed < STOPPED && upward < -PRESSES && held.is_clear(frame) {
             self.presses.add(measured, frame, upward);
             if self.hardest.is_none_or(|(force, _)| upward < force) {
                 self.hardest = Some((upward, held.motion.position(frame)));
@@ -174,6 +176,17 @@ impl<'a> InAir<'a> {
     fn is_in_air(&self, frame: usize) -> bool {
         self.contacts.iter().all(|contact| contact.force(frame).norm() < contact_threshold::ON_N)
             && !self.derivation.is_at_socket(self.object, frame)
+    }
+
+    /// Whether no body of the scene is as near as shapes may be wrong.
+    fn is_clear(&self, frame: usize) -> bool {
+        let bodies = self.derivation.measured.scene.bodies.values().zip(self.derivation.motions).enumerate();
+        let at = self.motion.pose(frame);
+        let Some((_, (own, _))) = bodies.clone().nth(self.object) else { return false };
+        let is_near = |(body, motion): (&Body, &Motion)| {
+            gaps((own, &at), (body, &motion.pose(frame)), SCENE_ERROR).iter().any(|gap| gap.width < SCENE_ERROR)
+        };
+        !bodies.into_iter().any(|(index, other)| index != self.object && is_near(other))
     }
 }
 

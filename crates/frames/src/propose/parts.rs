@@ -229,7 +229,7 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
         .collect();
     let sheet_words = words::words(&sheet.name);
     let groups = column_groups::groups(&numbers);
-    groups
+    let mut parts: Vec<Part> = groups
         .into_iter()
         .map(|group| {
             let members: Vec<&ColumnReport> =
@@ -250,7 +250,24 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
             let (name, unit) = (full(&group.name), unit.to_string());
             Part { pattern, name, words, quantity, unit, guessed_unit: "", members, sheet, reason: group.reason }
         })
-        .collect()
+        .collect();
+    torques_beside_forces(&mut parts);
+    parts
+}
+
+/// Vectors whose names differ from that of a force in a letter of torques, such as `Tx_ext` beside `Fx_ext`, are its torques.
+fn torques_beside_forces(parts: &mut [Part]) {
+    let without = |part: &Part, letters: &[&str]| -> Option<Vec<String>> {
+        let others: Vec<String> = part.words.iter().filter(|word| !letters.contains(&word.as_str())).cloned().collect();
+        (others.len() + 1 == part.words.len()).then_some(others)
+    };
+    let of_forces = parts.iter().filter(|part| part.quantity == Quantity::Force);
+    let forces: Vec<Vec<String>> = of_forces.filter_map(|part| without(part, &["f", "force"])).collect();
+    for part in parts.iter_mut().filter(|part| part.quantity == Quantity::Position && part.unit.is_empty()) {
+        if without(part, &["t", "m", "tau"]).is_some_and(|others| forces.contains(&others)) {
+            part.quantity = Quantity::Torque;
+        }
+    }
 }
 
 /// A list of quoted columns with their full names.

@@ -6,6 +6,8 @@ use crate::inspect::{Inspection, SheetReport};
 
 /// The least rate at which short durations of the rules are a sample, Hz.
 const SLOW_HZ: f64 = 19.0;
+/// Largest multiple of the rate of the slowest poses to which parts are resampled: at higher ones, noise of a tracker becomes velocity.
+const POSES: f64 = 4.0;
 /// Why slow logs are resampled.
 const TOO_SLOW: &str = "durations of the rules are shorter than its steps";
 
@@ -22,6 +24,9 @@ pub fn timing(log: &Inspection, survey: &Survey, answers: &Answers) -> Timing {
     let used: Vec<&SheetReport> = log.sheets.iter().filter(|sheet| is_used(sheet, survey)).collect();
     let used = if used.is_empty() { log.sheets.iter().collect() } else { used };
     let (mut lines, mut question) = (vec![], None);
+    if let Some(line) = used.iter().find_map(|sheet| milliseconds(sheet)) {
+        return Timing { lines: vec![line], question };
+    }
     match used.iter().find_map(|sheet| sheet.time.as_deref()) {
         Some("time" | "time [s]") => {}
         Some(time) => lines.push(format!("time: {}", scalar(time))),
@@ -47,6 +52,20 @@ pub fn timing(log: &Inspection, survey: &Survey, answers: &Answers) -> Timing {
     }
     lines.extend(resampling(&used, survey));
     Timing { lines, question }
+}
+
+/// The line for stamps without a unit that are integers at least 1 apart: rows are milliseconds apart, not seconds.
+fn milliseconds(sheet: &SheetReport) -> Option<String> {
+    let time = sheet.time.as_deref()?;
+    let step = 1.0 / sheet.rate_hz;
+    let is_whole = [step, sheet.start_s, sheet.duration_s]
+        .iter()
+        .all(|count| count.is_finite() && (count - count.round()).abs() < 1e-6);
+    let is_fast = !time.contains('[') && (1.0..=1e3 / SLOW_HZ).contains(&step);
+    (is_whole && is_fast).then(|| {
+        let name = scalar(&format!("{time} [ms]"));
+        format!("time: {name}    # whole numbers without a unit, {step:.0} apart; if they are in s, delete `[ms]`")
+    })
 }
 
 /// The column of a single sheet without stamps whose values increase by even steps of less than a second, and are not row numbers.
@@ -84,6 +103,12 @@ fn is_used(sheet: &SheetReport, survey: &Survey) -> bool {
     of_arms || of_grippers || of_hands.chain(of_bodies).any(|part| is_it(part.sheet))
 }
 
+/// The least rate at which the positions of bodies were logged, Hz; infinite without any.
+fn slowest_pose(survey: &Survey) -> f64 {
+    let sheets = survey.bodies.iter().flat_map(|body| &body.positions).map(|part| part.sheet);
+    sheets.map(|sheet| sheet.rate_hz).filter(|rate| *rate > 0.0).fold(f64::INFINITY, f64::min)
+}
+
 /// Lines that bring sheets of their own stamps, uneven or slow stamps to an even rate.
 fn resampling(used: &[&SheetReport], survey: &Survey) -> Vec<String> {
     let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()));
@@ -101,7 +126,7 @@ fn resampling(used: &[&SheetReport], survey: &Survey) -> Vec<String> {
     let is_sparse = missing > 0.3;
     let (rate, why) = match () {
         () if fastest < SLOW_HZ => (50.0, TOO_SLOW),
-        () if used.len() > 1 => (fastest, "its parts have stamps of their own"),
+        () if used.len() > 1 => (fastest.min(POSES * slowest_pose(survey)), "its parts have stamps of their own"),
         () if is_sparse => (100.0, "its rows have some of the values each"),
         () if stamped.iter().any(|sheet| sheet.uneven > 0.01) => (fastest, "its steps are uneven"),
         () if missing > 0.0 => (fastest, "values are missing"),

@@ -92,6 +92,40 @@ fn torques_are_not_positions() {
 }
 
 #[test]
+fn vectors_beside_a_force_of_the_same_name_are_its_torques() {
+    for torque in ["T{}_ext", "M{}_ext", "tau{}_ext"] {
+        let names: Vec<String> =
+            ["F{}_ext", torque].iter().flat_map(|name| ["x", "y", "z"].map(|axis| name.replace("{}", axis))).collect();
+        let mut columns: Vec<Column> = vec![("tcp_x", along), ("tcp_y", along), ("tcp_z", lift)];
+        columns.extend(names.iter().map(|name| (name.as_str(), along as fn(f64) -> f64)));
+        let found = binding(&columns);
+        let wanted = torque.replace("{}", "<xyz>");
+        assert_eq!(channel(&found, "right.wrist.torque"), Some(wanted.as_str()), "{found}");
+        assert!(!found.contains("ext.position"), "{found}");
+    }
+    // Without a force it may be a place.
+    let columns: [Column; 6] =
+        [("tcp_x", along), ("tcp_y", along), ("tcp_z", lift), ("m_x", along), ("m_y", along), ("m_z", lift)];
+    assert_eq!(channel(&binding(&columns), "right.wrist.torque"), None);
+}
+
+#[test]
+fn whole_numbers_that_are_too_far_apart_for_seconds_are_milliseconds() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    let found = |step: u32| {
+        let rows: String =
+            (0..ROWS).map(|row| format!("{},0.1,0.2,{:.4}\n", row * step, lift(f64::from(row) / 200.0))).collect();
+        fs::write(&path, format!("time,tcp_x,tcp_y,tcp_z\n{rows}")).unwrap();
+        propose(&inspect(formats::open(&path).unwrap(), None, None).unwrap(), &Answers::default()).binding
+    };
+    for step in [1, 2, 10] {
+        assert!(found(step).contains("time: time [ms]    # whole numbers"), "{}", found(step));
+    }
+    assert!(!found(0).contains("[ms]"), "{}", found(0));
+}
+
+#[test]
 fn commands_are_not_measurements() {
     for command in ["desired_ee_pose", "target_pose", "goal_tcp", "cmd_pos", "desired_wrench_force"] {
         let names = ["x", "y", "z"].map(|axis| format!("{command}_{axis}"));

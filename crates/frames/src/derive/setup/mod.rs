@@ -17,6 +17,7 @@ mod tool_points;
 mod turns;
 mod units;
 
+pub use rests::SCENE_ERROR;
 pub use survey::{Survey, grips};
 
 use teachtree_base::scene::Scene;
