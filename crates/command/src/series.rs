@@ -278,7 +278,6 @@ impl Series {
         let flat = |poses: &[Isometry3<f64>]| at.iter().map(|&at| flattened(&poses[at], &first)).collect::<Vec<_>>();
         let object = smooth_within(&flat(&self.wanted), RATE_HZ, POSITION_HZ, POSITION_M);
         note(&mut quality, &flat(&self.object), &object);
-        let object: Vec<Isometry3<f64>> = object.iter().map(|flat| unflattened(flat, &first)).collect();
         let contact_of = |finger: Finger| grasp?.contacts.iter().find(|contact| contact.finger == finger);
         let taking_part: Vec<&FingerSeries> = match grasp {
             Some(grasp) if !grasp.contacts.is_empty() => {
@@ -293,32 +292,16 @@ impl Series {
                 (sum / taking_part.len().max(1) as f64).into()
             })
             .collect();
-        // The path of a free hand is smoothed in the reference frame. In the frame of an object that another hand carries, the tremor of that hand moves a
-        // point by its distance times the rotation: by more than smoothing may change.
-        let path_of = |points: Vec<[f64; 3]>| {
-            if piece.touching {
-                return points;
-            }
-            at.iter().zip(points).map(|(&at, point)| (self.wanted[at] * Point3::from(point)).into()).collect()
-        };
-        let in_object = |path: Vec<[f64; 3]>| {
-            if piece.touching {
-                return path;
-            }
-            object.iter().zip(path).map(|(pose, point)| pose.inverse_transform_point(&point.into()).into()).collect()
-        };
-        let hand: Vec<[f64; 3]> = path_of(hand);
         let smooth_hand = smooth_within(&hand, RATE_HZ, POSITION_HZ, POSITION_M);
         note(&mut quality, &hand, &smooth_hand);
         let mut tips = Vec::new();
         for finger in &self.fingers {
             let contact = contact_of(finger.finger);
-            let raw = path_of(at.iter().map(|&at| finger.tip[at].into()).collect());
-            let smoothed = smooth_within(&raw, RATE_HZ, POSITION_HZ, POSITION_M);
+            let raw: Vec<[f64; 3]> = at.iter().map(|&at| finger.tip[at].into()).collect();
+            let mut position = smooth_within(&raw, RATE_HZ, POSITION_HZ, POSITION_M);
             if contact.is_none() || !piece.touching {
-                note(&mut quality, &raw, &smoothed);
+                note(&mut quality, &raw, &position);
             }
-            let mut position: Vec<[f64; 3]> = in_object(smoothed);
             let mut force = vec![[0.0; 3]; at.len()];
             if let Some(contact) = contact.filter(|_| piece.touching) {
                 let normal = Vector3::from(contact.normal);
@@ -346,8 +329,8 @@ impl Series {
             does: piece.does,
             duration_s: at.len().saturating_sub(1) as f64 / RATE_HZ,
             demonstrated_start_s: self.time_s(at[0]),
-            object: object.iter().map(pose_array).collect(),
-            hand: in_object(smooth_hand).into_iter().map(|it| rounded(it.into())).collect(),
+            object: object.iter().map(|flat| unflattened(flat, &first)).collect(),
+            hand: smooth_hand.into_iter().map(|it| rounded(it.into())).collect(),
             tips,
             quality,
             ..Segment::default()
@@ -386,10 +369,10 @@ fn flattened(pose: &Isometry3<f64>, first: &UnitQuaternion<f64>) -> [f64; 6] {
     [place.x, place.y, place.z, turned.x, turned.y, turned.z]
 }
 
-fn unflattened(flat: &[f64; 6], first: &UnitQuaternion<f64>) -> Isometry3<f64> {
+fn unflattened(flat: &[f64; 6], first: &UnitQuaternion<f64>) -> PoseArray {
     let turned = Vector3::new(flat[3], flat[4], flat[5]) / TURN_M;
     let turn = UnitQuaternion::from_scaled_axis(turned) * first;
-    Isometry3::from_parts(Vector3::new(flat[0], flat[1], flat[2]).into(), turn)
+    [flat[0], flat[1], flat[2], turn.w, turn.i, turn.j, turn.k].map(round)
 }
 
 /// Returns a pose as commands write it: seven numbers with seven decimals.

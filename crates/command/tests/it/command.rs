@@ -3,7 +3,6 @@
 use crate::demonstrated::{commanded, performed};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use teachtree_base::hands::Side;
-use teachtree_base::pose::pose_from_array;
 use teachtree_command::smoothing::{deviation, jerk, smooth, smooth_parts, smooth_within};
 use teachtree_command::{Commands, FORCE_HZ, Segment, Task, Tip};
 use teachtree_logs::read::csv::parse_scene;
@@ -255,21 +254,6 @@ fn what_is_moved_beside_the_task_is_said() {
     assert_eq!((moved.why.as_str(), &moved.primitives[..]), ("moves `jar`", &["Push".to_string()][..]));
     assert!((5.7..5.8).contains(&moved.start_s) && (6.0..6.2).contains(&moved.end_s), "{moved:?}");
     assert!(said(5).is_empty());
-}
-
-/// A hand waits while the other one carries the object and trembles: the waiting hand is steady.
-#[test]
-fn a_free_hand_does_not_shake_with_what_the_other_hand_carries() {
-    let commands = commanded("hand_over_left_to_right", 1);
-    let free = commands.tasks.iter().flat_map(|task| &task.segments).filter(|it| !it.touching && it.object.len() > 50);
-    let shakes = |segment: &Segment| {
-        let in_reference = |(pose, hand): (_, &[f64; 3])| (pose_from_array(pose) * Point3::from(*hand)).into();
-        let path: Vec<[f64; 3]> = segment.object.iter().zip(&segment.hand).map(in_reference).collect();
-        deviation(&path, &smooth_parts(&path, commands.rate_hz, 4.0))
-    };
-    let shakes: Vec<(&str, f64)> = free.map(|segment| (segment.primitive.as_str(), shakes(segment))).collect();
-    assert!(shakes.len() >= 3, "{shakes:?}");
-    assert!(shakes.iter().all(|(_, by_m)| *by_m < 0.001), "{shakes:?}");
 }
 
 /// Operators tremble while they press: the robot presses as hard, and does not tremble.
