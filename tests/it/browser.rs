@@ -289,7 +289,10 @@ impl Browser {
     /// The place of the middle of an element in the window.
     pub fn place(&mut self, element: &str) -> (f64, f64) {
         let place = self.eval(&format!(
-            "(() => {{ const box = document.querySelector({}).getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; }})()",
+            "(() => {{ const element = document.querySelector({});
+               const within = (box) => box.top >= 0 && box.bottom <= innerHeight;
+               if (!within(element.getBoundingClientRect())) element.scrollIntoView({{ block: 'center' }});
+               const box = element.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; }})()",
             json!(element)
         ));
         (place[0].as_f64().unwrap(), place[1].as_f64().unwrap())

@@ -191,7 +191,7 @@ fn every_command_colors_labels_and_headings() {
         (of_log("inspect"), "\u{1b}[1mrecognition\u{1b}[0m\n"),
         (of_log("config"), "\u{1b}[1mSawyerLift_demo_1.csv\u{1b}[0m\n"),
         ([&of_log("explain")[..], &["--at", "9s"]].concat(), "\u{1b}[1mright at 9.00"),
-        (vec!["list", "rules"], "\u{1b}[1mrules\u{1b}[0m\n"),
+        (vec!["list"], "\u{1b}[1mrules\u{1b}[0m\n"),
         (vec!["graph", "sound.rules"], "\u{1b}[1mtree single_hand"),
         (vec!["analyze", "none.csv"], error),
         (vec!["audit", "none.csv"], error),
