@@ -328,7 +328,9 @@ fn unused(survey: &Survey) -> String {
         let why = match () {
             () if words::is_command(&part.words) => "    (a command)",
             () if words::is_relative(&part.words) => "    (relative to something)",
-            () if part.quantity == Quantity::Rotation => "    (no position has this name)",
+            () if part.quantity == Quantity::Rotation => {
+                "    (the position of this name is not used, or not in the log)"
+            }
             () => "",
         };
         let _ = writeln!(text, "  #   {}{why}", comment(&scalar(&part.columns())));

@@ -218,7 +218,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
     let is_length = matches!(unit, "m" | "mm" | "cm") && !is_flag;
     let is_scaled = !is_length && !is_flag && aloha_side(part).is_none();
     let scale = Scale::of(part, is_counted).filter(|_| is_scaled);
-    let stroke = scale.and_then(|scale| scale.stroke(part, closed, is_low));
+    let stroke = scale.and_then(|scale| scale.stroke(part, closed, is_low, by_motion.is_some()));
     // Without the opening, the flag alone shows when the gripper closes on an object and lets go.
     if !is_length && stroke.is_none() && !is_flag && by_motion.is_some() {
         limit = plateau_limit(&carried, open, is_low).unwrap_or(limit);

@@ -93,11 +93,20 @@ fn socket(bodies: &[Body], object: &str, insertion: Insertion, is_by_name: bool)
         of: of.map(|body| body.name.to_string()),
         object: object.to_string(),
         rim: rim.into(),
-        axis: axis.into(),
+        axis: straight(axis).into(),
         radius_m: RADIUS_M.max((insertion.beside * 1.2 * 1e3).ceil() / 1e3),
         depth_m: (insertion.depth * 1.1 * 200.0).ceil() / 200.0,
         is_by_name,
     }
+}
+
+/// A direction within 2° of an axis of its frame, as that axis: rotations of trackers scatter.
+fn straight(direction: Vector3<f64>) -> Vector3<f64> {
+    const COSINE: f64 = 0.9994;
+    let axis = direction.iamax();
+    let mut straight = Vector3::zeros();
+    straight[axis] = direction[axis].signum();
+    if direction.dot(&straight) > COSINE { straight } else { direction }
 }
 
 /// Where a body is first, m.

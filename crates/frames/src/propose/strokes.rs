@@ -10,8 +10,9 @@ const STROKES: [(&[&str], [f64; 2], [&str; 2]); 2] = [
 ];
 /// Other grippers.
 const USUAL: ([f64; 2], [&str; 2]) = ([80.0, 100.0], ["a usual one", "another one"]);
-/// A gripper that would be less open while it holds something has another scale, mm: at 2 mm the rules take it for empty.
-const LEAST_MM: f64 = 4.0;
+/// A gripper that would be less open while it holds something has another scale, mm: at 2 mm the rules take it for empty. The second number is for a log that
+/// does not show that the gripper holds something there.
+const LEAST_MM: [f64; 2] = [4.0, 12.0];
 
 /// How a column counts the opening.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,14 +47,15 @@ impl Scale {
             }
             () if is_counted => Some(Self { most: 255.0, name: "counts up to 255" }),
             () if !part.unit.is_empty() || is_other => None,
-            () if is_within(1.0) && column.max > 0.5 => Some(Self { most: 1.0, name: "a share by its range" }),
-            () if is_within(100.0) && column.max > 20.0 => Some(Self { most: 100.0, name: "percent by its range" }),
+            () if is_within(1.0) && column.max > 0.5 => Some(Self { most: 1.0, name: "a share, by its range," }),
+            () if is_within(100.0) && column.max > 20.0 => Some(Self { most: 100.0, name: "percent, by its range," }),
             () => None,
         }
     }
 
-    /// The opening of a gripper that holds something at a value, and is 0 at the same end of the scale. `None` if that would be shut.
-    pub fn stroke(self, part: &Part, held: f64, is_low_closed: bool) -> Option<Stroke> {
+    /// The opening of a gripper that is closed at a value, and is 0 at the same end of the scale; `is_held` if an object moves with it there. `None` if that would
+    /// be shut.
+    pub fn stroke(self, part: &Part, closed: f64, is_low_closed: bool, is_held: bool) -> Option<Stroke> {
         let known = STROKES.iter().find(|(known, ..)| words::has(&part.words, known));
         let ([stroke_mm, other_mm], [of, of_other]) = known.map_or(USUAL, |(_, strokes, of)| (*strokes, *of));
         let columns = |stroke_mm: f64| {
@@ -62,11 +64,12 @@ impl Scale {
             let offset = if is_low_closed { String::new() } else { format!(" + {stroke_mm}") };
             format!("{} * {sign}{factor}{offset} [mm]", part.pattern)
         };
-        let share = if is_low_closed { held / self.most } else { 1.0 - held / self.most };
-        (share * stroke_mm > LEAST_MM).then(|| Stroke {
+        let share = if is_low_closed { closed / self.most } else { 1.0 - closed / self.most };
+        let [least_mm, unsure_mm] = LEAST_MM;
+        (share * stroke_mm > if is_held { least_mm } else { unsure_mm }).then(|| Stroke {
             columns: columns(stroke_mm),
             reason: format!(
-                "{} of {stroke_mm} mm, a stroke that is not in the log: {of}; else `{}`, {of_other}",
+                "{} of the stroke, which is not in the log: {stroke_mm} mm is {of}; for {other_mm} mm, {of_other}, `{}`",
                 self.name,
                 columns(other_mm)
             ),

@@ -75,10 +75,10 @@ fn rows_of(part: &Part, time_s: f64) -> usize {
 
 /// Whether the force points along the motion with which the hand meets something, as that on the object does; `None` if the log does not show it.
 fn is_along_motion(force: &Part, hand: &Hand, survey: &Survey) -> Option<bool> {
-    /// The least force of a contact, N, and the least way before it, m, in this time, s.
-    const CONTACT_N: f64 = 1.0;
+    /// The least force of a contact, N and as a share of the largest one, and the least way before it, m, in this time, s.
+    const CONTACT: (f64, f64) = (0.5, 0.1);
     const WAY_M: f64 = 0.005;
-    const BEFORE_S: f64 = 0.3;
+    const BEFORE_S: f64 = 0.5;
     /// It lasts this long, s: a shorter one is a blow.
     const LASTS_S: f64 = 0.2;
     /// The least cosine of the angle between them.
@@ -91,7 +91,7 @@ fn is_along_motion(force: &Part, hand: &Hand, survey: &Survey) -> Option<bool> {
     let norm = |vector: &[f64; 3]| distance(*vector, [0.0; 3]);
     let mut norms: Vec<f64> = rows.iter().flatten().map(norm).collect();
     norms.sort_by(f64::total_cmp);
-    let limit = (norms.get(norms.len() * 49 / 50)? / 2.0).max(CONTACT_N);
+    let limit = (norms.get(norms.len() * 49 / 50)? * CONTACT.1).max(CONTACT.0);
     let is_above = |row: usize| rows[row].as_ref().is_some_and(|it| norm(it) > limit);
     let before = rows_of(force, BEFORE_S);
     let lasts = rows_of(force, LASTS_S);

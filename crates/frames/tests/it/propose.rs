@@ -410,6 +410,18 @@ fn a_body_that_stands_still_is_the_socket_of_what_enters_it() {
     let line = scene.lines().find(|line| line.starts_with("  fixture: ")).unwrap_or(&scene);
     assert!(line.contains("{role: socket, sockets: {hole: {rim: [0 mm, 10 mm, "), "{line}");
     assert!(line.contains("axis: [0, 0, 1]"), "{line}");
+    // A tracker that is off by 0.5° about x does not tilt the hole.
+    let tilted: Vec<Column> = columns
+        .iter()
+        .map(|(name, value)| match *name {
+            "fixture_qw" | "fixture_qz" => (*name, (|_| 0.5_f64.sqrt()) as fn(f64) -> f64),
+            "fixture_qx" | "fixture_qy" => (*name, (|_| 0.003_1) as fn(f64) -> f64),
+            _ => (*name, *value),
+        })
+        .collect();
+    let scene = placed_scene(&tilted);
+    let line = scene.lines().find(|line| line.starts_with("  fixture: ")).unwrap_or(&scene);
+    assert!(line.contains("axis: [0, 0, 1]"), "{line}");
     // Without a force the name of the body shows it.
     let mut named: Vec<Column> = columns.iter().filter(|(name, _)| !name.starts_with('f')).copied().collect();
     named.extend([("socket_x", carried_end as fn(f64) -> f64), ("socket_y", still), ("socket_z", |_| 0.07)]);

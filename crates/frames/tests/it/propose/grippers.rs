@@ -184,7 +184,7 @@ fn a_percentage_is_an_opening_by_a_stroke() {
     let (found, scene) = with("gripper_pct", |passed| 1e3 * width(passed));
     assert_eq!(channel(&found, opening), Some("gripper_pct * 0.8 [mm]"), "{found}");
     assert!(
-        found.contains("percent of 80 mm, a stroke that is not in the log: a usual one; else `gripper_pct * 1 [mm]`"),
+        found.contains("percent of the stroke, which is not in the log: 80 mm is a usual one; for 100 mm, another one, `gripper_pct * 1 [mm]`"),
         "{found}"
     );
     assert!(scene.contains("peg: {role: object, parts: [{box: [24 mm, 24 mm, 24 mm]}]}"), "{scene}");

@@ -52,5 +52,8 @@ fn three_angles_in_degrees_are_roll_pitch_and_yaw_unless_the_second_is_too_large
 #[test]
 fn the_reason_why_a_rotation_is_not_used_is_named() {
     let found = with(["camera_roll", "camera_pitch", "camera_yaw"], [along, still, still]);
-    assert!(found.contains("#   camera_<rpy=roll pitch yaw>    (no position has this name)"), "{found}");
+    assert!(
+        found.contains("#   camera_<rpy=roll pitch yaw>    (the position of this name is not used, or not in the log)"),
+        "{found}"
+    );
 }
