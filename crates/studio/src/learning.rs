@@ -64,7 +64,7 @@ impl Studio {
         for number in 0..self.recordings.len() {
             // The list has the error of a recording that cannot be analyzed.
             let Ok(loaded) = self.loaded(number) else { continue };
-            if options.clone().for_log(loaded.log())?.digest() != digest {
+            if !options.clone().for_log(loaded.log()).is_ok_and(|rules| rules.digest() == digest) {
                 continue;
             }
             let opened = loaded.log().opened()?;
@@ -104,6 +104,11 @@ impl Studio {
         let outcome = self.learning.outcome().unwrap_or_default();
         let text = outcome["rules"].as_str().ok_or_else(|| wrong("no rules were learned"))?;
         let file = Path::new(&asked.file);
+        if outcome["proved"] != json!(true) {
+            return Err(wrong(
+                "the rules are not proved to only add to those that they extend, so they are not written",
+            ));
+        }
         let is_name = file.file_name() == Some(file.as_os_str()) && !asked.file.contains('\\');
         if !is_name || file.extension().is_none_or(|ending| ending != "rules") {
             return Err(wrong("expected the name of a rule file without a folder, such as `shake.rules`"));

@@ -13,7 +13,7 @@ const FEATURE: &str = "another build of the program";
 const OTHER_PROGRAM: &str = "another program does it";
 const TOO_LARGE: &str = "needs gigabytes";
 const LIST: &str = "lists what is known";
-const OTHER_TEST: &str = "tested where a server, a link or a large file is made";
+const OTHER_TEST: &str = "a test of its own executes it: it needs a server, a link, a large file or several commands";
 
 /// How pieces of advice begin that no case executes, and why.
 const ELSEWHERE: [(&str, &str); 44] = [

@@ -127,7 +127,7 @@ impl HandForces {
             at.x,
             at.y,
             at.z,
-            hundredths(-press)
+            hundredths(at_rest - press)
         );
         Some(self.presses.issue(IssueKind::MISSING_BODY, channel.into(), message))
     }

@@ -132,8 +132,12 @@ impl Derivation {
     /// Takes a frame: its stamp, s, and its values, SI, of the columns of the rows.
     pub fn push(&mut self, time_s: f64, values: &[f64]) {
         self.time.push(time_s);
-        let is_closed = |(at, limit): &(usize, f64)| values.get(*at).is_some_and(|opening| opening < limit);
-        let flags = self.closing_limits.iter().map(|gripper| f64::from(u8::from(is_closed(gripper))));
+        // Without an opening, the gripper is neither open nor closed.
+        let closed = |(at, limit): &(usize, f64)| match values.get(*at) {
+            Some(opening) if !opening.is_nan() => f64::from(u8::from(opening < limit)),
+            _ => f64::NAN,
+        };
+        let flags = self.closing_limits.iter().map(closed);
         self.values.iter_mut().zip(values.iter().copied().chain(flags)).for_each(|(column, value)| column.push(value));
     }
 

@@ -72,12 +72,14 @@ fn still(
         let moves = |next: &usize| path[*next].is_some_and(|at| (at - first).norm() > REST_M) || is_held(*next);
         let end = (row..path.len()).find(moves).unwrap_or(path.len());
         let is_end = time[row] - time[0] < REST_S || end == path.len();
-        if time[end - 1] - time[row] >= REST_S && (is_end || !are_ends_only) {
-            found.push(row..end);
-            row = end;
-        } else {
+        if time[end - 1] - time[row] < REST_S {
             row += 1;
+            continue;
         }
+        if is_end || !are_ends_only {
+            found.push(row..end);
+        }
+        row = end;
     }
     found
 }

@@ -24,10 +24,10 @@ pub fn timing(log: &Inspection, survey: &Survey, answers: &Answers) -> Timing {
     let used: Vec<&SheetReport> = log.sheets.iter().filter(|sheet| is_used(sheet, survey)).collect();
     let used = if used.is_empty() { log.sheets.iter().collect() } else { used };
     let (mut lines, mut question) = (vec![], None);
-    if let Some(line) = used.iter().find_map(|sheet| milliseconds(sheet)) {
-        return Timing { lines: vec![line], question };
-    }
+    let in_ms = used.iter().find_map(|sheet| milliseconds(sheet));
+    let unit_s = if in_ms.is_some() { 1e-3 } else { 1.0 };
     match used.iter().find_map(|sheet| sheet.time.as_deref()) {
+        _ if in_ms.is_some() => lines.extend(in_ms),
         Some("time" | "time [s]") => {}
         Some(time) => lines.push(format!("time: {}", scalar(time))),
         None if even_stamps(&used).is_some() => {
@@ -50,7 +50,7 @@ pub fn timing(log: &Inspection, survey: &Survey, answers: &Answers) -> Timing {
             }
         }
     }
-    lines.extend(resampling(&used, survey));
+    lines.extend(resampling(&used, survey, unit_s));
     Timing { lines, question }
 }
 
@@ -109,24 +109,27 @@ fn slowest_pose(survey: &Survey) -> f64 {
     sheets.map(|sheet| sheet.rate_hz).filter(|rate| *rate > 0.0).fold(f64::INFINITY, f64::min)
 }
 
-/// Lines that bring sheets of their own stamps, uneven or slow stamps to an even rate.
-fn resampling(used: &[&SheetReport], survey: &Survey) -> Vec<String> {
+/// Lines that bring sheets of their own stamps, uneven or slow stamps to an even rate; `unit_s` is the unit of the stamps, s.
+fn resampling(used: &[&SheetReport], survey: &Survey, unit_s: f64) -> Vec<String> {
     let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()));
     let missing = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.missing());
     let missing = missing.fold(0.0, f64::max);
     let stamped: Vec<&&SheetReport> =
         used.iter().filter(|sheet| sheet.rate_hz > 0.0 && sheet.duration_s > 0.0).collect();
-    let fastest = stamped.iter().map(|sheet| sheet.rate_hz).fold(0.0, f64::max);
+    let fastest = stamped.iter().map(|sheet| sheet.rate_hz / unit_s).fold(0.0, f64::max);
     if fastest <= 0.0 {
         return vec![];
     }
-    let slowest = stamped.iter().map(|sheet| sheet.rows as f64 / sheet.duration_s).fold(f64::INFINITY, f64::min);
-    let longest = stamped.iter().map(|sheet| sheet.longest_step_s).fold(0.0, f64::max);
+    let slowest =
+        stamped.iter().map(|sheet| sheet.rows as f64 / (sheet.duration_s * unit_s)).fold(f64::INFINITY, f64::min);
+    let longest = stamped.iter().map(|sheet| sheet.longest_step_s * unit_s).fold(0.0, f64::max);
     // Rows of several topics in one table have the values of one of them each.
     let is_sparse = missing > 0.3;
     let (rate, why) = match () {
         () if fastest < SLOW_HZ => (50.0, TOO_SLOW),
-        () if used.len() > 1 => (fastest.min(POSES * slowest_pose(survey)), "its parts have stamps of their own"),
+        () if used.len() > 1 => {
+            (fastest.min(POSES * slowest_pose(survey) / unit_s), "its parts have stamps of their own")
+        }
         () if is_sparse => (100.0, "its rows have some of the values each"),
         () if stamped.iter().any(|sheet| sheet.uneven > 0.01) => (fastest, "its steps are uneven"),
         () if missing > 0.0 => (fastest, "values are missing"),
