@@ -67,7 +67,7 @@ fn found(recording: &Recording) -> Vec<String> {
 fn a_press_of_a_held_object_on_nothing_names_a_missing_body() {
     assert_eq!(found(&log(|bears, _| bears)), [""; 0]);
     let press = |bears: f64, presses: bool| if presses { bears - 16.0 } else { bears };
-    let message = "missing_body right.fingers.force: `peg` stops at [300 mm, 0 mm, 80 mm] while the hand presses it down with 15.01 N, and it touches no body \
+    let message = "missing_body right.fingers.force: `peg` stops at [300 mm, 0 mm, 80 mm] while the hand presses it down with 15 N, and it touches no body \
                    of the scene: the scene lacks the body below it, such as a socket";
     assert_eq!(found(&log(press)), [message]);
     // The body is there.
