@@ -193,6 +193,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 }
             }
             case.expectation = Expectation::read(&text, &shown.to_string())?;
+            case.expectation.count_from(case.analysis.meta().zero_stamp_s);
             differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
         }
         if met && !is_quiet() {
@@ -397,7 +398,7 @@ const MAX_EXPECTATION: u64 = 16 << 20;
 fn read(path: &Path) -> Result<Case, Failure> {
     let shown = path.display().to_string();
     let text = text::read(path, MAX_EXPECTATION)?;
-    let expectation = Expectation::read(&text, &shown)?;
+    let mut expectation = Expectation::read(&text, &shown)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let place = |name: &String| folder.join(name);
     // What does not lie beside the expectation is the name of a shipped file.
@@ -415,6 +416,7 @@ fn read(path: &Path) -> Result<Case, Failure> {
     let rules = analysis.rules.load(&log).map_err(|error| Failure::from(error).named_in(&shown))?;
     expectation.check(rules.set(), &shown)?;
     let analysis = rules.analyze(&log)?;
+    expectation.count_from(analysis.meta().zero_stamp_s);
     Ok(Case { path: path.to_path_buf(), expectation, analysis })
 }
 

@@ -78,6 +78,7 @@ mod sets;
 mod shared;
 mod shipped_failures;
 mod signals;
+mod since_1970;
 mod stream;
 mod studio;
 mod subjects;

@@ -77,7 +77,7 @@ impl Studio {
         self.send(format!("GET {root}{path} HTTP/1.1\r\nHost: {host}\r\n{fields}Connection: close\r\n\r\n").as_bytes())
     }
 
-    fn get(&self, path: &str) -> Value {
+    pub fn get(&self, path: &str) -> Value {
         let answer = self.get_with(path, "");
         assert_eq!(answer.status, 200, "{path}: {}", answer.json());
         answer.json()

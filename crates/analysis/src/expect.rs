@@ -20,6 +20,7 @@ use super::{Analysis, TrackId};
 use teachtree_base::error::InputError;
 use teachtree_base::units::{self, Dimension};
 use teachtree_language::rules::Rules;
+use teachtree_logs::read::first_stamp::in_recording;
 
 /// The default tolerance of a boundary, s.
 pub const TOLERANCE_S: f64 = 0.02;
@@ -72,6 +73,14 @@ pub struct Line {
 }
 
 impl Expectation {
+    /// Lets times since 1970 count as those of the recording do; `zero_stamp_s` is what the stamps of its log show at 0 s.
+    pub fn count_from(&mut self, zero_stamp_s: f64) {
+        for line in &mut self.lines {
+            line.start_s = in_recording(line.start_s, zero_stamp_s);
+            line.end_s = in_recording(line.end_s, zero_stamp_s);
+        }
+    }
+
     /// Reads a file; `name` is its name in errors.
     ///
     /// # Errors

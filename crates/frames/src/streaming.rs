@@ -38,7 +38,7 @@ use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::issue::Issue;
 use teachtree_logs::names;
 use teachtree_logs::read::csv::{self, StampSource, WantedColumn};
-use teachtree_logs::read::first_stamp::SINCE_1970_S;
+use teachtree_logs::read::first_stamp::count_from_first;
 use teachtree_logs::read::formats;
 use teachtree_logs::read::table::{Blocks, ColumnRequest, Table};
 
@@ -61,8 +61,10 @@ pub struct StreamedLog {
 pub struct FirstPass {
     flow: StreamedLog,
     channels: Vec<ChannelSpec>,
-    /// Stamp of each frame, s.
+    /// Time of each frame, s.
     pub time: Vec<f64>,
+    /// What the stamps of the log show at 0 s.
+    pub zero_stamp_s: f64,
     /// Frames per second.
     pub rate_hz: f64,
     /// Gap-free stretches of frames.
@@ -176,17 +178,26 @@ impl StreamedLog {
             }
             time.extend(block.time);
         }
-        // Stamps since 1970 are counted from the first one.
-        if gap_filling::any(&time) || time.first().is_some_and(|first| *first >= SINCE_1970_S) {
+        if gap_filling::any(&time) {
             return None;
         }
+        let zero_stamp_s = count_from_first(&mut time, &mut [], &mut []);
         let listed: Vec<(&str, UnknownColumn)> =
             unknown.iter().map(|(name, why)| (name.as_str(), why.borrowed())).collect();
         let ends = Recording { time: span(&time).to_vec(), scene: self.scene.clone(), ..Recording::default() };
         let mut issues = unknown_columns::ignored(&ends, &listed);
         let Timebase { rate_hz, rows: _, stretches } = timebase(&time, &vec![true; time.len()], &mut issues).ok()?;
         let sensors = self.sensors(&time, rate_hz, channels)?;
-        Some(FirstPass { flow: self, channels: channels.to_vec(), time, rate_hz, stretches, issues, sensors })
+        Some(FirstPass {
+            flow: self,
+            channels: channels.to_vec(),
+            time,
+            zero_stamp_s,
+            rate_hz,
+            stretches,
+            issues,
+            sensors,
+        })
     }
 
     /// The learned data of the force sensors of a log with these stamps, for rules with these channels.
@@ -283,6 +294,8 @@ impl FirstPass {
                         None if is_last && held.end() == self.time.len() => break,
                         None => return Err(gone()),
                     };
+                    block.time.iter_mut().for_each(|stamp| *stamp -= self.zero_stamp_s);
+                    block.issues.iter_mut().for_each(|issue| issue.count_from(self.zero_stamp_s));
                     if !plain.look(&block, &self.flow) {
                         return Err(not_plain());
                     }

@@ -26,6 +26,12 @@ impl Issue {
         let [channel, message] = [&self.channel, &self.message].map(|text| spelling.shown(text).into_owned());
         Self { channel, message, ..self }
     }
+
+    /// Lets the times of the issue count from a later one, s.
+    pub fn count_from(&mut self, zero_s: f64) {
+        self.start_s -= zero_s;
+        self.end_s -= zero_s;
+    }
 }
 
 /// The kind of an issue in an interval of a log. Its name can be compared with a text: `issue.kind == "gap"`. docs/logs.md lists the kinds.

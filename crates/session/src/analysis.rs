@@ -44,15 +44,18 @@ impl Analysis {
     }
 
     fn by(rules: &Rules, log: &Log) -> Result<Self, Error> {
-        let meta = meta_of(rules, log);
-        let of = |found, run| Self { found, meta, rules: rules.clone(), log: log.clone(), run };
+        let of = |found, run, zero_stamp_s| {
+            let meta = meta_of(rules, log, zero_stamp_s);
+            Self { found, meta, rules: rules.clone(), log: log.clone(), run }
+        };
         if let Some(flow) = log.flow()
-            && let Some(found) = streaming::analyze(rules.set(), flow)
+            && let Some((found, zero_stamp_s)) = streaming::analyze(rules.set(), flow)
         {
-            return Ok(of(found, OnceLock::new()));
+            return Ok(of(found, OnceLock::new(), zero_stamp_s));
         }
-        let (run, found) = Run::analyzed(rules.set(), log.opened()?, log.binding().is_some())?;
-        Ok(of(found, OnceLock::from(run)))
+        let opened = log.opened()?;
+        let (run, found) = Run::analyzed(rules.set(), opened, log.binding().is_some())?;
+        Ok(of(found, OnceLock::from(run), opened.zero_stamp_s))
     }
 
     /// Returns the analysis with the expected tasks of the log's binding.
@@ -215,11 +218,11 @@ impl Analysis {
 }
 
 /// What was analyzed, by which rules.
-fn meta_of(rules: &Rules, log: &Log) -> Meta {
+fn meta_of(rules: &Rules, log: &Log, zero_stamp_s: f64) -> Meta {
     Meta {
         log: log.name(),
         name: log.short_name(),
-        zero_stamp_s: log.zero_stamp_s(),
+        zero_stamp_s,
         binding: log.binding().map(|path| path.display().to_string()),
         rules: rules.files().map(str::to_string).collect(),
         hand_model: rules.hand_model(),
@@ -532,7 +535,7 @@ impl AnalysisInternals for Analysis {
     fn by_rules(&self, rules: &Rules) -> Result<Self, Error> {
         let log = &self.log;
         let (run, found) = self.run()?.again(rules.set(), log.opened()?, log.binding().is_some())?;
-        let (meta, run) = (meta_of(rules, log), OnceLock::from(run));
+        let (meta, run) = (meta_of(rules, log, self.meta.zero_stamp_s), OnceLock::from(run));
         let analysis = Self { found, meta, rules: rules.clone(), log: log.clone(), run };
         analysis.with_binding_expectation()
     }

@@ -357,8 +357,6 @@ impl fmt::Display for Log {
 pub trait LogInternals: Sized {
     /// A log whose columns are known, with the binding and the scene of a request.
     fn open_source(source: Source, request: &OpenRequest) -> Result<Self, Error>;
-    /// Returns the clock of the log at t = 0, s: not 0 if a binding shifts the stamps.
-    fn zero_stamp_s(&self) -> f64;
     /// The path of the log, as it was given.
     fn path(&self) -> &Path;
     /// The log in memory.
@@ -378,14 +376,6 @@ pub trait LogInternals: Sized {
 impl LogInternals for Log {
     fn open_source(source: Source, request: &OpenRequest) -> Result<Self, Error> {
         Self::open_source_with(source, request, &ProjectSettings::default())
-    }
-
-    fn zero_stamp_s(&self) -> f64 {
-        match self.0.opened.get() {
-            Some(Ok(opened)) => opened.zero_stamp_s,
-            // Only logs without a binding are read in windows.
-            _ => 0.0,
-        }
     }
 
     fn path(&self) -> &Path {

@@ -15,7 +15,6 @@ use teachtree_analysis::score::{self, KnownNames, NameMap, Stage, Truth};
 use teachtree_analysis::{Analysis as AnalysisResult, TrackId};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_frames::OpenedLog;
-use teachtree_logs::read::first_stamp;
 use teachtree_logs::read::labels::{self, LabelKind};
 use teachtree_logs::read::text;
 use teachtree_report as report;
@@ -68,10 +67,7 @@ pub fn read_labels(
         return atoms::read(file, opened, map, known);
     }
     let mut labels = labels::read(file, &opened.log, &opened.row_time)?;
-    for interval in &mut labels.intervals {
-        let in_recording = |time_s| first_stamp::in_recording(time_s, opened.zero_stamp_s);
-        (interval.start_s, interval.end_s) = (in_recording(interval.start_s), in_recording(interval.end_s));
-    }
+    labels.count_from(opened.zero_stamp_s);
     meets(&labels, &opened.recording.time)?;
     Ok(labels)
 }

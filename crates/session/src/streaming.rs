@@ -12,20 +12,20 @@ use teachtree_language::Rules;
 use teachtree_language::graph::{Graph, lower};
 use teachtree_logs::issue::Issue;
 
-/// Analyzes a log; `None` when the log has to be in memory for that, or when something is wrong with it: reading it into memory then returns
+/// Analyzes a log, and returns what its stamps show at 0 s, too; `None` when the log has to be in memory for that, or when something is wrong with it: reading it into memory then returns
 /// the error.
-pub fn analyze(rules: &Rules, flow: StreamedLog) -> Option<Analysis> {
+pub fn analyze(rules: &Rules, flow: StreamedLog) -> Option<(Analysis, f64)> {
     let known = flow.look_through(&channels(rules))?;
     analysis::check_rate(rules, known.rate_hz).ok()?;
     let run = StreamRun::new(rules, lower(rules)).over(&known).ok()?;
     let (objects, bodies, attached) = known.names();
-    let FirstPass { time, stretches, .. } = known;
+    let FirstPass { time, stretches, zero_stamp_s, .. } = known;
     let StreamRun { leaves, spilled, layout, issues, .. } = run;
     let (channels, len) = (channels(rules), time.len());
     let frames =
         Frames { channels, len, time, stretches, layout, objects, bodies, attached, issues, ..Frames::default() };
     let found = analysis::analyze_series(rules, &frames, &spilled, &leaves);
-    (!spilled.failed()).then_some(found)
+    (!spilled.failed()).then_some((found, zero_stamp_s))
 }
 
 /// A run of rules over a log.

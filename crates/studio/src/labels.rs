@@ -119,7 +119,8 @@ pub fn read_table(
         return Ok(None);
     }
     let text = text::whole(&folders.open(&path)?, &path, MAX_BYTES)?;
-    let found = labels::table(text.as_bytes(), &path, &opened.log, &opened.row_time)?;
+    let mut found = labels::table(text.as_bytes(), &path, &opened.log, &opened.row_time)?;
+    found.count_from(opened.zero_stamp_s);
     Ok(Some((text, found)))
 }
 

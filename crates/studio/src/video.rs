@@ -64,7 +64,7 @@ fn of_set(log: &Log, folders: &AllowedFolders) -> Result<Vec<Video>, InputError>
     let episode = formats::recording_of(log.path());
     let videos = formats::lerobot::video::videos(&folder, episode.as_deref(), folders)?;
     // Stamps of a set begin at 0 with each episode.
-    let zero = log.zero_stamp_s();
+    let zero = log.opened().map_or(0.0, |opened| opened.zero_stamp_s);
     let shown =
         |it: Stored| Video { camera: it.camera, file: it.file, offset_s: it.from_s + zero, folders: folders.clone() };
     Ok(videos.into_iter().map(shown).collect())

@@ -10,10 +10,7 @@ pub const SINCE_1970_S: f64 = 1e8;
 pub fn count_from_first(time: &mut [f64], row_time: &mut [f64], issues: &mut [Issue]) -> f64 {
     let Some(first) = time.first().copied().filter(|first| *first >= SINCE_1970_S) else { return 0.0 };
     time.iter_mut().chain(row_time).for_each(|stamp| *stamp -= first);
-    for issue in issues {
-        issue.start_s -= first;
-        issue.end_s -= first;
-    }
+    issues.iter_mut().for_each(|issue| issue.count_from(first));
     first
 }
 

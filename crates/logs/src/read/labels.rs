@@ -15,6 +15,7 @@ mod gaps;
 
 use super::date_time::date_time;
 use super::file;
+use super::first_stamp::in_recording;
 use super::formats::{delimited_text, stem};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, Read};
@@ -80,6 +81,16 @@ pub struct Interval {
     pub start_s: f64,
     /// End, s.
     pub end_s: f64,
+}
+
+impl Labels {
+    /// Lets times since 1970 count as those of the recording do; `zero_stamp_s` is what the stamps of its log show at 0 s.
+    pub fn count_from(&mut self, zero_stamp_s: f64) {
+        for interval in &mut self.intervals {
+            interval.start_s = in_recording(interval.start_s, zero_stamp_s);
+            interval.end_s = in_recording(interval.end_s, zero_stamp_s);
+        }
+    }
 }
 
 /// The kinds of labels.

@@ -452,6 +452,9 @@ impl Feed {
         let mut live = if self.options.confidence { live.with_confidence() } else { live };
         let mut events: Vec<LiveEvent> =
             self.origin_ns.into_iter().flat_map(|origin_ns| live.begin(origin_ns)).collect();
+        let columns: Vec<&Cells> = rows.columns().values().collect();
+        let values = |row: usize| columns.iter().map(|cells| at(cells, row)).collect::<Vec<f64>>();
+        live.start(&values(0));
         // Issues of a given recording do not concern this log.
         let learned = calibration.issues().iter().filter(|_| self.options.calibration.is_none());
         for issue in undetectable(&log, &rules).iter().chain(learned).chain(&beginning.issues) {
@@ -464,10 +467,8 @@ impl Feed {
             let issue = Issue { kind: IssueKind::UNREADABLE_ROW, start_s, end_s: start_s, channel, message };
             events.extend(live.report(issue));
         }
-        let columns: Vec<&Cells> = rows.columns().values().collect();
         for row in 0..rows.rows() {
-            let values: Vec<f64> = columns.iter().map(|cells| at(cells, row)).collect();
-            events.extend(live.push(&values)?);
+            events.extend(live.push(&values(row))?);
         }
         self.state = State::Running(header, Box::new(live));
         Ok(events)

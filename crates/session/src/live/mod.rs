@@ -33,6 +33,7 @@ use teachtree_frames::live::{self as stream, Calibration as Learned, Derivation,
 use teachtree_language::graph::{Graph, lower};
 use teachtree_language::rules::Label;
 use teachtree_logs::issue::{Issue, IssueKind};
+use teachtree_logs::read::first_stamp::{SINCE_1970_S, in_recording};
 use teachtree_logs::read::table::ColumnRequest;
 
 /// The period at which the newest frames are labeled, and at which segments and tasks are searched, s.
@@ -151,6 +152,8 @@ pub struct Live {
     events: Vec<LiveEvent>,
     sequence: u64,
     newest_s: f64,
+    /// What the stamps of the log show at 0 s; `None` before the first row.
+    zero_stamp_s: Option<f64>,
     /// The spelling of the channels in the rows, for messages.
     spelling: FieldNames,
 }
@@ -222,6 +225,7 @@ impl Live {
             events: vec![],
             sequence: 0,
             newest_s: 0.0,
+            zero_stamp_s: None,
             spelling,
         })
     }
@@ -252,9 +256,10 @@ impl Live {
             let message = format!("found {} values, expected one for each of {} columns", row.len(), self.wants.len());
             return Err(Error::new(InputError::new("the row", message), ErrorKind::Argument));
         }
+        self.start(row);
         let value =
             |at: usize| row.get(at).copied().unwrap_or(f64::NAN) * self.wants.get(at).copied().flatten().unwrap_or(1.0);
-        let time_s = value(self.time_at);
+        let time_s = value(self.time_at) - self.zero_stamp_s.unwrap_or_default();
         let mut values = std::mem::take(&mut self.values);
         values.clear();
         values.extend(self.columns.iter().map(|at| value(*at)));
@@ -262,6 +267,23 @@ impl Live {
         self.values = values;
         taken?;
         Ok(std::mem::take(&mut self.events))
+    }
+
+    /// Lets times since 1970 count from those of the first row.
+    pub(crate) fn start(&mut self, row: &[f64]) {
+        if self.zero_stamp_s.is_some() {
+            return;
+        }
+        let factor = self.wants.get(self.time_at).copied().flatten().unwrap_or(1.0);
+        let Some(stamp_s) = row.get(self.time_at).map(|stamp| stamp * factor).filter(|stamp| stamp.is_finite()) else {
+            return;
+        };
+        let since_1970 = stamp_s >= SINCE_1970_S;
+        self.zero_stamp_s = Some(if since_1970 { stamp_s } else { 0.0 });
+        if since_1970 {
+            // A cast from f64 saturates.
+            self.event(Inner::Clock { origin_ns: (stamp_s * 1e9).round() as i64 });
+        }
     }
 
     /// Takes a row in SI.
@@ -347,8 +369,11 @@ impl Live {
         self.newest_s
     }
 
-    /// Reports an issue of the source.
-    pub(crate) fn report(&mut self, issue: Issue) -> Vec<LiveEvent> {
+    /// Reports an issue of the source, whose times may count from 1970.
+    pub(crate) fn report(&mut self, mut issue: Issue) -> Vec<LiveEvent> {
+        let zero_s = self.zero_stamp_s.unwrap_or_default();
+        issue.start_s = in_recording(issue.start_s, zero_s);
+        issue.end_s = in_recording(issue.end_s, zero_s);
         self.event(Inner::Issue(issue));
         std::mem::take(&mut self.events)
     }

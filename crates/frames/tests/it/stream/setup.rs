@@ -450,15 +450,20 @@ fn an_offset_of_a_force_sensor_that_changes_is_reported() {
 
 #[test]
 fn a_log_in_windows_has_the_mistakes_of_the_whole_log() {
-    let mut log = taught("several_tasks", "several_tasks", 1);
-    log.scene.bodies["base"].position[2].0 += 0.03;
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("log.csv");
-    csv::write(&log, &path).unwrap();
-    let request = OpenRequest { log: path, ..OpenRequest::default() };
-    let whole = open(&request).unwrap().frames(&[ask_contact()]).unwrap().issues;
-    let flow = StreamedLog::open(&request).and_then(|flow| flow.look_through(&[ask_contact()])).unwrap();
-    let (_, flowing) = flow.parts(&mut |_| Ok(())).unwrap();
-    assert_eq!(flowing, whole);
-    assert!(whole.iter().any(|issue| issue.kind == "overlapping_bodies"));
+    // Also with stamps that count from 1970.
+    for zero_s in [0.0, 1.7e9] {
+        let mut log = taught("several_tasks", "several_tasks", 1);
+        log.scene.bodies["base"].position[2].0 += 0.03;
+        log.time.iter_mut().for_each(|time| *time += zero_s);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        csv::write(&log, &path).unwrap();
+        let request = OpenRequest { log: path, ..OpenRequest::default() };
+        let whole = open(&request).unwrap().frames(&[ask_contact()]).unwrap().issues;
+        let flow = StreamedLog::open(&request).and_then(|flow| flow.look_through(&[ask_contact()])).unwrap();
+        assert_eq!((flow.zero_stamp_s, flow.time[0]), (zero_s, 0.0));
+        let (_, flowing) = flow.parts(&mut |_| Ok(())).unwrap();
+        assert_eq!(flowing, whole);
+        assert!(whole.iter().any(|issue| issue.kind == "overlapping_bodies"));
+    }
 }
