@@ -65,7 +65,8 @@ def learn(
     # A process of its own: Ctrl-C ends it.
     command = [sys.executable, "-P", "-m", "teachtree", *words]
     done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
-    if done.returncode not in (0, 1):
+    # The status is 1 without better rules, and also after some errors.
+    if done.returncode not in (0, 1) or not done.stdout:
         raise _error(done.stderr)
     data = json.loads(done.stdout)
     return Learned(data["rules"], data["better"], data)
@@ -81,4 +82,6 @@ def _error(said: str) -> Error:
     first, _, rest = rendered.partition("\n")
     place, _, message = first.partition(": ")
     help = rest.strip().removeprefix("help: ") or None
-    return build("argument", place, message or first, help, rendered, [])
+    # Mistakes in rule files have a code: `error[E201]: …`.
+    kind = "rules" if place.startswith("error[") else "argument"
+    return build(kind, "" if kind == "rules" else place, message or first, help, rendered, [])

@@ -195,7 +195,7 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
         logs.extend(match several {
             Some(several) => several,
             None => match recordings(std::slice::from_ref(path), None) {
-                // Files that are no tables do not make a recording in parts.
+                // Files other than tables are not parts of a recording.
                 Ok(found) if found.iter().any(|found| found.log == *path) && path.is_dir() && !is_one() => {
                     all_logs(std::slice::from_ref(path))?
                 }

@@ -10,7 +10,7 @@ use teachtree_logs::read::text;
 
 /// The files that an argument takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Expected {
+enum ArgumentKind {
     /// Files of this kind.
     Kind(FileKind),
     /// The commands of a robot, JSON.
@@ -20,19 +20,19 @@ enum Expected {
 }
 
 /// The arguments that take files of one kind, by their names in the command line.
-const ARGUMENTS: [(&str, Expected); 12] = [
-    ("log", Expected::Kind(FileKind::Log)),
-    ("logs", Expected::Kind(FileKind::Log)),
-    ("source", Expected::Kind(FileKind::Log)),
-    ("data", Expected::Kind(FileKind::Log)),
-    ("bags", Expected::Kind(FileKind::Log)),
-    ("binding", Expected::Kind(FileKind::Binding)),
-    ("scene", Expected::Kind(FileKind::Scene)),
-    ("robot", Expected::Kind(FileKind::Robot)),
-    ("rules", Expected::Kind(FileKind::Rules)),
-    ("hand", Expected::Kind(FileKind::Rules)),
-    ("commands", Expected::Commands),
-    ("labels", Expected::Labels),
+const ARGUMENTS: [(&str, ArgumentKind); 12] = [
+    ("log", ArgumentKind::Kind(FileKind::Log)),
+    ("logs", ArgumentKind::Kind(FileKind::Log)),
+    ("source", ArgumentKind::Kind(FileKind::Log)),
+    ("data", ArgumentKind::Kind(FileKind::Log)),
+    ("bags", ArgumentKind::Kind(FileKind::Log)),
+    ("binding", ArgumentKind::Kind(FileKind::Binding)),
+    ("scene", ArgumentKind::Kind(FileKind::Scene)),
+    ("robot", ArgumentKind::Kind(FileKind::Robot)),
+    ("rules", ArgumentKind::Kind(FileKind::Rules)),
+    ("hand", ArgumentKind::Kind(FileKind::Rules)),
+    ("commands", ArgumentKind::Commands),
+    ("labels", ArgumentKind::Labels),
 ];
 
 /// A file that is given for an argument.
@@ -40,7 +40,7 @@ struct GivenFile {
     /// `LOG` or `--binding`.
     argument: String,
     is_positional: bool,
-    expected: Expected,
+    expected: ArgumentKind,
     path: PathBuf,
     text: String,
     found: FileKind,
@@ -87,7 +87,7 @@ fn given_files(command: &clap::Command, matches: &ArgMatches) -> Vec<GivenFile> 
     given
 }
 
-/// The kind of a file and, of a YAML file, its text; `None` for what is no file, such as a folder, a pipe or the name of something shipped.
+/// The kind of a file and, of a YAML file, its text; `None` for a folder, a pipe or the name of a shipped file.
 fn kind(path: &Path) -> Option<(FileKind, String)> {
     if !path.is_file() {
         return None;
@@ -99,7 +99,7 @@ fn kind(path: &Path) -> Option<(FileKind, String)> {
     Some((FileKind::of(path, &text)?, text))
 }
 
-impl Expected {
+impl ArgumentKind {
     fn takes(self, found: FileKind) -> bool {
         match self {
             Self::Kind(kind) => kind == found,
@@ -114,12 +114,12 @@ impl GivenFile {
     fn error(&self, given: &[Self]) -> InputError {
         let path = self.path.display();
         let error = match self.expected {
-            Expected::Kind(kind) => kind.misplaced(&self.path, &self.text),
-            Expected::Commands | Expected::Labels => None,
+            ArgumentKind::Kind(kind) => kind.misplaced(&self.path, &self.text),
+            ArgumentKind::Commands | ArgumentKind::Labels => None,
         };
         let found = self.found.name();
         let error = error.unwrap_or_else(|| match self.expected {
-            Expected::Labels => InputError::new("", format!("found {found}, expected a file of labels")),
+            ArgumentKind::Labels => InputError::new("", format!("found {found}, expected a file of labels")),
             _ if self.found == FileKind::Log => InputError::new("", format!("found {found}, expected commands"))
                 .help(format!("`teachtree retarget {path} -o commands.json` writes them")),
             _ => InputError::new("", format!("found {found}, expected commands"))
@@ -128,7 +128,7 @@ impl GivenFile {
         let place = if self.is_positional { path.to_string() } else { format!("{} {path}", self.argument) };
         let error = InputError { place, ..error };
         let is_swapped =
-            |other: &&Self| other.expected == Expected::Kind(self.found) && self.expected.takes(other.found);
+            |other: &&Self| other.expected == ArgumentKind::Kind(self.found) && self.expected.takes(other.found);
         match given.iter().find(is_swapped) {
             Some(other) => {
                 let mut pair = [(self, other), (other, self)];

@@ -145,7 +145,7 @@ fn without_shape(scene: &Scene) -> String {
     format!("  help: the shape of {} is not known; give a scene that has it with `--scene`\n", names.join(", "))
 }
 
-/// How both jaws get places on the object, for a gripper of which only the tool point and the opening are bound.
+/// The `pads:` that give both jaws contacts, for a gripper with only tool point and opening.
 fn without_pads(commands: &Commands, recording: &Recording) -> &'static str {
     let has = |name: &str| recording.columns.keys().any(|column| column.starts_with(name));
     let is_point = |task: &command::Task| {

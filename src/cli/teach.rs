@@ -29,7 +29,7 @@ const MOST: u64 = 100_000;
 pub struct Args {
     /// A shipped scene by name, or a scene file
     scene: String,
-    /// A shipped operator by name, or an operator file
+    /// A shipped operator by name, or an operator file; required without `--live`
     #[arg(required_unless_present = "live")]
     operator: Option<String>,
     /// Output file of the recording, or folder with `--seeds`; its scene is written beside it. `--live` never replaces a file

@@ -326,7 +326,7 @@ fn a_line_that_repeats_another_one_is_reported() {
     }
 }
 
-/// A gripper of which only the tool point touches cannot be mapped to jaws; the advice to bind pads makes it possible.
+/// A gripper with contacts at its tool point only cannot be mapped to jaws; with the advised pads it can.
 #[test]
 fn jaws_need_pads() {
     let folder = tempfile::tempdir().unwrap();

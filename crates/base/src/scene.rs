@@ -115,7 +115,7 @@ pub struct Part {
     pub turned: [f64; 4],
 }
 
-/// The keys of a part, one of which is its shape: an error about a flattened shape would not name the key that is wrong.
+/// The keys of a part. Serde does not name the wrong key of a flattened shape, so they are read one by one.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PartKeys {

@@ -34,7 +34,7 @@ pub(crate) enum Source {
     Contacts,
     /// How far the gripper is open.
     Opening,
-    /// Objects, of which one is the target.
+    /// The objects that may be the target.
     Objects,
 }
 

@@ -10,7 +10,7 @@ use teachtree_session::{Error, ErrorInternals, Log, RulesInternals, RulesOptions
 /// The rules that are extended where none are named: of one hand, of two.
 const DEFAULT_RULES: [&str; 2] = ["contact.rules", "bimanual.rules"];
 
-/// The rules that are extended, for logs that need the same hand file.
+/// The rules that are extended, for logs that need the same hand model.
 pub struct BaseRules {
     options: RulesOptions,
     /// The first recording: rules are loaded for it.
@@ -58,7 +58,7 @@ impl BaseRules {
         Ok(options.for_log(&self.log)?.set().clone())
     }
 
-    /// Refuses a recording that needs another hand file.
+    /// Refuses a recording that needs another hand model.
     pub(super) fn check(&self, log: &Log) -> Result<(), Error> {
         let rules = self.options.clone().for_log(log)?;
         let Some(other) = rules.files().find(|file| !self.files.iter().any(|known| known == file)) else {

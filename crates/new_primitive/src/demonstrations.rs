@@ -13,13 +13,13 @@ use teachtree_world::{self as world, shipped};
 
 /// The seed of the operators, as `teachtree demo` has it.
 const SEED: u64 = 1;
-/// One row of so many is kept: 200 Hz.
+/// Every fifth row is kept: 200 Hz.
 const STRIDE: usize = 5;
 
 /// A recording of each shipped demonstration that measures what the rules read.
 ///
 /// # Errors
-/// Rules with errors.
+/// Rules with errors; a demonstration that cannot be simulated.
 pub(super) fn demonstrations(rules: &BaseRules) -> Result<Vec<Log>, Error> {
     let channels = rules.load("")?.channels;
     let scene = |name| Ok((name, shipped::scene(name)?));
@@ -28,17 +28,17 @@ pub(super) fn demonstrations(rules: &BaseRules) -> Result<Vec<Log>, Error> {
     let mut all = Vec::new();
     // Rules may read both hands by their names. One recording that lacks a channel stands for all with as many hands.
     for hands in [1, 2] {
-        let scenes: Vec<&(&str, Scene)> = scenes.iter().filter(|(_, scene)| scene.hands.len() == hands).collect();
-        let logs: Result<Vec<Log>, Error> = scenes
-            .into_par_iter()
-            .map(|(name, scene)| {
-                let log = recorded(name, scene)?;
-                rules.check(&log)?;
-                log.opened()?.frames(&channels).map_err(mismatch)?;
-                Ok(log)
-            })
-            .collect();
-        all.extend(logs.unwrap_or_default());
+        let mut scenes = scenes.iter().filter(|(_, scene)| scene.hands.len() == hands);
+        let Some((name, scene)) = scenes.next() else { continue };
+        let first = recorded(name, scene)?;
+        if first.opened()?.frames(&channels).is_err() {
+            continue;
+        }
+        all.push(first);
+        let others: Vec<&(&str, Scene)> = scenes.collect();
+        let others: Vec<Log> =
+            others.into_par_iter().map(|(name, scene)| recorded(name, scene)).collect::<Result<_, Error>>()?;
+        all.extend(others);
     }
     Ok(all)
 }

@@ -43,7 +43,7 @@ pub struct NewPrimitive {
 /// single hands. `shown` receives the share that is done, 0 to 1.
 ///
 /// # Errors
-/// Rules with errors, recordings that need different hand files, and the errors of [`extend`].
+/// Rules with errors, recordings that need different hand models, and the errors of [`extend`].
 pub fn learn_primitive(
     new: &Declaration,
     recordings: &[MarkedRecording],

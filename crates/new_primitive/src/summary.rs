@@ -5,7 +5,7 @@ use std::fmt::Write;
 use teachtree_learn::{FoundInterval, Recognition};
 use teachtree_session::{Error, Log};
 
-/// The agreement of guards from which on an interval with a label is no question.
+/// The least agreement of guards at which a labeled interval is certain.
 const CERTAIN: f64 = 0.9;
 
 impl NewPrimitive {

@@ -42,12 +42,15 @@ impl Studio {
     /// Requests a new primitive for the rules of a recording.
     ///
     /// # Errors
-    /// Text that is no declaration.
+    /// A text that does not declare a primitive; a sided primitive.
     pub fn begin_learning(&self, at: usize, asked: &LearnRequest) -> Result<Value, Error> {
         let wrong = |message: String| {
             argument(InputError::new("the new primitive", format!("found `{}`, {message}", asked.primitive)))
         };
         let new = declaration(&asked.primitive).map_err(wrong)?;
+        if new.sided {
+            return Err(wrong("expected a primitive without sides; `teachtree learn --new` learns sided ones".into()));
+        }
         Ok(self.learning.begin((at, new)))
     }
 

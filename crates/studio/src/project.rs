@@ -131,7 +131,7 @@ pub struct Row {
     pub generation: Option<u64>,
     /// What was found, or why nothing was.
     pub outcome: Option<Result<Summary, String>>,
-    /// The stability of the least stable task; the inner is `None` where there is no task.
+    /// The stability of the least stable task; the inner one is `None` without a task.
     pub stability: Option<Option<f64>>,
     /// The label file and how well the rules agree with it.
     pub agreement: Agreement,

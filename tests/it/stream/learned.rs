@@ -82,7 +82,7 @@ fn a_fixture_is_where_the_object_came_to_rest_in_it() {
     };
     let (of_found, of_wanted) = (times(&found), times(&wanted));
     assert_eq!(of_found.len(), of_wanted.len(), "{found:?}");
-    assert!(of_found.iter().zip(&of_wanted).all(|(one, other)| (one - other).abs() < 0.003), "{found:?} {wanted:?}");
+    assert!(of_found.iter().zip(&of_wanted).all(|(one, other)| (one - other).abs() < 0.0015), "{found:?} {wanted:?}");
     let names =
         |segments: &[String]| segments.iter().map(|it| it.split(',').next().unwrap().to_string()).collect::<Vec<_>>();
     assert_eq!(names(&found), names(&wanted));

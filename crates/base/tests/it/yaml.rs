@@ -51,7 +51,7 @@ fn errors_of_indentation_name_the_column_that_is_expected() {
     }
 }
 
-/// A list that is not closed, of which the next key is read as a part.
+/// In a list that is not closed, the next key is read as an element.
 #[test]
 fn a_list_without_an_end_is_found_where_it_begins() {
     let expected = "b.yaml:2:7: found a list that is not closed in its line, expected `]` before the next key";

@@ -13,7 +13,7 @@ pub struct FrameTally {
     pub sum: f64,
     /// The first and the last of them, s.
     span: Option<[f64; 2]>,
-    /// The object of which it was found last.
+    /// The object of the last of these frames.
     pub of: String,
 }
 

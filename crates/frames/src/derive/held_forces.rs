@@ -1,6 +1,6 @@
 //! The vertical forces of a hand on what it holds: a wrong sign, and a press on a body that the scene lacks.
 //!
-//! Both read as a downward force on a held object that touches nothing. Free motion tells them apart: there a force with the right sign bears the object.
+//! In both cases a downward force acts on a held object that touches nothing. Free motion distinguishes them: there, a force with the right sign supports the object.
 
 use super::contacts::Contact;
 use super::convex_gap::gaps;

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// Rests whose heights differ by less are at one height, m.
 const LEVEL_M: f64 = 0.004;
-/// The most height of a body that is known from how it stands, m.
+/// Largest height of a body that its rest position implies, m.
 const HIGHEST_M: f64 = 0.3;
 /// The usual width of what carries things, m, and that of a table.
 const WIDTH_M: f64 = 0.3;

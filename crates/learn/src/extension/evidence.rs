@@ -101,7 +101,7 @@ struct BaseRun {
     /// The marked tracks; of a recording without labels all that the primitive could be in.
     tracks: Vec<MarkedTrack>,
     is_elsewhere: bool,
-    /// The frames of which one is kept.
+    /// The frames that one kept frame stands for.
     stride: usize,
 }
 

@@ -1,6 +1,8 @@
 //! What `teachtree check` verifies of a project file besides its form: files, names of tasks, names and values of params.
 
 use super::{Entry, LogPattern, ProjectFile};
+use std::cell::LazyCell;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use teachtree_analysis::outcome::ExpectedTasks;
 use teachtree_base::error::InputError;
@@ -67,11 +69,12 @@ fn requests(file: &ProjectFile, entry: &Entry) -> Vec<Request> {
         return vec![Request { files: files(entry), ..Request::default() }];
     }
     let others = file.entries.iter().map(|(_, other)| files(other)).filter(|files| !files.is_empty());
-    let others = others.map(|files| Request { files, ..Request::default() });
+    let others: BTreeSet<Vec<PathBuf>> = others.collect();
+    let others = others.into_iter().map(|files| Request { files, ..Request::default() });
     [false, true].map(|two_hands| Request { two_hands, ..Request::default() }).into_iter().chain(others).collect()
 }
 
-/// Checks the params of an entry by the first of its rules, with one of its hand files, that declares them.
+/// Checks the params of an entry by the first of its rules, with one of its hand models, that declares them.
 fn check_params(file: &ProjectFile, pattern: &LogPattern, entry: &Entry) -> Result<(), InputError> {
     if entry.params.is_empty() {
         return Ok(());
@@ -81,12 +84,12 @@ fn check_params(file: &ProjectFile, pattern: &LogPattern, entry: &Entry) -> Resu
         hand_files.iter().map(move |hand_file| Request { hand_file: Some(hand_file.clone()), ..request.clone() })
     };
     let requests: Vec<Request> = requests(file, entry).into_iter().flat_map(with_hand_file).collect();
-    let rules: Vec<Option<language::Rules>> = requests.iter().map(|request| language::load(request).rules).collect();
+    let rules: Vec<_> = requests.iter().map(|request| LazyCell::new(|| language::load(request).rules)).collect();
     for (param, value) in &entry.params {
         let declares = |rules: &language::Rules| rules.params.iter().any(|known| known.name == *param);
         let at = rules.iter().position(|rules| rules.as_ref().is_some_and(declares));
         // Mistakes of rules are those of their files.
-        let Some(at) = at.or_else(|| rules.iter().position(Option::is_some)) else { continue };
+        let Some(at) = at.or_else(|| rules.iter().position(|rules| rules.is_some())) else { continue };
         let overrides = vec![(param.clone(), value.clone())];
         let found = language::load(&Request { overrides, ..requests[at].clone() }).diagnostics;
         if let Some(found) = found.into_iter().find(|found| found.code == codes::BAD_OVERRIDE) {
@@ -97,7 +100,7 @@ fn check_params(file: &ProjectFile, pattern: &LogPattern, entry: &Entry) -> Resu
     Ok(())
 }
 
-/// The hand files that a log of an entry may have: its own, else those of other entries, of bindings, and the shipped ones.
+/// The hand models that a log of an entry may have: its own, else those of other entries, of bindings, and the shipped ones.
 fn hand_files(file: &ProjectFile, entry: &Entry) -> Vec<String> {
     let named =
         |entry: &Entry| entry.hand_file.as_ref().map(|name| file.rule_file(Path::new(name)).display().to_string());
@@ -111,5 +114,6 @@ fn hand_files(file: &ProjectFile, entry: &Entry) -> Vec<String> {
     };
     let others = file.entries.iter().flat_map(|(_, entry)| [of_binding(entry), named(entry)]).flatten();
     let shipped = SHIPPED.iter().map(|(name, _)| (*name).to_string()).filter(|name| name.starts_with("hand_"));
-    of_binding(entry).into_iter().chain(others).chain(shipped).collect()
+    let mut named = BTreeSet::new();
+    of_binding(entry).into_iter().chain(others).chain(shipped).filter(|name| named.insert(name.clone())).collect()
 }

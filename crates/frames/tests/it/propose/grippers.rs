@@ -219,7 +219,7 @@ fn fingertips_reach_as_far_as_they_hold() {
         found.contains("\nparams: {grip_reach: 50 mm}    # fingers farther from an object hold nothing"),
         "{found}"
     );
-    // Held far from its middle, an object is in a wider reach; without one there is no reach.
+    // An object that is held off its middle needs a wider reach; without an object, no reach is set.
     columns[7].1 = |_| 0.22;
     let found = binding(&columns);
     assert!(found.contains("\nparams: {grip_reach: 110 mm}"), "{found}");

@@ -90,7 +90,7 @@ fn a_downward_force_in_free_motion_is_a_wrong_sign() {
             && turned[0].ends_with("turn the sign, the force is the fingertip's on the object, z upwards"),
         "{turned:?}"
     );
-    // A stop with the weight of a heavy object and a wrong sign is no press.
+    // A heavy object that stops is not pressed: its force has the wrong sign.
     let heavy = found(&log(|bears, _| -20.0 * bears));
     assert!(heavy.len() == 1 && heavy[0].contains("turn the sign"), "{heavy:?}");
 }
