@@ -16,7 +16,7 @@ use teachtree_base::recording::Recording;
 use teachtree_base::scene::{Role, Scene};
 use teachtree_command::{self as command, Commands, GraspCriterion, MappedFinger, MappedGrasp, TouchForces};
 use teachtree_logs::read::text;
-use teachtree_robot::{self as robot, Crossing, Robot};
+use teachtree_robot::{self as robot, Crossing, Robot, Unreachable};
 use teachtree_session::Rules;
 use teachtree_session::{AnalysisInternals, LogInternals, RulesInternals};
 
@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // Jaws are not asked for more than they give; the missing force is reported.
     let too_hard = too_hard(&commands, &robot);
     let (scene, criterion) = (&opened.recording.scene, args.grasps.criterion());
-    let crossings = {
+    let conflicts = {
         let progress = Progress::new("mapping to the robot");
         robot::map_by(&mut commands, &robot, scene, criterion, &mut |part| progress.set(part))?
     };
@@ -108,7 +108,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::write(&args.out, &text, &inputs)?;
     output::print(&summary(&commands))?;
     output::print(&too_hard)?;
-    output::print(&crossings.iter().map(crosses).collect::<String>())?;
+    output::print(&conflicts.crossings.iter().map(crosses).collect::<String>())?;
+    output::print(&conflicts.unreachable.iter().map(falls_short).collect::<String>())?;
     output::print(&format!("written: {}\n", args.out.display()))?;
     if commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some()) {
         output::print("  The grasp is impossible for this hand, so `simulate` refuses these commands\n")?;
@@ -167,6 +168,11 @@ fn crosses(crossing: &Crossing) -> String {
     format!(
         "warning: hands or arms go through each other by {depth:.1} mm in tasks {tasks}: no grasps and paths that keep them apart were found\n"
     )
+}
+
+/// Formats the warning that an arm cannot follow its tasks.
+fn falls_short(Unreachable { side, why }: &Unreachable) -> String {
+    format!("warning: the {side} arm cannot follow its tasks, so the hands are not kept apart: {why}\n")
 }
 
 /// Fingers of which the operator's forces ask more than they give.

@@ -28,7 +28,7 @@ pub use model::mesh::MAX_BYTES as MAX_MESH_BYTES;
 pub use model::robot::Robot;
 pub use model::shipped::{names, texts};
 pub use planning::handover_grasps::{map, map_by};
-pub use planning::rollout::Crossing;
+pub use planning::rollout::{Conflicts, Crossing, Unreachable};
 pub use planning::validation::validate;
 pub use teachtree_description::mesh::Mesh;
 pub use teachtree_description::polytope::Polytope;

@@ -18,7 +18,7 @@ use super::lift_over::{goes_through, lift};
 use super::moving::Moving;
 use super::precedence::orders;
 use super::resolved_grasp::ResolvedGrasp;
-use super::rollout::{Crossing, HandledObject, Near, Occupied, Rollout, place_of, too_near, total};
+use super::rollout::{Conflicts, HandledObject, Near, Occupied, Rollout, Unreachable, place_of, too_near, total};
 use super::schedule::{HandPlans, groups};
 use crate::grasp::task_grasps::{Alternatives, TaskGrasp};
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
@@ -71,8 +71,8 @@ const BETTER: f64 = 0.9;
 /// A grasp of each hand: the index of its task, and of the grasp in the task.
 type Grasps = [(usize, usize); 2];
 
-/// Chooses grasps of commands anew where both hands would be too near to each other. Returns where they still go through each other. `progress` receives the
-/// part that is done, 0 to 1.
+/// Chooses grasps of commands anew where both hands would be too near to each other. Returns where they still go through each other, and the arms that
+/// cannot follow their tasks. `progress` receives the part that is done, 0 to 1.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
@@ -82,10 +82,10 @@ pub(super) fn keep(
     scene: &Scene,
     others: &Alternatives<'_>,
     progress: &mut dyn FnMut(f64),
-) -> Result<Vec<Crossing>, InputError> {
-    let mut crossings = Vec::new();
+) -> Result<Conflicts, InputError> {
+    let mut conflicts = Conflicts::default();
     if robot.hands.len() < 2 {
-        return Ok(crossings);
+        return Ok(conflicts);
     }
     let groups = groups(&commands.tasks);
     let count = groups.len() as f64;
@@ -94,9 +94,15 @@ pub(super) fn keep(
         let of_others = commands.tasks.iter().enumerate().filter(|(other, _)| !group.contains(other));
         let elsewhere = of_others.map(|(_, task)| task.object.clone()).collect();
         let alternatives = GroupAlternatives { group: &group, others };
-        let Some(mut pair) = Pair::new(tasks, robot, scene, alternatives, elsewhere, number == 0)? else { continue };
+        let mut pair = match Pair::new(tasks, robot, scene, alternatives, elsewhere, number == 0)? {
+            Ok(pair) => pair,
+            Err(unreachable) => {
+                conflicts.unreachable.extend(unreachable);
+                continue;
+            }
+        };
         let changed = pair.keep_apart(&mut |part| progress((number as f64 + part) / count))?;
-        crossings.extend(pair.rollouts[0].crossing(&pair.rollouts[1], &pair.near, &group));
+        conflicts.crossings.extend(pair.rollouts[0].crossing(&pair.rollouts[1], &pair.near, &group));
         if !changed {
             continue;
         }
@@ -113,7 +119,7 @@ pub(super) fn keep(
             mapped.into_iter().for_each(|mapped| mapped.arm.clone_from(&rollout.arm));
         }
     }
-    Ok(crossings)
+    Ok(conflicts)
 }
 
 /// The alternatives of the grasps of a group; `group` contains the indices of its tasks among all tasks.
@@ -147,7 +153,7 @@ struct Choice {
 }
 
 impl<'a> Pair<'a> {
-    /// Returns `None` unless both hands have tasks and can follow them. A task that a hand cannot follow is refused later, with the reason.
+    /// Returns an arm that cannot follow its tasks, if one cannot, or `None` if a hand has no task.
     fn new(
         tasks: Vec<Task>,
         robot: &'a Robot,
@@ -155,14 +161,20 @@ impl<'a> Pair<'a> {
         alternatives: GroupAlternatives<'a>,
         elsewhere: BTreeSet<String>,
         begins: bool,
-    ) -> Result<Option<Self>, InputError> {
+    ) -> Result<Result<Self, Option<Unreachable>>, InputError> {
         let of = |side: Side| tasks.iter().position(|task| task.track == side);
-        let [Some(left), Some(right)] = [Side::Left, Side::Right].map(of) else { return Ok(None) };
-        let rollout = |number: usize| Rollout::all(&tasks, number, robot, scene, 1).ok()?.into_iter().next();
-        let [Some(one), Some(other)] = [rollout(left), rollout(right)] else { return Ok(None) };
+        let [Some(left), Some(right)] = [Side::Left, Side::Right].map(of) else { return Ok(Err(None)) };
+        let rollout = |number: usize| {
+            let side = tasks[number].track;
+            Rollout::first(&tasks, number, robot, scene).map_err(|why| Some(Unreachable { side, why }))
+        };
+        let (one, other) = match (rollout(left), rollout(right)) {
+            (Ok(one), Ok(other)) => (one, other),
+            (Err(unreachable), _) | (_, Err(unreachable)) => return Ok(Err(unreachable)),
+        };
         let limbs = [robot.limb(Side::Left)?, robot.limb(Side::Right)?];
         let near = one.near(&other);
-        Ok(Some(Self { robot, scene, alternatives, rollouts: [one, other], limbs, near, tasks, elsewhere, begins }))
+        Ok(Ok(Self { robot, scene, alternatives, rollouts: [one, other], limbs, near, tasks, elsewhere, begins }))
     }
 
     /// Returns whether anything was changed.
@@ -388,7 +400,7 @@ impl<'a> Pair<'a> {
         let all = |tasks: &[Task; 2]| self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
         let rollout = |hand: usize| {
             let begun = self.begun(hand, &all(&tasks)).into_iter().nth(grasp_pair.postures[hand])?;
-            Rollout::of(begun, &all(&tasks), self.scene)
+            Rollout::of(begun, &all(&tasks), self.scene).ok()
         };
         let rollouts = [rollout(0)?, rollout(1)?];
         let near = rollouts[0].near(&rollouts[1]);

@@ -29,7 +29,7 @@ impl Change {
         all: &[Task],
         scene: &Scene,
     ) {
-        for rollout in begun.into_iter().filter_map(|begun| Rollout::of(begun, all, scene)) {
+        for rollout in begun.into_iter().filter_map(|begun| Rollout::of(begun, all, scene).ok()) {
             if let Some(near) = rollout.near_to(&self.rollouts[1 - hand], hand, total(&self.near)) {
                 self.rollouts[hand] = rollout;
                 (self.tasks, self.near) = (tasks.clone(), near);

@@ -11,7 +11,7 @@ use super::bimanual_separation;
 use super::hand_planner::tip_radius;
 use super::lift_over::lift;
 use super::resolved_grasp::ResolvedGrasp;
-use super::rollout::{Crossing, ROOM_M, Rollout};
+use super::rollout::{Conflicts, ROOM_M, Rollout};
 use super::schedule::groups;
 use crate::grasp::held_path::held;
 use crate::grasp::task_grasps::{self, Alternatives, BlockedGrasp, TaskGrasp, meetings};
@@ -39,12 +39,12 @@ const MAPPED_MET: [f64; 2] = [0.2, 0.5];
 ///
 /// # Errors
 /// As [`map_by`].
-pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
+pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Conflicts, InputError> {
     map_by(commands, robot, scene, GraspCriterion::default(), &mut |_| {})
 }
 
 /// Maps every grasp of commands by a criterion, and notes the reason where an object cannot be held. If one hand gives an object to the other, both grasps are
-/// chosen together. Returns where hands or arms still go through each other. `progress` receives the part that is done, 0 to 1.
+/// chosen together. Returns the conflicts of the two arms that are left. `progress` receives the part that is done, 0 to 1.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
@@ -54,7 +54,7 @@ pub fn map_by(
     scene: &Scene,
     criterion: GraspCriterion,
     progress: &mut dyn FnMut(f64),
-) -> Result<Vec<Crossing>, InputError> {
+) -> Result<Conflicts, InputError> {
     let alone = commands.tasks.iter().all(|task| task.track == commands.tasks[0].track);
     let [mapped, met] = if alone { [1.0, 1.0] } else { MAPPED_MET };
     let crowded = task_grasps::map(commands, robot, scene, criterion, &mut |part| progress(mapped * part))?;
@@ -81,7 +81,7 @@ pub fn map_by(
             }
         }
     }
-    let crossings =
+    let conflicts =
         bimanual_separation::keep(commands, robot, scene, &others, &mut |part| progress(met + (1.0 - met) * part))?;
     for BlockedGrasp { grasp: (number, grasp), other, why } in crowded {
         let closed = [(number, grasp), other].map(|(number, grasp)| {
@@ -97,7 +97,7 @@ pub fn map_by(
             (grasp.mapped, grasp.infeasible) = (None, Some(why));
         }
     }
-    Ok(crossings)
+    Ok(conflicts)
 }
 
 /// The two grasps of a hand-over.
@@ -250,7 +250,7 @@ impl<'a> Meeting<'a> {
         ways.rollouts.get_or_init(|| {
             let mut tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
             tasks[number] = ways.task.clone();
-            Rollout::all(&tasks, number, self.robot, self.scene, usize::MAX).unwrap_or_default()
+            Rollout::all(&tasks, number, self.robot, self.scene).unwrap_or_default()
         })
     }
 }

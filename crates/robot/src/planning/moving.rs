@@ -7,6 +7,7 @@ use crate::kinematics::arm_ik::PoseError;
 use crate::model::robot::Robot;
 use nalgebra::Isometry3;
 use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
 use teachtree_base::easing::minimum_jerk;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
@@ -33,6 +34,29 @@ pub(super) struct Moving {
     pub(super) doing: Option<(usize, f64)>,
     /// The last target of the palm.
     pub(super) palm: Isometry3<f64>,
+}
+
+/// A target that an arm does not reach.
+#[derive(Clone, Debug)]
+pub(super) struct Missed {
+    primitive: String,
+    missing: PoseError,
+    /// Whether the hand has released its object by then.
+    is_released: bool,
+}
+
+impl Display for Missed {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (m, rad) = (self.missing.m * 1e3, self.missing.rad.to_degrees());
+        write!(f, "in {} the palm stays {m:.1} mm and {rad:.1} degrees from its target", self.primitive)
+    }
+}
+
+impl Missed {
+    /// Accepts a target that is missed after the release.
+    pub(super) fn unless_released(self) -> Result<(), Self> {
+        if self.is_released { Ok(()) } else { Err(self) }
+    }
 }
 
 impl Moving {
@@ -70,26 +94,23 @@ impl Moving {
     }
 
     /// Advances to a time of a plan; `at_s` is the time since the start of the group, s.
-    pub(super) fn advance(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) -> Result<(), String> {
+    ///
+    /// # Errors
+    /// A target that the arm does not reach; the hand is then as near to it as the arm comes.
+    pub(super) fn advance(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) -> Result<(), Missed> {
         if self.doing.is_none_or(|(doing, _)| doing != task) {
             self.before.clone_from(&self.q);
             self.doing = Some((task, at_s));
         }
         let target = plan.at(own_s);
+        let mut missing = PoseError { m: 0.0, rad: 0.0 };
         self.palm = target.palm;
         let hand = &self.planner.hand;
         if hand.arm.is_empty() {
             self.root = target.palm * self.limb.tree.forward_kinematics(&self.q)[hand.palm].inverse();
         } else {
             let root = &self.root;
-            let missing = hand.arm_on(&self.limb.tree).inverse_kinematics(root, &target.palm, &mut self.q, ITERATIONS);
-            if missing.m > MISSED.m || missing.rad > MISSED.rad {
-                return Err(format!(
-                    "{at_s:.2} s into it the palm is {:.1} mm and {:.1} deg from its target",
-                    missing.m * 1e3,
-                    missing.rad.to_degrees()
-                ));
-            }
+            missing = hand.arm_on(&self.limb.tree).inverse_kinematics(root, &target.palm, &mut self.q, ITERATIONS);
         }
         let since = at_s - self.doing.map_or(at_s, |(_, since)| since);
         let shaped = minimum_jerk(since / RESHAPING_S);
@@ -98,6 +119,11 @@ impl Moving {
             for (dof, angle) in finger.dofs.iter().zip(angles) {
                 self.q[*dof] = self.before[*dof] + (angle - self.before[*dof]) * shaped;
             }
+        }
+        if missing.m > MISSED.m || missing.rad > MISSED.rad {
+            let (_, released_s) = plan.touches();
+            let primitive = plan.primitive(own_s).0.to_owned();
+            return Err(Missed { primitive, missing, is_released: own_s > released_s });
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The motion of a hand with its arm in a group of tasks, by inverse kinematics alone: its shapes at each step, for comparison with those of the other hand.
 
 use super::hand_planner::HandPlanner;
-use super::moving::Moving;
+use super::moving::{Missed, Moving};
 use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
@@ -12,6 +12,7 @@ use nalgebra::{Isometry3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use teachtree_base::error::InputError;
+use teachtree_base::hands::Side;
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
 use teachtree_description::shape::{CollisionShape, solids};
@@ -138,6 +139,24 @@ pub struct Crossing {
     pub depth_m: f64,
 }
 
+/// An arm that cannot follow its tasks. The two hands are not kept apart in their group.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unreachable {
+    /// The hand of the arm.
+    pub side: Side,
+    /// The reason.
+    pub why: String,
+}
+
+/// What is left of conflicts of the two arms after mapping.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conflicts {
+    /// Hands or arms that still go through each other.
+    pub crossings: Vec<Crossing>,
+    /// Arms that cannot follow their tasks.
+    pub unreachable: Vec<Unreachable>,
+}
+
 /// A step at which two rollouts come near to each other.
 pub(super) struct Near {
     /// The step of each rollout.
@@ -147,16 +166,26 @@ pub(super) struct Near {
 }
 
 impl Rollout {
-    /// Returns the rollouts of the hand of a task, one from each of the `most` best postures at most from which its arm can follow the task.
-    pub(super) fn all(
-        tasks: &[Task],
-        number: usize,
-        robot: &Robot,
-        scene: &Scene,
-        most: usize,
-    ) -> Result<Vec<Self>, InputError> {
+    /// Returns the rollouts of the hand of a task, one from each posture from which its arm can follow the task, the best one first.
+    pub(super) fn all(tasks: &[Task], number: usize, robot: &Robot, scene: &Scene) -> Result<Vec<Self>, InputError> {
         let begun = Self::begun(tasks, number, robot, scene)?;
-        Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene)).take(most).collect())
+        Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene).ok()).collect())
+    }
+
+    /// Returns the rollout of the hand of a task from the best posture from which its arm can follow the task.
+    ///
+    /// # Errors
+    /// The reason why the arm cannot follow from the best posture.
+    pub(super) fn first(tasks: &[Task], number: usize, robot: &Robot, scene: &Scene) -> Result<Self, String> {
+        let begun = Self::begun(tasks, number, robot, scene).map_err(|error| error.message)?;
+        let mut first = None;
+        for hand in begun {
+            match Self::of(hand, tasks, scene) {
+                Ok(rollout) => return Ok(rollout),
+                Err(why) => first = first.or(Some(why)),
+            }
+        }
+        Err(first.unwrap_or_default())
     }
 
     /// Returns the hand of a task at its start, in each posture in which its arm can begin, the best one first.
@@ -182,15 +211,18 @@ impl Rollout {
         Ok(different)
     }
 
-    /// Returns the rollout of a hand; `None` if the arm cannot follow it.
-    pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene) -> Option<Self> {
+    /// Returns the rollout of a hand.
+    ///
+    /// # Errors
+    /// The reason why the arm cannot follow.
+    pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene) -> Result<Self, String> {
         let place = |object: &str| place_of(tasks, scene, object);
         let arm = hand.planner.hand.arm.iter().map(|dof| (hand.limb.tree.dofs[*dof].name.clone(), hand.q[*dof]));
         let arm = arm.collect();
         let group: Vec<usize> = (0..tasks.len()).collect();
         let planner = hand.planner.clone();
-        let mut made =
-            hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
+        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s);
+        let mut made = made.map_err(|error| error.message)?;
         let (planned_s, begins_s) = (made.parts().iter().map(|part| part.needs_s).collect(), made.begins_s);
         let (mut steps, mut done_s): (Vec<Occupied>, f64) = (Vec::new(), 0.0);
         for (number, plan) in &mut made.plans {
@@ -201,7 +233,10 @@ impl Rollout {
             while own_s(steps.len()) <= duration {
                 let own_s = own_s(steps.len());
                 let before = hand.q.clone();
-                hand.advance((*number, &*plan, own_s), done_s + own_s).ok()?;
+                // After the release the arm may stay behind its target, as at its start.
+                hand.advance((*number, &*plan, own_s), done_s + own_s)
+                    .or_else(Missed::unless_released)
+                    .map_err(|missed| missed.to_string())?;
                 too_fast.push(planner.too_fast(&hand.limb, &before, &hand.q, STEP_S));
                 steps.push(Occupied::of_limb(&hand, plan, own_s, &object));
             }
@@ -211,7 +246,11 @@ impl Rollout {
         }
         let steps: Arc<[Occupied]> = steps.into();
         let parts = made.parts();
-        (!steps.is_empty()).then_some(Self { arm, planner, parts, planned_s, begins_s, steps })
+        if steps.is_empty() {
+            Err("its plans have no steps".into())
+        } else {
+            Ok(Self { arm, planner, parts, planned_s, begins_s, steps })
+        }
     }
 
     /// Returns the hand with its arm at times of its plans, s; `None` if the arm cannot follow them.
@@ -233,7 +272,7 @@ impl Rollout {
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (time, wanted) in all {
                 let own_s = (time.max(made.begins_s) - done_s).min(plan.duration());
-                hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
+                hand.advance((*number, plan, own_s), done_s + own_s).or_else(Missed::unless_released).ok()?;
                 if let Some(at) = wanted {
                     stands[at] = Some(Occupied::of_limb(&hand, plan, own_s, &object));
                 }

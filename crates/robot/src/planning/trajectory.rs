@@ -234,7 +234,7 @@ fn way(hands: &mut [Moving], schedule: &Schedule<'_>) -> Result<Vec<Vec<f64>>, (
         let since = point as f64 / RATE_HZ;
         for (place, hand) in hands.iter_mut().enumerate() {
             if let Some(now) = schedule.at(place, begins_s + since) {
-                hand.advance(now, since).map_err(|message| (now.0, message))?;
+                hand.advance(now, since).map_err(|missed| (now.0, format!("{missed}, after {since:.2} s")))?;
             }
         }
         way.push(hands.iter().flat_map(|hand| hand.q.iter().copied()).collect());

@@ -60,7 +60,7 @@ fn a_way_is_begun_late_only_while_the_object_stands() {
 fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
     let (robot, scene) = (shipped("both_hands"), world::scene("push_together").unwrap());
     let mut commands = commanded("push_together", 49);
-    let crossings = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
+    let conflicts = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
     let first = |side: Side| commands.tasks.iter().find(|task| task.track == side).unwrap();
     let touched_s = |side: Side| first(side).segments.iter().find(|it| it.touching).unwrap().demonstrated_start_s;
     assert!(commands.tasks[0].track == Side::Left && touched_s(Side::Left) > touched_s(Side::Right) + 1.0);
@@ -81,7 +81,7 @@ fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
     assert!(deep.is_empty(), "{deep:?}");
 
     // A collision of the hands that is left is reported before the robot moves.
-    let [crossing] = &crossings[..] else { panic!("{crossings:?}") };
+    let [crossing] = &conflicts.crossings[..] else { panic!("{conflicts:?}") };
     let depth_m = done.nearest.arms.unwrap().depth_m();
     assert_eq!(crossing.tasks, [0, 1]);
     assert!((crossing.depth_m - depth_m).abs() < 0.005, "{crossing:?}, in the simulation {depth_m} m");
@@ -89,6 +89,34 @@ fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
         assert!(outcome.collision_m >= depth_m, "{outcome:?}, in the simulation {depth_m} m");
         assert_eq!(outcome.verdict(), Verdict::DoneWithCollisions);
     }
+}
+
+/// This person's left hand withdraws over the box, farther than the arm reaches. The hands are kept apart nevertheless: the arm may stay behind after the release.
+#[test]
+fn a_retreat_out_of_reach_does_not_prevent_that_hands_are_kept_apart() {
+    let (robot, scene) = (shipped("both_hands"), world::scene("push_together").unwrap());
+    let mut commands = commanded("push_together", 4);
+    let conflicts = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
+    assert!(conflicts.unreachable.is_empty(), "{conflicts:?}");
+    let [crossing] = &conflicts.crossings[..] else { panic!("{conflicts:?}") };
+    assert!(crossing.depth_m < 0.025, "arms that are not kept apart cross by 0.11 m: {crossing:?}");
+}
+
+#[test]
+fn a_later_task_that_an_arm_cannot_follow_is_named() {
+    let (robot, scene) = (shipped("both_hands"), world::scene("push_together").unwrap());
+    let mut commands = commanded("push_together", 4);
+    let last = commands.tasks.iter().rposition(|task| task.track == Side::Left).unwrap();
+    assert!(
+        commands.tasks[..last].iter().any(|task| task.track == Side::Left),
+        "the start does not depend on the last task"
+    );
+    for segment in commands.tasks[last].segments.iter_mut().filter(|segment| segment.touching) {
+        segment.object.iter_mut().for_each(|pose| pose[2] += 2.0);
+    }
+    let conflicts = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
+    let [unreachable] = &conflicts.unreachable[..] else { panic!("{conflicts:?}") };
+    assert_eq!((unreachable.side, unreachable.why.as_str()), (Side::Left, "the arm cannot bring the palm there"));
 }
 
 /// For how long the left arm moves while the right one stands, and how long all of it takes, s.
