@@ -11,12 +11,12 @@ use super::axial_retreat::{Leg, turn};
 use super::change::Change;
 use super::delayed_start::begun_late;
 use super::detour::{Aside, Passing};
-use super::grasp_pair::{GraspPair, of_many_kinds};
+use super::grasp_pair::{Candidate, GraspPair, best_pairs, of_many_kinds};
 use super::hand_planner::{HandPlanner, tip_radius};
 use super::insertion_yaw;
 use super::lift_over::{goes_through, lift};
-use super::moving::Moving;
-use super::precedence::orders;
+use super::moving::{Followed, Moving};
+use super::precedence::{belong_together, orders};
 use super::resolved_grasp::ResolvedGrasp;
 use super::rollout::{Conflicts, HandledObject, Near, Occupied, Rollout, Unreachable, place_of, too_near, total};
 use super::schedule::{HandPlans, groups};
@@ -41,8 +41,6 @@ const NEAR_STEPS: usize = 12;
 const TURNS: u32 = 12;
 /// Maximum number of samples of commands that all choices of a grasp hold together.
 const MOST_SAMPLES: usize = 1_500_000;
-/// Maximum number of pairs that are kept with the same grasp.
-const PAIRS_PER_GRASP: usize = 16;
 /// Largest increase of the summed missing distance of hands with which a pair is accepted, m.
 const SLIGHT_M: f64 = 0.02;
 /// Missing distance that is added for each place on its paths, and each step, at which a grasp penetrates more than the present one, m.
@@ -94,7 +92,7 @@ pub(super) fn keep(
         let of_others = commands.tasks.iter().enumerate().filter(|(other, _)| !group.contains(other));
         let elsewhere = of_others.map(|(_, task)| task.object.clone()).collect();
         let alternatives = GroupAlternatives { group: &group, others };
-        let mut pair = match Pair::new(tasks, robot, scene, alternatives, elsewhere, number == 0)? {
+        let mut pair = match Pair::new(tasks, robot, scene, alternatives, elsewhere, number == 0) {
             Ok(pair) => pair,
             Err(unreachable) => {
                 conflicts.unreachable.extend(unreachable);
@@ -136,6 +134,7 @@ struct Pair<'a> {
     alternatives: GroupAlternatives<'a>,
     tasks: Vec<Task>,
     rollouts: [Rollout; 2],
+    followed: [Followed; 2],
     limbs: [Robot; 2],
     near: Vec<Near>,
     /// The objects of tasks in other groups.
@@ -161,20 +160,18 @@ impl<'a> Pair<'a> {
         alternatives: GroupAlternatives<'a>,
         elsewhere: BTreeSet<String>,
         begins: bool,
-    ) -> Result<Result<Self, Option<Unreachable>>, InputError> {
-        let of = |side: Side| tasks.iter().position(|task| task.track == side);
-        let [Some(left), Some(right)] = [Side::Left, Side::Right].map(of) else { return Ok(Err(None)) };
-        let rollout = |number: usize| {
-            let side = tasks[number].track;
-            Rollout::first(&tasks, number, robot, scene).map_err(|why| Some(Unreachable { side, why }))
+    ) -> Result<Self, Option<Unreachable>> {
+        let of = |side: Side| tasks.iter().position(|task| task.track == side).ok_or(None);
+        let rollout = |side: Side| {
+            let first = Rollout::first(&tasks, of(side)?, robot, scene);
+            first.map_err(|why| Some(Unreachable { side, why }))
         };
-        let (one, other) = match (rollout(left), rollout(right)) {
-            (Ok(one), Ok(other)) => (one, other),
-            (Err(unreachable), _) | (_, Err(unreachable)) => return Ok(Err(unreachable)),
-        };
-        let limbs = [robot.limb(Side::Left)?, robot.limb(Side::Right)?];
-        let near = one.near(&other);
-        Ok(Ok(Self { robot, scene, alternatives, rollouts: [one, other], limbs, near, tasks, elsewhere, begins }))
+        let limb = |side: Side| robot.limb(side).map_err(|_| None);
+        let limbs = [limb(Side::Left)?, limb(Side::Right)?];
+        of(Side::Right)?;
+        let ((one, ours), (other, theirs)) = (rollout(Side::Left)?, rollout(Side::Right)?);
+        let (near, rollouts, followed) = (one.near(&other), [one, other], [ours, theirs]);
+        Ok(Self { robot, scene, alternatives, rollouts, followed, limbs, near, tasks, elsewhere, begins })
     }
 
     /// Returns whether anything was changed.
@@ -280,9 +277,9 @@ impl<'a> Pair<'a> {
         anew: bool,
     ) -> Result<Vec<Choice>, InputError> {
         let present = &self.tasks[number];
-        let noted = |held: TaskGrasp| {
+        let noted = |held: &TaskGrasp| {
             let mut task = present.clone();
-            held.note(&mut task, grasp);
+            held.clone().note(&mut task, grasp);
             self.lifted(hand, task)
         };
         let GroupAlternatives { group, others } = self.alternatives;
@@ -290,15 +287,17 @@ impl<'a> Pair<'a> {
         // Long tasks allow fewer choices within the limit of samples.
         let samples: usize = present.segments.iter().map(|segment| segment.object.len()).sum();
         let most = (MOST_SAMPLES / samples.max(1)).max(TURNS as usize);
-        let upright = std::iter::once(present.clone()).chain(others.iter().cloned().map(noted));
-        let upright: Vec<Task> = upright.take(most).collect();
+        let mut upright = vec![present.clone()];
+        upright.extend(parallel::each(&others[..others.len().min(most - 1)], noted));
         let may_turn = anew && !self.elsewhere.contains(&present.object);
         let angles = (1..TURNS).filter(|_| may_turn).map(|turn| f64::from(turn) / f64::from(TURNS) * TAU);
         let angles = angles.map(|angle| if angle > TAU / 2.0 { angle - TAU } else { angle });
-        let turned: Vec<Task> = angles
+        let turns: Vec<(f64, &Task)> = angles
             .flat_map(|angle| upright.iter().take(most / TURNS as usize).map(move |task| (angle, task)))
-            .filter_map(|(angle, task)| insertion_yaw::turned(&self.with(&[(number, task)]), number, self.scene, angle))
             .collect();
+        let turned = parallel::each(&turns, |&(angle, task)| {
+            insertion_yaw::turned(task, (&self.tasks, number), self.scene, angle)
+        });
         let choice = |task: &Task| {
             let tasks = self.with(&[(number, task)]);
             let plans = self.plans(hand, &tasks, &self.rollouts[hand])?;
@@ -310,7 +309,7 @@ impl<'a> Pair<'a> {
             let measure = task.grasps[grasp].mapped.as_ref().map_or(0.0, |mapped| mapped.measure);
             Some((measure, stands.collect::<Vec<Occupied>>()))
         };
-        let all: Vec<Task> = upright.into_iter().chain(turned).collect();
+        let all: Vec<Task> = upright.iter().cloned().chain(turned.into_iter().flatten()).collect();
         let made = parallel::each(&all, choice);
         let made = all.into_iter().zip(made).filter_map(|(task, made)| Some((task, made?)));
         Ok(made.map(|(task, (measure, stands))| Choice { task, measure, stands }).collect())
@@ -321,7 +320,7 @@ impl<'a> Pair<'a> {
     fn grasp_pairs(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>; 2]) -> Vec<GraspPair> {
         let [Some(one), Some(other)] = [0, 1].map(|hand| choices[hand].first()) else { return Vec::new() };
         // If only the arms are too near, hands may come nearer than at present.
-        let hands = too_near(&one.stands, &other.stands, f64::INFINITY).unwrap_or(f64::INFINITY);
+        let hands = too_near(one.stands.iter().zip(&other.stands), f64::INFINITY).unwrap_or(f64::INFINITY);
         let limbs =
             |steps: &[usize; 2]| self.rollouts[0].at(steps[0]).too_near(self.rollouts[1].at(steps[1]), f64::INFINITY);
         let present = hands.max(steps.iter().map(limbs).sum()).max(SLIGHT_M);
@@ -334,25 +333,16 @@ impl<'a> Pair<'a> {
             let allowed = counts.first().copied().unwrap_or(0);
             counts.into_iter().map(|count| count.saturating_sub(allowed) as f64 * THROUGH_M).collect::<Vec<f64>>()
         });
-        let ones: Vec<usize> = (0..choices[0].len()).collect();
-        let grasp_pairs = parallel::each(&ones, |&one| {
-            let mut grasp_pairs: Vec<GraspPair> = Vec::new();
-            let mut most = present;
-            for (other, right) in choices[1].iter().enumerate() {
-                let left = &choices[0][one];
-                let (through, measure) = (through[0][one] + through[1][other], left.measure * right.measure);
-                let Some(left) = too_near(&left.stands, &right.stands, most - through) else { continue };
-                let choices = [one, other];
-                grasp_pairs.push(GraspPair { choices, left: left + through, through, measure, postures: [0; 2] });
-                if grasp_pairs.len() == 2 * PAIRS_PER_GRASP {
-                    grasp_pairs.sort_by(GraspPair::order);
-                    grasp_pairs.truncate(PAIRS_PER_GRASP);
-                    most = grasp_pairs.last().map_or(most, |last| last.left);
-                }
-            }
-            grasp_pairs
+        let candidates = [0, 1].map(|hand| {
+            let all = choices[hand].iter().zip(&through[hand]);
+            all.map(|(choice, through)| Candidate {
+                stands: &choice.stands,
+                through: *through,
+                measure: choice.measure,
+            })
+            .collect::<Vec<_>>()
         });
-        of_many_kinds(grasp_pairs.into_iter().flatten().collect(), PAIRS_PER_GRASP)
+        best_pairs(&candidates, present)
     }
 
     /// Returns the pairs of choices that both arms can follow, with the missing distance in their best postures.
@@ -368,7 +358,7 @@ impl<'a> Pair<'a> {
                 let tasks = self.with(&[(grasps[hand].0, &choices[hand][choice].task)]);
                 let times: Vec<f64> = steps.iter().map(|steps| self.rollouts[hand].own_s(steps[hand])).collect();
                 let begun = self.begun(hand, &tasks).into_iter();
-                begun.map(|begun| Rollout::stands(begun, &tasks, self.scene, &times)).collect()
+                begun.map(|begun| Rollout::stands(begun, &tasks, self.scene, self.followed[hand], &times)).collect()
             });
             limbs.extend(new.into_iter().zip(gone));
             for grasp_pair in grasp_pairs {
@@ -377,7 +367,9 @@ impl<'a> Pair<'a> {
                 let mut best = GraspPair { left: f64::INFINITY, ..*grasp_pair };
                 for (one, ours) in ours.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?))) {
                     for (other, theirs) in theirs.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?))) {
-                        if let Some(left) = too_near(ours, theirs, best.left).filter(|left| *left < best.left) {
+                        if let Some(left) =
+                            too_near(ours.iter().zip(theirs), best.left).filter(|left| *left < best.left)
+                        {
                             (best.left, best.postures) = (left, [one, other]);
                         }
                     }
@@ -400,7 +392,7 @@ impl<'a> Pair<'a> {
         let all = |tasks: &[Task; 2]| self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
         let rollout = |hand: usize| {
             let begun = self.begun(hand, &all(&tasks)).into_iter().nth(grasp_pair.postures[hand])?;
-            Rollout::of(begun, &all(&tasks), self.scene).ok()
+            Rollout::of(begun, &all(&tasks), self.scene, self.followed[hand]).ok()
         };
         let rollouts = [rollout(0)?, rollout(1)?];
         let near = rollouts[0].near(&rollouts[1]);
@@ -448,7 +440,14 @@ impl<'a> Pair<'a> {
         for hand in [1, 0] {
             if !change.near.is_empty() {
                 let tasks = change.tasks.clone();
-                change.take_nearest(hand, self.begun(hand, &all(&tasks)), &tasks, &all(&tasks), self.scene);
+                change.take_nearest(
+                    hand,
+                    self.begun(hand, &all(&tasks)),
+                    &tasks,
+                    &all(&tasks),
+                    self.scene,
+                    self.followed[hand],
+                );
             }
         }
         Some(change)
@@ -460,7 +459,7 @@ impl<'a> Pair<'a> {
         tasks[hand] = task;
         let all = self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
         let as_now = self.begun_like(hand, &all, &change.rollouts[hand]);
-        change.take_nearest(hand, as_now, &tasks, &all, self.scene);
+        change.take_nearest(hand, as_now, &tasks, &all, self.scene, self.followed[hand]);
     }
 
     /// Lets one hand wait for the other on paths without the object, if that reduces the missing distance.
@@ -469,7 +468,7 @@ impl<'a> Pair<'a> {
             let before = total(&change.near);
             let mut best: Option<(usize, Task, Rollout, Vec<Near>)> = None;
             for (hand, task) in change.tasks.iter().enumerate().filter(|_| before > 0.0) {
-                let shared = self.others(task).any(|other| self.belong_together(&task.object, &other.object));
+                let shared = self.others(task).any(|other| belong_together(self.scene, &task.object, &other.object));
                 let mut tasks = self.with(&[(grasps[1 - hand].0, &change.tasks[1 - hand]), (grasps[hand].0, task)]);
                 for (way, precedence) in orders(task, shared) {
                     let own = &mut tasks[grasps[hand].0].segments[way.clone()];
@@ -532,14 +531,6 @@ impl<'a> Pair<'a> {
     /// The tasks of the other hand.
     fn others(&self, task: &Task) -> impl Iterator<Item = &Task> {
         self.tasks.iter().filter(|other| other.track != task.track)
-    }
-
-    /// Whether two objects are the same, or one has a hole for the other: an inserted object moves with its hole.
-    fn belong_together(&self, one: &str, other: &str) -> bool {
-        let takes = |body: &str, object: &str| {
-            self.scene.bodies.get(body).is_some_and(|body| body.sockets.values().any(|socket| socket.takes(object)))
-        };
-        one == other || takes(one, other) || takes(other, one)
     }
 
     /// Whether a hand begins with a task.

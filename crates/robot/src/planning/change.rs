@@ -1,6 +1,6 @@
 //! A change for two hands: tasks and rollouts with a new pair of grasps, and its cost.
 
-use super::moving::Moving;
+use super::moving::{Followed, Moving};
 use super::rollout::{Near, Rollout, total};
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
@@ -28,8 +28,9 @@ impl Change {
         tasks: &[Task; 2],
         all: &[Task],
         scene: &Scene,
+        followed: Followed,
     ) {
-        for rollout in begun.into_iter().filter_map(|begun| Rollout::of(begun, all, scene).ok()) {
+        for rollout in begun.into_iter().filter_map(|begun| Rollout::of(begun, all, scene, followed).ok()) {
             if let Some(near) = rollout.near_to(&self.rollouts[1 - hand], hand, total(&self.near)) {
                 self.rollouts[hand] = rollout;
                 (self.tasks, self.near) = (tasks.clone(), near);

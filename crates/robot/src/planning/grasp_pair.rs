@@ -1,7 +1,64 @@
 //! Pairs of candidate grasps, one of each hand, in the order in which they are checked.
 
+use super::rollout::{Occupied, too_near};
+use crate::parallel;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+
+/// Maximum number of pairs that are kept, in total and with the same grasp; number of grasps of the first hand that are compared in parallel.
+const PAIRS: usize = 256;
+const PAIRS_PER_GRASP: usize = 16;
+const AT_ONCE: usize = 8;
+/// All pairs are compared at every fourth step; this is the number of pairs with the same grasp that are compared at all steps.
+const EVERY: usize = 4;
+const SHORTLIST: usize = 64;
+
+/// A choice of a grasp of one hand.
+pub(super) struct Candidate<'a> {
+    /// The hand, without its arm, at each sampled step.
+    pub(super) stands: &'a [Occupied],
+    /// Missing distance that is added for penetrations on its paths, m.
+    pub(super) through: f64,
+    pub(super) measure: f64,
+}
+
+/// Returns the best pairs of the candidates of both hands, with a missing distance of at most `present`, m; each candidate is in few of them.
+pub(super) fn best_pairs(candidates: &[Vec<Candidate<'_>>; 2], present: f64) -> Vec<GraspPair> {
+    let ones: Vec<usize> = (0..candidates[0].len()).collect();
+    let mut best: Vec<GraspPair> = Vec::new();
+    for ones in ones.chunks(AT_ONCE) {
+        let most = best.get(PAIRS - 1).map_or(present, |worst| worst.left);
+        best.extend(parallel::each(ones, |one| pairs_of(candidates, *one, most)).into_iter().flatten());
+        best = of_many_kinds(best, PAIRS_PER_GRASP);
+        best.truncate(PAIRS);
+    }
+    best
+}
+
+/// Returns the best pairs with one candidate of the first hand, with a missing distance of at most `most`, m. All pairs are compared at some of the steps, and the
+/// best of them at all steps.
+fn pairs_of(candidates: &[Vec<Candidate<'_>>; 2], one: usize, most: f64) -> Vec<GraspPair> {
+    let ours = &candidates[0][one];
+    let pair = |other: usize, every: usize, most: f64| {
+        let theirs = &candidates[1][other];
+        let (through, measure) = (ours.through + theirs.through, ours.measure * theirs.measure);
+        let stands = ours.stands.iter().zip(theirs.stands).step_by(every);
+        let left = too_near(stands, most - through)? + through;
+        Some(GraspPair { choices: [one, other], left, through, measure, postures: [0; 2] })
+    };
+    let (mut shortlist, mut worst): (Vec<GraspPair>, f64) = (Vec::new(), most);
+    for other in 0..candidates[1].len() {
+        shortlist.extend(pair(other, EVERY, worst));
+        if shortlist.len() == 2 * SHORTLIST {
+            shortlist.sort_by(GraspPair::order);
+            shortlist.truncate(SHORTLIST);
+            worst = shortlist.last().map_or(worst, |last| last.left);
+        }
+    }
+    shortlist.sort_by(GraspPair::order);
+    shortlist.truncate(SHORTLIST);
+    shortlist.iter().filter_map(|short| pair(short.choices[1], 1, most)).collect()
+}
 
 /// Two choices, by their indices in the lists.
 #[derive(Clone, Copy)]

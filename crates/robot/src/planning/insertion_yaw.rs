@@ -12,10 +12,9 @@ use teachtree_command::{Task, hole_of};
 /// Largest tilt of an axis that counts as upright, rad: a turn about it does not shift the weight to other fingers.
 const UPRIGHT_RAD: f64 = 0.1;
 
-/// Returns a task with its object turned by an angle, rad, while it is carried to the hole; `None` without an insertion, for a hole that is not upright, or if
-/// another task handles the object too.
-pub(super) fn turned(tasks: &[Task], number: usize, scene: &Scene, angle: f64) -> Option<Task> {
-    let task = &tasks[number];
+/// Returns a task, to be the one with this index among all tasks, with its object turned by an angle, rad, while it is carried to the hole; `None` without an
+/// insertion, for a hole that is not upright, or if another task handles the object too.
+pub(super) fn turned(task: &Task, (tasks, number): (&[Task], usize), scene: &Scene, angle: f64) -> Option<Task> {
     if tasks.iter().enumerate().any(|(other, it)| other != number && it.object == task.object) {
         return None;
     }

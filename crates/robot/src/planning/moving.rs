@@ -22,6 +22,7 @@ const ITERATIONS: usize = 20;
 const MISSED: PoseError = PoseError { m: 2e-3, rad: 2e-2 };
 
 /// A hand with its arm in motion.
+#[derive(Clone)]
 pub(super) struct Moving {
     pub(super) planner: HandPlanner,
     /// Its robot, and the pose of its root: a hand without an arm moves freely.
@@ -52,10 +53,19 @@ impl Display for Missed {
     }
 }
 
-impl Missed {
-    /// Accepts a target that is missed after the release.
-    pub(super) fn unless_released(self) -> Result<(), Self> {
-        if self.is_released { Ok(()) } else { Err(self) }
+/// The part of its path that an arm must be able to follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Followed {
+    /// All of it.
+    Whole,
+    /// Up to the release of each object; then the arm may stay behind its target.
+    ToReleases,
+}
+
+impl Followed {
+    /// Accepts a target that the arm need not reach.
+    pub(super) fn accept(self, missed: Missed) -> Result<(), Missed> {
+        if self == Self::ToReleases && missed.is_released { Ok(()) } else { Err(missed) }
     }
 }
 

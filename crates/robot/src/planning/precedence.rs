@@ -4,6 +4,7 @@
 
 use std::ops::Range;
 use teachtree_base::meaning::Meaning;
+use teachtree_base::scene::Scene;
 use teachtree_command::{Precedence, Segment, Task};
 
 /// Returns the paths of a task whose precedence may change. With `shared`, the other hand handles the same object, or one that is inserted into it or contains it:
@@ -30,4 +31,12 @@ pub(super) fn orders(task: &Task, shared: bool) -> Vec<(Range<usize>, Precedence
         from = way.end;
     }
     found
+}
+
+/// Whether two objects are the same, or one has a hole for the other: an inserted object moves with its hole.
+pub(super) fn belong_together(scene: &Scene, one: &str, other: &str) -> bool {
+    let takes = |body: &str, object: &str| {
+        scene.bodies.get(body).is_some_and(|body| body.sockets.values().any(|socket| socket.takes(object)))
+    };
+    one == other || takes(one, other) || takes(other, one)
 }

@@ -1,7 +1,7 @@
 //! The motion of a hand with its arm in a group of tasks, by inverse kinematics alone: its shapes at each step, for comparison with those of the other hand.
 
 use super::hand_planner::HandPlanner;
-use super::moving::{Missed, Moving};
+use super::moving::{Followed, Moving};
 use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
@@ -169,20 +169,27 @@ impl Rollout {
     /// Returns the rollouts of the hand of a task, one from each posture from which its arm can follow the task, the best one first.
     pub(super) fn all(tasks: &[Task], number: usize, robot: &Robot, scene: &Scene) -> Result<Vec<Self>, InputError> {
         let begun = Self::begun(tasks, number, robot, scene)?;
-        Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene).ok()).collect())
+        Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene, Followed::Whole).ok()).collect())
     }
 
-    /// Returns the rollout of the hand of a task from the best posture from which its arm can follow the task.
+    /// Returns the rollout of the hand of a task from the best posture from which its arm can follow its whole path, or the path to the releases.
     ///
     /// # Errors
     /// The reason why the arm cannot follow from the best posture.
-    pub(super) fn first(tasks: &[Task], number: usize, robot: &Robot, scene: &Scene) -> Result<Self, String> {
+    pub(super) fn first(
+        tasks: &[Task],
+        number: usize,
+        robot: &Robot,
+        scene: &Scene,
+    ) -> Result<(Self, Followed), String> {
         let begun = Self::begun(tasks, number, robot, scene).map_err(|error| error.message)?;
         let mut first = None;
-        for hand in begun {
-            match Self::of(hand, tasks, scene) {
-                Ok(rollout) => return Ok(rollout),
-                Err(why) => first = first.or(Some(why)),
+        for followed in [Followed::Whole, Followed::ToReleases] {
+            for hand in &begun {
+                match Self::of(hand.clone(), tasks, scene, followed) {
+                    Ok(rollout) => return Ok((rollout, followed)),
+                    Err(why) => first = first.or(Some(why)),
+                }
             }
         }
         Err(first.unwrap_or_default())
@@ -215,7 +222,7 @@ impl Rollout {
     ///
     /// # Errors
     /// The reason why the arm cannot follow.
-    pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene) -> Result<Self, String> {
+    pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene, followed: Followed) -> Result<Self, String> {
         let place = |object: &str| place_of(tasks, scene, object);
         let arm = hand.planner.hand.arm.iter().map(|dof| (hand.limb.tree.dofs[*dof].name.clone(), hand.q[*dof]));
         let arm = arm.collect();
@@ -233,9 +240,8 @@ impl Rollout {
             while own_s(steps.len()) <= duration {
                 let own_s = own_s(steps.len());
                 let before = hand.q.clone();
-                // After the release the arm may stay behind its target, as at its start.
                 hand.advance((*number, &*plan, own_s), done_s + own_s)
-                    .or_else(Missed::unless_released)
+                    .or_else(|missed| followed.accept(missed))
                     .map_err(|missed| missed.to_string())?;
                 too_fast.push(planner.too_fast(&hand.limb, &before, &hand.q, STEP_S));
                 steps.push(Occupied::of_limb(&hand, plan, own_s, &object));
@@ -254,7 +260,13 @@ impl Rollout {
     }
 
     /// Returns the hand with its arm at times of its plans, s; `None` if the arm cannot follow them.
-    pub(super) fn stands(mut hand: Moving, tasks: &[Task], scene: &Scene, times: &[f64]) -> Option<Vec<Occupied>> {
+    pub(super) fn stands(
+        mut hand: Moving,
+        tasks: &[Task],
+        scene: &Scene,
+        followed: Followed,
+        times: &[f64],
+    ) -> Option<Vec<Occupied>> {
         let place = |object: &str| place_of(tasks, scene, object);
         let group: Vec<usize> = (0..tasks.len()).collect();
         let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
@@ -272,7 +284,7 @@ impl Rollout {
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (time, wanted) in all {
                 let own_s = (time.max(made.begins_s) - done_s).min(plan.duration());
-                hand.advance((*number, plan, own_s), done_s + own_s).or_else(Missed::unless_released).ok()?;
+                hand.advance((*number, plan, own_s), done_s + own_s).or_else(|missed| followed.accept(missed)).ok()?;
                 if let Some(at) = wanted {
                     stands[at] = Some(Occupied::of_limb(&hand, plan, own_s, &object));
                 }
@@ -393,9 +405,9 @@ fn steps(rollouts: &[&Rollout; 2], time: &TimeScale, step: usize) -> [usize; 2] 
 }
 
 /// Returns the missing distance of hands, m, summed over steps, by [`Occupied::too_near`]; `None` above `most`.
-pub(super) fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Option<f64> {
+pub(super) fn too_near<'a>(steps: impl Iterator<Item = (&'a Occupied, &'a Occupied)>, most: f64) -> Option<f64> {
     let mut sum = 0.0;
-    for (one, other) in ours.iter().zip(theirs) {
+    for (one, other) in steps {
         if most < 0.0 {
             return None;
         }
