@@ -37,7 +37,7 @@ use grippers::Gripper;
 use hands::Hand;
 use parts::Part;
 use rests::Rest;
-use sockets::FoundSocket;
+use sockets::{Evidence, FoundSocket};
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
@@ -97,6 +97,8 @@ struct Survey<'a> {
     rests: Vec<Rest>,
     /// Sockets that the bound log shows.
     sockets: Vec<FoundSocket>,
+    /// Sockets that bodies at rest may be instead of supports.
+    maybe_sockets: Vec<FoundSocket>,
     /// Bearings that the bound log shows.
     bearings: Vec<FoundBearing>,
     /// The column of labels, with its sheet.
@@ -173,6 +175,7 @@ impl<'a> Survey<'a> {
             starts: BTreeMap::new(),
             rests: vec![],
             sockets: vec![],
+            maybe_sockets: vec![],
             bearings: vec![],
             labels,
             is_y_up,
@@ -190,9 +193,10 @@ impl<'a> Survey<'a> {
         }
         self.rests = rests::rests(recording);
         self.bearings = if self.mechanism.is_none() { bearings::bearings(recording) } else { vec![] };
-        self.sockets = sockets::sockets(recording);
+        let mut sockets = sockets::sockets(recording);
         // What turns in its place was not put there.
-        self.sockets.retain(|socket| self.bearings.iter().all(|bearing| bearing.object != socket.object));
+        sockets.retain(|socket| self.bearings.iter().all(|bearing| bearing.object != socket.object));
+        (self.maybe_sockets, self.sockets) = sockets.into_iter().partition(|socket| socket.evidence == Evidence::Above);
         let is_fixed = |name: &str| {
             let mut fixed = self.sockets.iter().map(|it| &it.of).chain(self.bearings.iter().map(|it| &it.of)).flatten();
             fixed.any(|of| of == name)

@@ -3,7 +3,7 @@
 use super::Survey;
 use super::bearings::FoundBearing;
 use super::bodies::{Body, edge};
-use super::sockets::FoundSocket;
+use super::sockets::{Evidence, FoundSocket};
 use super::supports::{Supports, THICK_M};
 use super::words::is_support;
 use super::yaml_scalar::scalar;
@@ -112,10 +112,15 @@ fn numbers(vector: [f64; 3]) -> String {
 /// Why there is a socket, and what to correct.
 fn reason(socket: &FoundSocket) -> String {
     let object = &socket.object;
-    if socket.is_by_name {
-        return format!("by its name, and {object} comes to rest there: give the true rim");
+    match socket.evidence {
+        Evidence::Contact => {
+            format!("{object} moves straight on from a contact there; radius and depth are at least those of its path")
+        }
+        Evidence::Name => format!("by its name, and {object} begins or comes to rest there: give the true rim"),
+        Evidence::Inside | Evidence::Above => format!(
+            "{object} begins or comes to rest on its axis, below its origin: give the true rim; else `role: support`"
+        ),
     }
-    format!("{object} moves straight on from a contact there; radius and depth are at least those of its path")
 }
 
 /// Sockets of one body as entries.
@@ -152,7 +157,19 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
         let [width, top] = [surface.width_m, surface.top[2]].map(|length| plain(length * 1e3));
         let at = point_mm([0.0, 0.0, surface.top[2] - THICK_M / 2.0]);
         let size = edges([surface.width_m, surface.width_m, THICK_M]);
-        let else_object = if is_support(&body.name) { "" } else { "; else `role: object`" };
+        let maybe: Vec<&FoundSocket> =
+            survey.maybe_sockets.iter().filter(|socket| socket.of.as_ref() == Some(&body.name)).collect();
+        let else_object = match &maybe[..] {
+            _ if is_support(&body.name) => String::new(),
+            [] => "; else `role: object`".into(),
+            [first, ..] => {
+                format!(
+                    "; else `role: object`, or if {} is in a hole there: `{{role: socket, sockets: {{{}}}}}`",
+                    first.object,
+                    holes(&maybe)
+                )
+            }
+        };
         return format!(
             "{{role: support, parts: [{{box: {size}, at: {at}}}]}}    # it never moves, and {} rests on it: its top is at {top} mm from its origin; the width of {width} mm is a guess{else_object}",
             surface.carries

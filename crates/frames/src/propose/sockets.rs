@@ -1,5 +1,5 @@
-//! Sockets of a bound log: holes, and pegs that hollow bodies are put on. Insertions show them, else the name of a body that stands still where another one comes
-//! to rest.
+//! Sockets of a bound log: holes, and pegs that hollow bodies are put on. Insertions show them, else a body that stands still where another one comes to rest, by
+//! its name or by its place.
 
 use super::insertions::{Insertion, Path};
 use super::words;
@@ -25,15 +25,23 @@ const CONTACT_N: f64 = 0.2;
 const MEETS: (f64, f64) = (1.0, 5.0);
 /// What is this far from where it was taken hangs freely, m, …
 const OFF_M: f64 = 0.02;
-/// … and the force from then on for this long is its weight, s.
+/// … and the force from then on for this long is its weight, s, …
 const HANGS_S: f64 = 0.5;
+/// … unless it is held for this long at least this far from where it was taken and from where it is released, m: it may be drawn out of something.
+const FREE_M: f64 = 0.06;
 /// A contact counts until this long before the gripper opens, s: then its weight leaves the wrist.
 const RELEASE_S: f64 = 0.15;
 /// The maximum distance of a held body from the hand, m.
 const HELD_M: f64 = 0.3;
+/// The maximum distance of what is in a hole from the axis of its body, m, unless the name of the body is that of a socket. It is farther below the origin.
+const ALIGNED_M: f64 = 0.005;
 /// Names of bodies that others are put into or on.
 const SOCKETS: [&str; 13] =
     ["socket", "hole", "port", "receptacle", "outlet", "slot", "peg", "pin", "pole", "bore", "jack", "female", "nest"];
+/// Names of bodies with room for others.
+const CONTAINERS: [&str; 12] =
+    ["basket", "bowl", "box", "bucket", "cabinet", "container", "crate", "cup", "drawer", "glass", "pan", "pot"];
+
 /// A socket.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundSocket {
@@ -49,8 +57,21 @@ pub struct FoundSocket {
     pub radius_m: f64,
     /// Its depth, m.
     pub depth_m: f64,
-    /// Whether only the name of its body shows it.
-    pub is_by_name: bool,
+    /// What shows it.
+    pub evidence: Evidence,
+}
+
+/// What shows that there is a socket.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Evidence {
+    /// A body moves straight on from a contact, or out of one.
+    Contact,
+    /// The name of a body where another one begins or ends.
+    Name,
+    /// A body begins or ends on the axis of another one, below its origin.
+    Inside,
+    /// A body begins or ends above another one, on its axis: it may rest on it or in it.
+    Above,
 }
 
 /// The sockets, at most [`MAX_SOCKETS`].
@@ -60,20 +81,20 @@ pub fn sockets(recording: &Recording) -> Vec<FoundSocket> {
     let mut found: Vec<(Insertion, FoundSocket)> = vec![];
     for body in bodies.iter().filter(|body| body.moves) {
         let path = body.path(recording, &moving);
-        let end = path.at.last().copied();
-        let mut insertions: Vec<(Insertion, bool)> = path.insertions().into_iter().map(|it| (it, false)).collect();
+        let mut insertions: Vec<(Insertion, Evidence)> =
+            path.insertions().into_iter().map(|insertion| (insertion, Evidence::Contact)).collect();
         if insertions.is_empty() {
-            let mut named =
-                bodies.iter().filter(|other| !other.moves && words::has(&words::words(other.name), &SOCKETS));
-            let by_name = end.and_then(|end| named.find_map(|other| body.at_rest_in(other, end)));
-            insertions.extend(by_name.map(|insertion| (insertion, true)));
+            let ends = [true, false].into_iter().flat_map(|is_end| bodies.iter().map(move |other| (other, is_end)));
+            let at_rest = ends.filter(|(other, _)| other.is_fixture());
+            let at_rest = at_rest.filter_map(|(other, is_end)| body.at_rest_in(other, is_end));
+            insertions.extend(at_rest.min_by_key(|(_, evidence)| *evidence));
         }
-        for (insertion, is_by_name) in insertions {
+        for (insertion, evidence) in insertions {
             let is_known = |(known, _): &(Insertion, FoundSocket)| {
                 (known.rim - insertion.rim).norm() < SAME_M && known.axis.dot(&insertion.axis) > 0.9
             };
             if found.len() < MAX_SOCKETS && !found.iter().any(is_known) {
-                found.push((insertion, socket(&bodies, body.name, insertion, is_by_name)));
+                found.push((insertion, socket(&bodies, body.name, insertion, evidence)));
             }
         }
     }
@@ -81,9 +102,9 @@ pub fn sockets(recording: &Recording) -> Vec<FoundSocket> {
 }
 
 /// The socket of an insertion, in the frame of the nearest body that stands still.
-fn socket(bodies: &[Body], object: &str, insertion: Insertion, is_by_name: bool) -> FoundSocket {
+fn socket(bodies: &[Body], object: &str, insertion: Insertion, evidence: Evidence) -> FoundSocket {
     let distance = |body: &&Body| (body.start - insertion.rim).norm();
-    let fixed = bodies.iter().filter(|body| !body.moves && !words::is_support(body.name) && distance(body) < BODY_M);
+    let fixed = bodies.iter().filter(|body| body.is_fixture() && distance(body) < BODY_M);
     let of = fixed.min_by(|one, other| distance(one).total_cmp(&distance(other)));
     let (rim, axis) = of.map_or((insertion.rim, insertion.axis), |body| {
         let turn = body.turns.first().map_or_else(UnitQuaternion::identity, UnitQuaternion::inverse);
@@ -96,7 +117,7 @@ fn socket(bodies: &[Body], object: &str, insertion: Insertion, is_by_name: bool)
         axis: straight(axis).into(),
         radius_m: RADIUS_M.max((insertion.beside * 1.2 * 1e3).ceil() / 1e3),
         depth_m: (insertion.depth * 1.1 * 200.0).ceil() / 200.0,
-        is_by_name,
+        evidence,
     }
 }
 
@@ -146,6 +167,16 @@ impl<'a> Body<'a> {
         };
         let turns = (0..positions.len()).map(turn).collect();
         Some(Self { name, positions, start, turns, moves })
+    }
+
+    /// Whether its name is that of a socket.
+    fn is_named(&self) -> bool {
+        words::has(&words::words(self.name), &SOCKETS)
+    }
+
+    /// Whether it stands still and is no support by its name.
+    fn is_fixture(&self) -> bool {
+        !self.moves && (self.is_named() || !words::is_support(self.name))
     }
 
     /// Where it is, and where it touches something that stands still.
@@ -225,30 +256,58 @@ impl<'a> Body<'a> {
         hold: std::ops::Range<usize>,
         meets: &mut [bool],
     ) {
-        let Some(taken) = self.positions[hold.clone()].iter().flatten().next() else { return };
+        let Some(taken) = self.positions[hold.clone()].iter().flatten().next().copied() else { return };
         let is_off = |row: &usize| self.positions[*row].is_some_and(|at| (at - taken).norm() > OFF_M);
         let Some(off) = hold.clone().find(is_off) else { return };
-        let weight: Vec<Vector3<f64>> =
-            (off..hold.end).take_while(|row| time[*row] - time[off] <= HANGS_S).filter_map(|row| forces[row]).collect();
-        let level = Vector3::from([0, 1, 2].map(|axis| median(weight.iter().map(|force| force[axis]).collect())));
-        let change = |row: usize| forces[row].map_or(0.0, |force| (force - level).norm());
-        let usual = median((off..hold.end).map(change).collect());
+        let level = self.weight(time, forces, off..hold.end, taken);
+        let change = |row: usize| forces[row].map_or(Vector3::zeros(), |force| force - level);
+        let usual = median((off..hold.end).map(|row| change(row).norm()).collect());
         let threshold = MEETS.0.max(MEETS.1 * usual);
         // At the end of the log nothing is let go.
         let end_s = if hold.end < time.len() { time[hold.end] - RELEASE_S } else { f64::INFINITY };
         for row in (off..hold.end).filter(|row| time[*row] < end_s) {
-            meets[row] |= change(row) > threshold;
+            meets[row] |= change(row).norm() > threshold;
+        }
+        // What is drawn out needs more force than its weight, what is lifted off a table less.
+        let way = self.positions[off].map_or(Vector3::zeros(), |at| (at - taken).normalize());
+        for (row, meets) in meets.iter_mut().enumerate().take(off).skip(hold.start) {
+            *meets |= change(row).dot(&way) > threshold;
         }
     }
 
-    /// The end of this body's way as an insertion into a body that is called a socket, if it goes straight to a rest there.
-    fn at_rest_in(&self, socket: &Self, end: Vector3<f64>) -> Option<Insertion> {
+    /// The force of this body's weight in the rows of a hold since it left the place where it was taken: the usual one far from both ends, else that at the
+    /// beginning.
+    fn weight(
+        &self,
+        time: &[f64],
+        forces: &[Option<Vector3<f64>>],
+        rows: std::ops::Range<usize>,
+        taken: Vector3<f64>,
+    ) -> Vector3<f64> {
+        let released = self.positions[rows.clone()].iter().rev().flatten().next().copied().unwrap_or(taken);
+        let is_far = |at: Vector3<f64>| (at - taken).norm() > FREE_M && (at - released).norm() > FREE_M;
+        let free: Vec<usize> = rows.clone().filter(|row| self.positions[*row].is_some_and(is_far)).collect();
+        let is_long = free.first().zip(free.last()).is_some_and(|(first, last)| time[*last] - time[*first] >= HANGS_S);
+        let off = rows.start;
+        let hanging = if is_long { free } else { rows.take_while(|row| time[*row] - time[off] <= HANGS_S).collect() };
+        let weight: Vec<Vector3<f64>> = hanging.into_iter().filter_map(|row| forces[row]).collect();
+        Vector3::from([0, 1, 2].map(|axis| median(weight.iter().map(|force| force[axis]).collect())))
+    }
+
+    /// The end of this body's way as an insertion into another one, if it goes straight to a rest there; the beginning of the way if `is_end` is false.
+    fn at_rest_in(&self, socket: &Self, is_end: bool) -> Option<(Insertion, Evidence)> {
         const BESIDE_M: f64 = 0.003;
+        const NAMED_M: f64 = 0.02;
         const USUAL_M: f64 = 0.02;
-        if (end - socket.start).norm() > HELD_M || (end - self.start).norm() < OFF_M {
+        let mut ways: Vec<Vector3<f64>> = self.positions.iter().flatten().copied().collect();
+        if is_end {
+            ways.reverse();
+        }
+        let (end, home) = (*ways.first()?, *ways.last()?);
+        if (end - socket.start).norm() > HELD_M || (end - home).norm() < OFF_M {
             return None;
         }
-        let ways = self.positions.iter().rev().flatten().map(|at| at - end);
+        let ways = ways.into_iter().map(|at| at - end);
         let far = ways.clone().find(|way| way.norm() > USUAL_M)?;
         let axis =
             if far.normalize().z.abs() > 0.94 { Vector3::new(0.0, 0.0, far.z.signum()) } else { far.normalize() };
@@ -257,7 +316,14 @@ impl<'a> Body<'a> {
         let of_body = (socket.start - end).dot(&axis);
         let beside = (socket.start - end - axis * of_body).norm();
         let depth = if (0.005..length).contains(&of_body) { of_body } else { USUAL_M.min(length) };
-        (beside < 0.02 && depth > 0.005).then(|| Insertion { rim: end + axis * depth, axis, depth, beside: BESIDE_M })
+        let evidence = match () {
+            () if socket.is_named() => Evidence::Name,
+            () if of_body > ALIGNED_M && !words::has(&words::words(socket.name), &CONTAINERS) => Evidence::Inside,
+            () => Evidence::Above,
+        };
+        let widest = if socket.is_named() { NAMED_M } else { ALIGNED_M };
+        let insertion = Insertion { rim: end + axis * depth, axis, depth, beside: BESIDE_M };
+        (beside < widest && depth > 0.005).then_some((insertion, evidence))
     }
 }
 

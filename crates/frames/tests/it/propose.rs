@@ -2,6 +2,7 @@
 
 mod grippers;
 mod rotations;
+mod sockets;
 mod supports;
 
 use std::fs;
