@@ -13,6 +13,7 @@ mod dialect;
 mod faults;
 mod groups;
 mod heading;
+mod rated;
 mod records;
 mod rows;
 pub mod sections;

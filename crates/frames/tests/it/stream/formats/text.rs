@@ -25,7 +25,7 @@ fn lines_above_titles_distinguish_columns_of_one_title() {
     let nexus =
         "Trajectories\n100\n,,S:cube,,,S:tool,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z\n,,mm,mm,mm,mm,mm,mm\n1,0,1,2,3,4,5,6\n";
     let wanted = ["S:cube.X [mm]", "S:cube.Y [mm]", "S:cube.Z [mm]", "S:tool.X [mm]", "S:tool.Y [mm]", "S:tool.Z [mm]"];
-    assert_eq!(titles(nexus), [&["Frame", "Sub Frame"], &wanted[..]].concat());
+    assert_eq!(titles(nexus), [&["Frame", "Sub Frame"], &wanted[..], &["time [s]"]].concat());
     let motive = "Format Version,1.23,Take Name,a\n\n,Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body\n,Name,cube,cube,tool,tool\n\
         ,ID,7A,7A,7B,7B\n,,Rotation,Position,Rotation,Position\nFrame,Time (Seconds),X,X,X,X\n0,0.0,1,2,3,4\n";
     let wanted = ["cube.Rotation.X", "cube.Position.X", "tool.Rotation.X", "tool.Position.X"];
@@ -44,8 +44,8 @@ fn one_section_of_a_file_is_chosen_by_its_name() {
     let folder = folder(&[("log.csv", SECTIONS), ("lost.csv", &SECTIONS.replace("4,5,7", "4,five,7"))]);
     let path = |name: &str| folder.path().join(name);
     let wanted = ["S:cube.X [mm]", "S:cube.Y [mm]", "S:cube.Z [mm]", "S:tool.X [mm]", "S:tool.Y [mm]", "S:tool.Z [mm]"];
-    assert_eq!(header(&path("log.csv#Trajectories")), [&["Frame", "Sub Frame"], &wanted[..]].concat());
-    assert_eq!(header(&path("log.csv#devices")), ["Frame", "Sub Frame", "Fx [N]"]);
+    assert_eq!(header(&path("log.csv#Trajectories")), [&["Frame", "Sub Frame"], &wanted[..], &["time [s]"]].concat());
+    assert_eq!(header(&path("log.csv#devices")), ["Frame", "Sub Frame", "Fx [N]", "time [s]"]);
     let binding = "rate: 100 Hz\nchannels: {right.palm.position: '<xyz=6 7 8>'}\n";
     let (log, _) = bound(&path("log.csv#Trajectories"), binding).unwrap();
     assert_eq!(values(&log, "right.palm.position.z"), [0.006, 0.006, 0.007]);
@@ -69,6 +69,18 @@ fn one_section_of_a_file_is_chosen_by_its_name() {
     // Rows are lines of the file.
     let error = bound(&path("lost.csv#Trajectories"), binding).unwrap_err();
     assert!(error.contains("lost.csv#Trajectories row 17 column S:tool.Y: found `five`"), "{error}");
+    // The rate in the second line gives the stamps, one in the binding overrides it.
+    let at = |file: &str, binding: &str| bound(&path(file), binding).unwrap().0.time.clone();
+    let force = "channels: {right.palm.force: ['3 [N]', '= 0 N', '= 0 N']}\n";
+    assert_eq!(at("log.csv#Devices", force), [0.0, 0.001, 0.002]);
+    assert_eq!(at("log.csv#Devices", &format!("rate: 2 Hz\n{force}")), [0.0, 0.5, 1.0]);
+    let position = "channels: {right.palm.position: '<xyz=6 7 8>'}\n";
+    assert_eq!(at("log.csv#Trajectories", position), [0.0, 0.01, 0.02]);
+    assert_eq!(at("log.csv#Trajectories", &format!("time: Frame\n{position}")), [1.0, 2.0, 3.0]);
+    // As a column it has the same values, also where others have the stamps.
+    let column = "time: Frame\nchannels: {right.gripper.closed: 'time > 0.005 s'}\n";
+    let (log, _) = bound(&path("log.csv#Trajectories"), column).unwrap();
+    assert_eq!(values(&log, "right.gripper.closed"), [0.0, 1.0, 1.0]);
     // A file of one section needs no name.
     let one = bound_text(
         "log.csv",

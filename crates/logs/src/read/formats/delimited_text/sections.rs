@@ -1,8 +1,9 @@
 //! Sections of a text, as Vicon Nexus exports them: `Devices` and `Trajectories` in one file, each with a rate, titles and rows of its own.
 //!
 //! A section begins with a line that has its name only, followed by a line that has its rate only, and by titles. It is the first line, or an empty one is
-//! before it.
+//! before it. The rate gives the stamps of the rows.
 
+use super::rated::stamped;
 use super::{BYTE_ORDER_MARK, source_from};
 use crate::read::table::Source;
 use std::fs::File;
@@ -23,6 +24,8 @@ pub struct Section {
     bytes: Range<u64>,
     /// Number of lines before them.
     lines: u64,
+    /// The rate in its second line, Hz.
+    rate_hz: f64,
 }
 
 /// Returns the sections of a file; none if its first lines do not begin one.
@@ -44,18 +47,20 @@ pub fn find(bytes: impl Read, file: &str) -> Result<Vec<Section>, InputError> {
         }
         let kind = LineKind::of(line.strip_prefix(BYTE_ORDER_MARK).filter(|_| at == 0).unwrap_or(&line));
         let begins = match last.as_slice() {
-            [before @ .., (LineKind::Name(name), begin, _), (LineKind::Number, ..)] if kind != LineKind::Number => {
+            [before @ .., (LineKind::Name(name), begin, _), (LineKind::Number(rate_hz), ..)]
+                if !matches!(kind, LineKind::Number(_)) =>
+            {
                 let is_apart = before.last().is_none_or(|(kind, ..)| *kind == LineKind::Empty);
-                is_apart.then(|| (name.clone(), *begin))
+                is_apart.then(|| (name.clone(), *begin, *rate_hz))
             }
             _ => None,
         };
-        if let Some((name, begin)) = begins.filter(|_| sections.len() < MAX_SECTIONS) {
+        if let Some((name, begin, rate_hz)) = begins.filter(|_| sections.len() < MAX_SECTIONS) {
             if let Some(last) = sections.last_mut() {
                 last.bytes.end = begin;
             }
             // Its rows begin after the line with the rate.
-            sections.push(Section { name, bytes: at..u64::MAX, lines });
+            sections.push(Section { name, bytes: at..u64::MAX, lines, rate_hz });
         }
         if lines == 2 && sections.is_empty() {
             break;
@@ -77,7 +82,7 @@ enum LineKind {
     /// Only one cell, a text.
     Name(String),
     /// Only one cell, a number.
-    Number,
+    Number(f64),
     Cells,
 }
 
@@ -86,8 +91,7 @@ impl LineKind {
         match only_cell(line) {
             None => Self::Cells,
             Some(cell) if cell.is_empty() => Self::Empty,
-            Some(cell) if cell.parse::<f64>().is_ok() => Self::Number,
-            Some(cell) => Self::Name(cell),
+            Some(cell) => cell.parse().map_or(Self::Name(cell), Self::Number),
         }
     }
 }
@@ -121,5 +125,7 @@ pub fn open(mut file: File, place: String, sections: &[Section], chosen: Option<
     file.seek(SeekFrom::Start(section.bytes.start)).map_err(failed)?;
     let text = BufReader::new(file).take(section.bytes.end - section.bytes.start);
     let place = if sections.len() > 1 { format!("{place}#{}", section.name) } else { place };
-    source_from(Box::new(text), place, section.lines)
+    let source = source_from(Box::new(text), place, section.lines)?;
+    let sheets = source.sheets.into_iter().map(|sheet| stamped(sheet, section.rate_hz)).collect();
+    Ok(Source { sheets, ..source })
 }
