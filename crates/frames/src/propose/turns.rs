@@ -4,7 +4,8 @@ use super::column_groups::{Form, Group};
 use super::parts::unit_in_name;
 use super::words;
 use crate::inspect::ColumnReport;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use teachtree_base::units::compound_of_log;
 
 /// How far values may be beyond the bound of an angle.
@@ -12,12 +13,25 @@ const SLACK: f64 = 1.02;
 /// The share of samples that are more than bad ones.
 const SHARE: f64 = 0.01;
 
-/// What most values show.
+/// A change of the values by more than this in a step is a jump, rad: they are ambiguous at half a turn.
+const JUMP_RAD: f64 = 2.0;
+/// A jump of the values is none of the rotation, or is one, rad.
+const SAME_RAD: f64 = 0.3;
+const OTHER_RAD: f64 = 0.6;
+/// What turns about the vertical tilts less than what is tilted: by this share of its angle, which is at least this, rad.
+const UPRIGHT: f64 = 0.3;
+const TILTED_RAD: f64 = 0.05;
+
+/// What the values show.
 struct Extent {
     /// Longer than a rotation vector in rad: in degrees, where the log has no unit.
     is_long: bool,
+    /// Longer than half a turn.
+    is_beyond_half_turn: bool,
     /// The second is beyond the range of a pitch.
     is_beyond_pitch: bool,
+    /// The values, rad.
+    values: Vec<Vector3<f64>>,
 }
 
 impl Extent {
@@ -29,13 +43,63 @@ impl Extent {
         let value = |axis: usize, row: usize| {
             samples.get(axis).and_then(|it| it.get(row)).map_or(f64::NAN, |value| value * factor)
         };
+        let values: Vec<Vector3<f64>> =
+            (0..rows).map(|row| Vector3::new(value(0, row), value(1, row), value(2, row))).collect();
         let is_often =
-            |is: &dyn Fn(usize) -> bool| (0..rows).filter(|row| is(*row)).count() as f64 > SHARE * rows as f64;
-        let norm = |row: usize| (0..3).map(|axis| value(axis, row).powi(2)).sum::<f64>().sqrt();
+            |is: &dyn Fn(&Vector3<f64>) -> bool| values.iter().filter(|at| is(at)).count() as f64 > SHARE * rows as f64;
         Self {
-            is_long: is_often(&|row| norm(row) > TAU * SLACK),
-            is_beyond_pitch: is_often(&|row| value(1, row).abs() > FRAC_PI_2 * SLACK),
+            is_long: is_often(&|at| at.norm() > TAU * SLACK),
+            is_beyond_half_turn: is_often(&|at| at.norm() > PI * SLACK),
+            is_beyond_pitch: is_often(&|at| at.y.abs() > FRAC_PI_2 * SLACK),
+            values: values.into_iter().filter(|at| at.iter().all(|part| part.is_finite())).collect(),
         }
+    }
+
+    /// The form as which the values turn smoothly where they jump; none where they do not, or where neither form or both are smooth.
+    fn smooth_form(&self) -> Option<Form> {
+        let jumps = self.values.windows(2).filter(|pair| (pair[1] - pair[0]).norm() > JUMP_RAD);
+        let (mut of_vectors, mut of_angles) = (0, 0);
+        for pair in jumps {
+            let [as_vector, as_angles] = FORMS.map(|form| turn(form, pair[0]).angle_to(&turn(form, pair[1])));
+            of_vectors += usize::from(as_vector < SAME_RAD && as_angles > OTHER_RAD);
+            of_angles += usize::from(as_angles < SAME_RAD && as_vector > OTHER_RAD);
+        }
+        match (of_vectors, of_angles) {
+            (1.., 0) => Some(Form::RotationVector),
+            (0, 1..) => Some(Form::Angles),
+            _ => None,
+        }
+    }
+
+    /// The form as which the values turn about the vertical, and by how much they tilt as the other one, rad; none where neither does so.
+    fn upright_form(&self) -> Option<(Form, f64)> {
+        let [as_vector, as_angles] = FORMS.map(|form| self.tilt(form));
+        let is_upright = |one: f64, other: f64| other > TILTED_RAD && one < UPRIGHT * other;
+        match () {
+            () if is_upright(as_vector, as_angles) => Some((Form::RotationVector, as_angles)),
+            () if is_upright(as_angles, as_vector) => Some((Form::Angles, as_vector)),
+            () => None,
+        }
+    }
+
+    /// How far the vertical is from its mean direction in the turned frame, root mean square, rad.
+    fn tilt(&self, form: Form) -> f64 {
+        let verticals: Vec<Vector3<f64>> =
+            self.values.iter().map(|at| turn(form, *at).inverse() * Vector3::z()).collect();
+        let mean: Vector3<f64> = verticals.iter().sum();
+        let squares: f64 = verticals.iter().map(|vertical| vertical.angle(&mean).powi(2)).sum();
+        (squares / verticals.len().max(1) as f64).sqrt()
+    }
+}
+
+/// The forms of three values.
+const FORMS: [Form; 2] = [Form::RotationVector, Form::Angles];
+
+/// The rotation by three values in a form, rad.
+fn turn(form: Form, at: Vector3<f64>) -> UnitQuaternion<f64> {
+    match form {
+        Form::RotationVector => UnitQuaternion::from_scaled_axis(at),
+        _ => UnitQuaternion::from_euler_angles(at.x, at.y, at.z),
     }
 }
 
@@ -58,20 +122,29 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
     let extent = Extent::of(columns, &group.members, if unit.is_empty() { 1.0 } else { factor });
     let is_in_degrees = extent.is_long && unit.is_empty();
     let is_of_ur = is_r || says(&["tcp", "ur"]);
-    let (form, reason) = match () {
-        () if is_rotvec => (Form::RotationVector, "a rotation vector by its name"),
-        () if is_rpy => (Form::Angles, "roll, pitch and yaw by its name"),
-        () if extent.is_long => (Form::Angles, "roll, pitch and yaw"),
-        () if extent.is_beyond_pitch => {
-            (Form::RotationVector, "a rotation vector, since the second is beyond the range of a pitch")
+    let is_in_other_unit = compound_of_log(unit).is_ok_and(|(factor, _)| !unit.is_empty() && factor != 1.0);
+    let (form, why) = match (extent.smooth_form(), extent.upright_form()) {
+        _ if is_rotvec => (Form::RotationVector, " by its name".into()),
+        _ if is_rpy => (Form::Angles, " by its name".into()),
+        _ if extent.is_long => (Form::Angles, String::new()),
+        (Some(form), _) => (form, ", since it jumps at half a turn as the other form".into()),
+        _ if extent.is_beyond_pitch => {
+            (Form::RotationVector, ", since the second is beyond the range of a pitch".into())
         }
-        () if compound_of_log(unit).is_ok_and(|(factor, _)| !unit.is_empty() && factor != 1.0) => {
-            (Form::Angles, "roll, pitch and yaw, since rotation vectors are usually in radians")
+        _ if extent.is_beyond_half_turn => {
+            (Form::Angles, ", since a rotation vector is not longer than half a turn".into())
         }
-        () if is_of_ur => (Form::RotationVector, "a rotation vector, as UR writes it"),
-        () if says(&["ori"]) => (Form::RotationVector, "a rotation vector, as robosuite writes it"),
-        () => (Form::Angles, "roll, pitch and yaw"),
+        _ if is_in_other_unit => (Form::Angles, ", since rotation vectors are usually in radians".into()),
+        (None, Some((form, tilt_rad))) => {
+            let tilt_deg = tilt_rad.to_degrees();
+            (form, format!(", since it turns about the vertical, and as the other form it tilts by {tilt_deg:.0}°"))
+        }
+        _ if is_of_ur => (Form::RotationVector, ", as UR writes it".into()),
+        _ if says(&["ori"]) => (Form::RotationVector, ", as robosuite writes it".into()),
+        (None, None) => (Form::Angles, String::new()),
     };
+    let name = if form == Form::RotationVector { "a rotation vector" } else { "roll, pitch and yaw" };
+    let reason = format!("{name}{why}");
     if is_of_components {
         let reason = is_in_degrees.then(|| "in degrees, since the angles are beyond a turn in radians".to_string());
         return Group { unit: if is_in_degrees { "deg" } else { "" }, reason, ..group };

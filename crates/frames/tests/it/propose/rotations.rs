@@ -1,6 +1,7 @@
 //! Proposed rotations of three columns.
 
 use super::{Column, along, binding, channel, lift, still};
+use std::f64::consts::{PI, TAU};
 
 fn with(names: [&'static str; 3], values: [fn(f64) -> f64; 3]) -> String {
     let mut columns: Vec<Column> = vec![("tcp_x_mm", along), ("tcp_y_mm", along), ("tcp_z_mm", lift)];
@@ -47,6 +48,45 @@ fn three_angles_in_degrees_are_roll_pitch_and_yaw_unless_the_second_is_too_large
     assert_eq!(channel(&vector, "right.tcp.rotation"), Some("tcp_r<rotvec=x y z>_deg [deg]"), "{vector}");
     let of_ur = with(["tcp_rx", "tcp_ry", "tcp_rz"], [|_| 3.1, |passed| 0.1 * passed, still]);
     assert_eq!(channel(&of_ur, "right.tcp.rotation"), Some("tcp_r<rotvec=x y z>"), "{of_ur}");
+}
+
+/// Names that say nothing about the form.
+const OPEN: [&str; 3] = ["tcp_rot_x", "tcp_rot_y", "tcp_rot_z"];
+const AS_VECTOR: Option<&str> = Some("tcp_rot_<rotvec=x y z>");
+const AS_ANGLES: Option<&str> = Some("tcp_rot_<rpy=x y z>");
+
+/// The angle of a turn about a tilted axis, whose vector flips at half a turn.
+const FLIPPED: fn(f64) -> f64 = |passed| {
+    let angle = 2.0 + 2.5 * passed;
+    if angle > PI { angle - TAU } else { angle }
+};
+
+#[test]
+fn a_rotation_of_three_columns_does_not_jump() {
+    let vector = with(OPEN, [|passed| 0.8 * FLIPPED(passed), |_| 0.0, |passed| 0.6 * FLIPPED(passed)]);
+    assert_eq!(channel(&vector, "right.tcp.rotation"), AS_VECTOR, "{vector}");
+    assert!(
+        vector.contains("a rotation vector, since it jumps at half a turn as the other form; else `tcp_rot_<rpy"),
+        "{vector}"
+    );
+    // A roll that jumps by a turn.
+    let angles =
+        with(OPEN, [|passed| if passed < 0.5 { 3.0 + 0.2 * passed } else { 0.2 * passed - 3.2 }, |_| 0.3, |_| 0.5]);
+    assert_eq!(channel(&angles, "right.tcp.rotation"), AS_ANGLES, "{angles}");
+    assert!(angles.contains("roll, pitch and yaw, since it jumps at half a turn as the other form"), "{angles}");
+}
+
+#[test]
+fn a_tool_that_points_down_turns_about_the_vertical() {
+    let vector = with(OPEN, [|passed| 3.1 * (0.3 * passed).cos(), |passed| 3.1 * (0.3 * passed).sin(), |_| 0.01]);
+    assert_eq!(channel(&vector, "right.tcp.rotation"), AS_VECTOR, "{vector}");
+    assert!(vector.contains("since it turns about the vertical, and as the other form it tilts by "), "{vector}");
+    let angles = with(OPEN, [|_| 3.13, |_| 0.01, |passed| 0.6 * passed]);
+    assert_eq!(channel(&angles, "right.tcp.rotation"), AS_ANGLES, "{angles}");
+    // No rotation vector is so long.
+    let long = with(OPEN, [|_| 3.13, |passed| 0.3 * passed, |passed| 1.4 - passed]);
+    assert_eq!(channel(&long, "right.tcp.rotation"), AS_ANGLES, "{long}");
+    assert!(long.contains("since a rotation vector is not longer than half a turn"), "{long}");
 }
 
 #[test]
