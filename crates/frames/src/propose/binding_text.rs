@@ -145,7 +145,7 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
     };
     let is_fixed = survey.is_fixed_tool();
     for (side, hand) in &survey.hands {
-        of_hand(*side, hand, is_fixed, is_pair(survey), &line, &mut lines);
+        of_hand(survey, *side, hand, is_fixed, is_pair(survey), &line, &mut lines);
         let is_force = |line: &&mut Line| {
             line.channel == format!("{side}.wrist.force") || line.channel == format!("{side}.palm.force")
         };
@@ -166,22 +166,8 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
     }
     for body in &survey.bodies {
         let name = &body.name;
-        match &body.positions[..] {
-            [one] => lines.push(line(format!("{name}.position"), one, "")),
-            // A mean of turned columns has no form.
-            [first, ..] if survey.is_y_up => {
-                lines.push(line(format!("{name}.position"), first, "the first of several markers"))
-            }
-            several => {
-                let columns: Vec<String> = several.iter().map(|part| quoted(&part.columns())).collect();
-                let columns = format!("{{mean: [{}]}}", columns.join(", "));
-                lines.push(Line {
-                    channel: format!("{name}.position"),
-                    columns,
-                    reason: "markers that keep their distance".into(),
-                });
-            }
-        }
+        let markers: Vec<&Part> = body.positions.iter().collect();
+        lines.extend(point(survey, format!("{name}.position"), &markers, &line));
         lines.extend(body.rotation.iter().map(|part| line(format!("{name}.rotation"), part, "")));
         if let Some(angle) = &survey.mechanism
             && survey.bodies.first().is_some_and(|first| first.name == *name)
@@ -200,7 +186,28 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
     lines
 }
 
+/// A point, the middle of its markers.
+fn point(
+    survey: &Survey,
+    channel: String,
+    markers: &[&Part],
+    line: &dyn Fn(String, &Part, &str) -> Line,
+) -> Option<Line> {
+    match markers {
+        [] => None,
+        [one] => Some(line(channel, one, "")),
+        // A mean of turned columns has no form.
+        [first, ..] if survey.is_y_up => Some(line(channel, first, "the first of several markers")),
+        several => {
+            let columns: Vec<String> = several.iter().map(|part| quoted(&part.columns())).collect();
+            let columns = format!("{{mean: [{}]}}", columns.join(", "));
+            Some(Line { channel, columns, reason: "markers that keep their distances".into() })
+        }
+    }
+}
+
 fn of_hand(
+    survey: &Survey,
     side: Side,
     hand: &Hand,
     is_fixed: bool,
@@ -218,13 +225,16 @@ fn of_hand(
                 lines.push(line(format!("{side}.palm.position"), tool, ""));
                 lines.push(line("tool.position".into(), tool, "the tool is fixed to the hand"));
             }
-            () if has_tips => lines.push(line(format!("{side}.palm.position"), tool, "")),
+            () if has_tips || !is_pair => {
+                let markers: Vec<&Part> = std::iter::once(tool).chain(&hand.markers).collect();
+                let part = if has_tips { "palm" } else { "tcp" };
+                lines.extend(point(survey, format!("{side}.{part}.position"), &markers, line));
+            }
             // Each gripper of a pair is its two fingers.
-            () if is_pair => {
+            () => {
                 lines.push(line(format!("{side}.thumb.position"), tool, ""));
                 lines.push(line(format!("{side}.index.position"), tool, ""));
             }
-            () => lines.push(line(format!("{side}.tcp.position"), tool, "")),
         }
     }
     if let Some(rotation) = &hand.rotation {
@@ -325,13 +335,14 @@ fn unused(survey: &Survey) -> String {
         text.push_str("  # not used:\n");
     }
     for part in rest.iter().take(MAX_UNUSED) {
-        let why = match () {
-            () if words::is_command(&part.words) => "    (a command)",
-            () if words::is_relative(&part.words) => "    (relative to something)",
-            () if part.quantity == Quantity::Rotation => {
-                "    (the position of this name is not used, or not in the log)"
+        let why = match &part.reason {
+            _ if words::is_command(&part.words) => "    (a command)".into(),
+            Some(reason) if reason.starts_with("relative") => format!("    ({})", comment(reason)),
+            _ if words::is_relative(&part.words) => "    (relative to something)".into(),
+            _ if part.quantity == Quantity::Rotation => {
+                "    (the position of this name is not used, or not in the log)".into()
             }
-            () => "",
+            _ => String::new(),
         };
         let _ = writeln!(text, "  #   {}{why}", comment(&scalar(&part.columns())));
     }

@@ -1,7 +1,7 @@
 //! The bodies of a log: what has a position and is not a hand, with a size and a table that make contacts plausible.
 
 use super::parts::{Part, Quantity, distance};
-use super::words;
+use super::{marker_sets, words};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The size of a body where nothing shows it, m.
@@ -29,14 +29,14 @@ pub fn key(name: &str) -> String {
     words::body(name).unwrap_or_default().to_lowercase()
 }
 
-/// The bodies, and the parts that are of none of them.
-pub fn bodies<'a>(parts: Vec<Part<'a>>) -> (Vec<Body<'a>>, Vec<Part<'a>>) {
+/// The bodies, and the parts that are of none of them. `subject` is the beginning of all names, and `are_markers` says whether points are markers.
+pub fn bodies<'a>(parts: Vec<Part<'a>>, subject: Option<&str>, are_markers: bool) -> (Vec<Body<'a>>, Vec<Part<'a>>) {
     let mut bodies: Vec<Body<'a>> = vec![];
     let mut rest = vec![];
-    let several = of_several(&parts);
+    let several = of_several(&parts, subject);
     let name_of = |part: &Part| {
-        let name = words::body(&part.name)?;
-        if several.contains(&name) { words::numbered_body(&part.name) } else { Some(name) }
+        let name = words::body(own(&part.name, subject))?;
+        if several.contains(&name) { words::numbered_body(own(&part.name, subject)) } else { Some(name) }
     };
     for part in parts {
         let name = name_of(&part).filter(|_| !words::is_part(&part.words));
@@ -55,59 +55,28 @@ pub fn bodies<'a>(parts: Vec<Part<'a>>) -> (Vec<Body<'a>>, Vec<Part<'a>>) {
         });
         body.rotation = at.map(|at| rest.remove(at));
     }
-    (merged(bodies), rest)
+    (marker_sets::merged(bodies, are_markers), rest)
 }
 
 fn is_same(one: &str, other: &str) -> bool {
     one.to_lowercase() == other.to_lowercase()
 }
 
+/// A name without the subject before it.
+fn own<'a>(name: &'a str, subject: Option<&str>) -> &'a str {
+    subject.and_then(|subject| name.strip_prefix(subject)).unwrap_or(name)
+}
+
 /// The names of several bodies that differ in a number only: `cube` of `cube_1` and `cube_2`.
-fn of_several(parts: &[Part]) -> BTreeSet<String> {
+fn of_several(parts: &[Part], subject: Option<&str>) -> BTreeSet<String> {
     let mut numbered: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for part in parts.iter().filter(|part| part.quantity == Quantity::Position) {
-        if let (Some(name), Some(with_number)) = (words::body(&part.name), words::numbered_body(&part.name)) {
+        let own = own(&part.name, subject);
+        if let (Some(name), Some(with_number)) = (words::body(own), words::numbered_body(own)) {
             numbered.entry(name).or_default().insert(with_number);
         }
     }
     numbered.into_iter().filter(|(_, numbers)| numbers.len() > 1).map(|(name, _)| name).collect()
-}
-
-/// Bodies with the markers of one body put together: `pillow_top`, `pillow_left`, `pillow_right`.
-fn merged(bodies: Vec<Body<'_>>) -> Vec<Body<'_>> {
-    let first = |body: &Body| body.name.split_once('_').map(|(first, _)| first.to_string());
-    // Numbered bodies that stand still keep their distance too.
-    let is_one_of_several = |body: &Body| body.name.ends_with(|c: char| c.is_ascii_digit()) && !body.moves();
-    let mut all: Vec<Body> = vec![];
-    for body in bodies {
-        let prefix = first(&body).filter(|_| body.rotation.is_none() && !is_one_of_several(&body));
-        let known = all.iter().position(|known| {
-            let is_alike = first(known) == prefix || Some(&known.name) == prefix.as_ref() && known.positions.len() > 1;
-            let is_free = known.rotation.is_none() && !is_one_of_several(known);
-            is_free && prefix.is_some() && is_alike && is_rigid(&known.positions, &body.positions)
-        });
-        match (known, prefix) {
-            (Some(at), Some(prefix)) => {
-                if let Some(known) = all.get_mut(at) {
-                    known.name = prefix;
-                    known.positions.extend(body.positions);
-                }
-            }
-            _ => all.push(body),
-        }
-    }
-    all
-}
-
-/// Whether markers keep their distance, to a fifth.
-fn is_rigid(known: &[Part], new: &[Part]) -> bool {
-    let (Some(one), Some(other)) = (known.first(), new.first()) else { return false };
-    let mut distances: Vec<f64> = (0..one.rows())
-        .filter_map(|row| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?)))
-        .collect();
-    distances.sort_by(f64::total_cmp);
-    let at = |share: f64| distances.get((distances.len() as f64 * share) as usize).copied().unwrap_or_default();
-    !distances.is_empty() && at(0.9) - at(0.1) < 0.2 * at(0.5) && at(0.5) < 0.4
 }
 
 impl Body<'_> {

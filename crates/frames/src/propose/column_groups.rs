@@ -222,7 +222,7 @@ impl Array<'_> {
             }
             number += 1;
             let numbered = |group: Group| {
-                let name = if number > 1 { format!("{} relative{number}", group.name) } else { group.name };
+                let name = if number > 1 { format!("{} {number}", group.name) } else { group.name };
                 Group { name, ..group }
             };
             if at >= 3 {

@@ -2,7 +2,7 @@
 
 use super::bodies::key;
 use super::parts::{Part, Quantity, distance};
-use super::words;
+use super::{marker_sets, words};
 use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};
 
@@ -14,6 +14,8 @@ const UNNAMED: usize = 99;
 pub struct Hand<'a> {
     /// The tool point, the palm where the fingertips are known.
     pub tool: Option<Part<'a>>,
+    /// Other markers of the hand, which keep their distances from the tool point.
+    pub markers: Vec<Part<'a>>,
     /// How it is turned.
     pub rotation: Option<Part<'a>>,
     /// The fingertips.
@@ -65,12 +67,21 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
             !hands.contains_key(&side)
                 && hands.values().flat_map(|hand| hand.tips.values()).any(|tip| is_near(tool, tip))
         };
-        match candidates.next() {
-            Some(tool) if is_marker(&tool) => rest.push(Part { quantity: Quantity::Other, ..tool }),
-            Some(tool) => hands.entry(side).or_default().tool = Some(tool),
-            None => {}
-        }
-        rest.extend(candidates.map(|part| Part { quantity: Quantity::Other, ..part }));
+        let unused = match candidates.next() {
+            Some(tool) if is_marker(&tool) => std::iter::once(tool).chain(candidates).collect(),
+            Some(tool) => {
+                let stem = |part: &Part| words::numbered_body(&part.name).and_then(|name| marker_sets::stem(&name));
+                let of_tool = stem(&tool);
+                let is_beside =
+                    |part: &Part| of_tool.is_some() && stem(part) == of_tool && marker_sets::is_rigid(&tool, part);
+                let (markers, others): (Vec<Part>, Vec<Part>) = candidates.partition(is_beside);
+                let hand = hands.entry(side).or_default();
+                (hand.tool, hand.markers) = (Some(tool), markers);
+                others
+            }
+            None => vec![],
+        };
+        rest.extend(unused.into_iter().map(|part| Part { quantity: Quantity::Other, ..part }));
     }
     for (side, hand) in &mut hands {
         let Some(tool) = &hand.tool else { continue };

@@ -11,7 +11,9 @@ mod fingertip_pairs;
 mod grippers;
 mod hands;
 mod insertions;
+mod marker_sets;
 mod parts;
+mod relative_positions;
 mod rests;
 mod scene_text;
 mod sockets;
@@ -117,8 +119,11 @@ impl<'a> Survey<'a> {
     fn new(log: &'a Inspection) -> Self {
         let parts = parts::parts(log);
         let guessed_unit = parts.iter().find(|part| part.is_unitless_position()).map(|part| part.guessed_unit);
+        let subject = marker_sets::common_subject(&parts);
+        let are_markers = marker_sets::are_markers(&parts);
         let (mut hands, rest) = hands::hands(parts);
-        let (mut bodies, rest) = bodies::bodies(rest);
+        let has_person = hands.values().any(|hand| hand.tips.len() > 2);
+        let (mut bodies, rest) = bodies::bodies(rest, subject.as_deref(), are_markers || has_person);
         let (contacts, mut rest) = contacts::contacts(rest, &bodies, &hands);
         hands::wrists(&mut hands, &mut rest, contacts.lines.is_empty());
         hands.retain(|_, hand| hand.tool.is_some() || !hand.tips.is_empty() || hand.force.is_some());

@@ -1,7 +1,7 @@
 //! What a log measures: each group of columns as a quantity, with its words and its values.
 
 use super::column_groups::{self, Form, Group};
-use super::words;
+use super::{relative_positions, words};
 use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
 use std::collections::BTreeSet;
 use teachtree_base::units::{Dimension, compound_of_log};
@@ -166,6 +166,7 @@ pub fn parts(log: &Inspection) -> Vec<Part<'_>> {
     let mut parts: Vec<Part> = log.sheets.iter().flat_map(of_sheet).collect();
     let unit = usual_unit(&parts);
     parts.iter_mut().filter(|part| part.is_unitless_position()).for_each(|part| part.guessed_unit = unit);
+    relative_positions::mark(&mut parts);
     parts
 }
 

@@ -1,6 +1,8 @@
 //! Proposed bindings: what columns are taken for by their names, units and values.
 
 mod grippers;
+mod markers;
+mod relative;
 mod rotations;
 mod sockets;
 mod supports;
@@ -45,6 +47,14 @@ fn placed_scene(columns: &[Column]) -> String {
     fs::write(&path, table(columns)).unwrap();
     let log = inspect(formats::open(&path).unwrap(), None, None).unwrap();
     with_places(propose(&log, &Answers::default()), &log, &Answers::default(), formats::open(&path).unwrap()).scene
+}
+
+/// The binding that is proposed for a text.
+fn binding_of(text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.csv");
+    fs::write(&log, text).unwrap();
+    propose(&inspect(formats::open(&log).unwrap(), None, None).unwrap(), &Answers::default()).binding
 }
 
 fn binding(columns: &[Column]) -> String {

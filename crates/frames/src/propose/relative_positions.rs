@@ -1,0 +1,66 @@
+//! Positions relative to a tool, which simulations log beside the positions of objects: `gripper_to_cube`, or elements of an array without names.
+
+use super::parts::{Part, Quantity, distance};
+use super::words;
+
+/// How far the length of a relative position is off the distance of the object from the tool, m, …
+const EQUAL_M: f64 = 0.003;
+/// … in this share of the rows.
+const USUAL: f64 = 0.95;
+/// Distances that change by less than this show nothing, m.
+const LEAST_M: f64 = 0.02;
+/// What moves less than this between two rows is still, m.
+const STILL_M: f64 = 0.0005;
+
+/// Marks positions that are as long as the distance of another one from a tool, in any frame, and the rotations beside them. Of two that have each other's
+/// length, the one that is still in more rows is the position of the object.
+pub fn mark(parts: &mut [Part]) {
+    let is_tool = |part: &Part| words::tool_rank(&part.words).is_some();
+    let positions: Vec<usize> =
+        (0..).zip(&*parts).filter(|(_, it)| it.quantity == Quantity::Position).map(|(at, _)| at).collect();
+    let (tools, others): (Vec<usize>, Vec<usize>) =
+        positions.into_iter().partition(|at| parts.get(*at).is_some_and(is_tool));
+    let mut found: Vec<(usize, String)> = vec![];
+    for at in &others {
+        let Some(part) = parts.get(*at) else { continue };
+        let is_object = |other: &&usize| *other != at && found.iter().all(|(known, _)| known != *other);
+        let pairs = others.iter().filter(is_object).flat_map(|other| tools.iter().map(move |tool| (*other, *tool)));
+        let pair = pairs
+            .filter_map(|(other, tool)| Some((parts.get(other)?, parts.get(tool)?)))
+            .find(|(other, tool)| is_between(part, other, tool) && still_rows(part) < still_rows(other));
+        found.extend(pair.map(|(other, tool)| {
+            (*at, format!("relative: as long as the way between {} and {}", tool.pattern, other.pattern))
+        }));
+    }
+    for (at, reason) in found {
+        let name = parts.get(at).map(|part| part.name.clone()).unwrap_or_default();
+        let beside = parts.iter_mut().filter(|part| part.name == name);
+        for part in beside.filter(|part| [Quantity::Position, Quantity::Rotation].contains(&part.quantity)) {
+            part.quantity = Quantity::Other;
+            part.reason = Some(reason.clone());
+            part.words.push("relative".into());
+        }
+    }
+}
+
+/// Whether a position is as long as the distance of two others.
+fn is_between(part: &Part, object: &Part, tool: &Part) -> bool {
+    let lengths: Vec<(f64, f64)> = (0..part.rows())
+        .filter_map(|row| {
+            let far = distance(object.position(part.row_in(row, object))?, tool.position(part.row_in(row, tool))?);
+            Some((distance(part.position(row)?, [0.0; 3]), far))
+        })
+        .collect();
+    let equal = lengths.iter().filter(|(length, far)| (length - far).abs() < EQUAL_M).count();
+    let (low, high) =
+        lengths.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), (_, far)| (low.min(*far), high.max(*far)));
+    high - low > LEAST_M && equal as f64 > USUAL * lengths.len() as f64
+}
+
+/// Number of rows in which a position is still.
+fn still_rows(part: &Part) -> usize {
+    let is_still = |row: &usize| {
+        part.position(row - 1).zip(part.position(*row)).is_some_and(|(last, next)| distance(last, next) < STILL_M)
+    };
+    (1..part.rows()).filter(is_still).count()
+}

@@ -1,0 +1,101 @@
+//! Proposed bodies of motion captures: the markers of a body are one position.
+
+use super::{binding, channel};
+
+/// The names of the columns of markers, each with its place beside the first one, m, and whether it moves.
+fn found(markers: &[(&str, f64, bool)]) -> String {
+    let mut text = String::from("time");
+    for (name, ..) in markers {
+        text.push_str(&["X", "Y", "Z"].map(|axis| format!(",{name}{axis} [mm]")).concat());
+    }
+    for row in 0..super::ROWS {
+        let passed = f64::from(row) / f64::from(super::ROWS - 1);
+        text.push_str(&format!("\n{:.3}", passed * 10.0));
+        for (_, beside, moves) in markers {
+            let (x, z) = if *moves { (super::along(passed), super::lift(passed)) } else { (0.7, 0.05) };
+            text.push_str(&format!(",{:.2},{:.2},{:.2}", (x + beside) * 1e3, 100.0, (z + beside / 2.0) * 1e3));
+        }
+    }
+    super::binding_of(&text)
+}
+
+/// The mean of markers.
+fn mean(names: &[&str]) -> String {
+    let columns: Vec<String> = names.iter().map(|name| format!("\"{name}<XYZ>\"")).collect();
+    format!("{{mean: [{}]}}", columns.join(", "))
+}
+
+#[test]
+fn markers_that_share_a_stem_and_keep_their_distances_are_one_body() {
+    let found = found(&[
+        ("bottle1 ", 0.0, true),
+        ("bottle2 ", 0.05, true),
+        ("bottle3 ", 0.08, true),
+        ("glass_1 ", 0.0, false),
+        ("glass_2 ", 0.03, false),
+        ("glass_3 ", 0.06, false),
+        ("plate_1 ", 0.2, false),
+        ("plate_2 ", 0.25, false),
+        ("Hand_A ", 0.1, true),
+        ("Hand_B ", 0.13, true),
+        ("Hand_C ", 0.15, true),
+    ]);
+    let is = |name: &str, markers: &[&str]| assert_eq!(channel(&found, name), Some(&*mean(markers)), "{found}");
+    is("bottle.position", &["bottle1 ", "bottle2 ", "bottle3 "]);
+    is("glass.position", &["glass_1 ", "glass_2 ", "glass_3 "]);
+    is("right.tcp.position", &["Hand_A ", "Hand_B ", "Hand_C "]);
+    // Two points at rest may be two things.
+    assert_eq!(channel(&found, "plate_1.position"), Some("plate_1 <XYZ>"), "{found}");
+}
+
+#[test]
+fn subjects_of_vicon_are_bodies_unless_all_markers_have_one() {
+    let of_bodies = found(&[
+        ("Hand:A.", 0.0, true),
+        ("glass:m1.", 0.0, false),
+        ("glass:m2.", 0.04, false),
+        ("glass:m3.", 0.07, false),
+        ("cup:cup1.", 0.2, true),
+        ("cup:cup2.", 0.25, true),
+    ]);
+    let markers = mean(&["glass:m1.", "glass:m2.", "glass:m3."]);
+    assert_eq!(channel(&of_bodies, "glass.position"), Some(&*markers), "{of_bodies}");
+    assert_eq!(channel(&of_bodies, "cup.position"), Some(&*mean(&["cup:cup1.", "cup:cup2."])), "{of_bodies}");
+    let of_session = found(&[
+        ("Try:tool.", 0.0, true),
+        ("Try:glass_1.", 0.0, false),
+        ("Try:glass_2.", 0.04, false),
+        ("Try:glass_3.", 0.07, false),
+        ("Try:saucer.", 0.2, false),
+        ("Try:cup.", 0.25, false),
+    ]);
+    let markers = mean(&["Try:glass_1.", "Try:glass_2.", "Try:glass_3."]);
+    assert_eq!(channel(&of_session, "glass.position"), Some(&*markers), "{of_session}");
+    for name in ["saucer", "cup"] {
+        let wanted = format!("\"Try:{name}.<XYZ>\"");
+        assert_eq!(channel(&of_session, &format!("{name}.position")), Some(&*wanted), "{of_session}");
+    }
+}
+
+/// Nothing shows that these are markers.
+#[test]
+fn points_at_rest_are_bodies_beside_a_robot() {
+    let rest: fn(f64) -> f64 = |_| 0.3;
+    let found = binding(&[
+        ("tcp_x", super::along),
+        ("tcp_y", super::still),
+        ("tcp_z", super::lift),
+        ("block_1_x", rest),
+        ("block_1_y", rest),
+        ("block_1_z", rest),
+        ("block_2_x", |_| 0.4),
+        ("block_2_y", rest),
+        ("block_2_z", rest),
+        ("block_3_x", |_| 0.5),
+        ("block_3_y", rest),
+        ("block_3_z", rest),
+    ]);
+    for name in ["block_1", "block_2", "block_3"] {
+        assert_eq!(channel(&found, &format!("{name}.position")), Some(&*format!("{name}_<xyz>")), "{found}");
+    }
+}

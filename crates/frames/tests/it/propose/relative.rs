@@ -1,0 +1,29 @@
+//! Positions relative to a tool, in the arrays of robosuite: positions and quaternions of objects, and of objects in the frame of the gripper.
+
+use super::{Column, along, binding, channel, lift, still};
+
+#[test]
+fn what_is_as_long_as_the_way_from_the_tool_is_relative() {
+    let one: fn(f64) -> f64 = |_| 1.0;
+    let zero: fn(f64) -> f64 = |_| 0.0;
+    let tool: [fn(f64) -> f64; 3] = [along, still, lift];
+    let object: [fn(f64) -> f64; 3] = [|_| 0.7, |_| 0.2, |_| 0.02];
+    let other: [fn(f64) -> f64; 3] = [|_| 0.5, |_| -0.1, |_| 0.02];
+    // From the tool in a turned frame.
+    let relative: [fn(f64) -> f64; 3] = [|_| 0.1, |passed| 0.02 - lift(passed), |passed| along(passed) - 0.7];
+    let turn = [zero, zero, zero, one];
+    let turned: [fn(f64) -> f64; 4] = [zero, zero, |passed| (0.3 * passed).sin(), |passed| (0.3 * passed).cos()];
+    let values: Vec<fn(f64) -> f64> =
+        [&object[..], &turn, &relative, &turned, &other, &turn].into_iter().flatten().copied().collect();
+    let names: Vec<String> = (0..values.len()).map(|at| format!("object[{at}]")).collect();
+    let mut columns: Vec<Column> = ["eef_pos[0]", "eef_pos[1]", "eef_pos[2]"].into_iter().zip(tool).collect();
+    columns.extend(names.iter().map(String::as_str).zip(values));
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "object.position"), Some("object[<xyz=0 1 2>]"), "{found}");
+    assert_eq!(channel(&found, "object_3.position"), Some("object[<xyz=14 15 16>]"), "{found}");
+    assert_eq!(channel(&found, "object_3.rotation"), Some("object[<xyzw=17 18 19 20>]"), "{found}");
+    let why = "(relative: as long as the way between eef_pos<xyz=[0] [1] [2]> and object[<xyz=0 1 2>])";
+    for left_out in ["object[<xyz=7 8 9>]", "object[<xyzw=10 11 12 13>]"] {
+        assert!(found.contains(&format!("#   {left_out}    {why}")), "{found}");
+    }
+}
