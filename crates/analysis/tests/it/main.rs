@@ -14,6 +14,7 @@ mod lost_bodies;
 #[path = "../../../engine/tests/it/numbers.rs"]
 #[allow(dead_code, reason = "the tests of `engine` use all of it")]
 mod numbers;
+mod one_gripper;
 mod outcome;
 mod pairs;
 mod robosuite;

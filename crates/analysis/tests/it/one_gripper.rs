@@ -1,0 +1,99 @@
+//! One gripper of which the closed flag and the tool point are known, and one object.
+
+use teachtree_analysis::{Analysis, Segment, TrackId, analyze};
+use teachtree_base::hands::Side;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::yaml;
+use teachtree_engine::evaluator::evaluate;
+use teachtree_language::graph::lower;
+use teachtree_language::{Request, load};
+use teachtree_logs::names;
+
+/// A quantity over time.
+type Signal<'a> = (&'a str, &'a dyn Fn(f64) -> f64);
+
+/// A log of this many seconds at 100 Hz.
+fn log(scene: &str, seconds: u32, signals: &[Signal]) -> Recording {
+    let time: Vec<f64> = (0..100 * seconds).map(|row| f64::from(row) / 100.0).collect();
+    let column = |(name, value): &Signal| {
+        let dimension = names::meaning(name).unwrap().dimension;
+        ((*name).to_string(), Column { dimension, values: time.iter().map(|t| value(*t)).collect() })
+    };
+    let columns = signals.iter().map(column).collect();
+    Recording { columns, scene: yaml::read(scene, "scene").unwrap(), time, ..Recording::default() }
+}
+
+/// A value that changes evenly between times, s.
+fn along(t: f64, points: &[(f64, f64)]) -> f64 {
+    let after = points.partition_point(|(at, _)| *at <= t);
+    match (after.checked_sub(1).map(|at| points[at]), points.get(after)) {
+        (Some((_, value)), None) => value,
+        (None, _) => points[0].1,
+        (Some((from, before)), Some((to, next))) => before + (next - before) * (t - from) / (to - from),
+    }
+}
+
+/// The segments of the hand before relabeling, by the rules with this hand model.
+fn segments(log: &Recording, files: &[&str], hand_model: &str) -> Vec<Segment> {
+    let request = Request {
+        files: files.iter().map(|file| (*file).into()).collect(),
+        hand_file: Some(hand_model.into()),
+        ..Request::default()
+    };
+    let rules = load(&request).rules.unwrap();
+    let frames = teachtree_frames::frames(log, &teachtree_analysis::channels(&rules)).unwrap();
+    let found: Analysis = analyze(&rules, &frames, &evaluate(&lower(&rules), &frames).unwrap());
+    found.track(TrackId::Hand(Side::Right)).unwrap().segments.clone()
+}
+
+fn starts(segments: &[Segment], primitive: &str) -> Vec<f64> {
+    segments.iter().filter(|segment| segment.primitive == primitive).map(|segment| segment.start_s).collect()
+}
+
+/// A peg is 40 mm deep in a hole, whose friction is 14 N at first. It is pulled out from 3 s to 4.6 s, and meets a table that the scene lacks at 10 s.
+#[test]
+fn the_friction_of_a_hole_is_not_the_weight_of_the_peg() {
+    const SCENE: &str = "
+bodies:
+  peg: {role: object, mass: 150 g, parts: [{box: [20 mm, 20 mm, 100 mm]}], plug: [0 mm, 0 mm, -50 mm]}
+  block:
+    role: socket
+    sockets: {hole: {rim: [0 mm, 0 mm, 60 mm], axis: [0, 0, 1], radius: 15 mm, depth: 40 mm}}
+hands: {right: {fingers: [thumb, palm]}}
+";
+    let carried = |t: f64| along(t, &[(3.0, 0.07), (5.0, 0.12), (6.0, 0.22), (8.0, 0.22), (10.0, 0.05)]);
+    let x = |t: f64| along(t, &[(6.0, 0.0), (8.0, 0.2)]);
+    let hand = |t: f64| match t {
+        t if t < 3.0 => along(t, &[(0.0, 0.3), (1.5, 0.095)]),
+        t if t < 11.5 => carried(t) + 0.025,
+        t => along(t, &[(11.5, 0.075), (13.0, 0.3)]),
+    };
+    let force = |t: f64| match t {
+        t if !(2.5..11.0).contains(&t) => 0.0,
+        t if t < 3.0 => 0.0,
+        t if t < 4.6 => 1.5 + along(t, &[(3.0, 14.0), (4.6, 6.0)]),
+        t if t < 10.0 => 1.5,
+        _ => -10.0,
+    };
+    let log = log(
+        SCENE,
+        14,
+        &[
+            ("right.thumb.position.x", &x),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &hand),
+            ("right.gripper.closed", &|t| f64::from(u8::from((2.0..11.0).contains(&t)))),
+            ("right.palm.force.x", &|_| 0.0),
+            ("right.palm.force.y", &|_| 0.0),
+            ("right.palm.force.z", &force),
+            ("peg.position.x", &x),
+            ("peg.position.y", &|_| 0.0),
+            ("peg.position.z", &carried),
+        ],
+    );
+    let found = segments(&log, &["contact.rules"], "hand_gripper_wrist.rules");
+    assert_eq!(starts(&found, "Pullout").len(), 1, "{found:?}");
+    assert!(starts(&found, "Follow").is_empty(), "{found:?}");
+    let places = starts(&found, "Place");
+    assert!(places.len() == 1 && (places[0] - 10.0).abs() < 0.15, "{found:?}");
+}
