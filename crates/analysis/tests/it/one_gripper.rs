@@ -97,3 +97,47 @@ hands: {right: {fingers: [thumb, palm]}}
     let places = starts(&found, "Place");
     assert!(places.len() == 1 && (places[0] - 10.0).abs() < 0.15, "{found:?}");
 }
+
+/// A gripper takes a block at 2 s, carries it by 0.6 m, and opens at 6 s. The log has no pose of the block; the scene may have its place.
+#[test]
+fn the_place_of_an_object_does_not_make_a_failure_of_its_carry() {
+    let x = |t: f64| along(t, &[(3.0, 0.0), (5.0, 0.6)]);
+    let height = |t: f64| {
+        along(
+            t,
+            &[(0.0, 0.3), (1.5, 0.025), (2.5, 0.025), (3.0, 0.2), (5.0, 0.2), (5.5, 0.025), (6.5, 0.025), (7.5, 0.3)],
+        )
+    };
+    let of = |place: &str| {
+        let scene = format!(
+            "{{bodies: {{block: {{role: object, {place} parts: [{{box: [50 mm, 50 mm, 50 mm]}}]}}, table: {{role: support, position: [0 m, 0 m, -10 mm], \
+             parts: [{{box: [3 m, 3 m, 20 mm]}}]}}}}, hands: {{right: {{fingers: [thumb]}}}}}}"
+        );
+        let log = log(
+            &scene,
+            9,
+            &[
+                ("right.thumb.position.x", &x),
+                ("right.thumb.position.y", &|_| 0.0),
+                ("right.thumb.position.z", &height),
+                ("right.gripper.closed", &|t| f64::from(u8::from((2.0..6.0).contains(&t)))),
+            ],
+        );
+        let found = segments(&log, &["failures.rules"], "hand_gripper.rules");
+        found.into_iter().map(|segment| (segment.primitive, segment.start_s)).collect::<Vec<_>>()
+    };
+    let begins = |found: &[(String, f64)], primitive: &str, at: f64| {
+        let times: Vec<f64> = found.iter().filter(|(name, _)| name == primitive).map(|(_, start_s)| *start_s).collect();
+        assert!(times.len() == 1 && (times[0] - at).abs() < 0.25, "{primitive} {at}: {found:?}");
+    };
+    let (without, with) = (of(""), of("position: [0 m, 0 m, 25 mm],"));
+    for found in [&without, &with] {
+        begins(found, "Grasp", 2.0);
+        begins(found, "Translate", 2.5);
+        begins(found, "Release", 6.0);
+        assert!(found.iter().all(|(primitive, _)| !["Miss", "Drop"].contains(&primitive.as_str())), "{found:?}");
+    }
+    // Its place shows when the table carries it again.
+    begins(&with, "Place", 5.5);
+    assert!(without.iter().all(|(primitive, _)| primitive != "Place"), "{without:?}");
+}

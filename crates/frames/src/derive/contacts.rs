@@ -5,7 +5,7 @@
 //!    the [poses](super::role_support) show that it may.
 //! 3. For an object of which the log has no contact at all, shapes and poses ([`touch`](super::touch)).
 
-use super::hands::HandTrack;
+use super::hands::{HandTrack, finger_feels as feels};
 use super::motion::{Columns3, Motion, vector};
 use super::role_support::RoleSupport;
 use super::source::Source;
@@ -17,6 +17,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use teachtree_base::contact_threshold;
 use teachtree_base::geometry::face_normal;
+use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Role, Scene};
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -135,7 +136,7 @@ pub fn contacts<'a>(
         let others = (0..measured.scene.bodies.len()).filter(|other| *other != object);
         let logged: Vec<(usize, Contact)> =
             others.filter_map(|other| Some((other, Contact::logged(measured, name(object)?, name(other)?)?))).collect();
-        if logged.is_empty() && !is_unplaced(measured, object) {
+        if logged.is_empty() && !unplaced::is_unplaced(measured, object) {
             let derived = touch::contacts(measured, motions, tracks, object, learned);
             contacts.extend(derived.into_iter().map(|(other, contact)| ((object, other), contact)));
         }
@@ -148,11 +149,6 @@ pub fn contacts<'a>(
         }
     }
     contacts
-}
-
-/// Whether nothing says where an object is.
-fn is_unplaced(measured: &CleanLog, object: usize) -> bool {
-    unplaced::is_unplaced(measured.scene, |column| measured.scalar(column).is_some(), object)
 }
 
 /// A contact of which the log has no force: it bears the nominal one along its normal.
@@ -259,22 +255,45 @@ pub fn never_carried(measured: &CleanLog, objects: &[usize], contacts: &Contacts
             it.fixed_to.is_some() || measured.channels().iter().any(|channel| turns(channel))
         })
     };
-    let named = |object: &usize| Some((body(*object)?, is_unplaced(measured, *object)));
-    let messages = objects.iter().filter(|object| !carried(**object) && !fixed(**object)).filter_map(named).map(|((name, it), is_unplaced)| {
-        let support = measured.scene.bodies.iter().find(|(_, body)| body.role == Role::Support);
-        let support_name = support.map_or("table", |(name, _)| name.as_str());
-        let lacking = if is_unplaced {
-            format!("`{name}.position` in the log, with the shape of `{name}`")
-        } else if it.parts.is_empty() || support.is_none_or(|(_, support)| support.parts.is_empty()) {
-            format!("shapes (`parts`) of `{name}` and of its support")
-        } else {
-            format!("its true position: by its shape, `{name}` never comes near another body")
-        };
-        let message = format!(
-            "no channel shows when `{name}` is carried: Grasp cannot be distinguished from Translate, and Place is not found; expected \
-             `contact.{name}.{support_name}` or its force in the log, or {lacking} in the scene"
-        );
-        measured.over_all(IssueKind::NO_SUPPORT, &format!("contact.{name}"), message)
-    });
+    let named = |object: &usize| Some((body(*object)?, unplaced::is_unplaced(measured, *object)));
+    let messages = objects.iter().filter(|object| !carried(**object) && !fixed(**object)).filter_map(named).map(
+        |((name, it), is_unplaced)| {
+            let support = measured.scene.bodies.iter().find(|(_, body)| body.role == Role::Support);
+            let support_name = support.map_or("table", |(name, _)| name.as_str());
+            let lacking = if is_unplaced {
+                format!("`{name}.position` in the log, with the shape of `{name}`")
+            } else if it.parts.is_empty() || support.is_none_or(|(_, support)| support.parts.is_empty()) {
+                format!("shapes (`parts`) of `{name}` and of its support")
+            } else {
+                format!("its true position: by its shape, `{name}` never comes near another body")
+            };
+            let message = format!(
+                "{}; expected `contact.{name}.{support_name}` or its force in the log, or {lacking} in the scene",
+                without_support(measured, name)
+            );
+            measured.over_all(IssueKind::NO_SUPPORT, &format!("contact.{name}"), message)
+        },
+    );
     messages.collect()
+}
+
+/// What is found of an object whose support no channel shows. A gripper without sensors in its fingers holds what moves with it.
+fn without_support(measured: &CleanLog, object: &str) -> String {
+    let is_gripper = |side: &Side| {
+        measured.scalar(&format!("{side}.gripper.closed")).is_some()
+            && !Finger::ALL.into_iter().any(|finger| finger != Finger::Palm && feels(measured, *side, finger))
+    };
+    let grippers: Vec<Side> = Side::BOTH.into_iter().filter(is_gripper).collect();
+    match grippers.iter().any(|side| feels(measured, *side, Finger::Palm)) {
+        _ if grippers.is_empty() => format!(
+            "no channel shows when `{object}` is carried: Grasp cannot be distinguished from Translate, and Place is not found"
+        ),
+        false => {
+            format!("no channel shows what carries `{object}`: Translate begins when it moves, and Place is not found")
+        }
+        true => format!(
+            "no channel shows what carries `{object}`: Translate begins when it moves, and Place is found only by the force at the wrist, as a change from \
+             its value after `off_way` of carrying"
+        ),
+    }
 }

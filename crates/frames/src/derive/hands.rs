@@ -43,18 +43,22 @@ pub fn fingers(measured: &CleanLog, side: Side) -> Vec<Finger> {
             && measured.vec3(&format!("{side}.{}.force", Finger::Thumb)).is_none();
         return hand.fingers.iter().copied().chain(is_sensed.then_some(Finger::Palm)).collect();
     }
-    let has = |finger: Finger, quantity: &str| {
-        let channel = format!("{side}.{finger}.{quantity}");
-        measured
-            .channels()
-            .iter()
-            .any(|name| name.strip_prefix(&channel).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
-    };
-    let felt = |finger: Finger| has(finger, "force") || has(finger, "contact");
-    let seen = |finger: Finger| finger != Finger::Palm && has(finger, "position");
+    let felt = |finger: Finger| finger_feels(measured, side, finger);
+    let seen = |finger: Finger| finger != Finger::Palm && finger_has(measured, side, finger, "position");
     let fingers: Vec<Finger> = Finger::ALL.into_iter().filter(|finger| felt(*finger) || seen(*finger)).collect();
     // For a gripper with a known opening only, both jaws count.
     if fingers.is_empty() { vec![Finger::Thumb, Finger::Index] } else { fingers }
+}
+
+/// Whether the log has the force or a contact of a finger.
+pub fn finger_feels(measured: &CleanLog, side: Side, finger: Finger) -> bool {
+    ["force", "contact"].iter().any(|quantity| finger_has(measured, side, finger, quantity))
+}
+
+fn finger_has(measured: &CleanLog, side: Side, finger: Finger, quantity: &str) -> bool {
+    let channel = format!("{side}.{finger}.{quantity}");
+    let is_of = |name: &&str| name.strip_prefix(&channel).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+    measured.channels().iter().any(is_of)
 }
 
 /// Whether the distance of a hand from its target is known on all frames. An object that is fixed to the hand hides the distance, since it is always

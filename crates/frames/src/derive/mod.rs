@@ -40,7 +40,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::field_names;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
-use teachtree_base::scene::{Role, Scene};
+use teachtree_base::scene::{Body, Role, Scene};
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -163,8 +163,13 @@ pub fn derived_frames(
     findings: &mut Findings,
 ) -> Result<Frames, InputError> {
     let objects = objects(measured.scene);
-    let motions: Vec<Motion> =
-        measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
+    let bodies = measured.scene.bodies.iter().enumerate();
+    let motions: Vec<Motion> = bodies
+        .map(|(index, (name, body))| match unplaced::is_unplaced(measured, index) {
+            true => Motion::new(measured, name, &Body { position: Default::default(), ..body.clone() }),
+            false => Motion::new(measured, name, body),
+        })
+        .collect();
     let asked = !findings.unasked;
     if asked {
         findings.orders.get_or_insert_with(|| quaternion_order::swapped(measured));
@@ -291,7 +296,7 @@ pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> 
         has(&format!("contact.{a}.{b}{part}")) || has(&format!("contact.{b}.{a}{part}"))
     };
     objects(scene).into_iter().all(|object| {
-        if unplaced::is_unplaced(scene, &has, object) {
+        if unplaced::is_unseen(scene, &has, object) {
             return false;
         }
         let others = || (0..scene.bodies.len()).filter(move |other| *other != object);
@@ -307,11 +312,18 @@ pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> 
 /// Returns an issue for an object whose position the log lacks.
 fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
     let channel = format!("{}.position", body_name(measured, body)?);
-    let message = match unplaced::is_unplaced(measured.scene, |column| measured.scalar(column).is_some(), body) {
-        true => {
+    let is_unseen = unplaced::is_unseen(measured.scene, |column| measured.scalar(column).is_some(), body);
+    let message = match (is_unseen, unplaced::is_unplaced(measured, body)) {
+        (false, _) => "the log lacks it; the object is taken to stay where the scene puts it",
+        (true, false) => {
+            "the log lacks it; the object is taken to begin where the scene puts it, and to move with the gripper that holds it"
+        }
+        (true, true) if measured.window.is_some() => {
+            "the log lacks it; the object moves with the gripper that holds it, and rests on nothing"
+        }
+        (true, true) => {
             "the log lacks it, and the scene has no place for it; the object moves with the gripper that holds it, and rests on nothing"
         }
-        false => "the log lacks it; the object is taken to stay where the scene puts it",
     };
     measured.vec3(&channel).is_none().then(|| measured.over_all(IssueKind::MISSING_CHANNEL, &channel, message.into()))
 }

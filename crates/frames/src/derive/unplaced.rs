@@ -1,5 +1,7 @@
-//! Objects without a pose in the log or a place in the scene, as in logs of joints and a gripper: such an object moves with the gripper that holds it, from
-//! Grasp to Release, and rests on nothing. Before its first hold it is where it is grasped.
+//! Objects without a pose in the log, as in logs of joints and a gripper: such an object moves with the gripper that holds it, from Grasp to Release.
+//!
+//! An object with a place in the scene begins there, and only a gripper that closes in its reach holds it. An object without one rests on nothing; before its
+//! first hold it is where it is grasped.
 
 use super::hands::HandTrack;
 use super::motion::{HeldPath, slopes, vector};
@@ -9,15 +11,24 @@ use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Body, Role, Scene};
 
-/// Whether neither the log nor the scene says where a body is, and a gripper may hold it. `has` says whether the log has a column.
-pub fn is_unplaced(scene: &Scene, has: impl Fn(&str) -> bool, body: usize) -> bool {
+/// A gripper that is farther than this from the bounding ball of an object does not hold it, m; `grip_reach` of hand_gripper.rules.
+const REACH: f64 = 0.200;
+
+/// Whether nothing says where a body is while a gripper may hold it: neither the log nor, of a whole log, the scene.
+pub fn is_unplaced(measured: &CleanLog, body: usize) -> bool {
+    let is_placed = measured.scene.bodies.get_index(body).is_some_and(|(_, body)| is_placed(body));
+    let is_whole = measured.window.is_none();
+    !(is_placed && is_whole) && is_unseen(measured.scene, |column| measured.scalar(column).is_some(), body)
+}
+
+/// Whether the log does not say where an object is, and a gripper may carry it. `has` says whether the log has a column.
+pub fn is_unseen(scene: &Scene, has: impl Fn(&str) -> bool, body: usize) -> bool {
     let Some((name, body)) = scene.bodies.get_index(body) else { return false };
     let turns = |socket: &String| has(&format!("{name}.angle.{socket}"));
     let is_measured = ["position.x", "rotation.w"].iter().any(|part| has(&format!("{name}.{part}")))
         || scene.bodies.values().flat_map(|it| it.sockets.keys()).any(turns);
     body.role == Role::Object
         && body.fixed_to.is_none()
-        && !is_placed(body)
         && !is_measured
         && Side::BOTH.iter().any(|side| has(&format!("{side}.gripper.closed")))
 }
@@ -27,15 +38,15 @@ pub fn is_placed(body: &Body) -> bool {
     body.position.iter().any(|length| length.0 != 0.0)
 }
 
-/// The motion of the unplaced ones of some objects that a gripper holds at some time. In a window of a log it is not known.
+/// The motion of those of some objects that the log does not show and a gripper holds at some time. In a window of a log it is not known.
 pub fn held_paths(measured: &CleanLog, objects: &[usize], tracks: &[HandTrack]) -> BTreeMap<usize, HeldPath> {
     if measured.window.is_some() {
         return BTreeMap::new();
     }
     let has = |column: &str| measured.scalar(column).is_some();
-    let unplaced = objects.iter().copied().filter(|object| is_unplaced(measured.scene, has, *object));
+    let unseen = objects.iter().copied().filter(|object| is_unseen(measured.scene, has, *object));
     let hands: Vec<Holder> = tracks.iter().filter_map(|track| Holder::new(measured, track)).collect();
-    unplaced.filter_map(|object| Some((object, path(measured, &hands, object)?))).collect()
+    unseen.filter_map(|object| Some((object, path(measured, &hands, object)?))).collect()
 }
 
 /// A hand with a gripper whose place the log has.
@@ -69,29 +80,57 @@ impl<'a> Holder<'a> {
 
 /// The motion of an object; `None` if nothing holds it.
 fn path(measured: &CleanLog, hands: &[Holder], object: usize) -> Option<HeldPath> {
+    let (_, body) = measured.scene.bodies.get_index(object)?;
+    let start = is_placed(body).then(|| Vector3::from(body.position.map(|length| length.0)));
+    let reach = body.bounding_radius() + REACH;
     let mut places: Vec<Option<Vector3<f64>>> = vec![None; measured.len()];
-    let mut holder: Option<&Holder> = None;
-    let mut last: Option<Vector3<f64>> = None;
+    // Whether each hand has closed on the object and not let go since.
+    let mut has_it = vec![false; hands.len()];
+    let mut holder: Option<usize> = None;
+    let mut last = start;
     for (frame, slot) in places.iter_mut().enumerate() {
-        let is_held = holder.is_some();
-        holder = holder
-            .filter(|hand| hand.holds(object, frame))
-            .or_else(|| hands.iter().find(|hand| hand.holds(object, frame)));
+        for (hand, has) in hands.iter().zip(&mut has_it) {
+            let begins = || !frame.checked_sub(1).is_some_and(|before| hand.holds(object, before));
+            let reaches = || match (start, last) {
+                (Some(_), Some(place)) => (hand.place(frame) - place).norm() < reach,
+                _ => true,
+            };
+            *has = hand.holds(object, frame) && (*has || begins() && reaches());
+        }
+        let was = holder;
+        let has = |hand: &usize| has_it.get(*hand) == Some(&true);
+        holder = was.filter(has).or_else(|| (0..hands.len()).find(has));
         // A hand that takes over continues from the object's current position.
-        *slot = holder.map(|hand| match last.filter(|_| is_held) {
-            Some(place) => place + hand.place(frame) - hand.place(frame - 1),
+        let place = |hand: &Holder| match last.filter(|_| start.is_some() || was.is_some()) {
+            Some(place) if was.is_some() => place + hand.place(frame) - hand.place(frame - 1),
+            Some(place) => place,
             None => hand.place(frame),
-        });
-        last = *slot;
+        };
+        *slot = holder.and_then(|hand| hands.get(hand)).map(place);
+        // Only an object with a place stays where it is let go.
+        last = slot.or(last.filter(|_| start.is_some()));
     }
     let is_held: Vec<bool> = places.iter().map(Option::is_some).collect();
-    let places = filled(&places)?;
+    let places = match start {
+        Some(start) if is_held.contains(&true) => stays(&places, start),
+        Some(_) => return None,
+        None => filled(&places)?,
+    };
     let position = [0, 1, 2].map(|axis| places.iter().map(|place| place[axis]).collect::<Vec<f64>>());
     let mut velocity = slopes(measured, position.each_ref().map(Vec::as_slice));
     for column in &mut velocity {
         column.iter_mut().zip(&is_held).filter(|(_, held)| !**held).for_each(|(value, _)| *value = 0.0);
     }
     Some(HeldPath { position, velocity })
+}
+
+/// Places with those between holds: where the object was let go, at first where it begins.
+fn stays(places: &[Option<Vector3<f64>>], start: Vector3<f64>) -> Vec<Vector3<f64>> {
+    let follow = |at: &mut Vector3<f64>, place: &Option<Vector3<f64>>| {
+        *at = place.unwrap_or(*at);
+        Some(*at)
+    };
+    places.iter().scan(start, follow).collect()
 }
 
 /// Places with those between holds: half of the time where it was released, and half of it where it is grasped next. `None` without a hold.

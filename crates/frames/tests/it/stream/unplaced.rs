@@ -1,4 +1,4 @@
-//! An object without a pose in the log or a place in the scene.
+//! An object without a pose in the log, with and without a place in the scene.
 
 use super::{ask, column};
 use crate::shared::recordings::recording;
@@ -76,6 +76,30 @@ fn it_rests_on_nothing() {
     // On the table, where the scene has it.
     let placed = SCENE.replace("role: object,", "role: object, position: [0.3 m, 0.1 m, 20 mm],");
     assert_eq!(of(&placed), (vec!["table".to_string()], false, false));
+}
+
+/// The scene has a place for it; the hand is 20 mm beside it when it closes, and 81 mm when it closes again.
+#[test]
+fn an_object_with_a_place_is_carried_from_there_by_a_hand_in_reach() {
+    let at = |position: &str| {
+        let scene = SCENE.replace("role: object,", &format!("role: object, position: {position},"));
+        frames(&log(&scene), &[ask("target.position"), ask("target.velocity"), ask("contacts.force")]).unwrap()
+    };
+    let found = at("[0.32 m, 0.1 m, 20 mm]");
+    let x = column(&found, "target.position", 0, 0);
+    for (frame, wanted) in [(0, 0.32), (99, 0.32), (150, 0.37), (299, 0.519), (499, 0.519), (550, 0.569), (699, 0.618)]
+    {
+        assert!((x[frame] - wanted).abs() < 1e-9, "{frame}: {}", x[frame]);
+    }
+    let velocity = column(&found, "target.velocity", 0, 0);
+    assert!((velocity[200] - 0.1).abs() < 1e-9 && velocity[400] == 0.0, "{} {}", velocity[200], velocity[400]);
+    // It slides along the table on which the scene has it.
+    let force = column(&found, "contacts.force", 0, 2);
+    assert!(force[50] > 1.0 && force[200] > 1.0 && force[690] > 1.0, "{} {} {}", force[50], force[200], force[690]);
+    let told = found.issues.iter().find(|issue| issue.kind == "missing_channel" && issue.channel == "cube.position");
+    assert!(told.unwrap().message.contains("begin where the scene puts it, and to move with the gripper"), "{told:?}");
+    let beyond = at("[0.8 m, 0.1 m, 20 mm]");
+    assert!(column(&beyond, "target.position", 0, 0)[..500].iter().all(|x| *x == 0.8));
 }
 
 #[test]
