@@ -4,7 +4,7 @@
 
 use super::contacts::Contact;
 use super::frame_tally::{FrameTally, LASTS, hundredths};
-use super::hands::HandTrack;
+use super::hands::{HandTrack, finger_feels};
 use super::held_forces::{NEAR, PULLS, up};
 use super::motion::{Motion, every, sampled, vector};
 use super::raw_channels::Array;
@@ -28,6 +28,8 @@ const ALONG: f64 = 0.5;
 #[derive(Default)]
 pub struct Findings {
     far: BTreeMap<(Side, usize), FrameTally>,
+    /// Whether a finger that feels nothing was near an object since its gripper closed: it may have lost the object.
+    took: BTreeMap<(Side, usize), bool>,
     contacts: BTreeMap<(usize, usize), FrameTally>,
     pushes: BTreeMap<(Side, Finger), FingerPush>,
 }
@@ -46,7 +48,7 @@ impl FingerPush {
     }
 }
 
-/// Finds fingertips that touch while they are far from every object.
+/// Finds fingertips that touch while they are far from every object. A gripper of which only the flag is known stays closed after it has lost an object.
 pub fn far_touches(
     measured: &CleanLog,
     motions: &[Motion],
@@ -72,9 +74,18 @@ pub fn far_touches(
     for (place, (finger, touches)) in tips {
         let Some(position) = measured.vec3(&format!("{}.{finger}.position", hand.side)) else { continue };
         let found = findings.far.entry((hand.side, place)).or_default();
-        for frame in measured.core().filter(|frame| touches.get(*frame).is_some_and(|touches| *touches > 0.5)) {
+        let took = findings.took.entry((hand.side, place)).or_default();
+        let is_felt = finger_feels(measured, hand.side, *finger);
+        for frame in measured.core() {
+            if touches.get(frame).is_none_or(|touches| *touches <= 0.5) {
+                *took = false;
+                continue;
+            }
             let tip: Point3<f64> = vector(&position, frame).into();
-            if near.iter().any(|(near, motion)| (tip.coords - motion.position(frame)).norm_squared() < near * near) {
+            let is_near =
+                |(near, motion): &(f64, &Motion)| (tip.coords - motion.position(frame)).norm_squared() < near * near;
+            if *took || near.iter().any(is_near) {
+                *took = !is_felt;
                 continue;
             }
             let in_body = |motion: &Motion| motion.pose(frame).inverse_transform_point(&tip);
@@ -82,11 +93,14 @@ pub fn far_touches(
                 .iter()
                 .map(|(name, body, motion)| (body.distance(&in_body(motion)), name.as_str()))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some((distance, name)) = least.filter(|(distance, _)| *distance > REACH) {
-                found.add(measured, frame, distance);
-                if found.of != name {
-                    found.of = name.into();
+            match least {
+                Some((distance, name)) if distance > REACH => {
+                    found.add(measured, frame, distance);
+                    if found.of != name {
+                        found.of = name.into();
+                    }
                 }
+                _ => *took = !is_felt,
             }
         }
     }
@@ -101,11 +115,14 @@ pub fn far_issues(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -
         if let Some(mean) = found.mean(measured) {
             let nearest = &found.of;
             let measures_contact = measured.scalar(&format!("{}.{finger}.contact", hand.side)).is_some();
-            let or_force =
-                if measures_contact { "" } else { ", or its force is not zero at rest (`tare` it in a binding)" };
+            let (touches, or) = match finger_feels(measured, hand.side, *finger) {
+                false => ("the gripper is closed", ", or the gripper holds nothing"),
+                true if measures_contact => ("the fingertip touches", ""),
+                true => ("the fingertip touches", ", or its force is not zero at rest (`tare` it in a binding)"),
+            };
             let message = format!(
-                "the fingertip touches while it is {} mm from the nearest object, `{nearest}`: one of their positions does not change, or is \
-                 in another unit or frame{or_force}",
+                "{touches} while it is {} mm from the nearest object, `{nearest}`: one of their positions does not change, or is in another unit \
+                 or frame{or}",
                 (mean * 1e3).round()
             );
             issues.push(found.issue(IssueKind::IMPLAUSIBLE_POSITION, channel, message));

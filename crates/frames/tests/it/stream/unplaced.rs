@@ -1,4 +1,4 @@
-//! An object without a pose in the log, with and without a place in the scene.
+//! An object without a pose in the log, with and without a place in the scene; and one that a gripper loses.
 
 use super::{ask, column};
 use crate::shared::recordings::recording;
@@ -100,6 +100,37 @@ fn an_object_with_a_place_is_carried_from_there_by_a_hand_in_reach() {
     assert!(told.unwrap().message.contains("begin where the scene puts it, and to move with the gripper"), "{told:?}");
     let beyond = at("[0.8 m, 0.1 m, 20 mm]");
     assert!(column(&beyond, "target.position", 0, 0)[..500].iter().all(|x| *x == 0.8));
+}
+
+/// A gripper closes at 1 s and opens at 5 s. The cube falls at 2 s, and the gripper goes up with 0.1 m/s.
+#[test]
+fn a_gripper_that_has_lost_its_object_does_not_touch_it_from_afar() {
+    let implausible = |at: f64| {
+        let height = |t: f64| 0.02 + 0.1 * (t - 1.0).clamp(0.0, 4.0);
+        let log = recording(
+            SCENE,
+            100.0,
+            700,
+            &[
+                ("right.thumb.position.x", &|_| 0.0),
+                ("right.thumb.position.y", &|_| 0.0),
+                ("right.thumb.position.z", &height),
+                ("right.gripper.closed", &|t| f64::from(u8::from((1.0..5.0).contains(&t)))),
+                ("cube.position.x", &|_| at),
+                ("cube.position.y", &|_| 0.0),
+                ("cube.position.z", &|t| if t < 2.0 { height(t) } else { 0.02 }),
+            ],
+        );
+        let issues = frames(&log, &[ask("target.position")]).unwrap().issues;
+        issues.into_iter().find(|issue| issue.kind == "implausible_position").map(|issue| issue.message)
+    };
+    assert_eq!(implausible(0.0), None);
+    // It was never at the cube.
+    let message = implausible(0.5).unwrap();
+    assert!(
+        message.starts_with("the gripper is closed while it is ") && message.contains("holds nothing"),
+        "{message}"
+    );
 }
 
 #[test]
