@@ -108,8 +108,11 @@ pub struct Outcome {
     pub reasons: Vec<OutcomeReason>,
 }
 
-/// The most reasons of the sentence.
+/// The most reasons of the sentence, and the most that it names in addition.
 const MOST: usize = 3;
+
+/// How the reason of an unseen failure begins.
+const CANNOT_SHOW: &str = "the log cannot show ";
 
 impl Outcome {
     /// The outcome of an analyzed recording.
@@ -161,14 +164,22 @@ impl Outcome {
         }
     }
 
-    /// One line: `success: right peg_in_hole peg (holder) 8.100 – 12.400 s, attempt 2`.
+    /// One line: `success: right peg_in_hole peg (holder) 8.100 – 12.400 s, attempt 2`. It names all failures that the recording cannot show.
     pub fn sentence(&self) -> String {
-        let shown: Vec<&str> = self.reasons.iter().take(MOST).map(|reason| reason.message.as_str()).collect();
-        let more = match self.reasons.len().saturating_sub(MOST) {
-            0 => String::new(),
-            more => format!("; {more} more"),
-        };
-        format!("{}: {}{more}", self.result, shown.join("; "))
+        let (unseen, others): (Vec<&OutcomeReason>, Vec<&OutcomeReason>) =
+            self.reasons.iter().partition(|reason| reason.kind == ReasonKind::UnseenFailure);
+        let (shown, more) = others.split_at(MOST.min(others.len()));
+        let mut parts: Vec<String> = shown.iter().map(|reason| reason.message.clone()).collect();
+        if !unseen.is_empty() {
+            let failures = unseen.iter().map(|reason| reason.message.trim_start_matches(CANNOT_SHOW));
+            parts.push(format!("{CANNOT_SHOW}{}", failures.collect::<Vec<_>>().join(", ")));
+        }
+        if !more.is_empty() {
+            let names: Vec<&str> = more.iter().map(|reason| reason.name()).collect();
+            let what = if names.len() > MOST { "`analyze --format json` lists them".into() } else { names.join(", ") };
+            parts.push(format!("{} more: {what}", more.len()));
+        }
+        format!("{}: {}", self.result, parts.join("; "))
     }
 }
 
@@ -201,6 +212,11 @@ impl ReasonKind {
 }
 
 impl OutcomeReason {
+    /// What it is about: a task, or what its message begins with, such as an issue and its channel.
+    fn name(&self) -> &str {
+        self.task.as_deref().or_else(|| self.message.split(": ").next()).unwrap_or_default()
+    }
+
     /// A reason that is about the whole recording.
     fn of_recording(kind: ReasonKind, task: Option<String>, message: String) -> Self {
         Self { kind, track: None, task, subject: Subject::default(), span_s: None, message }
@@ -219,7 +235,7 @@ fn no_criterion() -> OutcomeReason {
 /// The failures that the recording cannot show.
 fn unseen_failures(found: &Analysis) -> impl Iterator<Item = OutcomeReason> {
     found.unmeasured.iter().filter(|it| it.failure).map(|UnmeasuredTask { task, reason, .. }| {
-        let message = format!("the log cannot show {task} ({reason})");
+        let message = format!("{CANNOT_SHOW}{task} ({reason})");
         OutcomeReason::of_recording(ReasonKind::UnseenFailure, Some(task.clone()), message)
     })
 }

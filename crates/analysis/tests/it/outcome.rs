@@ -188,6 +188,34 @@ fn a_missing_task_that_the_log_cannot_show_is_not_a_failure() {
     assert_eq!(kinds(&analysis), [ReasonKind::Succeeded, ReasonKind::UnseenFailure]);
 }
 
+/// No reason is hidden by a number: the first three are written out, failures that the log cannot show are all named, and so is what follows.
+#[test]
+fn the_sentence_names_what_it_does_not_write_out() {
+    let place = |object: &'static str| ("place", object, "");
+    let mut found = analysis(&[place("a"), place("b"), place("c"), place("d")]);
+    let unmeasured =
+        |(task, reason): (&str, &str)| UnmeasuredTask { task: task.into(), failure: true, reason: reason.into() };
+    found.unmeasured = [("stuck", "Jam: no socket"), ("hit", "Bump: no force")].map(unmeasured).to_vec();
+    let sentence = found.outcome().sentence();
+    assert!(
+        sentence.ends_with("; the log cannot show stuck (Jam: no socket), hit (Bump: no force); 1 more: place"),
+        "{sentence}"
+    );
+    let issue = |channel: &str| Issue {
+        kind: IssueKind::MISSING_BODY,
+        start_s: 0.0,
+        end_s: 9.0,
+        channel: channel.into(),
+        message: "it stops".into(),
+    };
+    found.issues = ["a", "b", "c", "d", "e"].map(issue).to_vec();
+    let sentence = found.outcome().sentence();
+    assert!(sentence.ends_with("missing_body c: it stops; 2 more: missing_body d, missing_body e"), "{sentence}");
+    found.issues = vec![issue("a"); 9];
+    let sentence = found.outcome().sentence();
+    assert!(sentence.ends_with("; 6 more: `analyze --format json` lists them"), "{sentence}");
+}
+
 #[test]
 fn the_outcome_of_a_log_that_is_read_wrongly_is_unknown() {
     let (place, insert, dropped) = (("place", "cube", ""), ("insert", "peg", "hole"), ("dropped!", "cube", ""));
