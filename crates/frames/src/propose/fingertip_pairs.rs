@@ -39,8 +39,9 @@ pub fn gripper(side: Side, hand: &Hand, bodies: &[Body]) -> Option<Gripper> {
 
 /// How far the middle of the fingertips is from the bounding balls of cubes with this edge, m, while these move with it at most, and a margin.
 fn reach_m([thumb, index]: [&Part; 2], closed: &[usize], bodies: &[Body], edge_m: f64) -> Option<f64> {
-    /// What moves so far in a step goes with the hand if it keeps its distance to a half of that, m.
-    const STEP_M: f64 = 1e-3;
+    /// What moves faster than this, m/s, goes with the hand if it keeps its distance to a half of its way in this time, s.
+    const MOVES_M_S: f64 = 0.03;
+    const WAY_SECS: f64 = 0.1;
     const MARGIN_M: f64 = 0.04;
     /// The least reach that the rules take, m, and the usual one.
     const REACH_M: [f64; 2] = [0.05, 0.2];
@@ -48,14 +49,16 @@ fn reach_m([thumb, index]: [&Part; 2], closed: &[usize], bodies: &[Body], edge_m
         let (one, other) = (thumb.position(row)?, index.position(thumb.row_in(row, index))?);
         Some([0, 1, 2].map(|axis| f64::midpoint(one[axis], other[axis])))
     };
+    let step_s = thumb.time_s(1) - thumb.time_s(0);
+    let steps = if step_s > 0.0 { (WAY_SECS / step_s).ceil().max(1.0) } else { return None };
     let mut distances = vec![];
     for part in bodies.iter().filter_map(|body| body.positions.first()) {
-        for row in closed.iter().copied().filter(|row| *row > 0) {
+        for (first, row) in closed.iter().filter_map(|row| Some((row.checked_sub(steps as usize)?, *row))) {
             let at = |row: usize| part.position(thumb.row_in(row, part));
-            let (Some(from), Some(to)) = (at(row - 1), at(row)) else { continue };
-            let (Some(hand_from), Some(hand)) = (middle(row - 1), middle(row)) else { continue };
+            let (Some(from), Some(to)) = (at(first), at(row)) else { continue };
+            let (Some(hand_from), Some(hand)) = (middle(first), middle(row)) else { continue };
             let slips = distance([0, 1, 2].map(|axis| to[axis] - from[axis] + hand_from[axis]), hand);
-            if distance(from, to) > STEP_M && slips < distance(from, to) / 2.0 {
+            if distance(from, to) > MOVES_M_S * steps * step_s && slips < distance(from, to) / 2.0 {
                 distances.push(distance(to, hand));
             }
         }

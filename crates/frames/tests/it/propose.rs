@@ -32,9 +32,14 @@ fn table(columns: &[Column]) -> String {
 
 /// The binding and the scene that are proposed for a table of 10 s.
 fn proposed(columns: &[Column]) -> (String, String) {
+    proposed_of(&table(columns))
+}
+
+/// The same for a text.
+fn proposed_of(table: &str) -> (String, String) {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.csv");
-    fs::write(&log, table(columns)).unwrap();
+    fs::write(&log, table).unwrap();
     let log = inspect(formats::open(&log).unwrap(), None, None).unwrap();
     let proposal = propose(&log, &Answers::default());
     (proposal.binding, proposal.scene)

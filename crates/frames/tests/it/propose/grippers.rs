@@ -223,5 +223,15 @@ fn fingertips_reach_as_far_as_they_hold() {
     columns[7].1 = |_| 0.22;
     let found = binding(&columns);
     assert!(found.contains("\nparams: {grip_reach: 110 mm}"), "{found}");
+    // So it is at 500 Hz, at which the object moves by less than a millimeter in each step.
+    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    let mut text = format!("time,{}\n", names.join(","));
+    for row in 0..5000 {
+        let passed = f64::from(row) / 4999.0;
+        let values: Vec<String> = columns.iter().map(|(_, value)| format!("{:.6}", value(passed))).collect();
+        text.push_str(&format!("{:.3},{}\n", passed * 10.0, values.join(",")));
+    }
+    let found = super::proposed_of(&text).0;
+    assert!(found.contains("\nparams: {grip_reach: 110 mm}"), "{found}");
     assert!(!binding(&columns[..6]).contains("grip_reach"));
 }
