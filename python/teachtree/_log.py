@@ -122,10 +122,10 @@ def opened(log: Log | Any, binding: Binding | Path | None = None) -> Log:
     return log if isinstance(log, Log) else Log(log, binding=binding)
 
 
-def recordings(paths: Path | Sequence[Path], *, binding: Binding | Path | None = None, each: bool = False) -> list[str]:
+def recordings(paths: Path | Sequence[Path], *, binding: Binding | Path | None = None) -> list[str]:
     """The recordings that paths stand for: those in folders and their subfolders, the episodes of ``"set#*"`` and ``"set#0..9"``.
 
-    A folder of text tables with equal columns is a folder of recordings; with different ones it is one recording in parts. ``each`` has no effect.
+    A folder of text tables with equal columns is a folder of recordings; with different ones it is one recording in parts.
 
     >>> import teachtree
     >>> teachtree.recordings("demos/robosuite/lift.hdf5#*", binding="demos/robosuite/lift_hdf5.binding.yaml")

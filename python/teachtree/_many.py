@@ -38,7 +38,6 @@ def analyze_many(
     rules: Rules | None = None,
     binding: Binding | Path | None = None,
     jobs: int | None = None,
-    each: bool = False,
 ) -> Iterator[Outcome]:
     """Analyzes the recordings of paths, folders and ``"set#*"`` on ``jobs`` cores, all of them by default, in the order of their names.
 

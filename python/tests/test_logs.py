@@ -168,10 +168,10 @@ def test_a_stream_that_was_read_is_refused() -> None:
 
 
 def test_recordings_of_a_folder_are_listed() -> None:
-    found = teachtree.recordings("demos/dapg_door", binding="demos/bindings/dapg_door.binding.yaml", each=True)
+    found = teachtree.recordings("demos/dapg_door", binding="demos/bindings/dapg_door.binding.yaml")
     assert found == ["demos/dapg_door/door_00.csv", "demos/dapg_door/door_03.csv"]
     with pytest.raises(teachtree.Error, match="no log"):
-        teachtree.recordings("rules", each=True)
+        teachtree.recordings("rules")
 
 
 def test_columns_of_an_arrow_table_that_no_channel_needs_are_not_copied() -> None:

@@ -74,7 +74,7 @@ def test_many_recordings_come_in_order_and_a_bad_one_is_an_outcome(tmp_path: Pat
     for at in range(12):
         (tmp_path / f"lift_{at:02}.csv").write_text(text if at != 5 else text.replace("\n", "\nbad", 3))
     binding = "demos/robosuite/panda_lift.binding.yaml"
-    found = list(teachtree.analyze_many(tmp_path, binding=binding, jobs=3, each=True))
+    found = list(teachtree.analyze_many(tmp_path, binding=binding, jobs=3))
     assert [Path(one.path).name for one in found] == [f"lift_{at:02}.csv" for at in range(12)]
     assert [one.analysis is None for one in found] == [at == 5 for at in range(12)]
     bad = found[5].error
