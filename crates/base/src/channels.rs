@@ -133,6 +133,9 @@ pub const DISTANCE_KNOWN: &str = "distance_known";
 /// Whether the log shows when a hand holds something.
 pub const GRASP_KNOWN: &str = "grasp_known";
 
+/// Whether the log shows how a hand is turned against what it holds.
+pub const ROTATION_KNOWN: &str = "rotation_known";
+
 /// Every derived channel. `frames` computes exactly these; the language knows their types from here.
 pub const DERIVED: &[DerivedChannel] = &[
     hand(
@@ -143,6 +146,12 @@ pub const DERIVED: &[DerivedChannel] = &[
     ),
     hand("target.position", Shape::Vec3, Dimension::LENGTH, "origin of the target, reference frame"),
     hand("target.rotation", Shape::Rotation, Dimension::NONE, "rotation reference_from_target"),
+    hand(
+        "target.hold_rotation",
+        Shape::Rotation,
+        Dimension::NONE,
+        "rotation reference_from_target where the log has it, else that of the hand, reference_from_palm: what is held firmly turns with the hand",
+    ),
     hand(
         "target.velocity",
         Shape::Vec3,
@@ -239,6 +248,21 @@ pub const DERIVED: &[DerivedChannel] = &[
         Dimension::NONE,
         "the log has the contact or the force of one of this hand's fingertips, or the flag or the opening of its gripper; the same on all frames",
     ),
+    hand(
+        ROTATION_KNOWN,
+        Shape::Bool,
+        Dimension::NONE,
+        "the log has the rotation of this hand or of all objects; the same on all frames",
+    ),
+    DerivedChannel {
+        axis: Some(Axis::Fingers),
+        ..hand(
+            "fingers.distance",
+            Shape::Scalar,
+            Dimension::LENGTH,
+            "distance of the fingertip from the nearest of the balls that hold the parts of the target, or from the ball of its radius; negative inside",
+        )
+    },
     hand("load", Shape::Scalar, Dimension::FORCE, "norm of the sum of this hand's finger forces on its target"),
     hand(
         "push",

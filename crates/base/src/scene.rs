@@ -84,6 +84,14 @@ impl Body {
     pub fn bounding_radius(&self) -> f64 {
         self.radius.map_or_else(|| self.parts.iter().map(Part::bounding_radius).fold(0.0, f64::max), |radius| radius.0)
     }
+
+    /// Returns the balls that hold the body, by center in the body frame, m, and radius, m: that of the given radius, else one around each part.
+    pub fn balls(&self) -> Vec<([f64; 3], f64)> {
+        if self.radius.is_some() || self.parts.is_empty() {
+            return vec![([0.0; 3], self.bounding_radius())];
+        }
+        self.parts.iter().map(|part| (part.at.map(|length| length.0), part.radius())).collect()
+    }
 }
 
 /// The role of a body in the task.
@@ -171,14 +179,21 @@ fn sizes<'de, D: Deserializer<'de>, const N: usize>(from: D, wanted: &str) -> Re
 impl Part {
     /// Returns the radius of a ball about the body's origin that contains this part, m.
     fn bounding_radius(&self) -> f64 {
-        let norm = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
-        let own = match self.shape {
+        norm(self.at.map(|length| length.0)) + self.radius()
+    }
+
+    /// Returns the radius of a ball about the center of this part that contains it, m.
+    fn radius(&self) -> f64 {
+        match self.shape {
             Shape::Box(edges) => norm(edges.map(|edge| edge.0 / 2.0)),
             Shape::Cylinder([radius, height]) => norm([radius.0, height.0 / 2.0, 0.0]),
             Shape::Ball(radius) => radius.0,
-        };
-        norm(self.at.map(|length| length.0)) + own
+        }
     }
+}
+
+fn norm(parts: [f64; 3]) -> f64 {
+    parts.iter().map(|part| part * part).sum::<f64>().sqrt()
 }
 
 /// A convex shape.

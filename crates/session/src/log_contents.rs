@@ -1,6 +1,6 @@
 //! What a log and its scene lack for a channel of the rules, in words.
 
-use teachtree_base::channels::{ChannelSpec, DISTANCE_KNOWN, Fallback, GRASP_KNOWN};
+use teachtree_base::channels::{ChannelSpec, DISTANCE_KNOWN, Fallback, GRASP_KNOWN, ROTATION_KNOWN};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Body, Role, Scene};
 use teachtree_frames::OpenedLog;
@@ -24,8 +24,8 @@ impl<'a> LogContents<'a> {
         }
     }
 
-    /// Why a channel cannot change in any recording with these columns and this scene: ``no force of the fingers is bound``. `None` if it can. A channel that
-    /// is measured and constant is not lacking: nothing happened.
+    /// Why a channel is zero in any recording with these columns and this scene: ``no force of the fingers is bound``. `None` if it can change. A channel that
+    /// is measured and constant is not lacking: nothing happened. Only channels that are zero are asked for.
     pub fn lack(&self, channel: &ChannelSpec, side: Option<Side>) -> Option<String> {
         if channel.absent != Fallback::Derived {
             return self.raw_lack(channel, side);
@@ -46,6 +46,9 @@ impl<'a> LogContents<'a> {
             }
             DISTANCE_KNOWN => self.distance_lack(side),
             GRASP_KNOWN => Some(format!("neither a touch of a fingertip nor a gripper is {}", self.verb)),
+            ROTATION_KNOWN => {
+                Some(format!("neither the rotation of the hand nor that of each object is {}", self.verb))
+            }
             _ => None,
         }
     }

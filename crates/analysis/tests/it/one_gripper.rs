@@ -141,3 +141,68 @@ fn the_place_of_an_object_does_not_make_a_failure_of_its_carry() {
     begins(&with, "Place", 5.5);
     assert!(without.iter().all(|(primitive, _)| primitive != "Place"), "{without:?}");
 }
+
+/// How a log shows that hand and object are turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Turns {
+    Unseen,
+    Hand,
+    Both,
+}
+
+/// A gripper holds a cup 100 mm below its tool point, carries it from 2 s on, and tilts it by 0.8 rad from 4 s to 5 s. The cup may slide by 20 mm in the gripper
+/// from 6 s to 6.4 s.
+fn tilted(turns: Turns, slides: bool) -> Vec<Segment> {
+    const SCENE: &str = "{bodies: {cup: {role: object, radius: 60 mm}}, hands: {right: {fingers: [thumb]}}}";
+    let tilt = |t: f64| along(t, &[(4.0, 0.0), (5.0, 0.8)]);
+    let below = |t: f64| 0.1 + along(t, &[(6.0, 0.0), (6.4, if slides { 0.02 } else { 0.0 })]);
+    let x = |t: f64| along(t, &[(2.0, 0.0), (4.0, 0.3)]);
+    let z = |t: f64| along(t, &[(2.0, 0.1), (3.0, 0.4), (7.0, 0.4), (8.0, 0.1)]);
+    let cup_x = |t: f64| x(t) - below(t) * tilt(t).sin();
+    let cup_z = |t: f64| z(t) - below(t) * tilt(t).cos();
+    let (w, y) = (|t: f64| (tilt(t) / 2.0).cos(), |t: f64| (tilt(t) / 2.0).sin());
+    let closed = |t: f64| f64::from(u8::from((1.0..9.0).contains(&t)));
+    let mut signals: Vec<Signal> = vec![
+        ("right.thumb.position.x", &x),
+        ("right.thumb.position.y", &|_| 0.0),
+        ("right.thumb.position.z", &z),
+        ("right.gripper.closed", &closed),
+        ("cup.position.x", &cup_x),
+        ("cup.position.y", &|_| 0.0),
+        ("cup.position.z", &cup_z),
+    ];
+    if turns != Turns::Unseen {
+        let hand: [Signal; 4] = [
+            ("right.palm.rotation.w", &w),
+            ("right.palm.rotation.x", &|_| 0.0),
+            ("right.palm.rotation.y", &y),
+            ("right.palm.rotation.z", &|_| 0.0),
+        ];
+        signals.extend(hand);
+    }
+    if turns == Turns::Both {
+        let cup: [Signal; 4] = [
+            ("cup.rotation.w", &w),
+            ("cup.rotation.x", &|_| 0.0),
+            ("cup.rotation.y", &y),
+            ("cup.rotation.z", &|_| 0.0),
+        ];
+        signals.extend(cup);
+    }
+    segments(&log(SCENE, 11, &signals), &["failures.rules"], "hand_gripper.rules")
+}
+
+#[test]
+fn a_tilt_of_the_hand_is_not_a_slip() {
+    for turns in [Turns::Unseen, Turns::Hand, Turns::Both] {
+        let found = tilted(turns, false);
+        assert!(starts(&found, "Slip").is_empty() && !starts(&found, "Translate").is_empty(), "{turns:?}: {found:?}");
+    }
+    for turns in [Turns::Hand, Turns::Both] {
+        let found = tilted(turns, true);
+        let slips = starts(&found, "Slip");
+        assert!(slips.len() == 1 && (slips[0] - 6.0).abs() < 0.3, "{turns:?}: {found:?}");
+    }
+    // Without a rotation, a slip cannot be distinguished from a tilt.
+    assert!(starts(&tilted(Turns::Unseen, true), "Slip").is_empty());
+}

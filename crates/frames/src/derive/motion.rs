@@ -116,6 +116,16 @@ impl<'a> Motion<'a> {
         }
     }
 
+    /// Whether the log has the rotation of the body.
+    pub const fn has_rotation(&self) -> bool {
+        self.rotation.is_some()
+    }
+
+    /// Whether the log has the position of the body and not its rotation.
+    pub const fn turns_unseen(&self) -> bool {
+        self.position.is_some() && self.rotation.is_none()
+    }
+
     /// reference_from_body at a frame.
     #[inline]
     pub fn pose(&self, frame: usize) -> Isometry3<f64> {
@@ -188,7 +198,7 @@ pub fn vector<C: AsRef<[f64]>>([x, y, z]: &[C; 3], frame: usize) -> Vector3<f64>
 }
 
 #[inline]
-fn quaternion([w, x, y, z]: &[&[f64]; 4], frame: usize) -> UnitQuaternion<f64> {
+pub fn quaternion([w, x, y, z]: &[&[f64]; 4], frame: usize) -> UnitQuaternion<f64> {
     unit([at(w, frame), at(x, frame), at(y, frame), at(z, frame)])
 }
 

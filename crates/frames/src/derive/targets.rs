@@ -1,17 +1,17 @@
 //! The derived channels, one function each, from the tracks of the hands and the motion of the bodies.
 
 use super::contacts::{Contact, Contacts};
-use super::hands::{HandTrack, knows_distance, knows_grasp};
-use super::motion::{Motion, slope, smoothed};
+use super::hands::{HandTrack, fingers, knows_distance, knows_grasp, knows_rotation};
+use super::motion::{Motion, quaternion, slope, smoothed, vector};
 use super::partner::Partner;
 use super::raw_channels::Slots;
 use super::sockets::{Insertion, Socket, logged, plugged, sockets};
 use super::source::Source;
 use crate::clean::preprocess::{CleanLog, State};
-use nalgebra::Vector3;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use teachtree_base::channels::{DISTANCE_KNOWN, GRASP_KNOWN, PARTNER, TARGET_INSIDE, TARGET_TOUCHED};
+use teachtree_base::channels::{DISTANCE_KNOWN, GRASP_KNOWN, PARTNER, ROTATION_KNOWN, TARGET_INSIDE, TARGET_TOUCHED};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::Body;
 
@@ -87,7 +87,23 @@ impl<'a> Derivation<'a> {
             "target.position" => {
                 vec![of_target(track, [0.0; 3], |body| motion(body).map_or(Source::ZERO, Motion::positions))]
             }
-            "target.rotation" => vec![self.rotation(track)],
+            "target.rotation" => {
+                let of_target = |motion: Option<&Motion>, frame| motion.map(|motion| motion.pose(frame).rotation);
+                vec![self.rotation(track, of_target)]
+            }
+            "target.hold_rotation" => {
+                let palm = self.measured.rotation(&format!("{}.{}.rotation", track.side, Finger::Palm));
+                let of_hold = |motion: Option<&Motion>, frame| match (motion, palm) {
+                    (Some(motion), None) => Some(motion.pose(frame).rotation),
+                    (Some(motion), _) if motion.has_rotation() => Some(motion.pose(frame).rotation),
+                    (_, palm) => palm.map(|palm| quaternion(&palm, frame)),
+                };
+                vec![self.rotation(track, of_hold)]
+            }
+            "fingers.distance" => {
+                let fingers = fingers(self.measured, track.side);
+                fingers.into_iter().map(|finger| vec![self.distances(track, finger)]).collect()
+            }
             "target.velocity" => {
                 vec![of_target(track, [0.0; 3], |body| motion(body).map_or(Source::ZERO, Motion::velocities))]
             }
@@ -122,6 +138,7 @@ impl<'a> Derivation<'a> {
                 vec![vec![self.partners_of(track, |partner| flag(partner.is_some_and(|partner| partner.inside)))]]
             }
             DISTANCE_KNOWN => vec![vec![vec![flag(knows_distance(self.measured, track.side)); track.target.len()]]],
+            ROTATION_KNOWN => vec![vec![vec![flag(knows_rotation(self.measured, track.side)); track.target.len()]]],
             GRASP_KNOWN => vec![vec![vec![flag(knows_grasp(self.measured, track.side)); track.target.len()]]],
             "load" => {
                 let [x, y, z] = self.forces(track);
@@ -137,17 +154,46 @@ impl<'a> Derivation<'a> {
         self.objects.iter().position(|object| *object == body).map_or(-1.0, |index| index as f64)
     }
 
-    fn rotation(&self, track: &HandTrack) -> Vec<Vec<f64>> {
+    /// A rotation at each frame from the motion of the target; none is that of the reference frame.
+    fn rotation(
+        &self,
+        track: &HandTrack,
+        of: impl Fn(Option<&Motion>, usize) -> Option<UnitQuaternion<f64>>,
+    ) -> Vec<Vec<f64>> {
         let mut columns = [(); 4].map(|()| Vec::with_capacity(track.target.len()));
         for (frames, target) in &track.runs {
             let motion = target.and_then(|body| self.motions.get(body));
             for frame in frames.clone() {
-                let rotation = motion.map(|motion| motion.pose(frame).rotation).unwrap_or_default();
+                let rotation = of(motion, frame).unwrap_or_default();
                 let parts = [rotation.w, rotation.i, rotation.j, rotation.k];
                 columns.iter_mut().zip(parts).for_each(|(column, part)| column.push(part));
             }
         }
         columns.into()
+    }
+
+    /// The distance of a fingertip from the balls that hold the target at each frame, m; from the origin of the reference frame without a target. Where only the
+    /// position of the target is known, it is that from its bounding ball.
+    fn distances(&self, track: &HandTrack, finger: Finger) -> Vec<f64> {
+        let position = self.measured.vec3(&format!("{}.{finger}.position", track.side));
+        let tip = |frame: usize| position.map_or_else(Vector3::zeros, |position| vector(&position, frame));
+        let mut column = Vec::with_capacity(track.target.len());
+        for (frames, target) in &track.runs {
+            let target = target.and_then(|body| self.measured.scene.bodies.get_index(body).zip(self.motions.get(body)));
+            let balls = match target {
+                Some(((_, body), motion)) if !motion.turns_unseen() => body.balls(),
+                Some(((_, body), _)) => vec![([0.0; 3], body.bounding_radius())],
+                None => vec![([0.0; 3], 0.0)],
+            };
+            for frame in frames.clone() {
+                let pose = target.map(|(_, motion)| motion.pose(frame)).unwrap_or_default();
+                let distance = |(center, radius): &([f64; 3], f64)| {
+                    (tip(frame) - pose.transform_point(&Point3::from(*center)).coords).norm() - radius
+                };
+                column.push(balls.iter().map(distance).fold(f64::INFINITY, f64::min));
+            }
+        }
+        column
     }
 
     /// The socket that something is in.

@@ -9,6 +9,7 @@ mod constants;
 mod contact_kinds;
 mod convex;
 mod derived;
+mod distances;
 mod element_names;
 mod field_names;
 mod fingertips;
