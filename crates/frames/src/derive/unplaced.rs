@@ -52,24 +52,28 @@ pub fn held_paths(measured: &CleanLog, objects: &[usize], tracks: &[HandTrack]) 
 /// A hand with a gripper whose place the log has.
 struct Holder<'a> {
     track: &'a HandTrack,
+    /// The flag of its gripper: a sensor at the wrist also feels what an open gripper weighs.
+    closed: &'a [f64],
     points: Vec<[&'a [f64]; 3]>,
 }
 
 impl<'a> Holder<'a> {
     fn new(measured: &'a CleanLog, track: &'a HandTrack) -> Option<Self> {
         let side = track.side;
-        measured.scalar(&format!("{side}.gripper.closed"))?;
+        let closed = measured.scalar(&format!("{side}.gripper.closed"))?;
         let position = |finger: Finger| measured.vec3(&format!("{side}.{finger}.position"));
         let tips = Finger::ALL.into_iter().filter(|finger| *finger != Finger::Palm);
         let mut points: Vec<[&[f64]; 3]> = tips.filter_map(position).collect();
         if points.is_empty() {
             points.extend(position(Finger::Palm));
         }
-        (!points.is_empty()).then_some(Self { track, points })
+        (!points.is_empty()).then_some(Self { track, closed, points })
     }
 
     fn holds(&self, object: usize, frame: usize) -> bool {
-        self.track.touching.get(frame) == Some(&true) && self.track.target.get(frame) == Some(&Some(object))
+        self.closed.get(frame).is_some_and(|closed| *closed > 0.5)
+            && self.track.touching.get(frame) == Some(&true)
+            && self.track.target.get(frame) == Some(&Some(object))
     }
 
     /// The mean of the fingertips, or the palm, m.

@@ -2,7 +2,8 @@
 
 use super::{ask, column};
 use crate::shared::recordings::recording;
-use teachtree_base::recording::Recording;
+use teachtree_base::recording::{Column, Recording};
+use teachtree_base::units::Dimension;
 use teachtree_frames::frames;
 
 const SCENE: &str = "
@@ -83,7 +84,12 @@ fn it_rests_on_nothing() {
 fn an_object_with_a_place_is_carried_from_there_by_a_hand_in_reach() {
     let at = |position: &str| {
         let scene = SCENE.replace("role: object,", &format!("role: object, position: {position},"));
-        frames(&log(&scene), &[ask("target.position"), ask("target.velocity"), ask("contacts.force")]).unwrap()
+        let mut log = log(&scene);
+        // A sensor at the wrist bears the weight of the tool, also while the gripper is open.
+        let weight = |value: f64| Column { dimension: Dimension::FORCE, values: vec![value; log.time.len()] };
+        let force = ["x", "y", "z"].map(|axis| (format!("right.palm.force.{axis}"), weight(2.0)));
+        log.columns.extend(force);
+        frames(&log, &[ask("target.position"), ask("target.velocity"), ask("contacts.force")]).unwrap()
     };
     let found = at("[0.32 m, 0.1 m, 20 mm]");
     let x = column(&found, "target.position", 0, 0);
