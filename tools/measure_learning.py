@@ -240,9 +240,8 @@ def is_number(rows, key):
 
 
 class Measure:
-    def __init__(self, args):
-        self.args, self.kind = args, SETS[args.set]
-        self.folder = Path(tempfile.mkdtemp(prefix="measure_learning_"))
+    def __init__(self, args, folder):
+        self.args, self.kind, self.folder = args, SETS[args.set], folder
         self.binding = BINDINGS / f"{self.kind['binding']}.binding.yaml"
         self.names = dict(pair.split("=") for pair in self.kind["map"].split(","))
         logs = sorted(Path(args.data).glob(self.kind["logs"]))
@@ -390,13 +389,15 @@ def main():
     parser.add_argument("set", choices=SETS)
     parser.add_argument("--curve", type=int, metavar="DRAWS")
     args = parser.parse_args()
-    measure = Measure(args)
-    groups = len({one.group for one in measure.recordings})
-    print(f"{args.set}: {len(measure.recordings)} recordings in {groups} groups\n", flush=True)
-    if args.curve:
-        measure.curve(args.curve)
-    else:
-        measure.held_out()
+    # An interrupted program removes the folder too.
+    with tempfile.TemporaryDirectory(prefix="measure_learning_") as folder:
+        measure = Measure(args, Path(folder))
+        groups = len({one.group for one in measure.recordings})
+        print(f"{args.set}: {len(measure.recordings)} recordings in {groups} groups\n", flush=True)
+        if args.curve:
+            measure.curve(args.curve)
+        else:
+            measure.held_out()
 
 
 if __name__ == "__main__":
