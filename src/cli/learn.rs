@@ -3,6 +3,7 @@
 mod extension;
 mod json;
 mod refitted;
+mod relearned;
 
 use super::analysis::AnalysisArgs;
 use super::groups::Groups;
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::json::printed;
 use teachtree_analysis::score::name_map::SEPARATE;
 use teachtree_analysis::score::{NameMap, TrackTruth, Truth};
-use teachtree_analysis::{Analysis, Track, TrackId};
+use teachtree_analysis::{Analysis, TrackId};
 use teachtree_base::error::InputError;
 use teachtree_language::is_primitive;
 use teachtree_learn::{
@@ -29,7 +30,7 @@ use teachtree_session::{AnalysisInternals, LabelsInternals, Log, LogInternals};
 /// Options of `learn`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\n  teachtree learn recordings/ --labels labels/ --new Shake -o shake.rules\nWithout -o the rules are printed. A file is written only if it is better than the rules of --rules on held-out recordings; with --new, only if it is proved additive.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
+    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\n  teachtree learn recordings/ --labels labels/ --from old.rules -o better.rules\n  teachtree learn recordings/ --labels labels/ --new Shake -o shake.rules\nWithout -o the rules are printed. A file is written only if it is better than the rules of --rules on held-out recordings; with --new, only if it is proved additive.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
 )]
 pub struct Args {
     /// Labeled recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
@@ -38,6 +39,9 @@ pub struct Args {
     /// Learn this new primitive from labels that name it, as a file that extends the rules: `Shake`, or its declaration, such as `Shake is Translate`
     #[arg(long, value_name = "PRIMITIVE", value_parser = teachtree_new_primitive::declaration, conflicts_with = "group_by")]
     new: Option<Declaration>,
+    /// Learn single guards and numbers of this rule file again where held-out groups gain, and print a patch; its order, labels and memory stay
+    #[arg(long, value_name = "FILE.rules", conflicts_with_all = ["new", "rules", "anyway"])]
+    from: Option<PathBuf>,
     /// Regular expression whose first capture group is the group of a recording, such as the person, in its name
     #[arg(long, value_name = "REGEX")]
     group_by: Option<String>,
@@ -71,16 +75,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(new) = &args.new {
         return extension::run(args, new);
     }
+    if let Some(from) = &args.from {
+        return relearned::run(args, from);
+    }
     let logs = args.truth.labeled_logs(&args.logs)?;
     let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     args.analysis.checked_inputs(&logs, &places)?;
     let groups = Groups::new(&logs, args.group_by.as_deref())?;
     let map = args.truth.names()?;
     args.analysis.source.check(logs.len())?;
-    let LogResults { done, failed } = args.many.each_log("reading", &logs, |log| read(args, log, &map))?;
-    Failure::all(distinct_failures(failed))?;
-    let recordings: Vec<LabeledLog> = done.into_iter().map(|(_, recording)| recording).collect();
-    recordings.iter().flat_map(|recording| &recording.warnings).for_each(|warning| output::warn(warning));
+    let recordings = labeled_logs(args, &args.analysis, &logs, &map)?;
     let names = names(&recordings)?;
     let has_rules = recordings.iter().all(|one| one.present.is_some());
     let progress = (has_rules && !is_quiet()).then(|| Progress::new("fitting the present rules"));
@@ -116,15 +120,29 @@ struct LabeledLog {
     warnings: Vec<String>,
 }
 
-fn read(args: &Args, log: &Path, map: &NameMap) -> Result<LabeledLog, Failure> {
-    let has_rules = args.analysis.has_present_rules(log)?;
-    let log = args.analysis.read(log)?;
+/// Reads all recordings, and runs the rules that `analysis` names on them.
+fn labeled_logs(
+    args: &Args,
+    analysis: &AnalysisArgs,
+    logs: &[PathBuf],
+    map: &NameMap,
+) -> Result<Vec<LabeledLog>, Failure> {
+    let LogResults { done, failed } = args.many.each_log("reading", logs, |log| read(args, analysis, log, map))?;
+    Failure::all(distinct_failures(failed))?;
+    let recordings: Vec<LabeledLog> = done.into_iter().map(|(_, recording)| recording).collect();
+    recordings.iter().flat_map(|recording| &recording.warnings).for_each(|warning| output::warn(warning));
+    Ok(recordings)
+}
+
+fn read(args: &Args, analysis: &AnalysisArgs, log: &Path, map: &NameMap) -> Result<LabeledLog, Failure> {
+    let has_rules = analysis.has_present_rules(log)?;
+    let log = analysis.read(log)?;
     let only = match log.hands().as_slice() {
         [hand] => Some(TrackId::Hand(*hand)),
         _ => None,
     };
     let (truth, warnings) = args.truth.of_log(log.path())?.of_any_names(log.opened()?, only, map)?;
-    let present = has_rules.then(|| args.analysis.analyze(&log)).transpose()?;
+    let present = has_rules.then(|| analysis.analyze(&log)).transpose()?;
     let present = present.map(|analysis| analysis.found().clone());
     Ok(LabeledLog { log, truth, present, warnings })
 }
@@ -175,25 +193,30 @@ impl LabeledLog {
     }
 
     fn track(&self, truth: &TrackTruth, names: &[String], refitted: Option<&Analysis>) -> LabeledTrack {
-        let position = |name: &str| names.iter().position(|known| known == name).unwrap_or(names.len());
         let labels = truth.primitives.iter().map(|span| {
-            let label = span.names.first().map_or(names.len(), |name| position(name));
+            let label = span.names.first().map_or(names.len(), |name| position(name, names));
             LabeledSpan { label, start_s: span.start_s, end_s: span.end_s }
         });
-        let of_track = |(found, track): (&Analysis, &Track)| -> Vec<LabeledSpan> {
-            let is_label = |name: &str| names.iter().any(|known| known == name);
-            let segments = track.relabeled.iter().map(|segment| LabeledSpan {
-                label: position(found.primitives.counts_for(&segment.primitive, is_label)),
-                start_s: segment.start_s,
-                end_s: segment.end_s,
-            });
-            segments.collect()
-        };
-        let found =
-            |found: Option<&Analysis>| found.and_then(|found| Some((found, found.track(truth.who)?))).map(&of_track);
+        let found = |found: Option<&Analysis>| labels_of(found?, truth.who, names);
         let (present, refitted) = (found(self.present.as_ref()), found(refitted));
         LabeledTrack { who: truth.who, spans: labels.collect(), present, refitted }
     }
+}
+
+/// The position of a label; after the last one for any other name.
+fn position(name: &str, names: &[String]) -> usize {
+    names.iter().position(|known| known == name).unwrap_or(names.len())
+}
+
+/// The labels that rules give a track; `None` if they do not label it.
+fn labels_of(found: &Analysis, who: TrackId, names: &[String]) -> Option<Vec<LabeledSpan>> {
+    let is_label = |name: &str| names.iter().any(|known| known == name);
+    let segments = found.track(who)?.relabeled.iter().map(|segment| LabeledSpan {
+        label: position(found.primitives.counts_for(&segment.primitive, is_label), names),
+        start_s: segment.start_s,
+        end_s: segment.end_s,
+    });
+    Some(segments.collect())
 }
 
 fn print(args: &Args, logs: &[PathBuf], groups: &Groups, learned: &LearningResult) -> Result<(), InputError> {
@@ -203,12 +226,7 @@ fn print(args: &Args, logs: &[PathBuf], groups: &Groups, learned: &LearningResul
         inputs.extend(args.truth.labels.iter().cloned());
         output::write(path, &learned.text, &inputs)?;
     }
-    if groups.names.len() < FEW_GROUPS {
-        output::warn(&format!(
-            "{} groups: learned rules may not hold for other people or setups; {FEW_GROUPS} groups or more show whether they do",
-            groups.names.len()
-        ));
-    }
+    warn_of_few(groups);
     if args.form.format == Format::Json {
         let file = args.out.as_deref().filter(|_| is_written);
         let written = RuleOutput { rules: &learned.text, is_better: learned.is_better(), file };
@@ -216,6 +234,15 @@ fn print(args: &Args, logs: &[PathBuf], groups: &Groups, learned: &LearningResul
     }
     output::print(&table(args, logs.len(), groups, learned, is_written))?;
     if args.out.is_none() && is_written { output::print_data(&format!("\n{}", learned.text)) } else { Ok(()) }
+}
+
+fn warn_of_few(groups: &Groups) {
+    if groups.names.len() < FEW_GROUPS {
+        output::warn(&format!(
+            "{} groups: learned rules may not hold for other people or setups; {FEW_GROUPS} groups or more show whether they do",
+            groups.names.len()
+        ));
+    }
 }
 
 fn table(args: &Args, logs: usize, groups: &Groups, learned: &LearningResult, is_written: bool) -> String {

@@ -32,6 +32,7 @@ fn folder() -> tempfile::TempDir {
     write("scene.yaml", "bodies: {cube: {role: object, radius: 60 mm}}\nhands: {right: {fingers: [thumb]}}\n");
     write("present.rules", &present(40));
     write("wrong.rules", &present(900));
+    write("part.rules", "use \"stream.rules\"\n\nfor each hand { signal height = mean(fingers.position).z }\n");
     std::fs::create_dir(folder.path().join("logs")).unwrap();
     for (shift, name) in ["ann_1", "ann_2", "bob_1", "bob_2", "eve_1", "eve_2", "kim_1", "kim_2"].iter().enumerate() {
         write(&format!("logs/{name}.csv"), &recording(shift));
@@ -151,6 +152,14 @@ fn what_cannot_be_learned_from_is_one_error() {
         (&["--map", "Wait=Move|Rest"], "found `Move|Rest`, expected one name for each label"),
         (&["--map", "Wait=wait"], "found the label `wait`, expected the name of a primitive"),
         (&["--rules", "none.rules"], "none.rules"),
+        (&["--from", "none.rules"], "none.rules"),
+        (&["--from", "contact.rules"], "contact.rules: is a file of the program, expected a file of your own"),
+        (&["--from", "part.rules"], "there is no tree: nothing will be labeled"),
+        (
+            &["--from", "present.rules", "--map", "Wait=wait"],
+            "found the label `wait`, expected the name of a primitive",
+        ),
+        (&["--from", "present.rules", "-o", "present.rules"], "present.rules"),
         (&["-o", "logs/ann_1.csv"], "logs/ann_1.csv"),
     ] {
         let output = learn(folder.path(), args);
@@ -159,6 +168,37 @@ fn what_cannot_be_learned_from_is_one_error() {
         assert!(text.contains(expected), "{args:?}: {text}");
         assert_eq!(text.matches("error:").count() + text.matches("error[").count(), 1, "{args:?}: {text}");
     }
+}
+
+#[test]
+fn one_guard_of_a_written_file_is_learned_again() {
+    let folder = folder();
+    let args = ["--from", "wrong.rules", "--group-by", "^([a-z]+)", "-o", "better.rules"];
+    let output = learn(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
+    let table = said(&output);
+    assert_eq!(percent_behind(&table, "with the changes"), "100.0", "{table}");
+    assert!(table.contains("wrong.rules:11: `height > 900 mm` becomes `height > "), "{table}");
+    assert!(table.contains("-  height > 900 mm => Raise\n+  height > "), "{table}");
+    let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
+    let changed: Vec<(usize, String)> = read("wrong.rules")
+        .lines()
+        .zip(read("better.rules").lines())
+        .enumerate()
+        .filter_map(|(at, (old, new))| (old != new).then(|| (at + 1, new.to_string())))
+        .collect();
+    let [(11, line)] = changed.as_slice() else { panic!("{changed:?}") };
+    assert!(line.contains("=> Raise    // learned: held out in 4 groups: F1@50 "), "{line}");
+    let score = ["score", "logs", "--scene", "scene.yaml", "--rules", "better.rules", "--min-f1", "99"];
+    let score = teachtree_in(folder.path(), &score);
+    assert_eq!(score.status.code(), Some(0), "{}", all_said(&score));
+    let explain = ["explain", "logs/ann_1.csv", "--scene", "scene.yaml", "--rules", "better.rules", "--at", "4 s"];
+    let explained = said(&teachtree_in(folder.path(), &explain));
+    assert!(explained.contains("learned: held out in 4 groups: F1@50 "), "{explained}");
+    let output = learn(folder.path(), &["--from", "present.rules", "-o", "none.rules"]);
+    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+    assert!(said(&output).contains("nothing changes: no change gains"), "{}", said(&output));
+    assert!(!folder.path().join("none.rules").exists());
 }
 
 #[test]
@@ -297,5 +337,11 @@ fn both_forms_keep_to_their_schema() {
     assert!(new["rules"].as_str().unwrap().contains("primitive Raise is Hold"), "{new}");
     let kinds = ["candidates", "primitive"].map(|field| (whole[field].is_null(), new[field].is_null()));
     assert_eq!(kinds, [(false, true), (true, false)]);
-    validated(&[(schema.clone(), whole), (schema, new)]);
+    let changed = document(&["--from", "wrong.rules", "--group-by", "^([a-z]+)"]);
+    assert_eq!(
+        (&changed["changes"][0]["line"], &changed["changes"][0]["before"]),
+        (&11.into(), &"height > 900 mm".into())
+    );
+    assert!(changed["patch"].as_str().unwrap().starts_with("--- wrong.rules\n+++ wrong.rules\n"), "{changed}");
+    validated(&[(schema.clone(), whole), (schema.clone(), new), (schema, changed)]);
 }

@@ -90,6 +90,9 @@ pub struct Step {
     pub place: String,
     /// Whether it was taken.
     pub taken: bool,
+    /// What `learn` has found for it, from the comment behind it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub learned: Option<String>,
     /// Why; none for `else`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<Reason>,
@@ -295,6 +298,7 @@ fn block<'a>(
                 choice: rules.choice_text(choice),
                 place: rules.sources.place(choice.span),
                 taken: at == *taken,
+                learned: learned(rules.sources.rest_of_line(choice.span)),
                 reason,
             });
         }
@@ -340,6 +344,11 @@ fn block<'a>(
         task: None,
         why_not: None,
     })
+}
+
+/// The evidence in what stands behind a choice.
+fn learned(rest: &str) -> Option<String> {
+    rest.split_once("// learned: ").map(|(_, evidence)| evidence.trim().to_string())
 }
 
 fn became(rules: &Rules, segment: Segment, what: String) -> LabelChange {

@@ -48,6 +48,13 @@ impl Sources {
             .unwrap_or("")
     }
 
+    /// Returns the text behind a span, up to the end of its last line.
+    pub fn rest_of_line(&self, span: Span) -> &str {
+        let source = self.files.get(span.file as usize);
+        let rest = source.and_then(|source| source.text.get(span.end as usize..));
+        rest.and_then(|rest| rest.lines().next()).unwrap_or("")
+    }
+
     /// Returns line and column of both ends of a span, from 1, columns in characters; the end is one past the last.
     pub fn lines_and_columns(&self, span: Span) -> ((usize, usize), (usize, usize)) {
         let text = self.files.get(span.file as usize).map_or("", |source| source.text.as_str());

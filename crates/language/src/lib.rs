@@ -8,6 +8,7 @@ mod composites;
 pub mod format;
 pub mod formula;
 pub mod graph;
+pub mod guard_sites;
 pub mod index;
 pub mod lints;
 pub mod mutation;

@@ -77,18 +77,23 @@ fn one(rules: &Rules, param: &syntax::Param, range: (f64, f64)) -> Option<ParamS
         return None;
     }
     let text = rules.sources.text(param.value.span);
+    let (value, unit) = written_number(text)?;
+    let (in_si, _) = units::compound(unit).ok()?;
+    let span = param.value.span;
+    // `0.05 / 1e-3` is not 50 to the last bit.
+    let back = |si: f64| format!("{:.9e}", si / in_si).parse::<f64>().unwrap_or(si / in_si);
+    let range = (back(range.0), back(range.1));
+    Some(ParamSite { name: param.name.text.clone(), span, unit: unit.to_string(), value, range })
+}
+
+/// The value of a number as it is written, and its unit.
+pub(crate) fn written_number(text: &str) -> Option<(f64, &str)> {
     // The longest head that is a number; an `e` may begin a unit.
     let end = (0..=text.len())
         .rev()
         .find(|end| text.get(..*end).is_some_and(|head| head.trim_end().parse::<f64>().is_ok()))?;
     let (digits, unit) = text.split_at_checked(end)?;
-    let (in_si, _) = units::compound(unit).ok()?;
-    let value = digits.trim_end().parse().ok()?;
-    let span = param.value.span;
-    // `0.05 / 1e-3` is not 50 to the last bit.
-    let back = |si: f64| format!("{:.9e}", si / in_si).parse::<f64>().unwrap_or(si / in_si);
-    let range = (back(range.0), back(range.1));
-    Some(ParamSite { name: param.name.text.clone(), span, unit: unit.trim().to_string(), value, range })
+    Some((digits.trim_end().parse().ok()?, unit.trim()))
 }
 
 /// The pairs of params that are the two thresholds of an `above … until below …`, or of its contrary, each alone: first the one that begins.

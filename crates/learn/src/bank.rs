@@ -12,7 +12,6 @@ use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::{Leaves, Run, append};
-use teachtree_frames::frames::Frames;
 use teachtree_language::rules::{Expr, Label, PrimitiveId};
 use teachtree_language::{Request, Rules, load};
 
@@ -208,10 +207,12 @@ impl Vocabulary {
         let asked = asked(&self.rules, self.conditions.len(), &hands)?;
         let mut found = Vec::new();
         for stretch in &frames.stretches {
+            let time = frames.time.get(stretch.clone()).unwrap_or(&[]);
+            let spans = |found: &[LabeledSpan]| spans(found, time, frames.layout.rate_hz);
             let tracks: Vec<(&super::LabeledTrack, Truth)> = demonstration
                 .tracks
                 .iter()
-                .map(|track| (track, Truth::new(spans(&track.spans, &frames, stretch))))
+                .map(|track| (track, Truth::new(spans(&track.spans))))
                 .filter(|(_, truth)| !truth.spans.is_empty())
                 .collect();
             if tracks.is_empty() {
@@ -230,9 +231,7 @@ impl Vocabulary {
                 let positions: Option<Vec<usize>> = positions.collect();
                 let asked =
                     positions.ok_or_else(|| lacks_hand(&demonstration.name, &demonstration.hands, track.who))?;
-                let of_stretch = |found: Option<&Vec<LabeledSpan>>| {
-                    found.map(|found| runs(&spans(found, &frames, stretch), stretch.len()))
-                };
+                let of_stretch = |found: Option<&Vec<LabeledSpan>>| found.map(|it| runs(&spans(it), stretch.len()));
                 let (present, refitted) = (of_stretch(track.present.as_ref()), of_stretch(track.refitted.as_ref()));
                 let (group, rate_hz) = (demonstration.group, frames.layout.rate_hz);
                 let track = Track { group, words: 0..0, frames: stretch.len(), rate_hz, truth, present, refitted };
@@ -281,7 +280,8 @@ fn sampled(rules: &Rules, numbers: &[Number], demonstration: &Demonstration) -> 
     let mut sampled = Samples { values: vec![Vec::new(); numbers.len()], frames: frames.len };
     for stretch in &frames.stretches {
         for track in &demonstration.tracks {
-            let spans = spans(&track.spans, &frames, stretch);
+            let time = frames.time.get(stretch.clone()).unwrap_or(&[]);
+            let spans = spans(&track.spans, time, frames.layout.rate_hz);
             let labeled: usize = spans.iter().map(|span| span.end - span.start).sum();
             if labeled == 0 {
                 continue;
@@ -330,10 +330,9 @@ pub(crate) fn rounded(value: f64) -> Option<f64> {
     (value == 0.0 || (1e-4..1e7).contains(&value.abs())).then_some(value + 0.0)
 }
 
-/// Spans of time as frames of a stretch, counted from its beginning: those whose middle they contain.
-fn spans(spans: &[LabeledSpan], frames: &Frames, stretch: &Range<usize>) -> Vec<Span> {
-    let half = 0.5 / frames.layout.rate_hz;
-    let time = frames.time.get(stretch.clone()).unwrap_or(&[]);
+/// Spans of time as frames of a stretch, counted from its beginning: those whose middle they contain. `time` has the times of the frames, s.
+pub(crate) fn spans(spans: &[LabeledSpan], time: &[f64], rate_hz: f64) -> Vec<Span> {
+    let half = 0.5 / rate_hz;
     let frame = |at_s: f64| time.partition_point(|time| time + half < at_s);
     let mut found: Vec<Span> = spans
         .iter()
@@ -345,7 +344,7 @@ fn spans(spans: &[LabeledSpan], frames: &Frames, stretch: &Range<usize>) -> Vec<
 }
 
 /// Spans as runs that leave no frame out.
-fn runs(spans: &[Span], frames: usize) -> Vec<Run> {
+pub(crate) fn runs(spans: &[Span], frames: usize) -> Vec<Run> {
     let mut runs = Vec::new();
     let mut end = 0;
     for span in spans {

@@ -1,7 +1,8 @@
 //! Rules learned from labels: labeled recordings in, a rule file out that a person can read. docs/learning.md describes the method.
 //!
 //! `quantities` is the vocabulary, `bank` evaluates it by the engine, `guards` and `tree` are first guesses, `search` improves them, `medoid` chooses between
-//! models of parts of the recordings, `validation` measures all of them on groups that are held out and chooses, `rule_file` writes.
+//! models of parts of the recordings, `validation` measures all of them on groups that are held out and chooses, `rule_file` writes. `extension` learns one new
+//! primitive, `relearning` single guards and numbers of a written file.
 //!
 //! Invariants: nothing is read, written or printed here; the same recordings give the same bytes on any number of threads; a rule file gives the labels that
 //! the learner computed for it.
@@ -13,6 +14,7 @@ mod medoid;
 mod model;
 mod objective;
 mod quantities;
+mod relearning;
 mod rule_file;
 mod search;
 mod tree;
@@ -22,6 +24,8 @@ pub use extension::{
     Declaration, Extension, FoundInterval, LEAST_RECORDINGS, LoadRules, MarkedTrack, Recognition, ShownRecording,
     extend,
 };
+
+pub use relearning::{LineChange, Relearned, RunText, relearn};
 
 use bank::Bank;
 use model::{MOST_LABELS, labels};

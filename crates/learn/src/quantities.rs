@@ -2,7 +2,7 @@
 //!
 //! A template is such a text with two marks: `@` stands before each name of a hand and becomes `other.` or nothing, `#` becomes a threshold or a duration.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The unit in which thresholds are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -223,6 +223,27 @@ pub(crate) fn spelled(template: &str, other: bool, step: &str) -> String {
 /// Whether a template has a form for the other hand.
 pub(crate) fn has_other(template: &str) -> bool {
     template.contains('@')
+}
+
+/// The quantities with their definitions.
+pub(crate) fn definitions() -> impl Iterator<Item = (&'static str, &'static str)> {
+    OF_HAND.iter().chain([&APART]).map(|quantity| (quantity.name, quantity.definition))
+}
+
+/// A text in which quantities have other names; a part of a channel, such as `closed` in `gripper.closed`, is none.
+pub(crate) fn renamed(text: &str, others: &BTreeMap<String, String>) -> String {
+    let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let mut made = String::new();
+    let mut rest = text;
+    while let Some(start) = rest.find(is_part) {
+        let (blank, word) = rest.split_at(start);
+        let (word, after) = word.split_at(word.find(|letter| !is_part(letter)).unwrap_or(word.len()));
+        made.push_str(blank);
+        let is_channel = made.ends_with('.') && !made.ends_with("other.");
+        made.push_str(others.get(word).filter(|_| !is_channel).map_or(word, String::as_str));
+        rest = after;
+    }
+    made + rest
 }
 
 /// The names in a text.

@@ -98,6 +98,9 @@ fn write_step(text: &mut String, step: &Step, printed: &mut PrintedNames, detail
         None => String::new(),
     };
     let _ = writeln!(text, "{indent}{taken} {}{fact}   {}", step.choice, step.place);
+    if let Some(learned) = &step.learned {
+        let _ = writeln!(text, "{indent}      learned: {learned}");
+    }
     for reason in step.reason.iter().flat_map(|reason| &reason.because) {
         write_reason(text, reason, step.depth + 3, printed, detail.levels(step.taken));
     }

@@ -7,6 +7,7 @@
 mod analysis;
 pub mod binding_check;
 mod confidence;
+pub mod edited_rules;
 mod error;
 mod explain;
 pub mod files;

@@ -23,17 +23,21 @@ pub fn patch(rules: &Rules, written: &[ParamSite], params: &[FitParam], point: &
     let changes: Vec<(&ParamSite, String)> = moved.map(|((one, param), value)| (one, param.show(*value))).collect();
     for (at, changed) in param_sites::rewritten(rules, &changes) {
         let Some(source) = rules.sources.files.get(at) else { continue };
-        let name = relative_path(&source.name);
-        // A name with a blank ends at a tab.
-        let named = if name.contains(char::is_whitespace) { format!("{name}\t") } else { name.clone() };
-        let diff = TextDiff::from_lines(&source.text, &changed).unified_diff().header(&named, &named).to_string();
-        patch.diff.push_str(&diff);
+        patch.diff.push_str(&diff(&source.name, &source.text, &changed));
         let on_disk = text::read(Path::new(&source.name), source.text.len() as u64);
         if on_disk.ok().as_ref() != Some(&source.text) {
             patch.lacking.push(source.name.clone());
         }
     }
     patch
+}
+
+/// The unified diff between two texts of a file.
+pub fn diff(file: &str, before: &str, after: &str) -> String {
+    let name = relative_path(file);
+    // A name with a blank ends at a tab.
+    let named = if name.contains(char::is_whitespace) { format!("{name}\t") } else { name };
+    TextDiff::from_lines(before, after).unified_diff().header(&named, &named).to_string()
 }
 
 /// Returns a path relative to the working directory, if it is below that.

@@ -66,7 +66,11 @@ impl Run {
         Self::over(rules, graph, Arc::new(frames(rules, opened)?))
     }
 
-    fn over(rules: &Rules, graph: &Graph, frames: Arc<Frames>) -> Result<Self, Error> {
+    /// Evaluates rules over frames that have their channels; `graph` is what the rules were lowered to.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn over(rules: &Rules, graph: &Graph, frames: Arc<Frames>) -> Result<Self, Error> {
         let leaves = leaves(rules, graph, &frames).map_err(mismatch)?;
         Ok(Self { frames, leaves })
     }

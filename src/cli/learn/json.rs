@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use std::path::Path;
 use teachtree_analysis::json::VERSION;
-use teachtree_learn::{FoundInterval, LearningResult, Recognition};
+use teachtree_learn::{Candidate, FoundInterval, LearningResult, LineChange, Recognition, Relearned};
 use teachtree_new_primitive::NewPrimitive;
 
 /// The result that `learn` prints, with and without `--new`.
@@ -30,19 +30,41 @@ fn document(written: &RuleOutput, recordings: usize, conditions: usize) -> Value
 
 /// Rules for all labels, of groups of recordings.
 pub fn of_file(written: &RuleOutput, learned: &LearningResult, recordings: usize, groups: &[String]) -> Value {
-    let candidates = learned.candidates.iter().enumerate().map(|(at, candidate)| {
-        json!({
-            "name": candidate.name,
-            "f1": candidate.f1,
-            "accuracy": candidate.accuracy,
-            "lines": candidate.lines,
-            "chosen": at == learned.chosen,
-        })
-    });
     let mut document = document(written, recordings, learned.conditions);
     document["groups"] = json!(groups);
     document["boundaries"] = json!(learned.boundaries.0);
-    document["candidates"] = candidates.collect();
+    document["candidates"] = candidates(&learned.candidates, learned.chosen);
+    document
+}
+
+fn candidates(all: &[Candidate], chosen: usize) -> Value {
+    let candidate = |(at, it): (usize, &Candidate)| json!({"name": it.name, "f1": it.f1, "accuracy": it.accuracy, "lines": it.lines, "chosen": at == chosen});
+    all.iter().enumerate().map(candidate).collect()
+}
+
+/// Changes of a written file.
+pub fn of_changes(
+    written: &RuleOutput,
+    learned: &Relearned,
+    recordings: usize,
+    groups: &[String],
+    patch: &str,
+) -> Value {
+    let change = |it: &LineChange| {
+        let [[f1, accuracy], [f1_after, accuracy_after]] = it.held_out;
+        json!({
+            "line": it.line,
+            "before": it.texts[0],
+            "after": it.texts[1],
+            "f1": [f1, f1_after],
+            "accuracy": [accuracy, accuracy_after],
+        })
+    };
+    let mut document = document(written, recordings, learned.conditions);
+    document["groups"] = json!(groups);
+    document["candidates"] = candidates(&learned.candidates, usize::from(written.is_better));
+    document["changes"] = learned.changes.iter().map(change).collect();
+    document["patch"] = json!(patch);
     document
 }
 

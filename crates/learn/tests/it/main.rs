@@ -4,4 +4,5 @@
 
 mod extension;
 mod learned;
+mod relearned;
 mod synthetic;
