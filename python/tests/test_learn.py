@@ -79,6 +79,21 @@ def test_a_whole_file_is_that_of_the_command_line(folder: Path) -> None:
     assert "Lift" in teachtree.Rules(text=learned.rules).primitives
 
 
+def test_a_written_file_is_that_of_the_command_line(folder: Path) -> None:
+    (folder / "wrong.rules").write_text(TWO.replace("not closed => Wait", "not closed or height > 60 mm => Wait"))
+    learned = teachtree.learn("logs", start="wrong.rules", map="Raise=Hold", group_by="^([a-z]+)")
+    assert learned.data == printed("logs", "--from", "wrong.rules", "--map", "Raise=Hold", "--group-by", "^([a-z]+)")
+    assert learned.is_better and learned.data["changes"]
+
+
+def test_failures_have_their_classes(folder: Path) -> None:
+    (folder / "bad.rules").write_text('use "stream.rules"\nsignal a = b\n')
+    (folder / "cut.csv").write_text("time [s],right.label\n0,Wait\n0,Hold\n")
+    for logs, rules, kind in (("none", "two.rules", teachtree.NotFound), ("logs", "bad.rules", teachtree.RulesError), ("cut.csv", "two.rules", teachtree.LogError)):
+        with pytest.raises(kind):
+            teachtree.learn(logs, rules=rules)
+
+
 def test_what_cannot_be_learned_from_is_an_error_with_its_place(folder: Path) -> None:
     with pytest.raises(teachtree.ArgumentError) as raised:
         teachtree.learn("logs", group_by="_", rules="two.rules")

@@ -196,7 +196,21 @@ impl Failure {
     }
 
     /// Prints the failure and returns the exit status.
+    /// What it is about, of several failures the first; `None` if it has been printed.
+    fn kind(&self) -> Option<ErrorKind> {
+        match self {
+            Self::Negative | Self::Unusable | Self::Fault(_) => None,
+            Self::Input(error) => Some(error.kind.unwrap_or(ErrorKind::Argument)),
+            Self::Text(_) => Some(ErrorKind::Rules),
+            Self::Several(failures) | Self::Partial(failures) => failures.iter().find_map(Self::kind),
+        }
+    }
+
     fn report(&self) -> u8 {
+        // The Python package asks for the kind, which is the class of its exception.
+        if let (Some(kind), Some(_)) = (self.kind(), std::env::var_os("TEACHTREE_ERROR_KIND")) {
+            output::complain(&format!("kind: {}", format!("{kind:?}").to_lowercase()));
+        }
         match self {
             Self::Negative => return 1,
             Self::Unusable => return 2,
