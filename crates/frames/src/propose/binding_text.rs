@@ -42,6 +42,15 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     for line in &timing.lines {
         let _ = writeln!(text, "{line}");
     }
+    // Poses in one frame are not composed.
+    let carried = survey.hands.values().find_map(|hand| hand.tool.as_ref()?.carried_in.as_ref());
+    if let Some(root) = carried.filter(|_| survey.bodies.is_empty()) {
+        let _ = writeln!(
+            text,
+            "frame: {}    # the root of the transforms: the tool stays in the frame of its link",
+            scalar(root)
+        );
+    }
     text.push_str(&robots(survey));
     let lines = lines(survey, answers);
     text.push_str(if lines.is_empty() { "\nchannels: {}\n" } else { "\nchannels:\n" });
@@ -201,7 +210,7 @@ fn point(
         several => {
             let columns: Vec<String> = several.iter().map(|part| quoted(&part.columns())).collect();
             let columns = format!("{{mean: [{}]}}", columns.join(", "));
-            Some(Line { channel, columns, reason: "markers that keep their distances".into() })
+            Some(Line { channel, columns, reason: "markers that keep their distance".into() })
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The bodies of a log: what has a position and is not a hand, with a size and a table that make contacts plausible.
 
 use super::parts::{Part, Quantity, distance};
-use super::{marker_sets, words};
+use super::words;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The size of a body where nothing shows it, m.
@@ -29,8 +29,8 @@ pub fn key(name: &str) -> String {
     words::body(name).unwrap_or_default().to_lowercase()
 }
 
-/// The bodies, and the parts that are of none of them. `subject` is the beginning of all names, and `are_markers` says whether points are markers.
-pub fn bodies<'a>(parts: Vec<Part<'a>>, subject: Option<&str>, are_markers: bool) -> (Vec<Body<'a>>, Vec<Part<'a>>) {
+/// The bodies, and the parts that are of none of them. `subject` is the beginning of all names.
+pub fn bodies<'a>(parts: Vec<Part<'a>>, subject: Option<&str>) -> (Vec<Body<'a>>, Vec<Part<'a>>) {
     let mut bodies: Vec<Body<'a>> = vec![];
     let mut rest = vec![];
     let several = of_several(&parts, subject);
@@ -55,7 +55,26 @@ pub fn bodies<'a>(parts: Vec<Part<'a>>, subject: Option<&str>, are_markers: bool
         });
         body.rotation = at.map(|at| rest.remove(at));
     }
-    (marker_sets::merged(bodies, are_markers), rest)
+    if bodies.is_empty() {
+        (bodies, rest) = of_states(rest);
+    }
+    (bodies, rest)
+}
+
+/// The free bodies in the states of MuJoCo, which have no names there.
+fn of_states(parts: Vec<Part<'_>>) -> (Vec<Body<'_>>, Vec<Part<'_>>) {
+    let is_state = |part: &Part| part.words.first().is_some_and(|word| word == "states") && part.words.len() == 2;
+    let is_of = |part: &Part, quantity: Quantity| part.quantity == quantity && is_state(part);
+    let (positions, mut rest): (Vec<Part>, Vec<Part>) =
+        parts.into_iter().partition(|part| is_of(part, Quantity::Position));
+    let mut bodies: Vec<Body> = vec![];
+    for mut position in positions {
+        let at = rest.iter().position(|part| is_of(part, Quantity::Rotation) && part.name == position.name);
+        let name = if bodies.is_empty() { "object".into() } else { format!("object_{}", bodies.len() + 1) };
+        position.reason = Some("a free body in the state of MuJoCo, which has no names".into());
+        bodies.push(Body { name, positions: vec![position], rotation: at.map(|at| rest.remove(at)) });
+    }
+    (bodies, rest)
 }
 
 fn is_same(one: &str, other: &str) -> bool {

@@ -216,13 +216,16 @@ impl Array<'_> {
         let mut number = 0;
         while at + 4 <= count {
             let is_alone = count == 4 && at == 0;
-            if !(self.is_rotation(at) && (is_alone || at >= 3)) {
+            // A body that is turned by nothing and lies near zero has a number beside its quaternion with which the norm is nearly one too.
+            if !(self.is_rotation(at) && (is_alone || at >= 3)) || self.norm_error(at + 1) < self.norm_error(at) {
                 at += 1;
                 continue;
             }
             number += 1;
             let numbered = |group: Group| {
-                let name = if number > 1 { format!("{} {number}", group.name) } else { group.name };
+                // States of MuJoCo have no names of bodies.
+                let is_one = number == 1 && !self.is_state();
+                let name = if is_one { group.name } else { format!("{} {number}", group.name) };
                 Group { name, ..group }
             };
             if at >= 3 {
@@ -248,6 +251,17 @@ impl Array<'_> {
 
     fn is_rotation(&self, at: usize) -> bool {
         self.indices.get(at..at + 4).is_some_and(|members| is_unit(self.columns, members))
+    }
+
+    /// How far the norm of four elements is off one, on average; infinite without four.
+    fn norm_error(&self, at: usize) -> f64 {
+        let members = self.indices.get(at..at + 4).unwrap_or_default();
+        if members.len() == 4 { norm_error(self.columns, members) } else { f64::INFINITY }
+    }
+
+    /// Whether it is the state of MuJoCo, as robosuite stores it: the time, positions of joints and poses of free bodies, and velocities.
+    fn is_state(&self) -> bool {
+        super::words::words(self.base) == ["states"]
     }
 
     fn title(&self, at: usize) -> String {
@@ -303,6 +317,7 @@ impl Array<'_> {
         match () {
             () if super::words::has(&words, &["wxyz"]) => (true, "named so"),
             () if super::words::has(&words, &["xyzw"]) => (false, "named so"),
+            () if self.is_state() => (true, "w x y z, as MuJoCo writes it"),
             // Tools point down, which looks like the other order.
             () if super::words::tool_rank(&words).is_some() => (false, "x y z w, as robomimic and ROS write it"),
             () if is_zero(1) && is_zero(2) && !is_zero(0) => (true, "w x y z, since it turns about z alone"),
@@ -324,16 +339,27 @@ impl Array<'_> {
     }
 }
 
-/// Whether four columns are quaternions: their norm is one in all rows.
-fn is_unit(columns: &[(String, &ColumnReport)], members: &[usize]) -> bool {
+/// The norms of columns in each row in which they have values.
+fn norms(columns: &[(String, &ColumnReport)], members: &[usize]) -> Vec<f64> {
     let samples: Vec<&[f64]> =
         members.iter().filter_map(|member| columns.get(*member)).map(|(_, report)| report.samples.as_slice()).collect();
     let rows = samples.iter().map(|samples| samples.len()).min().unwrap_or_default();
     let norms = (0..rows).map(|row| {
         samples.iter().map(|samples| samples.get(row).copied().unwrap_or(f64::NAN).powi(2)).sum::<f64>().sqrt()
     });
+    norms.filter(|norm| norm.is_finite()).collect()
+}
+
+/// How far the norm of columns is off one, on average.
+fn norm_error(columns: &[(String, &ColumnReport)], members: &[usize]) -> f64 {
+    let norms = norms(columns, members);
+    norms.iter().map(|norm| (norm - 1.0).abs()).sum::<f64>() / norms.len().max(1) as f64
+}
+
+/// Whether four columns are quaternions: their norm is one in all rows.
+fn is_unit(columns: &[(String, &ColumnReport)], members: &[usize]) -> bool {
     let (mut seen, mut right) = (0_usize, 0_usize);
-    for norm in norms.filter(|norm| norm.is_finite()) {
+    for norm in norms(columns, members) {
         seen += 1;
         right += usize::from((norm - 1.0).abs() < NORM);
     }

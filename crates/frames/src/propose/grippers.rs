@@ -305,28 +305,37 @@ fn short(number: f64) -> f64 {
 fn while_carrying(part: &Part, tool: Option<&Part>, bodies: &[Body]) -> Vec<f64> {
     /// A step that is longer is a motion, m.
     const STEP_M: f64 = 1e-3;
+    /// Of a tracker with noise, positions count that are so far apart in time, s, and by so many times its noise.
+    const WINDOW_S: f64 = 0.25;
+    const NOISES: f64 = 4.0;
     /// The noise of a tracker may move a body at rest this far, m.
     const AT_REST_M: f64 = 0.01;
     let [column] = part.members[..] else { return vec![] };
     let mut values = vec![];
     let bodies = bodies.iter().filter_map(|body| body.positions.first());
     for body in bodies.filter(|body| body.extent() > AT_REST_M) {
-        for row in 1..body.rows() {
-            let (Some(before), Some(now)) = (body.position(row - 1), body.position(row)) else { continue };
+        let least_m = STEP_M.min(body.extent() / 100.0).max(2e-4);
+        let noise_m = body.members.iter().map(|column| column.noise.powi(2)).sum::<f64>().sqrt() * body.scale();
+        // Steps of a tracker that scatters show nothing.
+        let is_noisy = NOISES * noise_m > least_m;
+        let (back, least_m) = if is_noisy { (body.rows_in(WINDOW_S), NOISES * noise_m) } else { (1, least_m) };
+        for row in back..body.rows() {
+            let (Some(before), Some(now)) = (body.position(row - back), body.position(row)) else { continue };
             let moved = distance(before, now);
-            if moved < STEP_M.min(body.extent() / 100.0).max(2e-4) {
+            if moved < least_m {
                 continue;
             }
             let with_tool = tool.is_none_or(|tool| {
                 let at = |row: usize| tool.position(body.row_in(row, tool));
-                let (Some(from), Some(to)) = (at(row - 1), at(row)) else { return false };
+                let (Some(from), Some(to)) = (at(row - back), at(row)) else { return false };
                 let relative = distance(
                     [0, 1, 2].map(|axis| now[axis] - before[axis]),
                     [0, 1, 2].map(|axis| to[axis] - from[axis]),
                 );
                 relative < moved
             });
-            let value = column.samples.get(body.row_in(row, part)).copied().filter(|value| value.is_finite());
+            let value =
+                column.samples.get(body.row_in(row - back / 2, part)).copied().filter(|value| value.is_finite());
             values.extend(value.filter(|_| with_tool));
         }
     }

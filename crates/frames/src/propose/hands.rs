@@ -125,7 +125,8 @@ fn take<'a>(parts: &mut Vec<Part<'a>>, is_it: impl Fn(&Part) -> bool) -> Option<
 
 /// The hand in the name of a part. The fingers of a gripper are called left and right too.
 pub fn side_of(part: &Part) -> Option<Side> {
-    let is_finger = words::has(&part.words, &["finger", "fingertip", "fingerpad", "pad", "leftfinger", "rightfinger"]);
+    let is_finger =
+        words::has(&part.words, &["finger", "fingertip", "fingerpad", "pad", "leftfinger", "rightfinger", "knuckle"]);
     let others: Vec<String> = part
         .words
         .iter()

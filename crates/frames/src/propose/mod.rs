@@ -20,6 +20,7 @@ mod sockets;
 mod strokes;
 mod supports;
 mod timing;
+mod transforms;
 mod turns;
 mod weights;
 mod words;
@@ -45,6 +46,7 @@ use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 use teachtree_base::yaml;
 use teachtree_logs::read::table::Source;
+use transforms::Transforms;
 
 /// Answers to the questions of a proposal.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -97,6 +99,8 @@ struct Survey<'a> {
     starts: BTreeMap<String, [f64; 3]>,
     /// Where bodies rest in the bound log.
     rests: Vec<Rest>,
+    /// How far beside their origins bodies are held in the bound log, m.
+    held_beside_m: BTreeMap<String, f64>,
     /// Sockets that the bound log shows.
     sockets: Vec<FoundSocket>,
     /// Sockets that bodies at rest may be instead of supports.
@@ -117,18 +121,23 @@ struct Survey<'a> {
 
 impl<'a> Survey<'a> {
     fn new(log: &'a Inspection) -> Self {
-        let parts = parts::parts(log);
+        let mut parts = parts::parts(log);
+        Transforms::of(log).mark(&mut parts);
+        relative_positions::mark(&mut parts);
         let guessed_unit = parts.iter().find(|part| part.is_unitless_position()).map(|part| part.guessed_unit);
         let subject = marker_sets::common_subject(&parts);
         let are_markers = marker_sets::are_markers(&parts);
         let (mut hands, rest) = hands::hands(parts);
         let has_person = hands.values().any(|hand| hand.tips.len() > 2);
-        let (mut bodies, rest) = bodies::bodies(rest, subject.as_deref(), are_markers || has_person);
+        let (bodies, rest) = bodies::bodies(rest, subject.as_deref());
+        let mut bodies = marker_sets::merged(bodies, are_markers || has_person);
         let (contacts, mut rest) = contacts::contacts(rest, &bodies, &hands);
         hands::wrists(&mut hands, &mut rest, contacts.lines.is_empty());
         hands.retain(|_, hand| hand.tool.is_some() || !hand.tips.is_empty() || hand.force.is_some());
         let tools: BTreeMap<Side, &Part> =
             hands.iter().filter_map(|(side, hand)| Some((*side, hand.tool.as_ref()?))).collect();
+        // What never moves in its frame shows nothing before the transforms are composed.
+        let tools: BTreeMap<Side, &Part> = tools.into_iter().filter(|(_, tool)| tool.carried_in.is_none()).collect();
         let (mut grippers, rest) = grippers::grippers(rest, &tools, &bodies);
         // A weight shows a hold where nothing else does.
         if grippers.is_empty() && bodies.is_empty() && contacts.lines.is_empty() {
@@ -179,6 +188,7 @@ impl<'a> Survey<'a> {
             mechanism,
             starts: BTreeMap::new(),
             rests: vec![],
+            held_beside_m: BTreeMap::new(),
             sockets: vec![],
             maybe_sockets: vec![],
             bearings: vec![],
@@ -197,6 +207,7 @@ impl<'a> Survey<'a> {
             self.starts.extend(start.map(|start| (body.name.clone(), start)));
         }
         self.rests = rests::rests(recording);
+        self.held_beside_m = rests::held_beside_m(recording);
         self.bearings = if self.mechanism.is_none() { bearings::bearings(recording) } else { vec![] };
         let mut sockets = sockets::sockets(recording);
         // What turns in its place was not put there.

@@ -1,7 +1,7 @@
 //! What a log measures: each group of columns as a quantity, with its words and its values.
 
 use super::column_groups::{self, Form, Group};
-use super::{relative_positions, words};
+use super::words;
 use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
 use std::collections::BTreeSet;
 use teachtree_base::units::{Dimension, compound_of_log};
@@ -78,6 +78,8 @@ pub struct Part<'a> {
     pub sheet: &'a SheetReport,
     /// Why it is taken for this, where the names do not show it.
     pub reason: Option<String>,
+    /// The root of the transforms that carry it about, if its values never change in the frame of a moving link.
+    pub carried_in: Option<String>,
 }
 
 impl Part<'_> {
@@ -105,7 +107,7 @@ impl Part<'_> {
 
     /// Whether it never changes.
     pub fn is_constant(&self) -> bool {
-        self.members.iter().all(|column| column.kind == ValueKind::Constant)
+        self.carried_in.is_none() && self.members.iter().all(|column| column.kind == ValueKind::Constant)
     }
 
     /// Its values in a row of the samples, SI.
@@ -128,6 +130,12 @@ impl Part<'_> {
     /// When a row of the samples was taken, s.
     pub fn time_s(&self, row: usize) -> f64 {
         self.sheet.start_s + self.sheet.duration_s * row as f64 / self.rows().saturating_sub(1).max(1) as f64
+    }
+
+    /// Number of rows of the samples in a time, s; at least one.
+    pub fn rows_in(&self, time_s: f64) -> usize {
+        let step_s = self.sheet.duration_s / self.rows().max(2) as f64;
+        if step_s > 0.0 { ((time_s / step_s).round() as usize).max(1) } else { 1 }
     }
 
     /// The row of the samples of another sheet at the time of one of this sheet.
@@ -166,7 +174,6 @@ pub fn parts(log: &Inspection) -> Vec<Part<'_>> {
     let mut parts: Vec<Part> = log.sheets.iter().flat_map(of_sheet).collect();
     let unit = usual_unit(&parts);
     parts.iter_mut().filter(|part| part.is_unitless_position()).for_each(|part| part.guessed_unit = unit);
-    relative_positions::mark(&mut parts);
     parts
 }
 
@@ -216,6 +223,7 @@ fn unnamed(sheet: &SheetReport) -> Option<Part<'_>> {
         members: vec![x, y, z],
         sheet,
         reason: Some("the columns have no names: the first three by the name of the table".into()),
+        carried_in: None,
     })
 }
 
@@ -249,7 +257,8 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
             let pattern =
                 if group.pattern.starts_with('[') { in_full(&group.pattern, &full) } else { full(&group.pattern) };
             let (name, unit) = (full(&group.name), unit.to_string());
-            Part { pattern, name, words, quantity, unit, guessed_unit: "", members, sheet, reason: group.reason }
+            let reason = group.reason;
+            Part { pattern, name, words, quantity, unit, guessed_unit: "", members, sheet, reason, carried_in: None }
         })
         .collect();
     torques_beside_forces(&mut parts);

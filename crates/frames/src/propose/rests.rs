@@ -56,6 +56,21 @@ pub fn rests(recording: &Recording) -> Vec<Rest> {
     rests
 }
 
+/// How far beside the middle of its fingers a hand usually holds each body that it carries, horizontally, m.
+pub fn held_beside_m(recording: &Recording) -> BTreeMap<String, f64> {
+    let holders: Vec<Holder> = Side::BOTH.into_iter().filter_map(|side| Holder::of(recording, side)).collect();
+    let beside = |name: &String| {
+        let path = vector(recording, &format!("{name}.position"))?;
+        let start = path.iter().flatten().next().copied()?;
+        let carried = path.iter().enumerate().filter(|(_, at)| at.is_some_and(|at| (at - start).norm() > STILL_M));
+        let mut distances: Vec<f64> =
+            carried.flat_map(|(row, at)| holders.iter().filter_map(move |holder| holder.beside_m(row, *at))).collect();
+        distances.sort_by(f64::total_cmp);
+        Some((name.clone(), *distances.get(distances.len() / 2)?))
+    };
+    recording.scene.bodies.keys().filter_map(beside).collect()
+}
+
 /// The ranges of rows in which a body is at rest and no hand holds it.
 fn still(
     time: &[f64],
@@ -88,6 +103,8 @@ fn still(
 struct Holder {
     is_closed: Vec<bool>,
     at: Option<Vec<Option<Vector3<f64>>>>,
+    /// The finger opposite to the thumb, if the log has it.
+    index: Option<Vec<Option<Vector3<f64>>>>,
 }
 
 impl Holder {
@@ -98,12 +115,20 @@ impl Holder {
         let columns: Vec<&[f64]> = gripper.into_iter().chain(flags).map(|column| column.values.as_slice()).collect();
         let is_closed = (0..recording.time.len()).map(|row| columns.iter().any(|values| values[row] > 0.5)).collect();
         let at = ["thumb", "palm"].iter().find_map(|part| vector(recording, &format!("{side}.{part}.position")));
-        (!columns.is_empty()).then_some(Self { is_closed, at })
+        let index = vector(recording, &format!("{side}.{}.position", Finger::Index));
+        (!columns.is_empty()).then_some(Self { is_closed, at, index })
     }
 
     fn holds(&self, row: usize, body: Option<Vector3<f64>>) -> bool {
         let at = self.at.as_ref().and_then(|at| at[row]);
         let is_near = at.zip(body).is_none_or(|(at, body)| (at - body).norm() < HELD_M);
         self.is_closed[row] && is_near
+    }
+
+    /// How far beside the middle of the fingers a body is that they hold, horizontally, m.
+    fn beside_m(&self, row: usize, body: Option<Vector3<f64>>) -> Option<f64> {
+        let at = self.at.as_ref().and_then(|at| at[row])?;
+        let middle = self.index.as_ref().and_then(|index| index[row]).map_or(at, |index| (at + index) / 2.0);
+        body.filter(|_| self.holds(row, body)).map(|body| (body - middle).xy().norm())
     }
 }

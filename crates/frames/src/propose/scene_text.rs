@@ -184,11 +184,24 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
         let half_m = shape.supports.halves_m.get(&body.name);
         let height_m = half_m.map_or(shape.edge_m, |half_m| 2.0 * half_m);
         let higher = if half_m.is_some() { "; as high as it stands above the table" } else { "" };
-        let (size, why) = (boxed([shape.edge_m, shape.edge_m, height_m]), shape.why);
+        let (edge_m, why) = width(survey, body, shape);
+        let size = boxed([edge_m, edge_m, height_m]);
         return format!("{{role: object, parts: [{size}]}}    # {why}{higher}{still}");
     }
     let (radius_m, why) = radius(survey, body);
     format!("{{role: object, radius: {:.0} mm}}    # {why}{still}", radius_m * 1e3)
+}
+
+/// The horizontal edge of a body, m, and why: that of the shape, unless the gripper holds the body farther from its origin, such as a bowl by its rim.
+fn width<'a>(survey: &Survey, body: &Body, shape: &Shape<'a>) -> (f64, &'a str) {
+    /// A tool point that is farther away is the flange.
+    const FARTHEST_M: f64 = 0.08;
+    const CENTERED_M: f64 = 0.015;
+    let far = |beside_m: &f64| (shape.edge_m / 2.0 + CENTERED_M..FARTHEST_M).contains(beside_m);
+    match survey.held_beside_m.get(&body.name).copied().filter(far) {
+        Some(beside_m) => (2.0 * beside_m, "as wide as the gripper holds it beside its origin"),
+        None => (shape.edge_m, shape.why),
+    }
 }
 
 /// The radius of a body, m, and why: how far fingertips that touch it are from its origin, else half of the largest distance of its markers and a tenth more.

@@ -36,7 +36,7 @@ const COMMANDED: [&str; 22] = [
     "twist",
 ];
 /// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
-const GENERIC: [&str; 61] = [
+const GENERIC: [&str; 62] = [
     "m",
     "mm",
     "cm",
@@ -72,6 +72,7 @@ const GENERIC: [&str; 61] = [
     "translation",
     "tf",
     "tf2",
+    "static",
     "xyz",
     "wxyz",
     "xyzw",

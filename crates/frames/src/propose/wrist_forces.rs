@@ -59,18 +59,12 @@ fn rise_with_objects(force: &Part, survey: &Survey) -> Option<f64> {
 
 /// Those of these rows in which a point moves at least half as fast as it mostly does at most. What is inserted, pressed or at rest moves slower.
 fn fast(part: &Part, rows: Vec<usize>) -> Vec<usize> {
-    let step = rows_of(part, SPEED_S);
+    let step = part.rows_in(SPEED_S);
     let way = |row: usize| Some(distance(part.position(row.checked_sub(step)?)?, part.position(row)?));
     let mut ways: Vec<f64> = rows.iter().filter_map(|row| way(*row)).collect();
     ways.sort_by(f64::total_cmp);
     let top = ways.get(ways.len() * 9 / 10).copied().unwrap_or_default();
     rows.into_iter().filter(|row| way(*row).is_some_and(|way| way >= top / 2.0)).collect()
-}
-
-/// The samples of a time in s, at least one.
-fn rows_of(part: &Part, time_s: f64) -> usize {
-    let step_s = part.sheet.duration_s / part.rows().max(2) as f64;
-    if step_s > 0.0 { ((time_s / step_s).round() as usize).max(1) } else { 1 }
 }
 
 /// Whether the force points along the motion with which the hand meets something, as that on the object does; `None` if the log does not show it.
@@ -93,8 +87,8 @@ fn is_along_motion(force: &Part, hand: &Hand, survey: &Survey) -> Option<bool> {
     norms.sort_by(f64::total_cmp);
     let limit = (norms.get(norms.len() * 49 / 50)? * CONTACT.1).max(CONTACT.0);
     let is_above = |row: usize| rows[row].as_ref().is_some_and(|it| norm(it) > limit);
-    let before = rows_of(force, BEFORE_S);
-    let lasts = rows_of(force, LASTS_S);
+    let before = force.rows_in(BEFORE_S);
+    let lasts = force.rows_in(LASTS_S);
     let is_steady = |row: usize| (row..=row + lasts).all(|row| row < rows.len() && is_above(row));
     let begins = (before..rows.len()).filter(|row| is_steady(*row) && !(row - before..*row).any(is_above));
     let cosines: Vec<f64> = begins

@@ -6,6 +6,7 @@ mod relative;
 mod rotations;
 mod sockets;
 mod supports;
+mod transforms;
 
 use std::fs;
 use teachtree_frames::inspect::inspect;

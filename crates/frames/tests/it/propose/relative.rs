@@ -27,3 +27,29 @@ fn what_is_as_long_as_the_way_from_the_tool_is_relative() {
         assert!(found.contains(&format!("#   {left_out}    {why}")), "{found}");
     }
 }
+
+/// The state of MuJoCo as robosuite stores it: time, joints, poses of free bodies with w first, velocities. One body lies at a height of nearly zero.
+#[test]
+fn free_bodies_of_a_state_are_objects_where_no_other_is_known() {
+    let one: fn(f64) -> f64 = |_| 1.0;
+    let zero: fn(f64) -> f64 = |_| 0.0;
+    let cube: [fn(f64) -> f64; 7] = [along, still, lift, one, zero, zero, zero];
+    let plate: [fn(f64) -> f64; 7] = [|_| 0.6, |_| 0.2, |_| 0.004, one, zero, zero, zero];
+    let values: Vec<fn(f64) -> f64> =
+        [&[along, still, along][..], &cube, &plate, &[along, along]].into_iter().flatten().copied().collect();
+    let names: Vec<String> = (0..values.len()).map(|at| format!("states[{at}]")).collect();
+    let mut columns: Vec<Column> =
+        ["eef_pos[0]", "eef_pos[1]", "eef_pos[2]"].into_iter().zip([along, still, lift]).collect();
+    columns.extend(names.iter().map(String::as_str).zip(values));
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "object.position"), Some("states[<xyz=3 4 5>]"), "{found}");
+    assert_eq!(channel(&found, "object.rotation"), Some("states[<wxyz=6 7 8 9>]"), "{found}");
+    assert_eq!(channel(&found, "object_2.position"), Some("states[<xyz=10 11 12>]"), "{found}");
+    assert_eq!(channel(&found, "right.tcp.position"), Some("eef_pos<xyz=[0] [1] [2]>"), "{found}");
+    // Bodies with names count instead.
+    let named: [Column; 3] = [("mug_x", along), ("mug_y", still), ("mug_z", lift)];
+    columns.extend(named);
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "object.position"), None, "{found}");
+    assert_eq!(channel(&found, "mug.position"), Some("mug_<xyz>"), "{found}");
+}

@@ -97,3 +97,27 @@ fn a_named_support_does_not_replace_the_table_beside_it() {
     assert!(tray.contains("cube rests on it: its top is at 10 mm from its origin"), "{tray}");
     assert!(scene.contains("its top at 20 mm"), "{scene}");
 }
+
+/// A bowl that is held by its rim, 60 mm beside its origin.
+#[test]
+fn an_object_is_as_wide_as_it_is_held_beside_its_origin() {
+    for (beside, size) in
+        [(0.06, "[120 mm, 120 mm, 40 mm]"), (0.01, "[40 mm, 40 mm, 40 mm]"), (0.1, "[40 mm, 40 mm, 40 mm]")]
+    {
+        let at: fn(f64) -> f64 = match beside {
+            0.06 => |_| 0.16,
+            0.01 => |_| 0.11,
+            _ => |_| 0.2,
+        };
+        let scene = placed_scene(&[
+            ("tcp_x", carried),
+            ("tcp_y", at),
+            ("tcp_z", set_down_higher),
+            ("gripper_width", width),
+            ("bowl_x", carried),
+            ("bowl_y", still),
+            ("bowl_z", set_down_higher),
+        ]);
+        assert!(line(&scene, "bowl").contains(&format!("parts: [{{box: {size}}}]")), "{scene}");
+    }
+}

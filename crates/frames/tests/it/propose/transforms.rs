@@ -1,0 +1,62 @@
+//! Proposed poses of bags whose tool is a transform that never changes, in the frame of a link that moves.
+
+use super::channel;
+use serde_json::{Value, json};
+use std::fs;
+use teachtree_frames::inspect::inspect;
+use teachtree_frames::propose::{Answers, propose};
+use teachtree_logs::read::formats;
+
+fn transform(parent: &str, child: &str, [x, y, z]: [f64; 3], turn: f64) -> Value {
+    let (w, k) = ((turn / 2.0).cos(), (turn / 2.0).sin());
+    json!({ "header": { "frame_id": parent }, "child_frame_id": child, "transform": {
+        "translation": { "x": x, "y": y, "z": z }, "rotation": { "w": w, "x": 0, "y": 0, "z": k } } })
+}
+
+/// The binding for a log of transforms with a gripper, and with a cube that the camera sees while the gripper holds it.
+fn found(has_cube: bool) -> String {
+    let line = |row: u32| {
+        let passed = f64::from(row) / 200.0;
+        let is_held = (0.3..0.7).contains(&passed);
+        let way = (passed.clamp(0.3, 0.7) - 0.3) * 0.5;
+        // The tracker scatters by half a millimeter.
+        let noise = 5e-4 * (f64::from(row) * 2.4).sin();
+        let mut transforms = vec![
+            transform("world", "base_link", [0.0, -1.0, 0.3], 0.7),
+            transform("/base_link", "wrist_3_link", [0.1, passed, 0.4], passed),
+            transform("wrist_3_link", "flange", [0.0, 0.0, 0.0], 0.0),
+            transform("flange", "gripper_tcp", [0.0, 0.0, 0.16], 0.0),
+            transform("world", "camera", [0.5, 0.1, 0.8], 3.0),
+        ];
+        if has_cube {
+            transforms.push(transform("camera", "cube", [way + noise, 0.1 - noise, 0.5 + noise], 0.0));
+        }
+        let knuckle = if is_held { 0.4 } else { 0.0 };
+        json!({ "time": passed * 10.0, "transforms": transforms, "robotiq_85_left_knuckle_joint": knuckle })
+    };
+    let text: String = (0..200).map(|row| format!("{}\n", line(row))).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.jsonl");
+    fs::write(&log, text).unwrap();
+    propose(&inspect(formats::open(&log).unwrap(), None, None).unwrap(), &Answers::default()).binding
+}
+
+#[test]
+fn what_stays_in_the_frame_of_a_moving_link_is_its_tool() {
+    let found = found(true);
+    let tool = Some("transforms.gripper_tcp.transform.translation.<xyz>");
+    assert_eq!(channel(&found, "right.tcp.position"), tool, "{found}");
+    assert!(channel(&found, "right.tcp.rotation").is_some(), "{found}");
+    assert!(channel(&found, "cube.position").is_some() && channel(&found, "cube.rotation").is_some(), "{found}");
+    assert!(!found.contains("flange.position") && !found.contains("\nframe:"), "{found}");
+    // The knuckle is one of the gripper, and the cube moves where it is closed.
+    let closed = channel(&found, "right.gripper.closed");
+    assert_eq!(closed, Some("robotiq_85_left_knuckle_joint > 0.36"), "{found}");
+}
+
+/// Poses that name one frame are not composed.
+#[test]
+fn a_tool_alone_needs_the_root_of_its_transforms() {
+    let found = found(false);
+    assert!(found.contains("\nframe: world    # "), "{found}");
+}
