@@ -11,6 +11,11 @@ type TimedLabels = Vec<(String, f64, f64)>;
 
 /// The tasks and the segments that are found in a log with a tool point, an opening, and a force at the wrist.
 fn found(log: &str, closed_below: f64) -> (Vec<String>, TimedLabels) {
+    found_in(log, closed_below, "", "{}")
+}
+
+/// The same with the lines of other channels, and with the bodies of a scene.
+fn found_in(log: &str, closed_below: f64, channels: &str, bodies: &str) -> (Vec<String>, TimedLabels) {
     let binding = format!(
         "
 hand_file: hand_gripper_wrist.rules
@@ -21,7 +26,7 @@ channels:
   right.palm.force: f<xyz>
   right.gripper.closed: opening < {closed_below}
   right.gripper.opening: opening
-scene: {{bodies: {{}}}}
+{channels}scene: {{bodies: {bodies}}}
 "
     );
     let folder = tempfile::tempdir().unwrap();
@@ -180,4 +185,30 @@ fn a_held_thing_that_comes_down_on_a_surface_is_put_down_there_however_fast() {
         assert_begins(&segments, "Place", meets);
         assert!(segments.iter().all(|it| it.0 != "Follow"), "{speed} m/s: {segments:?}");
     }
+}
+
+/// A peg is drawn out of a hole of 40 mm from 5 s to 7 s against 6 N, carried, and put down with 12 N at 11 s.
+#[test]
+fn a_peg_hangs_freely_when_it_has_left_its_hole() {
+    let mut log = String::from("time,px,py,pz,opening,fx,fy,fz\n");
+    for row in 0..1600 {
+        let time = f64::from(row) * 0.01;
+        let between = |from: f64, to: f64| ((time - from) / (to - from)).clamp(0.0, 1.0);
+        let x = 0.2 * between(8.0, 9.5);
+        let z = 0.07 + 0.045 * between(5.0, 7.0) + 0.085 * between(7.0, 8.0) - 0.15 * between(9.5, 11.0);
+        let opening = if (4.0..12.0).contains(&time) { 0.02 } else { 0.08 };
+        let force = match time {
+            5.0..6.8 => -7.5,
+            6.8..11.0 => -1.5,
+            11.0..12.0 => 10.5,
+            _ => 0.0,
+        };
+        let _ = writeln!(log, "{time:.2},{x},0,{z},{opening},0,0,{force}");
+    }
+    let bodies = "{peg: {role: object, radius: 20 mm}, block: {role: socket, position: [0 m, 0 m, 110 mm], \
+                  sockets: {hole: {rim: [0 m, 0 m, 0 m], axis: [0, 0, 1], radius: 15 mm, depth: 45 mm}}}}";
+    let (tasks, segments) = found_in(&log, 0.05, "  peg.position: p<xyz>\n", bodies);
+    assert_eq!(tasks, ["peg_pullout_from_hole"], "{segments:?}");
+    assert_begins(&segments, "Place", 11.0);
+    assert_eq!(segments.iter().filter(|it| it.0 == "Place").count(), 1, "{segments:?}");
 }
