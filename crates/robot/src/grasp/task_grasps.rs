@@ -33,8 +33,9 @@ const ROOM_M: f64 = 0.003;
 /// Maximum number of different grasps that are checked for one with more room; its measure must be at least the share `WORTH` of the best one's.
 const CHECKED: usize = 64;
 const WORTH: f64 = 0.3;
-/// Largest displacement of an object by a hand that fumbles for it, m.
+/// Largest displacement and rotation of an object by a hand that fumbles for it, m and rad.
 const NUDGED_M: f64 = 0.040;
+const NUDGED_RAD: f64 = 0.35;
 /// Maximum number of alternatives of a grasp, and the smallest difference between them, m (a turn counts as in the search).
 const ALTERNATIVES: usize = 256;
 const APART_M: f64 = 0.012;
@@ -233,7 +234,10 @@ impl<'a> GraspContext<'a> {
     fn way(&self, task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
         let mut way = way(task, grasp);
         let stood = self.object.pose();
-        let nudged = |first: &Isometry3<f64>| (first.translation.vector - stood.translation.vector).norm() < NUDGED_M;
+        let nudged = |first: &Isometry3<f64>| {
+            let moved = stood.inverse() * first;
+            moved.translation.vector.norm() < NUDGED_M && moved.rotation.angle() < NUDGED_RAD
+        };
         if way.first().is_some_and(nudged) {
             way.insert(0, stood);
         }

@@ -1,6 +1,7 @@
 //! Dynamics against closed forms and energy; controllers; a finger that presses and a hand that holds.
 
 use super::kinematics::shipped;
+use crate::demonstrated::commanded;
 use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::meaning::Meaning;
@@ -14,7 +15,7 @@ use teachtree_robot::planning::plan::Target;
 use teachtree_robot::planning::start::Start;
 use teachtree_robot::simulation::{Performance, simulate};
 use teachtree_robot::{JointKind, Robot};
-use teachtree_world::{Fingertips, TipState, World};
+use teachtree_world::{self as world, Fingertips, TipState, World};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
@@ -250,6 +251,19 @@ fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
                 values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
             assert!(high - low < 1e-3, "{name}, {axis}: {low} to {high}");
         }
+    }
+}
+
+/// Between strokes the screw stays rotated, by 139° before the third one. A hand does not have to follow from the first orientation.
+#[test]
+fn every_stroke_on_a_screw_gets_a_grasp() {
+    let (robot, scene) = (shipped("both_hands"), world::scene("turn_screw").unwrap());
+    let mut commands = commanded("turn_screw", 7);
+    teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
+    let grasps: Vec<_> = commands.tasks.iter().flat_map(|task| &task.grasps).collect();
+    assert_eq!(grasps.len(), 3);
+    for grasp in grasps {
+        assert!(grasp.mapped.is_some(), "{:?}", grasp.infeasible);
     }
 }
 
