@@ -195,7 +195,6 @@ impl Failure {
         }
     }
 
-    /// Prints the failure and returns the exit status.
     /// What it is about, of several failures the first; `None` if it has been printed.
     fn kind(&self) -> Option<ErrorKind> {
         match self {
@@ -206,6 +205,7 @@ impl Failure {
         }
     }
 
+    /// Prints the failure and returns the exit status.
     fn report(&self) -> u8 {
         // The Python package asks for the kind, which is the class of its exception.
         if let (Some(kind), Some(_)) = (self.kind(), std::env::var_os("TEACHTREE_ERROR_KIND")) {

@@ -85,6 +85,7 @@ pub(super) fn keep(
     if robot.hands.len() < 2 {
         return Ok(conflicts);
     }
+    let limbs = [robot.limb(Side::Left)?, robot.limb(Side::Right)?];
     let groups = groups(&commands.tasks);
     let count = groups.len() as f64;
     for (number, group) in groups.into_iter().enumerate() {
@@ -92,7 +93,7 @@ pub(super) fn keep(
         let of_others = commands.tasks.iter().enumerate().filter(|(other, _)| !group.contains(other));
         let elsewhere = of_others.map(|(_, task)| task.object.clone()).collect();
         let alternatives = GroupAlternatives { group: &group, others };
-        let mut pair = match Pair::new(tasks, robot, scene, alternatives, elsewhere, number == 0) {
+        let mut pair = match Pair::new(tasks, (robot, limbs.clone()), scene, alternatives, elsewhere, number == 0) {
             Ok(pair) => pair,
             Err(unreachable) => {
                 conflicts.unreachable.extend(unreachable);
@@ -152,10 +153,13 @@ struct Choice {
 }
 
 impl<'a> Pair<'a> {
-    /// Returns an arm that cannot follow its tasks, if one cannot, or `None` if a hand has no task.
+    /// Returns two hands that follow these tasks.
+    ///
+    /// # Errors
+    /// An arm that cannot follow its tasks; `None` if a hand has no task.
     fn new(
         tasks: Vec<Task>,
-        robot: &'a Robot,
+        (robot, limbs): (&'a Robot, [Robot; 2]),
         scene: &'a Scene,
         alternatives: GroupAlternatives<'a>,
         elsewhere: BTreeSet<String>,
@@ -166,8 +170,6 @@ impl<'a> Pair<'a> {
             let first = Rollout::first(&tasks, of(side)?, robot, scene);
             first.map_err(|why| Some(Unreachable { side, why }))
         };
-        let limb = |side: Side| robot.limb(side).map_err(|_| None);
-        let limbs = [limb(Side::Left)?, limb(Side::Right)?];
         of(Side::Right)?;
         let ((one, ours), (other, theirs)) = (rollout(Side::Left)?, rollout(Side::Right)?);
         let (near, rollouts, followed) = (one.near(&other), [one, other], [ours, theirs]);

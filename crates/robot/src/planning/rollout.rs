@@ -192,7 +192,7 @@ impl Rollout {
                 }
             }
         }
-        Err(first.unwrap_or_default())
+        Err(first.unwrap_or_else(|| "no start posture reaches the first target".into()))
     }
 
     /// Returns the hand of a task at its start, in each posture in which its arm can begin, the best one first.
