@@ -257,6 +257,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         reach_m: None,
         closed_at: (0..part.rows())
             .zip(&column.samples)
+            .filter(|(_, value)| value.is_finite())
             .map(|(row, value)| (part.time_s(row), (*value < limit) == is_low))
             .collect(),
         opening: (is_length && is_low).then(length).or_else(|| stroke.map(|stroke| (stroke.columns, stroke.reason))),
@@ -308,6 +309,8 @@ fn while_carrying(part: &Part, tool: Option<&Part>, bodies: &[Body]) -> Vec<f64>
     /// Of a tracker with noise, positions count that are so far apart in time, s, and by so many times its noise.
     const WINDOW_S: f64 = 0.25;
     const NOISES: f64 = 4.0;
+    /// A value counts for this number of samples without one at most.
+    const MOST_HELD: usize = 100;
     /// The noise of a tracker may move a body at rest this far, m.
     const AT_REST_M: f64 = 0.01;
     let [column] = part.members[..] else { return vec![] };
@@ -334,8 +337,9 @@ fn while_carrying(part: &Part, tool: Option<&Part>, bodies: &[Body]) -> Vec<f64>
                 );
                 relative < moved
             });
-            let value =
-                column.samples.get(body.row_in(row - back / 2, part)).copied().filter(|value| value.is_finite());
+            // Messages about other joints of the topic have no value of this one.
+            let until = column.samples.get(..=body.row_in(row - back / 2, part)).unwrap_or_default();
+            let value = until.iter().rev().take(MOST_HELD).find(|value| value.is_finite());
             values.extend(value.filter(|_| with_tool));
         }
     }

@@ -27,7 +27,7 @@ const MEETS: (f64, f64) = (1.0, 5.0);
 const OFF_M: f64 = 0.02;
 /// … and the force from then on for this long is its weight, s, …
 const HANGS_S: f64 = 0.5;
-/// … unless it is held for this long at least this far from where it was taken and from where it is released, m: it may be drawn out of something.
+/// … unless it is then held for this long this far from where it was taken and from where it is released, m: it may be drawn out of something.
 const FREE_M: f64 = 0.06;
 /// A contact counts until this long before the gripper opens, s: then its weight leaves the wrist.
 const RELEASE_S: f64 = 0.15;
@@ -259,7 +259,9 @@ impl<'a> Body<'a> {
         let Some(taken) = self.positions[hold.clone()].iter().flatten().next().copied() else { return };
         let is_off = |row: &usize| self.positions[*row].is_some_and(|at| (at - taken).norm() > OFF_M);
         let Some(off) = hold.clone().find(is_off) else { return };
-        let level = self.weight(time, forces, off..hold.end, taken);
+        // What is held in the first row may be fixed to the hand.
+        let is_taken = hold.start > 0;
+        let level = self.weight(time, forces, off..hold.end, Some(taken).filter(|_| is_taken));
         let change = |row: usize| forces[row].map_or(Vector3::zeros(), |force| force - level);
         let usual = median((off..hold.end).map(|row| change(row).norm()).collect());
         let threshold = MEETS.0.max(MEETS.1 * usual);
@@ -269,28 +271,30 @@ impl<'a> Body<'a> {
             meets[row] |= change(row).norm() > threshold;
         }
         // What is drawn out needs more force than its weight, what is lifted off a table less.
-        let way = self.positions[off].map_or(Vector3::zeros(), |at| (at - taken).normalize());
+        let way = self.positions[off].filter(|_| is_taken).map_or(Vector3::zeros(), |at| (at - taken).normalize());
         for (row, meets) in meets.iter_mut().enumerate().take(off).skip(hold.start) {
             *meets |= change(row).dot(&way) > threshold;
         }
     }
 
-    /// The force of this body's weight in the rows of a hold since it left the place where it was taken: the usual one far from both ends, else that at the
-    /// beginning.
+    /// The force of this body's weight in the rows of a hold since it left the place where it was taken: that at the beginning, or as soon as it is far from
+    /// where it was `taken` and from where it is released.
     fn weight(
         &self,
         time: &[f64],
         forces: &[Option<Vector3<f64>>],
         rows: std::ops::Range<usize>,
-        taken: Vector3<f64>,
+        taken: Option<Vector3<f64>>,
     ) -> Vector3<f64> {
-        let released = self.positions[rows.clone()].iter().rev().flatten().next().copied().unwrap_or(taken);
-        let is_far = |at: Vector3<f64>| (at - taken).norm() > FREE_M && (at - released).norm() > FREE_M;
+        let released = self.positions[rows.clone()].iter().rev().flatten().next().copied();
+        let is_off = |at: Vector3<f64>, from: Vector3<f64>| (at - from).norm() > FREE_M;
+        let is_far = |at| taken.zip(released).is_some_and(|(from, to)| is_off(at, from) && is_off(at, to));
         let free: Vec<usize> = rows.clone().filter(|row| self.positions[*row].is_some_and(is_far)).collect();
         let is_long = free.first().zip(free.last()).is_some_and(|(first, last)| time[*last] - time[*first] >= HANGS_S);
-        let off = rows.start;
-        let hanging = if is_long { free } else { rows.take_while(|row| time[*row] - time[off] <= HANGS_S).collect() };
-        let weight: Vec<Vector3<f64>> = hanging.into_iter().filter_map(|row| forces[row]).collect();
+        let hanging = if is_long { free } else { rows.collect() };
+        let begin_s = hanging.first().map_or(f64::NAN, |row| time[*row]);
+        let hanging = hanging.into_iter().take_while(|row| time[*row] - begin_s <= HANGS_S);
+        let weight: Vec<Vector3<f64>> = hanging.filter_map(|row| forces[row]).collect();
         Vector3::from([0, 1, 2].map(|axis| median(weight.iter().map(|force| force[axis]).collect())))
     }
 

@@ -78,3 +78,18 @@ fn a_body_below_the_origin_of_one_that_never_moves_is_inside_it() {
     let found = scene("block", [X, Y, Z], beside, None);
     assert!(!found.contains("role: socket, sockets"), "{found}");
 }
+
+/// A tool comes down, presses with 12 N while it goes across a table, and goes up again: most of its way is in contact.
+#[test]
+fn a_tool_that_presses_for_most_of_its_way_enters_no_socket() {
+    let scene = placed_scene(&[
+        ("tcp_x", |passed| 0.3 * between(passed, 0.4, 0.65)),
+        ("tcp_y", |_| 0.0),
+        ("tcp_z", |passed| 0.1 - 0.1 * between(passed, 0.1, 0.25) + 0.1 * between(passed, 0.8, 0.95)),
+        ("wrench_fx", |passed| 0.04 * (40.0 * passed).sin()),
+        ("wrench_fy", |passed| 0.04 * (50.0 * passed).cos()),
+        ("wrench_fz", |passed| if (0.26..0.75).contains(&passed) { 12.0 } else { 0.0 }),
+    ]);
+    assert!(scene.contains("tool: {role: object"), "{scene}");
+    assert!(!scene.contains("role: socket"), "{scene}");
+}
