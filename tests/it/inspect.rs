@@ -44,6 +44,25 @@ fn inspect_tells_what_cannot_be_recognised_and_why() {
     }
 }
 
+/// A primitive for logs without a sensor of touch is impossible in a log that has one: nothing is lacking.
+#[test]
+fn what_a_log_has_is_not_called_lacking() {
+    let folder = tempfile::tempdir().unwrap();
+    let rules = folder.path().join("own.rules");
+    std::fs::write(&rules, "primitive A, B\ntree own for each hand {\n  not grasp_known => A\n  else => B\n}\n")
+        .unwrap();
+    let log = "demos/robosuite/SawyerNutAssembly_demo_1.csv";
+    let output =
+        teachtree(&["inspect", log, "--binding", NUTS, "--rules", rules.to_str().unwrap(), "--format", "json"]);
+    assert!(output.status.success(), "{}", complained(&output));
+    let document: Value = serde_json::from_str(&said(&output)).unwrap();
+    let cannot = &document["recognition"]["tracks"][0]["cannot"];
+    assert_eq!(
+        *cannot,
+        serde_json::json!([{ "of": "`grasp_known` is constant in the whole log", "primitives": ["A"] }])
+    );
+}
+
 #[test]
 fn inspect_shows_the_columns_of_a_foreign_log() {
     let folder = tempfile::tempdir().unwrap();

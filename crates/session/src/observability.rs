@@ -246,7 +246,7 @@ fn silent(frames: &Frames, contents: &LogContents) -> SilentChannels {
             // What is measured may stand still by chance; a number that is worked out from the scene does not.
             let fixed = first == 0.0 || channel.absent == Fallback::Derived && channel.shape.components().len() == 1;
             if fixed && values.all(|value| value == first) {
-                let lack = contents.lack(channel, side);
+                let lack = contents.lack(channel, side).filter(|_| first == 0.0);
                 let is_lacking = lack.is_some();
                 let state = if first == 0.0 { "zero" } else { "constant" };
                 let reason = lack.unwrap_or_else(|| match (channel.name.as_str(), side) {
