@@ -148,6 +148,22 @@ fn a_binding_makes_tables_with_equal_columns_parts_of_one_recording() {
     assert_eq!(names(&documents_of(&output)), ["log"], "{}", all_said(&output));
 }
 
+/// Recordings that are named after hands, with columns of the same names.
+#[test]
+fn a_table_with_the_whole_name_of_a_bound_column_is_a_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("log")).unwrap();
+    let rows: String = (0..300).map(|row| format!("{:.2},0,0,0.1,0.2,0,0.1\n", f64::from(row) * 0.01)).collect();
+    for name in ["left.csv", "right.csv"] {
+        let text = format!("time,right.x [m],right.y [m],right.z [m],cube.x,cube.y,cube.z\n{rows}");
+        std::fs::write(folder.path().join("log").join(name), text).unwrap();
+    }
+    let binding = "channels:\n  right.tcp.position: right.<xyz>\n  cube.position: cube.<xyz>\nscene: {bodies: {cube: {role: object, radius: 30 mm}}}\n";
+    std::fs::write(folder.path().join("b.yaml"), binding).unwrap();
+    let output = teachtree_in(folder.path(), &["analyze", "log", "--binding", "b.yaml", "--format", "json"]);
+    assert_eq!(names(&documents(&output)), ["log/left.csv", "log/right.csv"], "{}", all_said(&output));
+}
+
 /// The document of the only recording, which takes several lines.
 fn documents_of(output: &Output) -> Vec<Value> {
     vec![serde_json::from_str(&said(output)).unwrap_or_else(|_| panic!("{}", all_said(output)))]

@@ -158,7 +158,7 @@ fn holds_recordings(
     let is_table = |log: &&PathBuf| formats::text_ending(log) && log.parent() == Some(folder);
     let tables: Vec<PathBuf> = found.iter().map(|found| &found.log).filter(is_table).cloned().collect();
     if !tables.is_empty() && headers::are_equal(&tables, folders) {
-        return Ok(!binding.map_or(Ok(false), |binding| headers::are_parts(&tables, binding))?);
+        return Ok(!binding.map_or(Ok(false), |binding| headers::are_parts(&tables, binding, folders))?);
     }
     if binding.is_some() {
         return Ok(false);

@@ -44,14 +44,23 @@ pub fn are_equal(tables: &[PathBuf], folders: &AllowedFolders) -> bool {
     counts.len() == 1 || most >= LEAST && 2 * most > all
 }
 
-/// Whether a binding names a column of one of these tables as a part of a recording: `arm.x` of `arm.csv`.
+/// Whether a binding names a column of one of these tables as a part of a recording: `arm.x` of `arm.csv`. A table that has a column with this whole name is a
+/// recording, such as `left.csv` with the column `left.tcp.position.x`.
 ///
 /// # Errors
 /// A binding that cannot be read.
-pub fn are_parts(tables: &[PathBuf], binding: &Path) -> Result<bool, InputError> {
+pub fn are_parts(tables: &[PathBuf], binding: &Path, folders: &AllowedFolders) -> Result<bool, InputError> {
     let columns = BindingFile::read(binding)?.named_columns()?;
-    let stems = || tables.iter().filter_map(|table| Some(table.file_stem()?.to_string_lossy().into_owned()));
-    let is_of_part =
-        |column: &String| stems().any(|stem| column.strip_prefix(&stem).is_some_and(|rest| rest.starts_with('.')));
-    Ok(columns.iter().any(is_of_part))
+    let is_part = |table: &PathBuf| {
+        let Some(prefix) = table.file_stem().map(|stem| format!("{}.", stem.to_string_lossy())) else { return false };
+        let mut named = columns.iter().filter(|column| column.starts_with(&prefix)).peekable();
+        if named.peek().is_none() {
+            return false;
+        }
+        let titles = header_within(table, folders).unwrap_or_default();
+        let without_unit = |title: &String| title.split(" [").next().unwrap_or_default().to_string();
+        let titles: Vec<String> = titles.iter().map(without_unit).collect();
+        !named.any(|column| titles.contains(column))
+    };
+    Ok(tables.iter().any(is_part))
 }
