@@ -38,7 +38,7 @@ pub fn run(args: &Args, new: &Declaration) -> Result<(), Failure> {
     let advance = |part: f64| progress.iter().for_each(|bar| bar.set(part));
     let learned = args.many.each("learning", &[()], |_| learn_primitive(new, &recordings, &rules, &advance))?.pop();
     drop(progress);
-    let Some(learned) = learned.transpose()? else { return Ok(()) };
+    let learned = learned.ok_or(Failure::Negative)??;
     let text = &learned.text;
     let is_proved = learned.extension.proof.is_proved();
     let is_written = is_proved || args.anyway;
