@@ -4,7 +4,7 @@ use super::ops::TemporalOperator;
 use super::param_sites::written_number;
 use super::parse::parse;
 use super::rules::Rules;
-use super::syntax::{Choice, Consequent, Expr, ExprKind, Item, ItemKind};
+use super::syntax::{Choice, Consequent, Expr, ExprKind, Item, ItemKind, RelabelKind, Task, TaskExtension};
 use std::collections::BTreeSet;
 use teachtree_base::diagnostic::Span;
 
@@ -13,7 +13,7 @@ use teachtree_base::diagnostic::Span;
 pub struct GuardSites {
     /// The conditions of choices, in their order; a choice with `else` has none.
     pub guards: Vec<GuardSite>,
-    /// The values of params, and the numbers in signals with which a quantity is compared or a duration is given, in their order.
+    /// The values of params that no latch, `settle`, task, relabeling rule, default or other param reads, and the numbers in signals with which a quantity is compared or a duration is given, in their order.
     pub numbers: Vec<NumberSite>,
     /// The byte before which declarations may be inserted: behind the item before the first tree or extension. `None` in a file without choices.
     pub declarations_at: Option<usize>,
@@ -60,7 +60,7 @@ pub struct NumberSite {
 pub fn guard_sites(rules: &Rules, file: u32) -> GuardSites {
     let Some(source) = rules.sources.files.get(file as usize) else { return GuardSites::default() };
     let (parsed, _) = parse(&source.text, file);
-    let mut sites = Sites { rules, text: &source.text, found: GuardSites::default() };
+    let mut sites = Sites { rules, text: &source.text, fixed: fixed_params(rules), found: GuardSites::default() };
     let mut end = 0;
     for item in &parsed.items {
         if matches!(item.kind, ItemKind::Tree(_) | ItemKind::Extension(_)) {
@@ -94,13 +94,16 @@ pub fn numbers_in(condition: &str) -> Vec<NumberSite> {
 struct Sites<'a> {
     rules: &'a Rules,
     text: &'a str,
+    fixed: BTreeSet<String>,
     found: GuardSites,
 }
 
 impl Sites<'_> {
     fn item(&mut self, item: &Item) {
         match &item.kind {
-            ItemKind::Param(param) => self.found.numbers.extend(site(self.text, &param.value)),
+            ItemKind::Param(param) if !self.fixed.contains(&param.name.text) => {
+                self.found.numbers.extend(site(self.text, &param.value));
+            }
             ItemKind::Signal(signal) => {
                 signal.value.iter().for_each(|value| numbers(self.text, value, &mut self.found.numbers));
             }
@@ -144,6 +147,43 @@ impl Sites<'_> {
         let text = at(self.text, condition.span).to_string();
         Conjunct { text, reads_memory, is_open: matches!(condition.kind, ExprKind::Or(_)) }
     }
+}
+
+/// The names in declarations that are not guards or signals: their values stay.
+fn fixed_params(rules: &Rules) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    let mut add = |expr: &Expr| {
+        expr.walk(&mut |part| {
+            if let ExprKind::Path(path) = &part.kind {
+                names.insert(path.text());
+            }
+        });
+    };
+    for source in &rules.sources.files {
+        let (parsed, _) = parse(&source.text, 0);
+        let items = parsed.items.iter().flat_map(|item| match &item.kind {
+            ItemKind::ForEachHand(items) => items.as_slice(),
+            _ => std::slice::from_ref(item),
+        });
+        for item in items {
+            match &item.kind {
+                ItemKind::Latch(latch) => [&latch.set, &latch.clear].into_iter().for_each(&mut add),
+                ItemKind::Param(param) => add(&param.value),
+                ItemKind::Stream(channels) => channels.iter().filter_map(|it| it.default.as_ref()).for_each(&mut add),
+                ItemKind::Tree(tree) => tree.settle.iter().for_each(&mut add),
+                ItemKind::Task(Task { keys, .. }) | ItemKind::TaskExtension(TaskExtension { keys, .. }) => {
+                    keys.iter().flat_map(|key| &key.demands).for_each(|(_, demand)| add(demand));
+                }
+                ItemKind::Relabel(block) => block.rules.iter().for_each(|rule| {
+                    if let RelabelKind::Between { shorter: Some(shorter), .. } = &rule.kind {
+                        add(shorter);
+                    }
+                }),
+                _ => {}
+            }
+        }
+    }
+    names
 }
 
 fn conjuncts(condition: &Expr) -> Vec<&Expr> {

@@ -20,10 +20,10 @@ fn names() -> Vec<String> {
 /// A file with these choices.
 fn written(choices: &str) -> String {
     format!(
-        "use \"stream.rules\"\n\nstream {{ for each hand {{ gripper.closed : bool }} }}\n\n\
+        "use \"stream.rules\"\n\nparam pause = 100 ms in 20 ms .. 1 s\nparam held  = 1 s    in 100 ms .. 9 s\n\nstream {{ for each hand {{ gripper.closed : bool }} }}\n\n\
          for each hand {{\n  signal closed = gripper.closed\n  signal high   = place_z > 40 mm    // not checked\n  \
-         latch  taken set rises(closed) clear not closed\n}}\n\nprimitive Wait, Hold, PickUp\n\n\
-         tree skills for each hand, settle 100 ms {{\n{choices}}}\n"
+         latch  taken set (closed) for held clear not closed\n}}\n\nprimitive Wait, Hold, PickUp\n\n\
+         tree skills for each hand, settle pause {{\n{choices}}}\n"
     )
     .replace("place_z", "mean(fingers.position).z")
 }
@@ -170,8 +170,9 @@ fn shape(text: &str) -> Vec<String> {
     let memories = guards.iter().flat_map(|guard| guard.conjuncts.iter().filter_map(memory));
     let latches =
         rules.latches.iter().map(|it| [it.name.clone(), rules.text_of(&it.set), rules.text_of(&it.clear)].join(" "));
-    let settle = format!("{:?}", tree.settle.as_ref().map(|it| it.value));
-    thens.chain(froms).chain(memories).chain(latches).chain([settle]).collect()
+    // The tree settles by one param, and the latch reads the other one.
+    let params = rules.params.iter().map(|it| format!("{} {}", it.name, it.value));
+    thens.chain(froms).chain(memories).chain(latches).chain(params).collect()
 }
 
 const CONDITIONS: [&str; 7] = [
