@@ -269,7 +269,10 @@ fn table(args: &Args, logs: usize, groups: &Groups, learned: &LearningResult, is
     let place = args.out.as_ref().map_or("standard output".into(), |path| path.display().to_string());
     let _ = match (is_written, learned.is_better()) {
         (true, true) => {
-            writeln!(text, "\nwritten to {place}: the simplest candidate within one standard error of the best")
+            writeln!(
+                text,
+                "\nwritten to {place}: the best candidate; a rule or condition less counts 0.2 points of F1@50"
+            )
         }
         (true, false) => {
             writeln!(text, "\nwritten to {place} as --anyway asks: it is not better than the present rules")

@@ -35,7 +35,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::hands::{Side, TrackId};
 use teachtree_engine::runs::Run;
 use teachtree_frames::frames::Frames;
-use validation::{FOLDS, FoldCounts, MethodResult, fitted, measured, simplest};
+use validation::{FOLDS, FoldCounts, MethodResult, choice, fitted, measured};
 
 /// Groups below which little is known about others.
 pub const FEW_GROUPS: usize = 4;
@@ -178,7 +178,7 @@ pub fn learn(
     }
     let short: Vec<usize> = (0..files.len()).filter(|at| files[*at].0.lines().count() <= MOST_LINES).collect();
     let ranked: Vec<(usize, &FoldCounts)> = short.iter().map(|at| (files[*at].1.size(), &files[*at].2)).collect();
-    let Some(at) = simplest(&ranked).map(|at| short[at]) else {
+    let Some(at) = choice(&ranked).map(|at| short[at]) else {
         return Err(wrong(&format!("no rule file for {} labels has {MOST_LINES} lines or fewer", names.len()))
             .help("map labels to fewer names with --map"));
     };

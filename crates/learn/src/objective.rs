@@ -45,19 +45,23 @@ impl Truth {
         self.pieces.windows(2).zip(1..).map(|(pair, at)| (pair[0].label, pair[1].label, at))
     }
 
+    /// How many frames later a segment of the result begins than each true one; `None` where none of its label begins nearer than half of the true segment,
+    /// and of the one before it.
+    pub fn lateness(&self, result: &[Run]) -> Vec<Option<i64>> {
+        let (_, result) = self.scored(result);
+        let begins = |at: usize, truth: &Span| {
+            let before = at.checked_sub(1).and_then(|before| self.pieces.get(before));
+            let shorter = before.map_or(usize::MAX, |it| it.end - it.start).min(truth.end - truth.start);
+            let first = result.partition_point(|piece| piece.start.saturating_add(shorter) < truth.start);
+            let near = result[first..].iter().take_while(|piece| piece.start < truth.end);
+            let late = near.filter(|piece| piece.label == truth.label).map(|it| it.start as i64 - truth.start as i64);
+            late.min_by_key(|late| late.abs()).filter(|late| 2 * late.unsigned_abs() < shorter as u64)
+        };
+        self.pieces.iter().enumerate().map(|(at, truth)| begins(at, truth)).collect()
+    }
+
     /// Compares a result, whose runs leave no frame out, with the truth.
     pub fn compare(&self, result: &[Run]) -> Counts {
-        self.matched(result, |_, _| {})
-    }
-
-    /// How many frames later the result has each true segment; `None` where none overlaps it by half.
-    pub fn lateness(&self, result: &[Run]) -> Vec<Option<i64>> {
-        let mut late = vec![None; self.pieces.len()];
-        self.matched(result, |at, start| late[at] = Some(start as i64 - self.pieces[at].start as i64));
-        late
-    }
-
-    fn matched(&self, result: &[Run], mut found: impl FnMut(usize, usize)) -> Counts {
         let (mut counts, result) = self.scored(result);
         counts.truths = self.pieces.len();
         let mut taken = vec![[false; 2]; self.pieces.len()];
@@ -84,9 +88,6 @@ impl Truth {
                 if overlap >= least && !taken[at][asked] {
                     taken[at][asked] = true;
                     counts.found[asked] += 1;
-                    if asked == 0 {
-                        found(at, piece.start);
-                    }
                 }
             }
         }

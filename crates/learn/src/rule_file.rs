@@ -17,7 +17,7 @@ struct Evidence {
     /// Boundaries of the labels that it stands for, and how many groups they are of.
     boundaries: usize,
     groups: BTreeSet<usize>,
-    /// How much later those boundaries are that were found while their group was held out, s.
+    /// How much later those boundaries are that were found while their group was held out, s. What becomes of the segment later is up to other rules.
     late_s: Vec<f64>,
 }
 

@@ -85,6 +85,7 @@ impl<'a> Search<'a> {
                 break;
             }
         }
+        search.recover();
         search.center();
         search.now.model
     }
@@ -212,6 +213,20 @@ impl<'a> Search<'a> {
             next.model.rules.swap(rule - 1, rule);
             next.guards.swap(rule - 1, rule);
             self.take_best(vec![next], TUNES);
+        }
+    }
+
+    /// Asks each rule after more labels where that is not worse: then a label that is missed does not hold up those after it.
+    fn recover(&mut self) {
+        for rule in 0..self.now.model.rules.len() {
+            let to = self.now.model.rules[rule].to;
+            for label in (0..self.bank.labels).filter(|label| *label != to) {
+                if !self.now.model.rules[rule].follows(label) {
+                    let mut next = self.now.clone();
+                    next.model.rules[rule].from |= 1 << label;
+                    self.take_best(vec![next], 0.0);
+                }
+            }
         }
     }
 

@@ -14,6 +14,8 @@ use teachtree_engine::runs::Run;
 
 /// The most times that groups are held out.
 pub(crate) const FOLDS: usize = 10;
+/// What a rule or condition more must bring to groups that are held out, of F1.
+const READING: f64 = 0.002;
 /// Rules of a model, at most: a file of 40 lines has no more.
 const MOST_RULES: usize = 9;
 
@@ -124,9 +126,10 @@ pub(crate) fn measured(bank: &Bank, labels: &[Vec<Run>]) -> FoldCounts {
     measured
 }
 
-/// The simplest of some candidates, by size, that is within one standard error of the best: the mean over folds by which its F1 is less does not exceed the
-/// standard error of that mean.
-pub(crate) fn simplest(candidates: &[(usize, &FoldCounts)]) -> Option<usize> {
+/// The best of some candidates, by size. A candidate that is worse than the best one by more than one standard error is left out: the mean over folds by
+/// which its F1 is less exceeds the standard error of that mean. Of the others, a rule or condition less is worth [`READING`]; with few groups, the standard
+/// error alone would take a candidate that is far worse.
+pub(crate) fn choice(candidates: &[(usize, &FoldCounts)]) -> Option<usize> {
     let best =
         candidates.iter().map(|(_, it)| *it).reduce(|best, it| if it.all.f1() > best.all.f1() { it } else { best })?;
     let is_near = |measured: &FoldCounts| {
@@ -137,6 +140,8 @@ pub(crate) fn simplest(candidates: &[(usize, &FoldCounts)]) -> Option<usize> {
         let squares: f64 = lost.iter().map(|lost| (lost - mean) * (lost - mean)).sum();
         mean <= (squares / (count - 1.0).max(1.0) / count.max(1.0)).sqrt()
     };
+    let worth = |(size, measured): &(usize, &FoldCounts)| measured.all.f1() - READING * *size as f64;
     let near = candidates.iter().enumerate().filter(|(_, (_, measured))| is_near(measured));
-    near.min_by_key(|(at, (size, _))| (*size, *at)).map(|(at, _)| at)
+    let worths = near.map(|(at, candidate)| (at, worth(candidate)));
+    worths.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(at, _)| at)
 }

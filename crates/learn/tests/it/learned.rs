@@ -113,6 +113,29 @@ fn a_file_needs_only_channels_that_the_recordings_have() {
     assert!(!text.contains("closed"), "{text}");
 }
 
+/// With few groups the standard error is large; a rule or condition counts 0.2 points.
+#[test]
+fn a_simple_candidate_that_is_far_worse_is_not_chosen() {
+    for seed in 0..4 {
+        let make = |at: u64, group: usize| Synthetic::of_noise_of_one_hand(100 * seed + at, group);
+        let learned = learned(&cycles(make, 2));
+        let best = learned.candidates.iter().map(|candidate| candidate.f1).fold(0.0, f64::max);
+        let chosen = &learned.candidates[learned.chosen];
+        assert!(chosen.f1 >= best - 0.05, "{seed}: {:#?}", learned.candidates);
+    }
+}
+
+/// The end of a segment is up to other rules.
+#[test]
+fn the_evidence_for_a_rule_is_about_its_own_boundaries() {
+    let learned = learned(&cycles(Synthetic::of_chance_ends, 4));
+    let line = learned.text.lines().find(|line| line.contains("=> Hold")).unwrap();
+    assert!(line.contains("48 boundaries of 4 groups, held out 48 of 48, median 0.0 s late"), "{}", learned.text);
+    assert!(learned.candidates[learned.chosen].f1 < 0.95, "{learned:#?}");
+    // An open hand waits, also where it was not seen to pick up.
+    assert!(learned.text.contains("not from(Wait) and wait_begins"), "{}", learned.text);
+}
+
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let recordings = cycles(Synthetic::of_both, 3);

@@ -62,6 +62,21 @@ impl Synthetic {
         Self { group, who: TrackId::Hand(Side::Right), hands, labels, present: None, gap: None, has_gripper: true }
     }
 
+    /// A hand that holds; when it picks up, nothing says.
+    pub fn of_chance_ends(seed: u64, group: usize) -> Self {
+        let mut chance = SplitMix64(seed.wrapping_mul(31) + 5);
+        let mut made = Self::cycles(seed, group);
+        made.hands.get_mut(&Side::Right).unwrap().height.iter_mut().for_each(|height| *height = 0.01 * chance.next());
+        for held in made.labels.chunk_by_mut(|one, other| (*one == Some(0)) == (*other == Some(0))) {
+            let end = (held.len() as f64 * (0.1 + 0.8 * chance.next())) as usize;
+            if held[0] != Some(0) {
+                held[..end].fill(Some(1));
+                held[end..].fill(Some(2));
+            }
+        }
+        made
+    }
+
     /// The same of both hands together: each cycle is of a random hand, and the other one rests.
     pub fn of_both(seed: u64, group: usize) -> Self {
         let mut chance = SplitMix64(seed.wrapping_mul(104_729) + 3);
