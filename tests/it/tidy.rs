@@ -37,8 +37,10 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
         &[
             "src/cli/",
             "crates/session/src/fitting.rs",
+            "crates/session/src/edited_rules.rs",
             "crates/learn/src/bank.rs",
             "crates/learn/src/extension/",
+            "crates/learn/src/relearning/search.rs",
             "crates/learn/src/validation.rs",
             "crates/new_primitive/src/demonstrations.rs",
         ],
