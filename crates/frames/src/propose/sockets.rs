@@ -68,7 +68,7 @@ pub enum Evidence {
     Contact,
     /// The name of a body where another one begins or ends.
     Name,
-    /// A body begins or ends on the axis of another one, below its origin.
+    /// A body begins or ends on the axis of another one, below its origin, which it passes on its vertical way.
     Inside,
     /// A body begins or ends above another one, on its axis: it may rest on it or in it.
     Above,
@@ -319,10 +319,12 @@ impl<'a> Body<'a> {
         let length = straight.map(|way| way.dot(&axis)).fold(0.0, f64::max);
         let of_body = (socket.start - end).dot(&axis);
         let beside = (socket.start - end - axis * of_body).norm();
-        let depth = if (0.005..length).contains(&of_body) { of_body } else { USUAL_M.min(length) };
+        let is_passed = (ALIGNED_M..length).contains(&of_body);
+        let depth = if is_passed { of_body } else { USUAL_M.min(length) };
+        let is_container = words::has(&words::words(socket.name), &CONTAINERS);
         let evidence = match () {
             () if socket.is_named() => Evidence::Name,
-            () if of_body > ALIGNED_M && !words::has(&words::words(socket.name), &CONTAINERS) => Evidence::Inside,
+            () if is_passed && axis.z > 0.94 && !is_container => Evidence::Inside,
             () => Evidence::Above,
         };
         let widest = if socket.is_named() { NAMED_M } else { ALIGNED_M };
