@@ -128,9 +128,8 @@ impl<'a> Survey<'a> {
         let subject = marker_sets::common_subject(&parts);
         let are_markers = marker_sets::are_markers(&parts);
         let (mut hands, rest) = hands::hands(parts);
-        let has_person = hands.values().any(|hand| hand.tips.len() > 2);
         let (bodies, rest) = bodies::bodies(rest, subject.as_deref());
-        let mut bodies = marker_sets::merged(bodies, are_markers || has_person);
+        let mut bodies = marker_sets::merged(bodies, are_markers);
         let (contacts, mut rest) = contacts::contacts(rest, &bodies, &hands);
         hands::wrists(&mut hands, &mut rest, contacts.lines.is_empty());
         hands.retain(|_, hand| hand.tool.is_some() || !hand.tips.is_empty() || hand.force.is_some());

@@ -1,6 +1,6 @@
 //! Proposed bodies of motion captures: the markers of a body are one position.
 
-use super::{binding, channel};
+use super::{Column, binding, channel};
 
 /// The names of the columns of markers, each with its place beside the first one, m, and whether it moves.
 fn found(markers: &[(&str, f64, bool)]) -> String {
@@ -77,14 +77,11 @@ fn subjects_of_vicon_are_bodies_unless_all_markers_have_one() {
     }
 }
 
-/// Nothing shows that these are markers.
+/// Nothing shows that these are markers: neither a robot nor the fingertips of a person.
 #[test]
-fn points_at_rest_are_bodies_beside_a_robot() {
+fn points_at_rest_are_bodies_beside_a_robot_and_a_person() {
     let rest: fn(f64) -> f64 = |_| 0.3;
-    let found = binding(&[
-        ("tcp_x", super::along),
-        ("tcp_y", super::still),
-        ("tcp_z", super::lift),
+    let blocks: [Column; 9] = [
         ("block_1_x", rest),
         ("block_1_y", rest),
         ("block_1_z", rest),
@@ -94,8 +91,17 @@ fn points_at_rest_are_bodies_beside_a_robot() {
         ("block_3_x", |_| 0.5),
         ("block_3_y", rest),
         ("block_3_z", rest),
-    ]);
-    for name in ["block_1", "block_2", "block_3"] {
-        assert_eq!(channel(&found, &format!("{name}.position")), Some(&*format!("{name}_<xyz>")), "{found}");
+    ];
+    let points = |names: &[&str]| -> Vec<String> {
+        names.iter().flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}_{axis}"))).collect()
+    };
+    let ways = [super::along as fn(f64) -> f64, super::still, super::lift];
+    for hand in [points(&["tcp"]), points(&["thumb", "index", "middle", "ring", "pinky"])] {
+        let mut columns: Vec<Column> = hand.iter().map(String::as_str).zip(ways.into_iter().cycle()).collect();
+        columns.extend(blocks);
+        let found = binding(&columns);
+        for name in ["block_1", "block_2", "block_3"] {
+            assert_eq!(channel(&found, &format!("{name}.position")), Some(&*format!("{name}_<xyz>")), "{found}");
+        }
     }
 }
