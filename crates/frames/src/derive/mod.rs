@@ -163,13 +163,8 @@ pub fn derived_frames(
     findings: &mut Findings,
 ) -> Result<Frames, InputError> {
     let objects = objects(measured.scene);
-    let bodies = measured.scene.bodies.iter().enumerate();
-    let motions: Vec<Motion> = bodies
-        .map(|(index, (name, body))| match unplaced::is_unplaced(measured, index) {
-            true => Motion::new(measured, name, &Body { position: Default::default(), ..body.clone() }),
-            false => Motion::new(measured, name, body),
-        })
-        .collect();
+    let motions: Vec<Motion> =
+        measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
     let asked = !findings.unasked;
     if asked {
         findings.orders.get_or_insert_with(|| quaternion_order::swapped(measured));
@@ -208,9 +203,16 @@ pub fn derived_frames(
         felt.push((touches, is_read, read));
     }
     let held = unplaced::held_paths(measured, &objects, &tracks);
-    let moving = motions.into_iter().enumerate();
+    let moving = measured.scene.bodies.iter().zip(motions).enumerate();
     let motions: Vec<Motion> = moving
-        .map(|(body, motion)| if let Some(path) = held.get(&body) { motion.along(path) } else { motion })
+        .map(|(index, ((name, body), motion))| match held.get(&index) {
+            Some(path) => motion.along(path),
+            // The place in the scene only chooses the target.
+            None if unplaced::is_unplaced(measured, index) => {
+                Motion::new(measured, name, &Body { position: Default::default(), ..body.clone() })
+            }
+            None => motion,
+        })
         .collect();
     let mut grips = vec![];
     for ((hand, track), (touches, is_read, read)) in hands.iter().zip(&tracks).zip(felt) {
@@ -317,9 +319,6 @@ fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
         (false, _) => "the log lacks it; the object is taken to stay where the scene puts it",
         (true, false) => {
             "the log lacks it; the object is taken to begin where the scene puts it, and to move with the gripper that holds it"
-        }
-        (true, true) if measured.window.is_some() => {
-            "the log lacks it; the object moves with the gripper that holds it, and rests on nothing"
         }
         (true, true) => {
             "the log lacks it, and the scene has no place for it; the object moves with the gripper that holds it, and rests on nothing"

@@ -1,7 +1,7 @@
 //! Objects without a pose in the log, as in logs of joints and a gripper: such an object moves with the gripper that holds it, from Grasp to Release.
 //!
-//! An object with a place in the scene begins there, and only a gripper that closes in its reach holds it. An object without one rests on nothing; before its
-//! first hold it is where it is grasped.
+//! An object with a place in the scene starts there, and only a gripper that closes in reach of it holds it. An object without one rests on nothing; before its
+//! first hold it is where it is grasped. In a window of a log, the place only chooses the target.
 
 use super::hands::HandTrack;
 use super::motion::{HeldPath, slopes, vector};

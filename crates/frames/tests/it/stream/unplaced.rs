@@ -5,6 +5,7 @@ use crate::shared::recordings::recording;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::units::Dimension;
 use teachtree_frames::frames;
+use teachtree_frames::live::{Calibration, Derivation, LiveChunk};
 
 const SCENE: &str = "
 bodies:
@@ -107,6 +108,42 @@ fn an_object_with_a_place_is_carried_from_there_by_a_hand_in_reach() {
     assert!(told.unwrap().message.contains("begin where the scene puts it, and to move with the gripper"), "{told:?}");
     let beyond = at("[0.8 m, 0.1 m, 20 mm]");
     assert!(column(&beyond, "target.position", 0, 0)[..500].iter().all(|x| *x == 0.8));
+}
+
+/// The target and the height of its position on each frame of a live log.
+fn live(log: &Recording) -> (Vec<f64>, Vec<f64>) {
+    let channels = [ask("target"), ask("target.position")];
+    let (calibration, _) = Calibration::of(log, &channels, true).unwrap();
+    let columns: Vec<_> = log.columns.iter().map(|(name, column)| (name.clone(), column.dimension)).collect();
+    let mut derivation = Derivation::new(log.scene.clone(), channels.to_vec(), calibration, columns);
+    let (mut target, mut height) = (vec![], vec![]);
+    for (row, time_s) in log.time.iter().enumerate() {
+        let values: Vec<f64> = log.columns.values().map(|column| column.values[row]).collect();
+        derivation.push(*time_s, &values);
+        let mut take = |chunk: LiveChunk| {
+            target.extend(&column(chunk.frames, "target", 0, 0)[chunk.core.clone()]);
+            height.extend(&column(chunk.frames, "target.position", 0, 2)[chunk.core]);
+            Ok(())
+        };
+        derivation.settle(row + 1 == log.time.len(), false, &mut take).unwrap();
+    }
+    (target, height)
+}
+
+/// Two objects with places: the hand closes on the second one. A live log does not follow it.
+#[test]
+fn in_a_live_log_places_choose_the_object() {
+    let scene = SCENE.replace(
+        "  cube: {role: object,",
+        "  apple: {role: object, position: [0 m, 0.6 m, 20 mm], parts: [{box: [40 mm, 40 mm, 40 mm]}]}
+  cube: {role: object, position: [0.3 m, 0.1 m, 20 mm],",
+    );
+    let log = log(&scene);
+    let whole = frames(&log, &[ask("target")]).unwrap();
+    let (target, height) = live(&log);
+    assert_eq!(target, column(&whole, "target", 0, 0));
+    assert_eq!(target, vec![1.0; log.time.len()]);
+    assert_eq!(height, vec![0.0; log.time.len()]);
 }
 
 /// A gripper closes at 1 s and opens at 5 s. The cube falls at 2 s, and the gripper goes up with 0.1 m/s.
