@@ -96,7 +96,8 @@ fn points_at_rest_are_bodies_beside_a_robot_and_a_person() {
         names.iter().flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}_{axis}"))).collect()
     };
     let ways = [super::along as fn(f64) -> f64, super::still, super::lift];
-    for hand in [points(&["tcp"]), points(&["thumb", "index", "middle", "ring", "pinky"])] {
+    let tips = ["thumb", "index", "middle", "ring", "pinky"].map(|finger| format!("right_{finger}_tip"));
+    for hand in [points(&["tcp"]), points(&tips.each_ref().map(String::as_str))] {
         let mut columns: Vec<Column> = hand.iter().map(String::as_str).zip(ways.into_iter().cycle()).collect();
         columns.extend(blocks);
         let found = binding(&columns);
