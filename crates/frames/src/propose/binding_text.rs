@@ -1,6 +1,7 @@
 //! The text of a proposed binding.
 
 use super::contacts::Line;
+use super::grippers;
 use super::hands::Hand;
 use super::parts::{Part, Quantity};
 use super::timing::Timing;
@@ -263,18 +264,28 @@ fn of_hand(
     }
 }
 
-/// How sensors that turn with their hands are bound, as a comment.
+/// How sensors that turn with their hands are bound; as a comment where the log does not name their frames.
 fn sensors(survey: &Survey) -> String {
-    let is_turning = |hand: &&Hand| hand.force.is_some() && hand.rotation.is_some() && hand.tips.is_empty();
-    let sides = survey.hands.iter().filter(|(_, hand)| is_turning(hand) && !survey.is_fixed_tool());
+    let may_turn = |hand: &&Hand| hand.force.is_some() && hand.rotation.is_some() && hand.tips.is_empty();
     let part = if is_pair(survey) { "palm" } else { "tcp" };
-    let lines: String =
-        sides.map(|(side, _)| format!("#   {side}.wrist.force: {{frame: {side}.{part}.rotation}}\n")).collect();
-    if lines.is_empty() {
-        lines
-    } else {
-        format!("\n# If the sensor at the wrist turns with the hand:\n# sensors:\n{lines}")
+    let (mut known, mut possible) = (String::new(), String::new());
+    let hands = survey.hands.iter().filter(|(_, hand)| may_turn(hand) && !survey.is_fixed_tool());
+    for (side, hand) in hands {
+        let line = format!("  {side}.wrist.force: {{frame: {side}.{part}.rotation}}");
+        let _ = match wrist_forces::sensor_rotation(hand) {
+            Some(_) => writeln!(known, "{line}    # the log names another frame for the force than for the poses"),
+            None => writeln!(possible, "# {line}"),
+        };
     }
+    let mut text = String::new();
+    if !known.is_empty() {
+        let _ = write!(text, "\nsensors:\n{known}");
+    }
+    if !possible.is_empty() {
+        let head = if known.is_empty() { "# sensors:\n" } else { "" };
+        let _ = write!(text, "\n# If the sensor at the wrist turns with the hand:\n{head}{possible}");
+    }
+    text
 }
 
 fn of_gripper(side: Side, gripper: &super::Gripper, answers: &Answers, lines: &mut Vec<Line>) {
@@ -339,7 +350,8 @@ fn unit_reason(part: &Part) -> &'static str {
 /// The columns that nothing was found for, as comments.
 fn unused(survey: &Survey) -> String {
     let mut text = String::new();
-    let rest: Vec<&Part> = survey.rest.iter().filter(|part| !part.is_constant()).collect();
+    let is_listed = |part: &&Part| !part.is_constant() || grippers::is_at_rest(part);
+    let rest: Vec<&Part> = survey.rest.iter().filter(is_listed).collect();
     if !rest.is_empty() {
         text.push_str("  # not used:\n");
     }
@@ -347,6 +359,7 @@ fn unused(survey: &Survey) -> String {
         let why = match &part.reason {
             _ if words::is_command(&part.words) => "    (a command)".into(),
             Some(reason) if reason.starts_with("relative") => format!("    ({})", comment(reason)),
+            _ if grippers::is_at_rest(part) => "    (a gripper that does not move)".into(),
             _ if words::is_relative(&part.words) => "    (relative to something)".into(),
             _ if part.quantity == Quantity::Rotation => {
                 "    (the position of this name is not used, or not in the log)".into()

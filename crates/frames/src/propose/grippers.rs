@@ -2,7 +2,8 @@
 
 use super::bodies::Body;
 use super::hands::side_of;
-use super::parts::{Part, Quantity, distance};
+use super::holds::{Holds, Levels};
+use super::parts::{Part, Quantity};
 use super::strokes::Scale;
 use super::words;
 use crate::inspect::ValueKind;
@@ -116,22 +117,37 @@ pub fn grippers<'a>(
 
 /// How good a column is as the opening of a gripper.
 fn rank(part: &Part) -> Option<usize> {
-    let is_number = matches!(part.quantity, Quantity::Number | Quantity::Flag) && !is_at_rest(part);
-    if !is_number || words::has(&part.words, &OTHERS) || words::is_command(&part.words) {
+    if !is_number(part) || does_not_move(part) {
         return None;
     }
-    let closing = part.words.iter().any(|word| word.starts_with("clos") || word == "grasped");
-    let by_word = OPENINGS.iter().position(|known| part.words.iter().any(|word| word == known));
     // The second finger of robosuite is open at its lowest value.
     let is_mirrored = part.members.iter().all(|column| column.max <= 0.0);
-    let rank = if closing { Some(0) } else { by_word };
+    let rank = rank_by_name(part);
     let rank = rank.or_else(|| aloha_side(part).map(|_| OPENINGS.len()));
     let rank = rank.or_else(|| is_output(part).then_some(OPENINGS.len()));
     rank.map(|rank| if is_mirrored { rank + 100 } else { rank })
 }
 
-/// Whether a gripper does not move: its values differ by less than 1 mm, 1 mrad or 0.1 %, which is noise.
-fn is_at_rest(part: &Part) -> bool {
+/// Whether it is a number or a flag that is no command and no other quantity of a gripper.
+fn is_number(part: &Part) -> bool {
+    let is_number = matches!(part.quantity, Quantity::Number | Quantity::Flag);
+    is_number && !words::has(&part.words, &OTHERS) && !words::is_command(&part.words)
+}
+
+/// How good its name is as that of the opening of a gripper.
+fn rank_by_name(part: &Part) -> Option<usize> {
+    let closing = part.words.iter().any(|word| word.starts_with("clos") || word == "grasped");
+    let by_word = || OPENINGS.iter().position(|known| part.words.iter().any(|word| word == known));
+    if closing { Some(0) } else { by_word() }
+}
+
+/// Whether it is a gripper that does not move.
+pub fn is_at_rest(part: &Part) -> bool {
+    is_number(part) && rank_by_name(part).is_some() && does_not_move(part)
+}
+
+/// Whether values do not move: they differ by less than 1 mm, 1 mrad or 0.1 %, which is noise.
+fn does_not_move(part: &Part) -> bool {
     const NOISE: f64 = 1e-3;
     let unit = if part.unit.is_empty() { usual_unit(part) } else { &part.unit };
     let factor = compound_of_log(unit).map_or(1.0, |(factor, _)| factor);
@@ -189,19 +205,9 @@ fn is_other_finger(one: &Part, other: &Part) -> bool {
 
 fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Body]) -> Option<Gripper> {
     let column = part.members.first()?;
-    let [mut low, mut high] = column.groups.unwrap_or([column.min, column.max]);
-    let carried = while_carrying(part, tool, bodies);
-    let mut limit = short((low + high) / 2.0);
-    let mut by_motion = is_low_closed(&carried, limit);
-    // A gripper that also shut on nothing has three levels; it is open at its largest width.
-    let is_another = |held: &f64| (held - low).abs() > (column.max - column.min) / 8.0;
-    if let Some(held) = held_width(part, &carried).filter(is_another) {
-        low = held;
-        let is_open = high > held + (column.max - held) / 2.0;
-        high = if is_open { high } else { column.max };
-        limit = short((held + high) / 2.0);
-        by_motion = Some(true);
-    }
+    let [low, high] = column.groups.unwrap_or([column.min, column.max]);
+    let holds = Holds::new(part, column, tool, bodies);
+    let by_motion = holds.is_low_closed(part, f64::midpoint(low, high));
     let says_closed = part.words.iter().any(|word| word.starts_with("clos") || word == "grasped");
     let (is_counted, is_switched) = (is_of_robotiq(part), is_output(part));
     let is_low = by_motion.unwrap_or(!(says_closed || is_counted || is_switched));
@@ -212,7 +218,8 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         _ if !column.unit.is_empty() => part.pattern.clone(),
         unit => format!("{} [{unit}]", part.pattern),
     };
-    let [closed, open] = if is_low { [low, high] } else { [high, low] };
+    let Levels { closed, open, limit } = holds.levels([low, high], is_low);
+    let mut limit = short(limit);
     let fingers = if second.is_some() { 2.0 } else { fingers(part) };
     let factor = compound_of_log(unit).map_or(1.0, |(factor, _)| factor) * fingers;
     let is_length = matches!(unit, "m" | "mm" | "cm") && !is_flag;
@@ -221,7 +228,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
     let stroke = scale.and_then(|scale| scale.stroke(part, closed, is_low, by_motion.is_some()));
     // Without the opening, the flag alone shows when the gripper closes on an object and lets go.
     if !is_length && stroke.is_none() && !is_flag && by_motion.is_some() {
-        limit = plateau_limit(&carried, open, is_low).unwrap_or(limit);
+        limit = holds.plateau_limit(open, is_low).map_or(limit, short);
     }
     let flag = |is_low: bool| match (is_flag, is_low) {
         (true, false) => part.pattern.clone(),
@@ -235,7 +242,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         None if says_closed => "by its name",
         None if is_counted => "it counts up to 255, as grippers of Robotiq do",
         None if is_switched => "an output that is switched on",
-        None => "the lower end, since nothing shows that an object moves with it",
+        None => "the lower end: the log does not show at which end objects move with it",
     };
     let length = || {
         let columns = if fingers > 1.0 { format!("{} * 2 [{unit}]", part.pattern) } else { named(unit) };
@@ -266,18 +273,6 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
     })
 }
 
-/// The limit beyond which a gripper without a known opening is closed: near the values at which it carries, since it grasps in the last part of its way.
-fn plateau_limit(carried: &[f64], open: f64, is_low: bool) -> Option<f64> {
-    /// The share of the way that is left there.
-    const LEFT: f64 = 0.1;
-    let mut sorted = carried.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    // The loosest hold, without the rows of the release.
-    let at = if is_low { sorted.len() * 9 / 10 } else { sorted.len() / 10 };
-    let held = sorted.get(at)?;
-    Some(short(held + LEFT * (open - held)))
-}
-
 /// How many fingers move as far as a column of one finger shows.
 fn fingers(part: &Part) -> f64 {
     let is_finger = part.name.contains("finger") || words::has(&part.words, &["qpos"]);
@@ -300,75 +295,4 @@ fn usual_unit(part: &Part) -> &'static str {
 /// Three digits are more than a middle is worth.
 fn short(number: f64) -> f64 {
     format!("{number:.2e}").parse().unwrap_or(number)
-}
-
-/// The values of a gripper while a body moves with the tool, or moves at all where the tool is unknown.
-fn while_carrying(part: &Part, tool: Option<&Part>, bodies: &[Body]) -> Vec<f64> {
-    /// A step that is longer is a motion, m.
-    const STEP_M: f64 = 1e-3;
-    /// Of a tracker with noise, positions count that are so far apart in time, s, and by so many times its noise.
-    const WINDOW_S: f64 = 0.25;
-    const NOISES: f64 = 4.0;
-    /// A value counts for this number of samples without one at most.
-    const MOST_HELD: usize = 100;
-    /// The noise of a tracker may move a body at rest this far, m.
-    const AT_REST_M: f64 = 0.01;
-    let [column] = part.members[..] else { return vec![] };
-    let mut values = vec![];
-    let bodies = bodies.iter().filter_map(|body| body.positions.first());
-    for body in bodies.filter(|body| body.extent() > AT_REST_M) {
-        let least_m = STEP_M.min(body.extent() / 100.0).max(2e-4);
-        let noise_m = body.members.iter().map(|column| column.noise.powi(2)).sum::<f64>().sqrt() * body.scale();
-        // Steps of a tracker that scatters show nothing.
-        let is_noisy = NOISES * noise_m > least_m;
-        let (back, least_m) = if is_noisy { (body.rows_in(WINDOW_S), NOISES * noise_m) } else { (1, least_m) };
-        for row in back..body.rows() {
-            let (Some(before), Some(now)) = (body.position(row - back), body.position(row)) else { continue };
-            let moved = distance(before, now);
-            if moved < least_m {
-                continue;
-            }
-            let with_tool = tool.is_none_or(|tool| {
-                let at = |row: usize| tool.position(body.row_in(row, tool));
-                let (Some(from), Some(to)) = (at(row - back), at(row)) else { return false };
-                let relative = distance(
-                    [0, 1, 2].map(|axis| now[axis] - before[axis]),
-                    [0, 1, 2].map(|axis| to[axis] - from[axis]),
-                );
-                relative < moved
-            });
-            // Messages about other joints of the topic have no value of this one.
-            let until = column.samples.get(..=body.row_in(row - back / 2, part)).unwrap_or_default();
-            let value = until.iter().rev().take(MOST_HELD).find(|value| value.is_finite());
-            values.extend(value.filter(|_| with_tool));
-        }
-    }
-    values
-}
-
-/// The fewest rows in which a body moves with the tool that show at which end a gripper is closed.
-const LEAST: usize = 5;
-
-/// Whether a gripper is closed at the lower end: that at which bodies move with the tool. `None` if nothing shows that.
-fn is_low_closed(carried: &[f64], limit: f64) -> Option<bool> {
-    let low = carried.iter().filter(|value| **value < limit).count();
-    let high = carried.len() - low;
-    match () {
-        () if low >= LEAST && low >= 3 * high => Some(true),
-        () if high >= LEAST && high >= 3 * low => Some(false),
-        () => None,
-    }
-}
-
-/// The width at which a gripper holds something, if its column is a width, and wider values are open.
-fn held_width(part: &Part, carried: &[f64]) -> Option<f64> {
-    let [column] = part.members[..] else { return None };
-    if carried.len() < LEAST || !words::has(&part.words, &["opening", "width", "aperture", "gap"]) {
-        return None;
-    }
-    let mut sorted = carried.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let [held, most] = [sorted[sorted.len() / 2], sorted[sorted.len() * 9 / 10]];
-    let range = column.max - column.min;
-    (most - held < range / 10.0 && held < column.max - range / 10.0).then_some(held)
 }

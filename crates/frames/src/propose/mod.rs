@@ -10,6 +10,7 @@ mod contacts;
 mod fingertip_pairs;
 mod grippers;
 mod hands;
+mod holds;
 mod insertions;
 mod marker_sets;
 mod parts;

@@ -5,6 +5,8 @@ use super::contacts::Line;
 use super::hands::Hand;
 use super::parts::{Part, distance};
 use super::yaml_scalar::scalar;
+use crate::inspect::ColumnReport;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use teachtree_base::hands::Side;
 
 /// The sign of a force that nothing shows.
@@ -22,9 +24,11 @@ const SPEED_S: f64 = 0.1;
 /// which the hand meets something.
 pub fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
     let Some(force) = &hand.force else { return };
+    let force = Force { part: force, rest: rest_level(survey, force), turn: sensor_rotation(hand) };
     let is_clear = |rise: &f64| rise.abs() > LEAST_N;
-    let rise = rise_with_objects(force, survey).or_else(|| rise_with_hand(side, hand, survey)).filter(is_clear);
-    let (is_on_hand, reason) = match (rise, is_along_motion(force, hand, survey)) {
+    let rise =
+        rise_with_objects(&force, survey).or_else(|| rise_with_hand(&force, side, hand, survey)).filter(is_clear);
+    let (is_on_hand, reason) = match (rise, is_along_motion(&force, hand)) {
         (Some(rise), _) if rise < 0.0 => {
             (true, "the log has the force on the hand: it points down while an object is lifted")
         }
@@ -39,22 +43,67 @@ pub fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
     let other = if is_on_hand { std::mem::replace(&mut line.columns, other) } else { other };
     line.reason = line.reason.replacen(UNKNOWN_SIGN, reason, 1)
         + &format!(
-            ". If yours has the other sign, or the sensor turns with a hand that points down, bind `{}`",
+            ". If yours has the other sign{}, bind `{}`",
+            if force.turn.is_some() { "" } else { ", or the sensor turns with a hand that points down" },
             scalar(&other)
         );
 }
 
+/// A force at a wrist.
+struct Force<'a> {
+    part: &'a Part<'a>,
+    /// Its level at rest, in the frame of the sensor, N.
+    rest: Option<[f64; 3]>,
+    /// How the sensor is turned, if it turns with the hand.
+    turn: Option<&'a Part<'a>>,
+}
+
+impl Force<'_> {
+    /// The change from the level at rest in the frame of the positions, N. A rotation that is not a quaternion cannot be used.
+    fn change(&self, row: usize) -> Option<[f64; 3]> {
+        let force = Vector3::from(self.part.position(row)?) - Vector3::from(self.rest.unwrap_or_default());
+        let Some(turn) = self.turn else { return Some(force.into()) };
+        let [w, x, y, z] = turn.at(self.part.row_in(row, turn))[..] else { return None };
+        Some((UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9)? * force).into())
+    }
+}
+
+/// The rotation of a hand if its wrist force is in the frame of the sensor: the messages name another frame than those of the poses.
+pub fn sensor_rotation<'a>(hand: &'a Hand) -> Option<&'a Part<'a>> {
+    let (force, tool) = (frame_id(hand.force.as_ref()?)?, frame_id(hand.tool.as_ref()?)?);
+    hand.rotation.as_ref().filter(|_| force != tool)
+}
+
+/// The frame that the header of a message names, without the slash that some programs write before it.
+fn frame_id<'a>(part: &Part<'a>) -> Option<&'a str> {
+    let mut path = part.members.first()?.name.as_str();
+    while let Some((above, _)) = path.rsplit_once('.') {
+        path = above;
+        let is_header = |name: &str| name.strip_prefix(path) == Some(".header.frame_id");
+        if let Some(column) = part.sheet.columns.iter().find(|column| is_header(&column.name)) {
+            return only_frame(column);
+        }
+    }
+    part.sheet.columns.iter().find(|column| column.name == "header.frame_id").and_then(only_frame)
+}
+
+/// The frame of a column that names one only.
+fn only_frame(column: &ColumnReport) -> Option<&str> {
+    let [frame] = &column.texts[..] else { return None };
+    Some(frame.trim_start_matches('/'))
+}
+
 /// How far the vertical force rises from its level at rest while an object is carried above its table, N.
-fn rise_with_objects(force: &Part, survey: &Survey) -> Option<f64> {
+fn rise_with_objects(force: &Force, survey: &Survey) -> Option<f64> {
     let height = |at: [f64; 3]| survey.upright(at)[2];
     let mut lifted = vec![];
     for body in &survey.bodies {
         let (Some(part), Some(start)) = (body.positions.first(), body.start()) else { continue };
         let is_up = |row: &usize| part.position(*row).is_some_and(|at| height(at) > height(start) + LIFTED_M);
         let rows = fast(part, (0..part.rows()).filter(is_up).collect());
-        lifted.extend(rows.into_iter().filter_map(|row| force.position(part.row_in(row, force))).map(height));
+        lifted.extend(rows.into_iter().filter_map(|row| force.change(part.row_in(row, force.part))).map(height));
     }
-    Some(median(lifted)? - rest_level(survey, force).map_or(0.0, height))
+    median(lifted)
 }
 
 /// Those of these rows in which a point moves at least half as fast as it mostly does at most. What is inserted, pressed or at rest moves slower.
@@ -68,7 +117,7 @@ fn fast(part: &Part, rows: Vec<usize>) -> Vec<usize> {
 }
 
 /// Whether the force points along the motion with which the hand meets something, as that on the object does; `None` if the log does not show it.
-fn is_along_motion(force: &Part, hand: &Hand, survey: &Survey) -> Option<bool> {
+fn is_along_motion(force: &Force, hand: &Hand) -> Option<bool> {
     /// The least force of a contact, N and as a share of the largest one, and the least way before it, m, in this time, s.
     const CONTACT: (f64, f64) = (0.5, 0.1);
     const WAY_M: f64 = 0.005;
@@ -78,22 +127,20 @@ fn is_along_motion(force: &Part, hand: &Hand, survey: &Survey) -> Option<bool> {
     /// The least cosine of the angle between them.
     const ALONG: f64 = 0.5;
     let tool = hand.tool.as_ref()?;
-    let rest = rest_level(survey, force)?;
-    let rows: Vec<Option<[f64; 3]>> = (0..force.rows())
-        .map(|row| force.position(row).map(|at| [0, 1, 2].map(|axis| at[axis] - rest[axis])))
-        .collect();
+    force.rest?;
+    let rows: Vec<Option<[f64; 3]>> = (0..force.part.rows()).map(|row| force.change(row)).collect();
     let norm = |vector: &[f64; 3]| distance(*vector, [0.0; 3]);
     let mut norms: Vec<f64> = rows.iter().flatten().map(norm).collect();
     norms.sort_by(f64::total_cmp);
     let limit = (norms.get(norms.len() * 49 / 50)? * CONTACT.1).max(CONTACT.0);
     let is_above = |row: usize| rows[row].as_ref().is_some_and(|it| norm(it) > limit);
-    let before = force.rows_in(BEFORE_S);
-    let lasts = force.rows_in(LASTS_S);
+    let before = force.part.rows_in(BEFORE_S);
+    let lasts = force.part.rows_in(LASTS_S);
     let is_steady = |row: usize| (row..=row + lasts).all(|row| row < rows.len() && is_above(row));
     let begins = (before..rows.len()).filter(|row| is_steady(*row) && !(row - before..*row).any(is_above));
     let cosines: Vec<f64> = begins
         .filter_map(|row| {
-            let at = |row: usize| tool.position(force.row_in(row, tool));
+            let at = |row: usize| tool.position(force.part.row_in(row, tool));
             let (from, to, pushes) = (at(row - before)?, at(row)?, rows[row]?);
             let way = distance(from, to);
             let dot: f64 = (0..3).map(|axis| (to[axis] - from[axis]) * pushes[axis]).sum();
@@ -109,9 +156,9 @@ fn is_along_motion(force: &Part, hand: &Hand, survey: &Survey) -> Option<bool> {
 }
 
 /// How far the vertical force is higher with a closed gripper that is above the place where it closed than with an open one that is above its lowest place, N.
-fn rise_with_hand(side: Side, hand: &Hand, survey: &Survey) -> Option<f64> {
+fn rise_with_hand(force: &Force, side: Side, hand: &Hand, survey: &Survey) -> Option<f64> {
     let gripper = survey.grippers.get(&side)?;
-    let (force, place) = (hand.force.as_ref()?, hand.tool.as_ref().or_else(|| hand.tips.values().next())?);
+    let place = hand.tool.as_ref().or_else(|| hand.tips.values().next())?;
     let height = |at: [f64; 3]| survey.upright(at)[2];
     let height_of = |row: usize| place.position(row).map(height);
     let lowest = (0..place.rows()).filter_map(height_of).fold(f64::INFINITY, f64::min);
@@ -125,7 +172,7 @@ fn rise_with_hand(side: Side, hand: &Hand, survey: &Survey) -> Option<f64> {
         from = from.filter(|_| is_closed);
     }
     let level = |rows: Vec<usize>| {
-        median(rows.into_iter().filter_map(|row| force.position(place.row_in(row, force))).map(height).collect())
+        median(rows.into_iter().filter_map(|row| force.change(place.row_in(row, force.part))).map(height).collect())
     };
     Some(level(fast(place, lifted))? - level(free)?)
 }

@@ -57,8 +57,13 @@ fn placed_scene(columns: &[Column]) -> String {
 
 /// The binding that is proposed for a text.
 fn binding_of(text: &str) -> String {
+    binding_of_file("log.csv", text)
+}
+
+/// The binding that is proposed for a file of this name.
+fn binding_of_file(name: &str, text: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let log = folder.path().join("log.csv");
+    let log = folder.path().join(name);
     fs::write(&log, text).unwrap();
     propose(&inspect(formats::open(&log).unwrap(), None, None).unwrap(), &Answers::default()).binding
 }
@@ -313,45 +318,6 @@ fn flags_of_pads_are_contacts_of_fingers() {
     assert!(scene.contains("table: {role: support, position:"), "{scene}");
     // Flags of fingers that have no place are not bound.
     assert_eq!(channel(&binding(&columns[6..]), "right.thumb.contact"), None);
-}
-
-#[test]
-fn counts_of_robotiq_and_outputs_close_at_their_upper_end() {
-    let with = |name: &'static str, value: fn(f64) -> f64| {
-        let columns: [Column; 4] = [("tcp_x", along), ("tcp_y", along), ("tcp_z", lift), (name, value)];
-        binding(&columns)
-    };
-    let of_robotiq = with("gripper_position", |passed| if lift(passed) > 0.1 { 228.0 } else { 3.0 });
-    assert_eq!(channel(&of_robotiq, "right.gripper.closed"), Some("gripper_position > 116"), "{of_robotiq}");
-    let output = with("actual_digital_output_bits", |passed| if lift(passed) > 0.1 { 65536.0 } else { 0.0 });
-    assert_eq!(channel(&output, "right.gripper.closed"), Some("actual_digital_output_bits > 32800"), "{output}");
-    let several = with("actual_digital_output_bits", |passed| (passed * 5.0).floor());
-    assert_eq!(channel(&several, "right.gripper.closed"), None, "{several}");
-}
-
-#[test]
-fn a_weight_that_is_carried_is_a_hold() {
-    let with = |height: fn(f64) -> f64, force: fn(f64) -> f64| {
-        let columns: [Column; 7] = [
-            ("actual_TCP_pose_0", along),
-            ("actual_TCP_pose_1", along),
-            ("actual_TCP_pose_2", height),
-            ("fx", still),
-            ("fy", still),
-            ("fz", force),
-            ("target_q_0", along),
-        ];
-        binding(&columns)
-    };
-    let tool: fn(f64) -> f64 = |passed| 0.1 + 0.1 * (passed * 12.0).sin();
-    let carries: fn(f64) -> f64 = |passed| if lift(passed) > 0.1 { -3.0 } else { 0.02 * (passed * 90.0).sin() };
-    let carried = with(tool, carries);
-    assert_eq!(channel(&carried, "right.gripper.closed"), Some("fz < -1.5"), "{carried}");
-    assert!(channel(&carried, "right.tcp.position").is_some(), "{carried}");
-    // What is pressed stays where the surface is: the tool is fixed.
-    let pressed = with(|passed| if lift(passed) > 0.1 { 0.1 } else { 0.2 }, carries);
-    assert_eq!(channel(&pressed, "right.gripper.closed"), None, "{pressed}");
-    assert!(channel(&pressed, "tool.position").is_some(), "{pressed}");
 }
 
 /// A peg that is carried from 2 s on and lowered from 6 to 8 s, to the middle of its way until 7 s.

@@ -235,3 +235,133 @@ fn fingertips_reach_as_far_as_they_hold() {
     assert!(found.contains("\nparams: {grip_reach: 110 mm}"), "{found}");
     assert!(!binding(&columns[..6]).contains("grip_reach"));
 }
+
+/// A gripper misses, opens, and holds something wider than half of its stroke.
+#[test]
+fn a_gripper_is_closed_where_it_holds_after_a_miss() {
+    // 1 is open, 0 is shut.
+    fn share(passed: f64) -> f64 {
+        match passed {
+            passed if (0.03..0.1).contains(&passed) => 0.01,
+            passed if (0.15..0.9).contains(&passed) => 0.64,
+            _ => 1.0,
+        }
+    }
+    let with = |name: &'static str, value: fn(f64) -> f64| {
+        let mut columns = columns_of_peg(|_| 0.0);
+        columns[3] = (name, value);
+        binding(&columns)
+    };
+    let finger = with("finger_joint1", |passed| 0.04 * share(passed));
+    let closed = "right.gripper.closed";
+    assert_eq!(channel(&finger, closed), Some("finger_joint1 [m] < 0.0328 m"), "{finger}");
+    assert!(finger.contains("closed about 0.0256, open about 0.04: an object moves with it there"), "{finger}");
+    assert_eq!(channel(&finger, "right.gripper.opening"), Some("finger_joint1 * 2 [m]"), "{finger}");
+    // Counts of a Robotiq rise as it closes.
+    let counts = with("robotiq_pos", |passed| (250.0 - 247.0 * share(passed)).round());
+    assert!(channel(&counts, closed).is_some_and(|it| it.starts_with("robotiq_pos > ")), "{counts}");
+    // Things of two widths: the limit is between the wider one and the open end.
+    let two = with("finger_joint1", |passed| match passed {
+        passed if (0.15..0.4).contains(&passed) => 0.01,
+        passed if (0.4..0.42).contains(&passed) => 0.04,
+        passed => 0.04 * share(passed),
+    });
+    assert_eq!(channel(&two, closed), Some("finger_joint1 [m] < 0.0328 m"), "{two}");
+}
+
+/// A gripper that is closed all the time is listed, so that the reader knows that it was seen.
+#[test]
+fn a_gripper_that_does_not_move_is_listed() {
+    let mut columns = columns_of_peg(|_| 0.0);
+    columns[3] = ("robotiq_85_left_knuckle_joint", |_| 0.7929);
+    columns.push(("elbow_joint", still));
+    let found = binding(&columns);
+    assert!(found.contains("#   robotiq_85_left_knuckle_joint    (a gripper that does not move)"), "{found}");
+    assert!(!found.contains("elbow_joint"), "{found}");
+}
+
+/// An object that the other hand moves past a tool at rest shows nothing of the gripper at rest.
+#[test]
+fn what_moves_past_a_tool_at_rest_is_not_held_there() {
+    let mut columns = columns_of_peg(|_| 0.0);
+    // The tool leaves the peg in the middle of its way.
+    for column in columns.iter_mut().take(3) {
+        let value: [fn(f64) -> f64; 3] =
+            [|passed| super::carried(passed.min(0.35)), still, |passed| super::lowered(passed.min(0.35))];
+        let axis = ["tcp_x", "tcp_y", "tcp_z"].iter().position(|name| *name == column.0).unwrap();
+        column.1 = value[axis];
+    }
+    columns[3].1 = |passed| if (0.15..0.35).contains(&passed) { 0.03 } else { 0.08 };
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "right.gripper.closed"), Some("gripper_width [m] < 0.055 m"), "{found}");
+    assert!(found.contains("an object moves with it there"), "{found}");
+}
+
+/// The wrench of a bag has the frame of the tool, its poses that of the base. The hand points down, so that the sensor has z down.
+#[test]
+fn a_sensor_whose_frame_is_not_that_of_the_poses_turns_with_the_hand() {
+    let with = |frame: &str| {
+        let line = |row: u32| {
+            let passed = f64::from(row) / 200.0;
+            let vector = |[x, y, z]: [f64; 3]| serde_json::json!({ "x": x, "y": y, "z": z });
+            let at = [along(passed), still(passed), lift(passed)];
+            // The weight of the cube pulls the hand down, along z of the sensor.
+            let force = if lift(passed) > 0.1 { 5.0 } else { 0.0 };
+            serde_json::json!({
+                "time": passed * 10.0,
+                "ft": { "header": { "frame_id": frame }, "wrench": { "force": vector([0.1, 0.0, force]) } },
+                "tool": { "header": { "frame_id": "/base" }, "pose": { "position": vector(at),
+                    "orientation": { "w": 0.0, "x": 1.0, "y": 0.0, "z": 0.0 } } },
+                "cube": { "header": { "frame_id": "base" }, "pose": { "position": vector(at) } },
+            })
+        };
+        let text: String = (0..200).map(|row| format!("{}\n", line(row))).collect();
+        super::binding_of_file("log.jsonl", &text)
+    };
+    let turning = with("tool0");
+    assert!(turning.contains("\nsensors:\n  right.wrist.force: {frame: right.tcp.rotation}"), "{turning}");
+    assert_eq!(channel(&turning, "right.wrist.force"), Some("\"-ft.wrench.force.<xyz>\""), "{turning}");
+    assert!(!turning.contains("or the sensor turns"), "{turning}");
+    let fixed = with("base");
+    assert!(fixed.contains("\n# sensors:\n#   right.wrist.force: {frame: right.tcp.rotation}\n"), "{fixed}");
+    assert_eq!(channel(&fixed, "right.wrist.force"), Some("ft.wrench.force.<xyz>"), "{fixed}");
+}
+
+#[test]
+fn counts_of_robotiq_and_outputs_close_at_their_upper_end() {
+    let with = |name: &'static str, value: fn(f64) -> f64| {
+        let columns: [Column; 4] = [("tcp_x", along), ("tcp_y", along), ("tcp_z", lift), (name, value)];
+        binding(&columns)
+    };
+    let of_robotiq = with("gripper_position", |passed| if lift(passed) > 0.1 { 228.0 } else { 3.0 });
+    assert_eq!(channel(&of_robotiq, "right.gripper.closed"), Some("gripper_position > 116"), "{of_robotiq}");
+    let output = with("actual_digital_output_bits", |passed| if lift(passed) > 0.1 { 65536.0 } else { 0.0 });
+    assert_eq!(channel(&output, "right.gripper.closed"), Some("actual_digital_output_bits > 32800"), "{output}");
+    let several = with("actual_digital_output_bits", |passed| (passed * 5.0).floor());
+    assert_eq!(channel(&several, "right.gripper.closed"), None, "{several}");
+}
+
+#[test]
+fn a_weight_that_is_carried_is_a_hold() {
+    let with = |height: fn(f64) -> f64, force: fn(f64) -> f64| {
+        let columns: [Column; 7] = [
+            ("actual_TCP_pose_0", along),
+            ("actual_TCP_pose_1", along),
+            ("actual_TCP_pose_2", height),
+            ("fx", still),
+            ("fy", still),
+            ("fz", force),
+            ("target_q_0", along),
+        ];
+        binding(&columns)
+    };
+    let tool: fn(f64) -> f64 = |passed| 0.1 + 0.1 * (passed * 12.0).sin();
+    let carries: fn(f64) -> f64 = |passed| if lift(passed) > 0.1 { -3.0 } else { 0.02 * (passed * 90.0).sin() };
+    let carried = with(tool, carries);
+    assert_eq!(channel(&carried, "right.gripper.closed"), Some("fz < -1.5"), "{carried}");
+    assert!(channel(&carried, "right.tcp.position").is_some(), "{carried}");
+    // What is pressed stays where the surface is: the tool is fixed.
+    let pressed = with(|passed| if lift(passed) > 0.1 { 0.1 } else { 0.2 }, carries);
+    assert_eq!(channel(&pressed, "right.gripper.closed"), None, "{pressed}");
+    assert!(channel(&pressed, "tool.position").is_some(), "{pressed}");
+}
