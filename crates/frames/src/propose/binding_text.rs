@@ -356,9 +356,9 @@ fn unused(survey: &Survey) -> String {
         text.push_str("  # not used:\n");
     }
     for part in rest.iter().take(MAX_UNUSED) {
-        let why = match &part.reason {
+        let why = match &part.left_out {
             _ if words::is_command(&part.words) => "    (a command)".into(),
-            Some(reason) if reason.starts_with("relative") => format!("    ({})", comment(reason)),
+            Some(reason) => format!("    ({})", comment(reason)),
             _ if grippers::is_at_rest(part) => "    (a gripper that does not move)".into(),
             _ if words::is_relative(&part.words) => "    (relative to something)".into(),
             _ if part.quantity == Quantity::Rotation => {

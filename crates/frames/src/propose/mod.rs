@@ -7,6 +7,7 @@ mod binding_text;
 mod bodies;
 mod column_groups;
 mod contacts;
+mod copies;
 mod fingertip_pairs;
 mod grippers;
 mod hands;
@@ -124,6 +125,7 @@ impl<'a> Survey<'a> {
     fn new(log: &'a Inspection) -> Self {
         let mut parts = parts::parts(log);
         Transforms::of(log).mark(&mut parts);
+        copies::leave_out_copies(&mut parts);
         relative_positions::mark(&mut parts);
         let guessed_unit = parts.iter().find(|part| part.is_unitless_position()).map(|part| part.guessed_unit);
         let subject = marker_sets::common_subject(&parts);

@@ -78,6 +78,8 @@ pub struct Part<'a> {
     pub sheet: &'a SheetReport,
     /// Why it is taken for this, where the names do not show it.
     pub reason: Option<String>,
+    /// Why its values have no channel, where they show it.
+    pub left_out: Option<String>,
     /// The root of the transforms that carry it about, if its values never change in the frame of a moving link.
     pub carried_in: Option<String>,
 }
@@ -223,6 +225,7 @@ fn unnamed(sheet: &SheetReport) -> Option<Part<'_>> {
         members: vec![x, y, z],
         sheet,
         reason: Some("the columns have no names: the first three by the name of the table".into()),
+        left_out: None,
         carried_in: None,
     })
 }
@@ -258,7 +261,19 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
                 if group.pattern.starts_with('[') { in_full(&group.pattern, &full) } else { full(&group.pattern) };
             let (name, unit) = (full(&group.name), unit.to_string());
             let reason = group.reason;
-            Part { pattern, name, words, quantity, unit, guessed_unit: "", members, sheet, reason, carried_in: None }
+            Part {
+                pattern,
+                name,
+                words,
+                quantity,
+                unit,
+                guessed_unit: "",
+                members,
+                sheet,
+                reason,
+                left_out: None,
+                carried_in: None,
+            }
         })
         .collect();
     torques_beside_forces(&mut parts);

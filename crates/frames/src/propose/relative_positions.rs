@@ -9,11 +9,9 @@ const EQUAL_M: f64 = 0.003;
 const USUAL: f64 = 0.95;
 /// Distances that change by less than this show nothing, m.
 const LEAST_M: f64 = 0.02;
-/// What moves less than this between two rows is still, m.
-const STILL_M: f64 = 0.0005;
 
 /// Marks positions that are as long as the distance of another one from a tool, in any frame, and the rotations beside them. Of two that have each other's
-/// length, the one that is still in more rows is the position of the object.
+/// length, the one that stays where it is until the tool has moved is the position of the object.
 pub fn mark(parts: &mut [Part]) {
     let is_tool = |part: &Part| words::tool_rank(&part.words).is_some();
     let positions: Vec<usize> =
@@ -25,21 +23,28 @@ pub fn mark(parts: &mut [Part]) {
         let Some(part) = parts.get(*at) else { continue };
         let is_object = |other: &&usize| *other != at && found.iter().all(|(known, _)| known != *other);
         let pairs = others.iter().filter(is_object).flat_map(|other| tools.iter().map(move |tool| (*other, *tool)));
-        let pair = pairs
-            .filter_map(|(other, tool)| Some((parts.get(other)?, parts.get(tool)?)))
-            .find(|(other, tool)| is_between(part, other, tool) && still_rows(part) < still_rows(other));
+        let pair =
+            pairs.filter_map(|(other, tool)| Some((parts.get(other)?, parts.get(tool)?))).find(|(other, tool)| {
+                let is_mutual = || is_between(other, part, tool);
+                is_between(part, other, tool)
+                    && (!is_mutual() || moved_at_first(part, tool) > moved_at_first(other, tool))
+            });
         found.extend(pair.map(|(other, tool)| {
             (*at, format!("relative: as long as the way between {} and {}", tool.pattern, other.pattern))
         }));
     }
     for (at, reason) in found {
-        let name = parts.get(at).map(|part| part.name.clone()).unwrap_or_default();
-        let beside = parts.iter_mut().filter(|part| part.name == name);
-        for part in beside.filter(|part| [Quantity::Position, Quantity::Rotation].contains(&part.quantity)) {
-            part.quantity = Quantity::Other;
-            part.reason = Some(reason.clone());
-            part.words.push("relative".into());
-        }
+        leave_out(parts, at, &reason);
+    }
+}
+
+/// Leaves out a position and the rotation beside it.
+pub fn leave_out(parts: &mut [Part], at: usize, reason: &str) {
+    let name = parts.get(at).map(|part| part.name.clone()).unwrap_or_default();
+    let beside = parts.iter_mut().filter(|part| part.name == name);
+    for part in beside.filter(|part| [Quantity::Position, Quantity::Rotation].contains(&part.quantity)) {
+        part.quantity = Quantity::Other;
+        part.left_out = Some(reason.into());
     }
 }
 
@@ -57,10 +62,9 @@ fn is_between(part: &Part, object: &Part, tool: &Part) -> bool {
     high - low > LEAST_M && equal as f64 > USUAL * lengths.len() as f64
 }
 
-/// Number of rows in which a position is still.
-fn still_rows(part: &Part) -> usize {
-    let is_still = |row: &usize| {
-        part.position(row - 1).zip(part.position(*row)).is_some_and(|(last, next)| distance(last, next) < STILL_M)
-    };
-    (1..part.rows()).filter(is_still).count()
+/// How far a position is from where it began when the tool has moved for the first time, m.
+fn moved_at_first(part: &Part, tool: &Part) -> f64 {
+    let from_start = |part: &Part, row: usize| Some(distance(part.position(0)?, part.position(row)?));
+    let first = (0..tool.rows()).find(|row| from_start(tool, *row).is_some_and(|moved| moved > LEAST_M));
+    first.and_then(|row| from_start(part, tool.row_in(row, part))).unwrap_or_default()
 }

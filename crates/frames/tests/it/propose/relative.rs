@@ -28,6 +28,60 @@ fn what_is_as_long_as_the_way_from_the_tool_is_relative() {
     }
 }
 
+/// The log begins just before the object is taken, so that the relative position is still in more rows than the object.
+#[test]
+fn what_is_carried_in_most_rows_is_an_object() {
+    let zero: fn(f64) -> f64 = |_| 0.0;
+    let one: fn(f64) -> f64 = |_| 1.0;
+    let tool: [fn(f64) -> f64; 3] = [|passed| 0.2 + 0.5 * passed, still, |passed| 1.0 + 0.1 * (9.0 * passed).sin()];
+    let object: [fn(f64) -> f64; 3] =
+        [|passed| 0.35 + 0.5 * (passed - 0.2).max(0.0), |_| 0.2, |passed| 0.9 + 0.1 * (9.0 * passed.max(0.2)).sin()];
+    let relative: [fn(f64) -> f64; 3] = [
+        |passed| 0.15 + 0.5 * ((passed - 0.2).max(0.0) - passed),
+        |_| 0.1,
+        |passed| -0.1 + 0.1 * ((9.0 * passed.max(0.2)).sin() - (9.0 * passed).sin()),
+    ];
+    let to_object: [fn(f64) -> f64; 3] = [
+        |passed| -0.15 - 0.5 * ((passed - 0.2).max(0.0) - passed),
+        |_| -0.1,
+        |passed| 0.1 - 0.1 * ((9.0 * passed.max(0.2)).sin() - (9.0 * passed).sin()),
+    ];
+    let turn = [zero, zero, zero, one];
+    for of_tool in [relative, to_object] {
+        let values: Vec<fn(f64) -> f64> =
+            [&of_tool[..], &turn, &object, &turn].into_iter().flatten().copied().collect();
+        let names: Vec<String> = (0..values.len()).map(|at| format!("object[{at}]")).collect();
+        let mut columns: Vec<Column> = ["eef_pos[0]", "eef_pos[1]", "eef_pos[2]"].into_iter().zip(tool).collect();
+        columns.extend(names.iter().map(String::as_str).zip(values));
+        let found = binding(&columns);
+        assert_eq!(channel(&found, "object.position"), Some("object[<xyz=7 8 9>]"), "{found}");
+        assert_eq!(channel(&found, "object_2.position"), None, "{found}");
+    }
+}
+
+/// robosuite writes each object twice: under its name, and in the array of all objects.
+#[test]
+fn a_copy_of_a_position_is_no_object() {
+    let zero: fn(f64) -> f64 = |_| 0.0;
+    let one: fn(f64) -> f64 = |_| 1.0;
+    let cube: [fn(f64) -> f64; 3] = [along, |_| 0.2, lift];
+    let plate: [fn(f64) -> f64; 3] = [|_| 0.5, |_| -0.1, |_| 0.02];
+    let turn = [zero, zero, zero, one];
+    let values: Vec<fn(f64) -> f64> = [&cube[..], &turn, &plate, &turn].into_iter().flatten().copied().collect();
+    let names: Vec<String> = (0..values.len()).map(|at| format!("object[{at}]")).collect();
+    let mut columns: Vec<Column> = names.iter().map(String::as_str).zip(values).collect();
+    columns.extend(["eef_pos[0]", "eef_pos[1]", "eef_pos[2]"].into_iter().zip([along, still, lift]));
+    columns.extend(["zcube_pos[0]", "zcube_pos[1]", "zcube_pos[2]"].into_iter().zip(cube));
+    columns.extend(["zplate_pos[0]", "zplate_pos[1]", "zplate_pos[2]"].into_iter().zip(plate));
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "zcube.position"), Some("zcube_pos<xyz=[0] [1] [2]>"), "{found}");
+    assert_eq!(channel(&found, "zplate.position"), Some("zplate_pos<xyz=[0] [1] [2]>"), "{found}");
+    assert_eq!(channel(&found, "object.position"), None, "{found}");
+    assert!(found.contains("#   object[<xyz=0 1 2>]    (a copy of zcube_pos<xyz=[0] [1] [2]>)"), "{found}");
+    // Its rotation is nowhere else in the log.
+    assert_eq!(channel(&found, "zcube.rotation"), Some("object[<xyzw=3 4 5 6>]"), "{found}");
+}
+
 /// The state of MuJoCo as robosuite stores it: time, joints, poses of free bodies with w first, velocities. One body lies at a height of nearly zero.
 #[test]
 fn free_bodies_of_a_state_are_objects_where_no_other_is_known() {
