@@ -1,9 +1,9 @@
 //! The hands of a log: tool points, fingertips, forces at the wrist.
 
 use super::bodies::key;
-use super::parts::{Part, Quantity, distance};
-use super::{marker_sets, words};
-use std::collections::BTreeMap;
+use super::parts::{Part, Quantity};
+use super::{hand_markers, marker_sets, words};
+use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::hands::{Finger, Side};
 
 /// The rank of a position without any name.
@@ -30,11 +30,17 @@ pub struct Hand<'a> {
 pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a>>) {
     let mut hands: BTreeMap<Side, Hand<'a>> = BTreeMap::new();
     let only = only_side(&parts);
+    let fingers_of = hands_with_fingers(&parts);
+    // `Hand:Middle` is a finger beside `Hand:Thumb`.
+    let finger_beside = |part: &Part| {
+        let (finger, others) = words::of_finger(&part.words)?;
+        (!others.is_empty() && fingers_of.contains(&others)).then_some(finger)
+    };
     let mut rest = vec![];
     let mut tools: BTreeMap<Side, Vec<(usize, Part<'a>)>> = BTreeMap::new();
     for part in parts {
         let side = side_of(&part).unwrap_or(only);
-        match (part.quantity, words::finger(&part.words)) {
+        match (part.quantity, words::finger(&part.words).or_else(|| finger_beside(&part))) {
             (Quantity::Position, Some(finger)) if !part.is_constant() => {
                 let tips = &mut hands.entry(side).or_default().tips;
                 if tips.get(&finger).is_none_or(|known| is_tip(&part) && !is_tip(known)) {
@@ -55,6 +61,7 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
             part.quantity = Quantity::Other;
         }
     }
+    hand_markers::leave_out(&mut rest, hands.values().map(|hand| &hand.tips));
     // A place without a name is the tool where nothing else is.
     let is_named =
         tools.values().flatten().any(|(rank, _)| *rank < UNNAMED) || hands.values().any(|hand| !hand.tips.is_empty());
@@ -65,7 +72,7 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
         // `hand_left` may be a marker on the only hand with fingers.
         let is_marker = |tool: &Part| {
             !hands.contains_key(&side)
-                && hands.values().flat_map(|hand| hand.tips.values()).any(|tip| is_near(tool, tip))
+                && hands.values().flat_map(|hand| hand.tips.values()).any(|tip| hand_markers::is_near(tool, tip))
         };
         let unused = match candidates.next() {
             Some(tool) if is_marker(&tool) => std::iter::once(tool).chain(candidates).collect(),
@@ -117,6 +124,13 @@ pub fn wrists<'a>(hands: &mut BTreeMap<Side, Hand<'a>>, rest: &mut Vec<Part<'a>>
     }
 }
 
+/// The words of the fingers of each hand that has a thumb or an index, without those for the finger.
+fn hands_with_fingers(parts: &[Part]) -> BTreeSet<Vec<String>> {
+    let positions = parts.iter().filter(|part| part.quantity == Quantity::Position);
+    let of_finger = positions.filter_map(|part| words::of_finger(&part.words));
+    of_finger.filter(|(finger, _)| [Finger::Thumb, Finger::Index].contains(finger)).map(|(_, others)| others).collect()
+}
+
 /// Takes the first part for which this holds.
 fn take<'a>(parts: &mut Vec<Part<'a>>, is_it: impl Fn(&Part) -> bool) -> Option<Part<'a>> {
     let at = parts.iter().position(is_it)?;
@@ -149,16 +163,6 @@ fn only_side(parts: &[Part]) -> Side {
         [side] => side,
         _ => Side::Right,
     }
-}
-
-/// Whether two points mostly stay within the size of a hand from each other.
-fn is_near(one: &Part, other: &Part) -> bool {
-    const HAND_M: f64 = 0.25;
-    let mut distances: Vec<f64> = (0..one.rows())
-        .filter_map(|row| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?)))
-        .collect();
-    distances.sort_by(f64::total_cmp);
-    distances.get(distances.len() * 9 / 10).is_some_and(|usual| *usual < HAND_M)
 }
 
 fn is_tip(part: &Part) -> bool {

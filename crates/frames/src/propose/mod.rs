@@ -10,6 +10,7 @@ mod contacts;
 mod copies;
 mod fingertip_pairs;
 mod grippers;
+mod hand_markers;
 mod hands;
 mod holds;
 mod insertions;

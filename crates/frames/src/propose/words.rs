@@ -113,6 +113,14 @@ const SUPPORTS: [&str; 9] = ["table", "tray", "bin", "shelf", "plate", "surface"
 pub fn words(name: &str) -> Vec<String> {
     let mut all: Vec<String> = vec![];
     for token in tokens(name) {
+        let label = marker_label(token);
+        let token = match &label {
+            Some((side, label)) => {
+                all.push(side.to_lowercase().to_string());
+                label.as_str()
+            }
+            None => token,
+        };
         let (mut word, mut was_small) = (String::new(), false);
         for letter in token.chars() {
             if letter.is_uppercase() && was_small {
@@ -124,6 +132,33 @@ pub fn words(name: &str) -> Vec<String> {
         all.push(word.to_lowercase());
     }
     all
+}
+
+/// The side and the rest of the label of a marker on a person: `R` and `Thumb` of `RThumb`, `R` and `ThumbTip` of `RTHT`, as the marker sets of Vicon name it.
+fn marker_label(token: &str) -> Option<(char, String)> {
+    const LABELS: [(&str, &str); 12] = [
+        ("THT", "ThumbTip"),
+        ("IFT", "IndexTip"),
+        ("MFT", "MiddleTip"),
+        ("RFT", "RingTip"),
+        ("LFT", "LittleTip"),
+        ("WRA", "WristA"),
+        ("WRB", "WristB"),
+        ("FIN", "Hand"),
+        ("FRM", "Forearm"),
+        ("ELB", "Elbow"),
+        ("UPA", "UpperArm"),
+        ("SHO", "Shoulder"),
+    ];
+    let side = token.chars().next().filter(|side| ['L', 'R'].contains(side))?;
+    let rest = token.strip_prefix(side)?;
+    if let Some((_, label)) = LABELS.iter().find(|(label, _)| *label == rest) {
+        return Some((side, (*label).to_string()));
+    }
+    let mut letters = rest.chars();
+    let is_word =
+        letters.next().is_some_and(char::is_uppercase) && rest.len() > 2 && letters.take(2).all(char::is_lowercase);
+    is_word.then(|| (side, rest.to_string()))
 }
 
 /// The parts of a name between signs, as they are written.
@@ -182,8 +217,8 @@ pub fn joint_of_finger(words: &[String]) -> Option<Finger> {
     finger_of_person(words).filter(|_| words.iter().skip(1).any(|word| JOINTS.contains(&word.as_str())))
 }
 
-/// The finger whose word is the first one in a name; a ring may be an object.
-fn finger_of_person(words: &[String]) -> Option<Finger> {
+/// The finger whose word is the first one in a name, and the other words; a ring may be an object.
+pub fn of_finger(words: &[String]) -> Option<(Finger, Vec<String>)> {
     const FINGERS: [(&[&str], Finger); 5] = [
         (&["thumb", "thtip", "f1", "finger1", "leftfinger"], Finger::Thumb),
         (&["index", "iftip", "f2", "finger2", "rightfinger"], Finger::Index),
@@ -191,8 +226,14 @@ fn finger_of_person(words: &[String]) -> Option<Finger> {
         (&["ring", "rftip", "f4"], Finger::Ring),
         (&["little", "pinky", "lftip", "f5"], Finger::Little),
     ];
-    let named = words.iter().find_map(|word| FINGERS.iter().find(|(known, _)| known.contains(&word.as_str())));
-    named.map(|(_, finger)| *finger)
+    let named = |word: &String| FINGERS.iter().find(|(known, _)| known.contains(&word.as_str()));
+    let (at, finger) = words.iter().enumerate().find_map(|(at, word)| Some((at, named(word)?.1)))?;
+    let others = words.iter().enumerate().filter(|(other, _)| *other != at).map(|(_, word)| word.clone());
+    Some((finger, others.collect()))
+}
+
+fn finger_of_person(words: &[String]) -> Option<Finger> {
+    of_finger(words).map(|(finger, _)| finger)
 }
 
 /// The finger that a name is of: fingers of a person, or the two of a gripper.

@@ -106,3 +106,68 @@ fn points_at_rest_are_bodies_beside_a_robot_and_a_person() {
         }
     }
 }
+
+/// Points of a hand that carries a bottle: each with its subject and label, its place beside the middle of the fingertips, m, and how far it goes apart as the
+/// hand opens.
+fn hand_and_bottle(points: &[(&str, [f64; 3], f64)]) -> String {
+    let names = points.iter().map(|(name, ..)| *name).chain(["Bottle:B1.", "Bottle:B2.", "Bottle:B3."]);
+    let names: Vec<String> = names.flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name}{axis} [mm]"))).collect();
+    let mut text = format!("time,{}", names.join(","));
+    for row in 0..super::ROWS {
+        let passed = f64::from(row) / f64::from(super::ROWS - 1);
+        // The hand comes, carries the bottle to another place, and goes back.
+        let way = |passed: f64| 0.4 * (passed.clamp(0.3, 0.7) - 0.3);
+        let free = (0.3 - passed).max(0.0) + (passed - 0.7).max(0.0);
+        let is_closed = (0.3..0.7).contains(&passed);
+        text.push_str(&format!("\n{:.3}", passed * 10.0));
+        for (_, [x, y, z], opens) in points {
+            let y = y + if is_closed { 0.0 } else { *opens };
+            text.push_str(&format!(",{:.1},{:.1},{:.1}", 1e3 * (x + way(passed) - free), 1e3 * y, 1e3 * (z + 0.8)));
+        }
+        for z in [0.0, 0.05, 0.12] {
+            text.push_str(&format!(",{:.1},{:.1},{:.1}", 1e3 * (way(passed) + z / 4.0), 0.0, 1e3 * (z + 0.7)));
+        }
+    }
+    super::binding_of(&text)
+}
+
+#[test]
+fn markers_of_a_hand_are_no_object() {
+    let tips = [[0.0, 0.04, 0.0], [0.0, -0.04, 0.0], [0.0, -0.04, -0.02]];
+    let wrist = [[-0.16, 0.03, 0.01], [-0.16, -0.03, 0.01], [-0.09, 0.0, 0.04]];
+    let sets = [
+        ["Subject1:RTHT.", "Subject1:RIFT.", "Subject1:RMFT.", "Subject1:RWRA.", "Subject1:RWRB.", "Subject1:RFIN."],
+        ["Subject1:RThumb.", "Subject1:RIndex.", "Subject1:RMiddle.", "Subject1:M1.", "Subject1:M2.", "Subject1:M3."],
+        ["RightHand:Thumb.", "RightHand:Index.", "RightHand:Middle.", "RightHand:A.", "RightHand:B.", "RightHand:C."],
+    ];
+    for names in sets {
+        let places = [&tips[..], &wrist].concat();
+        let opens = [0.02, -0.02, -0.02, 0.0, 0.0, 0.0];
+        let points: Vec<(&str, [f64; 3], f64)> =
+            names.into_iter().zip(places).zip(opens).map(|((name, at), opens)| (name, at, opens)).collect();
+        let found = hand_and_bottle(&points);
+        for (finger, name) in ["thumb", "index", "middle"].into_iter().zip(names) {
+            let wanted = format!("\"{name}<XYZ>\"");
+            assert_eq!(channel(&found, &format!("right.{finger}.position")), Some(&*wanted), "{found}");
+        }
+        let bottle = mean(&["Bottle:B1.", "Bottle:B2.", "Bottle:B3."]);
+        assert_eq!(channel(&found, "Bottle.position"), Some(&*bottle), "{found}");
+        let others = found.lines().filter(|line| line.contains(".position: ") && !line.contains("right."));
+        assert_eq!(others.count(), 1, "{found}");
+    }
+}
+
+/// Nothing but the motion shows that the markers without a name are on the hand.
+#[test]
+fn markers_that_keep_their_distance_from_the_fingertips_are_of_the_hand() {
+    let at = [[0.0, 0.04, 0.0], [0.0, -0.04, 0.0], [-0.16, 0.03, 0.01], [-0.16, -0.03, 0.01]];
+    let found = hand_and_bottle(&[
+        ("Hand:RThumb.", at[0], 0.02),
+        ("Hand:RIndex.", at[1], -0.02),
+        ("Set2:M1.", at[2], 0.0),
+        ("Set2:M2.", at[3], 0.0),
+    ]);
+    assert!(found.contains("#   \"Set2:M1.<XYZ>\"    (a marker of the hand: it stays near the fingertips)"), "{found}");
+    assert_eq!(found.lines().filter(|line| line.contains(".position: \"Set2")).count(), 0, "{found}");
+    assert!(channel(&found, "Bottle.position").is_some(), "{found}");
+}
