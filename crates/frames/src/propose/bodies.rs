@@ -150,7 +150,7 @@ impl Body<'_> {
 /// The edge of a box for bodies, m, and why: as wide as the gripper is on them.
 pub fn edge(held_m: Option<f64>) -> (f64, &'static str) {
     match held_m.filter(|held| (0.005..0.2).contains(held)) {
-        Some(held) => ((held * 1e3).round() / 1e3, "edge = opening of the closed gripper"),
+        Some(held) => ((held * 1e3).round() / 1e3, "the width that the gripper holds; replace the other edges"),
         None => (USUAL_M, "its size is not in the log"),
     }
 }

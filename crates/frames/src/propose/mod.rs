@@ -316,10 +316,18 @@ fn proposal(survey: Survey, log: &Inspection, answers: &Answers) -> Proposal {
     }
 }
 
-/// Rules without failures, for hands without a known position: each grasp would seem to miss.
+/// Rules without failures, for grippers without a known position: each grasp would seem to miss.
 fn rules(survey: &Survey) -> Option<&'static str> {
     let without_failures = if survey.grippers.len() > 1 { "bimanual.rules" } else { "contact.rules" };
-    (!survey.has_point()).then_some(without_failures)
+    (!survey.has_point() && shows_closing(survey)).then_some(without_failures)
+}
+
+/// Whether something shows when a hand holds something.
+fn shows_closing(survey: &Survey) -> bool {
+    !survey.grippers.is_empty()
+        || survey.hands.values().any(|hand| hand.tips.len() > 1 || hand.force.is_some())
+        || survey.contacts.are_of_fingers()
+        || !survey.fixed.is_empty()
 }
 
 /// What an analysis needs and the log lacks.
@@ -328,13 +336,9 @@ fn lacking(survey: &Survey) -> Vec<String> {
     if survey.arms.iter().any(|arm| arm.is_incomplete) {
         lacking.push("the joints are in ticks: copy the calibration file of the arm beside the binding, and take `#` from `robots` there".into());
     } else if !survey.has_point() {
-        lacking.push("no column is the position of a hand: name it, or describe the robot whose joints the log has with `robots` (docs/bindings.md, Joints)".into());
+        lacking.push(no_point(survey));
     }
-    let has_closing = !survey.grippers.is_empty()
-        || survey.hands.values().any(|hand| hand.tips.len() > 1 || hand.force.is_some())
-        || survey.contacts.are_of_fingers()
-        || !survey.fixed.is_empty();
-    if !has_closing && survey.mechanism.is_none() {
+    if !shows_closing(survey) && survey.mechanism.is_none() {
         lacking.push(
             "no column shows when a hand holds something: neither an opening nor a flag, forces or several fingertips"
                 .into(),
@@ -344,4 +348,28 @@ fn lacking(survey: &Survey) -> Vec<String> {
         lacking.push("no column is the position of an object: a held object moves with the hand, and its position is otherwise unknown".into());
     }
     lacking
+}
+
+/// That no column is the position of a hand, and what to edit: a body that was guessed may be the hand.
+fn no_point(survey: &Survey) -> String {
+    let moving = survey.bodies.iter().filter(|body| body.moves());
+    // The body with the most markers is the likeliest hand.
+    let hand = moving
+        .min_by_key(|body| std::cmp::Reverse(body.positions.len()))
+        .and_then(|body| Some((body, body.positions.first()?)));
+    let example = hand.map_or_else(
+        || "write its columns after `right.tcp.position`".to_string(),
+        |(body, part)| {
+            let has_markers = body.positions.len() > 1;
+            let channel = if has_markers { "right.thumb.position" } else { "right.tcp.position" };
+            format!(
+                "if it is one of these lines, replace it, such as by `{channel}: {}`, and delete the body `{}` in the scene",
+                yaml_scalar::scalar(&part.columns()),
+                body.name
+            )
+        },
+    );
+    format!(
+        "no column is the position of a hand: {example}; or describe the robot whose joints the log has with `robots` (docs/bindings.md, Joints)"
+    )
 }

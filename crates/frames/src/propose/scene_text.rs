@@ -114,7 +114,9 @@ fn reason(socket: &FoundSocket) -> String {
     let object = &socket.object;
     match socket.evidence {
         Evidence::Contact => {
-            format!("{object} moves straight on from a contact there; radius and depth are at least those of its path")
+            format!(
+                "{object} moves straight on from a contact there; the rim is where its origin is then: with the true rim, set `plug` of {object} to its lower end; radius and depth are at least those of its path"
+            )
         }
         Evidence::Name => format!("by its name, and {object} begins or comes to rest there: give the true rim"),
         Evidence::Inside | Evidence::Above => format!(

@@ -1,6 +1,7 @@
 //! Proposed bindings: what columns are taken for by their names, units and values.
 
 mod grippers;
+mod lacking;
 mod markers;
 mod relative;
 mod rotations;

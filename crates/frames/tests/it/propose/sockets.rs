@@ -47,7 +47,11 @@ fn friction_shows_the_hole_that_a_peg_is_drawn_out_of() {
     let block = line(&found, "block");
     // The peg leaves the hole at 110 mm, 80 mm above the origin of the block.
     assert!(block.contains("{role: socket, sockets: {hole: {rim: [0 mm, 0 mm, 79 mm], axis: [0, 0, 1]"), "{block}");
-    assert!(block.contains("peg moves straight on from a contact there"), "{block}");
+    assert!(
+        block.contains("peg moves straight on from a contact there; the rim is where its origin is then"),
+        "{block}"
+    );
+    assert!(block.contains("with the true rim, set `plug` of peg to its lower end"), "{block}");
     // Without friction it may have stood on the block.
     let no_friction: fn(f64) -> f64 = |passed| FORCE(passed).min(2.0);
     for force in [Some(no_friction), None] {
