@@ -199,7 +199,10 @@ pub fn derived_frames(
             Err(_) => closed(measured, hand.side, &hand.fingers),
         };
         let is_read = !matches!(touch.absent, Fallback::NormAbove { needed: false, .. });
-        tracks.push(hands::track(measured, &motions, hand.side, &hand.fingers, &touches));
+        let holds = unplaced::is_held_by_flag(measured, hand.side, &objects)
+            .then(|| closed(measured, hand.side, &hand.fingers));
+        let holds = holds.as_ref().unwrap_or(&touches);
+        tracks.push(hands::track(measured, &motions, hand.side, &hand.fingers, holds));
         felt.push((touches, is_read, read));
     }
     let held = unplaced::held_paths(measured, &objects, &tracks);

@@ -3,7 +3,7 @@
 //! An object with a place in the scene starts there, and only a gripper that closes in reach of it holds it. An object without one rests on nothing; before its
 //! first hold it is where it is grasped. In a window of a log, the place only chooses the target.
 
-use super::hands::HandTrack;
+use super::hands::{HandTrack, finger_feels};
 use super::motion::{HeldPath, slopes, vector};
 use crate::clean::preprocess::CleanLog;
 use nalgebra::Vector3;
@@ -36,6 +36,16 @@ pub fn is_unseen(scene: &Scene, has: impl Fn(&str) -> bool, body: usize) -> bool
 /// Whether the scene says where a body is.
 pub fn is_placed(body: &Body) -> bool {
     body.position.iter().any(|length| length.0 != 0.0)
+}
+
+/// Whether only the flag of a gripper shows when it holds an object that the log lacks. A sensor at the wrist does not: it feels nothing while the held object
+/// hangs still, and the weight of an open gripper.
+pub fn is_held_by_flag(measured: &CleanLog, side: Side, objects: &[usize]) -> bool {
+    let has = |column: &str| measured.scalar(column).is_some();
+    let mut tips = Finger::ALL.into_iter().filter(|finger| *finger != Finger::Palm);
+    has(&format!("{side}.gripper.closed"))
+        && !tips.any(|finger| finger_feels(measured, side, finger))
+        && objects.iter().any(|object| is_unseen(measured.scene, has, *object))
 }
 
 /// The motion of those of some objects that the log does not show and a gripper holds at some time. In a window of a log it is not known.

@@ -146,6 +146,24 @@ fn in_a_live_log_places_choose_the_object() {
     assert_eq!(height, vec![0.0; log.time.len()]);
 }
 
+/// The tared sensor at the wrist feels the cube only until 1.2 s: what hangs still does not pull at it.
+#[test]
+fn a_closed_gripper_does_not_release_an_object_that_its_wrist_no_longer_feels() {
+    let mut log = log(SCENE);
+    let pull: Vec<f64> = log.time.iter().map(|t| if *t < 1.2 { 8.0 } else { 0.0 }).collect();
+    let force = |axis: &str| if axis == "z" { pull.clone() } else { vec![0.0; pull.len()] };
+    log.columns.extend(
+        ["x", "y", "z"].map(|axis| {
+            (format!("right.palm.force.{axis}"), Column { dimension: Dimension::FORCE, values: force(axis) })
+        }),
+    );
+    let found = frames(&log, &[ask("target.position")]).unwrap();
+    let x = column(&found, "target.position", 0, 0);
+    for (frame, wanted) in [(110, place(1.1)), (250, place(2.5)), (299, place(2.99)), (550, place(5.5))] {
+        assert!((x[frame] - wanted).abs() < 1e-9, "{frame}: {}", x[frame]);
+    }
+}
+
 /// A gripper closes at 1 s and opens at 5 s. The cube falls at 2 s, and the gripper goes up with 0.1 m/s.
 #[test]
 fn a_gripper_that_has_lost_its_object_does_not_touch_it_from_afar() {
