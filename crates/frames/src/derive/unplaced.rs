@@ -11,8 +11,9 @@ use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Body, Role, Scene};
 
-/// A gripper that is farther than this from the bounding ball of an object does not hold it, m; `grip_reach` of hand_gripper.rules.
-const REACH: f64 = 0.200;
+/// A gripper that closes farther than this from the bounding ball of an object with a place does not take it, m. Nothing else shows that it holds the object,
+/// so that this is the least value of `grip_reach` in hand_gripper.rules.
+const REACH: f64 = 0.050;
 
 /// Whether nothing says where a body is while a gripper may hold it: neither the log nor, of a whole log, the scene.
 pub fn is_unplaced(measured: &CleanLog, body: usize) -> bool {

@@ -110,6 +110,14 @@ fn an_object_with_a_place_is_carried_from_there_by_a_hand_in_reach() {
     assert!(column(&beyond, "target.position", 0, 0)[..500].iter().all(|x| *x == 0.8));
 }
 
+/// It closes 172 mm beside the object.
+#[test]
+fn an_empty_gripper_does_not_carry_an_object_with_a_place() {
+    let log = log(&SCENE.replace("role: object,", "role: object, position: [0.3 m, 0.272 m, 20 mm],"));
+    let found = frames(&log, &[ask("target.position")]).unwrap();
+    assert!(column(&found, "target.position", 0, 0).iter().all(|x| *x == 0.3));
+}
+
 /// The target and the height of its position on each frame of a live log.
 fn live(log: &Recording) -> (Vec<f64>, Vec<f64>) {
     let channels = [ask("target"), ask("target.position")];
