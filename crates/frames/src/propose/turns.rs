@@ -28,6 +28,8 @@ struct Extent {
     is_long: bool,
     /// Longer than half a turn.
     is_beyond_half_turn: bool,
+    /// It passes half a turn without a jump.
+    passes_half_turn: bool,
     /// The second is beyond the range of a pitch.
     is_beyond_pitch: bool,
     /// The values, rad.
@@ -47,9 +49,12 @@ impl Extent {
             (0..rows).map(|row| Vector3::new(value(0, row), value(1, row), value(2, row))).collect();
         let is_often =
             |is: &dyn Fn(&Vector3<f64>) -> bool| values.iter().filter(|at| is(at)).count() as f64 > SHARE * rows as f64;
+        let is_beyond_half_turn = is_often(&|at| at.norm() > PI * SLACK);
+        let jumps = values.windows(2).any(|pair| (pair[1] - pair[0]).norm() > JUMP_RAD);
         Self {
             is_long: is_often(&|at| at.norm() > TAU * SLACK),
-            is_beyond_half_turn: is_often(&|at| at.norm() > PI * SLACK),
+            is_beyond_half_turn,
+            passes_half_turn: is_beyond_half_turn && is_often(&|at| at.norm() < PI) && !jumps,
             is_beyond_pitch: is_often(&|at| at.y.abs() > FRAC_PI_2 * SLACK),
             values: values.into_iter().filter(|at| at.iter().all(|part| part.is_finite())).collect(),
         }
@@ -123,13 +128,21 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
     let is_in_degrees = extent.is_long && unit.is_empty();
     let is_of_ur = is_r || says(&["tcp", "ur"]);
     let is_in_other_unit = compound_of_log(unit).is_ok_and(|(factor, _)| !unit.is_empty() && factor != 1.0);
-    let (form, why) = match (extent.smooth_form(), extent.upright_form()) {
+    let upright = extent.upright_form();
+    let is_upright = matches!(upright, Some((Form::Angles, _)));
+    // Some vectors of UR are not wrapped at half a turn: the names of its interface show them, or that the angles turn about no vertical.
+    let is_unwrapped =
+        says(&["ur"]) || says(&["actual"]) && says(&["tcp"]) || is_r && extent.passes_half_turn && !is_upright;
+    let (form, why) = match (extent.smooth_form(), upright) {
         _ if is_rotvec => (Form::RotationVector, " by its name".into()),
         _ if is_rpy => (Form::Angles, " by its name".into()),
         _ if extent.is_long => (Form::Angles, String::new()),
         (Some(form), _) => (form, ", since it jumps at half a turn as the other form".into()),
         _ if extent.is_beyond_pitch => {
             (Form::RotationVector, ", since the second is beyond the range of a pitch".into())
+        }
+        _ if extent.is_beyond_half_turn && is_unwrapped && !is_in_other_unit => {
+            (Form::RotationVector, ", as UR writes it, also beyond half a turn".into())
         }
         _ if extent.is_beyond_half_turn => {
             (Form::Angles, ", since a rotation vector is not longer than half a turn".into())

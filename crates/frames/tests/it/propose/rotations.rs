@@ -90,6 +90,23 @@ fn a_tool_that_points_down_turns_about_the_vertical() {
 }
 
 #[test]
+fn a_rotation_vector_of_ur_may_be_longer_than_half_a_turn() {
+    const AXIS: [fn(f64) -> f64; 3] =
+        [|passed| 0.8 * (2.6 + passed), |passed| 0.36 * (2.6 + passed), |passed| 0.48 * (2.6 + passed)];
+    let mut columns: Vec<Column> =
+        vec![("actual_TCP_pose_0", along), ("actual_TCP_pose_1", still), ("actual_TCP_pose_2", lift)];
+    columns.extend(["actual_TCP_pose_3", "actual_TCP_pose_4", "actual_TCP_pose_5"].into_iter().zip(AXIS));
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "right.tcp.rotation"), Some("actual_TCP_pose_<rotvec=3 4 5>"), "{found}");
+    let named = ["tcp_rx", "tcp_ry", "tcp_rz"];
+    let found = with(named, AXIS);
+    assert_eq!(channel(&found, "right.tcp.rotation"), Some("tcp_r<rotvec=x y z>"), "{found}");
+    // A tool that points down turns about the vertical by these angles, whose norm also passes half a turn.
+    let found = with(named, [|_| 3.13, |_| 0.01, |passed| 1.4 * passed]);
+    assert_eq!(channel(&found, "right.tcp.rotation"), Some("tcp_r<rpy=x y z>"), "{found}");
+}
+
+#[test]
 fn the_reason_why_a_rotation_is_not_used_is_named() {
     let found = with(["camera_roll", "camera_pitch", "camera_yaw"], [along, still, still]);
     assert!(
