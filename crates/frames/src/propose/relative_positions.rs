@@ -56,10 +56,21 @@ fn is_between(part: &Part, object: &Part, tool: &Part) -> bool {
             Some((distance(part.position(row)?, [0.0; 3]), far))
         })
         .collect();
-    let equal = lengths.iter().filter(|(length, far)| (length - far).abs() < EQUAL_M).count();
+    let equal = lengths.iter().map(|(length, far)| (length - far).abs() < EQUAL_M);
     let (low, high) =
         lengths.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), (_, far)| (low.min(*far), high.max(*far)));
-    high - low > LEAST_M && equal as f64 > USUAL * lengths.len() as f64
+    // Where the object is in the origin, or the part at the tool, a position in the world has this length too.
+    let in_origin = (0..part.rows()).filter_map(|row| object.position(part.row_in(row, object)));
+    let is_in_origin = is_usual(in_origin.map(|at| distance(at, [0.0; 3]) < EQUAL_M));
+    let at_tool = (0..part.rows()).filter_map(|row| part.position(row).zip(tool.position(part.row_in(row, tool))));
+    let is_at_tool = is_usual(at_tool.map(|(at, tool)| distance(at, tool) < EQUAL_M));
+    high - low > LEAST_M && is_usual(equal) && !is_in_origin && !is_at_tool
+}
+
+/// Whether something is so in nearly all rows.
+fn is_usual(rows: impl Iterator<Item = bool>) -> bool {
+    let (count, yes) = rows.fold((0_usize, 0_usize), |(count, yes), is| (count + 1, yes + usize::from(is)));
+    yes as f64 > USUAL * count as f64
 }
 
 /// How far a position is from where it began when the tool has moved for the first time, m.

@@ -28,6 +28,29 @@ fn what_is_as_long_as_the_way_from_the_tool_is_relative() {
     }
 }
 
+#[test]
+fn what_a_hand_holds_is_not_relative_to_an_object_in_the_origin() {
+    let zero: fn(f64) -> f64 = |_| 0.0;
+    // A peg 1 mm above the tool point.
+    let above: fn(f64) -> f64 = |passed| lift(passed) + 0.001;
+    let beside: fn(f64) -> f64 = |_| 0.004;
+    for block_y in [zero, beside] {
+        let columns: [Column; 9] = [
+            ("tcp_x", along),
+            ("tcp_y", still),
+            ("tcp_z", lift),
+            ("peg_x", along),
+            ("peg_y", still),
+            ("peg_z", above),
+            ("block_x", zero),
+            ("block_y", block_y),
+            ("block_z", zero),
+        ];
+        let found = binding(&columns);
+        assert_eq!(channel(&found, "peg.position"), Some("peg_<xyz>"), "{found}");
+    }
+}
+
 /// The log begins just before the object is taken, so that the relative position is still in more rows than the object.
 #[test]
 fn what_is_carried_in_most_rows_is_an_object() {
