@@ -252,7 +252,7 @@ pub const DERIVED: &[DerivedChannel] = &[
         ROTATION_KNOWN,
         Shape::Bool,
         Dimension::NONE,
-        "the log has the rotation of this hand or of all objects; the same on all frames",
+        "the log has the rotation of this hand or of its target",
     ),
     DerivedChannel {
         axis: Some(Axis::Fingers),

@@ -46,9 +46,10 @@ impl<'a> LogContents<'a> {
             }
             DISTANCE_KNOWN => self.distance_lack(side),
             GRASP_KNOWN => Some(format!("neither a touch of a fingertip nor a gripper is {}", self.verb)),
-            ROTATION_KNOWN => {
-                Some(format!("neither the rotation of the hand nor that of each object is {}", self.verb))
-            }
+            // A rotation without the positions shows nothing.
+            ROTATION_KNOWN => self
+                .distance_lack(side)
+                .or_else(|| Some(format!("neither the rotation of the hand nor that of an object is {}", self.verb))),
             _ => None,
         }
     }

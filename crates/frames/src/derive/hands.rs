@@ -76,14 +76,6 @@ pub fn knows_distance(measured: &CleanLog, side: Side) -> bool {
     placed.next().is_some() && !objects.is_empty() && objects.iter().all(is_known)
 }
 
-/// Whether the log has the rotation of a hand, or of all objects.
-pub fn knows_rotation(measured: &CleanLog, side: Side) -> bool {
-    let objects = super::objects(measured.scene);
-    let mut names = objects.iter().filter_map(|object| measured.scene.bodies.get_index(*object)).map(|(name, _)| name);
-    measured.rotation(&format!("{side}.{}.rotation", Finger::Palm)).is_some()
-        || !objects.is_empty() && names.all(|name| measured.rotation(&format!("{name}.rotation")).is_some())
-}
-
 /// Whether the log shows when a hand holds something: it has the contact or the force of a fingertip, or the flag or the opening of a gripper.
 pub fn knows_grasp(measured: &CleanLog, side: Side) -> bool {
     let channels = measured.columns.keys().filter_map(|column| LogChannel::parse(names::meaning(column)?.channel));

@@ -1,7 +1,7 @@
 //! The derived channels, one function each, from the tracks of the hands and the motion of the bodies.
 
 use super::contacts::{Contact, Contacts};
-use super::hands::{HandTrack, fingers, knows_distance, knows_grasp, knows_rotation};
+use super::hands::{HandTrack, fingers, knows_distance, knows_grasp};
 use super::motion::{Motion, quaternion, slope, smoothed, vector};
 use super::partner::Partner;
 use super::raw_channels::Slots;
@@ -92,11 +92,12 @@ impl<'a> Derivation<'a> {
                 vec![self.rotation(track, of_target)]
             }
             "target.hold_rotation" => {
-                let palm = self.measured.rotation(&format!("{}.{}.rotation", track.side, Finger::Palm));
-                let of_hold = |motion: Option<&Motion>, frame| match (motion, palm) {
-                    (Some(motion), None) => Some(motion.pose(frame).rotation),
-                    (Some(motion), _) if motion.has_rotation() => Some(motion.pose(frame).rotation),
-                    (_, palm) => palm.map(|palm| quaternion(&palm, frame)),
+                let palm = self.palm_rotation(track);
+                let of_hold = |motion: Option<&Motion>, frame| {
+                    let of_target = motion.filter(|motion| motion.has_rotation() || palm.is_none());
+                    of_target
+                        .map(|motion| motion.pose(frame).rotation)
+                        .or_else(|| palm.map(|palm| quaternion(&palm, frame)))
                 };
                 vec![self.rotation(track, of_hold)]
             }
@@ -138,7 +139,12 @@ impl<'a> Derivation<'a> {
                 vec![vec![self.partners_of(track, |partner| flag(partner.is_some_and(|partner| partner.inside)))]]
             }
             DISTANCE_KNOWN => vec![vec![vec![flag(knows_distance(self.measured, track.side)); track.target.len()]]],
-            ROTATION_KNOWN => vec![vec![vec![flag(knows_rotation(self.measured, track.side)); track.target.len()]]],
+            ROTATION_KNOWN => {
+                let of_hand = self.palm_rotation(track).is_some();
+                let is_known =
+                    |target: &Option<usize>| of_hand || target.and_then(motion).is_some_and(Motion::has_rotation);
+                vec![vec![track.target.iter().map(|target| flag(is_known(target))).collect()]]
+            }
             GRASP_KNOWN => vec![vec![vec![flag(knows_grasp(self.measured, track.side)); track.target.len()]]],
             "load" => {
                 let [x, y, z] = self.forces(track);
@@ -152,6 +158,11 @@ impl<'a> Derivation<'a> {
     /// Which object this is, counted from zero; -1 when it is none.
     fn object(&self, body: usize) -> f64 {
         self.objects.iter().position(|object| *object == body).map_or(-1.0, |index| index as f64)
+    }
+
+    /// The rotation of a hand, if the log has it.
+    fn palm_rotation(&self, track: &HandTrack) -> Option<[&[f64]; 4]> {
+        self.measured.rotation(&format!("{}.{}.rotation", track.side, Finger::Palm))
     }
 
     /// A rotation at each frame from the motion of the target; none is that of the reference frame.

@@ -8,13 +8,21 @@ use teachtree_frames::frames::Frames;
 /// A quarter turn about z: the components w and z.
 const QUARTER: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// The frames of a bar in the origin, with two fingertips; `quarters` are the bodies that are turned by a quarter about z.
+/// The frames of a bar in the origin, with two fingertips, and of a lamp far away whose rotation the log lacks; `quarters` are the bodies that are turned by a
+/// quarter about z.
 fn seen(bar: &str, quarters: &[&str]) -> Frames {
-    let scene = format!("{{bodies: {{bar: {{role: object, {bar}}}}}, hands: {{right: {{fingers: [thumb, index]}}}}}}");
+    let scene = format!(
+        "{{bodies: {{bar: {{role: object, {bar}}}, lamp: {{role: object, radius: 10 mm}}}}, hands: {{right: {{fingers: [thumb, index]}}}}}}"
+    );
     let turns: Vec<String> =
         quarters.iter().flat_map(|body| ["w", "x", "y", "z"].map(|part| format!("{body}.rotation.{part}"))).collect();
     let turn = |name: &str| if name.ends_with('w') || name.ends_with('z') { QUARTER } else { 0.0 };
-    let places = [("right.thumb", [0.0, 0.13, 0.0]), ("right.index", [0.1, 0.0, 0.0]), ("bar", [0.0; 3])];
+    let places = [
+        ("right.thumb", [0.0, 0.13, 0.0]),
+        ("right.index", [0.1, 0.0, 0.0]),
+        ("bar", [0.0; 3]),
+        ("lamp", [1.0, 1.0, 0.0]),
+    ];
     let mut values: Vec<(String, f64)> = turns.into_iter().map(|name| (name.clone(), turn(&name))).collect();
     for (name, place) in places {
         values.extend(["x", "y", "z"].into_iter().zip(place).map(|(axis, at)| (format!("{name}.position.{axis}"), at)));
