@@ -74,11 +74,11 @@ pub enum Evidence {
     Above,
 }
 
-/// The sockets, at most [`MAX_SOCKETS`].
+/// The sockets, at most [`MAX_SOCKETS`], those with the best evidence: of several at one rim one.
 pub fn sockets(recording: &Recording) -> Vec<FoundSocket> {
     let bodies: Vec<Body> = recording.scene.bodies.keys().filter_map(|name| Body::new(recording, name)).collect();
     let moving: BTreeSet<&str> = bodies.iter().filter(|body| body.moves).map(|body| body.name).collect();
-    let mut found: Vec<(Insertion, FoundSocket)> = vec![];
+    let mut shown: Vec<(&Body, Insertion, Evidence)> = vec![];
     for body in bodies.iter().filter(|body| body.moves) {
         let path = body.path(recording, &moving);
         let mut insertions: Vec<(Insertion, Evidence)> =
@@ -89,16 +89,19 @@ pub fn sockets(recording: &Recording) -> Vec<FoundSocket> {
             let at_rest = at_rest.filter_map(|(other, is_end)| body.at_rest_in(other, is_end));
             insertions.extend(at_rest.min_by_key(|(_, evidence)| *evidence));
         }
-        for (insertion, evidence) in insertions {
-            let is_known = |(known, _): &(Insertion, FoundSocket)| {
-                (known.rim - insertion.rim).norm() < SAME_M && known.axis.dot(&insertion.axis) > 0.9
-            };
-            if found.len() < MAX_SOCKETS && !found.iter().any(is_known) {
-                found.push((insertion, socket(&bodies, body.name, insertion, evidence)));
-            }
+        shown.extend(insertions.into_iter().map(|(insertion, evidence)| (body, insertion, evidence)));
+    }
+    shown.sort_by_key(|(.., evidence)| *evidence);
+    let mut found: Vec<(&Body, Insertion, Evidence)> = vec![];
+    for (body, insertion, evidence) in shown {
+        let is_known = |(_, known, _): &(&Body, Insertion, Evidence)| {
+            (known.rim - insertion.rim).norm() < SAME_M && known.axis.dot(&insertion.axis) > 0.9
+        };
+        if found.len() < MAX_SOCKETS && !found.iter().any(is_known) {
+            found.push((body, insertion, evidence));
         }
     }
-    found.into_iter().map(|(_, socket)| socket).collect()
+    found.into_iter().map(|(body, insertion, evidence)| socket(&bodies, body.name, insertion, evidence)).collect()
 }
 
 /// The socket of an insertion, in the frame of the nearest body that stands still.

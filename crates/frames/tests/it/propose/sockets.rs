@@ -105,12 +105,36 @@ fn what_never_moves_ahead_of_a_way_is_no_socket() {
     // Lifted below a hook, carried to the side, and put down.
     let height: fn(f64) -> f64 = |passed| 0.02 + 0.12 * (between(passed, 0.3, 0.45) - between(passed, 0.7, 0.85));
     let lifted: [fn(f64) -> f64; 3] = [X, Y, height];
-    let cases: [(&str, [fn(f64) -> f64; 3], [fn(f64) -> f64; 3]); 2] = [
-        ("lamp", slid, [|_| 0.55, Y, |_| 0.02]),
-        ("hook", lifted, [|_| 0.3, Y, |_| 0.3]),
-    ];
+    let cases: [(&str, [fn(f64) -> f64; 3], [fn(f64) -> f64; 3]); 2] =
+        [("lamp", slid, [|_| 0.55, Y, |_| 0.02]), ("hook", lifted, [|_| 0.3, Y, |_| 0.3])];
     for (name, way, place) in cases {
         let found = scene(name, way, place, None);
         assert!(!found.contains("sockets: {hole"), "{found}");
     }
+}
+
+#[test]
+fn a_contact_shows_a_socket_where_another_body_rests() {
+    let columns: [Column; 16] = [
+        ("gripper_width", WIDTH),
+        ("tcp_x", X),
+        ("tcp_y", Y),
+        ("tcp_z", Z),
+        // Put on the block once the hole is empty.
+        ("cube_x", |passed| 0.6 - 0.3 * between(passed, 0.84, 0.88)),
+        ("cube_y", Y),
+        ("cube_z", |passed| 0.29 - 0.2 * between(passed, 0.9, 0.95)),
+        ("peg_x", X),
+        ("peg_y", Y),
+        ("peg_z", Z),
+        ("block_x", |_| 0.3),
+        ("block_y", Y),
+        ("block_z", |_| 0.03),
+        ("wrench_fx", Y),
+        ("wrench_fy", Y),
+        ("wrench_fz", FORCE),
+    ];
+    let found = placed_scene(&columns);
+    let block = line(&found, "block");
+    assert!(block.contains("{role: socket, ") && block.contains("peg moves straight on from a contact"), "{block}");
 }
