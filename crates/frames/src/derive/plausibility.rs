@@ -106,29 +106,35 @@ pub fn far_touches(
     }
 }
 
-/// Finds fingertips of a hand that touched while they were far from every object.
+/// Finds fingertips of a hand that touched while they were far from every object. While a gripper is closed all of them touch: the nearest one stands for them.
 pub fn far_issues(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -> Vec<Issue> {
-    let mut issues = vec![];
-    for (place, finger) in hand.fingers.iter().enumerate() {
-        let channel = format!("{}.{finger}.position", hand.side);
-        let Some(found) = findings.far.get(&(hand.side, place)) else { continue };
-        if let Some(mean) = found.mean(measured) {
-            let nearest = &found.of;
-            let measures_contact = measured.scalar(&format!("{}.{finger}.contact", hand.side)).is_some();
-            let (touches, or) = match finger_feels(measured, hand.side, *finger) {
-                false => ("the gripper is closed", ", or the gripper holds nothing"),
-                true if measures_contact => ("the fingertip touches", ""),
-                true => ("the fingertip touches", ", or its force is not zero at rest (`tare` it in a binding)"),
-            };
-            let message = format!(
-                "{touches} while it is {} mm from the nearest object, `{nearest}`: one of their positions does not change, or is in another unit \
-                 or frame{or}",
-                (mean * 1e3).round()
-            );
-            issues.push(found.issue(IssueKind::IMPLAUSIBLE_POSITION, channel, message));
-        }
-    }
-    issues
+    let side = hand.side;
+    let far = hand.fingers.iter().enumerate().filter_map(|(place, finger)| {
+        let found = findings.far.get(&(side, place))?;
+        Some((*finger, found, found.mean(measured)?))
+    });
+    let (felt, closed): (Vec<_>, Vec<_>) = far.partition(|(finger, ..)| finger_feels(measured, side, *finger));
+    let nearest = closed.into_iter().min_by(|(.., one), (.., other)| one.total_cmp(other));
+    let gripper = nearest.map(|far| {
+        let or = format!(
+            ", or `{side}.gripper.closed` has the wrong direction, or the hand holds nothing (`hand_gripper.rules` leaves out a hold beyond `grip_reach`)"
+        );
+        (far, "the gripper is closed", or)
+    });
+    let fingertips = felt.into_iter().map(|far| {
+        let measures_contact = measured.scalar(&format!("{side}.{}.contact", far.0)).is_some();
+        let or = if measures_contact { "" } else { ", or its force is not zero at rest (`tare` it in a binding)" };
+        (far, "the fingertip touches", or.to_string())
+    });
+    let issue = |((finger, found, mean), touches, or): ((Finger, &FrameTally, f64), &str, String)| {
+        let message = format!(
+            "{touches} while it is {} mm from the nearest object, `{}`: one of their positions does not change, or is in another unit or frame{or}",
+            (mean * 1e3).round(),
+            found.of
+        );
+        found.issue(IssueKind::IMPLAUSIBLE_POSITION, format!("{side}.{finger}.position"), message)
+    };
+    gripper.into_iter().chain(fingertips).map(issue).collect()
 }
 
 /// Finds supports that pull down what rests on them.

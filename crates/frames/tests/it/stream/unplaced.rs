@@ -203,6 +203,37 @@ fn a_gripper_that_has_lost_its_object_does_not_touch_it_from_afar() {
     );
 }
 
+/// The flag of a gripper, or of a relaxed hand, is one fact about all of its fingertips.
+#[test]
+fn a_closed_gripper_far_from_all_objects_is_one_issue() {
+    let at = |place: f64| move |_: f64| place;
+    let log = recording(
+        &SCENE.replace("[thumb]", "[thumb, index]"),
+        100.0,
+        500,
+        &[
+            ("right.thumb.position.x", &at(0.56)),
+            ("right.thumb.position.y", &at(0.0)),
+            ("right.thumb.position.z", &at(0.02)),
+            ("right.index.position.x", &at(0.52)),
+            ("right.index.position.y", &at(0.0)),
+            ("right.index.position.z", &at(0.02)),
+            ("right.gripper.closed", &|t| f64::from(u8::from((1.0..3.0).contains(&t)))),
+            ("cube.position.x", &at(0.0)),
+            ("cube.position.y", &at(0.0)),
+            ("cube.position.z", &at(0.02)),
+        ],
+    );
+    let issues = frames(&log, &[ask("target.position")]).unwrap().issues;
+    let found: Vec<_> = issues.iter().filter(|issue| issue.kind == "implausible_position").collect();
+    let [issue] = found.as_slice() else { panic!("{found:?}") };
+    assert_eq!(issue.channel, "right.index.position");
+    assert!(issue.message.contains("is 500 mm from"), "{}", issue.message);
+    for cause in ["`right.gripper.closed` has the wrong direction", "beyond `grip_reach`"] {
+        assert!(issue.message.contains(cause), "{}", issue.message);
+    }
+}
+
 #[test]
 fn a_touch_is_not_far_from_it() {
     let implausible = |scene: &str| {
