@@ -277,23 +277,24 @@ pub fn never_carried(measured: &CleanLog, objects: &[usize], contacts: &Contacts
     messages.collect()
 }
 
-/// What is found of an object whose support no channel shows. A gripper without sensors in its fingers holds what moves with it.
+/// What is found of an object whose support no channel shows. A hand without sensors in its fingers holds what moves with it.
 fn without_support(measured: &CleanLog, object: &str) -> String {
-    let is_gripper = |side: &Side| {
-        measured.scalar(&format!("{side}.gripper.closed")).is_some()
-            && !Finger::ALL.into_iter().any(|finger| finger != Finger::Palm && feels(measured, *side, finger))
-    };
+    let tips_feel =
+        |side: &Side| Finger::ALL.into_iter().any(|finger| finger != Finger::Palm && feels(measured, *side, finger));
+    let is_gripper = |side: &Side| measured.scalar(&format!("{side}.gripper.closed")).is_some() && !tips_feel(side);
+    let wrist_feels = |side: &Side| feels(measured, *side, Finger::Palm);
     let grippers: Vec<Side> = Side::BOTH.into_iter().filter(is_gripper).collect();
-    match grippers.iter().any(|side| feels(measured, *side, Finger::Palm)) {
-        _ if grippers.is_empty() => format!(
+    if grippers.is_empty() && Side::BOTH.iter().any(tips_feel) {
+        return format!(
             "no channel shows when `{object}` is carried: Grasp cannot be distinguished from Translate, and Place is not found"
-        ),
-        false => {
-            format!("no channel shows what carries `{object}`: Translate begins when it moves, and Place is not found")
-        }
-        true => format!(
-            "no channel shows what carries `{object}`: Translate begins when it moves, and Place is found only by the force at the wrist, as a change from \
-             its value after `off_way` of carrying"
-        ),
+        );
     }
+    let found = match (grippers.is_empty(), grippers.iter().any(wrist_feels), Side::BOTH.iter().any(wrist_feels)) {
+        (true, _, true) => "Place is not found",
+        (_, false, _) => "Translate begins when it moves, and Place is not found",
+        (_, true, _) => {
+            "Translate begins when it moves, and Place is found only by the force at the wrist, as a change from its value after `off_way` of carrying"
+        }
+    };
+    format!("no channel shows what carries `{object}`: {found}")
 }
