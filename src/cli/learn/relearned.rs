@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::json::printed;
 use teachtree_base::error::InputError;
 use teachtree_language::Rules;
-use teachtree_learn::{Demonstration, Relearned, relearn};
+use teachtree_learn::{Demonstration, MOST_RUNS, Relearned, relearn};
 use teachtree_session::edited_rules::EditedRules;
 use teachtree_session::patch::diff;
 use teachtree_session::{RulesInternals, RulesOptionsInternals};
@@ -47,7 +47,7 @@ pub fn run(args: &Args, from: &Path) -> Result<(), Failure> {
     };
     let progress = (!is_quiet()).then(|| Progress::new("learning"));
     let shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
-    let learn = |_: &()| relearn(&demonstrations, &names, (&rules, place as u32), &labels, &shown);
+    let learn = |_: &()| relearn(&demonstrations, &names, (&rules, place as u32), (&labels, MOST_RUNS), &shown);
     let learned = args.many.each("learning", &[()], learn)?.pop();
     drop(progress);
     let learned = learned.unwrap_or_else(|| Err(InputError::new("the command line", "there are no recordings")))?;
@@ -83,7 +83,7 @@ fn loaded<'a>(
             }
             Some((known, _)) if known.digest() != rules.set().digest() => {
                 let message = "the recording uses other params or another hand model than the first one";
-                return Err(InputError::new(log.name(), message).help("learn from such recordings apart").into());
+                return Err(InputError::new(log.name(), message).help("learn from these recordings separately").into());
             }
             Some(_) => {}
         }
@@ -129,16 +129,12 @@ fn print(
 
 fn table(from: &Path, logs: usize, groups: &Groups, learned: &Relearned, file: Option<&Path>) -> String {
     let mut text = format!(
-        "{logs} recordings in {} groups ({}); {} conditions; {} texts of {} were run\n\n",
+        "{logs} recordings in {} groups ({}); {} conditions; {}\n\n",
         groups.names.len(),
         groups.origin,
         learned.conditions,
-        learned.runs,
-        from.display()
+        learned.extent(&from.display().to_string())
     );
-    if learned.is_cut {
-        text.push_str("the search ended early: no more texts are run on recordings of this length\n\n");
-    }
     let _ = writeln!(text, "{:<20}{:>16}{:>9}", "candidate", "held out: F1@50", "frames");
     for candidate in learned.candidates.iter().take(1 + learned.changes.len()) {
         let [f1, frames] = [candidate.f1, candidate.accuracy].map(|part| format!("{:.1} %", part * 100.0));
@@ -150,10 +146,10 @@ fn table(from: &Path, logs: usize, groups: &Groups, learned: &Relearned, file: O
         let reason = change.evidence(groups.names.len());
         let _ = writeln!(text, "{}:{}: `{before}` becomes `{after}`: {reason}", from.display(), change.line);
     }
-    let _ = match (learned.changes.is_empty(), file) {
-        (true, _) => writeln!(text, "nothing changes: no change gains more than one standard error on groups held out"),
-        (false, Some(path)) => writeln!(text, "\nwritten to {}", path.display()),
-        (false, None) => Ok(()),
+    let _ = match (learned.obstacle(), file) {
+        (Some(obstacle), _) => writeln!(text, "nothing changes: {obstacle}"),
+        (None, Some(path)) => writeln!(text, "\nwritten to {}", path.display()),
+        (None, None) => Ok(()),
     };
     text
 }

@@ -18,8 +18,8 @@ use teachtree_engine::runs::Run;
 use teachtree_language::rules::Rules;
 use written_file::{Edits, WrittenFile};
 
-/// Texts of the file that are run, at most; and frames of all recordings together times texts.
-const MOST_RUNS: usize = 6000;
+/// Texts of the file that searches run, at most; and frames of all recordings together times texts.
+pub const MOST_RUNS: usize = 6000;
 const MOST_FRAMES: usize = 1_000_000_000;
 
 /// Runs the rules with another text of the file: the labels of each recording and labeled track, in the order of the demonstrations. `None` if the text is no
@@ -39,8 +39,29 @@ pub struct Relearned {
     pub conditions: usize,
     /// How many texts of the file were run.
     pub runs: usize,
-    /// Whether the search ended because no more may be run.
+    /// Whether the search ended before all of its changes were tried, because no more texts may be run.
     pub is_cut: bool,
+}
+
+impl Relearned {
+    /// How much of the file was searched: `tried 812 versions of mine.rules`.
+    pub fn extent(&self, file: &str) -> String {
+        let Self { runs, is_cut, .. } = self;
+        if *is_cut {
+            format!("the search stopped after {runs} versions of {file}; some changes were not tried")
+        } else {
+            format!("tried {runs} versions of {file}")
+        }
+    }
+
+    /// Why nothing changes; `None` if something does.
+    pub const fn obstacle(&self) -> Option<&'static str> {
+        match (self.changes.is_empty(), self.is_cut) {
+            (false, _) => None,
+            (true, true) => Some("the search stopped early"),
+            (true, false) => Some("on held-out groups, no change gains more than one standard error"),
+        }
+    }
 }
 
 /// A changed guard or number.
@@ -98,7 +119,7 @@ fn scored(demonstrations: &[Demonstration]) -> Result<Vec<ScoredTrack>, InputErr
 }
 
 /// Learns guards and numbers of the file at a position of the sources of `rules` again. `names` are the labels, `run` runs the rules with another text of the
-/// file, and `shown` receives the share that is done, 0 to 1.
+/// file, searches run at most `most_runs` texts, and `shown` receives the share that is done, 0 to 1.
 ///
 /// # Errors
 /// Those of [`learn`](super::learn); a file without choices, or rules that cannot run.
@@ -106,7 +127,7 @@ pub fn relearn(
     demonstrations: &[Demonstration],
     names: &[String],
     (rules, file): (&Rules, u32),
-    run: &RunText,
+    (run, most_runs): (&RunText, usize),
     shown: &(dyn Fn(f64) + Sync),
 ) -> Result<Relearned, InputError> {
     let both = checked(demonstrations, names)?;
@@ -119,7 +140,7 @@ pub fn relearn(
     let bank = Bank::new(demonstrations, names.len(), both)?;
     let scored = scored(demonstrations)?;
     let frames: usize = scored.iter().map(|track| track.time.len()).sum();
-    let most_runs = MOST_RUNS.min(MOST_FRAMES / frames.max(1));
+    let most_runs = most_runs.min(MOST_FRAMES / frames.max(1));
     let candidates = Candidates { file: &written, rules, bank: &bank, names, both };
     let mut measured = Measured::new(candidates, &scored, run, most_runs);
     let all: Vec<usize> = (0..scored.len()).collect();
@@ -138,9 +159,8 @@ pub fn relearn(
             of_folds.push((held, edits));
         }
     }
-    let kept = kept(&mut measured, &of_all, &of_folds);
+    let (held_out, kept) = kept(&mut measured, &of_all, &of_folds).unwrap_or_else(|| (before.clone(), BTreeMap::new()));
     let edits: Edits = of_all.into_iter().filter(|(site, _)| kept.contains_key(site)).collect();
-    let held_out = held_out(&mut measured, &of_folds, &|site| kept.contains_key(&site));
     let change = |(site, without): (&usize, &Groups)| LineChange {
         line: written.line(*site),
         texts: [written.written(*site).to_string(), edits.get(site).map_or_else(String::new, |it| written.shown(it))],
@@ -155,15 +175,12 @@ pub fn relearn(
         Candidate { name, f1, accuracy, lines: None }
     };
     Ok(Relearned {
-        candidates: [
-            candidate(PRESENT, &before),
-            candidate("with the changes", if changes.is_empty() { &before } else { &held_out }),
-        ],
+        candidates: [candidate(PRESENT, &before), candidate("with the changes", &held_out)],
         changes: changes.into_iter().map(|(_, change)| change).collect(),
         text,
         conditions: bank.atoms.len(),
         runs: measured.runs,
-        is_cut: measured.is_cut(),
+        is_cut: measured.is_cut,
     })
 }
 
@@ -173,41 +190,49 @@ fn shares(groups: &Groups) -> [f64; 2] {
     [all.f1(), all.accuracy()]
 }
 
-/// The counts of each group while it is held out, with the edits of the sites that are `asked` for.
-fn held_out(measured: &mut Measured, of_folds: &[(Vec<usize>, Edits)], asked: &dyn Fn(usize) -> bool) -> Groups {
+/// The counts of each group while it is held out, with the edits of the sites that are `asked` for; `None` if they cannot be measured on all groups.
+fn held_out(
+    measured: &mut Measured,
+    of_folds: &[(Vec<usize>, Edits)],
+    asked: &dyn Fn(usize) -> bool,
+) -> Option<Groups> {
     let mut groups = Groups::new();
     for (held, edits) in of_folds {
         let edits: Edits =
             edits.iter().filter(|(site, _)| asked(**site)).map(|(site, it)| (*site, it.clone())).collect();
         // Each group is of one fold.
-        groups.extend(measured.groups(&edits, held).unwrap_or_default());
+        groups.extend(measured.groups(&edits, held)?);
     }
-    groups
+    Some(groups)
 }
 
-/// The sites whose edits bring more than one standard error to groups that are held out, each with the counts without its edit; none if all of them together do
-/// not. The least one is left out first, until each of the others does.
-fn kept(measured: &mut Measured, of_all: &Edits, of_folds: &[(Vec<usize>, Edits)]) -> BTreeMap<usize, Groups> {
+/// The counts with all edits that stay, and the sites of these edits: each brings more than one standard error to groups that are held out, and has the counts
+/// without it. The least one is left out first, until each of the others does. `None` if no edit stays: all of them together do not bring that either, or
+/// cannot be measured on all groups.
+fn kept(
+    measured: &mut Measured,
+    of_all: &Edits,
+    of_folds: &[(Vec<usize>, Edits)],
+) -> Option<(Groups, BTreeMap<usize, Groups>)> {
     let mut sites: BTreeSet<usize> = of_all.keys().copied().collect();
     while !sites.is_empty() {
-        let with = held_out(measured, of_folds, &|site| sites.contains(&site));
+        let with = held_out(measured, of_folds, &|site| sites.contains(&site))?;
         let without: BTreeMap<usize, Groups> = sites
             .iter()
             .map(|left_out| {
-                (*left_out, held_out(measured, of_folds, &|site| site != *left_out && sites.contains(&site)))
+                let groups = held_out(measured, of_folds, &|site| site != *left_out && sites.contains(&site))?;
+                Some((*left_out, groups))
             })
-            .collect();
+            .collect::<Option<_>>()?;
         let gains = without.iter().map(|(site, without)| (*site, gain(without, &with)));
-        let Some((least, worst)) = gains.reduce(|least, next| if next.1 < least.1 { next } else { least }) else {
-            break;
-        };
+        let (least, worst) = gains.reduce(|least, next| if next.1 < least.1 { next } else { least })?;
         if worst > 0.0 {
-            let before = held_out(measured, of_folds, &|_| false);
-            return if gain(&before, &with) > 0.0 { without } else { BTreeMap::new() };
+            let before = held_out(measured, of_folds, &|_| false)?;
+            return (gain(&before, &with) > 0.0).then_some((with, without));
         }
         sites.remove(&least);
     }
-    BTreeMap::new()
+    None
 }
 
 /// The mean gain of a group beyond the standard error of that mean.

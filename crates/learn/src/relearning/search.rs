@@ -33,20 +33,17 @@ pub(super) struct Measured<'a> {
     pub scored: &'a [ScoredTrack],
     pub run: &'a RunText<'a>,
     known: HashMap<String, Option<Vec<Counts>>>,
-    /// How many texts may still be run.
+    /// How many texts searches may still run.
     left: usize,
     /// How many were run.
     pub runs: usize,
+    /// Whether a search left out a text because too many were run.
+    pub is_cut: bool,
 }
 
 impl<'a> Measured<'a> {
     pub fn new(candidates: Candidates<'a>, scored: &'a [ScoredTrack], run: &'a RunText<'a>, most_runs: usize) -> Self {
-        Self { candidates, scored, run, known: HashMap::new(), left: most_runs, runs: 0 }
-    }
-
-    /// Whether a text was left out because too many were run.
-    pub const fn is_cut(&self) -> bool {
-        self.left == 0
+        Self { candidates, scored, run, known: HashMap::new(), left: most_runs, runs: 0, is_cut: false }
     }
 
     /// The text with some edits.
@@ -54,7 +51,7 @@ impl<'a> Measured<'a> {
         self.candidates.file.rendered(edits, &BTreeMap::new())
     }
 
-    /// Runs the texts that are not known yet, as many as may be run.
+    /// Runs the texts that are not known yet, as many as a search may run.
     fn run_all(&mut self, texts: &[String]) {
         let mut new: Vec<&String> = Vec::new();
         for text in texts {
@@ -62,8 +59,13 @@ impl<'a> Measured<'a> {
                 new.push(text);
             }
         }
+        self.is_cut |= new.len() > self.left;
         new.truncate(self.left);
-        self.left -= new.len();
+        self.run_new(&new);
+    }
+
+    fn run_new(&mut self, new: &[&String]) {
+        self.left = self.left.saturating_sub(new.len());
         self.runs += new.len();
         let (run, scored) = (self.run, self.scored);
         let found: Vec<Option<Vec<Counts>>> = new
@@ -73,13 +75,15 @@ impl<'a> Measured<'a> {
                 Some(scored.iter().map(|track| track.truth.compare(&of_track(track, &labels))).collect())
             })
             .collect();
-        self.known.extend(new.into_iter().cloned().zip(found));
+        self.known.extend(new.iter().copied().cloned().zip(found));
     }
 
-    /// The counts of some tracks with some edits, by group; `None` if the text is no rule file.
+    /// The counts of some tracks with some edits, by group, even if searches may run no more texts; `None` if the text is no rule file.
     pub fn groups(&mut self, edits: &Edits, tracks: &[usize]) -> Option<Groups> {
         let text = self.text(edits);
-        self.run_all(std::slice::from_ref(&text));
+        if !self.known.contains_key(&text) {
+            self.run_new(&[&text]);
+        }
         self.known_groups(&text, tracks)
     }
 

@@ -5,4 +5,5 @@
 mod extension;
 mod learned;
 mod relearned;
+mod relearned_groups;
 mod synthetic;

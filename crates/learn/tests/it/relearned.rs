@@ -9,16 +9,16 @@ use teachtree_language::graph::lower;
 use teachtree_language::guard_sites::guard_sites;
 use teachtree_language::rules::{Rules, TreeScope};
 use teachtree_language::{Request, load};
-use teachtree_learn::{Demonstration, LabeledSpan, Relearned, relearn};
+use teachtree_learn::{Demonstration, LabeledSpan, MOST_RUNS, Relearned, relearn};
 
-const NAME: &str = "written.rules";
+pub const NAME: &str = "written.rules";
 
-fn names() -> Vec<String> {
+pub fn names() -> Vec<String> {
     ["Wait", "Hold", "PickUp"].map(String::from).to_vec()
 }
 
 /// A file with these choices.
-fn written(choices: &str) -> String {
+pub fn written(choices: &str) -> String {
     format!(
         "use \"stream.rules\"\n\nparam pause = 100 ms in 20 ms .. 1 s\nparam held  = 1 s    in 100 ms .. 9 s\n\nstream {{ for each hand {{ gripper.closed : bool }} }}\n\n\
          for each hand {{\n  signal closed = gripper.closed\n  signal high   = place_z > 40 mm    // not checked\n  \
@@ -28,7 +28,7 @@ fn written(choices: &str) -> String {
     .replace("place_z", "mean(fingers.position).z")
 }
 
-fn loaded(text: &str) -> Option<Rules> {
+pub fn loaded(text: &str) -> Option<Rules> {
     load(&Request { texts: vec![(NAME.into(), text.into())], needs_tree: true, ..Request::default() }).rules
 }
 
@@ -56,10 +56,10 @@ fn relearned(text: &str, recordings: &[Synthetic]) -> Relearned {
     let rules = loaded(text).unwrap_or_else(|| panic!("{text}"));
     let file = rules.sources.files.iter().position(|file| file.name == NAME).unwrap() as u32;
     let demonstrations: Vec<Demonstration> = recordings.iter().map(Synthetic::demonstration).collect();
-    relearn(&demonstrations, &names(), (&rules, file), &|text| labels(text, recordings), &|_| ()).unwrap()
+    relearn(&demonstrations, &names(), (&rules, file), (&|text| labels(text, recordings), MOST_RUNS), &|_| ()).unwrap()
 }
 
-fn cycles(groups: usize) -> Vec<Synthetic> {
+pub fn cycles(groups: usize) -> Vec<Synthetic> {
     (0..2 * groups).map(|at| Synthetic::cycles(at as u64, at / 2)).collect()
 }
 
@@ -153,7 +153,8 @@ fn a_file_without_choices_is_refused() {
     let demonstrations: Vec<Demonstration> = recordings.iter().map(Synthetic::demonstration).collect();
     let stream = rules.sources.files.iter().position(|file| file.name != NAME).unwrap() as u32;
     let run = |text: &str| labels(text, &recordings);
-    let refused = relearn(&demonstrations, &names(), (&rules, stream), &run, &|_| ()).unwrap_err().to_string();
+    let refused = relearn(&demonstrations, &names(), (&rules, stream), (&run, MOST_RUNS), &|_| ());
+    let refused = refused.unwrap_err().to_string();
     assert!(refused.contains("has no tree and no `extend`, expected a file with choices"), "{refused}");
 }
 

@@ -1,0 +1,78 @@
+//! Which groups count for a change of a written file. The labels do not come from the engine: each test says how right the guards are.
+
+use crate::relearned::{NAME, cycles, loaded, names, written};
+use crate::synthetic::Synthetic;
+use teachtree_learn::{Demonstration, LabeledSpan, MOST_RUNS, Relearned, relearn};
+
+/// The guard of the first choice of a label.
+fn guard<'a>(text: &'a str, label: &str) -> &'a str {
+    let end = format!("=> {label}");
+    text.lines().find_map(|line| line.split_once(&end)).map_or("", |(guard, _)| guard.trim())
+}
+
+/// Learns `text` again. `share` is the share of a true interval that rules with a text give its label: of that text, the group of the recording, the label
+/// and the number of the interval; `None` if they cannot run.
+fn relearned(
+    text: &str,
+    recordings: &[Synthetic],
+    share: &(dyn Fn(&str, usize, usize, usize) -> Option<f64> + Sync),
+    most_runs: usize,
+) -> Relearned {
+    let rules = loaded(text).unwrap_or_else(|| panic!("{text}"));
+    let file = rules.sources.files.iter().position(|file| file.name == NAME).unwrap() as u32;
+    let demonstrations: Vec<Demonstration> = recordings.iter().map(Synthetic::demonstration).collect();
+    let truths: Vec<Vec<LabeledSpan>> = demonstrations.iter().map(|it| it.tracks[0].spans.clone()).collect();
+    let run = |text: &str| {
+        loaded(text)?;
+        let of_recording = |(recording, spans): (&Synthetic, &Vec<LabeledSpan>)| {
+            let shorter = |(at, span): (usize, &LabeledSpan)| {
+                let share = share(text, recording.group, span.label, at)?;
+                Some(LabeledSpan { end_s: span.start_s + share * (span.end_s - span.start_s), ..*span })
+            };
+            Some(vec![spans.iter().enumerate().map(shorter).collect::<Option<_>>()?])
+        };
+        recordings.iter().zip(&truths).map(of_recording).collect()
+    };
+    relearn(&demonstrations, &names(), (&rules, file), (&run, most_runs), &|_| ()).unwrap()
+}
+
+const THREE_GUARDS: &str = "  not closed => Wait\n  taken => PickUp\n  closed => Hold\n  else => Wait\n";
+
+/// The interval of a label is right if its guard reads `high`.
+fn reads_high(text: &str, label: usize) -> f64 {
+    if guard(text, &names()[label]).contains("high") { 1.0 } else { 0.3 }
+}
+
+#[test]
+fn a_search_that_stops_early_says_so_and_its_figures_are_of_all_groups() {
+    let (text, recordings) = (written(THREE_GUARDS), cycles(3));
+    let share = |text: &str, _: usize, label: usize, _: usize| Some(reads_high(text, label));
+    let all = relearned(&text, &recordings, &share, MOST_RUNS);
+    assert_eq!((all.changes.len(), all.is_cut, all.obstacle()), (3, false, None), "{all:#?}");
+    assert_eq!(all.extent("a.rules"), format!("tried {} versions of a.rules", all.runs));
+    // The last texts are those without one of the changes.
+    let most = relearned(&text, &recordings, &share, all.runs - 1);
+    assert_eq!(most.changes, all.changes);
+    let few = relearned(&text, &recordings, &share, 5);
+    assert!(few.is_cut && few.changes.is_empty() && few.text == text, "{few:#?}");
+    assert_eq!(few.candidates[1].f1.to_bits(), few.candidates[0].f1.to_bits());
+    assert_eq!(few.obstacle(), Some("the search stopped early"));
+    let extent = few.extent("a.rules");
+    assert!(
+        extent.starts_with("the search stopped after ") && extent.ends_with("some changes were not tried"),
+        "{extent}"
+    );
+}
+
+#[test]
+fn a_change_whose_groups_cannot_be_measured_does_not_stay() {
+    let (text, recordings) = (written(THREE_GUARDS), cycles(3));
+    // Versions with two of the changes run, but not those of Hold and PickUp.
+    let share = |text: &str, _: usize, label: usize, _: usize| {
+        let changed = [0, 1, 2].map(|label| reads_high(text, label) > 0.5);
+        (changed != [false, true, true]).then(|| reads_high(text, label))
+    };
+    let found = relearned(&text, &recordings, &share, MOST_RUNS);
+    assert!(found.changes.is_empty() && found.text == text, "{found:#?}");
+    assert_eq!(found.obstacle(), Some("on held-out groups, no change gains more than one standard error"));
+}
