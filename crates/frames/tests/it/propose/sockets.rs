@@ -100,12 +100,13 @@ fn a_tool_that_presses_for_most_of_its_way_enters_no_socket() {
 
 #[test]
 fn what_never_moves_ahead_of_a_way_is_no_socket() {
+    type Way = [fn(f64) -> f64; 3];
     // Slid along the table towards a lamp.
     let slid: [fn(f64) -> f64; 3] = [|passed| 0.3 + 0.15 * between(passed, 0.35, 0.6), Y, |_| 0.02];
     // Lifted below a hook, carried to the side, and put down.
     let height: fn(f64) -> f64 = |passed| 0.02 + 0.12 * (between(passed, 0.3, 0.45) - between(passed, 0.7, 0.85));
     let lifted: [fn(f64) -> f64; 3] = [X, Y, height];
-    let cases: [(&str, [fn(f64) -> f64; 3], [fn(f64) -> f64; 3]); 2] =
+    let cases: [(&str, Way, Way); 2] =
         [("lamp", slid, [|_| 0.55, Y, |_| 0.02]), ("hook", lifted, [|_| 0.3, Y, |_| 0.3])];
     for (name, way, place) in cases {
         let found = scene(name, way, place, None);
