@@ -319,9 +319,9 @@ fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
     let channel = format!("{}.position", body_name(measured, body)?);
     let is_unseen = unplaced::is_unseen(measured.scene, |column| measured.scalar(column).is_some(), body);
     let message = match (is_unseen, unplaced::is_unplaced(measured, body)) {
-        (false, _) => "the log lacks it; the object is taken to stay where the scene puts it",
+        (false, _) => "the log lacks it; the object is assumed to stay where the scene puts it",
         (true, false) => {
-            "the log lacks it; the object is taken to begin where the scene puts it, and to move with the gripper that holds it"
+            "the log lacks it; the object is assumed to start where the scene puts it, and to move with the gripper that holds it"
         }
         (true, true) => {
             "the log lacks it, and the scene has no place for it; the object moves with the gripper that holds it, and rests on nothing"

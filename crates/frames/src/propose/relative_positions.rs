@@ -30,7 +30,7 @@ pub fn mark(parts: &mut [Part]) {
                     && (!is_mutual() || moved_at_first(part, tool) > moved_at_first(other, tool))
             });
         found.extend(pair.map(|(other, tool)| {
-            (*at, format!("relative: as long as the way between {} and {}", tool.pattern, other.pattern))
+            (*at, format!("relative: its length is the distance between {} and {}", tool.pattern, other.pattern))
         }));
     }
     for (at, reason) in found {

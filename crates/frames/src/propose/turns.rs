@@ -137,7 +137,7 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
         _ if is_rotvec => (Form::RotationVector, " by its name".into()),
         _ if is_rpy => (Form::Angles, " by its name".into()),
         _ if extent.is_long => (Form::Angles, String::new()),
-        (Some(form), _) => (form, ", since it jumps at half a turn as the other form".into()),
+        (Some(form), _) => (form, format!(": as {}, the values would jump at half a turn", other_name(form))),
         _ if extent.is_beyond_pitch => {
             (Form::RotationVector, ", since the second is beyond the range of a pitch".into())
         }
@@ -149,15 +149,14 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
         }
         _ if is_in_other_unit => (Form::Angles, ", since rotation vectors are usually in radians".into()),
         (None, Some((form, tilt_rad))) => {
-            let tilt_deg = tilt_rad.to_degrees();
-            (form, format!(", since it turns about the vertical, and as the other form it tilts by {tilt_deg:.0}°"))
+            let (other, tilt_deg) = (other_name(form), tilt_rad.to_degrees());
+            (form, format!(": the rotation is about the vertical; as {other}, it would tilt by {tilt_deg:.0}°"))
         }
         _ if is_of_ur => (Form::RotationVector, ", as UR writes it".into()),
         _ if says(&["ori"]) => (Form::RotationVector, ", as robosuite writes it".into()),
         (None, None) => (Form::Angles, String::new()),
     };
-    let name = if form == Form::RotationVector { "a rotation vector" } else { "roll, pitch and yaw" };
-    let reason = format!("{name}{why}");
+    let reason = format!("{}{why}", name(form));
     if is_of_components {
         let reason = is_in_degrees.then(|| "in degrees, since the angles are beyond a turn in radians".to_string());
         return Group { unit: if is_in_degrees { "deg" } else { "" }, reason, ..group };
@@ -178,6 +177,16 @@ pub fn rotation(columns: &[(String, &ColumnReport)], group: Group) -> Group {
     };
     let reason = Some(format!("{reason}{degrees}{alternative}"));
     Group { pattern, form, unit: if is_in_degrees { "deg" } else { "" }, reason, ..group }
+}
+
+/// A form of three values in words.
+fn name(form: Form) -> &'static str {
+    if form == Form::RotationVector { "a rotation vector" } else { "roll, pitch and yaw" }
+}
+
+/// The other form of three values in words.
+fn other_name(form: Form) -> &'static str {
+    name(if form == Form::RotationVector { Form::Angles } else { Form::RotationVector })
 }
 
 /// Whether the components of a name follow an `r`: `tcp_rx` and `tcp_rx_deg`, not `r_x`, which is a place.

@@ -3,7 +3,7 @@
 use super::{Column, along, binding, channel, lift, still};
 
 #[test]
-fn what_is_as_long_as_the_way_from_the_tool_is_relative() {
+fn a_position_with_the_length_of_a_distance_from_the_tool_is_relative() {
     let one: fn(f64) -> f64 = |_| 1.0;
     let zero: fn(f64) -> f64 = |_| 0.0;
     let tool: [fn(f64) -> f64; 3] = [along, still, lift];
@@ -22,7 +22,7 @@ fn what_is_as_long_as_the_way_from_the_tool_is_relative() {
     assert_eq!(channel(&found, "object.position"), Some("object[<xyz=0 1 2>]"), "{found}");
     assert_eq!(channel(&found, "object_3.position"), Some("object[<xyz=14 15 16>]"), "{found}");
     assert_eq!(channel(&found, "object_3.rotation"), Some("object[<xyzw=17 18 19 20>]"), "{found}");
-    let why = "(relative: as long as the way between eef_pos<xyz=[0] [1] [2]> and object[<xyz=0 1 2>])";
+    let why = "(relative: its length is the distance between eef_pos<xyz=[0] [1] [2]> and object[<xyz=0 1 2>])";
     for left_out in ["object[<xyz=7 8 9>]", "object[<xyzw=10 11 12 13>]"] {
         assert!(found.contains(&format!("#   {left_out}    {why}")), "{found}");
     }

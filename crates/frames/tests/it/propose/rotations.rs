@@ -66,21 +66,29 @@ fn a_rotation_of_three_columns_does_not_jump() {
     let vector = with(OPEN, [|passed| 0.8 * FLIPPED(passed), |_| 0.0, |passed| 0.6 * FLIPPED(passed)]);
     assert_eq!(channel(&vector, "right.tcp.rotation"), AS_VECTOR, "{vector}");
     assert!(
-        vector.contains("a rotation vector, since it jumps at half a turn as the other form; else `tcp_rot_<rpy"),
+        vector.contains(
+            "a rotation vector: as roll, pitch and yaw, the values would jump at half a turn; else `tcp_rot_<rpy"
+        ),
         "{vector}"
     );
     // A roll that jumps by a turn.
     let angles =
         with(OPEN, [|passed| if passed < 0.5 { 3.0 + 0.2 * passed } else { 0.2 * passed - 3.2 }, |_| 0.3, |_| 0.5]);
     assert_eq!(channel(&angles, "right.tcp.rotation"), AS_ANGLES, "{angles}");
-    assert!(angles.contains("roll, pitch and yaw, since it jumps at half a turn as the other form"), "{angles}");
+    assert!(
+        angles.contains("roll, pitch and yaw: as a rotation vector, the values would jump at half a turn"),
+        "{angles}"
+    );
 }
 
 #[test]
 fn a_tool_that_points_down_turns_about_the_vertical() {
     let vector = with(OPEN, [|passed| 3.1 * (0.3 * passed).cos(), |passed| 3.1 * (0.3 * passed).sin(), |_| 0.01]);
     assert_eq!(channel(&vector, "right.tcp.rotation"), AS_VECTOR, "{vector}");
-    assert!(vector.contains("since it turns about the vertical, and as the other form it tilts by "), "{vector}");
+    assert!(
+        vector.contains(": the rotation is about the vertical; as roll, pitch and yaw, it would tilt by "),
+        "{vector}"
+    );
     let angles = with(OPEN, [|_| 3.13, |_| 0.01, |passed| 0.6 * passed]);
     assert_eq!(channel(&angles, "right.tcp.rotation"), AS_ANGLES, "{angles}");
     // No rotation vector is so long.
