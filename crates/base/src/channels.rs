@@ -260,7 +260,7 @@ pub const DERIVED: &[DerivedChannel] = &[
             "fingers.distance",
             Shape::Scalar,
             Dimension::LENGTH,
-            "distance of the fingertip from the nearest of the balls that hold the parts of the target, or from the ball of its radius; negative inside",
+            "distance of the fingertip from the surface of the parts of the target, or of the ball of its `radius`; negative inside",
         )
     },
     hand("load", Shape::Scalar, Dimension::FORCE, "norm of the sum of this hand's finger forces on its target"),

@@ -36,6 +36,14 @@ impl Solid {
         }
     }
 
+    /// Places the parts of a body; a body with a given radius is the ball of this radius.
+    pub fn of_radius_or_parts(body: &Body) -> Self {
+        match body.radius {
+            Some(radius) => Self { parts: vec![], radius: radius.0 },
+            None => Self::new(body),
+        }
+    }
+
     /// The same as [`surface_distance`], m.
     pub fn distance(&self, point_in_body: &Point3<f64>) -> f64 {
         if self.parts.is_empty() {

@@ -84,14 +84,6 @@ impl Body {
     pub fn bounding_radius(&self) -> f64 {
         self.radius.map_or_else(|| self.parts.iter().map(Part::bounding_radius).fold(0.0, f64::max), |radius| radius.0)
     }
-
-    /// Returns the balls that hold the body, by center in the body frame, m, and radius, m: that of the given radius, else one around each part.
-    pub fn balls(&self) -> Vec<([f64; 3], f64)> {
-        if self.radius.is_some() || self.parts.is_empty() {
-            return vec![([0.0; 3], self.bounding_radius())];
-        }
-        self.parts.iter().map(|part| (part.at.map(|length| length.0), part.radius())).collect()
-    }
 }
 
 /// The role of a body in the task.

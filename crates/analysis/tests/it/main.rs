@@ -20,6 +20,7 @@ mod pairs;
 mod robosuite;
 mod scenarios;
 mod score;
+mod seen_and_felt;
 mod signals;
 
 /// The folder of the project.

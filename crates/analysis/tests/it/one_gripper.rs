@@ -10,10 +10,10 @@ use teachtree_language::{Request, load};
 use teachtree_logs::names;
 
 /// A quantity over time.
-type Signal<'a> = (&'a str, &'a dyn Fn(f64) -> f64);
+pub type Signal<'a> = (&'a str, &'a dyn Fn(f64) -> f64);
 
 /// A log of this many seconds at 100 Hz.
-fn log(scene: &str, seconds: u32, signals: &[Signal]) -> Recording {
+pub fn log(scene: &str, seconds: u32, signals: &[Signal]) -> Recording {
     let time: Vec<f64> = (0..100 * seconds).map(|row| f64::from(row) / 100.0).collect();
     let column = |(name, value): &Signal| {
         let dimension = names::meaning(name).unwrap().dimension;
@@ -24,7 +24,7 @@ fn log(scene: &str, seconds: u32, signals: &[Signal]) -> Recording {
 }
 
 /// A value that changes evenly between times, s.
-fn along(t: f64, points: &[(f64, f64)]) -> f64 {
+pub fn along(t: f64, points: &[(f64, f64)]) -> f64 {
     let after = points.partition_point(|(at, _)| *at <= t);
     match (after.checked_sub(1).map(|at| points[at]), points.get(after)) {
         (Some((_, value)), None) => value,
@@ -34,7 +34,7 @@ fn along(t: f64, points: &[(f64, f64)]) -> f64 {
 }
 
 /// The segments of the hand before relabeling, by the rules with this hand model.
-fn segments(log: &Recording, files: &[&str], hand_model: &str) -> Vec<Segment> {
+pub fn segments(log: &Recording, files: &[&str], hand_model: &str) -> Vec<Segment> {
     let request = Request {
         files: files.iter().map(|file| (*file).into()).collect(),
         hand_file: Some(hand_model.into()),
@@ -46,7 +46,7 @@ fn segments(log: &Recording, files: &[&str], hand_model: &str) -> Vec<Segment> {
     found.track(TrackId::Hand(Side::Right)).unwrap().segments.clone()
 }
 
-fn starts(segments: &[Segment], primitive: &str) -> Vec<f64> {
+pub fn starts(segments: &[Segment], primitive: &str) -> Vec<f64> {
     segments.iter().filter(|segment| segment.primitive == primitive).map(|segment| segment.start_s).collect()
 }
 

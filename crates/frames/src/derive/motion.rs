@@ -121,11 +121,6 @@ impl<'a> Motion<'a> {
         self.rotation.is_some()
     }
 
-    /// Whether the log has the position of the body and not its rotation.
-    pub const fn turns_unseen(&self) -> bool {
-        self.position.is_some() && self.rotation.is_none()
-    }
-
     /// reference_from_body at a frame.
     #[inline]
     pub fn pose(&self, frame: usize) -> Isometry3<f64> {

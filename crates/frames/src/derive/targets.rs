@@ -12,6 +12,7 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use teachtree_base::channels::{DISTANCE_KNOWN, GRASP_KNOWN, PARTNER, ROTATION_KNOWN, TARGET_INSIDE, TARGET_TOUCHED};
+use teachtree_base::geometry::Solid;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::Body;
 
@@ -183,26 +184,20 @@ impl<'a> Derivation<'a> {
         columns.into()
     }
 
-    /// The distance of a fingertip from the balls that hold the target at each frame, m; from the origin of the reference frame without a target. Where only the
-    /// position of the target is known, it is that from its bounding ball.
+    /// The distance of a fingertip from the surface of the target's parts at each frame, or of the ball of its `radius`, m, negative inside; from the origin of
+    /// the reference frame without a target. A target whose rotation the log lacks stands as in the scene.
     fn distances(&self, track: &HandTrack, finger: Finger) -> Vec<f64> {
         let position = self.measured.vec3(&format!("{}.{finger}.position", track.side));
-        let tip = |frame: usize| position.map_or_else(Vector3::zeros, |position| vector(&position, frame));
+        let tip =
+            |frame: usize| Point3::from(position.map_or_else(Vector3::zeros, |position| vector(&position, frame)));
         let mut column = Vec::with_capacity(track.target.len());
         for (frames, target) in &track.runs {
             let target = target.and_then(|body| self.measured.scene.bodies.get_index(body).zip(self.motions.get(body)));
-            let balls = match target {
-                Some(((_, body), motion)) if !motion.turns_unseen() => body.balls(),
-                Some(((_, body), _)) => vec![([0.0; 3], body.bounding_radius())],
-                None => vec![([0.0; 3], 0.0)],
-            };
-            for frame in frames.clone() {
-                let pose = target.map(|(_, motion)| motion.pose(frame)).unwrap_or_default();
-                let distance = |(center, radius): &([f64; 3], f64)| {
-                    (tip(frame) - pose.transform_point(&Point3::from(*center)).coords).norm() - radius
-                };
-                column.push(balls.iter().map(distance).fold(f64::INFINITY, f64::min));
-            }
+            let target = target.map(|((_, body), motion)| (Solid::of_radius_or_parts(body), motion));
+            column.extend(frames.clone().map(|frame| match &target {
+                Some((solid, motion)) => solid.distance(&motion.pose(frame).inverse_transform_point(&tip(frame))),
+                None => tip(frame).coords.norm(),
+            }));
         }
         column
     }

@@ -35,9 +35,8 @@ fn seen(bar: &str, quarters: &[&str]) -> Frames {
 }
 
 #[test]
-fn a_fingertip_is_as_far_from_a_target_as_from_its_nearest_part() {
+fn a_fingertip_is_as_far_from_a_target_as_from_the_surface_of_its_nearest_part() {
     const PARTS: &str = "parts: [{box: [20 mm, 20 mm, 20 mm], at: [100 mm, 0 mm, 0 mm]}, {box: [20 mm, 20 mm, 20 mm], at: [-100 mm, 0 mm, 0 mm]}]";
-    let radius = 0.01 * 3.0_f64.sqrt();
     let distances = |bar: &str, turned: &[&str]| {
         let found = seen(bar, turned);
         [0, 1].map(|finger| column(&found, "fingers.distance", finger, 0)[20])
@@ -46,14 +45,17 @@ fn a_fingertip_is_as_far_from_a_target_as_from_its_nearest_part() {
         assert!(found.iter().zip(wanted).all(|(one, other)| (one - other).abs() < 1e-9), "{found:?} {wanted:?}");
     };
     // Turned by a quarter, the parts are at 0.1 m and -0.1 m along y.
-    assert_near(distances(PARTS, &["bar"]), [0.03 - radius, 0.02_f64.sqrt() - radius]);
-    // Where its rotation is unknown, the parts may be anywhere in the bounding ball; and a given radius counts.
-    assert_near(distances(PARTS, &[]), [0.03 - radius, -radius]);
+    assert_near(distances(PARTS, &["bar"]), [0.02, 0.09 * 2.0_f64.sqrt()]);
+    // Where its rotation is unknown, it stands as in the scene; and a given radius counts.
+    assert_near(distances(PARTS, &[]), [0.12_f64.hypot(0.09), -0.01]);
     assert_near(distances("radius: 40 mm", &["bar"]), [0.09, 0.06]);
+    assert_near(distances(&format!("radius: 40 mm, {PARTS}"), &["bar"]), [0.09, 0.06]);
     // A part in the origin, turned or not.
     let one = "parts: [{box: [20 mm, 20 mm, 20 mm]}]";
-    assert_near(distances(one, &["bar"]), [0.13 - radius, 0.1 - radius]);
-    assert_near(distances(one, &[]), [0.13 - radius, 0.1 - radius]);
+    assert_near(distances(one, &["bar"]), [0.12, 0.09]);
+    assert_near(distances(one, &[]), [0.12, 0.09]);
+    // Beside a long one, at its middle: its ends are far from the fingertips.
+    assert_near(distances("parts: [{cylinder: [30 mm, 400 mm]}]", &[]), [0.1, 0.07]);
 }
 
 #[test]
