@@ -88,6 +88,24 @@ fn an_analysis_needs_no_option_afterwards() {
     insta::assert_snapshot!("project_of_a_plug", fs::read_to_string(folder.path().join("teachtree.yaml")).unwrap());
 }
 
+/// A recording that ends within a task is no example of what a recording should contain.
+#[test]
+fn tasks_are_expected_after_a_success_only() {
+    let whole = log(Inserted, 1, GOOD);
+    let cut: String = whole.split_inclusive('\n').take(700).collect();
+    for (text, wanted) in [(whole, "success"), (cut, "unknown")] {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("plug.csv"), text).unwrap();
+        let output = teachtree_in(folder.path(), &["init", "plug.csv", "--yes"]);
+        assert!(output.status.success(), "{}", all_said(&output));
+        let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+        let analysis: Value = serde_json::from_str(&read("plug.analysis.json")).unwrap();
+        assert_eq!(analysis["outcome"]["result"], wanted);
+        assert!(!analysis["tracks"][0]["tasks"].as_array().unwrap().is_empty());
+        assert_eq!(read("teachtree.yaml").contains("# expect: "), wanted == "success");
+    }
+}
+
 #[test]
 fn files_that_are_there_stay() {
     let folder = tempfile::tempdir().unwrap();
