@@ -1,6 +1,7 @@
-//! A hand of which only the fingertips are seen, at an object without sensors.
+//! A hand of which only the fingertips are seen, and a tool whose wrist feels forces, at an object without sensors.
 
 use crate::one_gripper::{along, log, segments, starts};
+use teachtree_analysis::Segment;
 
 /// A bottle stands on a table and is lifted from 5 s to 6 s. The middles of the fingertips are 27 mm from it from 3 s to 4 s, 8 mm from 4.2 s to 7 s.
 #[test]
@@ -46,5 +47,45 @@ hands: {right: {fingers: [thumb, index]}}
     for (primitive, at) in [("Grasp", 4.2), ("Release", 7.0)] {
         let times = starts(&found, primitive);
         assert!(times.len() == 1 && (times[0] - at).abs() < 0.15, "{primitive} {at}: {found:?}");
+    }
+}
+
+/// A tool touches a block from 2 s to 6 s and moves it by 0.2 m from 2.2 s to 5 s, along a wall or not.
+#[test]
+fn a_tool_pushes_an_object_where_no_wall_is_beside_it() {
+    let x = |t: f64| along(t, &[(2.2, 0.0), (5.0, 0.2)]);
+    let tool = |t: f64| x(t) - 0.06 - along(t, &[(0.0, 0.3), (2.0, 0.0), (6.0, 0.0), (7.0, 0.3)]);
+    let of = |block: &str, wall_force: f64| {
+        let scene = format!(
+            "{{bodies: {{block: {{role: object, radius: 50 mm{block}}}, wall: {{role: wall}}}}, hands: {{right: {{fingers: [thumb, palm]}}}}}}"
+        );
+        let log = log(
+            &scene,
+            8,
+            &[
+                ("right.thumb.position.x", &tool),
+                ("right.thumb.position.y", &|_| 0.0),
+                ("right.thumb.position.z", &|_| 0.05),
+                ("right.palm.force.x", &|t| if (2.0..6.0).contains(&t) { 10.0 } else { 0.0 }),
+                ("right.palm.force.y", &|_| 0.0),
+                ("right.palm.force.z", &|_| 0.0),
+                ("block.position.x", &x),
+                ("block.position.y", &|_| 0.0),
+                ("block.position.z", &|_| 0.05),
+                ("contact.block.wall.force.x", &|_| 0.0),
+                ("contact.block.wall.force.y", &|_| -wall_force),
+                ("contact.block.wall.force.z", &|_| 0.0),
+            ],
+        );
+        segments(&log, &["contact.rules"], "hand_wrist.rules")
+    };
+    let counts = |found: &[Segment]| ["Push", "Trace"].map(|primitive| starts(found, primitive).len());
+    let pushed = of("", 0.0);
+    assert_eq!(counts(&pushed), [1, 0], "{pushed:?}");
+    assert!((2.2..2.6).contains(&starts(&pushed, "Push")[0]), "{pushed:?}");
+    // The tool itself slides along a surface, and a block beside a wall along it.
+    for (block, wall_force) in [(", fixed_to: right", 0.0), ("", 5.0)] {
+        let traced = of(block, wall_force);
+        assert_eq!(counts(&traced), [0, 1], "{traced:?}");
     }
 }
