@@ -298,7 +298,8 @@ impl Page<'_> {
 
     fn times(&self, start_s: f64, end_s: f64) -> String {
         let dash = if self.style.unicode { "–" } else { "-" };
-        format!("{start_s:9.3} {dash} {end_s:8.3} s")
+        // A long time keeps its distance from the name before it.
+        format!(" {start_s:8.3} {dash} {end_s:8.3} s")
     }
 
     fn issues(&self) -> Vec<String> {

@@ -70,6 +70,21 @@ fn timelines_of_the_experiment() {
     }
 }
 
+/// Stamps of a clock that was started hours ago.
+#[test]
+fn a_blank_separates_a_long_time_from_the_name_before_it() {
+    let mut analysis = experiment();
+    for task in analysis.tracks.iter_mut().flat_map(|track| &mut track.tasks) {
+        task.task = "a_task_whose_name_is_the_longest_of_the_list".into();
+        task.start_s += 1e4;
+    }
+    let listed = text(&analysis, &meta(), Style { color: false, unicode: true, width: 100 });
+    let of_task = |line: &&str| line.contains("a_task_whose_name") && line.contains(" – ");
+    let lines: Vec<&str> = listed.lines().filter(of_task).collect();
+    let starts = |line: &str| line.split(" – ").next()?.split_whitespace().last()?.parse::<f64>().ok();
+    assert!(lines.len() > 1 && lines.iter().all(|line| starts(line).is_some()), "{listed}");
+}
+
 #[test]
 fn a_timeline_without_anything() {
     let rules = chapter();
