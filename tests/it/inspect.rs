@@ -37,7 +37,9 @@ fn inspect_tells_what_cannot_be_recognised_and_why() {
     let can: Vec<&str> = track["can"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
     assert!(can.contains(&"Translate") && can.contains(&"Insert") && !can.contains(&"Place"), "{can:?}");
     let lack = &track["cannot"][0];
-    assert_eq!(lack["of"], "the log has no contacts");
+    let advice =
+        "the log has no contacts (computed if the scene has `parts` of `SquareNut0` and of the bodies that it touches)";
+    assert_eq!(lack["of"], advice);
     let lost: Vec<&str> = lack["primitives"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
     for primitive in ["Place", "Slide", "Press", "Follow", "Push", "Trace"] {
         assert!(lost.contains(&primitive), "{primitive} is not in {lost:?}");

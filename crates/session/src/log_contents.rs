@@ -54,6 +54,20 @@ impl<'a> LogContents<'a> {
         }
     }
 
+    /// What a log without contacts of its objects lacks: shapes, from which contacts are computed where the log has the positions.
+    pub fn contacts_lack(&self) -> String {
+        let is_alone = |name: &str| self.scene.bodies.iter().all(|(other, it)| other == name || it.parts.is_empty());
+        let lacks_shapes = |(name, body): &(&String, &Body)| {
+            self.measures(name, &["position"]) && (body.parts.is_empty() || is_alone(name))
+        };
+        match self.objects().find(lacks_shapes) {
+            Some((name, _)) => format!(
+                "the log has no contacts (computed if the scene has `parts` of `{name}` and of the bodies that it touches)"
+            ),
+            None => "the log has no contacts".into(),
+        }
+    }
+
     /// The lack of a channel that is read from the log. The contact of a finger is also computed from its force or from the gripper.
     fn raw_lack(&self, channel: &ChannelSpec, side: Option<Side>) -> Option<String> {
         let quantity = channel.name.rsplit('.').next().unwrap_or_default();

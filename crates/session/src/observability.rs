@@ -235,7 +235,10 @@ fn silent(frames: &Frames, contents: &LogContents) -> SilentChannels {
             let mut columns = frames.columns.range(first..=last).map(|(_, values)| values).peekable();
             if columns.peek().is_none() {
                 if let (Some(_), Some((family, _))) = (channel.axis, channel.name.split_once('.')) {
-                    let reason = format!("the log has no {family}");
+                    let reason = match family {
+                        "contacts" => contents.contacts_lack(),
+                        _ => format!("the log has no {family}"),
+                    };
                     silent
                         .insert((index, side), SilentChannel { reason, value: AbstractValue::Empty, is_lacking: true });
                 }
@@ -251,6 +254,8 @@ fn silent(frames: &Frames, contents: &LogContents) -> SilentChannels {
                 let state = if first == 0.0 { "zero" } else { "constant" };
                 let reason = lack.unwrap_or_else(|| match (channel.name.as_str(), side) {
                     ("target", Some(side)) => always_one_target(frames, side, first),
+                    ("target.fixed", _) if first == 0.0 => "no object is `fixed_to` the hand".into(),
+                    ("target.fixed", _) => "the target is always `fixed_to` the hand".into(),
                     (name, _) => format!("`{name}` is {state} in the whole log"),
                 });
                 let value = AbstractValue::Constant(first);
