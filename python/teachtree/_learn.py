@@ -47,7 +47,7 @@ def learn(
 
     ``labels`` is a label file, or a folder with one for each recording; without it, the labels are in the recordings. ``new`` declares one new primitive,
     ``"Shake"`` or ``"Shake is Translate"``, which extends ``rules``; recordings without labels may be among the others. ``start`` is a rule file whose guards
-    and numbers are learned again. Without both, the rules have all labels. ``group_by`` is a regular expression whose first parentheses name the group of a
+    and numbers are learned again. Without either, the rules have all labels. ``group_by`` is a regular expression whose first parentheses name the group of a
     recording, such as the person. ``map`` renames labels: ``"S1=Move,S9=mask"``. Nothing is written: write ``str(learned)`` to a file. docs/learning.md
     describes the method.
 

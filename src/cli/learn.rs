@@ -30,7 +30,7 @@ use teachtree_session::{AnalysisInternals, LabelsInternals, Log, LogInternals};
 /// Options of `learn`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\n  teachtree learn recordings/ --labels labels/ --from old.rules -o better.rules\n  teachtree learn recordings/ --labels labels/ --new Shake -o shake.rules\nWithout -o the rules are printed. A file is written only if it is better than the rules of --rules on held-out recordings; with --new, only if it is proved additive.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
+    after_help = "Examples:\n  teachtree learn recordings/ --group-by '^(\\w+?)_' -o mine.rules\n  teachtree learn recordings/ --binding yumi.binding.yaml --labels labels/ --track both --map S1=Approach,S2=Grasp --group-by 'S(\\d)' --rules old.rules -o mine.rules\n  teachtree learn recordings/ --labels labels/ --from old.rules -o better.rules\n  teachtree learn recordings/ --labels labels/ --new Shake -o shake.rules\nWithout -o the rules are printed; --from prints a patch, also with -o. A file is written only if it is better than the rules of --rules on held-out recordings; with --from, only if something changes; with --new, only if it is proved additive.\nExit status: 0 there are rules, 1 there are none, 2 bad input."
 )]
 pub struct Args {
     /// Labeled recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
