@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::ops::Range;
 use teachtree_base::diagnostic::Span;
 use teachtree_language::format::format;
-use teachtree_language::guard_sites::{Conjunct, GuardSite, GuardSites, NumberSite, guard_sites};
+use teachtree_language::guard_sites::{Conjunct, GuardSite, GuardSites, NumberSite, guard_sites, numbers_in};
 use teachtree_language::parse_text;
 use teachtree_language::rules::Rules;
 use teachtree_language::syntax::ItemKind;
@@ -50,6 +50,31 @@ impl From<&Conjunct> for Part {
 pub(super) enum Edit {
     Number(String),
     Guard(Vec<Part>),
+}
+
+impl Edit {
+    /// Whether another edit of the site differs at most in numbers.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        let forms = |parts: &[Part]| {
+            let mut forms: Vec<String> = parts.iter().map(|part| without_numbers(&part.text)).collect();
+            forms.sort();
+            forms
+        };
+        match (self, other) {
+            (Self::Number(_), Self::Number(_)) => true,
+            (Self::Guard(one), Self::Guard(two)) => forms(one) == forms(two),
+            _ => false,
+        }
+    }
+}
+
+/// A condition with `#` instead of each number.
+fn without_numbers(condition: &str) -> String {
+    let mut spans: Vec<Range<usize>> = numbers_in(condition).iter().map(|site| range(site.span)).collect();
+    spans.sort_by_key(|span| std::cmp::Reverse(span.start));
+    let mut text = condition.to_string();
+    spans.into_iter().for_each(|span| text.replace_range(span, "#"));
+    text
 }
 
 /// The edits by site.

@@ -4,10 +4,11 @@ use crate::relearned::{NAME, cycles, loaded, names, written};
 use crate::synthetic::Synthetic;
 use teachtree_learn::{Demonstration, LabeledSpan, MOST_RUNS, Relearned, relearn};
 
-/// The guard of the first choice of a label.
+/// The guard of the first choice of a label, behind any label before it.
 fn guard<'a>(text: &'a str, label: &str) -> &'a str {
     let end = format!("=> {label}");
-    text.lines().find_map(|line| line.split_once(&end)).map_or("", |(guard, _)| guard.trim())
+    let head = text.lines().find_map(|line| line.split_once(&end)).map_or("", |(head, _)| head);
+    head.rsplit("=>").next().unwrap_or("").trim()
 }
 
 /// Learns `text` again. `share` is the share of a true interval that rules with a text give its label: of that text, the group of the recording, the label
@@ -75,4 +76,22 @@ fn a_change_whose_groups_cannot_be_measured_does_not_stay() {
     let found = relearned(&text, &recordings, &share, MOST_RUNS);
     assert!(found.changes.is_empty() && found.text == text, "{found:#?}");
     assert_eq!(found.obstacle(), Some("on held-out groups, no change gains more than one standard error"));
+}
+
+/// `not closed` suits two groups, and is a bit worse for the third one: without one of the two, it is worse for too many. `closed` suits half of the intervals
+/// of all groups, so both of the two gain by it while they are held out.
+#[test]
+fn another_change_at_the_place_is_no_evidence() {
+    let text = written("  not closed => Wait\n  high => PickUp\n  closed => Hold\n  else => Wait\n");
+    let share = |text: &str, group: usize, label: usize, at: usize| {
+        let guard = guard(text, "PickUp");
+        Some(match (label, guard.contains("not closed"), guard.contains("closed"), group) {
+            (0 | 1, ..) | (2, true, _, 0 | 1) => 1.0,
+            (_, true, _, _) => 0.32,
+            (_, _, true, _) if at % 2 == 0 => 1.0,
+            _ => 0.4,
+        })
+    };
+    let found = relearned(&text, &cycles(3), &share, MOST_RUNS);
+    assert!(found.changes.is_empty() && found.text == text, "{found:#?}");
 }
