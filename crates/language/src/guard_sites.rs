@@ -37,6 +37,8 @@ pub struct GuardSite {
 /// One of the conditions that hold together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Conjunct {
+    /// Where it is written.
+    pub span: Span,
     /// As it is written.
     pub text: String,
     /// Whether it reads `from` or a latch.
@@ -145,7 +147,7 @@ impl Sites<'_> {
             _ => {}
         });
         let text = at(self.text, condition.span).to_string();
-        Conjunct { text, reads_memory, is_open: matches!(condition.kind, ExprKind::Or(_)) }
+        Conjunct { span: condition.span, text, reads_memory, is_open: matches!(condition.kind, ExprKind::Or(_)) }
     }
 }
 

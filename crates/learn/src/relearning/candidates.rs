@@ -58,7 +58,7 @@ impl Candidates<'_> {
         }
         let parts: Vec<Part> = match now {
             Some(Edit::Guard(parts)) => parts.clone(),
-            _ => guard.conjuncts.iter().map(Part::from).collect(),
+            _ => guard.conjuncts.iter().enumerate().map(Part::from).collect(),
         };
         let mut found: Vec<Variants> = Vec::new();
         let changeable: Vec<usize> = (0..parts.len()).filter(|at| !parts[*at].is_fixed).collect();
@@ -76,10 +76,10 @@ impl Candidates<'_> {
             found
                 .extend(other_numbers(&parts[*at].text).into_iter().map(|texts| texts.into_iter().map(with).collect()));
         }
-        for part in self.conditions(guard, shown).into_iter().filter(|part| !parts.contains(part)) {
+        for part in self.conditions(guard, shown).into_iter().filter(|part| !parts.iter().any(|it| it.is_same(part))) {
             for at in &changeable {
                 let mut changed = parts.clone();
-                changed[*at] = part.clone();
+                changed[*at] = part.in_place_of(&parts[*at]);
                 found.push(vec![Edit::Guard(changed)]);
             }
             found.push(vec![Edit::Guard([parts.as_slice(), &[part]].concat())]);

@@ -1,9 +1,10 @@
 //! A written rule file whose guards and numbers are learned again, one by one, where groups that are held out gain. The order of the choices, their labels,
 //! `from`, `stay`, latches and settling stay.
 //!
-//! `written_file` edits the text, `candidates` lists what is tried at a site, `search` tries. The caller runs the texts.
+//! `written_file` and `guard_text` edit the text, `candidates` lists what is tried at a site, `search` tries. The caller runs the texts.
 
 mod candidates;
+mod guard_text;
 mod search;
 mod written_file;
 
@@ -69,7 +70,7 @@ impl Relearned {
 pub struct LineChange {
     /// Its line in the file as it was, from 1.
     pub line: usize,
-    /// What was written, and what is now.
+    /// What was written, and what is now, each on one line without comments.
     pub texts: [String; 2],
     /// F1@50 and the share of right frames of all groups while they are held out, 0 to 1: without this change, and with it, all other changes made. A change is
     /// made for a group only if the search without that group makes it too, up to its numbers.
@@ -166,7 +167,7 @@ pub fn relearn(
     let edits: Edits = of_all.into_iter().filter(|(site, _)| kept.contains_key(site)).collect();
     let change = |(site, without): (&usize, &Groups)| LineChange {
         line: written.line(*site),
-        texts: [written.written(*site).to_string(), edits.get(site).map_or_else(String::new, |it| written.shown(it))],
+        texts: [written.written(*site), written.shown(*site, &edits)],
         held_out: [without, &held_out].map(shares),
     };
     let mut changes: Vec<(usize, LineChange)> = kept.iter().map(|found| (*found.0, change(found))).collect();

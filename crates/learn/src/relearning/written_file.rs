@@ -2,6 +2,7 @@
 
 use super::super::quantities::{Declarations, definitions, renamed};
 use super::super::rule_file::snake_case;
+use super::guard_text::{TextChanges, changes, one_line};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::ops::Range;
@@ -19,6 +20,8 @@ pub(super) const EVIDENCE: &str = "// learned: ";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Part {
     pub text: String,
+    /// The number of the condition in whose place it is written; `None` behind all of them.
+    pub place: Option<usize>,
     /// Whether it stays.
     pub is_fixed: bool,
     is_open: bool,
@@ -29,19 +32,29 @@ pub(super) struct Part {
 impl Part {
     /// A condition that was learned, as it is written in a declaration of a hand.
     pub const fn learned(text: String) -> Self {
-        Self { text, is_fixed: false, is_open: false, is_learned: true }
+        Self { text, place: None, is_fixed: false, is_open: false, is_learned: true }
     }
 
     /// A condition as it is written in the file.
     pub const fn written(text: String) -> Self {
-        Self { text, is_fixed: false, is_open: false, is_learned: false }
+        Self { text, place: None, is_fixed: false, is_open: false, is_learned: false }
+    }
+
+    /// It in the place of another one.
+    pub fn in_place_of(&self, other: &Self) -> Self {
+        Self { place: other.place, ..self.clone() }
+    }
+
+    /// Whether another one asks for the same.
+    pub fn is_same(&self, other: &Self) -> bool {
+        (&self.text, self.is_learned) == (&other.text, other.is_learned)
     }
 }
 
-impl From<&Conjunct> for Part {
-    fn from(written: &Conjunct) -> Self {
-        let Conjunct { text, reads_memory, is_open } = written.clone();
-        Self { text, is_fixed: reads_memory, is_open, is_learned: false }
+impl From<(usize, &Conjunct)> for Part {
+    fn from((at, written): (usize, &Conjunct)) -> Self {
+        let Conjunct { text, reads_memory, is_open, .. } = written.clone();
+        Self { text, place: Some(at), is_fixed: reads_memory, is_open, is_learned: false }
     }
 }
 
@@ -143,9 +156,9 @@ impl WrittenFile {
         self.guard(site).map(|it| it.span).or_else(|| self.number(site).map(|it| it.span))
     }
 
-    /// What is written at a site.
-    pub fn written(&self, site: usize) -> &str {
-        self.span(site).and_then(|span| self.text.get(range(span))).unwrap_or("")
+    /// What is written at a site, on one line.
+    pub fn written(&self, site: usize) -> String {
+        one_line(self.span(site).and_then(|span| self.text.get(range(span))).unwrap_or(""))
     }
 
     /// The line of a site, from 1.
@@ -154,15 +167,37 @@ impl WrittenFile {
         head.unwrap_or("").matches('\n').count() + 1
     }
 
-    /// What an edit writes at its site.
-    pub fn shown(&self, edit: &Edit) -> String {
-        match edit {
-            Edit::Number(number) => number.clone(),
-            Edit::Guard(parts) => {
-                let texts: Vec<String> = parts.iter().map(|part| self.condition(part, parts.len())).collect();
-                texts.join(" and ")
+    /// What some edits write at a site, on one line.
+    pub fn shown(&self, site: usize, edits: &Edits) -> String {
+        match edits.get(&site) {
+            Some(Edit::Number(number)) => number.clone(),
+            Some(Edit::Guard(_)) => {
+                let (mut guards, _) = self.guards(edits);
+                one_line(&guards.remove(&site).unwrap_or_default().join(" and "))
             }
+            None => String::new(),
         }
+    }
+
+    /// The conditions of the edited guards by site, as they are written, and the signals that they read in trees over both hands.
+    fn guards(&self, edits: &Edits) -> (BTreeMap<usize, Vec<String>>, Vec<String>) {
+        let mut used = self.used.clone();
+        let (mut guards, mut signals) = (BTreeMap::new(), Vec::new());
+        for (site, edit) in edits {
+            let Edit::Guard(parts) = edit else { continue };
+            let is_of_both = self.guard(*site).is_some_and(|guard| guard.of_both);
+            let text = |part: &Part| {
+                let condition = self.condition(part, parts.len());
+                if !(part.is_learned && is_of_both) {
+                    return condition;
+                }
+                let name = self.free_name(*site, &mut used);
+                signals.push(format!("signal {name} = {condition}"));
+                format!("either.{name}")
+            };
+            guards.insert(*site, parts.iter().map(text).collect());
+        }
+        (guards, signals)
     }
 
     /// A condition as it stands in a guard of `count` conditions.
@@ -176,29 +211,30 @@ impl WrittenFile {
 
     /// The file with some edits and the evidence for them, by site.
     pub fn rendered(&self, edits: &Edits, evidence: &BTreeMap<usize, String>) -> String {
-        let mut changes: Vec<(Range<usize>, String)> = Vec::new();
-        let mut signals = Vec::new();
+        // In the order of `TextChanges`: evidence stands behind what is added to a guard.
+        let mut all = self.evidence(evidence);
+        let (guards, signals) = self.guards(edits);
         for (site, edit) in edits {
-            let Some(span) = self.span(*site) else { continue };
-            let is_of_both = self.guard(*site).is_some_and(|guard| guard.of_both);
-            let text = match edit {
-                Edit::Guard(parts) if is_of_both => {
-                    let text = |part: &Part| {
-                        let condition = self.condition(part, parts.len());
-                        if !part.is_learned {
-                            return condition;
-                        }
-                        let name = self.free_name(*site, signals.len());
-                        signals.push(format!("signal {name} = {condition}"));
-                        format!("either.{name}")
-                    };
-                    parts.iter().map(text).collect::<Vec<_>>().join(" and ")
+            match (edit, self.guard(*site), self.number(*site)) {
+                (Edit::Guard(parts), Some(guard), _) => {
+                    all.extend(changes(&self.text, guard, parts, guards.get(site).map_or(&[], Vec::as_slice)));
                 }
-                _ => self.shown(edit),
-            };
-            changes.push((range(span), text));
+                (Edit::Number(number), _, Some(written)) => all.push((range(written.span), number.clone())),
+                _ => {}
+            }
         }
-        changes.extend(self.declarations(edits, &signals));
+        all.extend(self.declarations(edits, &signals));
+        all.sort_by_key(|(range, _)| std::cmp::Reverse((range.start, range.end)));
+        let mut text = self.text.clone();
+        for (range, change) in all {
+            text.replace_range(range, &change);
+        }
+        if self.is_formatted { format(&text).unwrap_or(text) } else { text }
+    }
+
+    /// The comments with the evidence for some sites; they replace earlier ones.
+    fn evidence(&self, evidence: &BTreeMap<usize, String>) -> TextChanges {
+        let mut changes = TextChanges::new();
         let mut of_lines: BTreeMap<usize, Vec<&str>> = BTreeMap::new();
         for (site, text) in evidence {
             let end = self.span(*site).map_or(0, |span| span.end as usize);
@@ -211,12 +247,7 @@ impl WrittenFile {
             let start = self.text.get(..start).map_or(start, |head| head.trim_end_matches(' ').len());
             changes.push((start..end, format!("    {EVIDENCE}{}", texts.join("; "))));
         }
-        changes.sort_by_key(|(range, _)| std::cmp::Reverse((range.start, range.end)));
-        let mut text = self.text.clone();
-        for (range, change) in changes {
-            text.replace_range(range, &change);
-        }
-        if self.is_formatted { format(&text).unwrap_or(text) } else { text }
+        changes
     }
 
     /// The declarations of what learned conditions read, and of `signals`.
@@ -247,11 +278,13 @@ impl WrittenFile {
         Some((at..at, format!("\n{text}")))
     }
 
-    /// A name for a condition of one hand in a tree over both.
-    fn free_name(&self, site: usize, at: usize) -> String {
+    /// A name for a condition of one hand in a tree over both, which is used from now on.
+    fn free_name(&self, site: usize, used: &mut BTreeSet<String>) -> String {
         let leaf = self.guard(site).and_then(|guard| guard.leaves.first()).map_or("guard", String::as_str);
-        let names = (at + 1..).map(|at| format!("{}_if_{at}", snake_case(leaf)));
-        names.into_iter().find(|name| !self.used.contains(name)).unwrap_or_default()
+        let names = (1..).map(|at| format!("{}_if_{at}", snake_case(leaf)));
+        let name = names.into_iter().find(|name| !used.contains(name)).unwrap_or_default();
+        used.insert(name.clone());
+        name
     }
 
     fn end_of_line(&self, at: usize) -> usize {
@@ -261,7 +294,7 @@ impl WrittenFile {
     }
 }
 
-fn range(span: Span) -> Range<usize> {
+pub(super) fn range(span: Span) -> Range<usize> {
     span.start as usize..span.end as usize
 }
 

@@ -209,3 +209,58 @@ proptest! {
         prop_assert_eq!(learned.changes.is_empty(), learned.text == text);
     }
 }
+
+/// A guard over several lines, of which one condition is wrong, in a branch; comments stand behind each condition.
+#[test]
+fn comments_of_a_guard_stay_and_a_branch_is_healed() {
+    let of_branch = "  up: mean(fingers.position).z > 700 mm    // off the table\n      and closed    // and held\n  {\n    \
+                     closed => PickUp\n    else   => Wait\n  }\n  not closed => Wait\n  else => Hold\n";
+    let of_leaf = "  not closed => Wait\n  closed and mean(fingers.position).z > 1 mm    // at least a bit\n      \
+                   and mean(fingers.position).z > 700 mm    // off the table\n    => PickUp\n  else => Hold\n";
+    for (choices, comments) in
+        [(of_branch, ["// off the table", "// and held"]), (of_leaf, ["// at least a bit", "// off the table"])]
+    {
+        let text = written(choices);
+        let healed = relearned(&text, &cycles(4));
+        assert!(healed.candidates[1].f1 > 0.99, "{healed:#?}");
+        for comment in comments {
+            assert_eq!(healed.text.matches(comment).count(), 1, "{}", healed.text);
+        }
+        assert!(loaded(&healed.text).is_some(), "{}", healed.text);
+        for text in healed.changes.iter().flat_map(|change| &change.texts) {
+            assert!(!text.contains('\n') && !text.contains("//"), "{text}");
+        }
+    }
+}
+
+/// Comments stay where a condition is removed.
+#[test]
+fn a_condition_is_removed_without_its_comment() {
+    for (guard, left) in [
+        ("closed    // first\n      and not closed    // second\n      and high", "closed    // first\n"),
+        ("not closed    // first\n      and closed    // second\n      and high", "// first\n"),
+    ] {
+        let text = written(&format!("  not closed => Wait\n  {guard}    // third\n    => PickUp\n  else => Hold\n"));
+        let healed = relearned(&text, &cycles(3));
+        assert!(healed.candidates[1].f1 > 0.99 && loaded(&healed.text).is_some(), "{healed:#?}");
+        assert_eq!(healed.changes[0].texts[1], "closed and high");
+        assert!(healed.text.contains(left), "{}", healed.text);
+        for comment in ["// first", "// second", "// third"] {
+            assert_eq!(healed.text.matches(comment).count(), 1, "{}", healed.text);
+        }
+    }
+}
+
+/// A quantity whose name the file uses otherwise gets another name.
+#[test]
+fn a_name_that_the_file_uses_stays() {
+    let text = written("  not closed => Wait\n  closed     => PickUp\n  else       => Hold\n")
+        .replace("signal high   = mean(fingers.position).z > 40 mm", "signal height = mean(fingers.velocity).z");
+    let healed = relearned(&text, &cycles(4));
+    assert!(healed.candidates[1].f1 > 0.99, "{healed:#?}");
+    assert!(healed.text.contains("signal height = mean(fingers.velocity).z"), "{}", healed.text);
+    assert!(
+        healed.text.contains("signal height_2 = ") && healed.changes[0].texts[1].contains("height_2"),
+        "{healed:#?}"
+    );
+}

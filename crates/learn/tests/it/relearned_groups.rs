@@ -95,3 +95,44 @@ fn another_change_at_the_place_is_no_evidence() {
     let found = relearned(&text, &cycles(3), &share, MOST_RUNS);
     assert!(found.changes.is_empty() && found.text == text, "{found:#?}");
 }
+
+/// A tree over both hands reads new conditions of one hand as signals; their names are free, each of its own.
+#[test]
+fn conditions_of_a_tree_over_both_hands_have_names_of_their_own() {
+    let text = written("  both.closed => Wait\n  either.closed => PickUp\n  both.high => Hold\n  else => Wait\n")
+        .replace(
+            "signal closed = gripper.closed",
+            "signal closed = gripper.closed\n  signal pick_up_if_1 = gripper.closed",
+        )
+        .replace("for each hand, settle", "for left, right, settle");
+    let recordings: Vec<Synthetic> = (0..6).map(|at| Synthetic::of_both(at, at as usize / 2)).collect();
+    let share = |text: &str, _: usize, label: usize, _: usize| {
+        let is_new = |name: &&str| {
+            guard(text, "PickUp").contains(&format!("either.{name}"))
+                && text.contains(&format!("signal {name} = height > "))
+        };
+        let new = ["pick_up_if_2", "pick_up_if_3"].into_iter().filter(is_new).count();
+        Some(if label == 2 { [0.1, 0.6, 1.0][new] } else { 1.0 })
+    };
+    let found = relearned(&text, &recordings, &share, MOST_RUNS);
+    assert_eq!(found.changes.len(), 1, "{found:#?}");
+    for name in ["pick_up_if_2", "pick_up_if_3"] {
+        assert!(found.changes[0].texts[1].contains(&format!("either.{name}")), "{found:#?}");
+        assert_eq!(found.text.matches(&format!("signal {name} = ")).count(), 1, "{}", found.text);
+    }
+    assert!(loaded(&found.text).is_some(), "{}", found.text);
+}
+
+#[test]
+fn two_changes_on_a_line_share_a_comment() {
+    let text = written("  not closed => Wait    taken => PickUp\n  closed => Hold\n  else => Wait\n");
+    let share = |text: &str, _: usize, label: usize, _: usize| Some(reads_high(text, label));
+    let found = relearned(&text, &cycles(3), &share, MOST_RUNS);
+    assert_eq!(found.changes.len(), 3, "{found:#?}");
+    let line = found.text.lines().find(|line| line.contains("=> PickUp")).unwrap();
+    assert_eq!(
+        (line.matches("// learned: ").count(), line.matches("held out in 3 groups: ").count()),
+        (1, 2),
+        "{line}"
+    );
+}
