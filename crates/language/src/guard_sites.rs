@@ -15,7 +15,8 @@ pub struct GuardSites {
     pub guards: Vec<GuardSite>,
     /// The values of params that no latch, `settle`, task, relabeling rule, default or other param reads, and the numbers in signals with which a quantity is compared or a duration is given, in their order.
     pub numbers: Vec<NumberSite>,
-    /// The byte before which declarations may be inserted: behind the item before the first tree or extension. `None` in a file without choices.
+    /// The byte before which declarations may be inserted: behind the line of the item before the first tree or extension, or before this one on that line.
+    /// `None` in a file without choices.
     pub declarations_at: Option<usize>,
 }
 
@@ -66,7 +67,7 @@ pub fn guard_sites(rules: &Rules, file: u32) -> GuardSites {
     let mut end = 0;
     for item in &parsed.items {
         if matches!(item.kind, ItemKind::Tree(_) | ItemKind::Extension(_)) {
-            sites.found.declarations_at.get_or_insert(end);
+            sites.found.declarations_at.get_or_insert(end.min(item.span.start as usize));
         }
         sites.item(item);
         let rest = source.text.get(item.span.end as usize..).unwrap_or("");

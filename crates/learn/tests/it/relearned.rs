@@ -264,3 +264,17 @@ fn a_name_that_the_file_uses_stays() {
         "{healed:#?}"
     );
 }
+
+/// Declarations are inserted before a tree that begins behind another item.
+#[test]
+fn a_tree_on_the_line_of_another_item_is_healed() {
+    let text = written("  not closed => Wait\n  closed => PickUp\n  else => Hold\n")
+        .lines()
+        .filter(|line| !line.contains("signal high"))
+        .fold(String::new(), |text, line| text + line + "\n")
+        .replace("PickUp\n\ntree", "PickUp tree");
+    assert!(text.contains("primitive Wait, Hold, PickUp tree skills"), "{text}");
+    let healed = relearned(&text, &cycles(4));
+    assert!(healed.candidates[1].f1 > 0.99, "{healed:#?}");
+    assert!(loaded(&healed.text).is_some(), "{}", healed.text);
+}
