@@ -29,6 +29,7 @@ use teachtree_base::spelling::nearest;
 use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::Leaves;
 use teachtree_frames::frames::Frames;
+use teachtree_language::evidence::evidence;
 use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Label, Rules};
 
 use serde::Serialize;
@@ -282,7 +283,8 @@ fn block<'a>(
     let taken = inspector.path(side, frame)?;
     let mut path = Vec::new();
     let mut latches: Vec<LatchState> = Vec::new();
-    let mut branch: Option<&Branch> = inspector.tree(side).map(|tree| &tree.root);
+    let root: Option<&Branch> = inspector.tree(side).map(|tree| &tree.root);
+    let mut branch = root;
     for (depth, taken) in taken.iter().enumerate() {
         let Some(open) = branch else { break };
         for (at, choice) in open.choices.iter().enumerate().take(taken + 1) {
@@ -298,7 +300,7 @@ fn block<'a>(
                 choice: rules.choice_text(choice),
                 place: rules.sources.place(choice.span),
                 taken: at == *taken,
-                learned: learned(rules.sources.rest_of_line(choice.span)),
+                learned: root.and_then(|root| evidence(rules, root, choice)),
                 reason,
             });
         }
@@ -344,11 +346,6 @@ fn block<'a>(
         task: None,
         why_not: None,
     })
-}
-
-/// The evidence in what stands behind a choice.
-fn learned(rest: &str) -> Option<String> {
-    rest.split_once("// learned: ").map(|(_, evidence)| evidence.trim().to_string())
 }
 
 fn became(rules: &Rules, segment: Segment, what: String) -> LabelChange {

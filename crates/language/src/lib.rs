@@ -5,6 +5,7 @@
 
 pub mod codes;
 mod composites;
+pub mod evidence;
 pub mod format;
 pub mod formula;
 pub mod graph;

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_engine::runs::Run;
+use teachtree_language::evidence::EVIDENCE;
 use teachtree_language::format::format;
 use teachtree_language::{Request, load};
 
@@ -39,7 +40,7 @@ impl Evidence {
     fn comment(&self) -> String {
         let Self { boundaries, groups, late_s } = self;
         let plural = |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
-        let mut text = format!("// learned: {}", plural(*boundaries, "boundary", "boundaries"));
+        let mut text = format!("{EVIDENCE}{}", plural(*boundaries, "boundary", "boundaries"));
         if *boundaries > 0 {
             let found = late_s.len();
             let _ = write!(text, " of {}, held out {found} of {boundaries}", plural(groups.len(), "group", "groups"));

@@ -4,6 +4,7 @@
 
 mod diagram;
 mod editors;
+mod evidence;
 mod graph;
 mod language;
 

@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use recognition::{FoundTrack, Question, Span, found, length_s, overlap_s};
 use teachtree_base::error::InputError;
 use teachtree_base::hands::{Side, TrackId};
+use teachtree_language::evidence::EVIDENCE;
 use teachtree_language::graph::compare::{ExtensionProof, prove_extension};
 use teachtree_language::rules::{Rules, TreeScope};
 
@@ -166,7 +167,7 @@ pub fn extend(
     let held_out = sum(folds.into_iter());
     let learned = sum(known.iter().map(|at| learner.recognition(*at, &best.found[*at])));
     let comment = format!(
-        "    // learned: {} intervals of {} recordings, held out {} of {}",
+        "    {EVIDENCE}{} intervals of {} recordings, held out {} of {}",
         learned.marked,
         marked.len(),
         held_out.matched,

@@ -7,14 +7,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::ops::Range;
 use teachtree_base::diagnostic::Span;
+use teachtree_language::evidence::EVIDENCE;
 use teachtree_language::format::format;
 use teachtree_language::guard_sites::{Conjunct, GuardSite, GuardSites, NumberSite, guard_sites, numbers_in};
 use teachtree_language::parse_text;
 use teachtree_language::rules::Rules;
 use teachtree_language::syntax::ItemKind;
-
-/// How the evidence for a line begins.
-pub(super) const EVIDENCE: &str = "// learned: ";
 
 /// A condition of a guard.
 #[derive(Clone, Debug, PartialEq, Eq)]
