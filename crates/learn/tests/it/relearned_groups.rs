@@ -88,7 +88,7 @@ fn another_change_at_the_place_is_no_evidence() {
         Some(match (label, guard.contains("not closed"), guard.contains("closed"), group) {
             (0 | 1, ..) | (2, true, _, 0 | 1) => 1.0,
             (_, true, _, _) => 0.32,
-            (_, _, true, _) if at % 2 == 0 => 1.0,
+            (_, _, true, _) if at.is_multiple_of(2) => 1.0,
             _ => 0.4,
         })
     };
