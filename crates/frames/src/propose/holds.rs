@@ -54,13 +54,14 @@ impl<'a> Holds<'a> {
 
     /// Whether the gripper is closed at the lower end. `None` if nothing shows that.
     ///
-    /// A gripper is open before it holds something. It may be shut further where it missed the object, so that the end at which it holds may be either one.
+    /// A width is smaller where it is closed. Any other gripper is open before it holds something. It may be shut further where it missed the object, so that the
+    /// end at which it holds may be either one.
     pub fn is_low_closed(&self, part: &Part, middle: f64) -> Option<bool> {
         let low = self.values.iter().filter(|value| **value < middle).count();
         let is_width = words::has(&part.words, &["opening", "width", "aperture", "gap"]);
         let by_name = (is_width && self.values.len() >= LEAST && self.loosest(true).is_some_and(|it| !self.is_end(it)))
             .then_some(true);
-        self.opens_up().or_else(|| clearly(low, self.values.len() - low)).or(by_name)
+        by_name.or_else(|| self.opens_up()).or_else(|| clearly(low, self.values.len() - low))
     }
 
     /// Whether a value is at the upper end of the range, within the spread of a level.
@@ -108,15 +109,13 @@ impl<'a> Holds<'a> {
         };
         let (spread, level) = (SPREAD * self.range(), LEVEL * self.range());
         let is_one = (loosest - held) * sign < spread;
-        let is_beyond = (loosest - two.limit) * sign > 0.0;
-        let is_third = (held - closed).abs() > level && is_one || is_beyond;
-        let hold = if is_one { held } else { loosest };
-        if self.values.len() < LEAST || !is_third || (end - hold) * sign <= spread {
+        let is_third = (held - closed).abs() > level && is_one;
+        if self.values.len() < LEAST || !is_third || (end - held) * sign <= spread {
             return two;
         }
-        let is_open = (open - hold) * sign > (end - hold) * sign / 2.0;
+        let is_open = (open - held) * sign > (end - held) * sign / 2.0;
         let open = if is_open { open } else { end };
-        Levels { closed: held, open, limit: f64::midpoint(hold, open) }
+        Levels { closed: held, open, limit: f64::midpoint(held, open) }
     }
 
     /// The limit beyond which a gripper without a known opening is closed: near the values at which it carries, since it grasps in the last part of its way.
