@@ -264,17 +264,3 @@ fn a_tree_on_the_line_of_another_item_is_healed() {
     assert!(healed.candidates[1].f1 > 0.99, "{healed:#?}");
     assert!(loaded(&healed.text).is_some(), "{}", healed.text);
 }
-
-/// A quantity whose name the file uses otherwise gets another name.
-#[test]
-fn a_name_that_the_file_uses_stays() {
-    let text = written("  not closed => Wait\n  closed     => PickUp\n  else       => Hold\n")
-        .replace("signal high   = mean(fingers.position).z > 40 mm", "signal height = mean(fingers.velocity).z");
-    let healed = relearned(&text, &cycles(4));
-    assert!(healed.candidates[1].f1 > 0.99, "{healed:#?}");
-    assert!(healed.text.contains("signal height = mean(fingers.velocity).z"), "{}", healed.text);
-    assert!(
-        healed.text.contains("signal height_2 = ") && healed.changes[0].texts[1].contains("height_2"),
-        "{healed:#?}"
-    );
-}
