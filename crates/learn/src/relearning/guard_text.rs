@@ -1,8 +1,48 @@
 //! The text of a guard with other conditions: only the conditions that change are written again, so comments between them stay.
 
-use super::written_file::{Part, range};
 use std::ops::Range;
+use teachtree_base::diagnostic::Span;
 use teachtree_language::guard_sites::GuardSite;
+
+/// A condition of a guard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Part {
+    pub text: String,
+    /// The number of the condition in whose place it is written; `None` behind all of them.
+    pub place: Option<usize>,
+    /// Whether it stays.
+    pub is_fixed: bool,
+    pub is_open: bool,
+    /// Whether it is a condition of one hand that was learned.
+    pub is_learned: bool,
+}
+
+impl Part {
+    /// A condition that was learned, as it is written in a declaration of a hand.
+    pub const fn learned(text: String) -> Self {
+        Self { text, place: None, is_fixed: false, is_open: false, is_learned: true }
+    }
+
+    /// A condition as it is written in the file.
+    pub const fn written(text: String) -> Self {
+        Self { text, place: None, is_fixed: false, is_open: false, is_learned: false }
+    }
+
+    /// It in the place of another one.
+    pub fn in_place_of(&self, other: &Self) -> Self {
+        Self { place: other.place, ..self.clone() }
+    }
+
+    /// Whether another one asks for the same.
+    pub fn is_same(&self, other: &Self) -> bool {
+        (&self.text, self.is_learned) == (&other.text, other.is_learned)
+    }
+}
+
+/// The bytes of a span.
+pub(super) fn range(span: Span) -> Range<usize> {
+    span.start as usize..span.end as usize
+}
 
 /// What changes in a text, as bytes and what stands there then. At one byte, later entries stand before earlier ones.
 pub(super) type TextChanges = Vec<(Range<usize>, String)>;

@@ -2,7 +2,7 @@
 
 use super::super::quantities::{Declarations, definitions, renamed};
 use super::super::rule_file::snake_case;
-use super::guard_text::{TextChanges, changes, one_line};
+use super::guard_text::{Part, TextChanges, changes, one_line, range};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::ops::Range;
@@ -13,41 +13,6 @@ use teachtree_language::guard_sites::{Conjunct, GuardSite, GuardSites, NumberSit
 use teachtree_language::parse_text;
 use teachtree_language::rules::Rules;
 use teachtree_language::syntax::ItemKind;
-
-/// A condition of a guard.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Part {
-    pub text: String,
-    /// The number of the condition in whose place it is written; `None` behind all of them.
-    pub place: Option<usize>,
-    /// Whether it stays.
-    pub is_fixed: bool,
-    is_open: bool,
-    /// Whether it is a condition of one hand that was learned.
-    pub is_learned: bool,
-}
-
-impl Part {
-    /// A condition that was learned, as it is written in a declaration of a hand.
-    pub const fn learned(text: String) -> Self {
-        Self { text, place: None, is_fixed: false, is_open: false, is_learned: true }
-    }
-
-    /// A condition as it is written in the file.
-    pub const fn written(text: String) -> Self {
-        Self { text, place: None, is_fixed: false, is_open: false, is_learned: false }
-    }
-
-    /// It in the place of another one.
-    pub fn in_place_of(&self, other: &Self) -> Self {
-        Self { place: other.place, ..self.clone() }
-    }
-
-    /// Whether another one asks for the same.
-    pub fn is_same(&self, other: &Self) -> bool {
-        (&self.text, self.is_learned) == (&other.text, other.is_learned)
-    }
-}
 
 impl From<(usize, &Conjunct)> for Part {
     fn from((at, written): (usize, &Conjunct)) -> Self {
@@ -290,10 +255,6 @@ impl WrittenFile {
         let line = rest.split('\n').next().unwrap_or("");
         at + line.trim_end_matches('\r').len()
     }
-}
-
-pub(super) fn range(span: Span) -> Range<usize> {
-    span.start as usize..span.end as usize
 }
 
 /// The channels that a file declares.
