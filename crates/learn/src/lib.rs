@@ -25,7 +25,7 @@ pub use extension::{
     extend,
 };
 
-pub use relearning::{LineChange, MOST_RUNS, Relearned, RunText, relearn};
+pub use relearning::{LineChange, MOST_RUNS, RelearnedRules, RunText, relearn};
 
 use bank::Bank;
 use model::{MOST_LABELS, labels};

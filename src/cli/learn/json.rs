@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use std::path::Path;
 use teachtree_analysis::json::VERSION;
-use teachtree_learn::{Candidate, FoundInterval, LearningResult, LineChange, Recognition, Relearned};
+use teachtree_learn::{Candidate, FoundInterval, LearningResult, LineChange, Recognition, RelearnedRules};
 use teachtree_new_primitive::NewPrimitive;
 
 /// The result that `learn` prints, with and without `--new`.
@@ -45,7 +45,7 @@ fn candidates(all: &[Candidate], chosen: usize) -> Value {
 /// Changes of a written file.
 pub fn of_changes(
     written: &RuleOutput,
-    learned: &Relearned,
+    learned: &RelearnedRules,
     recordings: usize,
     groups: &[String],
     patch: &str,

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::json::printed;
 use teachtree_base::error::InputError;
 use teachtree_language::Rules;
-use teachtree_learn::{Demonstration, MOST_RUNS, Relearned, relearn};
+use teachtree_learn::{Demonstration, MOST_RUNS, RelearnedRules, relearn};
 use teachtree_session::edited_rules::EditedRules;
 use teachtree_session::patch::diff;
 use teachtree_session::{RulesInternals, RulesOptionsInternals};
@@ -108,7 +108,7 @@ fn print(
     from: &Path,
     logs: &[PathBuf],
     groups: &Groups,
-    learned: &Relearned,
+    learned: &RelearnedRules,
     patch: &str,
 ) -> Result<(), InputError> {
     let is_better = !learned.changes.is_empty();
@@ -127,7 +127,7 @@ fn print(
     if is_better { output::print_data(&format!("\n{patch}")) } else { Ok(()) }
 }
 
-fn table(from: &Path, logs: usize, groups: &Groups, learned: &Relearned, file: Option<&Path>) -> String {
+fn table(from: &Path, logs: usize, groups: &Groups, learned: &RelearnedRules, file: Option<&Path>) -> String {
     let mut text = format!(
         "{logs} recordings in {} groups ({}); {} conditions; {}\n\n",
         groups.names.len(),

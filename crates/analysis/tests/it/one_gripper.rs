@@ -1,4 +1,4 @@
-//! One gripper of which the closed flag and the tool point are known, and one object.
+//! One gripper with a closed flag and a tool point, and one object.
 
 use teachtree_analysis::{Analysis, Segment, TrackId, analyze};
 use teachtree_base::hands::Side;

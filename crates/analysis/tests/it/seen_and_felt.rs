@@ -1,4 +1,4 @@
-//! A hand of which only the fingertips are seen, and a tool whose wrist feels forces, at an object without sensors.
+//! A hand with tracked fingertips only, and a tool with a force sensor at its wrist, at an object without sensors.
 
 use crate::one_gripper::{along, log, segments, starts};
 use teachtree_analysis::Segment;

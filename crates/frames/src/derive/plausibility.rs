@@ -48,7 +48,7 @@ impl FingerPush {
     }
 }
 
-/// Finds fingertips that touch while they are far from every object. A gripper of which only the flag is known stays closed after it has lost an object.
+/// Finds fingertips that touch while they are far from every object. A gripper with only a flag stays closed after it has lost an object.
 pub fn far_touches(
     measured: &CleanLog,
     motions: &[Motion],

@@ -44,12 +44,12 @@ pub fn leave_out_copies(parts: &mut [Part]) {
     }
 }
 
-/// Whether it is no tool and no fingertip: of these the best name counts.
+/// Whether it is neither a tool nor a fingertip: the best name of those is bound.
 fn is_of_object(part: &Part) -> bool {
     words::tool_rank(&part.words).is_none() && words::finger(&part.words).is_none()
 }
 
-/// Number of elements of the array of which a position is a part.
+/// Number of elements of the array that contains a position.
 fn elements(part: &Part) -> usize {
     let array = |name: &str| name.rsplit_once('[').map(|(array, _)| array.to_string());
     let Some(own) = part.members.first().and_then(|column| array(&column.name)) else { return part.members.len() };

@@ -128,7 +128,7 @@ fn rank(part: &Part) -> Option<usize> {
     rank.map(|rank| if is_mirrored { rank + 100 } else { rank })
 }
 
-/// Whether it is a number or a flag that is no command and no other quantity of a gripper.
+/// Whether it is a number or a flag, and neither a command nor another quantity of a gripper.
 fn is_number(part: &Part) -> bool {
     let is_number = matches!(part.quantity, Quantity::Number | Quantity::Flag);
     is_number && !words::has(&part.words, &OTHERS) && !words::is_command(&part.words)

@@ -1,4 +1,4 @@
-//! Markers on a hand beside its fingertips, by their subject or by their motion: they are no objects.
+//! Markers on a hand beside its fingertips, by their subject or by their motion: they are not objects.
 
 use super::parts::{Part, Quantity, distance};
 use std::collections::BTreeMap;

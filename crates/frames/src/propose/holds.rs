@@ -140,7 +140,7 @@ fn clearly(one: usize, other: usize) -> Option<bool> {
 fn carrying_rows(part: &Part, tool: Option<&Part>, bodies: &[Body]) -> Vec<usize> {
     /// A step that is longer is a motion, m.
     const STEP_M: f64 = 1e-3;
-    /// Of a tracker with noise, positions count that are so far apart in time, s, and by so many times its noise.
+    /// Positions from a noisy tracker are compared over this time, s; they differ if they are this multiple of the noise apart.
     const WINDOW_S: f64 = 0.25;
     const NOISES: f64 = 4.0;
     /// The noise of a tracker may move a body at rest this far, m.

@@ -350,7 +350,7 @@ fn lacking(survey: &Survey) -> Vec<String> {
     lacking
 }
 
-/// That no column is the position of a hand, and what to edit: a body that was guessed may be the hand.
+/// The message that no column is the position of a hand, and the lines to edit: a guessed body may be the hand.
 fn no_point(survey: &Survey) -> String {
     let moving = survey.bodies.iter().filter(|body| body.moves());
     // The body with the most markers is the likeliest hand.

@@ -177,7 +177,7 @@ impl<'a> Body<'a> {
         words::has(&words::words(self.name), &SOCKETS)
     }
 
-    /// Whether it stands still and is no support by its name.
+    /// Whether it stands still and its name is not that of a support.
     fn is_fixture(&self) -> bool {
         !self.moves && (self.is_named() || !words::is_support(self.name))
     }

@@ -30,7 +30,7 @@ pub(super) struct Candidates<'a> {
 }
 
 /// The recordings for which candidates are ranked.
-pub(super) struct Shown<'a> {
+pub(super) struct RankingData<'a> {
     pub tracks: &'a [usize],
     pub scored: &'a [ScoredTrack],
     pub windows: &'a Windows,
@@ -43,7 +43,7 @@ pub(super) type Variants = Vec<Edit>;
 
 impl Candidates<'_> {
     /// What is tried at a site that has `now` instead of what is written.
-    pub fn of(&self, site: usize, now: Option<&Edit>, shown: &Shown) -> Vec<Variants> {
+    pub fn of(&self, site: usize, now: Option<&Edit>, shown: &RankingData) -> Vec<Variants> {
         let Some(guard) = self.file.guard(site) else {
             let Some(number) = self.file.number(site) else { return Vec::new() };
             let value = match now {
@@ -89,7 +89,7 @@ impl Candidates<'_> {
     }
 
     /// Conditions that may suit a guard.
-    fn conditions(&self, guard: &GuardSite, shown: &Shown) -> Vec<Part> {
+    fn conditions(&self, guard: &GuardSite, shown: &RankingData) -> Vec<Part> {
         let leaves: BTreeSet<LabelId> = guard.leaves.iter().filter_map(|name| self.label(name)).collect();
         if leaves.is_empty() {
             return Vec::new();
@@ -131,7 +131,7 @@ impl Candidates<'_> {
 
     /// The conditions that hold more often where the truth is one of some labels than elsewhere; `only_found`: of the frames on which the rules give one
     /// of them.
-    fn telling(&self, leaves: &BTreeSet<LabelId>, shown: &Shown, only_found: bool) -> Vec<(f64, usize)> {
+    fn telling(&self, leaves: &BTreeSet<LabelId>, shown: &RankingData, only_found: bool) -> Vec<(f64, usize)> {
         let mut wanted = vec![0_u64; self.bank.words];
         let mut unwanted = wanted.clone();
         for (track, now) in shown.tracks.iter().zip(shown.now) {

@@ -12,7 +12,7 @@ use super::bank::{Bank, runs, spans};
 use super::objective::{Counts, Truth};
 use super::{Candidate, Demonstration, LabeledSpan, PRESENT, checked, fold_of};
 use candidates::Candidates;
-use search::{Groups, Measured};
+use search::{Groups, TextScores};
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::error::InputError;
 use teachtree_engine::runs::Run;
@@ -29,7 +29,7 @@ pub type RunText<'a> = dyn Fn(&str) -> Option<Vec<Vec<Vec<LabeledSpan>>>> + Sync
 
 /// What was learned of a written file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Relearned {
+pub struct RelearnedRules {
     /// The file as it is, and with the changed lines while groups are held out.
     pub candidates: [Candidate; 2],
     /// The changed lines in their order; none where no group that is held out gains.
@@ -44,7 +44,7 @@ pub struct Relearned {
     pub is_cut: bool,
 }
 
-impl Relearned {
+impl RelearnedRules {
     /// How much of the file was searched: `tried 812 versions of mine.rules`.
     pub fn extent(&self, file: &str) -> String {
         let Self { runs, is_cut, .. } = self;
@@ -70,7 +70,7 @@ impl Relearned {
 pub struct LineChange {
     /// Its line in the file as it was, from 1.
     pub line: usize,
-    /// What was written, and what is now, each on one line without comments.
+    /// The old and the new text, each on one line without comments.
     pub texts: [String; 2],
     /// F1@50 and the share of right frames of all groups while they are held out, 0 to 1: without this change, and with it, all other changes made. A change is
     /// made for a group only if the search without that group makes it too, up to its numbers.
@@ -131,7 +131,7 @@ pub fn relearn(
     (rules, file): (&Rules, u32),
     (run, most_runs): (&RunText, usize),
     shown: &(dyn Fn(f64) + Sync),
-) -> Result<Relearned, InputError> {
+) -> Result<RelearnedRules, InputError> {
     let both = checked(demonstrations, names)?;
     let written = WrittenFile::new(rules, file);
     let name = rules.sources.files.get(file as usize).map_or("", |source| source.name.as_str());
@@ -144,7 +144,7 @@ pub fn relearn(
     let frames: usize = scored.iter().map(|track| track.time.len()).sum();
     let most_runs = most_runs.min(MOST_FRAMES / frames.max(1));
     let candidates = Candidates { file: &written, rules, bank: &bank, names, both };
-    let mut measured = Measured::new(candidates, &scored, run, most_runs);
+    let mut measured = TextScores::new(candidates, &scored, run, most_runs);
     let all: Vec<usize> = (0..scored.len()).collect();
     let Some(before) = measured.groups(&Edits::new(), &all) else {
         return Err(InputError::new(name, "cannot run on the recordings"));
@@ -158,7 +158,7 @@ pub fn relearn(
             let (held, others): (Vec<usize>, Vec<usize>) =
                 all.iter().partition(|track| fold_of(scored[**track].group) == *fold);
             let mut edits = measured.search(&others, &|part| shown((f64::from(done) + part) / searches));
-            // Another change at the same place is no evidence for the one that is written.
+            // Another change at the same place is not evidence for the written one.
             edits.retain(|site, edit| of_all.get(site).is_some_and(|written| written.is_alike(edit)));
             of_folds.push((held, edits));
         }
@@ -178,7 +178,7 @@ pub fn relearn(
         let [f1, accuracy] = shares(groups);
         Candidate { name, f1, accuracy, lines: None }
     };
-    Ok(Relearned {
+    Ok(RelearnedRules {
         candidates: [candidate(PRESENT, &before), candidate("with the changes", &held_out)],
         changes: changes.into_iter().map(|(_, change)| change).collect(),
         text,
@@ -196,7 +196,7 @@ fn shares(groups: &Groups) -> [f64; 2] {
 
 /// The counts of each group while it is held out, with the edits of the sites that are `asked` for; `None` if they cannot be measured on all groups.
 fn held_out(
-    measured: &mut Measured,
+    measured: &mut TextScores,
     of_folds: &[(Vec<usize>, Edits)],
     asked: &dyn Fn(usize) -> bool,
 ) -> Option<Groups> {
@@ -214,7 +214,7 @@ fn held_out(
 /// without it. The least one is left out first, until each of the others does. `None` if no edit stays: all of them together do not bring that either, or
 /// cannot be measured on all groups.
 fn kept(
-    measured: &mut Measured,
+    measured: &mut TextScores,
     of_all: &Edits,
     of_folds: &[(Vec<usize>, Edits)],
 ) -> Option<(Groups, BTreeMap<usize, Groups>)> {

@@ -2,7 +2,7 @@
 
 use super::super::guards::windows;
 use super::super::objective::Counts;
-use super::candidates::{Candidates, Shown, Variants};
+use super::candidates::{Candidates, RankingData, Variants};
 use super::written_file::{Edit, Edits};
 use super::{RunText, ScoredTrack, of_track};
 use rayon::prelude::*;
@@ -27,8 +27,8 @@ const AGAIN: usize = 3;
 /// Counts by group.
 pub(super) type Groups = BTreeMap<usize, Counts>;
 
-/// Texts of a file with the counts of all tracks that they give.
-pub(super) struct Measured<'a> {
+/// Versions of a file with the counts of all tracks.
+pub(super) struct TextScores<'a> {
     pub candidates: Candidates<'a>,
     pub scored: &'a [ScoredTrack],
     pub run: &'a RunText<'a>,
@@ -41,7 +41,7 @@ pub(super) struct Measured<'a> {
     pub is_cut: bool,
 }
 
-impl<'a> Measured<'a> {
+impl<'a> TextScores<'a> {
     pub fn new(candidates: Candidates<'a>, scored: &'a [ScoredTrack], run: &'a RunText<'a>, most_runs: usize) -> Self {
         Self { candidates, scored, run, known: HashMap::new(), left: most_runs, runs: 0, is_cut: false }
     }
@@ -113,7 +113,7 @@ impl<'a> Measured<'a> {
         for round in 0..ROUNDS {
             shown(round as f64 / ROUNDS as f64);
             let now = self.labels(&edits, tracks);
-            let asked = Shown { tracks, windows: &windows, scored: self.scored, now: &now };
+            let asked = RankingData { tracks, windows: &windows, scored: self.scored, now: &now };
             for site in 0..self.candidates.file.count() {
                 match last {
                     None => tried.push(self.candidates.of(site, None, &asked)),
@@ -188,7 +188,7 @@ struct Trial {
     variants: Variants,
 }
 
-/// The objective of all groups less what there is to read.
+/// The objective of all groups, less a penalty for each rule and condition.
 pub(super) fn worth(groups: &Groups, edits: &Edits) -> f64 {
     let learned = edits.values().map(|edit| match edit {
         Edit::Guard(parts) => parts.iter().filter(|part| part.is_learned).count(),

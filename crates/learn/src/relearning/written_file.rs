@@ -21,7 +21,7 @@ impl From<(usize, &Conjunct)> for Part {
     }
 }
 
-/// What a site has instead of what is written.
+/// The edit of a site.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Edit {
     Number(String),

@@ -9,7 +9,7 @@ use teachtree_language::graph::lower;
 use teachtree_language::guard_sites::guard_sites;
 use teachtree_language::rules::{Rules, TreeScope};
 use teachtree_language::{Request, load};
-use teachtree_learn::{Demonstration, LabeledSpan, MOST_RUNS, Relearned, relearn};
+use teachtree_learn::{Demonstration, LabeledSpan, MOST_RUNS, RelearnedRules, relearn};
 
 pub const NAME: &str = "written.rules";
 
@@ -52,7 +52,7 @@ fn labels(text: &str, recordings: &[Synthetic]) -> Option<Vec<Vec<Vec<LabeledSpa
     recordings.iter().map(of_recording).collect()
 }
 
-fn relearned(text: &str, recordings: &[Synthetic]) -> Relearned {
+fn relearned(text: &str, recordings: &[Synthetic]) -> RelearnedRules {
     let rules = loaded(text).unwrap_or_else(|| panic!("{text}"));
     let file = rules.sources.files.iter().position(|file| file.name == NAME).unwrap() as u32;
     let demonstrations: Vec<Demonstration> = recordings.iter().map(Synthetic::demonstration).collect();

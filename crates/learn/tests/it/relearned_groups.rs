@@ -2,7 +2,7 @@
 
 use crate::relearned::{NAME, cycles, loaded, names, written};
 use crate::synthetic::Synthetic;
-use teachtree_learn::{Demonstration, LabeledSpan, MOST_RUNS, Relearned, relearn};
+use teachtree_learn::{Demonstration, LabeledSpan, MOST_RUNS, RelearnedRules, relearn};
 
 /// The guard of the first choice of a label, behind any label before it.
 fn guard<'a>(text: &'a str, label: &str) -> &'a str {
@@ -18,7 +18,7 @@ fn relearned(
     recordings: &[Synthetic],
     share: &(dyn Fn(&str, usize, usize, usize) -> Option<f64> + Sync),
     most_runs: usize,
-) -> Relearned {
+) -> RelearnedRules {
     let rules = loaded(text).unwrap_or_else(|| panic!("{text}"));
     let file = rules.sources.files.iter().position(|file| file.name == NAME).unwrap() as u32;
     let demonstrations: Vec<Demonstration> = recordings.iter().map(Synthetic::demonstration).collect();

@@ -15,7 +15,7 @@ use super::grasp_pair::{Candidate, GraspPair, best_pairs, of_many_kinds};
 use super::hand_planner::{HandPlanner, tip_radius};
 use super::insertion_yaw;
 use super::lift_over::{goes_through, lift};
-use super::moving::{Followed, Moving};
+use super::moving::{FollowedPath, Moving};
 use super::precedence::{belong_together, orders};
 use super::resolved_grasp::ResolvedGrasp;
 use super::rollout::{Conflicts, HandledObject, Near, Occupied, Rollout, Unreachable, place_of, too_near, total};
@@ -135,7 +135,7 @@ struct Pair<'a> {
     alternatives: GroupAlternatives<'a>,
     tasks: Vec<Task>,
     rollouts: [Rollout; 2],
-    followed: [Followed; 2],
+    followed: [FollowedPath; 2],
     limbs: [Robot; 2],
     near: Vec<Near>,
     /// The objects of tasks in other groups.

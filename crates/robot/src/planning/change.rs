@@ -1,6 +1,6 @@
 //! A change for two hands: tasks and rollouts with a new pair of grasps, and its cost.
 
-use super::moving::{Followed, Moving};
+use super::moving::{FollowedPath, Moving};
 use super::rollout::{Near, Rollout, total};
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
@@ -28,7 +28,7 @@ impl Change {
         tasks: &[Task; 2],
         all: &[Task],
         scene: &Scene,
-        followed: Followed,
+        followed: FollowedPath,
     ) {
         for rollout in begun.into_iter().filter_map(|begun| Rollout::of(begun, all, scene, followed).ok()) {
             if let Some(near) = rollout.near_to(&self.rollouts[1 - hand], hand, total(&self.near)) {

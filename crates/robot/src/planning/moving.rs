@@ -39,14 +39,14 @@ pub(super) struct Moving {
 
 /// A target that an arm does not reach.
 #[derive(Clone, Debug)]
-pub(super) struct Missed {
+pub(super) struct MissedPose {
     primitive: String,
     missing: PoseError,
     /// Whether the hand has released its object by then.
     is_released: bool,
 }
 
-impl Display for Missed {
+impl Display for MissedPose {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let (m, rad) = (self.missing.m * 1e3, self.missing.rad.to_degrees());
         write!(f, "in {} the palm stays {m:.1} mm and {rad:.1} degrees from its target", self.primitive)
@@ -55,16 +55,16 @@ impl Display for Missed {
 
 /// The part of its path that an arm must be able to follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Followed {
+pub(super) enum FollowedPath {
     /// All of it.
     Whole,
     /// Up to the release of each object; then the arm may stay behind its target.
     ToReleases,
 }
 
-impl Followed {
+impl FollowedPath {
     /// Accepts a target that the arm need not reach.
-    pub(super) fn accept(self, missed: Missed) -> Result<(), Missed> {
+    pub(super) fn accept(self, missed: MissedPose) -> Result<(), MissedPose> {
         if self == Self::ToReleases && missed.is_released { Ok(()) } else { Err(missed) }
     }
 }
@@ -107,7 +107,11 @@ impl Moving {
     ///
     /// # Errors
     /// A target that the arm does not reach; the hand is then as near to it as the arm comes.
-    pub(super) fn advance(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) -> Result<(), Missed> {
+    pub(super) fn advance(
+        &mut self,
+        (task, plan, own_s): (usize, &Plan<'_>, f64),
+        at_s: f64,
+    ) -> Result<(), MissedPose> {
         if self.doing.is_none_or(|(doing, _)| doing != task) {
             self.before.clone_from(&self.q);
             self.doing = Some((task, at_s));
@@ -133,7 +137,7 @@ impl Moving {
         if missing.m > MISSED.m || missing.rad > MISSED.rad {
             let (_, released_s) = plan.touches();
             let primitive = plan.primitive(own_s).0.to_owned();
-            return Err(Missed { primitive, missing, is_released: own_s > released_s });
+            return Err(MissedPose { primitive, missing, is_released: own_s > released_s });
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The motion of a hand with its arm in a group of tasks, by inverse kinematics alone: its shapes at each step, for comparison with those of the other hand.
 
 use super::hand_planner::HandPlanner;
-use super::moving::{Followed, Moving};
+use super::moving::{FollowedPath, Moving};
 use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
@@ -169,7 +169,7 @@ impl Rollout {
     /// Returns the rollouts of the hand of a task, one from each posture from which its arm can follow the task, the best one first.
     pub(super) fn all(tasks: &[Task], number: usize, robot: &Robot, scene: &Scene) -> Result<Vec<Self>, InputError> {
         let begun = Self::begun(tasks, number, robot, scene)?;
-        Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene, Followed::Whole).ok()).collect())
+        Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene, FollowedPath::Whole).ok()).collect())
     }
 
     /// Returns the rollout of the hand of a task from the best posture from which its arm can follow its whole path, or the path to the releases.
@@ -181,10 +181,10 @@ impl Rollout {
         number: usize,
         robot: &Robot,
         scene: &Scene,
-    ) -> Result<(Self, Followed), String> {
+    ) -> Result<(Self, FollowedPath), String> {
         let begun = Self::begun(tasks, number, robot, scene).map_err(|error| error.message)?;
         let mut first = None;
-        for followed in [Followed::Whole, Followed::ToReleases] {
+        for followed in [FollowedPath::Whole, FollowedPath::ToReleases] {
             for hand in &begun {
                 match Self::of(hand.clone(), tasks, scene, followed) {
                     Ok(rollout) => return Ok((rollout, followed)),
@@ -222,7 +222,7 @@ impl Rollout {
     ///
     /// # Errors
     /// The reason why the arm cannot follow.
-    pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene, followed: Followed) -> Result<Self, String> {
+    pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene, followed: FollowedPath) -> Result<Self, String> {
         let place = |object: &str| place_of(tasks, scene, object);
         let arm = hand.planner.hand.arm.iter().map(|dof| (hand.limb.tree.dofs[*dof].name.clone(), hand.q[*dof]));
         let arm = arm.collect();
@@ -264,7 +264,7 @@ impl Rollout {
         mut hand: Moving,
         tasks: &[Task],
         scene: &Scene,
-        followed: Followed,
+        followed: FollowedPath,
         times: &[f64],
     ) -> Option<Vec<Occupied>> {
         let place = |object: &str| place_of(tasks, scene, object);

@@ -75,7 +75,7 @@ fn a_body_below_the_origin_of_one_that_never_moves_is_inside_it() {
         assert!(block.contains("{role: socket, sockets: {hole: {rim: [0 mm, 0 mm, 0 mm], axis: [0, 0, 1]"), "{block}");
         assert!(block.contains("below its origin: give the true rim; else `role: support`"), "{block}");
     }
-    // Containers are wide, and what is beside the axis is in no hole.
+    // Containers are wide, and a body beside the axis is not in a hole.
     let found = scene("basket", [X, Y, Z], place, None);
     assert!(!line(&found, "basket").starts_with("  basket: {role: socket"), "{found}");
     let beside: [fn(f64) -> f64; 3] = [|_| 0.308, Y, |_| 0.09];

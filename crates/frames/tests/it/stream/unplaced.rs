@@ -104,10 +104,10 @@ fn an_object_with_a_place_is_carried_from_there_by_a_hand_in_reach() {
     // It slides along the table on which the scene has it.
     let force = column(&found, "contacts.force", 0, 2);
     assert!(force[50] > 0.1 && force[200] > 0.1 && force[690] > 0.1, "{} {} {}", force[50], force[200], force[690]);
-    let told = found.issues.iter().find(|issue| issue.kind == "missing_channel" && issue.channel == "cube.position");
+    let issue = found.issues.iter().find(|issue| issue.kind == "missing_channel" && issue.channel == "cube.position");
     assert!(
-        told.unwrap().message.contains("assumed to start where the scene puts it, and to move with the gripper"),
-        "{told:?}"
+        issue.unwrap().message.contains("assumed to start where the scene puts it, and to move with the gripper"),
+        "{issue:?}"
     );
     let beyond = at("[0.8 m, 0.1 m, 20 mm]");
     assert!(column(&beyond, "target.position", 0, 0)[..500].iter().all(|x| *x == 0.8));
