@@ -238,7 +238,7 @@ fn keys(places: Option<&Places>, rules: Option<&str>, analysis: Option<&Analysis
             "rules: [{rules}]    # without failures: each grasp seems to miss; delete this line when the binding has the position of the hand"
         ));
     }
-    // A recording that failed or shows no outcome is no example, unless the rules alone lack a criterion.
+    // A recording that failed or has no outcome is not an example, unless only the rules lack a criterion.
     let is_example = |analysis: &&Analysis| {
         let outcome = analysis.outcome();
         let lacks_criterion = outcome.reasons.iter().any(|reason| reason.kind == ReasonKind::NoCriterion);

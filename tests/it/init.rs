@@ -88,7 +88,7 @@ fn an_analysis_needs_no_option_afterwards() {
     insta::assert_snapshot!("project_of_a_plug", fs::read_to_string(folder.path().join("teachtree.yaml")).unwrap());
 }
 
-/// A recording that ends within a task is no example of what a recording should contain.
+/// A recording that ends within a task is not an example to expect.
 #[test]
 fn tasks_are_expected_after_a_success_only() {
     let whole = log(Inserted, 1, GOOD);

@@ -164,7 +164,7 @@ impl Candidates<'_> {
         found
     }
 
-    /// The first atoms, few of which differ in a threshold only.
+    /// The first atoms; few differ in a threshold only.
     fn different(&self, ranked: Vec<(f64, usize)>) -> Vec<usize> {
         let mut found: Vec<usize> = Vec::new();
         for (_, atom) in ranked {

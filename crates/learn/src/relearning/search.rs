@@ -78,7 +78,7 @@ impl<'a> TextScores<'a> {
         self.known.extend(new.iter().copied().cloned().zip(found));
     }
 
-    /// The counts of some tracks with some edits, by group, even if searches may run no more texts; `None` if the text is no rule file.
+    /// The counts of some tracks with some edits, by group, also beyond the limit of the search; `None` if the text is not a valid rule file.
     pub fn groups(&mut self, edits: &Edits, tracks: &[usize]) -> Option<Groups> {
         let text = self.text(edits);
         if !self.known.contains_key(&text) {
@@ -142,7 +142,7 @@ impl<'a> TextScores<'a> {
         edits
     }
 
-    /// Tries families of edits of a site; those of which none is a rule file, or each is worse for many groups, are left out.
+    /// Tries families of edits of a site. A family is left out if no member is a valid rule file, or if each is worse for many groups.
     fn trials(
         &mut self,
         edits: &Edits,

@@ -210,7 +210,7 @@ proptest! {
     }
 }
 
-/// A guard over several lines, of which one condition is wrong, in a branch; comments stand behind each condition.
+/// A guard over several lines in a branch, with one wrong condition and a comment behind each condition.
 #[test]
 fn comments_of_a_guard_stay_and_a_branch_is_healed() {
     let of_branch = "  up: mean(fingers.position).z > 700 mm    // off the table\n      and closed    // and held\n  {\n    \
