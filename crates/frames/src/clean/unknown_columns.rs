@@ -103,10 +103,11 @@ impl<'a> UnknownColumn<'a> {
     }
 }
 
-/// Returns an issue for each channel that is ignored.
+/// Returns an issue for each channel that is ignored, except joints: `simulate` records them for other programs.
 pub fn ignored(recording: &Recording, unknown: &[(&str, UnknownColumn)]) -> Vec<Issue> {
     // One issue a channel: three components have one and the same mistake.
-    let mut channels: Vec<(&str, &UnknownColumn)> = unknown.iter().map(|(name, why)| (whole(name), why)).collect();
+    let unknown = unknown.iter().filter(|(name, _)| !is_joint(name));
+    let mut channels: Vec<(&str, &UnknownColumn)> = unknown.map(|(name, why)| (whole(name), why)).collect();
     channels.dedup_by_key(|(channel, _)| *channel);
     let listed = channels.iter().take(LISTED).map(|(channel, why)| {
         let message = format!("the channel is ignored: {}", why.message(channel, &recording.scene));
@@ -117,6 +118,13 @@ pub fn ignored(recording: &Recording, unknown: &[(&str, UnknownColumn)]) -> Vec<
         over_all(&recording.time, IssueKind::UNKNOWN_CHANNEL, "", format!("{more} more channels are ignored"))
     });
     listed.chain(rest).collect()
+}
+
+/// Whether a column is of a joint: `<hand>.joint.<joint>.position`, `velocity` or `effort`.
+fn is_joint(column: &str) -> bool {
+    let joint = column.split_once(".joint.").filter(|(side, _)| Side::from_name(side).is_some());
+    let part = joint.and_then(|(_, joint)| joint.rsplit_once('.')).map(|(_, part)| part);
+    matches!(part, Some("position" | "velocity" | "effort"))
 }
 
 /// A name without the component that it ends in.

@@ -95,6 +95,11 @@ impl Executor {
         self.palm
     }
 
+    /// Returns the torques (N m) or forces (N) of the motors, one for each degree of freedom.
+    pub(crate) fn torques(&self) -> &DVector<f64> {
+        &self.torques
+    }
+
     /// Returns the error of the palm at the desired joint positions against the last commanded pose.
     pub(crate) fn missed(&self) -> PoseError {
         self.missed

@@ -37,7 +37,7 @@ impl Observers {
     pub(super) fn new(limbs: Vec<Limb>, scene: &Scene, tasks: &[Task], seen: &Observation) -> Self {
         Self {
             drops: DropDetection::new(scene),
-            recorder: Recorder::new(scene, seen),
+            recorder: Recorder::new(&limbs, scene, seen),
             judge: Judge::new(tasks.len()),
             forces: ForceTolerance::new(tasks),
             clearance: ArmClearance::new(scene, &limbs, tasks.len()),

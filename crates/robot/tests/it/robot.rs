@@ -12,6 +12,7 @@ mod kinematics;
 mod meshes;
 mod motion;
 mod passing;
+mod recorded_joints;
 mod searching;
 mod steps;
 mod timing;
