@@ -23,11 +23,11 @@ pub(crate) struct HandProblem<'a> {
     pub(crate) hand: &'a HandModel,
     pub(crate) planner: &'a GraspPlanner<'a>,
     pub(crate) request: &'a GraspRequest<'a>,
-    /// The palm poses that the arm can reach.
+    /// The grasps that the arm can carry along the path of the object.
     pub(crate) reach: &'a Reach<'a>,
 }
 
-/// Grasps of two hands that leave room for each other.
+/// Grasps of two hands that leave room for each other, with the fewest collisions of hands and arms on the path of the object.
 pub(crate) fn grasp_pair([one, other]: [&HandProblem<'_>; 2]) -> Option<[GraspCandidate; 2]> {
     let (of_one, of_other) = (one.planner.candidates(one.request).ok()?, other.planner.candidates(other.request).ok()?);
     let mut pairs: Vec<(f64, Isometry3<f64>, Isometry3<f64>)> = Vec::new();
@@ -40,14 +40,24 @@ pub(crate) fn grasp_pair([one, other]: [&HandProblem<'_>; 2]) -> Option<[GraspCa
         }
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    pairs.into_iter().take(PAIRS).find_map(|(_, first, second)| give_way([one, other], [first, second]))
+    let mut best: Option<(usize, [GraspCandidate; 2])> = None;
+    for (_, first, second) in pairs.into_iter().take(PAIRS) {
+        let Some((met, pair)) = give_way([one, other], [first, second]) else { continue };
+        if best.as_ref().is_none_or(|(least, _)| met < *least) {
+            best = Some((met, pair));
+        }
+        if met == 0 {
+            break;
+        }
+    }
+    best.map(|(_, pair)| pair)
 }
 
-/// Improves a pair of poses in turns.
+/// Improves a pair of poses in turns. Returns the first pair that leaves room, with its number of collisions.
 fn give_way(
     [one, other]: [&HandProblem<'_>; 2],
     [mut first, mut second]: [Isometry3<f64>; 2],
-) -> Option<[GraspCandidate; 2]> {
+) -> Option<(usize, [GraspCandidate; 2])> {
     for _ in 0..ROUNDS {
         let there = one.as_obstacle(&first)?;
         (_, second) = other.planner.improved(&other.around(&there), &second, STEPS).ok()?;
@@ -56,10 +66,10 @@ fn give_way(
         let there = one.as_obstacle(&first)?;
         let (held, beside) = (one.planner.at(one.request, &first), other.planner.at(&other.around(&there), &second));
         if let (Ok(held), Ok(beside)) = (held, beside)
-            && (one.reach)(&first).is_some()
-            && (other.reach)(&second).is_some()
+            && let Some(met) = (one.reach)(&held)
+            && let Some(met_beside) = (other.reach)(&beside)
         {
-            return Some([held, beside]);
+            return Some((met + met_beside, [held, beside]));
         }
     }
     None

@@ -10,9 +10,8 @@ use teachtree_command::GraspCriterion;
 /// Maximum number of grasps within reach of the arm that are checked for clearance.
 const CHECKED: usize = 12;
 
-/// Returns the number of places on the object's path at which palm or arm collide, with the palm at this pose in the frame of the object; `None` if the arm cannot
-/// follow.
-pub type Reach<'a> = dyn Fn(&Isometry3<f64>) -> Option<usize> + 'a;
+/// Returns the number of places on the object's path at which hand or arm collide with this grasp; `None` if the arm cannot follow.
+pub type Reach<'a> = dyn Fn(&GraspCandidate) -> Option<usize> + 'a;
 
 /// A palm pose with the fingers on their contacts.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +63,12 @@ impl GraspCandidate {
                 }
             }
         }
+    }
+
+    /// Returns the joint positions of a finger; `None` for a finger that the grasp does not have.
+    pub(crate) fn angles(&self, finger: Finger) -> Option<JointPositions> {
+        let touching = self.fingers.iter().map(|held| (held.finger, held.angles));
+        touching.chain(self.idle.iter().copied()).find(|(which, _)| *which == finger).map(|(_, angles)| angles)
     }
 }
 

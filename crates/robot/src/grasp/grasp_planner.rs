@@ -144,7 +144,7 @@ impl<'a> GraspPlanner<'a> {
                 }
                 cost.keep_away(0.0);
                 let why = match found {
-                    Ok(grasp) => match reach(&grasp.object_from_palm) {
+                    Ok(grasp) => match reach(&grasp) {
                         Some(met) => return Some((met, grasp)),
                         None => NoGrasp::ArmOutOfReach,
                     },

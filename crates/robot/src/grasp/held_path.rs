@@ -4,15 +4,17 @@ use nalgebra::Isometry3;
 use teachtree_base::pose::{PoseArray, pose_from_array};
 use teachtree_command::Task;
 
-/// Number of places on the path of the object, after the first, to which the arm must be able to bring the palm.
-const BETWEEN: usize = 15;
+/// Number of places on the path of the object, after the first, to which the arm must be able to bring the palm: a few for each of many grasps, and more for a
+/// grasp that is chosen. Between few places an arm may seem to change from one posture to another.
+pub(super) const FEW: usize = 15;
+pub(super) const MANY: usize = 90;
 
-/// Returns the poses at which the object is grasped and released, and some between them, in order; reference frame.
-pub(super) fn way(task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
+/// Returns the poses at which the object is grasped and released, and `between` of them, in order; reference frame.
+pub(super) fn way(task: &Task, grasp: usize, between: usize) -> Vec<Isometry3<f64>> {
     let held = task.segments.iter().filter(|segment| segment.touching && segment.grasp == Some(grasp));
     let poses: Vec<&PoseArray> = held.flat_map(|segment| &segment.object).collect();
     let Some(last) = poses.len().checked_sub(1) else { return Vec::new() };
-    (0..=BETWEEN).map(|at| pose_from_array(poses[at * last / BETWEEN])).collect()
+    (0..=between).map(|at| pose_from_array(poses[at * last / between])).collect()
 }
 
 /// Returns the start and the end of the contact of a grasp, s of the recording.

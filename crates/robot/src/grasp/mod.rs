@@ -29,6 +29,7 @@ mod hand_obstacles;
 pub(crate) mod held_path;
 mod no_grasp;
 mod obstacles;
+pub(crate) mod opening;
 mod pad_alignment;
 mod penalty;
 mod search;

@@ -1,7 +1,7 @@
 //! The obstacles around an object when it is grasped and released, and which of them prevent a grasp.
 
 use super::grasp_request::Obstacle;
-use super::held_path::{held, way};
+use super::held_path::{FEW, held, way};
 use nalgebra::Isometry3;
 use teachtree_base::scene::{Body, Role, Scene};
 use teachtree_command::Task;
@@ -23,7 +23,7 @@ pub(crate) struct NamedObstacle<'a> {
 /// is grasped, and `others`, the other hand.
 pub(crate) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'a [Body]) -> Vec<NamedObstacle<'a>> {
     let mut around = Vec::new();
-    let way = way(task, grasp);
+    let way = way(task, grasp, FEW);
     let [taken_s, let_go_s] = held(task, grasp).unwrap_or([task.start_s, task.end_s]);
     let ends = [(way.first(), "taken", taken_s), (way.last(), "let go", let_go_s)];
     for (at, (world_from_object, happens, when_s)) in ends.into_iter().enumerate() {

@@ -4,12 +4,14 @@
 
 use super::bimanual_grasp::{HandProblem, grasp_pair};
 use super::candidate::{GraspCandidate, Reach};
+use super::clearance::Shapes;
 use super::grasp_planner::GraspPlanner;
 use super::grasp_request::{Contact, GraspRequest, Obstacle};
 use super::hand_obstacles::{bodies, meeting};
-use super::held_path::way;
+use super::held_path::{FEW, MANY, way};
 use super::no_grasp::NoGrasp;
 use super::obstacles::{SUNK_M, around, to_blame};
+use super::opening::clear_opening;
 use super::search::apart;
 use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::surroundings::Surroundings;
@@ -24,6 +26,7 @@ use teachtree_base::hands::Finger;
 use teachtree_base::pose::pose_array;
 use teachtree_base::scene::{Body, Scene};
 use teachtree_command::{self as command, Commands, GraspCriterion, MappedFinger, MappedGrasp, Task};
+use teachtree_description::shape::CollisionShape;
 
 /// Number of starts of the arm's inverse kinematics, and steps of each, that decide whether it reaches a pose.
 const REACH_STARTS: usize = 48;
@@ -158,10 +161,10 @@ fn give_way(
     let alone = holders[second.0].hold(&tasks[second.0], second.1, &[]).ok()?;
     let mut request = [first, second].map(|(number, grasp)| holders[number].request(&tasks[number], grasp, &[]));
     request[1].contacts = alone.contacts;
-    let ways = [first, second].map(|(number, grasp)| holders[number].way(&tasks[number], grasp));
+    let ways = [first, second].map(|(number, grasp)| holders[number].way(&tasks[number], grasp, FEW));
     let reach = [0, 1].map(|which| {
         let (holder, way) = (&holders[[first, second][which].0], &ways[which]);
-        move |pose: &Isometry3<f64>| holder.met(way, pose)
+        move |found: &GraspCandidate| holder.met(way, found)
     });
     let one = |which: usize| {
         let GraspContext { hand, planner, .. } = &holders[[first, second][which].0];
@@ -181,7 +184,11 @@ struct GraspContext<'a> {
     planner: GraspPlanner<'a>,
     object: &'a Body,
     scene: &'a Scene,
+    /// The fixed bodies, and the same with the distance that palm and arm keep from them.
+    fixed: Surroundings,
     surroundings: Surroundings,
+    /// The shapes of the object.
+    shapes: Shapes,
 }
 
 /// A grasp that was found.
@@ -210,9 +217,11 @@ impl<'a> GraspContext<'a> {
             .bodies
             .get(&task.object)
             .ok_or_else(|| refuse(format!("is about `{}`, which is not a body of the scene", task.object)))?;
-        let surroundings = Surroundings::sunk(scene, SUNK_M).with_room(ROOM_M);
+        let fixed = Surroundings::sunk(scene, SUNK_M);
+        let surroundings = fixed.clone().with_room(ROOM_M);
         let planner = GraspPlanner::with_criterion(hand, criterion);
-        Ok(Self { robot, hand, planner, object, scene, surroundings })
+        let shapes = Shapes::new(hand, &GraspRequest { contacts: Vec::new(), object, obstacles: Vec::new() });
+        Ok(Self { robot, hand, planner, object, scene, fixed, surroundings, shapes })
     }
 
     /// Converts the operator's task to a gripper.
@@ -231,8 +240,8 @@ impl<'a> GraspContext<'a> {
     }
 
     /// Returns the path of the held object, and its pose before the operator nudged it, which the robot does not repeat.
-    fn way(&self, task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
-        let mut way = way(task, grasp);
+    fn way(&self, task: &Task, grasp: usize, between: usize) -> Vec<Isometry3<f64>> {
+        let mut way = way(task, grasp, between);
         let stood = self.object.pose();
         let nudged = |first: &Isometry3<f64>| {
             let moved = stood.inverse() * first;
@@ -244,14 +253,14 @@ impl<'a> GraspContext<'a> {
         way
     }
 
-    /// Returns the number of places on the path of the object at which the palm collides with a fixed body, or the arm with one or with itself, in the best posture;
+    /// Returns the number of places on the path of the object at which palm, fingers or arm collide with a fixed body, or the arm with itself, in the best posture;
     /// `None` if the arm cannot follow the path. A hand without an arm has no collisions.
-    fn met(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> Option<usize> {
+    fn met(&self, way: &[Isometry3<f64>], found: &GraspCandidate) -> Option<usize> {
         let (robot, hand) = (self.robot, self.hand);
         if hand.arm.is_empty() {
             return Some(0);
         }
-        let way: Vec<Isometry3<f64>> = way.iter().map(|object| object * object_from_palm).collect();
+        let way: Vec<Isometry3<f64>> = way.iter().map(|object| object * found.object_from_palm).collect();
         let q = vec![0.0; robot.tree.dofs.len()];
         let (arm, root) = (hand.arm_on(&robot.tree), Isometry3::identity());
         let postures = arm.postures_along(&root, &way, &q, (REACH_STARTS, REACH_STEPS), &self.surroundings);
@@ -262,9 +271,16 @@ impl<'a> GraspContext<'a> {
                 break;
             }
         }
+        let mut fingers: Vec<CollisionShape> = Vec::new();
+        for finger in &hand.fingers {
+            let posture = found.angles(finger.finger).map(|angles| finger.posture(&angles));
+            fingers.extend(posture.iter().flat_map(|posture| finger.solids(posture)).map(|(_, solid)| solid));
+        }
+        let placed = |solids: &[CollisionShape], palm: &Isometry3<f64>| {
+            solids.iter().map(|solid| PlacedShape::new(hand.palm, solid.moved(palm))).collect::<Vec<PlacedShape>>()
+        };
         let meets = |palm: &&Isometry3<f64>| {
-            let placed = hand.palm_solids.iter().map(|solid| PlacedShape::new(hand.palm, solid.moved(palm)));
-            self.surroundings.meet_any(&placed.collect::<Vec<PlacedShape>>())
+            self.surroundings.meet_any(&placed(&hand.palm_solids, palm)) || self.fixed.meet_any(&placed(&fingers, palm))
         };
         Some(least? + way.iter().filter(meets).count())
     }
@@ -272,7 +288,8 @@ impl<'a> GraspContext<'a> {
     /// Returns the best grasp with `others` as obstacles, frame of the object.
     fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<TaskGrasp, NoGrasp> {
         let request = self.request(task, grasp, others);
-        let (found, contacts) = self.found(&request, &self.way(task, grasp))?;
+        let ways = [FEW, MANY].map(|between| self.way(task, grasp, between));
+        let (found, contacts) = self.found(&request, &ways)?;
         Ok(self.held(&GraspRequest { contacts, ..request }, &found))
     }
 
@@ -321,20 +338,21 @@ impl<'a> GraspContext<'a> {
         std::iter::once(contacts.to_vec()).chain(differs.then_some(other)).collect()
     }
 
-    /// Returns the best grasp with which the object can be moved along its path, with palm and arm clear where possible, and the contacts assigned to fingers. A
-    /// different grasp with more room is taken if its measure is at least the share `WORTH` of the best one's.
+    /// Returns the best grasp with which the object can be moved along its path, with hand and arm clear where possible, and the contacts assigned to fingers. A
+    /// different grasp with more room is taken if its measure is at least the share `WORTH` of the best one's. `ways` are a few places of the path, and many.
     fn found(
         &self,
         request: &GraspRequest<'_>,
-        way: &[Isometry3<f64>],
+        [few, many]: &[Vec<Isometry3<f64>>; 2],
     ) -> Result<(GraspCandidate, Vec<Contact>), NoGrasp> {
-        let reach = |pose: &Isometry3<f64>| self.met(way, pose);
-        let (mut least, mut found, mut contacts) = self.reached(request, &reach)?;
+        let (_, mut found, mut contacts) = self.reached(request, &|found| self.met(few, found))?;
+        let mut least = self.met(many, &found).unwrap_or(usize::MAX);
         if least > 0 {
             let worth = |(other, _): &(GraspCandidate, Vec<Contact>)| other.measure >= WORTH * found.measure;
             let others: Vec<_> = self.distinct_grasps(request).into_iter().filter(worth).take(CHECKED).collect();
             for (other, by) in others {
-                let Some(met) = reach(&other.object_from_palm).filter(|met| *met < least) else { continue };
+                let met = || self.met(many, &other).filter(|met| *met < least);
+                let Some(met) = self.met(few, &other).and_then(|_| met()) else { continue };
                 (least, found, contacts) = (met, other, by);
                 if met == 0 {
                     break;
@@ -369,9 +387,9 @@ impl<'a> GraspContext<'a> {
     /// Returns the reason why a grasp cannot be held, and the obstacles that prevent it, found by leaving them out.
     fn explained(&self, why: &NoGrasp, task: &Task, grasp: usize, others: &[Body]) -> String {
         let around = around(task, grasp, self.scene, others);
-        let way = self.way(task, grasp);
+        let way = self.way(task, grasp, FEW);
         let request = self.request(task, grasp, &[]);
-        let reach = |pose: &Isometry3<f64>| self.met(&way, pose).map(|_| 0);
+        let reach = |found: &GraspCandidate| self.met(&way, found).map(|_| 0);
         let held_with =
             |obstacles: Vec<Obstacle<'_>>| self.reached(&GraspRequest { obstacles, ..request.clone() }, &reach).is_ok();
         match to_blame(&around, &held_with) {
@@ -400,7 +418,7 @@ impl<'a> GraspContext<'a> {
             friction_margin: Some(found.friction_margin),
             copied_measure: self.planner.copied(request),
             opening: found.opening,
-            opens: None,
+            opens: clear_opening(self.hand, &self.shapes, &request.contacts, found),
             fingers: fingers.collect(),
         }
     }

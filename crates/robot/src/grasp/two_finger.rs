@@ -36,7 +36,7 @@ pub(super) fn best(
     reach: &Reach<'_>,
 ) -> Result<(usize, GraspCandidate), NoGrasp> {
     let found = all(hand, jaws, request)?;
-    let reached = found.into_iter().filter_map(|grasp| Some((reach(&grasp.object_from_palm)?, grasp)));
+    let reached = found.into_iter().filter_map(|grasp| Some((reach(&grasp)?, grasp)));
     clearest(reached).ok_or(NoGrasp::ArmOutOfReach)
 }
 

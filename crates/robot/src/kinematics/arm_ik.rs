@@ -94,7 +94,11 @@ impl Arm<'_> {
             }
             let jacobian = self.tree.chain_jacobian(&chain, &poses, self.dofs);
             let mut square = Matrix6::identity() * DAMPING;
-            jacobian.column_iter().for_each(|column| square.ger(1.0, &column, &column, 1.0));
+            for column in jacobian.column_iter() {
+                for (at, mut sum) in square.column_iter_mut().enumerate() {
+                    (0..6).for_each(|row| sum[row] += column[row] * column[at]);
+                }
+            }
             let Some(factor) = square.cholesky() else { break };
             let weights = factor.solve(&Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z));
             for (&dof, column) in self.dofs.iter().zip(jacobian.column_iter()) {

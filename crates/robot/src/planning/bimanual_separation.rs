@@ -20,6 +20,7 @@ use super::precedence::{belong_together, orders};
 use super::resolved_grasp::ResolvedGrasp;
 use super::rollout::{Conflicts, HandledObject, Near, Occupied, Rollout, Unreachable, place_of, too_near, total};
 use super::schedule::{HandPlans, groups};
+use crate::grasp::opening::NARROWER_M;
 use crate::grasp::task_grasps::{Alternatives, TaskGrasp};
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::robot::Robot;
@@ -45,6 +46,8 @@ const MOST_SAMPLES: usize = 1_500_000;
 const SLIGHT_M: f64 = 0.02;
 /// Missing distance that is added for each place on its paths, and each step, at which a grasp penetrates more than the present one, m.
 const THROUGH_M: f64 = 0.002;
+/// Missing distance that is added for each step at which a hand with its arm penetrates a fixed body, m.
+const ARM_THROUGH_M: f64 = 0.01;
 /// Pairs of grasps are checked with their arms, several at a time, until `ENOUGH` pairs have a summed missing distance of at most `AS_GOOD_M`, m, or
 /// `WITH_ARMS` grasps were checked.
 const WITH_ARMS: usize = 80;
@@ -59,8 +62,6 @@ const WHOLE_PATHS_PER_GRASP: usize = 2;
 const CLEAR_M: f64 = 0.05;
 /// Number of parts in which the first path of a hand is shortened.
 const LATE: u32 = 4;
-/// Smaller openings for fingers without room for the usual one, m.
-const OPENS_M: [f64; 3] = [0.012, 0.008, 0.005];
 /// Maximum number of paths that are followed before or after the simultaneous motion of the other hand.
 const WAITS: usize = 4;
 /// Largest share of the missing distance that a change may leave to be accepted.
@@ -349,8 +350,12 @@ impl<'a> Pair<'a> {
 
     /// Returns the pairs of choices that both arms can follow, with the missing distance in their best postures.
     fn with_arms(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>; 2]) -> Vec<GraspPair> {
-        // For each choice, the hand with its arm at the steps, in every posture.
-        let mut limbs: BTreeMap<(usize, usize), Vec<Option<Vec<Occupied>>>> = BTreeMap::new();
+        // For each choice, the hand with its arm at the steps, in every posture, and the missing distance for its penetrations of fixed bodies.
+        let mut limbs: BTreeMap<(usize, usize), Vec<Option<(f64, Vec<Occupied>)>>> = BTreeMap::new();
+        let fixed = Surroundings::sunk(self.scene, SUNK_M);
+        let through = |stands: &[Occupied]| {
+            stands.iter().filter(|stand| fixed.meet_any(&stand.limb)).count() as f64 * ARM_THROUGH_M
+        };
         let mut reached: Vec<GraspPair> = Vec::new();
         for grasp_pairs in self.grasp_pairs(grasps, steps, choices).chunks(AT_ONCE) {
             let new = grasp_pairs.iter().flat_map(|grasp_pair| [0, 1].map(|hand| (hand, grasp_pair.choices[hand])));
@@ -360,18 +365,23 @@ impl<'a> Pair<'a> {
                 let tasks = self.with(&[(grasps[hand].0, &choices[hand][choice].task)]);
                 let times: Vec<f64> = steps.iter().map(|steps| self.rollouts[hand].own_s(steps[hand])).collect();
                 let begun = self.begun(hand, &tasks).into_iter();
-                begun.map(|begun| Rollout::stands(begun, &tasks, self.scene, self.followed[hand], &times)).collect()
+                let stands = begun.map(|begun| Rollout::stands(begun, &tasks, self.scene, self.followed[hand], &times));
+                stands.map(|stands| stands.map(|stands| (through(&stands), stands))).collect()
             });
             limbs.extend(new.into_iter().zip(gone));
             for grasp_pair in grasp_pairs {
                 let own = [0, 1].map(|hand| limbs.get(&(hand, grasp_pair.choices[hand])));
                 let [Some(ours), Some(theirs)] = own else { continue };
                 let mut best = GraspPair { left: f64::INFINITY, ..*grasp_pair };
-                for (one, ours) in ours.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?))) {
-                    for (other, theirs) in theirs.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?))) {
-                        if let Some(left) =
-                            too_near(ours.iter().zip(theirs), best.left).filter(|left| *left < best.left)
-                        {
+                for (one, (our_through, ours)) in
+                    ours.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?)))
+                {
+                    for (other, (their_through, theirs)) in
+                        theirs.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?)))
+                    {
+                        let through = our_through + their_through;
+                        let left = too_near(ours.iter().zip(theirs), best.left - through).map(|left| left + through);
+                        if let Some(left) = left.filter(|left| *left < best.left) {
                             (best.left, best.postures) = (left, [one, other]);
                         }
                     }
@@ -423,7 +433,7 @@ impl<'a> Pair<'a> {
             }
         }
         self.let_wait(grasps, &mut change);
-        for (hand, opens) in [1, 0].into_iter().flat_map(|hand| OPENS_M.map(|opens| (hand, opens))) {
+        for (hand, opens) in [1, 0].into_iter().flat_map(|hand| NARROWER_M.map(|opens| (hand, opens))) {
             if change.near.is_empty() {
                 return Some(change);
             }

@@ -3,8 +3,8 @@
 //!
 //! Pairs of grasps are checked in the order of their measures: first the hands alone, closed on the object, and opened on their paths while the other one
 //! holds it; then both arms, which follow their tasks by inverse kinematics, in every posture in which they can begin. The time scale of both hands
-//! determines which of their steps are simultaneous, so that a pair is judged by gaps alone. The first pair with enough room is taken, otherwise the pair with
-//! the largest gap, or the previous grasps if all pairs collide.
+//! determines which of their steps are simultaneous, so that a pair is judged by gaps alone: those between the arms, and those to fixed bodies. The first pair with
+//! enough room is taken, otherwise the pair with the most room, or the previous grasps if all pairs collide.
 
 use super::axial_retreat::{Leg, offsets, turn};
 use super::bimanual_separation;
@@ -16,6 +16,7 @@ use super::schedule::groups;
 use crate::grasp::held_path::held;
 use crate::grasp::task_grasps::{self, Alternatives, BlockedGrasp, TaskGrasp, meetings};
 use crate::kinematics::arm_distance::{PlacedShape, nearer};
+use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::robot::Robot;
 use nalgebra::Vector3;
 use std::cell::OnceCell;
@@ -30,6 +31,8 @@ const NEAR_M: f64 = 0.16;
 const PLACES: usize = 8;
 /// Maximum number of pairs that are checked with their arms.
 const PAIRS: usize = 60;
+/// Missing distance that counts for each step at which a hand or an arm penetrates a fixed body, m.
+const THROUGH_M: f64 = 1e-4;
 /// Hands that grasp or release an object within this time of each other act together, s.
 const TOGETHER_S: f64 = 0.3;
 /// Progress when every grasp is mapped, and when the grasps of hand-overs are chosen.
@@ -111,6 +114,7 @@ struct Meeting<'a> {
     first_gives: bool,
     robot: &'a Robot,
     scene: &'a Scene,
+    fixed: Surroundings,
 }
 
 /// A grasp with the hand at the object, closed and opened, frame of the object, and its paths.
@@ -125,7 +129,24 @@ struct Choice {
 struct Ways {
     task: Task,
     near: [Vec<Vector3<f64>>; 2],
-    rollouts: OnceCell<Vec<Rollout>>,
+    rollouts: OnceCell<Vec<ArmMotion>>,
+}
+
+/// A rollout, and what its penetrations of fixed bodies count, m.
+struct ArmMotion {
+    rollout: Rollout,
+    through: f64,
+}
+
+impl ArmMotion {
+    /// Returns the gap to the other arm up to [`ROOM_M`], less what penetrations of fixed bodies count, m; any value up to `least` if it is not larger.
+    fn room(&self, other: &Self, least: f64) -> f64 {
+        let through = self.through + other.through;
+        if least + through >= ROOM_M {
+            return least;
+        }
+        self.rollout.gap(&other.rollout, least + through).min(ROOM_M) - through
+    }
 }
 
 /// A task, and the start posture of its arm.
@@ -144,7 +165,8 @@ impl<'a> Meeting<'a> {
         let place = |(number, grasp)| Some((numbers.iter().position(|it| *it == number)?, grasp));
         let places = [place(pair[0])?, place(pair[1])?];
         let tasks = numbers.iter().map(|number| &tasks[*number]).collect();
-        Some(Self { tasks, places, pair, first_gives, robot, scene })
+        let fixed = Surroundings::sunk(scene, SUNK_M);
+        Some(Self { tasks, places, pair, first_gives, robot, scene, fixed })
     }
 
     /// Returns the tasks with grasps that leave room; `None` if the mapped grasps do, or if no others are better.
@@ -155,7 +177,7 @@ impl<'a> Meeting<'a> {
             let rollouts = [self.rollouts(0, &one.ways[0]).first(), self.rollouts(1, &other.ways[0]).first()];
             // An arm that cannot follow its path is refused later, with the reason.
             let [Some(one), Some(other)] = rollouts else { return Ok(None) };
-            apart = one.gap(other, 0.0).max(SHORT_M);
+            apart = one.room(other, 0.0).max(SHORT_M);
             if apart >= ROOM_M {
                 return Ok(None);
             }
@@ -175,13 +197,14 @@ impl<'a> Meeting<'a> {
         for ways in pairs.into_iter().flat_map(|pair| self.free_ways(pair)).take(PAIRS) {
             let [ones, others] = [0, 1].map(|hand| self.rollouts(hand, ways[hand]));
             for [one, other] in ones.iter().flat_map(|one| others.iter().map(move |other| [one, other])) {
-                let least = best.as_ref().map_or(apart, |(gap, _)| *gap);
-                let gap = one.gap(other, least);
-                if gap > least {
-                    let chosen = |hand: usize, rollout: &Rollout| (ways[hand].task.clone(), rollout.arm.clone());
-                    best = Some((gap, [chosen(0, one), chosen(1, other)]));
+                let least = best.as_ref().map_or(apart, |(room, _)| *room);
+                let room = one.room(other, least);
+                if room > least {
+                    let chosen =
+                        |hand: usize, motion: &ArmMotion| (ways[hand].task.clone(), motion.rollout.arm.clone());
+                    best = Some((room, [chosen(0, one), chosen(1, other)]));
                 }
-                if gap >= ROOM_M {
+                if room >= ROOM_M {
                     return Ok(best.map(|(_, chosen)| chosen));
                 }
             }
@@ -245,12 +268,13 @@ impl<'a> Meeting<'a> {
     }
 
     /// Returns the rollouts of an arm; the first one starts from its default posture.
-    fn rollouts<'c>(&self, hand: usize, ways: &'c Ways) -> &'c [Rollout] {
+    fn rollouts<'c>(&self, hand: usize, ways: &'c Ways) -> &'c [ArmMotion] {
         let (number, _) = self.places[hand];
         ways.rollouts.get_or_init(|| {
             let mut tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
             tasks[number] = ways.task.clone();
-            Rollout::all(&tasks, number, self.robot, self.scene).unwrap_or_default()
+            let all = Rollout::all(&tasks, number, self.robot, self.scene).unwrap_or_default().into_iter();
+            all.map(|rollout| ArmMotion { through: rollout.meets(&self.fixed) as f64 * THROUGH_M, rollout }).collect()
         })
     }
 }

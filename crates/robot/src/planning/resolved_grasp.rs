@@ -1,5 +1,6 @@
 //! A grasp for a plan: with the fingertips at their contacts, and opened.
 
+use crate::grasp::opening::{OPENED_M, opened_tip};
 use crate::kinematics::arm_distance::PlacedShape;
 use crate::kinematics::joint_positions::JointPositions;
 use crate::model::hand::HandModel;
@@ -12,8 +13,6 @@ use teachtree_base::short_number::ShortNumber;
 use teachtree_command::GraspSpec;
 use teachtree_description::shape::CollisionShape;
 
-/// Distance by which fingers open, m.
-const OPENED_M: f64 = 0.018;
 /// Joints are written with six decimals, rad or m.
 const ROUNDED: f64 = 1e-5;
 
@@ -56,9 +55,8 @@ impl ResolvedGrasp {
             let model = hand.finger(finger).ok_or_else(|| format!("the hand has no {finger} finger"))?;
             let (point, normal) = (Point3::from(contact.point), Vector3::from(contact.normal));
             let closed = object_from_palm.inverse_transform_point(&(point + normal * model.radius));
-            let way = object_from_palm.inverse_transform_vector(&(normal * mapped.opens.unwrap_or(OPENED_M)));
-            // As far as the finger reaches.
-            let open = model.posture(&model.ik(closed + way).angles).tip;
+            let outward = object_from_palm.inverse_transform_vector(&normal);
+            let open = opened_tip(model, closed, &outward, mapped.opens.unwrap_or(OPENED_M));
             tips.push((finger, closed, open));
             middle += (point + normal * demonstrated_radius).coords;
         }

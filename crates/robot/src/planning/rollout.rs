@@ -6,6 +6,7 @@ use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
 use crate::kinematics::arm_distance::{PlacedShape, arm_distance, arm_distance_until, nearer, placed};
+use crate::kinematics::surroundings::Surroundings;
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
@@ -331,6 +332,11 @@ impl Rollout {
     /// Returns the time of its plans at a step, s.
     pub(super) fn own_s(&self, step: usize) -> f64 {
         self.begins_s + step as f64 * STEP_S
+    }
+
+    /// Returns the number of steps at which the hand or its arm penetrates a fixed body.
+    pub(super) fn meets(&self, fixed: &Surroundings) -> usize {
+        self.steps.iter().filter(|step| fixed.meet_any(&step.limb)).count()
     }
 
     /// Returns the smallest gap to the hand of another rollout, m, or the first gap of at most `least`.

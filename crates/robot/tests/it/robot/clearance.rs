@@ -2,6 +2,7 @@
 
 use super::kinematics::shipped;
 use crate::command::mapped;
+use crate::demonstrated::commanded;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::ops::RangeInclusive;
 use teachtree_base::scene::Shape;
@@ -86,5 +87,23 @@ fn points(shape: &CollisionShape) -> Vec<(Point3<f64>, f64)> {
             points
         }
         CollisionShape::Piece(..) => panic!("shipped hands have no meshes"),
+    }
+}
+
+/// In each of these demonstrations a link was more than 4 mm in something: an opened finger in the object, an idle finger in the wall against which the object is
+/// pressed, the wrist in a wall with a pair of grasps that leave room for each other, and in the table with grasps for a hand-over.
+#[test]
+fn grasps_keep_links_out_of_objects_walls_and_tables() {
+    let demonstrations =
+        [("pick_and_follow", 9), ("pick_and_press", 37), ("follow_together", 1), ("hand_over_left_to_right", 6)];
+    for (name, seed) in demonstrations {
+        let (robot, scene) = (shipped("both_hands"), world::scene(name).unwrap());
+        let mut commands = commanded(name, seed);
+        teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
+        let performed = simulate(&commands, &robot, &scene, &mut |_| {}).unwrap();
+        for collision in &performed.collisions {
+            assert!(collision.depth_m < 0.003, "{name} {seed}: {collision:?}");
+        }
+        assert!(performed.outcomes.iter().all(|outcome| outcome.done), "{name} {seed}: {:?}", performed.outcomes);
     }
 }
