@@ -304,6 +304,8 @@ impl FirstPass {
                 }
                 held.forget(seen.start);
                 let after = RefCell::new(BTreeMap::new());
+                // Logs with such objects are in memory.
+                let (places, holds) = (RefCell::new(BTreeMap::new()), RefCell::new(BTreeMap::new()));
                 let within = core.start - seen.start..core.end - seen.start;
                 let window = Window {
                     core: within.clone(),
@@ -316,6 +318,10 @@ impl FirstPass {
                     averaged_after: &after,
                     averaged_kept: within.end,
                     touches: &BTreeMap::new(),
+                    places_before: &BTreeMap::new(),
+                    places_after: &places,
+                    holds_before: &BTreeMap::new(),
+                    holds_after: &holds,
                 };
                 let mut measured = CleanLog {
                     scene: &self.flow.scene,

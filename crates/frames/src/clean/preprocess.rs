@@ -82,6 +82,43 @@ pub struct Window<'a> {
     pub averaged_kept: usize,
     /// The learned data of contacts that are computed from shapes, by object.
     pub touches: &'a BTreeMap<usize, Touches>,
+    /// The places in the frames before `core` of the objects that the log does not show, by object, m.
+    pub places_before: &'a BTreeMap<usize, Vec<Vector3<f64>>>,
+    /// Those from the start of `core` to the frame `kept`.
+    pub places_after: &'a RefCell<BTreeMap<usize, Vec<Vector3<f64>>>>,
+    /// The holds of these objects before `core`.
+    pub holds_before: &'a BTreeMap<usize, Hold>,
+    /// Those before the frame `kept`.
+    pub holds_after: &'a RefCell<BTreeMap<usize, Hold>>,
+}
+
+/// An object that the log does not show, and the hands around it, at a frame.
+#[derive(Clone, Debug, Default)]
+pub struct Hold {
+    /// Where the object is, if that is known, reference frame, m.
+    pub place: Option<Vector3<f64>>,
+    /// The hand that moves it.
+    pub holder: Option<usize>,
+    /// The hands with a gripper.
+    pub hands: Vec<HandHold>,
+}
+
+/// A hand with a gripper at a frame.
+#[derive(Clone, Debug, Default)]
+pub struct HandHold {
+    /// The mean of its fingertips, reference frame, m.
+    pub at: Vector3<f64>,
+    /// Whether it is closed, with the object as its target.
+    pub closed: bool,
+    /// Whether it has closed on the object and not let go since.
+    pub has_it: bool,
+}
+
+impl Hold {
+    /// An object that nothing has held yet.
+    pub fn of_place(hands: usize, place: Option<Vector3<f64>>) -> Self {
+        Self { place, holder: None, hands: vec![HandHold::default(); hands] }
+    }
 }
 
 /// The learned data of an object's contacts that are computed from shapes.

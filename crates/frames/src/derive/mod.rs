@@ -40,7 +40,7 @@ use teachtree_base::error::InputError;
 use teachtree_base::field_names;
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
-use teachtree_base::scene::{Body, Role, Scene};
+use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
 use teachtree_logs::issue::{Issue, IssueKind};
 
@@ -206,14 +206,10 @@ pub fn derived_frames(
         felt.push((touches, is_read, read));
     }
     let held = unplaced::held_paths(measured, &objects, &tracks);
-    let moving = measured.scene.bodies.iter().zip(motions).enumerate();
+    let moving = motions.into_iter().enumerate();
     let motions: Vec<Motion> = moving
-        .map(|(index, ((name, body), motion))| match held.get(&index) {
+        .map(|(index, motion)| match held.get(&index) {
             Some(path) => motion.along(path),
-            // The place in the scene only chooses the target.
-            None if unplaced::is_unplaced(measured, index) => {
-                Motion::new(measured, name, &Body { position: Default::default(), ..body.clone() })
-            }
             None => motion,
         })
         .collect();
@@ -312,6 +308,11 @@ pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> 
         };
         is_logged && !others().any(by_role)
     })
+}
+
+/// Whether a window of a log depends on where objects were before it. `has` says whether the log has a column.
+pub(super) fn continues_paths(scene: &Scene, has: impl Fn(&str) -> bool) -> bool {
+    objects(scene).into_iter().any(|object| unplaced::continues_path(scene, &has, object))
 }
 
 /// Returns an issue for an object whose position the log lacks.

@@ -1,11 +1,11 @@
 //! Objects without a pose in the log, as in logs of joints and a gripper: such an object moves with the gripper that holds it, from Grasp to Release.
 //!
 //! An object with a place in the scene starts there, and only a gripper that closes in reach of it holds it. An object without one rests on nothing; before its
-//! first hold it is where it is grasped. In a window of a log, the place only chooses the target.
+//! first hold it is where it is grasped, so that a window of a log does not contain its place.
 
 use super::hands::{HandTrack, finger_feels};
 use super::motion::{HeldPath, slopes, vector};
-use crate::clean::preprocess::CleanLog;
+use crate::clean::preprocess::{CleanLog, Hold};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};
@@ -15,11 +15,19 @@ use teachtree_base::scene::{Body, Role, Scene};
 /// so that this is the least value of `grip_reach` in hand_gripper.rules.
 const REACH: f64 = 0.050;
 
-/// Whether nothing says where a body is while a gripper may hold it: neither the log nor, of a whole log, the scene.
+/// Whether neither the log nor the scene says where a body is, while a gripper may hold it.
 pub fn is_unplaced(measured: &CleanLog, body: usize) -> bool {
-    let is_placed = measured.scene.bodies.get_index(body).is_some_and(|(_, body)| is_placed(body));
-    let is_whole = measured.window.is_none();
-    !(is_placed && is_whole) && is_unseen(measured.scene, |column| measured.scalar(column).is_some(), body)
+    !has_place(measured.scene, body) && is_unseen(measured.scene, |column| measured.scalar(column).is_some(), body)
+}
+
+/// Whether the path of an object in each window of a log continues that of the window before: the scene has its place, and a gripper may carry it off. `has`
+/// says whether the log has a column.
+pub fn continues_path(scene: &Scene, has: impl Fn(&str) -> bool, body: usize) -> bool {
+    has_place(scene, body) && is_unseen(scene, has, body)
+}
+
+fn has_place(scene: &Scene, body: usize) -> bool {
+    scene.bodies.get_index(body).is_some_and(|(_, body)| is_placed(body))
 }
 
 /// Whether the log does not say where an object is, and a gripper may carry it. `has` says whether the log has a column.
@@ -49,11 +57,8 @@ pub fn is_held_by_flag(measured: &CleanLog, side: Side, objects: &[usize]) -> bo
         && objects.iter().any(|object| is_unseen(measured.scene, has, *object))
 }
 
-/// The motion of those of some objects that the log does not show and a gripper holds at some time. In a window of a log it is not known.
+/// The motion of those of some objects that the log does not show: of one with a place, and, in a whole log, of one that a gripper holds at some time.
 pub fn held_paths(measured: &CleanLog, objects: &[usize], tracks: &[HandTrack]) -> BTreeMap<usize, HeldPath> {
-    if measured.window.is_some() {
-        return BTreeMap::new();
-    }
     let has = |column: &str| measured.scalar(column).is_some();
     let unseen = objects.iter().copied().filter(|object| is_unseen(measured.scene, has, *object));
     let hands: Vec<Holder> = tracks.iter().filter_map(|track| Holder::new(measured, track)).collect();
@@ -93,44 +98,42 @@ impl<'a> Holder<'a> {
     }
 }
 
-/// The motion of an object; `None` if nothing holds it.
+/// The motion of an object; `None` if it has no place and nothing holds it.
 fn path(measured: &CleanLog, hands: &[Holder], object: usize) -> Option<HeldPath> {
     let (_, body) = measured.scene.bodies.get_index(object)?;
     let start = is_placed(body).then(|| Vector3::from(body.position.map(|length| length.0)));
-    let reach = body.bounding_radius() + REACH;
-    let mut places: Vec<Option<Vector3<f64>>> = vec![None; measured.len()];
-    // Whether each hand has closed on the object and not let go since.
-    let mut has_it = vec![false; hands.len()];
-    let mut holder: Option<usize> = None;
-    let mut last = start;
-    for (frame, slot) in places.iter_mut().enumerate() {
-        for (hand, has) in hands.iter().zip(&mut has_it) {
-            let begins = || !frame.checked_sub(1).is_some_and(|before| hand.holds(object, before));
-            let reaches = || match (start, last) {
-                (Some(_), Some(place)) => (hand.place(frame) - place).norm() < reach,
-                _ => true,
-            };
-            *has = hand.holds(object, frame) && (*has || begins() && reaches());
+    let reach = start.map(|_| body.bounding_radius() + REACH);
+    let (mut hold, mut places) = match (&measured.window, start) {
+        (None, _) => (None, vec![]),
+        (Some(window), Some(_)) => {
+            let places = window.places_before.get(&object).cloned().unwrap_or_default();
+            (window.holds_before.get(&object).cloned(), places.into_iter().map(Some).collect())
         }
-        let was = holder;
-        let has = |hand: &usize| has_it.get(*hand) == Some(&true);
-        holder = was.filter(has).or_else(|| (0..hands.len()).find(has));
-        // A hand that takes over continues from the object's current position.
-        let place = |hand: &Holder| match last.filter(|_| start.is_some() || was.is_some()) {
-            Some(place) if was.is_some() => place + hand.place(frame) - hand.place(frame - 1),
-            Some(place) => place,
-            None => hand.place(frame),
-        };
-        *slot = holder.and_then(|hand| hands.get(hand)).map(place);
-        // Only an object with a place stays where it is let go.
-        last = slot.or(last.filter(|_| start.is_some()));
-    }
-    let is_held: Vec<bool> = places.iter().map(Option::is_some).collect();
-    let places = match start {
-        Some(start) if is_held.contains(&true) => stays(&places, start),
-        Some(_) => return None,
-        None => filled(&places)?,
+        (Some(_), None) => return None,
     };
+    let core = measured.core();
+    // Before the core only the places count.
+    let mut is_held = vec![false; core.start];
+    places.resize(core.start, start);
+    let keep = |frame: usize, hold: &Option<Hold>| match (&measured.window, hold) {
+        (Some(window), Some(hold)) if frame == window.kept => {
+            window.holds_after.borrow_mut().insert(object, hold.clone());
+        }
+        _ => {}
+    };
+    for frame in core.clone() {
+        keep(frame, &hold);
+        let hold = hold.get_or_insert_with(|| Hold::of_place(hands.len(), start));
+        let place = step(hold, hands, object, frame, reach);
+        is_held.push(place.is_some());
+        places.push(place.or(hold.place));
+    }
+    keep(core.end, &hold);
+    if let Some(window) = &measured.window {
+        let known = places.get(core.start..window.kept).unwrap_or_default().iter().copied().flatten();
+        window.places_after.borrow_mut().insert(object, known.collect());
+    }
+    let places = if start.is_some() { places.into_iter().flatten().collect() } else { filled(&places)? };
     let position = [0, 1, 2].map(|axis| places.iter().map(|place| place[axis]).collect::<Vec<f64>>());
     let mut velocity = slopes(measured, position.each_ref().map(Vec::as_slice));
     for column in &mut velocity {
@@ -139,13 +142,33 @@ fn path(measured: &CleanLog, hands: &[Holder], object: usize) -> Option<HeldPath
     Some(HeldPath { position, velocity })
 }
 
-/// Places with those between holds: where the object was let go, at first where it begins.
-fn stays(places: &[Option<Vector3<f64>>], start: Vector3<f64>) -> Vec<Vector3<f64>> {
-    let follow = |at: &mut Vector3<f64>, place: &Option<Vector3<f64>>| {
-        *at = place.unwrap_or(*at);
-        Some(*at)
-    };
-    places.iter().scan(start, follow).collect()
+/// Continues a hold by a frame; the place of the object while a hand has it. `reach`: the maximum distance from the place at which a hand takes it, m.
+fn step(hold: &mut Hold, hands: &[Holder], object: usize, frame: usize, reach: Option<f64>) -> Option<Vector3<f64>> {
+    let before = hold.hands.clone();
+    for (hand, state) in hands.iter().zip(&mut hold.hands) {
+        let (holds, at) = (hand.holds(object, frame), hand.place(frame));
+        let reaches = || match (reach, hold.place) {
+            (Some(reach), Some(place)) => (at - place).norm() < reach,
+            _ => true,
+        };
+        state.has_it = holds && (state.has_it || !state.closed && reaches());
+        (state.closed, state.at) = (holds, at);
+    }
+    let was = hold.holder;
+    let has = |hand: &usize| hold.hands.get(*hand).is_some_and(|hand| hand.has_it);
+    let holder = was.filter(has).or_else(|| (0..hands.len()).find(has));
+    // A hand that takes over continues from the object's current position.
+    let place = holder.and_then(|hand| hold.hands.get(hand).zip(before.get(hand))).map(|(now, before)| {
+        match hold.place.filter(|_| reach.is_some() || was.is_some()) {
+            Some(place) if was.is_some() => place + now.at - before.at,
+            Some(place) => place,
+            None => now.at,
+        }
+    });
+    // Only an object with a place stays where it is let go.
+    hold.place = place.or(hold.place.filter(|_| reach.is_some()));
+    hold.holder = holder;
+    place
 }
 
 /// Places with those between holds: half of the time where it was released, and half of it where it is grasped next. `None` without a hold.

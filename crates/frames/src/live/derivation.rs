@@ -3,9 +3,10 @@
 
 use super::Calibration;
 use crate::clean::closed_grippers::is_learned;
-use crate::clean::preprocess::{CleanLog, State, Window};
+use crate::clean::preprocess::{CleanLog, Hold, State, Window};
 use crate::derive::{self, ANCHOR, Findings, fingertip_bias};
 use crate::frames::Frames;
+use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
@@ -56,17 +57,34 @@ pub struct Derivation {
     /// On how many frames before and after a frame depend the contacts that are computed from shapes.
     margin: usize,
     /// What was so before some frames, for what depends on the frame before: the oldest is needed next.
-    states: VecDeque<(usize, BTreeMap<String, State>)>,
+    states: VecDeque<(usize, FollowedState)>,
+    /// What was so before the stretch: objects stay where they are while nothing is measured.
+    at_stretch: FollowedState,
+    /// Where objects that the log does not show were in the frames that are held, as far as it is known for good, by object, m.
+    places: BTreeMap<usize, Vec<Vector3<f64>>>,
+    /// Whether there are such objects.
+    continues_paths: bool,
     /// What was so at the last frame that was given out, for what depends on averages of that.
     averaged: BTreeMap<String, State>,
 }
 
+/// What depends on the frame before.
+#[derive(Default)]
+struct FollowedState {
+    /// By what is followed.
+    states: BTreeMap<String, State>,
+    /// By object.
+    holds: BTreeMap<usize, Hold>,
+}
+
 /// What was followed from frame to frame.
 struct CarriedState {
-    /// Up to this frame.
-    until: usize,
-    /// What was so there.
-    states: BTreeMap<String, State>,
+    /// From this frame, and up to that.
+    frames: Range<usize>,
+    /// What was so at the end.
+    state: FollowedState,
+    /// Where objects that the log does not show were in these frames.
+    places: BTreeMap<usize, Vec<Vector3<f64>>>,
     /// What was so at the last frame that was given out, of averages.
     averaged: BTreeMap<String, State>,
 }
@@ -103,6 +121,7 @@ impl Derivation {
         };
         let behind = ahead.next_multiple_of(ANCHOR);
         let margin = if from_shapes { derive::balanced(rate_hz) } else { 0 };
+        let continues_paths = derive::continues_paths(&scene, |name| columns.iter().any(|(column, _)| column == name));
         let values = vec![vec![]; columns.len()];
         let (time, states, averaged) = (vec![], VecDeque::new(), BTreeMap::new());
         Self {
@@ -120,6 +139,9 @@ impl Derivation {
             next: 0,
             margin,
             states,
+            at_stretch: FollowedState::default(),
+            places: BTreeMap::new(),
+            continues_paths,
             averaged,
         }
     }
@@ -161,9 +183,14 @@ impl Derivation {
         let end = if ends { taken } else { taken.saturating_sub(self.lag()).max(self.next) };
         let last = if newest { taken } else { end };
         if last > self.next {
-            let CarriedState { until, states, averaged } = self.derive(self.next..end, last, each)?;
+            let CarriedState { frames, state, places, averaged } = self.derive(self.next..end, last, each)?;
             if end > self.next {
-                self.states.push_back((until, states));
+                for (object, places) in places {
+                    let known = self.places.entry(object).or_default();
+                    known.truncate(frames.start - self.first);
+                    known.extend(places);
+                }
+                self.states.push_back((frames.end, state));
                 self.averaged = averaged;
                 self.next = end;
             }
@@ -175,6 +202,10 @@ impl Derivation {
             (self.first, self.stretch, self.next) = (taken, taken, taken);
             self.time.clear();
             self.values.iter_mut().for_each(Vec::clear);
+            self.places.clear();
+            if let Some((_, FollowedState { holds, .. })) = self.states.pop_back() {
+                self.at_stretch.holds = holds;
+            }
             self.states.clear();
             self.averaged.clear();
         } else {
@@ -185,6 +216,7 @@ impl Derivation {
                 self.first += forgotten;
                 self.time.drain(..forgotten);
                 self.values.iter_mut().for_each(|column| drop(column.drain(..forgotten)));
+                self.places.values_mut().for_each(|places| drop(places.drain(..forgotten.min(places.len()))));
             }
         }
         Ok(())
@@ -203,28 +235,37 @@ impl Derivation {
         last: usize,
         each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
     ) -> Result<CarriedState, InputError> {
-        let nothing = (self.stretch, BTreeMap::new());
         let (from, before) = match self.states.front() {
-            Some(state) if state.0 + self.margin <= core.start => state,
-            _ => &nothing,
+            Some((from, state)) if from + self.margin <= core.start => (*from, state),
+            _ => (self.stretch, &self.at_stretch),
         };
         let kept = (core.end + self.margin).min(self.taken());
         let until = last.max(kept);
-        let seen = self.seen_from(*from)..(until + self.ahead).min(self.taken());
+        let seen = self.seen_from(from)..(until + self.ahead).min(self.taken());
         let held = seen.start - self.first..seen.end - self.first;
         let [next, end, last] = [core.start, core.end, last].map(|frame| frame - seen.start);
         let (after, averaged_after) = (RefCell::new(BTreeMap::new()), RefCell::new(BTreeMap::new()));
+        let (places_after, holds_after) = (RefCell::new(BTreeMap::new()), RefCell::new(BTreeMap::new()));
+        let known = held.start..from - self.first;
+        let known = |places: &Vec<Vector3<f64>>| places.get(known.clone()).unwrap_or_default().to_vec();
+        let places_before = self.places.iter().map(|(object, places)| (*object, known(places))).collect();
+        // The velocity of a held object is an average of places after the frames that are given out.
+        let followed = if self.continues_paths { seen.end } else { until };
         let window = Window {
-            core: from - seen.start..until - seen.start,
+            core: from - seen.start..followed - seen.start,
             averaged: next..last,
-            is_first: *from == self.stretch,
-            before,
+            is_first: from == self.stretch,
+            before: &before.states,
             after: &after,
             kept: kept - seen.start,
             averaged_before: &self.averaged,
             averaged_after: &averaged_after,
             averaged_kept: end,
             touches: &self.calibration.touches,
+            places_before: &places_before,
+            places_after: &places_after,
+            holds_before: &before.holds,
+            holds_after: &holds_after,
         };
         let columns = self.columns.iter().zip(&self.values).map(|((name, dimension), values)| {
             (name.as_str(), (*dimension, Cow::Borrowed(values.get(held.clone()).unwrap_or_default())))
@@ -254,6 +295,8 @@ impl Derivation {
             newest: end..last,
         })?;
         drop(measured);
-        Ok(CarriedState { until: kept, states: after.into_inner(), averaged: averaged_after.into_inner() })
+        let state = FollowedState { states: after.into_inner(), holds: holds_after.into_inner() };
+        let (places, averaged) = (places_after.into_inner(), averaged_after.into_inner());
+        Ok(CarriedState { frames: from..kept, state, places, averaged })
     }
 }

@@ -2,9 +2,15 @@
 
 use super::{ask, column};
 use crate::shared::recordings::recording;
+use proptest::collection::vec;
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+use teachtree_base::channels::ChannelSpec;
+use teachtree_base::hands::Side;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::units::Dimension;
 use teachtree_frames::frames;
+use teachtree_frames::frames::ColumnKey;
 use teachtree_frames::live::{Calibration, Derivation, LiveChunk};
 
 const SCENE: &str = "
@@ -121,27 +127,7 @@ fn an_empty_gripper_does_not_carry_an_object_with_a_place() {
     assert!(column(&found, "target.position", 0, 0).iter().all(|x| *x == 0.3));
 }
 
-/// The target and the height of its position on each frame of a live log.
-fn live(log: &Recording) -> (Vec<f64>, Vec<f64>) {
-    let channels = [ask("target"), ask("target.position")];
-    let (calibration, _) = Calibration::of(log, &channels, true).unwrap();
-    let columns: Vec<_> = log.columns.iter().map(|(name, column)| (name.clone(), column.dimension)).collect();
-    let mut derivation = Derivation::new(log.scene.clone(), channels.to_vec(), calibration, columns);
-    let (mut target, mut height) = (vec![], vec![]);
-    for (row, time_s) in log.time.iter().enumerate() {
-        let values: Vec<f64> = log.columns.values().map(|column| column.values[row]).collect();
-        derivation.push(*time_s, &values);
-        let mut take = |chunk: LiveChunk| {
-            target.extend(&column(chunk.frames, "target", 0, 0)[chunk.core.clone()]);
-            height.extend(&column(chunk.frames, "target.position", 0, 2)[chunk.core]);
-            Ok(())
-        };
-        derivation.settle(row + 1 == log.time.len(), false, &mut take).unwrap();
-    }
-    (target, height)
-}
-
-/// Two objects with places: the hand closes on the second one. A live log does not follow it.
+/// Two objects with places: the hand closes on the second one.
 #[test]
 fn in_a_live_log_places_choose_the_object() {
     let scene = SCENE.replace(
@@ -150,11 +136,101 @@ fn in_a_live_log_places_choose_the_object() {
   cube: {role: object, position: [0.3 m, 0.1 m, 20 mm],",
     );
     let log = log(&scene);
-    let whole = frames(&log, &[ask("target")]).unwrap();
-    let (target, height) = live(&log);
-    assert_eq!(target, column(&whole, "target", 0, 0));
-    assert_eq!(target, vec![1.0; log.time.len()]);
-    assert_eq!(height, vec![0.0; log.time.len()]);
+    let found = live(&log, &[ask("target"), ask("target.position")]);
+    let of = |channel: u32, component: u32| {
+        let key = ColumnKey { channel, side: Some(Side::Right), slot: 0, component };
+        found.get(&key).unwrap()
+    };
+    assert_eq!(*of(0, 0), vec![1.0; log.time.len()]);
+    assert_eq!(*of(1, 2), vec![0.02; log.time.len()]);
+    assert!((of(1, 0)[299] - place(2.99)).abs() < 1e-9, "{}", of(1, 0)[299]);
+}
+
+/// The columns of a log that comes row by row. A step of more than 0.1 s begins a new stretch.
+fn live(log: &Recording, channels: &[ChannelSpec]) -> BTreeMap<ColumnKey, Vec<f64>> {
+    let (calibration, _) = Calibration::of(log, channels, true).unwrap();
+    let columns: Vec<_> = log.columns.iter().map(|(name, column)| (name.clone(), column.dimension)).collect();
+    let mut derivation = Derivation::new(log.scene.clone(), channels.to_vec(), calibration, columns);
+    let mut found: BTreeMap<ColumnKey, Vec<f64>> = BTreeMap::new();
+    for (row, time_s) in log.time.iter().enumerate() {
+        let values: Vec<f64> = log.columns.values().map(|column| column.values[row]).collect();
+        derivation.push(*time_s, &values);
+        let mut take = |chunk: LiveChunk| {
+            for (key, values) in &chunk.frames.columns {
+                found.entry(*key).or_default().extend(&values[chunk.core.clone()]);
+            }
+            Ok(())
+        };
+        let ends = log.time.get(row + 1).is_none_or(|next| next - time_s > 0.1);
+        // The newest frames change nothing of those that follow.
+        derivation.settle(ends, row % 3 == 0, &mut take).unwrap();
+    }
+    found
+}
+
+/// A time, s, at which both grippers begin to move, with the places along x and whether they are closed.
+type Move = (f64, [f64; 2], [bool; 2]);
+
+/// Two grippers over a table with two objects, on which they close more or less precisely. Rows are lost between 4 s and 4.5 s.
+fn two_grippers(moves: &[Move], apple: f64) -> Recording {
+    let scene = format!(
+        "
+bodies:
+  cube: {{role: object, position: [0.3 m, 0.1 m, 20 mm], mass: 300 g, parts: [{{box: [40 mm, 40 mm, 40 mm]}}]}}
+  apple: {{role: object, position: [{apple} m, 0.1 m, 20 mm], parts: [{{ball: 20 mm}}]}}
+  table: {{role: support, position: [0 m, 0 m, -10 mm], parts: [{{box: [2 m, 2 m, 20 mm]}}]}}
+hands: {{left: {{fingers: [thumb]}}, right: {{fingers: [thumb]}}}}
+"
+    );
+    let at = |t: f64| moves.iter().rposition(|(begins, ..)| *begins <= t).unwrap_or_default();
+    let x = |t: f64, hand: usize| {
+        let (begins, to, _) = moves[at(t)];
+        let from = moves[at(t).saturating_sub(1)].1;
+        from[hand] + (to[hand] - from[hand]) * ((t - begins) / 0.5).clamp(0.0, 1.0)
+    };
+    let closed = |t: f64, hand: usize| f64::from(u8::from(moves[at(t)].2[hand]));
+    let mut log = recording(
+        &scene,
+        100.0,
+        800,
+        &[
+            ("left.thumb.position.x", &|t| x(t, 0)),
+            ("left.thumb.position.y", &|_| 0.1),
+            ("left.thumb.position.z", &|t| 0.02 + 0.1 * x(t, 0).abs()),
+            ("left.gripper.closed", &|t| closed(t, 0)),
+            ("right.thumb.position.x", &|t| x(t, 1)),
+            ("right.thumb.position.y", &|_| 0.1),
+            ("right.thumb.position.z", &|t| 0.02 + 0.1 * (x(t, 1) - 0.3).abs()),
+            ("right.gripper.closed", &|t| closed(t, 1)),
+        ],
+    );
+    log.time.drain(400..450);
+    log.columns.values_mut().for_each(|column| drop(column.values.drain(400..450)));
+    log
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_live_log_moves_objects_with_a_place_as_a_whole_log_does(
+        steps in vec(([0.0..0.6_f64, 0.0..0.6], [any::<bool>(), any::<bool>()]), 16),
+        apple in 0.0..0.6_f64,
+    ) {
+        let moves: Vec<Move> = steps.iter().enumerate().map(|(at, (to, closed))| (at as f64 * 0.5, *to, *closed)).collect();
+        let log = two_grippers(&moves, apple);
+        let names = ["target", "target.position", "target.velocity", "contacts.force", "contacts.normal", "contacts.handled"];
+        let channels = names.map(ask);
+        let whole = frames(&log, &channels).unwrap();
+        prop_assert_eq!(whole.stretches.len(), 2);
+        let found = live(&log, &channels);
+        prop_assert_eq!(found.keys().collect::<Vec<_>>(), whole.columns.keys().collect::<Vec<_>>());
+        for (key, column) in &whole.columns {
+            let differs = found[key].iter().zip(column).position(|(live, whole)| live.to_bits() != whole.to_bits());
+            let name = &channels[key.channel as usize].name;
+            prop_assert!(differs.is_none() && found[key].len() == column.len(), "{name} {key:?} {differs:?}");
+        }
+    }
 }
 
 /// The tared sensor at the wrist feels the cube only until 1.2 s: what hangs still does not pull at it.
