@@ -2,6 +2,7 @@
 //!
 //! Nothing is changed; each finding names the channel and what may be wrong with it (docs/logs.md).
 
+use super::body_name;
 use super::contacts::Contact;
 use super::frame_tally::{FrameTally, LASTS, hundredths};
 use super::hands::{HandTrack, finger_feels};
@@ -137,7 +138,8 @@ pub fn far_issues(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -
     gripper.into_iter().chain(fingertips).map(issue).collect()
 }
 
-/// Finds supports that pull down what rests on them.
+/// Finds supports that pull down what rests on them, by the forces of the log: one from shapes has no sign that could be wrong. It points down where an object
+/// rests inside the shape of a bin that is drawn as a solid.
 pub fn wrong_signs(derivation: &Derivation, objects: &[usize], findings: &mut Findings) {
     let (measured, contacts) = (derivation.measured, &derivation.contacts);
     let Some(up) = up(measured.scene) else { return };
@@ -145,7 +147,10 @@ pub fn wrong_signs(derivation: &Derivation, objects: &[usize], findings: &mut Fi
     let supports =
         |body: usize| measured.scene.bodies.get_index(body).is_some_and(|(_, body)| body.role == Role::Support);
     for ((object, other), contact) in contacts {
-        if !objects.contains(object) || !supports(*other) {
+        let names = body_name(measured, *object).zip(body_name(measured, *other));
+        let is_logged = names
+            .is_some_and(|(a, b)| Contact::is_logged_as(measured, &a, &b) || Contact::is_logged_as(measured, &b, &a));
+        if !is_logged || !objects.contains(object) || !supports(*other) {
             continue;
         }
         let found = findings.contacts.entry((*object, *other)).or_default();

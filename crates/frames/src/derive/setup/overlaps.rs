@@ -93,7 +93,7 @@ fn of_body(scene: &Scene, survey: &Survey, other: usize, overlaps: &[Overlap], r
             "its position in the log is wrong by this distance, or the `parts` of a body are wrong".to_string()
         } else {
             format!(
-                "`{its}` is misplaced in the scene (`position: {}` instead of `{}`), or the `parts` or the tracked point of {} are wrong",
+                "`{its}` is misplaced in the scene (`position: {}` instead of `{}`), or its `parts` fill a cavity, or the `parts` or the tracked point of {} are wrong",
                 in_scene(moved.into()),
                 in_scene(found),
                 objects.join(" and ")

@@ -1,6 +1,7 @@
 //! What a log says in another way than it is read: degrees, quaternions in another order, the force of one finger turned.
 
-use super::ask_contact;
+use super::{ask, ask_contact};
+use crate::shared::recordings::recording;
 use teachtree_base::recording::Recording;
 use teachtree_frames::OpenRequest;
 use teachtree_frames::frames;
@@ -53,6 +54,42 @@ fn the_force_of_one_finger_that_is_turned_is_reported() {
         log.columns[&format!("right.thumb.force.{axis}")].values.iter_mut().for_each(|value| *value = -*value);
     }
     insta::assert_snapshot!(printed(&log, "implausible_force").join("\n"));
+}
+
+/// A can is 5 mm above the bottom of a bin of 150 mm, which the scene has as a solid: the shortest way out of its shape is down.
+#[test]
+fn what_rests_in_a_bin_without_a_cavity_is_not_pulled_down() {
+    const SCENE: &str = "
+bodies:
+  can: {role: object, mass: 300 g, parts: [{box: [60 mm, 60 mm, 60 mm]}]}
+  bin: {role: support, parts: [{box: [200 mm, 200 mm, 150 mm], at: [0 mm, 0 mm, 75 mm]}]}
+hands: {right: {fingers: [thumb]}}
+";
+    let reported = |contact: &[(&str, &dyn Fn(f64) -> f64)]| {
+        let mut columns: Vec<(&str, &dyn Fn(f64) -> f64)> = vec![
+            ("right.thumb.position.x", &|_| 0.0),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &|_| 0.5),
+            ("right.gripper.closed", &|t| f64::from(u8::from(t > 4.0))),
+            ("can.position.x", &|_| 0.0),
+            ("can.position.y", &|_| 0.0),
+            ("can.position.z", &|_| 0.035),
+        ];
+        columns.extend(contact);
+        let log = recording(SCENE, 100.0, 500, &columns);
+        let found = frames(&log, &[ask("contacts.force")]).unwrap();
+        assert!(super::column(&found, "contacts.force", 0, 2)[100] < -1.0);
+        let issues = found.issues.into_iter().filter(|issue| issue.kind == "implausible_force");
+        issues.map(|issue| issue.channel).collect::<Vec<_>>()
+    };
+    assert_eq!(reported(&[]), [""; 0]);
+    assert_eq!(reported(&[("contact.can.bin", &|_| 1.0)]), [""; 0]);
+    let logged: [(&str, &dyn Fn(f64) -> f64); 3] = [
+        ("contact.can.bin.force.x", &|_| 0.0),
+        ("contact.can.bin.force.y", &|_| 0.0),
+        ("contact.can.bin.force.z", &|_| -3.0),
+    ];
+    assert_eq!(reported(&logged), ["contact.can.bin.force"]);
 }
 
 #[test]
