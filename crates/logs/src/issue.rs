@@ -56,6 +56,7 @@ macro_rules! kinds {
 
 kinds! {
     AMBIGUOUS_CONTACT_LEVEL "ambiguous_contact_level" "The forces fall into three groups, and two of them may be those of contact.",
+    ASSUMED_INSERTION "assumed_insertion" "Nothing in the log shows that an object is in a socket.",
     BIASED "biased" "The bias of a force sensor was subtracted.",
     CHANGED_ELEMENT "changed_element" "An element of an array is bound by its place, and another one takes that place.",
     CHANGED_OFFSET "changed_offset" "The offset of a force sensor changes during the log.",

@@ -7,6 +7,7 @@ use teachtree_logs::issue::{Issue, IssueKind};
 
 /// The kinds of these issues. The log is used unchanged; docs/logs.md lists the causes.
 const KINDS: &[IssueKind] = &[
+    IssueKind::ASSUMED_INSERTION,
     IssueKind::CHANGED_ELEMENT,
     IssueKind::CONSTANT_FLAG,
     IssueKind::IMPLAUSIBLE_UNIT,

@@ -115,6 +115,47 @@ hands: {right: {fingers: [thumb, palm]}}
     assert!(places.len() == 1 && (places[0] - 10.0).abs() < 0.15, "{found:?}");
 }
 
+/// A gripper lifts a peg from the bottom of a hole, or from the block around it: a log without the pose of the peg and without forces is the same.
+#[test]
+fn a_hole_that_nothing_in_the_log_shows_is_no_success() {
+    const SCENE: &str = "
+bodies:
+  peg: {role: object, PLACE parts: [{box: [20 mm, 20 mm, 100 mm]}], plug: [0 mm, 0 mm, -50 mm]}
+  block:
+    role: socket
+    sockets: {hole: {rim: [0 mm, 0 mm, 60 mm], axis: [0, 0, 1], radius: 15 mm, depth: 40 mm}}
+hands: {right: {fingers: [thumb, palm]}}
+";
+    let z = |t: f64| along(t, &[(0.0, 0.3), (1.5, 0.07), (3.0, 0.07), (5.0, 0.3), (9.0, 0.3)]);
+    let x = |t: f64| along(t, &[(5.0, 0.0), (6.0, 0.3), (7.5, 0.3), (8.5, 0.0)]);
+    let columns: [Signal; 4] = [
+        ("right.thumb.position.x", &x),
+        ("right.thumb.position.y", &|_| 0.0),
+        ("right.thumb.position.z", &z),
+        ("right.gripper.closed", &|t| f64::from(u8::from((2.0..7.0).contains(&t)))),
+    ];
+    let outcome = |place: &str, more: &[Signal]| {
+        let log = log(&SCENE.replace("PLACE", place), 9, &[&columns[..], more].concat());
+        let rules = load(&Request {
+            files: vec!["contact.rules".into(), "failures.rules".into()],
+            hand_file: Some("hand_gripper.rules".into()),
+            ..Request::default()
+        });
+        let rules = rules.rules.unwrap();
+        let frames = teachtree_frames::frames(&log, &teachtree_analysis::channels(&rules)).unwrap();
+        let found = analyze(&rules, &frames, &evaluate(&lower(&rules), &frames).unwrap());
+        let outcome = found.outcome();
+        let is_assumed =
+            outcome.reasons.iter().any(|reason| reason.message.starts_with("assumed_insertion peg.position: "));
+        (outcome.result.name(), is_assumed)
+    };
+    let forces: [Signal; 3] =
+        [("right.palm.force.x", &|_| 0.0), ("right.palm.force.y", &|_| 0.0), ("right.palm.force.z", &|_| 0.1)];
+    assert_eq!(outcome("", &[]), ("unknown", true));
+    assert_eq!(outcome("", &forces), ("success", false));
+    assert_eq!(outcome("position: [0 mm, 0 mm, 70 mm],", &[]), ("success", false));
+}
+
 /// A gripper takes a block at 2 s, carries it by 0.6 m, and opens at 6 s. The log has no pose of the block; the scene may have its place.
 #[test]
 fn the_place_of_an_object_does_not_make_a_failure_of_its_carry() {

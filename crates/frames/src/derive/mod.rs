@@ -2,6 +2,7 @@
 //!
 //! Every derived channel is documented in `base::channels::DERIVED`; here is how each is computed. All work is linear in the number of frames.
 
+mod assumed_insertions;
 mod balance;
 mod carrying;
 mod contacts;
@@ -82,6 +83,7 @@ pub struct Findings {
     unasked: bool,
     unseen: Vec<Issue>,
     carried: Vec<Issue>,
+    assumed: Vec<Issue>,
     read: Vec<Issue>,
     /// The issues of quaternion orders on the first frame, once it was seen.
     orders: Option<Vec<Issue>>,
@@ -109,7 +111,7 @@ impl Findings {
         let units_are_right = !setup.iter().any(|issue| issue.kind == IssueKind::IMPLAUSIBLE_UNIT);
         let mut issues: Vec<Issue> = self.unseen.to_vec();
         issues.extend(far.filter(|_| units_are_right));
-        issues.extend(self.carried.iter().cloned());
+        issues.extend(self.carried.iter().chain(&self.assumed).cloned());
         issues.extend(self.orders.iter().flatten().cloned());
         issues.extend(self.held_forces.issues(measured));
         issues.extend(plausibility::sign_issues(measured, &self.findings));
@@ -238,6 +240,7 @@ pub fn derived_frames(
     let derivation = Derivation::new(measured, &motions, &objects, &partners, &tracks, contacts);
     if asked {
         findings.survey.look(&derivation, &grips);
+        findings.assumed = assumed_insertions::issues(&derivation, &objects);
     }
     if judges_contacts {
         findings.held_forces.add(&derivation, &objects);

@@ -18,7 +18,8 @@ pub const SEARCH_BELOW: f64 = 0.005;
 pub struct Socket<'a> {
     /// Index of its body in the scene.
     pub body: usize,
-    name: &'a str,
+    /// Its name in the body.
+    pub name: &'a str,
     socket: &'a teachtree_base::scene::Socket,
 }
 
