@@ -84,7 +84,7 @@ pub(super) fn mixed(readings: &[Vector3<f64>]) -> LearnedLevel {
 }
 
 /// Readings in two groups: without contact, and of contact.
-pub(super) struct TwoGroups {
+pub struct TwoGroups {
     /// The level between them.
     pub level: ContactLevel,
     /// The readings without contact, in the order of time.
@@ -96,7 +96,7 @@ pub(super) struct TwoGroups {
 }
 
 /// The clear groups of readings in the order of time.
-pub(super) fn two_groups(readings: &[Vector3<f64>]) -> Option<TwoGroups> {
+pub fn two_groups(readings: &[Vector3<f64>]) -> Option<TwoGroups> {
     let clear_groups = |rest| groups_from(readings, rest).filter(|groups| groups.is_clear);
     let found = clear_groups(Vector3::zeros())?;
     let ends = ends(readings);

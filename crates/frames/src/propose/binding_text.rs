@@ -162,6 +162,14 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
         if let Some(force) = lines.iter_mut().find(is_force) {
             wrist_forces::turn(force, *side, hand, survey);
         }
+        if let Some(level) = survey.levels.get(side).filter(|_| !is_fixed) {
+            let columns = format!("= {:.2} N", level.begins_n);
+            let reason = format!(
+                "contact begins at this force: {} moves only while the force is above it; without this line, the level is that of the rules",
+                level.object
+            );
+            lines.push(Line { channel: format!("{side}.wrist.level"), columns, reason });
+        }
         if let Some(gripper) = survey.grippers.get(side) {
             of_gripper(*side, gripper, answers, &mut lines);
             // Flags of the fingers show when the gripper holds something.

@@ -6,6 +6,7 @@ mod bearings;
 mod binding_text;
 mod bodies;
 mod column_groups;
+mod contact_levels;
 mod contacts;
 mod copies;
 mod fingertip_pairs;
@@ -38,6 +39,7 @@ use crate::inspect::{Inspection, ValueKind};
 use arms::Arm;
 use bearings::FoundBearing;
 use bodies::Body;
+use contact_levels::FoundLevel;
 use contacts::Contacts;
 use grippers::Gripper;
 use hands::Hand;
@@ -104,6 +106,8 @@ struct Survey<'a> {
     rests: Vec<Rest>,
     /// How far beside their origins bodies are held in the bound log, m.
     held_beside_m: BTreeMap<String, f64>,
+    /// The forces at wrists from which on they are contact, where the bound log shows them.
+    levels: BTreeMap<Side, FoundLevel>,
     /// Sockets that the bound log shows.
     sockets: Vec<FoundSocket>,
     /// Sockets that bodies at rest may be instead of supports.
@@ -192,6 +196,7 @@ impl<'a> Survey<'a> {
             starts: BTreeMap::new(),
             rests: vec![],
             held_beside_m: BTreeMap::new(),
+            levels: BTreeMap::new(),
             sockets: vec![],
             maybe_sockets: vec![],
             bearings: vec![],
@@ -211,6 +216,7 @@ impl<'a> Survey<'a> {
         }
         self.rests = rests::rests(recording);
         self.held_beside_m = rests::held_beside_m(recording);
+        self.levels = contact_levels::levels(recording);
         self.bearings = if self.mechanism.is_none() { bearings::bearings(recording) } else { vec![] };
         let mut sockets = sockets::sockets(recording);
         // What turns in its place was not put there.

@@ -2,6 +2,7 @@
 
 mod grippers;
 mod lacking;
+mod levels;
 mod markers;
 mod relative;
 mod rotations;
@@ -11,7 +12,7 @@ mod transforms;
 
 use std::fs;
 use teachtree_frames::inspect::inspect;
-use teachtree_frames::propose::{Answers, propose, with_places};
+use teachtree_frames::propose::{Answers, Proposal, propose, with_places};
 use teachtree_logs::read::formats;
 
 /// Rows of a log.
@@ -49,11 +50,16 @@ fn proposed_of(table: &str) -> (String, String) {
 
 /// The scene that is proposed with the places of the bound log.
 fn placed_scene(columns: &[Column]) -> String {
+    placed(columns).scene
+}
+
+/// What is proposed with the places of the bound log.
+fn placed(columns: &[Column]) -> Proposal {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
     fs::write(&path, table(columns)).unwrap();
     let log = inspect(formats::open(&path).unwrap(), None, None).unwrap();
-    with_places(propose(&log, &Answers::default()), &log, &Answers::default(), formats::open(&path).unwrap()).scene
+    with_places(propose(&log, &Answers::default()), &log, &Answers::default(), formats::open(&path).unwrap())
 }
 
 /// The binding that is proposed for a text.
