@@ -8,6 +8,8 @@ use std::collections::BTreeSet;
 /// How much the distance of two markers of one body varies, m, or as a share of the distance: bodies are soft, and trackers scatter.
 const VARIES_M: f64 = 0.005;
 const VARIES: f64 = 0.2;
+/// The share of a log that is its beginning, and its end.
+const END: f64 = 0.02;
 /// The largest distance of markers of one body, m.
 const WIDEST_M: f64 = 0.4;
 /// The least number of markers on a body that stands still: two things at rest keep their distance too.
@@ -135,12 +137,22 @@ fn are_rigid(one: &Body, other: &Body) -> bool {
     one.positions.iter().all(|one| other.positions.iter().all(|other| is_rigid(one, other)))
 }
 
-/// Whether two markers keep their distance.
+/// Whether two markers keep their distance: mostly, and at both ends of the log, where one of two things may be moved alone.
 pub fn is_rigid(one: &Part, other: &Part) -> bool {
-    let mut distances: Vec<f64> = (0..one.rows())
+    let distances: Vec<f64> = (0..one.rows())
         .filter_map(|row| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?)))
         .collect();
-    distances.sort_by(f64::total_cmp);
-    let at = |share: f64| distances.get((distances.len() as f64 * share) as usize).copied().unwrap_or_default();
-    !distances.is_empty() && at(0.9) - at(0.1) < (VARIES * at(0.5)).max(VARIES_M) && at(0.5) < WIDEST_M
+    let at = |share: f64| quantile(&distances, share).unwrap_or_default();
+    let varies_m = (VARIES * at(0.5)).max(VARIES_M);
+    let end = (distances.len() as f64 * END).ceil() as usize;
+    let ends = [distances.get(..end), distances.get(distances.len() - end..)];
+    let is_usual = |end: &[f64]| quantile(end, 0.5).is_some_and(|there| (there - at(0.5)).abs() < varies_m);
+    at(0.9) - at(0.1) < varies_m && at(0.5) < WIDEST_M && ends.into_iter().flatten().all(is_usual)
+}
+
+/// A quantile; `None` of nothing.
+fn quantile(values: &[f64], share: f64) -> Option<f64> {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.get((values.len() as f64 * share) as usize).copied()
 }

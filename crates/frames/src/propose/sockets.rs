@@ -146,6 +146,16 @@ pub fn vector(recording: &Recording, channel: &str) -> Option<Vec<Option<Vector3
     Some(rows.map(|at| at.iter().all(|part| part.is_finite()).then_some(at)).collect())
 }
 
+/// The rows of the rotation of a body; none is turned where the log lacks it.
+pub fn turns(recording: &Recording, body: &str, rows: usize) -> Vec<UnitQuaternion<f64>> {
+    let parts = ["w", "x", "y", "z"].map(|part| recording.columns.get(&format!("{body}.rotation.{part}")));
+    let turn = |row: usize| {
+        let [w, x, y, z] = parts.map(|part| part.and_then(|part| part.values.get(row).copied()).unwrap_or(f64::NAN));
+        UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9).unwrap_or_default()
+    };
+    (0..rows).map(turn).collect()
+}
+
 /// A body with a position.
 struct Body<'a> {
     name: &'a str,
@@ -162,13 +172,7 @@ impl<'a> Body<'a> {
         let positions = vector(recording, &format!("{name}.position"))?;
         let start = positions.iter().flatten().next().copied()?;
         let moves = positions.iter().flatten().any(|at| (at - start).norm() > STILL_M);
-        let parts = ["w", "x", "y", "z"].map(|part| recording.columns.get(&format!("{name}.rotation.{part}")));
-        let turn = |row: usize| {
-            let [w, x, y, z] =
-                parts.map(|part| part.and_then(|part| part.values.get(row).copied()).unwrap_or(f64::NAN));
-            UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9).unwrap_or_default()
-        };
-        let turns = (0..positions.len()).map(turn).collect();
+        let turns = turns(recording, name, positions.len());
         Some(Self { name, positions, start, turns, moves })
     }
 
@@ -305,13 +309,16 @@ impl<'a> Body<'a> {
     fn at_rest_in(&self, socket: &Self, is_end: bool) -> Option<(Insertion, Evidence)> {
         const BESIDE_M: f64 = 0.003;
         const NAMED_M: f64 = 0.02;
+        /// The origin of a plug is this far from that of a socket whose rim its tip reaches, m.
+        const REACHED_M: f64 = 0.15;
         const USUAL_M: f64 = 0.02;
         let mut ways: Vec<Vector3<f64>> = self.positions.iter().flatten().copied().collect();
         if is_end {
             ways.reverse();
         }
         let (end, home) = (*ways.first()?, *ways.last()?);
-        if (end - socket.start).norm() > HELD_M || (end - home).norm() < OFF_M {
+        let farthest = if socket.is_named() { REACHED_M } else { HELD_M };
+        if (end - socket.start).norm() > farthest || (end - home).norm() < OFF_M {
             return None;
         }
         let ways = ways.into_iter().map(|at| at - end);

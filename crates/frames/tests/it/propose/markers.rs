@@ -49,6 +49,25 @@ fn markers_that_share_a_stem_and_keep_their_distances_are_one_body() {
 }
 
 #[test]
+fn things_that_move_at_different_ends_of_a_log_are_several() {
+    let columns: [Column; 6] = [
+        ("cube1_x", |passed| if passed < 0.06 { 0.1 } else { 0.2 }),
+        ("cube1_y", super::still),
+        ("cube1_z", super::still),
+        ("cube2_x", |passed| if passed < 0.94 { 0.3 } else { 0.4 }),
+        ("cube2_y", super::still),
+        ("cube2_z", super::still),
+    ];
+    let found = binding(&columns);
+    assert_eq!(
+        channel(&found, "cube_1.position").or(channel(&found, "cube1.position")),
+        Some("cube1_<xyz>"),
+        "{found}"
+    );
+    assert!(!found.contains("mean"), "{found}");
+}
+
+#[test]
 fn subjects_of_vicon_are_bodies_unless_all_markers_have_one() {
     let of_bodies = found(&[
         ("Hand:A.", 0.0, true),

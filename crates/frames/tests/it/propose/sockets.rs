@@ -83,6 +83,15 @@ fn a_body_below_the_origin_of_one_that_never_moves_is_inside_it() {
     assert!(!found.contains("role: socket, sockets"), "{found}");
 }
 
+#[test]
+fn a_socket_by_its_name_is_within_reach_of_the_tip() {
+    // The peg begins at 70 mm.
+    let near = scene("port", [X, Y, Z], [|_| 0.3, Y, |_| 0.0], None);
+    assert!(line(&near, "port").contains("{role: socket, sockets: {hole: "), "{near}");
+    let far = scene("port", [X, Y, Z], [|_| 0.3, Y, |_| -0.1], None);
+    assert!(!far.contains("sockets: {hole"), "{far}");
+}
+
 /// A tool comes down, presses with 12 N while it goes across a table, and goes up again: most of its way is in contact.
 #[test]
 fn a_tool_that_presses_for_most_of_its_way_enters_no_socket() {
