@@ -5,6 +5,7 @@ mod arms;
 mod bearings;
 mod binding_text;
 mod bodies;
+mod body_shapes;
 mod column_groups;
 mod contact_levels;
 mod contacts;
@@ -13,6 +14,7 @@ mod fingertip_pairs;
 mod grippers;
 mod hand_markers;
 mod hands;
+mod held_shapes;
 mod holds;
 mod insertions;
 mod marker_sets;
@@ -43,6 +45,7 @@ use contact_levels::FoundLevel;
 use contacts::Contacts;
 use grippers::Gripper;
 use hands::Hand;
+use held_shapes::HeldShape;
 use parts::Part;
 use rests::Rest;
 use sockets::{Evidence, FoundSocket};
@@ -106,6 +109,8 @@ struct Survey<'a> {
     rests: Vec<Rest>,
     /// How far beside their origins bodies are held in the bound log, m.
     held_beside_m: BTreeMap<String, f64>,
+    /// The shapes of bodies that fingertips carry in the bound log.
+    held_shapes: BTreeMap<String, HeldShape>,
     /// The forces at wrists from which on they are contact, where the bound log shows them.
     levels: BTreeMap<Side, FoundLevel>,
     /// Sockets that the bound log shows.
@@ -196,6 +201,7 @@ impl<'a> Survey<'a> {
             starts: BTreeMap::new(),
             rests: vec![],
             held_beside_m: BTreeMap::new(),
+            held_shapes: BTreeMap::new(),
             levels: BTreeMap::new(),
             sockets: vec![],
             maybe_sockets: vec![],
@@ -216,6 +222,7 @@ impl<'a> Survey<'a> {
         }
         self.rests = rests::rests(recording);
         self.held_beside_m = rests::held_beside_m(recording);
+        self.held_shapes = held_shapes::held_shapes(recording);
         self.levels = contact_levels::levels(recording);
         self.bearings = if self.mechanism.is_none() { bearings::bearings(recording) } else { vec![] };
         let mut sockets = sockets::sockets(recording);

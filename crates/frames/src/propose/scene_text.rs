@@ -3,10 +3,12 @@
 use super::Survey;
 use super::bearings::FoundBearing;
 use super::bodies::{Body, edge};
+use super::body_shapes;
 use super::sockets::{Evidence, FoundSocket};
 use super::supports::{Supports, THICK_M};
 use super::words::is_support;
 use super::yaml_scalar::scalar;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// Writes the scene.
@@ -15,10 +17,21 @@ pub fn scene(survey: &Survey) -> String {
         String::from("# Guessed by `teachtree init`: objects and their supports (docs/scenes.md).\nbodies:\n");
     let is_measured = survey.contacts.are_of_bodies();
     let has_gripper = !survey.grippers.is_empty() || survey.contacts.are_of_fingers();
+    let is_free = !is_measured && !has_gripper && is_free(survey);
+    let has_shape = is_free || !is_measured && has_gripper;
     let held_m = survey.grippers.values().find_map(|gripper| gripper.held_m).or(survey.contacts.held_m);
     let (edge_m, why) = edge(held_m);
-    let supports = Supports::new(survey, edge_m);
-    let shape = Shape { edge_m, why, supports: &supports };
+    let heights: BTreeMap<String, [f64; 2]> = match is_free {
+        true => survey
+            .bodies
+            .iter()
+            .filter_map(|body| Some((body.name.clone(), body_shapes::heights_m(survey, body)?)))
+            .collect(),
+        false => BTreeMap::new(),
+    };
+    let below = heights.iter().map(|(body, [low, _])| (body.clone(), -low)).collect();
+    let supports = Supports::new(survey, edge_m, &below);
+    let shape = Shape { edge_m, why, supports: &supports, is_free, heights_m: &heights };
     for body in &survey.bodies {
         let is_own = |of: &Option<String>| of.as_ref() == Some(&body.name);
         let own: Vec<&FoundSocket> = survey.sockets.iter().filter(|socket| is_own(&socket.of)).collect();
@@ -33,7 +46,7 @@ pub fn scene(survey: &Survey) -> String {
                     "{{role: object, radius: {radius_mm:.0} mm, fixed_to: {side}}}    # it keeps its distance from the hand"
                 )
             }
-            (None, []) => of_body(survey, body, &shape, has_gripper && !is_measured),
+            (None, []) => of_body(survey, body, &shape, has_shape),
             (None, [first, ..]) => format!("{{role: socket, sockets: {{{}}}}}    # {}", holes(&own), reason(first)),
         };
         let _ = writeln!(text, "  {}: {line}", scalar(&body.name));
@@ -59,7 +72,7 @@ pub fn scene(survey: &Survey) -> String {
         let _ = writeln!(text, "  {}: {{role: support}}    # it carries the objects that touch it", scalar(support));
     }
     if !is_measured && !survey.bodies.is_empty() {
-        text.push_str(&tables(survey, &supports, has_gripper));
+        text.push_str(&tables(survey, &supports, has_shape));
     }
     for bearing in survey.bearings.iter().filter(|bearing| bearing.of.is_none()).take(1) {
         let _ = write!(
@@ -74,6 +87,14 @@ pub fn scene(survey: &Survey) -> String {
         text.push_str("  frame:    # what the mechanism turns in\n    role: socket\n    sockets: {bearing: {rim: [0 m, 0 m, 0 m], axis: [0, 1, 0], radius: 10 mm, depth: 20 mm, pitch: 0 mm}}\n");
     }
     text
+}
+
+/// Whether hands without grippers handle bodies whose shapes are known: fingertips show them, and a tool pushes a box. Neither has a hand its body all the time, nor
+/// does one turn in its place.
+fn is_free(survey: &Survey) -> bool {
+    let has_fingers = survey.hands.values().any(|hand| hand.tips.len() > 1);
+    let is_shown = if has_fingers { !survey.held_shapes.is_empty() } else { survey.has_point() };
+    is_shown && survey.fixed.is_empty() && survey.bearings.is_empty() && survey.mechanism.is_none()
 }
 
 /// The bodies of sockets that the log does not name.
@@ -105,7 +126,7 @@ fn of_bearing(bearing: &FoundBearing) -> String {
 }
 
 /// Numbers with four digits.
-fn numbers(vector: [f64; 3]) -> String {
+pub fn numbers<const COUNT: usize>(vector: [f64; COUNT]) -> String {
     vector.map(|part| (plain(part * 1e4) / 1e4).to_string()).join(", ")
 }
 
@@ -137,7 +158,7 @@ fn holes(sockets: &[&FoundSocket]) -> String {
 }
 
 /// A point in mm.
-fn point_mm(point: [f64; 3]) -> String {
+pub fn point_mm(point: [f64; 3]) -> String {
     let parts = point.map(|part| format!("{} mm", plain(part * 1e3)));
     format!("[{}]", parts.join(", "))
 }
@@ -152,6 +173,10 @@ struct Shape<'a> {
     edge_m: f64,
     why: &'a str,
     supports: &'a Supports,
+    /// Whether hands without grippers handle the bodies.
+    is_free: bool,
+    /// The lowest and the highest point of their bodies above their origins, m, where fingertips or markers show them.
+    heights_m: &'a BTreeMap<String, [f64; 2]>,
 }
 
 fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> String {
@@ -182,16 +207,32 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
         return format!("{{role: support, parts: [{size}]}}    # it never moves; its size is not in the log");
     }
     let still = if body.moves() { "" } else { "; it never moves: `role: support`, `wall` or `socket`, if it is one" };
+    let below_m = shape.supports.below_m.get(&body.name);
+    let higher = if below_m.is_some() { "; as high as it stands above the table" } else { "" };
+    if let Some(heights_m) = heights(body, shape).filter(|_| has_shape) {
+        let (part, why) = body_shapes::part(survey, body, heights_m, shape.edge_m);
+        return format!("{{role: object, parts: [{part}]}}    # {why}{higher}{still}");
+    }
     if has_shape {
-        let half_m = shape.supports.halves_m.get(&body.name);
-        let height_m = half_m.map_or(shape.edge_m, |half_m| 2.0 * half_m);
-        let higher = if half_m.is_some() { "; as high as it stands above the table" } else { "" };
+        let height_m = below_m.map_or(shape.edge_m, |below_m| 2.0 * below_m);
         let (edge_m, why) = width(survey, body, shape);
         let size = boxed([edge_m, edge_m, height_m]);
         return format!("{{role: object, parts: [{size}]}}    # {why}{higher}{still}");
     }
     let (radius_m, why) = radius(survey, body);
     format!("{{role: object, radius: {:.0} mm}}    # {why}{still}", radius_m * 1e3)
+}
+
+/// The lowest and the highest point of a body of hands without grippers above its origin, m: what never moves stands on the table.
+fn heights(body: &Body, shape: &Shape) -> Option<[f64; 2]> {
+    let shown = shape.heights_m.get(&body.name);
+    let on_table = shape.supports.standing_m.get(&body.name).filter(|_| shape.is_free && !body.moves());
+    let below_m = on_table.or_else(|| shape.supports.below_m.get(&body.name));
+    match (shown, below_m) {
+        (Some([low, high]), _) => Some([below_m.map_or(*low, |below_m| -below_m), *high]),
+        (None, Some(below_m)) if on_table.is_some() => Some([-below_m, below_m.min(shape.edge_m / 2.0)]),
+        (None, _) => None,
+    }
 }
 
 /// The horizontal edge of a body, m, and why: that of the shape, unless the gripper holds the body farther from its origin, such as a bowl by its rim.
@@ -220,7 +261,7 @@ fn radius(survey: &Survey, body: &Body) -> (f64, &'static str) {
 }
 
 /// A box with these edges, m.
-fn boxed(edges_m: [f64; 3]) -> String {
+pub fn boxed(edges_m: [f64; 3]) -> String {
     format!("{{box: {}}}", edges(edges_m))
 }
 

@@ -35,8 +35,10 @@ pub struct Surface {
 /// What carries the objects of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Supports {
-    /// Half of the heights of bodies, m.
-    pub halves_m: BTreeMap<String, f64>,
+    /// How far bodies that stand on the table reach below their origins, m, where that is farther than their shapes show.
+    pub below_m: BTreeMap<String, f64>,
+    /// How far above the table bodies are that never move, m.
+    pub standing_m: BTreeMap<String, f64>,
     /// The tops of bodies that never move.
     pub of_bodies: BTreeMap<String, Surface>,
     /// The top of the table, if the log has none that carries everything.
@@ -53,8 +55,9 @@ enum On<'a> {
 }
 
 impl Supports {
-    /// What carries the objects of a log whose bodies are boxes with this edge, m.
-    pub fn new(survey: &Survey, edge_m: f64) -> Self {
+    /// What carries the objects of a log whose bodies are boxes with this edge, m; others reach as far below their origins as `shown_m` says, m.
+    pub fn new(survey: &Survey, edge_m: f64, shown_m: &BTreeMap<String, f64>) -> Self {
+        let shown = |body: &str| shown_m.get(body).copied().unwrap_or(edge_m / 2.0);
         let is_carried = |rest: &Rest| is_in_socket(survey, rest) || survey.fixed.contains_key(&rest.body);
         let rests: Vec<Rest> = rests(survey).into_iter().filter(|rest| !is_carried(rest)).collect();
         let mut found = Self::default();
@@ -72,14 +75,19 @@ impl Supports {
             let height = lowest.entry(&rest.body).or_insert(f64::INFINITY);
             *height = height.min(rest.at[2]);
         }
-        let top = lowest.values().copied().fold(f64::INFINITY, f64::min) - edge_m / 2.0;
+        let top = lowest.iter().map(|(body, height)| height - shown(body)).fold(f64::INFINITY, f64::min);
         for (body, height) in lowest {
-            let half = height - top;
-            if half - edge_m / 2.0 > LEVEL_M && half * 2.0 < HIGHEST_M {
-                found.halves_m.insert(body.to_string(), half);
+            let below = height - top;
+            if below - shown(body) > LEVEL_M && below * 2.0 < HIGHEST_M {
+                found.below_m.insert(body.to_string(), below);
             }
         }
-        let bottom = |rest: &Rest| rest.at[2] - found.halves_m.get(&rest.body).copied().unwrap_or(edge_m / 2.0);
+        for body in survey.bodies.iter().filter(|body| !body.moves()) {
+            let height = survey.at(&body.name).map(|at| at[2] - top).filter(|height| (0.0..HIGHEST_M).contains(height));
+            found.standing_m.extend(height.map(|height| (body.name.clone(), height)));
+        }
+        let bottom =
+            |rest: &Rest| rest.at[2] - found.below_m.get(&rest.body).copied().unwrap_or_else(|| shown(&rest.body));
         let (mut of_bodies, mut others, mut table) = (BTreeMap::new(), vec![], None);
         for (body, carried) in on_bodies {
             let (Some(origin), Some(first)) = (survey.at(body), carried.first()) else { continue };

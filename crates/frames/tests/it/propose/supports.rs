@@ -121,3 +121,65 @@ fn an_object_is_as_wide_as_it_is_held_beside_its_origin() {
         assert!(line(&scene, "bowl").contains(&format!("parts: [{{box: {size}}}]")), "{scene}");
     }
 }
+
+/// The fingertips of a hand that carries an object from 0.3 to 0.5 of the log, 40 mm from its middle.
+fn tip(side: f64, passed: f64) -> f64 {
+    0.1 + side * if (0.2..0.7).contains(&passed) { 0.04 } else { 0.07 }
+}
+
+/// Up from 100 mm while it is carried, and down again.
+fn lifted(passed: f64) -> f64 {
+    0.1 + 0.1 * (((passed - 0.3) / 0.05).clamp(0.0, 1.0) - ((passed - 0.5) / 0.05).clamp(0.0, 1.0))
+}
+
+#[test]
+fn fingertips_that_carry_an_object_show_its_width_and_its_support() {
+    let columns: [Column; 9] = [
+        ("thumb_tip_x", carried),
+        ("thumb_tip_y", |passed| tip(1.0, passed)),
+        ("thumb_tip_z", lifted),
+        ("index_tip_x", carried),
+        ("index_tip_y", |passed| tip(-1.0, passed)),
+        ("index_tip_z", |passed| lifted(passed) - 0.02),
+        ("middle_tip_x", carried),
+        ("middle_tip_y", |passed| tip(-1.2, passed)),
+        ("middle_tip_z", lifted),
+    ];
+    // The origin is 30 mm above the fingertips, 10 mm beside their middle.
+    let cup: [Column; 3] = [("cup_x", carried), ("cup_y", |_| 0.11), ("cup_z", |passed| lifted(passed) + 0.03)];
+    let saucer: [Column; 3] = [("saucer_x", |_| 0.5), ("saucer_y", still), ("saucer_z", |_| 0.08)];
+    let scene = placed_scene(&[&columns[..], &cup, &saucer].concat());
+    let cup = line(&scene, "cup");
+    // 80 mm between the tips, each 10 mm from its skin; from 10 mm below the lower tip to 10 mm above the upper one.
+    assert!(cup.contains("{cylinder: [30 mm, 40 mm], at: [0 mm, -10 mm, -40 mm]}"), "{cup}");
+    // It rests with its origin at 130 mm, 60 mm above its lower end.
+    assert!(scene.contains("table: {role: support, position: [100 mm, 110 mm, 60 mm], parts:"), "{scene}");
+    // What never moves stands on the table, whose top is at 70 mm.
+    let saucer = line(&scene, "saucer");
+    assert!(
+        saucer.contains("{role: object, parts: [{box: [50 mm, 50 mm, 20 mm], at: [0 mm, 0 mm, 0 mm]}]}"),
+        "{saucer}"
+    );
+}
+
+#[test]
+fn markers_that_no_fingertip_carries_are_as_large_as_they_are_apart() {
+    let columns: [Column; 12] = [
+        // The tool leaves what it has pushed.
+        ("tcp_x", |passed| carried(passed) - (passed - 0.85).max(0.0)),
+        ("tcp_y", still),
+        ("tcp_z", set_down_higher),
+        ("jug_1_x", carried),
+        ("jug_1_y", |_| 0.1),
+        ("jug_1_z", set_down_higher),
+        ("jug_2_x", carried),
+        ("jug_2_y", |_| 0.16),
+        ("jug_2_z", |passed| set_down_higher(passed) + 0.08),
+        ("jug_3_x", carried),
+        ("jug_3_y", |_| 0.13),
+        ("jug_3_z", |passed| set_down_higher(passed) + 0.08),
+    ];
+    let scene = placed_scene(&columns);
+    assert!(line(&scene, "jug").contains("{box: [20 mm, 60 mm, 80 mm], at: [0 mm, 0 mm, -13 mm]}"), "{scene}");
+    assert!(scene.contains("  support: {role: support"), "{scene}");
+}
