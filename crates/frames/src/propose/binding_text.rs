@@ -95,8 +95,8 @@ fn left_out(survey: &Survey) -> String {
             written.join(" or ")
         );
     }
-    if survey.is_y_up {
-        text.push_str("  # y points up: an object is lifted along it; if z does, take the columns after `else`\n");
+    if let Some(why) = survey.y_up_reason {
+        let _ = writeln!(text, "  # y points up: {why}; if z does, take the columns after `else`");
     }
     let turned = |columns: &str, what: &str| {
         format!("  # left out: {}: y points up, and {what} cannot be turned to z up\n", comment(&scalar(columns)))

@@ -2,6 +2,7 @@
 
 use super::parts::{Part, Quantity, distance};
 use super::words;
+use crate::inspect::Inspection;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The size of a body where nothing shows it, m.
@@ -122,28 +123,47 @@ impl Body<'_> {
         at(0.05).zip(at(0.95)).is_some_and(|(least, most)| most - least < VARIES_M)
     }
 
-    /// The axis that points up, 1 for y: the one along which it is lifted, so that it begins and ends at the bottom. What is lifted along y is also
-    /// carried to another z, unlike what is pushed to and fro on a table.
-    pub fn up(&self) -> Option<usize> {
+    /// The axis that points up, 1 for y: the one along which it is lifted. What is lifted along y is also carried to another z, unlike what is pushed to and fro on
+    /// a table, unless y points up in files of this kind.
+    fn up(&self, is_y_usual: bool) -> Option<usize> {
+        /// A lift is this high, m; what rests at its ends is not below them by more than this share of the way.
+        const LIFT_M: f64 = 0.03;
+        const BELOW: f64 = 0.15;
         let part = self.positions.first()?;
-        let values_of = |axis: usize| -> Vec<f64> {
-            (0..part.rows()).filter_map(|row| part.position(row)?.get(axis).copied()).collect()
+        let way = |axis: usize| {
+            let values: Vec<f64> = (0..part.rows()).filter_map(|row| part.position(row)?.get(axis).copied()).collect();
+            let (first, last) = (*values.first()?, *values.last()?);
+            let (low, high) = values.iter().fold((first, first), |(low, high), at| (low.min(*at), high.max(*at)));
+            Some((first, last, low, high))
         };
-        let rises = |axis: usize| {
-            let values = values_of(axis);
-            let (first, last) = (values.first()?, values.last()?);
-            let (low, high) =
-                values.iter().fold((*first, *first), |(low, high), value| (low.min(*value), high.max(*value)));
-            let is_bottom = |value: f64| value - low < 0.15 * (high - low).max(1e-3);
-            (high - low > 0.03 && is_bottom(*first) && is_bottom(*last)).then_some(high - low)
+        let is_lifted = |axis: usize, is_level: bool| {
+            way(axis).is_some_and(|(first, last, low, high)| {
+                let is_bottom = |height: f64| height - low < BELOW * (high - low);
+                let begins_and_ends_low = is_bottom(first) && is_bottom(last);
+                high - first.max(last) > LIFT_M && is_bottom(first.min(last)) && (!is_level || begins_and_ends_low)
+            })
         };
-        let depths = values_of(2);
-        let is_carried = depths.first().zip(depths.last()).is_some_and(|(from, to)| (from - to).abs() > CARRIED_M);
-        match (rises(2), rises(1)) {
-            (Some(_), _) => Some(2),
-            (None, Some(_)) if is_carried => Some(1),
-            _ => None,
+        let is_carried = way(2).is_some_and(|(first, last, ..)| (first - last).abs() > CARRIED_M);
+        match () {
+            () if is_y_usual && is_lifted(1, false) => Some(1),
+            () if is_lifted(2, true) => Some(2),
+            () if is_carried && (is_lifted(1, true) || is_lifted(1, false) && !is_lifted(2, false)) => Some(1),
+            () => None,
         }
+    }
+}
+
+/// Why y points up in a log; `None` if z does. Motive exports it so unless it is set otherwise.
+pub fn y_up_reason(bodies: &[Body], log: &Inspection) -> Option<&'static str> {
+    let is_motive = log.sheets.iter().any(|sheet| {
+        sheet.time.as_deref().is_some_and(|time| time.starts_with("Time (Seconds)"))
+            && sheet.columns.iter().any(|column| column.name.ends_with(".Position.Y"))
+    });
+    let ups: Vec<usize> = bodies.iter().filter_map(|body| body.up(is_motive)).collect();
+    match () {
+        () if ups.contains(&2) => None,
+        () if !ups.is_empty() => Some("an object is lifted along it"),
+        () => is_motive.then_some("Motive exports it so"),
     }
 }
 

@@ -121,8 +121,10 @@ struct Survey<'a> {
     bearings: Vec<FoundBearing>,
     /// The column of labels, with its sheet.
     labels: Option<String>,
-    /// Whether y points up in the log.
+    /// Whether y points up in the log, …
     is_y_up: bool,
+    /// … and why.
+    y_up_reason: Option<&'static str>,
     /// Rotations that cannot be turned to z up, as a binding writes them.
     unturned: Vec<String>,
     /// The unit of positions without one; none if all have one.
@@ -177,8 +179,8 @@ impl<'a> Survey<'a> {
             ["rad", "deg"].contains(&part.unit.as_str()) && words::has(&part.words, &turns) && !part.is_constant()
         };
         let mechanism = rest.iter().position(is_angle).map(|at| rest.remove(at));
-        let ups: Vec<usize> = bodies.iter().filter_map(Body::up).collect();
-        let is_y_up = !ups.is_empty() && ups.iter().all(|axis| *axis == 1);
+        let y_up_reason = bodies::y_up_reason(&bodies, log);
+        let is_y_up = y_up_reason.is_some();
         let mut unturned = vec![];
         if is_y_up {
             let of_hands = hands.values_mut().map(|hand| &mut hand.rotation);
@@ -208,6 +210,7 @@ impl<'a> Survey<'a> {
             bearings: vec![],
             labels,
             is_y_up,
+            y_up_reason,
             unturned,
             guessed_unit,
             rest,

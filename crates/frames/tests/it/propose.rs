@@ -9,6 +9,7 @@ mod rotations;
 mod sockets;
 mod supports;
 mod transforms;
+mod up;
 
 use std::fs;
 use teachtree_frames::inspect::inspect;
