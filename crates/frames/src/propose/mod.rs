@@ -109,6 +109,8 @@ struct Survey<'a> {
     rests: Vec<Rest>,
     /// How far beside their origins bodies are held in the bound log, m.
     held_beside_m: BTreeMap<String, f64>,
+    /// How far the vertical forces at wrists rise while objects are carried in the bound log, N.
+    force_rises: BTreeMap<Side, f64>,
     /// The shapes of bodies that fingertips carry in the bound log.
     held_shapes: BTreeMap<String, HeldShape>,
     /// The forces at wrists from which on they are contact, where the bound log shows them.
@@ -203,6 +205,7 @@ impl<'a> Survey<'a> {
             starts: BTreeMap::new(),
             rests: vec![],
             held_beside_m: BTreeMap::new(),
+            force_rises: BTreeMap::new(),
             held_shapes: BTreeMap::new(),
             levels: BTreeMap::new(),
             sockets: vec![],
@@ -225,6 +228,7 @@ impl<'a> Survey<'a> {
         }
         self.rests = rests::rests(recording);
         self.held_beside_m = rests::held_beside_m(recording);
+        self.force_rises = wrist_forces::rises(recording);
         self.held_shapes = held_shapes::held_shapes(recording);
         self.levels = contact_levels::levels(recording);
         self.bearings = if self.mechanism.is_none() { bearings::bearings(recording) } else { vec![] };

@@ -4,10 +4,13 @@ use super::Survey;
 use super::contacts::Line;
 use super::hands::Hand;
 use super::parts::{Part, distance};
+use super::sockets::vector;
 use super::yaml_scalar::scalar;
 use crate::inspect::ColumnReport;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
+use teachtree_base::recording::Recording;
 
 /// The sign of a force that nothing shows.
 pub const UNKNOWN_SIGN: &str = "taken for the force on the object, as nothing in the log shows the sign; if it is the force on the hand, write `-` before it";
@@ -17,6 +20,8 @@ const LIFTED_M: f64 = 0.03;
 
 /// The least change of a vertical force that is a weight, N.
 const LEAST_N: f64 = 0.2;
+/// The hand is at rest for this long at the beginning, s.
+const REST_S: f64 = 0.3;
 /// Speeds are measured over this time, s.
 const SPEED_S: f64 = 0.1;
 
@@ -26,8 +31,12 @@ pub fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
     let Some(force) = &hand.force else { return };
     let force = Force { part: force, rest: rest_level(survey, force), turn: sensor_rotation(hand) };
     let is_clear = |rise: &f64| rise.abs() > LEAST_N;
-    let rise =
-        rise_with_objects(&force, survey).or_else(|| rise_with_hand(&force, side, hand, survey)).filter(is_clear);
+    // Only the bound log has the rotation of a sensor whose link other links carry.
+    let rise = match hand.tool.as_ref().is_some_and(|tool| tool.carried_in.is_some()) {
+        true => survey.force_rises.get(&side).copied(),
+        false => rise_with_objects(&force, survey).or_else(|| rise_with_hand(&force, side, hand, survey)),
+    };
+    let rise = rise.filter(is_clear);
     let (is_on_hand, reason) = match (rise, is_along_motion(&force, hand)) {
         (Some(rise), _) if rise < 0.0 => {
             (true, "the log has the force on the hand: it points down while an object is lifted")
@@ -106,14 +115,40 @@ fn rise_with_objects(force: &Force, survey: &Survey) -> Option<f64> {
     median(lifted)
 }
 
+/// How far the vertical force of each wrist of a bound log rises from its level at rest while an object is carried above its table, N.
+pub fn rises(recording: &Recording) -> BTreeMap<Side, f64> {
+    let start_s = recording.time.first().copied().unwrap_or_default();
+    let before = |row: usize| recording.time.partition_point(|time| *time < recording.time[row] - SPEED_S);
+    let mut carried: Vec<usize> = vec![];
+    for path in recording.scene.bodies.keys().filter_map(|name| vector(recording, &format!("{name}.position"))) {
+        let Some(start) = path.iter().flatten().next() else { continue };
+        let way = |row: usize| path[before(row)].zip(path[row]).map_or(0.0, |(from, to)| (to - from).norm());
+        let is_up = |row: &usize| path[*row].is_some_and(|at| at.z > start.z + LIFTED_M);
+        carried.extend(fastest((0..path.len()).filter(is_up).collect(), way));
+    }
+    let rise = |side: Side| {
+        let forces = vector(recording, &format!("{side}.palm.force"))?;
+        let level =
+            |rows: &mut dyn Iterator<Item = usize>| median(rows.filter_map(|row| Some(forces[row]?.z)).collect());
+        let at_rest = recording.time.partition_point(|time| *time < start_s + REST_S);
+        Some((side, level(&mut carried.iter().copied())? - level(&mut (0..at_rest))?))
+    };
+    Side::BOTH.into_iter().filter_map(rise).collect()
+}
+
 /// Those of these rows in which a point moves at least half as fast as it mostly does at most. What is inserted, pressed or at rest moves slower.
 fn fast(part: &Part, rows: Vec<usize>) -> Vec<usize> {
     let step = part.rows_in(SPEED_S);
     let way = |row: usize| Some(distance(part.position(row.checked_sub(step)?)?, part.position(row)?));
-    let mut ways: Vec<f64> = rows.iter().filter_map(|row| way(*row)).collect();
+    fastest(rows, |row| way(row).unwrap_or_default())
+}
+
+/// Those of these rows whose way is at least half as long as it mostly is at most.
+fn fastest(rows: Vec<usize>, way: impl Fn(usize) -> f64) -> Vec<usize> {
+    let mut ways: Vec<f64> = rows.iter().map(|row| way(*row)).collect();
     ways.sort_by(f64::total_cmp);
     let top = ways.get(ways.len() * 9 / 10).copied().unwrap_or_default();
-    rows.into_iter().filter(|row| way(*row).is_some_and(|way| way >= top / 2.0)).collect()
+    rows.into_iter().filter(|row| way(*row) >= top / 2.0).collect()
 }
 
 /// Whether the force points along the motion with which the hand meets something, as that on the object does; `None` if the log does not show it.
@@ -198,7 +233,6 @@ fn negated(columns: &str) -> String {
 
 /// The middle of a force at the beginning, where the hand is at rest. A force of another table that begins later has no sample there.
 fn rest_level(survey: &Survey, force: &Part) -> Option<[f64; 3]> {
-    const REST_S: f64 = 0.3;
     let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()).chain(&hand.force));
     let starts = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.sheet.start_s);
     if force.sheet.start_s > starts.fold(f64::INFINITY, f64::min) + REST_S / 3.0 {
