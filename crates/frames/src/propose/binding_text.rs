@@ -243,6 +243,17 @@ fn of_hand(
                 lines.push(line(format!("{side}.palm.position"), tool, ""));
                 lines.push(line("tool.position".into(), tool, "the tool is fixed to the hand"));
             }
+            () if survey.flange_lengths_m.contains_key(&side) => {
+                let length_mm = (survey.flange_lengths_m.get(&side).copied().unwrap_or_default() * 1e3).round();
+                lines.push(line(format!("{side}.palm.position"), tool, "by its name the flange of the arm"));
+                lines.push(Line {
+                    channel: format!("{side}.tcp.position"),
+                    columns: format!("{{at: [0 mm, 0 mm, {length_mm} mm], of: {side}.palm}}"),
+                    reason:
+                        "as far in front of the flange as the gripper holds objects: give the length of the gripper"
+                            .into(),
+                });
+            }
             () if has_tips || !is_pair => {
                 let markers: Vec<&Part> = std::iter::once(tool).chain(&hand.markers).collect();
                 let part = if has_tips { "palm" } else { "tcp" };
@@ -256,7 +267,8 @@ fn of_hand(
         }
     }
     if let Some(rotation) = &hand.rotation {
-        let part = if has_tips || is_fixed || is_pair { "palm" } else { "tcp" };
+        let is_of_palm = has_tips || is_fixed || is_pair || survey.flange_lengths_m.contains_key(&side);
+        let part = if is_of_palm { "palm" } else { "tcp" };
         lines.push(line(
             if is_fixed { "tool.rotation".into() } else { format!("{side}.{part}.rotation") },
             rotation,
@@ -275,10 +287,10 @@ fn of_hand(
 /// How sensors that turn with their hands are bound; as a comment where the log does not name their frames.
 fn sensors(survey: &Survey) -> String {
     let may_turn = |hand: &&Hand| hand.force.is_some() && hand.rotation.is_some() && hand.tips.is_empty();
-    let part = if is_pair(survey) { "palm" } else { "tcp" };
     let (mut known, mut possible) = (String::new(), String::new());
     let hands = survey.hands.iter().filter(|(_, hand)| may_turn(hand) && !survey.is_fixed_tool());
     for (side, hand) in hands {
+        let part = if is_pair(survey) || survey.flange_lengths_m.contains_key(side) { "palm" } else { "tcp" };
         let line = format!("  {side}.wrist.force: {{frame: {side}.{part}.rotation}}");
         let _ = match wrist_forces::sensor_rotation(hand) {
             Some(_) => writeln!(known, "{line}    # the log names another frame for the force than for the poses"),

@@ -11,6 +11,7 @@ mod contact_levels;
 mod contacts;
 mod copies;
 mod fingertip_pairs;
+mod flanges;
 mod grippers;
 mod hand_markers;
 mod hands;
@@ -109,6 +110,8 @@ struct Survey<'a> {
     rests: Vec<Rest>,
     /// How far beside their origins bodies are held in the bound log, m.
     held_beside_m: BTreeMap<String, f64>,
+    /// How far in front of flanges grippers hold objects in the bound log, m.
+    flange_lengths_m: BTreeMap<Side, f64>,
     /// How far the vertical forces at wrists rise while objects are carried in the bound log, N.
     force_rises: BTreeMap<Side, f64>,
     /// The shapes of bodies that fingertips carry in the bound log.
@@ -205,6 +208,7 @@ impl<'a> Survey<'a> {
             starts: BTreeMap::new(),
             rests: vec![],
             held_beside_m: BTreeMap::new(),
+            flange_lengths_m: BTreeMap::new(),
             force_rises: BTreeMap::new(),
             held_shapes: BTreeMap::new(),
             levels: BTreeMap::new(),
@@ -228,6 +232,8 @@ impl<'a> Survey<'a> {
         }
         self.rests = rests::rests(recording);
         self.held_beside_m = rests::held_beside_m(recording);
+        self.flange_lengths_m = flanges::lengths_m(recording);
+        self.flange_lengths_m.retain(|side, _| self.hands.get(side).is_some_and(flanges::is_flange));
         self.force_rises = wrist_forces::rises(recording);
         self.held_shapes = held_shapes::held_shapes(recording);
         self.levels = contact_levels::levels(recording);

@@ -1,6 +1,6 @@
 //! Proposed grippers, and the signs of forces at the wrist.
 
-use super::{Column, along, binding, channel, columns_of_peg, lift, proposed, still, width};
+use super::{Column, along, binding, carried, channel, columns_of_peg, lift, placed, proposed, still, width};
 
 #[test]
 fn the_sign_of_a_wrist_force_is_judged_from_its_level_at_rest() {
@@ -359,4 +359,37 @@ fn a_weight_that_is_carried_is_a_hold() {
     let pressed = with(|passed| if lift(passed) > 0.1 { 0.1 } else { 0.2 }, carries);
     assert_eq!(channel(&pressed, "right.gripper.closed"), None, "{pressed}");
     assert!(channel(&pressed, "tool.position").is_some(), "{pressed}");
+}
+
+#[test]
+fn a_flange_is_bound_as_the_palm_behind_the_point_where_the_gripper_holds() {
+    let up: fn(f64) -> f64 =
+        |passed| 0.02 + 0.1 * (((passed - 0.3) / 0.1).clamp(0.0, 1.0) - ((passed - 0.7) / 0.1).clamp(0.0, 1.0));
+    let binding_of = |name: &str| {
+        let names: Vec<String> = ["x", "y", "z", "qw", "qx", "qy", "qz"].map(|part| format!("{name}_{part}")).into();
+        let pose: [fn(f64) -> f64; 7] = [
+            carried,
+            |_| 0.1,
+            |passed| 0.17 + 0.1 * (((passed - 0.3) / 0.1).clamp(0.0, 1.0) - ((passed - 0.7) / 0.1).clamp(0.0, 1.0)),
+            |_| 0.0,
+            |_| 1.0,
+            |_| 0.0,
+            |_| 0.0,
+        ];
+        let mut columns: Vec<Column> = names.iter().map(String::as_str).zip(pose).collect();
+        columns.extend([
+            ("gripper_width", width as fn(f64) -> f64),
+            ("cube_x", carried),
+            ("cube_y", |_| 0.1),
+            ("cube_z", up),
+        ]);
+        placed(&columns).binding
+    };
+    let found = binding_of("flange");
+    assert_eq!(channel(&found, "right.palm.position"), Some("flange_<xyz>"), "{found}");
+    assert_eq!(channel(&found, "right.palm.rotation"), Some("flange_q<wxyz>"), "{found}");
+    assert_eq!(channel(&found, "right.tcp.position"), Some("{at: [0 mm, 0 mm, 150 mm], of: right.palm}"), "{found}");
+    // What is 150 mm from a tool point may be a long object.
+    let found = binding_of("tcp");
+    assert_eq!(channel(&found, "right.tcp.position"), Some("tcp_<xyz>"), "{found}");
 }
