@@ -35,6 +35,21 @@ const COMMANDED: [&str; 22] = [
     "width",
     "twist",
 ];
+/// Words before the name of a body for the program or the sensor that found it.
+const SOURCES: [&str; 12] = [
+    "perception",
+    "vrpn",
+    "mocap",
+    "vicon",
+    "optitrack",
+    "qualisys",
+    "datagen",
+    "info",
+    "tracking",
+    "tracker",
+    "detection",
+    "object",
+];
 /// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
 const GENERIC: [&str; 62] = [
     "m",
@@ -284,7 +299,9 @@ fn is_number(token: &str) -> bool {
 fn named<'a>(tokens: impl Iterator<Item = &'a str>) -> Option<String> {
     let left: Vec<&str> = tokens.filter(|token| !GENERIC.contains(&token.to_lowercase().as_str())).collect();
     let is_name = |text: &String| text.starts_with(|c: char| c.is_alphabetic());
-    let name = Some(left.join("_")).filter(is_name)?;
+    let is_own = |token: &&str| !SOURCES.contains(&token.to_lowercase().as_str());
+    let own = left.iter().position(is_own).and_then(|first| left.get(first..));
+    let name = own.map(|own| own.join("_")).filter(is_name).or_else(|| Some(left.join("_")).filter(is_name))?;
     // These begin the names of other channels.
     let is_taken = ["left", "right", "both", "contact", "time"].contains(&name.to_lowercase().as_str());
     Some(if is_taken { format!("{name}_object") } else { name })
