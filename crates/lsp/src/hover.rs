@@ -7,6 +7,7 @@ use teachtree_analysis::explain::quantities;
 use teachtree_base::channels::derived;
 use teachtree_base::diagnostic::Span;
 use teachtree_base::units;
+use teachtree_language::evidence::evidence_in;
 use teachtree_language::index::{Kind, Symbol};
 use teachtree_language::rules::{Expr, ExprKind, Hand, LatchId, Param, PrimitiveId, Rules, SignalId, Type};
 use teachtree_language::{describe, ops};
@@ -18,6 +19,10 @@ const MAX_LINES: usize = 12;
 pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
     let rule_set = &spot.rule_set;
     let here = Span { file: spot.file, start: spot.offset, end: spot.offset };
+    let evidence = evidence_of_line(rule_set, here);
+    if let Some((comment, text)) = evidence.as_ref().filter(|(comment, _)| comment.start <= here.start) {
+        return Some(shown(rule_set, text.clone(), *comment));
+    }
     let mention = spot.mention();
     let span = mention.map_or(here, |mention| mention.span);
     let checked = rule_set.survey.rules.expr_at(span);
@@ -62,8 +67,24 @@ pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
         }
         _ => {}
     }
-    let content = MarkupContent { kind: MarkupKind::Markdown, value: parts.join("\n\n") };
-    Some(Hover { contents: content.into(), range: Some(rule_set.range(range)) })
+    // The comments of a declaration contain its evidence.
+    parts.extend(evidence.map(|(_, text)| text).filter(|text| !parts.iter().any(|part| part.contains(text))));
+    Some(shown(rule_set, parts.join("\n\n"), range))
+}
+
+fn shown(rule_set: &RuleSet, value: String, range: Span) -> Hover {
+    let content = MarkupContent { kind: MarkupKind::Markdown, value };
+    Hover { contents: content.into(), range: Some(rule_set.range(range)) }
+}
+
+/// The comment with the evidence that `learn` wrote on the line of a place, and its text.
+fn evidence_of_line(rule_set: &RuleSet, here: Span) -> Option<(Span, String)> {
+    let (before, after) = rule_set.text(here.file).split_at_checked(here.start as usize)?;
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let end = here.start as usize + after.lines().next().map_or(0, str::len);
+    let (at, evidence) = evidence_in(rule_set.text(here.file).get(start..end)?)?;
+    let comment = Span { start: u32::try_from(start + at).ok()?, end: u32::try_from(end).ok()?, ..here };
+    Some((comment, format!("learned: {}", prose(evidence))))
 }
 
 /// The type of a thing, as far as it has one.

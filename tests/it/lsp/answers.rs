@@ -97,6 +97,40 @@ fn a_finding_in_a_shipped_file_is_shown_where_the_author_can_do_something() {
     editor.end();
 }
 
+#[test]
+fn hover_on_a_learned_line_shows_its_evidence() {
+    for end in ["\n", "\r\n"] {
+        let mut editor = Editor::new(&[]);
+        let text = [
+            "use \"contact.rules\"",
+            "param fast = 200 mm/s    // learned: held out in 4 groups: F1@50 62.1 -> 81.0 %",
+            "primitive Throw is Translate",
+            "extend single_hand before carried {",
+            "  grasped and norm(target.velocity) > fast => Throw    // learned: 3 intervals of 3 recordings, median 0.3 s late",
+            "}",
+            "",
+        ]
+        .join(end);
+        editor.open("throw.rules", &text);
+        assert_eq!(editor.codes("throw.rules"), Vec::<String>::new(), "the comments are no findings");
+        let evidence = "learned: 3 intervals of 3 recordings, median 0.3 s late";
+        // A word of the comment is not a unit.
+        for place in ["0.3 |s late", "// lear|ned: 3", "/|/ learned: 3"] {
+            let answer = editor.at("textDocument/hover", "throw.rules", place, json!({}));
+            assert_eq!(answer["result"]["contents"]["value"], evidence, "{place}");
+            assert_eq!(editor.text("throw.rules", &answer["result"]["range"]), format!("// {evidence}"));
+        }
+        for place in ["gr|asped and", "> fa|st =>", "=> Thr|ow"] {
+            let said = hover(&mut editor, "throw.rules", place);
+            assert!(said.starts_with("```teachtree\n") && said.ends_with(&format!("\n\n{evidence}")), "{said}");
+        }
+        let fast = hover(&mut editor, "throw.rules", "param fa|st");
+        assert_eq!(fast.matches("learned: held out in 4 groups: F1@50 62.1 -> 81.0 %").count(), 1, "{fast}");
+        assert!(!hover(&mut editor, "throw.rules", "primitive Thr|ow").contains("learned"), "another line");
+        editor.end();
+    }
+}
+
 fn hover(editor: &mut Editor, name: &str, place: &str) -> String {
     let answer = editor.at("textDocument/hover", name, place, json!({}));
     answer["result"]["contents"]["value"].as_str().unwrap_or_else(|| panic!("{place}: {answer}")).to_string()
