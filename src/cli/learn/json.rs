@@ -63,6 +63,8 @@ pub fn of_changes(
     let mut document = document(written, recordings, learned.conditions);
     document["groups"] = json!(groups);
     document["candidates"] = candidates(&learned.candidates, usize::from(written.is_better));
+    document["versions"] = json!(learned.runs);
+    document["complete"] = json!(!learned.is_cut);
     document["changes"] = learned.changes.iter().map(change).collect();
     document["patch"] = json!(patch);
     document

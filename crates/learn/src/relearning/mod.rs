@@ -1,9 +1,10 @@
 //! A written rule file whose guards and numbers are learned again, one by one, where groups that are held out gain. The order of the choices, their labels,
 //! `from`, `stay`, latches and settling stay.
 //!
-//! `written_file` and `guard_text` edit the text, `candidates` lists what is tried at a site, `search` tries. The caller runs the texts.
+//! `written_file`, `guard_text` and `columns` edit the text, `candidates` lists what is tried at a site, `search` tries. The caller runs the texts.
 
 mod candidates;
+mod columns;
 mod guard_text;
 mod search;
 mod written_file;
@@ -121,7 +122,7 @@ fn scored(demonstrations: &[Demonstration]) -> Result<Vec<ScoredTrack>, InputErr
 }
 
 /// Learns guards and numbers of the file at a position of the sources of `rules` again. `names` are the labels, `run` runs the rules with another text of the
-/// file, searches run at most `most_runs` texts, and `shown` receives the share that is done, 0 to 1.
+/// file, searches run at most about `most_runs` texts and then use the best ones, and `shown` receives the share that is done, 0 to 1.
 ///
 /// # Errors
 /// Those of [`learn`](super::learn); a file without choices, or rules that cannot run.
@@ -144,20 +145,22 @@ pub fn relearn(
     let frames: usize = scored.iter().map(|track| track.time.len()).sum();
     let most_runs = most_runs.min(MOST_FRAMES / frames.max(1));
     let candidates = Candidates { file: &written, rules, bank: &bank, names, both };
-    let mut measured = TextScores::new(candidates, &scored, run, most_runs);
+    let mut measured = TextScores::new(candidates, &scored, run);
     let all: Vec<usize> = (0..scored.len()).collect();
     let Some(before) = measured.groups(&Edits::new(), &all) else {
         return Err(InputError::new(name, "cannot run on the recordings"));
     };
     let folds: BTreeSet<usize> = scored.iter().map(|track| fold_of(track.group)).collect();
     let searches = folds.len() as f64 + 1.0;
-    let of_all = measured.search(&all, &|part| shown(part / searches));
+    // The first search makes the changes. The others confirm them, with equal shares of what it leaves.
+    let of_all = measured.search(&all, most_runs / 2, &|part| shown(part / searches));
     let mut of_folds: Vec<(Vec<usize>, Edits)> = Vec::new();
     if !of_all.is_empty() {
-        for (done, fold) in (1..).zip(&folds) {
+        for (done, fold) in (1_u32..).zip(&folds) {
+            let left = most_runs.saturating_sub(measured.runs) / (folds.len() + 1 - done as usize);
             let (held, others): (Vec<usize>, Vec<usize>) =
                 all.iter().partition(|track| fold_of(scored[**track].group) == *fold);
-            let mut edits = measured.search(&others, &|part| shown((f64::from(done) + part) / searches));
+            let mut edits = measured.search(&others, left, &|part| shown((f64::from(done) + part) / searches));
             // Another change at the same place is not evidence for the written one.
             edits.retain(|site, edit| of_all.get(site).is_some_and(|written| written.is_alike(edit)));
             of_folds.push((held, edits));

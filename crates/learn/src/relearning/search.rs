@@ -33,7 +33,7 @@ pub(super) struct TextScores<'a> {
     pub scored: &'a [ScoredTrack],
     pub run: &'a RunText<'a>,
     known: HashMap<String, Option<Vec<Counts>>>,
-    /// How many texts searches may still run.
+    /// How many texts the search may still run.
     left: usize,
     /// How many were run.
     pub runs: usize,
@@ -42,8 +42,8 @@ pub(super) struct TextScores<'a> {
 }
 
 impl<'a> TextScores<'a> {
-    pub fn new(candidates: Candidates<'a>, scored: &'a [ScoredTrack], run: &'a RunText<'a>, most_runs: usize) -> Self {
-        Self { candidates, scored, run, known: HashMap::new(), left: most_runs, runs: 0, is_cut: false }
+    pub fn new(candidates: Candidates<'a>, scored: &'a [ScoredTrack], run: &'a RunText<'a>) -> Self {
+        Self { candidates, scored, run, known: HashMap::new(), left: 0, runs: 0, is_cut: false }
     }
 
     /// The text with some edits.
@@ -51,20 +51,34 @@ impl<'a> TextScores<'a> {
         self.candidates.file.rendered(edits, &BTreeMap::new())
     }
 
-    /// Runs the texts that are not known yet, as many as a search may run.
-    fn run_all(&mut self, texts: &[String]) {
-        let mut new: Vec<&String> = Vec::new();
-        for text in texts {
-            if !self.known.contains_key(text) && !new.contains(&text) {
+    /// Runs the texts of all families of all sites that are not known yet, as many as the search may run. Sites take turns, so each of them is tried.
+    fn run_all(&mut self, edits: &Edits, tried: &[Vec<Variants>]) {
+        let mut families: Vec<_> = tried.iter().map(|families| families.iter().flatten()).collect();
+        let mut new: Vec<String> = Vec::new();
+        'search: loop {
+            let turn: Vec<(usize, &Edit)> =
+                families.iter_mut().enumerate().filter_map(|(site, edits)| Some((site, edits.next()?))).collect();
+            if turn.is_empty() {
+                break;
+            }
+            for (site, edit) in turn {
+                let text = self.text(&with(edits, site, edit));
+                if self.known.contains_key(&text) {
+                    continue;
+                }
+                if new.len() >= self.left {
+                    self.is_cut = true;
+                    break 'search;
+                }
+                // Its counts follow; until then the same text is not run again.
+                self.known.insert(text.clone(), None);
                 new.push(text);
             }
         }
-        self.is_cut |= new.len() > self.left;
-        new.truncate(self.left);
         self.run_new(&new);
     }
 
-    fn run_new(&mut self, new: &[&String]) {
+    fn run_new(&mut self, new: &[String]) {
         self.left = self.left.saturating_sub(new.len());
         self.runs += new.len();
         let (run, scored) = (self.run, self.scored);
@@ -75,14 +89,14 @@ impl<'a> TextScores<'a> {
                 Some(scored.iter().map(|track| track.truth.compare(&of_track(track, &labels))).collect())
             })
             .collect();
-        self.known.extend(new.iter().copied().cloned().zip(found));
+        self.known.extend(new.iter().cloned().zip(found));
     }
 
     /// The counts of some tracks with some edits, by group, also beyond the limit of the search; `None` if the text is not a valid rule file.
     pub fn groups(&mut self, edits: &Edits, tracks: &[usize]) -> Option<Groups> {
         let text = self.text(edits);
         if !self.known.contains_key(&text) {
-            self.run_new(&[&text]);
+            self.run_new(std::slice::from_ref(&text));
         }
         self.known_groups(&text, tracks)
     }
@@ -103,8 +117,9 @@ impl<'a> TextScores<'a> {
         tracks.iter().map(of).collect()
     }
 
-    /// The edits that suit some tracks. `shown` receives the share that is done, 0 to 1.
-    pub fn search(&mut self, tracks: &[usize], shown: &dyn Fn(f64)) -> Edits {
+    /// The edits that suit some tracks, the best that at most `most_runs` more texts show. `shown` receives the share that is done, 0 to 1.
+    pub fn search(&mut self, tracks: &[usize], most_runs: usize, shown: &dyn Fn(f64)) -> Edits {
+        self.left = most_runs;
         let mut edits = Edits::new();
         let Some(mut groups) = self.groups(&edits, tracks) else { return edits };
         let windows = windows(self.candidates.bank, tracks);
@@ -121,6 +136,7 @@ impl<'a> TextScores<'a> {
                     Some(_) => {}
                 }
             }
+            self.run_all(&edits, &tried);
             let mut best: Option<Trial> = None;
             for (site, families) in tried.iter_mut().enumerate() {
                 let mut trials = self.trials(&edits, site, std::mem::take(families), tracks, &groups);
@@ -144,28 +160,22 @@ impl<'a> TextScores<'a> {
 
     /// Tries families of edits of a site. A family is left out if no member is a valid rule file, or if each is worse for many groups.
     fn trials(
-        &mut self,
+        &self,
         edits: &Edits,
         site: usize,
         families: Vec<Variants>,
         tracks: &[usize],
         before: &Groups,
     ) -> Vec<Trial> {
-        let with = |edit: &Edit| {
-            let mut edits = edits.clone();
-            edits.insert(site, edit.clone());
-            edits
-        };
-        let texts: Vec<String> = families.iter().flatten().map(|edit| self.text(&with(edit))).collect();
-        self.run_all(&texts);
-        let mut texts = texts.iter();
         let mut trials = Vec::new();
         for variants in families {
-            let value = |(edit, text): (&Edit, &String)| {
-                let groups = self.known_groups(text, tracks).filter(|groups| !is_vetoed(groups, before));
-                groups.map_or(f64::NEG_INFINITY, |groups| worth(&groups, &with(edit)))
+            let value = |edit: &Edit| {
+                let edits = with(edits, site, edit);
+                let groups = self.known_groups(&self.text(&edits), tracks);
+                let groups = groups.filter(|groups| !is_vetoed(groups, before));
+                groups.map_or(f64::NEG_INFINITY, |groups| worth(&groups, &edits))
             };
-            let values: Vec<f64> = variants.iter().zip(texts.by_ref()).map(value).collect();
+            let values: Vec<f64> = variants.iter().map(value).collect();
             let best = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let Some(at) = values.iter().position(|value| *value == best).filter(|_| best.is_finite()) else {
                 continue;
@@ -177,6 +187,13 @@ impl<'a> TextScores<'a> {
         }
         trials
     }
+}
+
+/// Some edits and another one.
+fn with(edits: &Edits, site: usize, edit: &Edit) -> Edits {
+    let mut edits = edits.clone();
+    edits.insert(site, edit.clone());
+    edits
 }
 
 /// A family of edits of a site with the value of its best member; the chosen member is in the middle of those that are as good.

@@ -2,6 +2,7 @@
 
 use super::super::quantities::{Declarations, definitions, renamed};
 use super::super::rule_file::snake_case;
+use super::columns::kept_columns;
 use super::guard_text::{Part, TextChanges, changes, one_line, range};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -174,18 +175,23 @@ impl WrittenFile {
 
     /// The file with some edits and the evidence for them, by site.
     pub fn rendered(&self, edits: &Edits, evidence: &BTreeMap<usize, String>) -> String {
-        // In the order of `TextChanges`: evidence stands behind what is added to a guard.
-        let mut all = self.evidence(evidence);
+        let mut changed = TextChanges::new();
         let (guards, signals) = self.guards(edits);
         for (site, edit) in edits {
             match (edit, self.guard(*site), self.number(*site)) {
                 (Edit::Guard(parts), Some(guard), _) => {
-                    all.extend(changes(&self.text, guard, parts, guards.get(site).map_or(&[], Vec::as_slice)));
+                    changed.extend(changes(&self.text, guard, parts, guards.get(site).map_or(&[], Vec::as_slice)));
                 }
-                (Edit::Number(number), _, Some(written)) => all.push((range(written.span), number.clone())),
+                (Edit::Number(number), _, Some(written)) => changed.push((range(written.span), number.clone())),
                 _ => {}
             }
         }
+        // In the order of `TextChanges`: evidence stands behind what is added to a guard.
+        let mut all = self.evidence(evidence);
+        if !self.is_formatted {
+            all.extend(kept_columns(&self.text, &changed));
+        }
+        all.extend(changed);
         all.extend(self.declarations(edits, &signals));
         all.sort_by_key(|(range, _)| std::cmp::Reverse((range.start, range.end)));
         let mut text = self.text.clone();

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use rayon::ThreadPoolBuilder;
 use teachtree_engine::evaluator::evaluate;
 use teachtree_engine::runs::settle;
+use teachtree_language::format::format;
 use teachtree_language::graph::lower;
 use teachtree_language::guard_sites::guard_sites;
 use teachtree_language::rules::{Rules, TreeScope};
@@ -114,6 +115,49 @@ fn a_condition_of_an_undeclared_quantity_is_learned_with_its_declaration() {
     let healed = relearned(&text, &cycles(4));
     assert!(healed.candidates[1].f1 > 0.99, "{healed:#?}");
     assert!(healed.text.contains("signal height = place.z"), "{}", healed.text);
+    assert!(loaded(&healed.text).is_some(), "{}", healed.text);
+}
+
+/// The columns of its choices are aligned, another line is not as `fmt` writes it.
+#[test]
+fn a_file_that_is_not_formatted_keeps_its_columns() {
+    let text = written(
+        "  not closed                                   => Wait    // open\n  closed and mean(fingers.position).z > 700 mm => PickUp\n  else                                         => Hold\n",
+    )
+    .replace("Wait, Hold, PickUp", "Wait,Hold,PickUp");
+    assert_ne!(format(&text).unwrap(), text);
+    let healed = relearned(&text, &cycles(4));
+    assert_eq!(healed.changes.len(), 1, "{healed:#?}");
+    let [old, new] = &healed.changes[0].texts;
+    assert!(new.len() < old.len(), "{healed:#?}");
+    let columns = |text: &str| -> Vec<usize> { text.lines().filter_map(|line| line.find("=> ")).collect() };
+    assert_eq!(columns(&healed.text), columns(&text), "{}", healed.text);
+    for line in text.lines().filter(|line| !line.contains("=> PickUp")) {
+        assert!(healed.text.lines().any(|new| new == line), "{line}\n{}", healed.text);
+    }
+    assert!(loaded(&healed.text).is_some(), "{}", healed.text);
+}
+
+/// Signals of the file have the names of quantities, and other values.
+#[test]
+fn a_learned_quantity_whose_name_is_taken_gets_another_name() {
+    let wrong = written("  high => PickUp\n  closed => Hold\n  else => Wait\n")
+        .replace("signal closed = gripper.closed", "signal closed = mean(fingers.position).z > 5 m");
+    let healed = relearned(&wrong, &cycles(4));
+    assert!(healed.candidates[1].f1 > 0.99, "{healed:#?}");
+    // The channel keeps its name.
+    assert!(healed.text.contains("signal closed_2 = gripper.closed\n"), "{}", healed.text);
+    assert!(healed.text.contains("closed_2 => Hold"), "{}", healed.text);
+    assert!(healed.text.contains("signal closed = mean(fingers.position).z > 5 m"), "{}", healed.text);
+    let lacking = written("  not closed => Wait\n  closed     => PickUp\n  else       => Hold\n")
+        .replace("signal high   = mean(fingers.position).z > 40 mm", "signal place  = 5.0");
+    let healed = relearned(&lacking, &cycles(4));
+    assert!(healed.candidates[1].f1 > 0.99, "{healed:#?}");
+    for declaration in
+        ["signal place  = 5.0", "signal place_2 = mean(fingers.position)\n", "signal height = place_2.z\n"]
+    {
+        assert!(healed.text.contains(declaration), "{declaration}\n{}", healed.text);
+    }
     assert!(loaded(&healed.text).is_some(), "{}", healed.text);
 }
 

@@ -51,9 +51,6 @@ fn a_search_that_stops_early_says_so_and_its_figures_are_of_all_groups() {
     let all = relearned(&text, &recordings, &share, MOST_RUNS);
     assert_eq!((all.changes.len(), all.is_cut, all.obstacle()), (3, false, None), "{all:#?}");
     assert_eq!(all.extent("a.rules"), format!("tried {} versions of a.rules", all.runs));
-    // The last texts are those without one of the changes.
-    let most = relearned(&text, &recordings, &share, all.runs - 1);
-    assert_eq!(most.changes, all.changes);
     let few = relearned(&text, &recordings, &share, 5);
     assert!(few.is_cut && few.changes.is_empty() && few.text == text, "{few:#?}");
     assert_eq!(few.candidates[1].f1.to_bits(), few.candidates[0].f1.to_bits());
@@ -63,6 +60,21 @@ fn a_search_that_stops_early_says_so_and_its_figures_are_of_all_groups() {
         extent.starts_with("the search stopped after ") && extent.ends_with("some changes were not tried"),
         "{extent}"
     );
+}
+
+/// Only the last guard is to be changed, and by one of its first candidates. The versions suffice for some candidates of each guard and number.
+#[test]
+fn a_search_that_stops_early_tries_all_guards_and_uses_the_best_version() {
+    let guards = "  not closed => Wait\n  taken => PickUp\n  closed and high => Hold\n  else => Wait\n";
+    let (text, recordings) = (written(guards), cycles(3));
+    let share = |text: &str, _: usize, label: usize, _: usize| {
+        Some(if label == 1 && guard(text, "Hold") != "high" { 0.3 } else { 1.0 })
+    };
+    let found = relearned(&text, &recordings, &share, 60);
+    assert!(found.is_cut && found.obstacle().is_none(), "{found:#?}");
+    let texts: Vec<&[String; 2]> = found.changes.iter().map(|change| &change.texts).collect();
+    assert_eq!(texts, [&["closed and high".to_string(), "high".to_string()]], "{found:#?}");
+    assert!(found.extent("a.rules").starts_with("the search stopped after "), "{found:#?}");
 }
 
 #[test]
