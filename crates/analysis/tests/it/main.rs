@@ -5,6 +5,7 @@
 mod analysis;
 mod both_hands;
 mod campaign;
+mod closed_grippers;
 mod clutter;
 mod composites;
 mod fit;
