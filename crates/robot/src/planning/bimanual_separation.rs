@@ -11,7 +11,7 @@ use super::axial_retreat::{Leg, turn};
 use super::change::Change;
 use super::delayed_start::begun_late;
 use super::detour::{Aside, Passing};
-use super::grasp_pair::{Candidate, GraspPair, best_pairs, of_many_kinds};
+use super::grasp_pair::{Candidate, GraspPair, LimbSteps, best_pairs, of_many_kinds};
 use super::hand_planner::{HandPlanner, tip_radius};
 use super::insertion_yaw;
 use super::lift_over::{goes_through, lift};
@@ -46,8 +46,6 @@ const MOST_SAMPLES: usize = 1_500_000;
 const SLIGHT_M: f64 = 0.02;
 /// Missing distance that is added for each place on its paths, and each step, at which a grasp penetrates more than the present one, m.
 const THROUGH_M: f64 = 0.002;
-/// Missing distance that is added for each step at which a hand with its arm penetrates a fixed body, m.
-const ARM_THROUGH_M: f64 = 0.01;
 /// Pairs of grasps are checked with their arms, several at a time, until `ENOUGH` pairs have a summed missing distance of at most `AS_GOOD_M`, m, or
 /// `WITH_ARMS` grasps were checked.
 const WITH_ARMS: usize = 80;
@@ -350,12 +348,9 @@ impl<'a> Pair<'a> {
 
     /// Returns the pairs of choices that both arms can follow, with the missing distance in their best postures.
     fn with_arms(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>; 2]) -> Vec<GraspPair> {
-        // For each choice, the hand with its arm at the steps, in every posture, and the missing distance for its penetrations of fixed bodies.
-        let mut limbs: BTreeMap<(usize, usize), Vec<Option<(f64, Vec<Occupied>)>>> = BTreeMap::new();
+        // For each choice, the hand with its arm at the steps, in every posture.
+        let mut limbs: BTreeMap<(usize, usize), Vec<Option<LimbSteps>>> = BTreeMap::new();
         let fixed = Surroundings::sunk(self.scene, SUNK_M);
-        let through = |stands: &[Occupied]| {
-            stands.iter().filter(|stand| fixed.meet_any(&stand.limb)).count() as f64 * ARM_THROUGH_M
-        };
         let mut reached: Vec<GraspPair> = Vec::new();
         for grasp_pairs in self.grasp_pairs(grasps, steps, choices).chunks(AT_ONCE) {
             let new = grasp_pairs.iter().flat_map(|grasp_pair| [0, 1].map(|hand| (hand, grasp_pair.choices[hand])));
@@ -366,30 +361,13 @@ impl<'a> Pair<'a> {
                 let times: Vec<f64> = steps.iter().map(|steps| self.rollouts[hand].own_s(steps[hand])).collect();
                 let begun = self.begun(hand, &tasks).into_iter();
                 let stands = begun.map(|begun| Rollout::stands(begun, &tasks, self.scene, self.followed[hand], &times));
-                stands.map(|stands| stands.map(|stands| (through(&stands), stands))).collect()
+                stands.map(|stands| stands.map(|stands| LimbSteps::new(stands, &fixed))).collect()
             });
             limbs.extend(new.into_iter().zip(gone));
             for grasp_pair in grasp_pairs {
                 let own = [0, 1].map(|hand| limbs.get(&(hand, grasp_pair.choices[hand])));
                 let [Some(ours), Some(theirs)] = own else { continue };
-                let mut best = GraspPair { left: f64::INFINITY, ..*grasp_pair };
-                for (one, (our_through, ours)) in
-                    ours.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?)))
-                {
-                    for (other, (their_through, theirs)) in
-                        theirs.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?)))
-                    {
-                        let through = our_through + their_through;
-                        let left = too_near(ours.iter().zip(theirs), best.left - through).map(|left| left + through);
-                        if let Some(left) = left.filter(|left| *left < best.left) {
-                            (best.left, best.postures) = (left, [one, other]);
-                        }
-                    }
-                }
-                if best.left.is_finite() {
-                    best.left += grasp_pair.through;
-                    reached.push(best);
-                }
+                reached.extend(grasp_pair.in_best_postures(ours, theirs));
             }
             let apart = reached.iter().filter(|grasp_pair| grasp_pair.left <= AS_GOOD_M).count();
             if apart >= ENOUGH || limbs.len() >= WITH_ARMS {

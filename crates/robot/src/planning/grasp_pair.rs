@@ -1,6 +1,7 @@
 //! Pairs of candidate grasps, one of each hand, in the order in which they are checked.
 
 use super::rollout::{Occupied, too_near};
+use crate::kinematics::surroundings::Surroundings;
 use crate::parallel;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -12,6 +13,8 @@ const AT_ONCE: usize = 8;
 /// All pairs are compared at every fourth step; this is the number of pairs with the same grasp that are compared at all steps.
 const EVERY: usize = 4;
 const SHORTLIST: usize = 64;
+/// Missing distance that is added for each step at which a hand with its arm penetrates a fixed body, m.
+const THROUGH_M: f64 = 0.01;
 
 /// A choice of a grasp of one hand.
 pub(super) struct Candidate<'a> {
@@ -60,6 +63,21 @@ fn pairs_of(candidates: &[Vec<Candidate<'_>>; 2], one: usize, most: f64) -> Vec<
     shortlist.iter().filter_map(|short| pair(short.choices[1], 1, most)).collect()
 }
 
+/// A hand with its arm in one posture at the steps at which pairs are compared.
+pub(super) struct LimbSteps {
+    steps: Vec<Occupied>,
+    /// Missing distance that is added for penetrations of fixed bodies, m.
+    through: f64,
+}
+
+impl LimbSteps {
+    /// Returns the steps of a limb among fixed bodies.
+    pub(super) fn new(steps: Vec<Occupied>, fixed: &Surroundings) -> Self {
+        let through = steps.iter().filter(|step| fixed.meet_any(&step.limb)).count() as f64 * THROUGH_M;
+        Self { steps, through }
+    }
+}
+
 /// Two choices, by their indices in the lists.
 #[derive(Clone, Copy)]
 pub(super) struct GraspPair {
@@ -73,6 +91,21 @@ pub(super) struct GraspPair {
 }
 
 impl GraspPair {
+    /// Returns the pair with its arms in their best postures, one of each list; `None` if no posture of one of them can follow.
+    pub(super) fn in_best_postures(&self, ours: &[Option<LimbSteps>], theirs: &[Option<LimbSteps>]) -> Option<Self> {
+        let mut best = Self { left: f64::INFINITY, ..*self };
+        for (one, ours) in ours.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?))) {
+            for (other, theirs) in theirs.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?))) {
+                let through = ours.through + theirs.through;
+                let left = too_near(ours.steps.iter().zip(&theirs.steps), best.left - through);
+                if let Some(left) = left.map(|left| left + through).filter(|left| *left < best.left) {
+                    (best.left, best.postures) = (left, [one, other]);
+                }
+            }
+        }
+        best.left.is_finite().then_some(Self { left: best.left + self.through, ..best })
+    }
+
     /// The order in which pairs are checked: by missing distance, then by measure.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         self.left.total_cmp(&other.left).then(other.measure.total_cmp(&self.measure))
