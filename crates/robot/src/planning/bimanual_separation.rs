@@ -170,7 +170,9 @@ impl<'a> Pair<'a> {
             first.map_err(|why| Some(Unreachable { side, why }))
         };
         of(Side::Right)?;
-        let ((one, ours), (other, theirs)) = (rollout(Side::Left)?, rollout(Side::Right)?);
+        let both = parallel::each(&[Side::Left, Side::Right], |side| rollout(*side)).into_iter();
+        let [(one, ours), (other, theirs)] =
+            both.collect::<Result<Vec<_>, _>>()?.try_into().map_err(|_| None::<Unreachable>)?;
         let (near, rollouts, followed) = (one.near(&other), [one, other], [ours, theirs]);
         Ok(Self { robot, scene, alternatives, rollouts, followed, limbs, near, tasks, elsewhere, begins })
     }
@@ -229,7 +231,8 @@ impl<'a> Pair<'a> {
     /// Returns the best change of a pair of grasps, or of the paths of the present grasps; `None` if no change is better.
     fn change(&self, grasps: Grasps, anew: bool) -> Result<Option<Change>, InputError> {
         let Some(steps) = self.steps(grasps) else { return Ok(None) };
-        let choices = [self.choices(0, grasps[0], &steps, anew)?, self.choices(1, grasps[1], &steps, anew)?];
+        let both = parallel::each(&[0, 1], |&hand| self.choices(hand, grasps[hand], &steps, anew));
+        let choices = both.into_iter().collect::<Result<Vec<_>, _>>()?;
         let mut best: Option<Change> = None;
         let grasp_pairs: Vec<GraspPair> =
             of_many_kinds(self.with_arms(grasps, &steps, &choices), WHOLE_PATHS_PER_GRASP);
@@ -318,7 +321,7 @@ impl<'a> Pair<'a> {
 
     /// Returns the best pairs of choices by their hands alone, no nearer than the present hands with arms; each choice is in few of them. A choice whose path
     /// penetrates more than that of the present grasp would drag the object along, and is ranked lower.
-    fn grasp_pairs(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>; 2]) -> Vec<GraspPair> {
+    fn grasp_pairs(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>]) -> Vec<GraspPair> {
         let [Some(one), Some(other)] = [0, 1].map(|hand| choices[hand].first()) else { return Vec::new() };
         // If only the arms are too near, hands may come nearer than at present.
         let hands = too_near(one.stands.iter().zip(&other.stands), f64::INFINITY).unwrap_or(f64::INFINITY);
@@ -347,7 +350,7 @@ impl<'a> Pair<'a> {
     }
 
     /// Returns the pairs of choices that both arms can follow, with the missing distance in their best postures.
-    fn with_arms(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>; 2]) -> Vec<GraspPair> {
+    fn with_arms(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>]) -> Vec<GraspPair> {
         // For each choice, the hand with its arm at the steps, in every posture.
         let mut limbs: BTreeMap<(usize, usize), Vec<Option<LimbSteps>>> = BTreeMap::new();
         let fixed = Surroundings::sunk(self.scene, SUNK_M);

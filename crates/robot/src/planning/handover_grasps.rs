@@ -18,9 +18,10 @@ use crate::grasp::task_grasps::{self, Alternatives, BlockedGrasp, TaskGrasp, mee
 use crate::kinematics::arm_distance::{PlacedShape, nearer};
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::robot::Robot;
+use crate::parallel;
 use nalgebra::Vector3;
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 use teachtree_base::error::InputError;
 use teachtree_base::scene::Scene;
 use teachtree_command::{Commands, GraspCriterion, Task};
@@ -29,8 +30,9 @@ use teachtree_description::shape::SHORT_M;
 /// Distance from the object up to which paths are checked, m, and the number of places.
 const NEAR_M: f64 = 0.16;
 const PLACES: usize = 8;
-/// Maximum number of pairs that are checked with their arms.
+/// Maximum number of pairs that are checked with their arms, and of those that are checked in parallel.
 const PAIRS: usize = 60;
+const AT_ONCE: usize = 2;
 /// Missing distance that counts for each step at which a hand or an arm penetrates a fixed body, m.
 const THROUGH_M: f64 = 1e-4;
 /// Hands that grasp or release an object within this time of each other act together, s.
@@ -129,7 +131,7 @@ struct Choice {
 struct Ways {
     task: Task,
     near: [Vec<Vector3<f64>>; 2],
-    rollouts: OnceCell<Vec<ArmMotion>>,
+    rollouts: OnceLock<Vec<ArmMotion>>,
 }
 
 /// A rollout, and what its penetrations of fixed bodies count, m.
@@ -193,23 +195,39 @@ impl<'a> Meeting<'a> {
         let mut pairs: Vec<[&Choice; 2]> = pairs.filter(beside).collect();
         let measure = |pair: &[&Choice; 2]| pair[0].measure * pair[1].measure;
         pairs.sort_by(|a, b| measure(b).total_cmp(&measure(a)));
+        let mut ways = pairs.into_iter().flat_map(|pair| self.free_ways(pair)).take(PAIRS).peekable();
         let mut best: Option<(f64, [Chosen; 2])> = None;
-        for ways in pairs.into_iter().flat_map(|pair| self.free_ways(pair)).take(PAIRS) {
-            let [ones, others] = [0, 1].map(|hand| self.rollouts(hand, ways[hand]));
-            for [one, other] in ones.iter().flat_map(|one| others.iter().map(move |other| [one, other])) {
-                let least = best.as_ref().map_or(apart, |(room, _)| *room);
-                let room = one.room(other, least);
-                if room > least {
-                    let chosen =
-                        |hand: usize, motion: &ArmMotion| (ways[hand].task.clone(), motion.rollout.arm.clone());
-                    best = Some((room, [chosen(0, one), chosen(1, other)]));
+        while ways.peek().is_some() {
+            let ways: Vec<[&Ways; 2]> = ways.by_ref().take(AT_ONCE).collect();
+            let least = best.as_ref().map_or(apart, |(room, _)| *room);
+            for found in parallel::each(&ways, |ways| self.best_of(*ways, least)).into_iter().flatten() {
+                if best.as_ref().is_none_or(|(room, _)| found.0 > *room) {
+                    best = Some(found);
                 }
-                if room >= ROOM_M {
+                if best.as_ref().is_some_and(|(room, _)| *room >= ROOM_M) {
                     return Ok(best.map(|(_, chosen)| chosen));
                 }
             }
         }
         Ok(best.map(|(_, chosen)| chosen))
+    }
+
+    /// Returns the postures of two arms on their paths with the most room, or the first with enough, and that room, m; `None` if it is at most `least`.
+    fn best_of(&self, ways: [&Ways; 2], least: f64) -> Option<(f64, [Chosen; 2])> {
+        let mut best = None;
+        let mut least = least;
+        let [ones, others] = [0, 1].map(|hand| self.rollouts(hand, ways[hand]));
+        for [one, other] in ones.iter().flat_map(|one| others.iter().map(move |other| [one, other])) {
+            let room = one.room(other, least);
+            if room > least {
+                let chosen = |hand: usize, motion: &ArmMotion| (ways[hand].task.clone(), motion.rollout.arm.clone());
+                (least, best) = (room, Some((room, [chosen(0, one), chosen(1, other)])));
+            }
+            if room >= ROOM_M {
+                break;
+            }
+        }
+        best
     }
 
     /// Returns a grasp, by default the mapped one, with its paths: as demonstrated, and along the hand's own axis.
@@ -239,7 +257,7 @@ impl<'a> Meeting<'a> {
         let ways = tasks.into_iter().map(|task| Ways {
             near: [Leg::Approach, Leg::Retreat].map(|way| near(&task, way)),
             task,
-            rollouts: OnceCell::new(),
+            rollouts: OnceLock::new(),
         });
         Some(Choice { measure, closed, opened, ways: ways.collect() })
     }
