@@ -75,7 +75,7 @@ kinds! {
     IMPLAUSIBLE_VELOCITY "implausible_velocity" "The velocity of a body contradicts its pose in the whole log.",
     IMPOSSIBLE_JUMP "impossible_jump" "A sample is farther from its neighbors than anything can move.",
     INCONSISTENT_HOLD "inconsistent_hold" "An object does not move with the hand that holds it.",
-    MISPLACED_SOCKET "misplaced_socket" "Objects are inserted beside a socket.",
+    MISPLACED_SOCKET "misplaced_socket" "Objects are inserted beside a socket, or lack the point that enters it.",
     MISSING_BODY "missing_body" "A held object is pressed on a body that the scene lacks.",
     MISSING_CHANNEL "missing_channel" "The log lacks a channel.",
     MISSING_CHUNK "missing_chunk" "A Zarr store or an HDF5 file lacks chunks of an array.",

@@ -133,16 +133,17 @@ pub fn numbers<const COUNT: usize>(vector: [f64; COUNT]) -> String {
 /// Why there is a socket, and what to correct.
 fn reason(socket: &FoundSocket) -> String {
     let object = &socket.object;
+    let rim = format!(
+        "the rim is where the origin of {object} enters: with the edge of the hole instead, set `plug` of {object} to its lower end; the radius is how far that point may be beside the axis"
+    );
     match socket.evidence {
-        Evidence::Contact => {
-            format!(
-                "{object} moves straight on from a contact there; the rim is where its origin is then: with the true rim, set `plug` of {object} to its lower end; radius and depth are at least those of its path"
-            )
-        }
-        Evidence::Name => format!("by its name, and {object} begins or comes to rest there: give the true rim"),
-        Evidence::Inside | Evidence::Above => format!(
-            "{object} begins or comes to rest on its axis, below its origin: give the true rim; else `role: support`"
+        Evidence::Contact => format!(
+            "{object} moves straight on from a contact there; {rim}; radius and depth are at least those of its path"
         ),
+        Evidence::Name => format!("by its name, and {object} begins or comes to rest there; {rim}"),
+        Evidence::Inside | Evidence::Above => {
+            format!("{object} begins or comes to rest on its axis, below its origin; {rim}; else `role: support`")
+        }
     }
 }
 
@@ -242,7 +243,7 @@ fn width<'a>(survey: &Survey, body: &Body, shape: &Shape<'a>) -> (f64, &'a str) 
     const CENTERED_M: f64 = 0.015;
     let far = |beside_m: &f64| (shape.edge_m / 2.0 + CENTERED_M..FARTHEST_M).contains(beside_m);
     match survey.held_beside_m.get(&body.name).copied().filter(far) {
-        Some(beside_m) => (2.0 * beside_m, "as wide as the gripper holds it beside its origin"),
+        Some(beside_m) => (2.0 * beside_m, "twice the distance from its origin at which the gripper holds it"),
         None => (shape.edge_m, shape.why),
     }
 }

@@ -30,10 +30,14 @@ const LASTS: f64 = 0.3;
 const ALIKE: f64 = 5e-3;
 
 /// A socket of a body.
-struct Hole<'s> {
-    body: usize,
-    name: &'s str,
-    socket: &'s Socket,
+#[derive(Clone, Copy)]
+pub struct Hole<'s> {
+    /// The body, as an index of the scene.
+    pub body: usize,
+    /// The name of the socket.
+    pub name: &'s str,
+    /// The socket.
+    pub socket: &'s Socket,
 }
 
 /// An object below the rim of a socket, beside it.
@@ -51,22 +55,24 @@ struct Visit {
 
 /// The sockets that are beside the insertions.
 pub fn issues(scene: &Scene, survey: &Survey) -> Vec<Issue> {
+    pairs(scene, survey).filter_map(|(hole, object)| inserted_beside(scene, survey, &hole, object)).collect()
+}
+
+/// Each socket with each object that it takes, by its index, whose position the log has.
+pub fn pairs<'s>(scene: &'s Scene, survey: &'s Survey) -> impl Iterator<Item = (Hole<'s>, usize)> {
     let bodies = scene.bodies.values().enumerate();
     let holes = bodies.flat_map(|(body, it)| it.sockets.iter().map(move |(name, socket)| Hole { body, name, socket }));
-    let objects = || {
+    holes.flat_map(move |hole| {
         let logged = scene.bodies.iter().zip(&survey.bodies).enumerate();
-        logged.filter(|(_, ((_, body), samples))| body.role == Role::Object && samples.is_logged)
-    };
-    let mut issues = vec![];
-    for hole in holes {
-        let taken = objects().filter(|(index, ((name, _), _))| *index != hole.body && hole.socket.takes(name));
-        issues.extend(taken.filter_map(|(index, _)| inserted_beside(scene, survey, &hole, index)));
-    }
-    issues
+        let taken = logged.filter(move |(index, ((name, body), samples))| {
+            body.role == Role::Object && samples.is_logged && *index != hole.body && hole.socket.takes(name)
+        });
+        taken.map(move |(index, _)| (hole, index))
+    })
 }
 
 /// Where the plug point of an object is as seen from the rim of a socket: along the axis, and beside it in the frame of the socket's body, m.
-fn seen(scene: &Scene, survey: &Survey, hole: &Hole, object: usize, sample: usize) -> Option<(f64, Vector3<f64>)> {
+pub fn seen(scene: &Scene, survey: &Survey, hole: &Hole, object: usize, sample: usize) -> Option<(f64, Vector3<f64>)> {
     let (_, body) = scene.bodies.get_index(object)?;
     let holder = survey.pose(hole.body, sample)?;
     let plug = survey.pose(object, sample)? * body.plug_point();

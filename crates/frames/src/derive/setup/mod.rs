@@ -11,6 +11,7 @@ mod holds;
 mod insertions;
 mod overlaps;
 pub mod placement;
+mod plug_points;
 mod rests;
 mod survey;
 mod tool_points;
@@ -34,6 +35,7 @@ pub fn issues(scene: &Scene, survey: &Survey) -> Vec<Issue> {
     issues.extend(tool_points::issues(scene, survey));
     issues.extend(turns::issues(scene, survey));
     issues.extend(insertions::issues(scene, survey));
+    issues.extend(plug_points::issues(scene, survey));
     issues.extend(overlaps::issues(scene, survey));
     issues.extend(hanging::issues(scene, survey));
     issues.extend(force_offsets::issues(scene, survey));

@@ -48,10 +48,10 @@ fn friction_shows_the_hole_that_a_peg_is_drawn_out_of() {
     // The peg leaves the hole at 110 mm, 80 mm above the origin of the block.
     assert!(block.contains("{role: socket, sockets: {hole: {rim: [0 mm, 0 mm, 79 mm], axis: [0, 0, 1]"), "{block}");
     assert!(
-        block.contains("peg moves straight on from a contact there; the rim is where its origin is then"),
+        block.contains("peg moves straight on from a contact there; the rim is where the origin of peg enters: "),
         "{block}"
     );
-    assert!(block.contains("with the true rim, set `plug` of peg to its lower end"), "{block}");
+    assert!(block.contains("with the edge of the hole instead, set `plug` of peg to its lower end"), "{block}");
     // Without friction it may have stood on the block.
     let no_friction: fn(f64) -> f64 = |passed| FORCE(passed).min(2.0);
     for force in [Some(no_friction), None] {
@@ -73,7 +73,7 @@ fn a_body_below_the_origin_of_one_that_never_moves_is_inside_it() {
         let found = scene("block", way, place, None);
         let block = line(&found, "block");
         assert!(block.contains("{role: socket, sockets: {hole: {rim: [0 mm, 0 mm, 0 mm], axis: [0, 0, 1]"), "{block}");
-        assert!(block.contains("below its origin: give the true rim; else `role: support`"), "{block}");
+        assert!(block.contains("below its origin; the rim is where the origin of peg enters: "), "{block}");
     }
     // Containers are wide, and a body beside the axis is not in a hole.
     let found = scene("basket", [X, Y, Z], place, None);

@@ -268,6 +268,26 @@ fn a_socket_beside_the_insertions_is_reported() {
     insta::assert_snapshot!(found.join("\n--\n"));
 }
 
+#[test]
+fn an_object_whose_origin_stays_above_the_rim_is_reported_with_its_lower_end() {
+    let mut log = taught("peg_pullout_from_hole", "peg_pullout_from_hole", 1);
+    // The peg is 28 mm deep in the hole, and its origin is 12 mm above the rim.
+    log.scene.bodies["holder"].sockets["hole"].rim[2].0 -= 0.012;
+    assert_eq!(mistakes(&log), [""; 0]);
+    log.scene.bodies["peg"].plug = None;
+    let with_shape = mistakes(&log);
+    log.scene.bodies["peg"].parts.clear();
+    let without_shape = mistakes(&log);
+    let lines = [
+        (with_shape, "write `plug: [0 mm, 0 mm, -40 mm]`"),
+        (without_shape, "write `plug` with its lower end, which is beyond `[0 mm, 0 mm, -12 mm]`"),
+    ];
+    for (found, line) in lines {
+        let begin = "misplaced_socket peg.position: its origin never enters the socket `hole`, and rests 12 mm above";
+        assert!(matches!(&found[..], [issue] if issue.starts_with(begin) && issue.contains(line)), "{found:?}");
+    }
+}
+
 /// The bottom of the hole is as high as the table on which the plug stands before, and the body of the hole has no shape.
 #[test]
 fn a_socket_at_table_height_beside_the_insertions_is_reported() {
