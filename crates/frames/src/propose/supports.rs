@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 const LEVEL_M: f64 = 0.004;
 /// Largest height of a body that its rest position implies, m.
 const HIGHEST_M: f64 = 0.3;
+/// A table is at most this far below where what rests on it seems to end, m.
+const LOWER_M: f64 = 0.1;
 /// The usual width of what carries things, m, and that of a table.
 const WIDTH_M: f64 = 0.3;
 const TABLE_M: f64 = 2.0;
@@ -76,6 +78,10 @@ impl Supports {
             *height = height.min(rest.at[2]);
         }
         let top = lowest.iter().map(|(body, height)| height - shown(body)).fold(f64::INFINITY, f64::min);
+        // The lowest point of what is held is unknown: a marker that never moves is on the table too.
+        let never_move = survey.bodies.iter().filter(|body| !shown_m.is_empty() && !body.moves());
+        let markers = never_move.filter_map(|body| Some(survey.at(&body.name)?[2] - THICK_M / 2.0));
+        let top = markers.filter(|height| (top - LOWER_M..top).contains(height)).fold(top, f64::min);
         for (body, height) in lowest {
             let below = height - top;
             if below - shown(body) > LEVEL_M && below * 2.0 < HIGHEST_M {

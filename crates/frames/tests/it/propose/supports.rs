@@ -146,9 +146,9 @@ fn fingertips_that_carry_an_object_show_its_width_and_its_support() {
         ("middle_tip_z", lifted),
     ];
     // The origin is 30 mm above the fingertips, 10 mm beside their middle.
-    let cup: [Column; 3] = [("cup_x", carried), ("cup_y", |_| 0.11), ("cup_z", |passed| lifted(passed) + 0.03)];
+    let cup_of_log: [Column; 3] = [("cup_x", carried), ("cup_y", |_| 0.11), ("cup_z", |passed| lifted(passed) + 0.03)];
     let saucer: [Column; 3] = [("saucer_x", |_| 0.5), ("saucer_y", still), ("saucer_z", |_| 0.08)];
-    let scene = placed_scene(&[&columns[..], &cup, &saucer].concat());
+    let scene = placed_scene(&[&columns[..], &cup_of_log, &saucer].concat());
     let cup = line(&scene, "cup");
     // 80 mm between the tips, each 10 mm from its skin; from 10 mm below the lower tip to 10 mm above the upper one.
     assert!(cup.contains("{cylinder: [30 mm, 40 mm], at: [0 mm, -10 mm, -40 mm]}"), "{cup}");
@@ -160,6 +160,11 @@ fn fingertips_that_carry_an_object_show_its_width_and_its_support() {
         saucer.contains("{role: object, parts: [{box: [50 mm, 50 mm, 20 mm], at: [0 mm, 0 mm, 0 mm]}]}"),
         "{saucer}"
     );
+    // One that is lower shows that the cup is higher.
+    let lower: [Column; 3] = [("saucer_x", |_| 0.5), ("saucer_y", still), ("saucer_z", |_| 0.03)];
+    let scene = placed_scene(&[&columns[..], &cup_of_log, &lower].concat());
+    assert!(line(&scene, "cup").contains("{cylinder: [30 mm, 90 mm], at: [0 mm, -10 mm, -65 mm]}"), "{scene}");
+    assert!(line(&scene, "saucer").contains("{box: [50 mm, 50 mm, 20 mm], at: [0 mm, 0 mm, 0 mm]}"), "{scene}");
 }
 
 #[test]
