@@ -155,9 +155,10 @@ fn carrying_rows(part: &Part, tool: Option<&Part>, bodies: &[Body]) -> Vec<usize
     for body in bodies.filter(|body| body.extent() > AT_REST_M) {
         let least_m = STEP_M.min(body.extent() / 100.0).max(2e-4);
         let noise_m = body.members.iter().map(|column| column.noise.powi(2)).sum::<f64>().sqrt() * body.scale();
-        // Steps of a tracker that scatters show nothing.
+        // Steps of a tracker that scatters, or is slower than the log, show nothing.
         let is_noisy = NOISES * noise_m > least_m;
-        let (back, least_m) = if is_noisy { (body.rows_in(WINDOW_S), NOISES * noise_m) } else { (1, least_m) };
+        let back = if is_noisy || is_repeated(body) { body.rows_in(WINDOW_S) } else { 1 };
+        let least_m = if is_noisy { NOISES * noise_m } else { least_m };
         for row in back..body.rows() {
             let (Some(before), Some(now)) = (body.position(row - back), body.position(row)) else { continue };
             let moved = distance(before, now);
@@ -177,4 +178,13 @@ fn carrying_rows(part: &Part, tool: Option<&Part>, bodies: &[Body]) -> Vec<usize
         }
     }
     rows
+}
+
+/// Whether most positions of a moving body are repeated in the next row: a camera is slower than the log.
+fn is_repeated(body: &Part) -> bool {
+    let is_new = |row: &usize| body.position(*row) != body.position(row - 1);
+    let changes: Vec<usize> = (1..body.rows()).filter(is_new).collect();
+    let mut steps: Vec<usize> = changes.windows(2).filter_map(|pair| Some(pair.last()? - pair.first()?)).collect();
+    steps.sort_unstable();
+    steps.get(steps.len() / 2).is_some_and(|step| *step > 1)
 }

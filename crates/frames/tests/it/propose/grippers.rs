@@ -393,3 +393,21 @@ fn a_flange_is_bound_as_the_palm_behind_the_point_where_the_gripper_holds() {
     let found = binding_of("tcp");
     assert_eq!(channel(&found, "right.tcp.position"), Some("tcp_<xyz>"), "{found}");
 }
+
+#[test]
+fn poses_that_are_repeated_between_frames_of_a_camera_show_the_hold() {
+    // Every fourth row has a new pose.
+    const SEEN: fn(f64) -> f64 = |passed| carried((passed * 199.0 / 4.0).floor() * 4.0 / 199.0);
+    let columns: [Column; 7] = [
+        ("tcp_x", carried),
+        ("tcp_y", still),
+        ("tcp_z", still),
+        ("gripper", |passed| if (0.15..0.9).contains(&passed) { 0.9 } else { 0.1 }),
+        ("cube_x", SEEN),
+        ("cube_y", still),
+        ("cube_z", still),
+    ];
+    let found = binding(&columns);
+    let line = found.lines().find(|line| line.contains("  right.gripper.closed: gripper > ")).unwrap_or(&found);
+    assert!(line.contains("an object moves with it there"), "{line}");
+}
