@@ -3,6 +3,7 @@
 use crate::program::{all_said, said, teachtree_in};
 use crate::schemas::{schemas, validated};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
@@ -291,7 +292,7 @@ fn recordings_without_labels_show_where_a_new_primitive_takes_place() {
     assert!(all_said(&output).contains("expected the name of a primitive, such as `Shake`"), "{}", all_said(&output));
 }
 
-/// The demonstrations carry objects too, and the primitive is learned nevertheless.
+/// The demonstrations carry objects too, and the primitive is learned nevertheless. Another person shows each of them.
 #[test]
 fn the_shipped_demonstrations_are_recordings_of_other_tasks() {
     let folder = tempfile::tempdir().unwrap();
@@ -305,13 +306,19 @@ fn the_shipped_demonstrations_are_recordings_of_other_tasks() {
     let args = ["learn", "logs", "--labels", "labels", "--map", "Translate=Haul", "--new", "Haul", "-o", "haul.rules"];
     let table = run(&args);
     assert!(
-        table.contains("learned from  2 of 3 intervals found, 0 others") && table.contains("proved: it only adds"),
+        table.contains("learned from  3 of 3 intervals found, 0 others") && table.contains("proved: it only adds"),
         "{table}"
     );
     let found = table.split_once("25 shipped demonstrations of other tasks: found ").unwrap().1;
     let found: usize = found.split_once(" times").unwrap().0.parse().unwrap();
     assert!(found > 0, "{table}");
-    assert!(!table.contains("(shipped)"), "a person labels no shipped demonstration: {table}");
+    assert!(!table.contains("(shipped"), "a person labels no shipped demonstration: {table}");
+    let document: Value = serde_json::from_str(&run(&[&args[..], &["--format", "json"]].concat())).unwrap();
+    let intervals = document["primitive"]["intervals"].as_array().unwrap().iter();
+    let logs: BTreeSet<&str> = intervals.map(|it| it["log"].as_str().unwrap()).collect();
+    let shown: Vec<(&str, &str)> = logs.iter().filter_map(|log| log.split_once(" (shipped, seed ")).collect();
+    let seeds: BTreeSet<&str> = shown.iter().map(|(_, seed)| *seed).collect();
+    assert!(shown.len() > 3 && seeds.len() == shown.len(), "{logs:?}");
 }
 
 /// A result of the program, `teachtree.learning/1`.

@@ -11,8 +11,9 @@ use teachtree_logs::read::csv;
 use teachtree_session::{Error, Log, LogInternals};
 use teachtree_world::{self as world, shipped};
 
-/// The seed of the operators, as `teachtree demo` has it.
-const SEED: u64 = 1;
+/// The seed of the first operator. Each further one has the next seed, so that another person shows each task: the same seed is the same person, who may be
+/// faster or calmer than most.
+const FIRST_SEED: u64 = 1;
 /// Every fifth row is kept: 200 Hz.
 const STRIDE: usize = 5;
 
@@ -22,34 +23,42 @@ const STRIDE: usize = 5;
 /// Rules with errors; a demonstration that cannot be simulated.
 pub(super) fn demonstrations(rules: &BaseRules) -> Result<Vec<Log>, Error> {
     let channels = rules.load("")?.channels;
-    let scene = |name| Ok((name, shipped::scene(name)?));
-    let scenes: Vec<(&str, Scene)> =
-        shipped::names().map(scene).collect::<Result<_, InputError>>().map_err(mismatch)?;
+    let task = |(seed, name)| Ok(Task { name, scene: shipped::scene(name)?, seed });
+    let tasks: Vec<Task> =
+        (FIRST_SEED..).zip(shipped::names()).map(task).collect::<Result<_, InputError>>().map_err(mismatch)?;
     let mut all = Vec::new();
     // Rules may read both hands by their names. One recording that lacks a channel stands for all with as many hands.
     for hands in [1, 2] {
-        let mut scenes = scenes.iter().filter(|(_, scene)| scene.hands.len() == hands);
-        let Some((name, scene)) = scenes.next() else { continue };
-        let first = recorded(name, scene)?;
+        let mut tasks = tasks.iter().filter(|task| task.scene.hands.len() == hands);
+        let Some(first) = tasks.next().map(Task::recorded).transpose()? else { continue };
         if first.opened()?.frames(&channels).is_err() {
             continue;
         }
         all.push(first);
-        let others: Vec<&(&str, Scene)> = scenes.collect();
-        let others: Vec<Log> =
-            others.into_par_iter().map(|(name, scene)| recorded(name, scene)).collect::<Result<_, Error>>()?;
+        let others: Vec<&Task> = tasks.collect();
+        let others: Vec<Log> = others.into_par_iter().map(Task::recorded).collect::<Result<_, Error>>()?;
         all.extend(others);
     }
     Ok(all)
 }
 
-fn recorded(name: &str, scene: &Scene) -> Result<Log, Error> {
-    let taught = shipped::operator(name).and_then(|operator| world::teach(scene, &operator, SEED));
-    let recording = thinned(taught.map_err(mismatch)?);
-    let path = format!("{name} (shipped)");
-    let path = Path::new(&path);
-    let request = OpenRequest { log: path.to_path_buf(), ..OpenRequest::default() };
-    Log::open_source(csv::source(&recording, path).map_err(mismatch)?, &request)
+/// A shipped task and the seed of the person who shows it.
+struct Task {
+    name: &'static str,
+    scene: Scene,
+    seed: u64,
+}
+
+impl Task {
+    fn recorded(&self) -> Result<Log, Error> {
+        let Self { name, scene, seed } = self;
+        let taught = shipped::operator(name).and_then(|operator| world::teach(scene, &operator, *seed));
+        let recording = thinned(taught.map_err(mismatch)?);
+        let path = format!("{name} (shipped, seed {seed})");
+        let path = Path::new(&path);
+        let request = OpenRequest { log: path.to_path_buf(), ..OpenRequest::default() };
+        Log::open_source(csv::source(&recording, path).map_err(mismatch)?, &request)
+    }
 }
 
 fn thinned(mut recording: Recording) -> Recording {
