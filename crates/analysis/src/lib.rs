@@ -189,10 +189,10 @@ pub struct TaskSpan {
     pub secondary: Vec<String>,
     /// Whether the beginning was cut off by the start of the recording or a gap.
     pub open_start: bool,
-    /// Whether the end was cut off.
+    /// Whether the recording or a gap cut off the end: the hand has not let go of an object that it is not fixed to.
     pub open_end: bool,
-    /// Whether the end was cut off while the hand handled an object that it is not fixed to.
-    pub is_unfinished: bool,
+    /// Whether the last primitive of the task is missing at the end of its stretch: later frames may extend the task.
+    pub lacks_last: bool,
     /// The segments after relabeling.
     pub segments: Vec<Segment>,
     /// The share of the variations in which the task is found under this name, where that was asked for.

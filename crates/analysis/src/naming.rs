@@ -72,11 +72,13 @@ impl Naming<'_> {
         self.rules.meaning_for(piece.label, who.side()) == Some(Meaning::Open)
     }
 
-    /// Whether the action of a segment leads to a release.
-    fn is_unfinished(&self, segment: &Segment) -> bool {
+    /// Whether the last action of segments on an object leads to a release that is not among them. A hand that then moves freely may still hold the object.
+    fn is_unfinished(&self, segments: &[Segment]) -> bool {
         let is_attached = |object: &String| self.frames.attached.contains(object);
-        segment.does.is_none_or(|does| !does.is_free() && does != Meaning::Open)
-            && !segment.subject.object.as_ref().is_some_and(is_attached)
+        let is_free = |segment: &&Segment| segment.does.is_some_and(Meaning::is_free);
+        segments.iter().rev().find(|segment| !is_free(segment)).is_some_and(|last| {
+            last.does != Some(Meaning::Open) && !last.subject.object.as_ref().is_some_and(is_attached)
+        })
     }
 
     /// A task of a hand in a stretch.
@@ -101,8 +103,8 @@ impl Naming<'_> {
             frames,
             secondary: named.secondary.iter().map(|id| name(*id)).collect(),
             open_start: named.span.open_start,
-            open_end: named.span.open_end,
-            is_unfinished: named.span.open_end && segments.last().is_some_and(|last| self.is_unfinished(last)),
+            open_end: named.span.open_end && self.is_unfinished(&segments),
+            lacks_last: named.span.open_end,
             segments,
             stability: None,
         }

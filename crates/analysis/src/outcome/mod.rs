@@ -285,7 +285,7 @@ fn results(found: &Analysis) -> Vec<TaskResult<'_>> {
 /// The results of a track of a recording of `frames` frames.
 fn of_track(track: &Track, frames: usize) -> Vec<TaskResult<'_>> {
     let cut_off = |task: &TaskSpan| match task.frames.end < frames {
-        _ if !task.is_unfinished => None,
+        _ if !task.open_end => None,
         true => Some("a gap of the log"),
         false => Some("the end of the recording"),
     };

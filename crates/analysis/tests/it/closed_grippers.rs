@@ -1,7 +1,9 @@
 //! A gripper that is closed and empty: it pushes a box, or misses it.
 
-use crate::one_gripper::{Signal, along, log, track};
-use teachtree_analysis::Track;
+use crate::one_gripper::{Signal, along, analysis, log};
+use teachtree_analysis::outcome::OutcomeKind;
+use teachtree_analysis::{Analysis, Track, TrackId};
+use teachtree_base::hands::Side;
 
 const BOX: &str = "box: {role: object, parts: [{box: [50 mm, 50 mm, 50 mm]}]}";
 const TABLE: &str = "table: {role: support, position: [0 m, 0 m, -10 mm], parts: [{box: [3 m, 3 m, 20 mm]}]}";
@@ -27,7 +29,7 @@ struct Motion {
 }
 
 /// The analysis of a gripper that comes down beside a box, stays there until 6.5 s, and leaves closed.
-fn found(sensors: Sensors, on_table: bool, motion: Motion) -> Track {
+fn found(sensors: Sensors, on_table: bool, motion: Motion) -> Analysis {
     let bodies = if on_table { format!("{BOX}, {TABLE}") } else { BOX.to_string() };
     let scene = format!("{{bodies: {{{bodies}}}, hands: {{right: {{fingers: [thumb, palm]}}}}}}");
     let Motion { closes_s, pushes_m } = motion;
@@ -61,7 +63,11 @@ fn found(sensors: Sensors, on_table: bool, motion: Motion) -> Track {
         }
     }
     let hand_model = if sensors == Sensors::Wrist { "hand_gripper_wrist.rules" } else { "hand_gripper.rules" };
-    track(&log(&scene, 9, &signals), &["failures.rules"], hand_model)
+    analysis(&log(&scene, 9, &signals), &["failures.rules"], hand_model)
+}
+
+fn hand(found: &Analysis) -> &Track {
+    found.track(TrackId::Hand(Side::Right)).unwrap()
 }
 
 fn primitives(of: &Track) -> Vec<&str> {
@@ -79,9 +85,10 @@ fn a_closed_empty_gripper_pushes() {
         (Sensors::Wrist, 1.5),
     ];
     for ((sensors, closes_s), on_table) in cases.into_iter().flat_map(|case| [(case, false), (case, true)]) {
-        let found = found(sensors, on_table, Motion { closes_s, pushes_m: 0.2 });
+        let analysis = found(sensors, on_table, Motion { closes_s, pushes_m: 0.2 });
+        let found = hand(&analysis);
         let context = format!("{sensors:?}, closes at {closes_s} s, on a table: {on_table}: {:?}", found.relabeled);
-        assert_eq!(primitives(&found), ["Move", "Approach", "Push", "Release", "Move"], "{context}");
+        assert_eq!(primitives(found), ["Move", "Approach", "Push", "Release", "Move"], "{context}");
         assert!((found.relabeled[2].start_s - 4.0).abs() < 0.1, "{context}");
         // The force at the wrist shows that the gripper leaves the box later than the box stops.
         let leaves_s = if sensors == Sensors::Wrist { 6.5 } else { 6.0 };
@@ -95,6 +102,16 @@ fn a_closed_empty_gripper_pushes() {
 fn a_gripper_that_shuts_beside_a_box_and_only_touches_it_misses() {
     for on_table in [false, true] {
         let found = found(Sensors::Opening, on_table, Motion { closes_s: 3.0, pushes_m: 0.008 });
-        assert!(primitives(&found).contains(&"Miss"), "{:?}", found.relabeled);
+        assert!(primitives(hand(&found)).contains(&"Miss"), "{:?}", hand(&found).relabeled);
     }
+}
+
+/// By its flag, the gripper holds the box until the end, but it leaves the box behind.
+#[test]
+fn a_task_without_its_release_is_cut_off() {
+    let found = found(Sensors::Flag, true, Motion { closes_s: 2.8, pushes_m: 0.2 });
+    assert_eq!(primitives(hand(&found)).last(), Some(&"Move"), "{:?}", hand(&found).relabeled);
+    assert_eq!(hand(&found).tasks.len(), 1);
+    assert!(hand(&found).tasks[0].open_end);
+    assert_eq!(found.outcome().result, OutcomeKind::Unknown, "{}", found.outcome().sentence());
 }

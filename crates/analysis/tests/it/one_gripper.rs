@@ -1,6 +1,6 @@
 //! One gripper with a closed flag and a tool point, and one object.
 
-use teachtree_analysis::{Analysis, Segment, Track, TrackId, analyze};
+use teachtree_analysis::{Analysis, Segment, TrackId, analyze};
 use teachtree_base::hands::Side;
 use teachtree_base::recording::{Column, Recording};
 use teachtree_base::yaml;
@@ -35,11 +35,11 @@ pub fn along(t: f64, points: &[(f64, f64)]) -> f64 {
 
 /// The segments of the hand before relabeling, by the rules with this hand model.
 pub fn segments(log: &Recording, files: &[&str], hand_model: &str) -> Vec<Segment> {
-    track(log, files, hand_model).segments
+    analysis(log, files, hand_model).track(TrackId::Hand(Side::Right)).unwrap().segments.clone()
 }
 
-/// The segments and tasks of the hand, by the rules with this hand model.
-pub fn track(log: &Recording, files: &[&str], hand_model: &str) -> Track {
+/// The analysis by the rules with this hand model.
+pub fn analysis(log: &Recording, files: &[&str], hand_model: &str) -> Analysis {
     let request = Request {
         files: files.iter().map(|file| (*file).into()).collect(),
         hand_file: Some(hand_model.into()),
@@ -47,8 +47,7 @@ pub fn track(log: &Recording, files: &[&str], hand_model: &str) -> Track {
     };
     let rules = load(&request).rules.unwrap();
     let frames = teachtree_frames::frames(log, &teachtree_analysis::channels(&rules)).unwrap();
-    let found: Analysis = analyze(&rules, &frames, &evaluate(&lower(&rules), &frames).unwrap());
-    found.track(TrackId::Hand(Side::Right)).unwrap().clone()
+    analyze(&rules, &frames, &evaluate(&lower(&rules), &frames).unwrap())
 }
 
 pub fn starts(segments: &[Segment], primitive: &str) -> Vec<f64> {

@@ -88,7 +88,7 @@ fn a_task_that_is_cut_off_makes_the_outcome_unknown() {
         let mut analysis = Analysis { frames: 100, ..analysis(tasks) };
         for at in frames {
             let task = &mut analysis.tracks[0].tasks[*at];
-            (task.open_end, task.is_unfinished, task.frames) = (true, true, 0..10 * (at + 1));
+            (task.open_end, task.frames) = (true, 0..10 * (at + 1));
         }
         analysis
     };

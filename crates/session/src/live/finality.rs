@@ -68,7 +68,7 @@ impl FinalityTracker {
                     news.push((end, Inner::Segment { who: track.who, segment, is_final: false }));
                 }
             }
-            for task in track.tasks.iter().filter(|task| !ends && !task.open_end && closed(&task.frames)) {
+            for task in track.tasks.iter().filter(|task| !ends && !task.lacks_last && closed(&task.frames)) {
                 let end = first + task.frames.end;
                 if end > reported.closed {
                     reported.closed = end;
