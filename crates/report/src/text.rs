@@ -10,6 +10,7 @@ use teachtree_analysis::confidence::percent;
 use teachtree_analysis::json::{Meta, VERSION};
 use teachtree_analysis::number::{decimals, number};
 use teachtree_analysis::{Analysis, Confidence, Segment, Subject, TaskSpan, Track, TrackId};
+use teachtree_base::meaning::Meaning;
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,8 +84,8 @@ struct Page<'a> {
 fn names(analysis: &Analysis) -> usize {
     let width = |name: &str, subject: &Subject| (name.to_string() + &subject.suffix()).chars().count();
     let listed = analysis.tracks.iter().flat_map(|track| {
-        let all = track.relabeled.iter().filter(|_| track.tasks.is_empty());
-        let segments = all.chain(track.tasks.iter().flat_map(|task| &task.segments));
+        let in_tasks = track.tasks.iter().flat_map(|task| &task.segments);
+        let segments = outside(track).into_iter().flatten().chain(in_tasks);
         let tasks = track.tasks.iter().map(|task| width(&task.task, &task.subject).saturating_sub(SWATCH));
         let composites = track.composites.iter().map(|it| it.task.chars().count().saturating_sub(SWATCH));
         segments.map(|segment| width(&segment.primitive, &segment.subject)).chain(tasks).chain(composites)
@@ -248,18 +249,24 @@ impl Page<'_> {
             let times = self.times(composite.start_s, composite.end_s);
             lines.push(format!("  {name}{times}   {}", parts(composite)));
         }
+        if track.relabeled.is_empty() {
+            lines.push(if track.who == TrackId::Both { "  no coordination" } else { "  no task" }.into());
+        }
+        let mut outside = outside(track).into_iter().peekable();
         for task in &track.tasks {
+            let is_before = |stretch: &&[Segment]| stretch.first().is_some_and(|first| first.start_s < task.start_s);
+            while let Some(stretch) = outside.next_if(is_before) {
+                lines.extend(self.no_task(track.who, stretch));
+            }
             lines.extend(self.task(task));
         }
-        if track.tasks.is_empty() {
-            if matches!(track.who, TrackId::Hand(_)) {
-                lines.push("  no task".into());
-            } else if track.relabeled.is_empty() {
-                lines.push("  no coordination".into());
-            }
-            lines.extend(track.relabeled.iter().flat_map(|segment| self.segment(segment)));
-        }
+        lines.extend(outside.flat_map(|stretch| self.no_task(track.who, stretch)));
         lines
+    }
+
+    fn no_task(&self, who: TrackId, stretch: &[Segment]) -> Vec<String> {
+        let title = matches!(who, TrackId::Hand(_)).then(|| "  no task".to_string());
+        title.into_iter().chain(stretch.iter().flat_map(|segment| self.segment(segment))).collect()
     }
 
     fn task(&self, task: &TaskSpan) -> Vec<String> {
@@ -316,6 +323,17 @@ impl Page<'_> {
     fn bold(&self, text: &str) -> String {
         if self.style.color { format!("\x1b[1m{text}\x1b[0m") } else { text.into() }
     }
+}
+
+/// The stretches of segments of no task: all of a track without tasks, else those in which the hand does more than move and approach.
+fn outside(track: &Track) -> Vec<&[Segment]> {
+    let is_inside = |segment: &Segment| track.tasks.iter().any(|task| task.frames.contains(&segment.frames.start));
+    let handles = |segment: &Segment| !segment.does.is_some_and(Meaning::is_free);
+    let stretches = track.relabeled.chunk_by(|one, next| is_inside(one) == is_inside(next));
+    let is_shown = |stretch: &&[Segment]| {
+        !stretch.iter().any(is_inside) && (track.tasks.is_empty() || stretch.iter().any(handles))
+    };
+    stretches.filter(is_shown).collect()
 }
 
 fn bars(segments: &[Segment]) -> Vec<Bar<'_>> {

@@ -85,6 +85,23 @@ fn a_blank_separates_a_long_time_from_the_name_before_it() {
     assert!(lines.len() > 1 && lines.iter().all(|line| starts(line).is_some()), "{listed}");
 }
 
+/// A grasp after the task, whose recording ends before anything else comes of it. A hand that only moves has no entry.
+#[test]
+fn segments_outside_tasks_are_listed_between_them() {
+    let task = "Move 120 Approach 80 Grasp 60 Translate 150 Place 40 Release 50";
+    let listed = |after: &str| {
+        let analysis = one_hand(&chapter(), &format!("{task} {after}"));
+        assert_eq!(analysis.tracks[0].tasks.len(), 1);
+        text(&analysis, &meta(), Style { color: false, unicode: true, width: 100 })
+    };
+    let grasp = listed("Move 50 Approach 70 Grasp 60");
+    let (before, after) = grasp.split_once("\n  no task\n").unwrap();
+    assert!(before.contains("pick_and_place "), "{grasp}");
+    let names: Vec<&str> = after.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(names, ["Move", "Approach", "Grasp"], "{grasp}");
+    assert!(!listed("Move 50 Approach 70").contains("no task"));
+}
+
 #[test]
 fn a_timeline_without_anything() {
     let rules = chapter();
