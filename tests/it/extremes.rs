@@ -1,6 +1,7 @@
 //! Logs at the ends of what a log may be: very wide, of very many bodies, of very high and very low rates.
 
 use crate::live_log::{Rows, demonstration};
+use crate::program::{all_said, teachtree_in};
 use std::fmt::Write as _;
 use teachtree::{Analysis, Error, Rules, Scene};
 
@@ -114,4 +115,32 @@ fn rates_that_other_units_would_give_are_refused() {
     let (quicker, scene) = push(800);
     let error = refused(&quicker, &scene);
     assert!(error.contains("a duration of 50.000 ms is shorter than one sample (800.000 ms"), "{error}");
+}
+
+/// The rate is the binding's, so the error is at its line.
+#[test]
+fn a_binding_that_resamples_too_slowly_is_refused_at_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut log = String::from("time,x,z,closed\n");
+    for row in 0..200 {
+        let _ = writeln!(log, "{:.2},0.3,0.02,{}", f64::from(row) * 0.02, u8::from(row > 100));
+    }
+    let binding = "resample: 15 Hz
+channels:
+  right.tcp.position: [\"x [m]\", \"= 0 m\", \"z [m]\"]
+  right.gripper.closed: closed
+  box.position: [\"x [m]\", \"= 0 m\", \"z [m]\"]
+scene: {bodies: {box: {role: object, radius: 30 mm}}}
+";
+    std::fs::write(folder.path().join("log.csv"), log).unwrap();
+    let analyzed = |rate: &str| {
+        std::fs::write(folder.path().join("b.yaml"), binding.replace("15 Hz", rate)).unwrap();
+        teachtree_in(folder.path(), &["analyze", "log.csv", "--binding", "b.yaml"])
+    };
+    let refused = analyzed("15 Hz");
+    let text = all_said(&refused);
+    assert_eq!(refused.status.code(), Some(2), "{text}");
+    assert!(text.contains("b.yaml:1:") && text.contains("`resample: 15 Hz` is too slow for `dwell` of 50 ms"), "{text}");
+    assert!(text.contains("use at least `resample: 20 Hz`"), "{text}");
+    assert!(analyzed("20 Hz").status.success(), "{}", all_said(&analyzed("20 Hz")));
 }

@@ -56,6 +56,7 @@ use tasks::NamedSpan;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::meaning::{Meaning, Primitives};
+use teachtree_base::short_number::ShortNumber;
 use teachtree_engine::runs::Leaves;
 use teachtree_engine::semantics::samples;
 use teachtree_frames::frames::Frames;
@@ -213,6 +214,21 @@ pub fn check_rate(rules: &Rules, rate_hz: f64) -> Result<(), InputError> {
 /// the windows that a log needs.
 pub fn placed(error: InputError, rules: &Rules, rate_hz: f64) -> InputError {
     too_short(rules, durations::of_windows(rules).into_iter(), rate_hz).unwrap_or(error)
+}
+
+/// Returns the error about a duration that is shorter than a sample at the place of `resample` in a binding, if that sets the rate.
+pub fn at_resample(error: InputError, rules: &Rules, rate_hz: f64, place: &str) -> InputError {
+    let durations = durations::of_segments(rules).into_iter().chain(durations::of_windows(rules));
+    let is_here = |duration: &&Constant| {
+        samples(duration.value, rate_hz).is_err() && rules.sources.place(duration.span) == error.place
+    };
+    let Some(duration) = durations.filter(|it| it.value * rate_hz < 1.0).find(is_here) else { return error };
+    let param = duration.params.first().and_then(|id| rules.params.get(id.index()));
+    let name = param.map_or_else(|| "a duration".to_string(), |param| format!("`{}`", param.name));
+    let (rate, length) = (ShortNumber(rate_hz), ShortNumber(duration.value * 1e3));
+    let message = format!("`resample: {rate} Hz` is too slow for {name} of {length} ms at {}", error.place);
+    let least = duration.value.recip().ceil();
+    InputError::new(place, message).help(format!("use at least `resample: {least} Hz`, or a longer duration"))
 }
 
 fn too_short<'a>(rules: &Rules, mut durations: impl Iterator<Item = &'a Constant>, rate_hz: f64) -> Option<InputError> {

@@ -58,6 +58,8 @@ pub struct OpenedLog {
     pub trust: Vec<String>,
     /// The tasks that the binding expects, with the place where it does.
     pub expect: Option<(String, String)>,
+    /// The place of `resample` in the binding; `None` of a log that is not resampled.
+    pub resample_place: Option<String>,
     /// The columns of the flags in the binding, as written and with the opposite comparison, by channel.
     pub turned_flags: BTreeMap<String, [String; 2]>,
     /// Channels of the binding with nearly the names of known ones, and the error that each is when no rule reads it.
@@ -162,6 +164,7 @@ fn bound_log(
     let csv::LoadedRecording { recording, issues, row_time, zero_stamp_s } = read;
     let expect = file.binding.expect.clone().map(|text| (text, file.place(&["expect"])));
     let (turned_flags, param_places) = (file.turned_flags(), file.param_places());
+    let resample_place = file.binding.resample.map(|_| file.place(&["resample"]));
     let Binding { hand_file, params, trust, time_offset, .. } = file.binding;
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
     // Zero stays zero, without a sign.
@@ -179,6 +182,7 @@ fn bound_log(
         param_places,
         trust,
         expect,
+        resample_place,
         turned_flags,
         suspicious_channels,
     }
@@ -217,6 +221,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
         param_places: BTreeMap::new(),
         trust,
         expect: None,
+        resample_place: None,
         turned_flags: BTreeMap::new(),
         suspicious_channels,
     }

@@ -63,7 +63,13 @@ impl Run {
     }
 
     fn of_graph(rules: &Rules, graph: &Graph, opened: &OpenedLog) -> Result<Self, Error> {
-        Self::over(rules, graph, Arc::new(frames(rules, opened)?))
+        let frames = Arc::new(frames(rules, opened)?);
+        let at_resample = |error: InputError| match &opened.resample_place {
+            Some(place) => analysis::at_resample(error, rules, frames.layout.rate_hz, place),
+            None => error,
+        };
+        let leaves = leaves(rules, graph, &frames).map_err(|error| mismatch(at_resample(error)))?;
+        Ok(Self { frames, leaves })
     }
 
     /// Evaluates rules over frames that have their channels; `graph` is what the rules were lowered to.
