@@ -6,11 +6,11 @@ use super::holds::{Holds, Levels};
 use super::parts::{Part, Quantity};
 use super::strokes::Scale;
 use super::words;
-use crate::inspect::ValueKind;
+use crate::inspect::{ColumnReport, ValueKind};
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_base::short_number::ShortNumber;
-use teachtree_base::units::{compound_of_log, symbol};
+use teachtree_base::units::{Dimension, compound_of_log, symbol};
 
 /// Words for the opening of a gripper, the best one first.
 const OPENINGS: [&str; 14] = [
@@ -146,12 +146,23 @@ pub fn is_at_rest(part: &Part) -> bool {
     is_number(part) && rank_by_name(part).is_some() && does_not_move(part)
 }
 
-/// Whether values do not move: they differ by less than 1 mm, 1 mrad or 0.1 %, which is noise.
+/// Whether values do not move: they differ by less than 1 mm, 10 mrad, or 1 % of what they may count, which is noise.
 fn does_not_move(part: &Part) -> bool {
-    const NOISE: f64 = 1e-3;
     let unit = if part.unit.is_empty() { usual_unit(part) } else { &part.unit };
-    let factor = compound_of_log(unit).map_or(1.0, |(factor, _)| factor);
-    part.is_constant() || part.members.iter().all(|column| (column.max - column.min) * factor < NOISE)
+    let (factor, dimension) = compound_of_log(unit).unwrap_or((1.0, Dimension::NONE));
+    let is_still = |column: &&ColumnReport| {
+        let most = column.max.abs().max(column.min.abs());
+        let noise = match dimension {
+            Dimension::LENGTH => 1e-3,
+            Dimension::ANGLE => 0.01,
+            // A share, an angle or a way of a finger; otherwise a percentage or counts.
+            _ if most < 0.1 => 1e-3,
+            _ if most < 2.0 => 0.01,
+            _ => 1.5,
+        };
+        (column.max - column.min) * factor < noise
+    };
+    part.is_constant() || part.members.iter().all(is_still)
 }
 
 /// Whether it is the digital outputs of a controller, with two values: it switches the gripper.
@@ -167,7 +178,7 @@ fn is_output(part: &Part) -> bool {
 fn is_of_robotiq(part: &Part) -> bool {
     // A gripper that stops at an object may stay below the middle.
     let least = if words::has(&part.words, &["robotiq"]) { 2.0 } else { 128.0 };
-    let is_count = |column: &&crate::inspect::ColumnReport| {
+    let is_count = |column: &&ColumnReport| {
         column.max > least
             && column.max <= 255.0
             && column.samples.iter().all(|value| value.is_nan() || value.fract() == 0.0)

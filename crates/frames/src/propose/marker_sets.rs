@@ -61,6 +61,29 @@ fn is_label(token: &str) -> bool {
     letters.len() < 2 || PLACES.contains(&letters.as_str())
 }
 
+/// Returns the bodies without the markers of those whose rotation is in the log too, and these markers. A tracker exports the pose of a rigid body and, if asked,
+/// the points from which it was computed.
+pub fn without_markers_of_rigid_bodies(bodies: Vec<Body<'_>>) -> (Vec<Body<'_>>, Vec<Part<'_>>) {
+    let rigid: Vec<Body> = bodies.iter().filter(|body| body.rotation.is_some()).cloned().collect();
+    let of = |marker: &Body| {
+        let stem = stem(&marker.name).filter(|_| marker.rotation.is_none())?;
+        rigid.iter().find(|body| body.name == stem && are_rigid(body, marker)).map(|body| body.name.clone())
+    };
+    let (mut kept, mut markers) = (vec![], vec![]);
+    for body in bodies {
+        let Some(name) = of(&body) else {
+            kept.push(body);
+            continue;
+        };
+        markers.extend(body.positions.into_iter().map(|mut part| {
+            part.quantity = Quantity::Other;
+            part.left_out = Some(format!("a marker of {name}, whose pose is in the log"));
+            part
+        }));
+    }
+    (kept, markers)
+}
+
 /// Bodies that may be one.
 struct Set<'a> {
     /// The name of the body; that of its first marker if it is the only one.

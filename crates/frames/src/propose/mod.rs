@@ -148,7 +148,9 @@ impl<'a> Survey<'a> {
         let subject = marker_sets::common_subject(&parts);
         let are_markers = marker_sets::are_markers(&parts);
         let (mut hands, rest) = hands::hands(parts);
-        let (bodies, rest) = bodies::bodies(rest, subject.as_deref());
+        let (bodies, mut rest) = bodies::bodies(rest, subject.as_deref());
+        let (bodies, markers) = marker_sets::without_markers_of_rigid_bodies(bodies);
+        rest.extend(markers);
         let mut bodies = marker_sets::merged(bodies, are_markers);
         let (contacts, mut rest) = contacts::contacts(rest, &bodies, &hands);
         hands::wrists(&mut hands, &mut rest, contacts.lines.is_empty());

@@ -274,6 +274,15 @@ fn a_gripper_that_does_not_move_is_listed() {
     let found = binding(&columns);
     assert!(found.contains("#   robotiq_85_left_knuckle_joint    (a gripper that does not move)"), "{found}");
     assert!(!found.contains("elbow_joint"), "{found}");
+    // An encoder scatters, and toggles between two counts.
+    for scatters in [
+        |passed: f64| 0.7929 + 0.0008 * (3e3 * passed).sin(),
+        |passed: f64| if (1e3 * passed).sin() > 0.8 { 0.796 } else { 0.7929 },
+    ] {
+        columns[3].1 = scatters;
+        let found = binding(&columns);
+        assert!(found.contains("#   robotiq_85_left_knuckle_joint    (a gripper that does not move)"), "{found}");
+    }
 }
 
 /// An object that the other hand moves past a tool at rest shows nothing of the gripper at rest.

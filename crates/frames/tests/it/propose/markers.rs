@@ -190,3 +190,35 @@ fn markers_that_keep_their_distance_from_the_fingertips_are_of_the_hand() {
     assert_eq!(found.lines().filter(|line| line.contains(".position: \"Set2")).count(), 0, "{found}");
     assert!(channel(&found, "Bottle.position").is_some(), "{found}");
 }
+
+/// The export of a tracker may have the markers of rigid bodies beside their poses.
+#[test]
+fn markers_of_a_body_with_a_pose_are_not_bodies() {
+    let mut text = String::from("time");
+    for (name, parts) in [
+        ("Hand", "pose"),
+        ("Bottle", "pose"),
+        ("Bottle:Marker1", ""),
+        ("Bottle:Marker 002", ""),
+        ("Tray", "pose"),
+        ("Tray:Marker1", ""),
+    ] {
+        text.push_str(&["X", "Y", "Z"].map(|axis| format!(",{name}.Position.{axis} [mm]")).concat());
+        if parts == "pose" {
+            text.push_str(&["W", "X", "Y", "Z"].map(|axis| format!(",{name}.Rotation.{axis}")).concat());
+        }
+    }
+    for row in 0..super::ROWS {
+        let passed = f64::from(row) / f64::from(super::ROWS - 1);
+        let (x, z) = (super::along(passed) * 1e3, super::lift(passed) * 1e3);
+        text.push_str(&format!("\n{:.3}", passed * 10.0));
+        let near_hand = if (0.1..0.9).contains(&passed) { 0.0 } else { 200.0 };
+        text.push_str(&format!(",{:.2},100,{:.2},1,0,0,0", x - 60.0 - near_hand, z + 60.0));
+        text.push_str(&format!(",{x:.2},100,{z:.2},1,0,0,0,{:.2},120,{z:.2},{x:.2},80,{:.2}", x + 30.0, z + 25.0));
+        text.push_str(",700,300,20,1,0,0,0,780,300,22");
+    }
+    let found = super::binding_of(&text);
+    assert!(channel(&found, "Bottle.position").is_some() && channel(&found, "Tray.position").is_some(), "{found}");
+    assert!(!found.lines().any(|line| line.contains("Marker") && !line.trim_start().starts_with('#')), "{found}");
+    assert!(found.contains("(a marker of Bottle, whose pose is in the log)"), "{found}");
+}
