@@ -2,7 +2,7 @@
 
 use super::sockets::{turns, vector};
 use nalgebra::{UnitQuaternion, Vector3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
 
@@ -14,6 +14,8 @@ const SLIPS: f64 = 0.5;
 const LEAST_S: f64 = 0.3;
 /// What is tracked of a fingertip is this far from its skin, m.
 const SKIN_M: f64 = 0.01;
+/// The origin of what is held is at most this far from the middle of the fingertips, m.
+const BETWEEN_M: f64 = 0.12;
 /// The least radius, m.
 const THIN_M: f64 = 0.005;
 /// Fingertips are opposite to each other beside an object, not above and below it, if this share of their distance is horizontal.
@@ -44,14 +46,38 @@ pub fn held_shapes(recording: &Recording) -> BTreeMap<String, HeldShape> {
         let Some(thumb) = tip(Finger::Thumb) else { continue };
         let others = [Finger::Index, Finger::Middle, Finger::Ring, Finger::Little].into_iter();
         let others: Vec<Vec<Option<Vector3<f64>>>> = others.filter_map(tip).collect();
-        for name in recording.scene.bodies.keys() {
-            let Some(body) = BodyPath::new(recording, name) else { continue };
-            let held = others.iter().filter_map(|other| body.held(&recording.time, &thumb, other));
-            let nearest = held.min_by(|one, other| one.radius_m.total_cmp(&other.radius_m));
-            found.extend(nearest.map(|shape| (name.clone(), shape)));
-        }
+        let hold = |name: &String| -> Option<(String, Hold)> {
+            let body = BodyPath::new(recording, name)?;
+            let holds = others.iter().filter_map(|other| body.held(&recording.time, &thumb, other));
+            Some((name.clone(), holds.min_by(|one, other| one.shape.radius_m.total_cmp(&other.shape.radius_m))?))
+        };
+        let holds: Vec<(String, Hold)> = recording.scene.bodies.keys().filter_map(hold).collect();
+        // Of bodies that move together, the fingertips hold the one between them; others rest on it, or bear it.
+        let is_held = |hold: &Hold| {
+            let nearer = |(_, other): &(String, Hold)| other.off_m() < hold.off_m() && other.is_with(hold);
+            hold.off_m() < BETWEEN_M && !holds.iter().any(nearer)
+        };
+        found.extend(holds.iter().filter(|(_, hold)| is_held(hold)).map(|(name, hold)| (name.clone(), hold.shape)));
     }
     found
+}
+
+/// A shape, and the rows in which fingertips carry it.
+struct Hold {
+    shape: HeldShape,
+    rows: BTreeSet<usize>,
+}
+
+impl Hold {
+    /// The distance of the body's origin from the middle of the fingertips, m.
+    fn off_m(&self) -> f64 {
+        Vector3::from(self.shape.middle).norm()
+    }
+
+    /// Whether both are carried at the same time.
+    fn is_with(&self, other: &Self) -> bool {
+        2 * self.rows.intersection(&other.rows).count() > self.rows.len().min(other.rows.len())
+    }
 }
 
 /// Where a body is, and how it is turned.
@@ -68,11 +94,11 @@ impl BodyPath {
     }
 
     /// The shape that a thumb and another finger hold.
-    fn held(&self, time: &[f64], thumb: &[Option<Vector3<f64>>], other: &[Option<Vector3<f64>>]) -> Option<HeldShape> {
+    fn held(&self, time: &[f64], thumb: &[Option<Vector3<f64>>], other: &[Option<Vector3<f64>>]) -> Option<Hold> {
         let up = self.turns.first()?.inverse() * Vector3::z();
         let (mut widths, mut beside, mut lows, mut highs) = (vec![], vec![], vec![], vec![]);
         let mut middles: [Vec<f64>; 3] = Default::default();
-        let (mut from, mut carried_s) = (0, 0.0);
+        let (mut from, mut carried_s, mut rows) = (0, 0.0, BTreeSet::new());
         for row in 1..time.len() {
             while time[row] - time[from] > WAY_S {
                 from += 1;
@@ -87,6 +113,7 @@ impl BodyPath {
                 continue;
             }
             carried_s += time[row] - time[row - 1];
+            rows.insert(row);
             let seen = |tip: Vector3<f64>| self.turns[row].inverse() * (tip - at);
             let (one, two) = (seen(one), seen(two));
             let (across, heights) = (one - two, [one.dot(&up), two.dot(&up)]);
@@ -99,12 +126,10 @@ impl BodyPath {
             middles.iter_mut().zip(middle.iter()).for_each(|(all, part)| all.push(*part));
         }
         let middle = middles.map(median);
-        (carried_s > LEAST_S && median(beside) > BESIDE).then(|| HeldShape {
-            up: up.into(),
-            middle,
-            radius_m: (median(widths) / 2.0 - SKIN_M).max(THIN_M),
-            heights_m: [median(lows), median(highs)],
-        })
+        let is_held = carried_s > LEAST_S && median(beside) > BESIDE;
+        let radius_m = (median(widths) / 2.0 - SKIN_M).max(THIN_M);
+        let shape = HeldShape { up: up.into(), middle, radius_m, heights_m: [median(lows), median(highs)] };
+        is_held.then_some(Hold { shape, rows })
     }
 }
 
