@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let alike = Alike::new(&logs, &folder, args.out.is_some());
     let binding = (!is_canonical).then_some(places.binding.as_path());
     // What cannot be edited is refused before files are written.
-    NewEntries::new(&places.project, &alike, binding)?.text(&keys(binding.map(|_| &places), None, None))?;
+    NewEntries::new(&places.project, &alike, binding)?.text(&keys(binding.map(|_| &places), None))?;
     let proposal = if is_canonical { None } else { Some(questions::proposed(log, !args.yes)?) };
     if let Some(folder) = &args.out {
         output::make_folder(folder)?;
@@ -105,12 +105,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(proposal) = &proposal {
         written.write(&[(&places.binding, proposal.binding.as_str()), (&places.scene, proposal.scene.as_str())])?;
     }
-    let rules = proposal.as_ref().and_then(|proposal| proposal.rules);
     let analyzed = match &proposal {
         Some(proposal) if !proposal.has_channels => Err(nothing_guessed(&places.binding).into()),
-        _ => analyzed(log, proposal.is_some().then_some(&places), rules),
+        _ => analyzed(log, proposal.is_some().then_some(&places)),
     };
-    let keys = keys(binding.map(|_| &places), rules, analyzed.as_ref().ok());
+    let keys = keys(binding.map(|_| &places), analyzed.as_ref().ok());
     if let Some(text) = NewEntries::new(&places.project, &alike, binding)?.text(&keys)? {
         written.write_project(&places.project, &text)?;
     }
@@ -215,29 +214,23 @@ fn nothing_guessed(binding: &Path) -> InputError {
     error.help("write the columns after their channels, such as `right.tcp.position: x<xyz>` (docs/bindings.md)")
 }
 
-fn analyzed(log: &Path, places: Option<&Places>, rules: Option<&str>) -> Result<Analysis, Failure> {
+fn analyzed(log: &Path, places: Option<&Places>) -> Result<Analysis, Failure> {
     let options = Log::options();
     let options = match places {
         Some(places) => options.binding(&places.binding).scene(&places.scene),
         None => options,
     };
     let log = options.open(log)?;
-    let rules = rules.iter().fold(Rules::options(), |options, rules| options.file(rules));
-    Ok(rules.for_log(&log)?.analyze(&log)?)
+    Ok(Rules::for_log(&log)?.analyze(&log)?)
 }
 
 /// The keys of an entry of the project file, a line each; canonical logs have neither binding nor scene.
-fn keys(places: Option<&Places>, rules: Option<&str>, analysis: Option<&Analysis>) -> Vec<String> {
+fn keys(places: Option<&Places>, analysis: Option<&Analysis>) -> Vec<String> {
     let name = |path: &Path| quoted(&path.file_name().unwrap_or_default().to_string_lossy());
     let mut keys = match places {
         Some(places) => vec![format!("binding: {}", name(&places.binding)), format!("scene: {}", name(&places.scene))],
         None => vec!["params: {}    # values of params, such as touch_on: 0.3 N".into()],
     };
-    if let Some(rules) = rules {
-        keys.push(format!(
-            "rules: [{rules}]    # without failures: each grasp seems to miss; delete this line when the binding has the position of the hand"
-        ));
-    }
     // A recording that failed or has no outcome is not an example, unless only the rules lack a criterion.
     let is_example = |analysis: &&Analysis| {
         let outcome = analysis.outcome();

@@ -394,3 +394,22 @@ fn joints_of_known_arms() {
     insta::assert_snapshot!("joints_of_an_so101", robots(&so101, percent));
     insta::assert_snapshot!("ticks_of_an_so101", robots(&so101, |at, time| 2048.0 + 10.0 * percent(at, time)));
 }
+
+/// Neither the position of the hand nor that of an object shows that a gripper carries something.
+#[test]
+fn a_gripper_of_unknown_position_misses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let width = |time: f64| if (3.0..8.0).contains(&time) { 0.03 } else { 0.08 };
+    let row = |row: u32| {
+        let time = f64::from(row) / 50.0;
+        format!("{time:.2},{:.4},{:.4}\n", (time / 3.0).sin(), width(time))
+    };
+    let text: String = (0..600).map(row).collect();
+    fs::write(folder.path().join("joints.csv"), format!("time,j1,gripper_width\n{text}")).unwrap();
+    let output = teachtree_in(folder.path(), &["init", "joints.csv", "--yes"]);
+    assert!(said(&output).contains("Grasp object"), "{}", all_said(&output));
+    assert!(!said(&output).contains("Miss "), "{}", all_said(&output));
+    // The default rules follow the binding.
+    let project = fs::read_to_string(folder.path().join("teachtree.yaml")).unwrap();
+    assert!(!project.contains("rules:"), "{project}");
+}

@@ -82,8 +82,6 @@ pub struct Proposal {
     pub binding: String,
     /// The text of the scene.
     pub scene: String,
-    /// The rules, where the default ones find failures that the log cannot show.
-    pub rules: Option<&'static str>,
     /// Whether a column was found for any channel.
     pub has_channels: bool,
     /// What the log does not show.
@@ -338,16 +336,9 @@ fn proposal(survey: Survey, log: &Inspection, answers: &Answers) -> Proposal {
         binding: binding_text::binding(&survey, &timing, answers),
         scene: scene_text::scene(&survey),
         has_channels: binding_text::has_channels(&survey, answers),
-        rules: rules(&survey),
         questions,
         lacking: lacking(&survey),
     }
-}
-
-/// Rules without failures, for grippers without a known position: each grasp would seem to miss.
-fn rules(survey: &Survey) -> Option<&'static str> {
-    let without_failures = if survey.grippers.len() > 1 { "bimanual.rules" } else { "contact.rules" };
-    (!survey.has_point() && shows_closing(survey)).then_some(without_failures)
 }
 
 /// Whether something shows when a hand holds something.
@@ -367,15 +358,26 @@ fn lacking(survey: &Survey) -> Vec<String> {
         lacking.push(no_point(survey));
     }
     if !shows_closing(survey) && survey.mechanism.is_none() {
-        lacking.push(
-            "no column shows when a hand holds something: neither an opening nor a flag, forces or several fingertips"
-                .into(),
-        );
+        lacking.push(format!(
+            "no column shows when a hand holds something: neither an opening nor a flag, forces or several fingertips{}",
+            fingertips_of(survey)
+        ));
     }
     if survey.bodies.is_empty() && !survey.is_fixed_tool() {
         lacking.push("no column is the position of an object: a held object moves with the hand, and its position is otherwise unknown".into());
     }
     lacking
+}
+
+/// The lines with which markers on a hand give the places of its fingertips; empty where the log lacks its rotation.
+fn fingertips_of(survey: &Survey) -> String {
+    let hand = survey.hands.iter().find(|(_, hand)| hand.tool.is_some() && hand.rotation.is_some());
+    hand.map_or_else(String::new, |(side, _)| {
+        format!(
+            "; if markers on the hand are tracked, bind them as `{side}.palm.position` and `{side}.palm.rotation`, and thumb and index by their places beside \
+             the markers, such as `{side}.thumb.position: {{at: [0 mm, 30 mm, 90 mm], of: {side}.palm}}`"
+        )
+    })
 }
 
 /// The message that no column is the position of a hand, and the lines to edit: a guessed body may be the hand.
