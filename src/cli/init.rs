@@ -127,10 +127,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let _ = writeln!(text, "\nwritten: {}", names.join(", "));
     output::print(&text)?;
     match analyzed {
-        Ok(_) => Ok(output::print(&next(args, log, &places))?),
+        Ok(_) => Ok(output::print(&next(args, &logs, log, &places))?),
         Err(failure) => {
             failure.report();
-            output::print(&next(args, log, &places))?;
+            output::print(&next(args, &logs, log, &places))?;
             Err(Failure::Negative)
         }
     }
@@ -265,20 +265,25 @@ fn guesses(proposal: &Proposal) -> String {
     text
 }
 
-/// The next three commands.
-fn next(args: &Args, log: &Path, places: &Places) -> String {
+/// The next commands.
+fn next(args: &Args, logs: &[PathBuf], log: &Path, places: &Places) -> String {
+    let store = formats::without_episode(log);
+    let recordings = logs.iter().filter(|log| formats::without_episode(log) == store).count();
     let shell = |path: &Path| {
         let text = path.display().to_string();
         let is_plain = text.chars().all(|c| c.is_alphanumeric() || "._-/".contains(c));
         if is_plain { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
     };
     // In another folder the file is found from there.
-    let (go, log) = match &args.out {
-        Some(folder) => {
-            let whole = std::path::absolute(log).unwrap_or_else(|_| log.to_path_buf());
-            (format!("cd {} && ", shell(folder)), shell(&whole))
-        }
-        None => (String::new(), shell(log)),
+    let (go, from) = match &args.out {
+        Some(folder) => (format!("cd {} && ", shell(folder)), std::env::current_dir().ok()),
+        None => (String::new(), None),
+    };
+    let [log, all] = [log.to_path_buf(), PathBuf::from(format!("{}#*", store.display()))]
+        .map(|log| shell(&from.as_ref().map_or_else(|| log.clone(), |from| from.join(&log))));
+    let all = match recordings {
+        0 | 1 => String::new(),
+        several => format!("  {go}teachtree analyze {all}    # all {several} recordings of the file\n"),
     };
     let binding = shell(&places.binding);
     let look = if places.report.is_file() {
@@ -288,6 +293,6 @@ fn next(args: &Args, log: &Path, places: &Places) -> String {
     };
     let check = if places.binding.is_file() { format!("teachtree check {binding}") } else { "teachtree check".into() };
     format!(
-        "\nnext:\n  {go}teachtree analyze {log}    # without options\n  {look}    # view and correct it\n  {check}    # after you edit the binding\n"
+        "\nnext:\n  {go}teachtree analyze {log}    # without options\n{all}  {look}    # view and correct it\n  {check}    # after you edit the binding\n"
     )
 }

@@ -395,6 +395,17 @@ fn joints_of_known_arms() {
     insta::assert_snapshot!("ticks_of_an_so101", robots(&so101, |at, time| 2048.0 + 10.0 * percent(at, time)));
 }
 
+#[test]
+fn the_recordings_of_a_file_are_counted_with_the_command_for_all() {
+    let folder = folder(&["tests/fixtures/init/robomimic.hdf5"]);
+    let output = teachtree_in(folder.path(), &["init", "robomimic.hdf5", "--yes"]);
+    let all = "teachtree analyze 'robomimic.hdf5#*'    # all 2 recordings of the file";
+    assert!(said(&output).contains(all), "{}", all_said(&output));
+    assert!(teachtree_in(folder.path(), &["analyze", "robomimic.hdf5#*"]).status.success());
+    let output = teachtree_in(folder.path(), &["init", "robomimic.hdf5#demo_1", "--yes", "--force"]);
+    assert!(!said(&output).contains("#*"), "{}", all_said(&output));
+}
+
 /// Neither the position of the hand nor that of an object shows that a gripper carries something.
 #[test]
 fn a_gripper_of_unknown_position_misses_nothing() {
