@@ -3,18 +3,21 @@
 
     python3 tools/measure_learning.py TEACHTREE DATA SET [--curve DRAWS]
 
-DATA has the folders `desk_yumi` and `icsc_hmm`; SET is `desk` or `wiping`. The program needs numpy and scikit-learn. Methods: the shipped
-rules, the same fitted (`fit`), learned rules (`learn`), a decision tree of frames with 12 leaves, a random forest of 100 trees, and the forest decoded by
-Viterbi with one penalty for a change. The trees read the quantities of the learned rules and their least and greatest values in windows.
+DATA has the folders `desk_yumi`, `icsc_hmm`, `hiro_snap` and `myodm`; SET is `desk`, `wiping`, `snap` or `myodm`. The program needs numpy
+and scikit-learn. Methods: the shipped rules, the same fitted (`fit`), learned rules (`learn`), a decision tree of frames with 12 leaves,
+a random forest of 100 trees, and the forest decoded by Viterbi with one penalty for a change. The trees read the quantities of the
+learned rules and their least and greatest values in windows.
 
-Without `--curve`, each group is held out once. With it, a group is drawn and held out, and 1, 2, 4, 8, 16 and all recordings of the others are drawn and learned
-from, DRAWS times. Measures are those of docs/score.md.
+Without `--curve`, each group is held out once, of more than ten several together. With it, a group is drawn and held out, and 1, 2, 4, 8,
+16 and all recordings of the others are drawn and learned from, DRAWS times; Ctrl+C ends after the present draw and prints those that are
+complete. Measures are those of docs/score.md.
 """
 
 import argparse
 import csv
 import json
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -36,6 +39,8 @@ SETTLE_S = 0.6
 # The logarithm of the probability of a change of the label from one frame to the next that a tree reads.
 CHANGE = -6.0
 LATEST_S = 20.0
+# The most times that groups are held out.
+FOLDS = 10
 
 FEATURES = """use "stream.rules"
 stream {{ for each hand {{ optional gripper.closed : bool = false }} }}
@@ -58,6 +63,30 @@ def desk_labels(log):
     times = [float(row["t"]) for row in csv.DictReader(open(log))]
     rows = csv.DictReader(open(log.with_name(log.stem + "_segments.csv")))
     return [(row["surgeme"], times[int(row["start_frame"])], times[min(int(row["end_frame"]), len(times) - 1)]) for row in rows]
+
+
+def joined(log, folder):
+    """A folder of tables of the same times as one table: `learn` takes a folder for several recordings."""
+    tables = {name: [line.split() for line in (log / f"{name}.dat").read_text().splitlines()] for name in ("R_Torques", "R_CartPos")}
+    path = folder / f"{log.name}.csv"
+    with path.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow([f"{name}.{at}" for name, table in tables.items() for at in range(1, len(table[0]) + 1)])
+        rows.writerows(sum(parts, []) for parts in zip(*tables.values()))
+    path.with_suffix(".states").write_text((log / "R_State.dat").read_text())
+    return path
+
+
+def state_labels(log):
+    starts = [float(line) for line in log.with_suffix(".states").read_text().split()]
+    last_s = float(log.read_text().rstrip().rpartition("\n")[2].split(",")[0])
+    return [(str(at), start, end) for at, (start, end) in enumerate(zip(starts, [*starts[1:], last_s]), 1)]
+
+
+def row_labels(log):
+    times = [float(row["t"]) for row in csv.DictReader(open(log))]
+    rows = csv.DictReader(open(log.with_suffix(".labels.csv")))
+    return [(row["label"], times[int(row["start_row"])], times[min(int(row["end_row"]), len(times) - 1)]) for row in rows]
 
 
 def column_labels(log):
@@ -86,6 +115,28 @@ SETS = {
         "rules": None,
         "signals": ["height", "speed", "climb", "force"],
         "labels": column_labels,
+    },
+    # The starts of the states of a robot, in the recordings that succeed.
+    "snap": {
+        "logs": "hiro_snap/S-*",
+        "binding": "hiro_snap",
+        "track": "right",
+        "map": "1=Approach,2=Align,3=Insert,4=Mate",
+        "group": r"^(.*)$",
+        "rules": None,
+        "signals": ["height", "speed", "climb", "force"],
+        "labels": state_labels,
+    },
+    # The thing is 5 mm above where it began; a group has a thing. `measure/sets/myodm` makes the folder.
+    "myodm": {
+        "logs": "myodm/*_*.csv",
+        "binding": "myodm",
+        "track": "right",
+        "map": "air=Translate,table=Rest",
+        "group": r"^([a-z0-9]+)_",
+        "rules": None,
+        "signals": ["height", "speed", "climb"],
+        "labels": row_labels,
     },
 }
 
@@ -242,16 +293,22 @@ def is_number(rows, key):
 class Measure:
     def __init__(self, args, folder):
         self.args, self.kind, self.folder = args, SETS[args.set], folder
-        self.binding = BINDINGS / f"{self.kind['binding']}.binding.yaml"
+        binding = BINDINGS / f"{self.kind['binding']}.binding.yaml"
+        self.binding = folder / binding.name
+        # Learned rules lack the params that a binding sets.
+        text = re.sub(r"^params:\n(  .*\n)*", "", binding.read_text(), flags=re.MULTILINE)
+        self.binding.write_text(text.replace("\ntime: 1 [s]\n", "\ntime: R_Torques.1 [s]\n"))
         self.names = dict(pair.split("=") for pair in self.kind["map"].split(","))
         logs = sorted(Path(args.data).glob(self.kind["logs"]))
-        logs = [log for log in logs if not log.stem.endswith("_segments")]
+        logs = [log for log in logs if not log.stem.endswith(("_segments", ".labels"))]
+        logs = [joined(log, folder) if log.is_dir() else log for log in logs]
         self.recordings = [Recording(self.program, self.kind, log, self.names, self.folder) for log in logs]
         self.label_files = {recording: self.table(recording) for recording in self.recordings}
 
     def program(self, *words, accepted=(0,)):
         command = [self.args.program, *map(str, words), "--binding", str(self.binding), "-q"]
-        done = subprocess.run(command, capture_output=True, text=True)
+        # Ctrl+C is for this program only.
+        done = subprocess.run(command, capture_output=True, text=True, start_new_session=True)
         if done.returncode not in accepted:
             sys.exit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
         return done.stdout
@@ -341,11 +398,12 @@ class Measure:
     def held_out(self):
         print("| method | F1@10/25/50 | edit | frames | boundary, s | size | seconds |\n|---|---|---|---|---|---|---|")
         groups = sorted({one.group for one in self.recordings})
+        folds = [groups[at::FOLDS] for at in range(min(len(groups), FOLDS))]
         for name, method in self.methods().items():
             counts, sizes, seconds = Segments(), set(), 0.0
-            for group in groups:
-                shown = [one for one in self.recordings if one.group != group]
-                found = self.measured(method, shown, [one for one in self.recordings if one.group == group])
+            for out in folds:
+                shown = [one for one in self.recordings if one.group not in out]
+                found = self.measured(method, shown, [one for one in self.recordings if one.group in out])
                 if found is None:
                     break
                 for recording, labels in found[0]:
@@ -353,14 +411,15 @@ class Measure:
                 sizes.add(found[1])
                 seconds += found[2]
             if counts.frames:
-                print(f"| {name} | {' | '.join(counts.cells())} | {', '.join(sorted(sizes))} | {seconds / len(groups):.1f} |", flush=True)
+                print(f"| {name} | {' | '.join(counts.cells())} | {', '.join(sorted(sizes))} | {seconds / len(folds):.1f} |", flush=True)
 
     def curve(self, draws):
         chance = np.random.default_rng(SEED)
         found = defaultdict(lambda: defaultdict(list))
         groups = sorted({one.group for one in self.recordings})
-        sizes = []
-        for draw in range(draws):
+        sizes, done, stopped = [], 0, []
+        signal.signal(signal.SIGINT, lambda *_: stopped.append(True))
+        while done < draws and not stopped:
             group = groups[chance.integers(len(groups))]
             others = [one for one in self.recordings if one.group != group]
             held = [one for one in self.recordings if one.group == group]
@@ -375,7 +434,10 @@ class Measure:
                         for recording, labels in result[0]:
                             counts.add(recording.truth, labels, recording.rate_hz)
                         found[name][size].append(counts.f1())
-        print(f"F1@50 of {draws} draws, mean ± standard deviation\n\n| method | {' | '.join(str(size or 'all') for size in sizes)} |")
+            done += 1
+            last = {name: [round(f1[-1], 1) for f1 in of_size.values()] for name, of_size in found.items()}
+            print(f"draw {done}, {group} held out: {last}", file=sys.stderr, flush=True)
+        print(f"F1@50 of {done} draws, mean ± standard deviation\n\n| method | {' | '.join(str(size or 'all') for size in sizes)} |")
         print("|---" * (len(sizes) + 1) + "|")
         for name, of_size in found.items():
             cells = [f"{np.mean(of_size[size]):.1f} ± {np.std(of_size[size]):.1f}" if of_size[size] else "–" for size in sizes]
