@@ -12,6 +12,7 @@ mod fit;
 mod grippers;
 mod kinds;
 mod lost_bodies;
+mod noisy_jams;
 #[path = "../../../engine/tests/it/numbers.rs"]
 #[allow(dead_code, reason = "the tests of `engine` use all of it")]
 mod numbers;
