@@ -11,6 +11,7 @@ mod composites;
 mod fit;
 mod grippers;
 mod kinds;
+mod lifted_objects;
 mod lost_bodies;
 mod noisy_jams;
 #[path = "../../../engine/tests/it/numbers.rs"]
