@@ -18,6 +18,7 @@ mod noisy_jams;
 #[allow(dead_code, reason = "the tests of `engine` use all of it")]
 mod numbers;
 mod one_gripper;
+mod opening_jaws;
 mod outcome;
 mod pairs;
 mod robosuite;
