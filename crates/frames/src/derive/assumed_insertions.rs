@@ -10,10 +10,7 @@ use teachtree_logs::issue::{Issue, IssueKind};
 pub fn issues(derivation: &Derivation, objects: &[usize]) -> Vec<Issue> {
     let measured = derivation.measured;
     let feels =
-        |side: &Side| Finger::ALL.iter().any(|finger| measured.vec3(&format!("{side}.{finger}.force")).is_some());
-    if Side::BOTH.iter().any(feels) {
-        return vec![];
-    }
+        |side: Side| Finger::ALL.iter().any(|finger| measured.vec3(&format!("{side}.{finger}.force")).is_some());
     let issue = |object: &usize| {
         let (name, _) = measured.scene.bodies.get_index(*object)?;
         let has_contact = derivation.contacts.keys().any(|(one, _)| one == object);
@@ -24,6 +21,7 @@ pub fn issues(derivation: &Derivation, objects: &[usize]) -> Vec<Issue> {
         let is_in = |frame: &usize| {
             plugged.depth.get(*frame).is_some_and(|depth| *depth > SEARCH_BELOW)
                 && derivation.is_touched(*object, *frame)
+                && !derivation.touching(*object, *frame).any(feels)
         };
         let mut frames = (0..measured.len()).filter(is_in);
         let first = frames.next()?;

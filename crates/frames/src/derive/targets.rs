@@ -218,10 +218,15 @@ impl<'a> Derivation<'a> {
 
     /// Whether a hand whose target this object is touches it.
     pub(super) fn is_touched(&self, object: usize, frame: usize) -> bool {
-        let touches = |track: &HandTrack| {
+        self.touching(object, frame).next().is_some()
+    }
+
+    /// Returns the hands that touch an object in a frame.
+    pub(super) fn touching(&self, object: usize, frame: usize) -> impl Iterator<Item = Side> {
+        let touches = move |track: &&HandTrack| {
             track.touching.get(frame) == Some(&true) && track.target.get(frame) == Some(&Some(object))
         };
-        self.tracks.iter().any(touches)
+        self.tracks.iter().filter(touches).map(|track| track.side)
     }
 
     /// Angular velocity about the axis of the socket it is in, relative to that socket, else about the normal of the contact that carries it,
