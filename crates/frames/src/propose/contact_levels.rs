@@ -69,13 +69,12 @@ fn level(recording: &Recording, side: Side) -> Option<FoundLevel> {
 
 /// The rows in which a point is moved.
 fn moved(time: &[f64], path: &[Option<Vector3<f64>>]) -> Vec<bool> {
-    let mut moved = vec![false; path.len()];
     let mut from = 0;
-    for row in 0..path.len() {
+    let is_moved = |row: usize| {
         while time[row] - time[from] > WAY_S {
             from += 1;
         }
-        moved[row] = path[row].zip(path[from]).is_some_and(|(at, was)| (at - was).norm() > WAY_M);
-    }
-    moved
+        path[row].zip(path[from]).is_some_and(|(at, was)| (at - was).norm() > WAY_M)
+    };
+    (0..path.len()).map(is_moved).collect()
 }

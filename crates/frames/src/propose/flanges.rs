@@ -44,7 +44,7 @@ fn length_m(recording: &Recording, side: Side) -> Option<f64> {
     let mut held: Vec<Vector3<f64>> = vec![];
     for path in recording.scene.bodies.keys().filter_map(|name| vector(recording, &format!("{name}.position"))) {
         let mut from = 0;
-        for row in 0..time.len() {
+        for (row, turn) in turns.iter().enumerate() {
             while time[row] - time[from] > WAY_S {
                 from += 1;
             }
@@ -53,7 +53,7 @@ fn length_m(recording: &Recording, side: Side) -> Option<f64> {
                 continue;
             };
             if of_body.norm() > WAY_M && (of_tool - of_body).norm() < SLIPS * of_body.norm() {
-                held.push(turns[row].inverse() * there);
+                held.push(turn.inverse() * there);
             }
         }
     }
