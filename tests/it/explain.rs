@@ -197,3 +197,39 @@ fn times_count_from_the_first_row_of_a_log_with_a_date() {
     let of_log = |key: &str| document["log"][key].as_f64().unwrap();
     assert_eq!((of_log("zero_stamp_s"), of_log("start_s")), (1.7e9, 0.0));
 }
+
+/// A gripper that holds 10 mm, but 30 mm at 0.5 s and at 0.72 s. No finger touches.
+#[test]
+fn what_interrupts_a_condition_is_named_with_its_value() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut log = String::from(
+        "time,right.thumb.position.x,right.thumb.position.y,right.thumb.position.z,right.gripper.opening,right.thumb.contact,\
+         box.position.x,box.position.y,box.position.z\n",
+    );
+    for row in 0..100 {
+        let opening = if [25, 36].contains(&row) { 0.03 } else { 0.01 };
+        log += &format!("{:.2},0,0,0,{opening},0,0,0,0\n", f64::from(row) * 0.02);
+    }
+    let rules = "use \"stream.rules\"
+stream { for each hand { gripper.opening : scalar m } }
+primitive Hold does close, Rest does free
+for each hand { signal narrow = gripper.opening < 20 mm }
+tree single for each hand {
+  (narrow and gripper.opening > 5 mm) lasting 300 ms and count(fingers.contact) >= 1  => Hold
+  else                                                                               => Rest
+}
+";
+    let scene = "bodies: {box: {role: object, radius: 30 mm}}\nhands: {right: {fingers: [thumb]}}\n";
+    for (name, text) in [("log.csv", log.as_str()), ("grip.rules", rules), ("log.scene.yaml", scene)] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let args = ["explain", "log.csv", "--rules", "grip.rules", "--at", "0.56s", "--why-not", "Hold"];
+    let output = program::teachtree_in(folder.path(), &args);
+    assert!(output.status.success(), "{}", complained(&output));
+    let text = program::said(&output);
+    let not_hold = &text[text.find("  not Hold").unwrap()..];
+    assert!(not_hold.contains("no  narrow and gripper.opening > 5 mm at 0.500 s"), "{text}");
+    assert!(not_hold.contains("gripper.opening < 20 mm: 30 mm, expected < 20 mm, 10 mm short"), "{text}");
+    // A count that is too small shows what is counted.
+    assert!(not_hold.contains("thumb: fingers.contact"), "{text}");
+}

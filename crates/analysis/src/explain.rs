@@ -291,7 +291,7 @@ fn block<'a>(
             let reason = match &choice.condition {
                 Some(condition) => {
                     latches_of(inspector, condition, side, frame, &mut latches)?;
-                    Some(Reasons { inspector }.reason(condition, EvalPoint::new(side, frame))?)
+                    Some(Reasons { inspector, opens_counts: false }.reason(condition, EvalPoint::new(side, frame))?)
                 }
                 None => None,
             };
@@ -378,7 +378,7 @@ fn latches_of<'a>(
         }
     });
     for part in named {
-        let reasons = Reasons { inspector };
+        let reasons = Reasons { inspector, opens_counts: false };
         let latch = reasons.text(part);
         if found.iter().any(|known| known.latch == latch) {
             continue;

@@ -122,6 +122,9 @@ fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut 
     let indent = "  ".repeat(depth);
     let holds = if reason.holds { "yes" } else { "no " };
     let slot = reason.slot.as_ref().map_or(String::new(), |slot| format!("{slot}: "));
+    // At another time, names have other values than above.
+    let (at, mut others) = (reason.at_s.map_or(String::new(), |at| format!(" at {at:.3} s")), PrintedNames::default());
+    let printed = if reason.at_s.is_some() { &mut others } else { printed };
     if below > 0
         && is_name(&reason.condition)
         && !reason.because.is_empty()
@@ -138,13 +141,14 @@ fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut 
                 && only.holds == reason.holds
                 && is_name(&reason.condition) =>
         {
-            let _ = writeln!(text, "{indent}{holds} {slot}{} = {}{}", reason.condition, only.condition, words(only));
+            let _ =
+                writeln!(text, "{indent}{holds} {slot}{}{at} = {}{}", reason.condition, only.condition, words(only));
             for reason in &only.because {
                 write_reason(text, reason, depth + 2, printed, below);
             }
         }
         because => {
-            let _ = writeln!(text, "{indent}{holds} {slot}{}{}", reason.condition, words(reason));
+            let _ = writeln!(text, "{indent}{holds} {slot}{}{at}{}", reason.condition, words(reason));
             for reason in because {
                 write_reason(text, reason, depth + 2, printed, below);
             }

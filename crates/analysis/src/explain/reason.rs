@@ -24,6 +24,9 @@ pub struct Reason {
     /// The finger or body that it is about, within `any` and `all`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slot: Option<String>,
+    /// The time, s, if the condition is explained at another frame: the one that interrupts a condition which must hold for some time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_s: Option<f64>,
     /// Whether it holds.
     pub holds: bool,
     /// The measured fact of a condition that measures.
@@ -42,6 +45,8 @@ type Result<T> = std::result::Result<T, InputError>;
 /// Finds reasons on one stretch.
 pub(super) struct Reasons<'p, 'a> {
     pub inspector: &'p mut Inspector<'a>,
+    /// Whether a count that is too small is explained by what is counted.
+    pub opens_counts: bool,
 }
 
 /// The context in which a condition is evaluated.
@@ -73,7 +78,8 @@ impl<'a> Reasons<'_, 'a> {
     pub fn reason(&mut self, expr: &'a Expr, spot: EvalPoint) -> Result<Reason> {
         let holds = self.holds(expr, spot)?;
         let (fact, because) = self.decided(expr, spot, holds)?;
-        Ok(Reason { condition: self.text(expr), slot: None, holds, fact, defaults: self.defaults(expr, spot), because })
+        let defaults = self.defaults(expr, spot);
+        Ok(Reason { condition: self.text(expr), slot: None, at_s: None, holds, fact, defaults, because })
     }
 
     fn defaults(&self, expr: &Expr, spot: EvalPoint) -> Vec<String> {
@@ -155,7 +161,13 @@ impl<'a> Reasons<'_, 'a> {
                 };
                 (Some(Fact::Before { leaf: before }), Vec::new())
             }
-            ExprKind::Compare(comparison, a, b) => (Some(self.compared(*comparison, a, b, spot)?), Vec::new()),
+            ExprKind::Compare(comparison, a, b) => {
+                let because = match counted(*comparison, a) {
+                    Some(array) if self.opens_counts && !holds => self.slots(array, spot, false, false)?.1,
+                    _ => Vec::new(),
+                };
+                (Some(self.compared(*comparison, a, b, spot)?), because)
+            }
             ExprKind::Hysteresis { value, on, off, rising } => {
                 let measured = self.number(value, spot)?;
                 let threshold = if holds { off.value } else { on.value };
@@ -172,7 +184,11 @@ impl<'a> Reasons<'_, 'a> {
                 let fact = self.over_time(temporal, inner, spot)?;
                 let now = self.holds(inner, spot)?;
                 // A condition that holds now is a reason only when it has the same sign.
-                let because = if now == holds { vec![self.bare(inner, spot)?] } else { Vec::new() };
+                let because = match now == holds {
+                    true => vec![self.bare(inner, spot)?],
+                    false if holds => Vec::new(),
+                    false => self.interruption(temporal, inner, spot)?.into_iter().collect(),
+                };
                 (Some(fact), because)
             }
             ExprKind::Pick(array, _) => match self.picked(expr, array, spot) {
@@ -343,6 +359,33 @@ impl<'a> Reasons<'_, 'a> {
         Ok(Fact::Window { wait, wanted_s: seconds(wanted) })
     }
 
+    /// Why a condition that holds now does not hold for long enough: the nearest frame on which it does not hold, and the reason there.
+    fn interruption(
+        &mut self,
+        op: &TemporalOperator<Constant>,
+        inner: &'a Expr,
+        spot: EvalPoint,
+    ) -> Result<Option<Reason>> {
+        let looks_ahead = match op {
+            TemporalOperator::For(_) => false,
+            TemporalOperator::Lasting(_) => true,
+            _ => return Ok(None),
+        };
+        let begin = self.inspector.began(inner, spot.this, spot.frame);
+        let truth = self.inspector.truth(inner, spot.this)?;
+        let slot = if truth.is_array() { spot.slot } else { 0 };
+        let start = self.start();
+        let end = start + self.inspector.leaves().frames.len();
+        let fails = |frame: &usize| !truth.holds(slot, frame - start);
+        let before = (begin..spot.frame).rev().find(fails);
+        let after = (spot.frame + 1..end).find(fails).filter(|_| looks_ahead);
+        let Some(frame) = before.into_iter().chain(after).min_by_key(|frame| frame.abs_diff(spot.frame)) else {
+            return Ok(None);
+        };
+        let reason = self.bare(inner, EvalPoint { frame, ..spot })?;
+        Ok(Some(Reason { at_s: Some(self.time(frame)), ..reason }))
+    }
+
     /// The end, `until` at most, of the frames from this one on before which the memory of an expression does not begin again. Frames of the stretch.
     fn same_memory(&self, expr: &'a Expr, spot: EvalPoint, until: usize) -> usize {
         let start = self.start();
@@ -372,6 +415,18 @@ impl Reason {
     pub fn failing(&self) -> usize {
         let below: usize = self.because.iter().map(Self::failing).sum();
         below + usize::from(self.because.is_empty() && !self.holds)
+    }
+}
+
+/// The array of a condition that enough of its elements hold.
+fn counted(comparison: Comparison, value: &Expr) -> Option<&Expr> {
+    match &value.kind {
+        ExprKind::Call(Function::Count, args)
+            if matches!(comparison, Comparison::Greater | Comparison::GreaterEqual) =>
+        {
+            args.first()
+        }
+        _ => None,
     }
 }
 

@@ -37,7 +37,7 @@ pub fn value<'a>(
     if !column.is_array() {
         let mut lines = vec![element(inspector, expr, column.at(0, at))];
         if expr.ty.shape == Shape::Bool {
-            let reason = Reasons { inspector }.reason(expr, EvalPoint::new(this, frame))?;
+            let reason = Reasons { inspector, opens_counts: false }.reason(expr, EvalPoint::new(this, frame))?;
             lines.extend(reason.fact.map(|fact| fact.words(reason.holds)));
             let parts = reason.because.into_iter().take(MAX_PARTS);
             lines.extend(parts.map(|part| match &part.fact {
@@ -50,7 +50,7 @@ pub fn value<'a>(
     let spot = EvalPoint::new(this, frame);
     let slots: Vec<String> = (0..column.slots())
         .map(|slot| {
-            let name = Reasons { inspector }.slot_name(expr, slot, spot);
+            let name = Reasons { inspector, opens_counts: false }.slot_name(expr, slot, spot);
             format!("{name} {}", element(inspector, expr, column.at(slot, at)))
         })
         .collect();

@@ -73,7 +73,7 @@ pub(super) fn why_not(
     let mut missing = Vec::new();
     for (choice, condition, wanted) in &way.asked {
         if inspector.holds(condition, side, frame)? != *wanted {
-            let reason = Reasons { inspector }.reason(condition, EvalPoint::new(side, frame))?;
+            let reason = Reasons { inspector, opens_counts: true }.reason(condition, EvalPoint::new(side, frame))?;
             missing.push(Obstacle { choice: rules.choice_text(choice), place: place(choice), wanted: *wanted, reason });
         }
     }

@@ -39,9 +39,10 @@ impl ReasonTables {
 
     fn reason(&mut self, reason: &Reason) -> usize {
         let below: Vec<usize> = reason.because.iter().map(|reason| self.reason(reason)).collect();
+        let at = reason.at_s.map_or(String::new(), |at| format!(" at {at:.3} s"));
         let reason = json!([
             u8::from(reason.holds),
-            self.text(&reason.condition),
+            self.text(&format!("{}{at}", reason.condition)),
             self.text(reason.slot.as_deref().unwrap_or("")),
             fact(reason.fact.as_ref(), reason.holds),
             below
