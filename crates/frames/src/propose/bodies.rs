@@ -56,10 +56,24 @@ pub fn bodies<'a>(parts: Vec<Part<'a>>, subject: Option<&str>) -> (Vec<Body<'a>>
         });
         body.rotation = at.map(|at| rest.remove(at));
     }
+    shorten_names(&mut bodies);
     if bodies.is_empty() {
         (bodies, rest) = of_states(rest);
     }
     (bodies, rest)
+}
+
+/// Leaves the source of each body out of its name, unless another body has or gets the shorter name: `cube` and `vicon_cube` keep their names.
+fn shorten_names(bodies: &mut [Body]) {
+    let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
+    let shorter: Vec<String> = names.iter().map(|name| words::without_source(name)).collect();
+    for (at, (body, name)) in bodies.iter_mut().zip(&shorter).enumerate() {
+        let is_free =
+            |others: &[String]| others.iter().enumerate().all(|(other, taken)| other == at || !is_same(taken, name));
+        if is_free(&names) && is_free(&shorter) {
+            body.name.clone_from(name);
+        }
+    }
 }
 
 /// The free bodies in the states of MuJoCo, which have no names there.

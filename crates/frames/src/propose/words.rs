@@ -298,10 +298,19 @@ fn is_number(token: &str) -> bool {
 
 fn named<'a>(tokens: impl Iterator<Item = &'a str>) -> Option<String> {
     let left: Vec<&str> = tokens.filter(|token| !GENERIC.contains(&token.to_lowercase().as_str())).collect();
-    let is_name = |text: &String| text.starts_with(|c: char| c.is_alphabetic());
-    let is_own = |token: &&str| !SOURCES.contains(&token.to_lowercase().as_str());
-    let own = left.iter().position(is_own).and_then(|first| left.get(first..));
-    let name = own.map(|own| own.join("_")).filter(is_name).or_else(|| Some(left.join("_")).filter(is_name))?;
+    as_name(&left)
+}
+
+/// The name of a body without the program or the sensor that found it.
+pub fn without_source(name: &str) -> String {
+    let words: Vec<&str> = name.split('_').collect();
+    let is_own = |word: &&str| !SOURCES.contains(&word.to_lowercase().as_str());
+    let own = words.iter().position(is_own).and_then(|first| words.get(first..));
+    own.and_then(as_name).unwrap_or_else(|| name.to_string())
+}
+
+fn as_name(words: &[&str]) -> Option<String> {
+    let name = Some(words.join("_")).filter(|text| text.starts_with(|c: char| c.is_alphabetic()))?;
     // These begin the names of other channels.
     let is_taken = ["left", "right", "both", "contact", "time"].contains(&name.to_lowercase().as_str());
     Some(if is_taken { format!("{name}_object") } else { name })

@@ -4,6 +4,7 @@ mod grippers;
 mod lacking;
 mod levels;
 mod markers;
+mod names;
 mod relative;
 mod rotations;
 mod sockets;
@@ -294,21 +295,6 @@ fn a_log_with_y_up_is_turned_or_left_out() {
     let pushed: [Column; 6] =
         [("tcp_x", still), ("tcp_y", lift), ("tcp_z", still), ("cube_x", still), ("cube_y", lift), ("cube_z", still)];
     assert_eq!(channel(&binding(&pushed), "cube.position"), Some("cube_<xyz>"));
-}
-
-#[test]
-fn names_of_bodies_are_without_those_of_their_sources() {
-    let names =
-        ["/perception/drawer/pose", "/vrpn_mocap/block/pose", "datagen_info/object_poses/cubeA.position", "obs/object"];
-    let titles: Vec<String> =
-        names.iter().flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}.{axis}"))).collect();
-    let ways: [fn(f64) -> f64; 12] = [along, still, lift, lift, still, along, along, along, still, still, still, along];
-    let columns: Vec<Column> = titles.iter().map(String::as_str).zip(ways).collect();
-    let found = binding(&columns);
-    for (name, body) in names.iter().zip(["drawer", "block", "cubeA", "object"]) {
-        let is_bound = channel(&found, &format!("{body}.position")).is_some_and(|columns| columns.contains(name));
-        assert!(is_bound, "{name}: {found}");
-    }
 }
 
 #[test]
