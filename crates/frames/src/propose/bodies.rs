@@ -138,7 +138,8 @@ impl Body<'_> {
     }
 
     /// The axis that points up, 1 for y: the one along which it is lifted. What is lifted along y is also carried to another z, unlike what is pushed to and fro on
-    /// a table, unless y points up in files of this kind.
+    /// a table, unless y points up in files of this kind. There it may end at any height. In other files it ends where it began or lower: what is carried along
+    /// y and held in the air may also pass its last place.
     fn up(&self, is_y_usual: bool) -> Option<usize> {
         /// A lift is this high, m; what rests at its ends is not below them by more than this share of the way.
         const LIFT_M: f64 = 0.03;
@@ -150,18 +151,21 @@ impl Body<'_> {
             let (low, high) = values.iter().fold((first, first), |(low, high), at| (low.min(*at), high.max(*at)));
             Some((first, last, low, high))
         };
-        let is_lifted = |axis: usize, is_level: bool| {
-            way(axis).is_some_and(|(first, last, low, high)| {
-                let is_bottom = |height: f64| height - low < BELOW * (high - low);
-                let begins_and_ends_low = is_bottom(first) && is_bottom(last);
-                high - first.max(last) > LIFT_M && is_bottom(first.min(last)) && (!is_level || begins_and_ends_low)
-            })
+        // The height of a lift above both of its ends; if it is level, both are low.
+        let lift = |axis: usize, is_level: bool| {
+            let (first, last, low, high) = way(axis)?;
+            let is_bottom = |height: f64| height - low < BELOW * (high - low);
+            let is_of_ends = is_bottom(first.min(last)) && (!is_level || is_bottom(first.max(last)));
+            Some(high - first.max(last)).filter(|height| *height > LIFT_M && is_of_ends)
         };
+        let (any_y, level_y, level_z) = (lift(1, false), lift(1, true), lift(2, true));
+        let is_put_lower = way(1).is_some_and(|(first, last, ..)| last < first);
         let is_carried = way(2).is_some_and(|(first, last, ..)| (first - last).abs() > CARRIED_M);
         match () {
-            () if is_y_usual && is_lifted(1, false) => Some(1),
-            () if is_lifted(2, true) => Some(2),
-            () if is_carried && (is_lifted(1, true) || is_lifted(1, false) && !is_lifted(2, false)) => Some(1),
+            () if is_y_usual && any_y.is_some() && (level_y.is_some() || any_y >= level_z) => Some(1),
+            () if level_z.is_some() => Some(2),
+            () if is_carried && level_y.is_some() => Some(1),
+            () if is_carried && any_y.is_some() && is_put_lower && lift(2, false).is_none() => Some(1),
             () => None,
         }
     }
