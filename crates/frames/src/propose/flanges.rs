@@ -28,7 +28,9 @@ pub fn is_flange(hand: &Hand) -> bool {
         return false;
     };
     let name = tool.words.join("_");
-    FLANGES.iter().any(|flange| words::has(&tool.words, &[flange]) || name.ends_with(flange))
+    // `link6_tcp` is in front of the last link.
+    let is_of_tool = words::has(&tool.words, &["tcp", "eef", "ee", "endpoint"]);
+    FLANGES.iter().any(|flange| name.ends_with(flange) || !is_of_tool && words::has(&tool.words, &[flange]))
 }
 
 /// How far in front of its tool point each gripper of a bound log holds what moves with it, along z of the tool, m.

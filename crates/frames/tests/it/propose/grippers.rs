@@ -399,8 +399,10 @@ fn a_flange_is_bound_as_the_palm_behind_the_point_where_the_gripper_holds() {
     assert_eq!(channel(&found, "right.palm.rotation"), Some("flange_q<wxyz>"), "{found}");
     assert_eq!(channel(&found, "right.tcp.position"), Some("{at: [0 mm, 0 mm, 150 mm], of: right.palm}"), "{found}");
     // What is 150 mm from a tool point may be a long object.
-    let found = binding_of("tcp");
-    assert_eq!(channel(&found, "right.tcp.position"), Some("tcp_<xyz>"), "{found}");
+    for name in ["tcp", "flange_tcp", "link6_tcp", "panda_link8_ee"] {
+        let found = binding_of(name);
+        assert_eq!(channel(&found, "right.tcp.position"), Some(format!("{name}_<xyz>").as_str()), "{found}");
+    }
 }
 
 #[test]
