@@ -160,10 +160,11 @@ fn are_rigid(one: &Body, other: &Body) -> bool {
     one.positions.iter().all(|one| other.positions.iter().all(|other| is_rigid(one, other)))
 }
 
-/// Whether two markers keep their distance: mostly, and at both ends of the log, where one of two things may be moved alone.
+/// Whether two markers keep their distance: mostly, and at both ends of the log, as one of two things may be moved alone there. A marker in the origin is lost.
 pub fn is_rigid(one: &Part, other: &Part) -> bool {
+    let seen = |part: &Part, row: usize| part.position(row).filter(|at| *at != [0.0; 3]);
     let distances: Vec<f64> = (0..one.rows())
-        .filter_map(|row| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?)))
+        .filter_map(|row| Some(distance(seen(one, row)?, seen(other, one.row_in(row, other))?)))
         .collect();
     let at = |share: f64| quantile(&distances, share).unwrap_or_default();
     let varies_m = (VARIES * at(0.5)).max(VARIES_M);

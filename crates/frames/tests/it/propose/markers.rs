@@ -67,6 +67,30 @@ fn things_that_move_at_different_ends_of_a_log_are_several() {
     assert!(!found.contains("mean"), "{found}");
 }
 
+/// A system that loses a marker writes it in the origin.
+#[test]
+fn a_marker_that_is_lost_at_an_end_is_of_its_body() {
+    let beside: fn(f64) -> f64 = |passed| super::along(passed) + 0.03;
+    let lost_x: fn(f64) -> f64 = |passed| if passed < 0.03 { 0.0 } else { super::along(passed) + 0.05 };
+    let y: fn(f64) -> f64 = |_| 0.1;
+    let lost_y: fn(f64) -> f64 = |passed| if passed < 0.03 { 0.0 } else { 0.1 };
+    let lost_z: fn(f64) -> f64 = |passed| if passed < 0.03 { 0.0 } else { super::lift(passed) };
+    let columns: [Column; 9] = [
+        ("jug_1_x", super::along),
+        ("jug_1_y", y),
+        ("jug_1_z", super::lift),
+        ("jug_2_x", beside),
+        ("jug_2_y", y),
+        ("jug_2_z", super::lift),
+        ("jug_3_x", lost_x),
+        ("jug_3_y", lost_y),
+        ("jug_3_z", lost_z),
+    ];
+    let found = binding(&columns);
+    let wanted = r#"{mean: ["jug_1_<xyz>", "jug_2_<xyz>", "jug_3_<xyz>"]}"#;
+    assert_eq!(channel(&found, "jug.position"), Some(wanted), "{found}");
+}
+
 #[test]
 fn subjects_of_vicon_are_bodies_unless_all_markers_have_one() {
     let of_bodies = found(&[
