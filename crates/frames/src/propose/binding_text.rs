@@ -32,14 +32,7 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     } else if survey.fixed.values().any(|side| survey.hands.get(side).is_some_and(|hand| hand.force.is_none())) {
         text.push_str("hand_file: hand_holding.rules    # each hand has its object all the time\n");
     }
-    let reaches: Option<Vec<f64>> = survey.grippers.values().map(|gripper| gripper.reach_m).collect();
-    if let Some(reach_m) = reaches.and_then(|reaches| reaches.into_iter().reduce(f64::max)) {
-        let reach_mm = (reach_m * 1e3).round();
-        let _ = writeln!(
-            text,
-            "params: {{grip_reach: {reach_mm} mm}}    # fingers farther from an object hold nothing: a relaxed hand is narrow too"
-        );
-    }
+    text.push_str(&params(survey));
     for line in &timing.lines {
         let _ = writeln!(text, "{line}");
     }
@@ -80,6 +73,29 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     text.push_str(&wrist_forces::tare(survey));
     text.push_str(&sensors(survey));
     text
+}
+
+/// Params of the rules that the log shows.
+fn params(survey: &Survey) -> String {
+    let grippers = || survey.grippers.values();
+    let reaches: Option<Vec<f64>> = grippers().map(|gripper| gripper.reach_m).collect();
+    let reach_m = reaches.and_then(|reaches| reaches.into_iter().reduce(f64::max));
+    // One value is for all grippers.
+    let holds_more = |shut_m: &f64| grippers().all(|gripper| gripper.held_m.is_none_or(|held_m| held_m > *shut_m));
+    let shut_m = grippers().filter_map(|gripper| gripper.shut_m).reduce(f64::max).filter(holds_more);
+    let reach = reach_m.map(|reach_m| {
+        let value = format!("grip_reach: {} mm", (reach_m * 1e3).round());
+        (value, "fingers farther from an object hold nothing: a relaxed hand is narrow too")
+    });
+    let shut = shut_m.map(|shut_m| {
+        let value = format!("shut: {} mm", (shut_m * 1e4).round() / 10.0);
+        (value, "a narrower gripper is empty: it is so only at the beginning of the log")
+    });
+    let (values, reasons): (Vec<String>, Vec<&str>) = reach.into_iter().chain(shut).unzip();
+    if values.is_empty() {
+        return String::new();
+    }
+    format!("params: {{{}}}    # {}\n", values.join(", "), reasons.join("; "))
 }
 
 /// What was guessed of the log as a whole and what has no channel for it, as comments.

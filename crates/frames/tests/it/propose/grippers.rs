@@ -48,6 +48,37 @@ fn noise_of_a_gripper_at_rest_is_not_its_opening() {
     assert!(channel(&found, "right.gripper.closed").is_some(), "{found}");
 }
 
+/// It begins shut, opens, holds an object and opens; the same without the beginning; and the same, shut again at the end.
+#[test]
+fn a_gripper_that_only_begins_narrow_is_empty_there() {
+    let cases: [(fn(f64) -> f64, bool); 3] = [
+        (|passed| if passed < 0.1 { 0.01 } else { held_width(passed) }, true),
+        (held_width, false),
+        (|passed| if (0.1..0.9).contains(&passed) { held_width(passed) } else { 0.01 }, false),
+    ];
+    for (width, is_written) in cases {
+        let columns: [Column; 7] = [
+            ("tcp_x", carried),
+            ("tcp_y", still),
+            ("tcp_z", lift),
+            ("gripper_width", width),
+            ("cube_x", carried),
+            ("cube_y", still),
+            ("cube_z", lift),
+        ];
+        let found = binding(&columns);
+        let shut = found.lines().find_map(|line| line.strip_prefix("params: {shut: ")?.split(' ').next());
+        assert_eq!(shut.is_some(), is_written, "{found}");
+        let is_between = |shut: &str| shut.parse::<f64>().is_ok_and(|shut_mm| (14.0..26.0).contains(&shut_mm));
+        assert!(shut.is_none_or(is_between), "{found}");
+    }
+}
+
+/// 30 mm while the object is carried, else 80 mm.
+fn held_width(passed: f64) -> f64 {
+    if lift(passed) > 0.1 { 0.03 } else { 0.08 }
+}
+
 #[test]
 fn two_fingertips_are_a_gripper_where_their_distance_has_two_values() {
     let width = |passed: f64| if lift(passed) > 0.1 { 0.04 } else { 0.09 };
