@@ -1,12 +1,15 @@
 //! Poses of a camera of 15 Hz in a log of 60 Hz: repeated, and interpolated.
 
-use super::{ask, column};
+use super::{ask, ask_contact, column};
 use crate::shared::recordings::recording;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use teachtree_base::recording::Recording;
-use teachtree_frames::frames;
 use teachtree_frames::live::{Calibration, Derivation, LiveChunk};
+use teachtree_frames::streaming::StreamedLog;
+use teachtree_frames::{OpenRequest, frames, open};
+use teachtree_logs::read::csv;
+use teachtree_world::{shipped, teach};
 
 const SCENE: &str = "
 bodies:
@@ -138,6 +141,28 @@ fn the_newest_frames_end_before_a_pose_that_is_still_held() {
         derivation.settle(row + 1 == log.time.len(), true, &mut take).unwrap();
     }
     assert_eq!(given, log.time.len());
+}
+
+/// A log that is larger than memory is derived while it is read, before its end shows whether it repeats poses.
+#[test]
+fn a_log_with_held_poses_has_to_be_in_memory() {
+    let in_windows = |log: &Recording| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        csv::write(log, &path).unwrap();
+        let request = OpenRequest { log: path, ..OpenRequest::default() };
+        let flow = StreamedLog::open(&request).and_then(|flow| flow.look_through(&[ask_contact()])).unwrap();
+        let whole = open(&request).unwrap().frames(&[ask_contact()]).unwrap().issues;
+        let found = flow.parts(&mut |_| Ok(())).map_err(|error| error.to_string());
+        found.map(|(_, issues)| issues == whole)
+    };
+    let mut log =
+        teach(&shipped::scene("pick_and_place").unwrap(), &shipped::operator("pick_and_place").unwrap(), 1).unwrap();
+    assert_eq!(in_windows(&log), Ok(true));
+    // 125 Hz: its jumps are no spikes.
+    hold(&mut log, "box.position", |row| row % 8 == 0);
+    let refused = in_windows(&log).unwrap_err();
+    assert!(refused.contains("has to be in memory"), "{refused}");
 }
 
 proptest! {
