@@ -140,7 +140,10 @@ scene: {bodies: {box: {role: object, radius: 30 mm}}}
     let refused = analyzed("15 Hz");
     let text = all_said(&refused);
     assert_eq!(refused.status.code(), Some(2), "{text}");
-    assert!(text.contains("b.yaml:1:") && text.contains("`resample: 15 Hz` is too slow for `dwell` of 50 ms"), "{text}");
+    assert!(
+        text.contains("b.yaml:1:") && text.contains("`resample: 15 Hz` is too slow for `dwell` of 50 ms"),
+        "{text}"
+    );
     assert!(text.contains("use at least `resample: 20 Hz`"), "{text}");
     assert!(analyzed("20 Hz").status.success(), "{}", all_said(&analyzed("20 Hz")));
 }

@@ -126,9 +126,8 @@ pub(crate) fn measured(bank: &Bank, labels: &[Vec<Run>]) -> FoldCounts {
     measured
 }
 
-/// The best of some candidates, by size. A candidate that is worse than the best one by more than one standard error is left out: the mean over folds by
-/// which its F1 is less exceeds the standard error of that mean. Of the others, a rule or condition less is worth [`READING`]; with few groups, the standard
-/// error alone would take a candidate that is far worse.
+/// Returns the index of the candidate to write. Candidates whose F1 is lower than the best one by more than the standard error of the mean difference over folds
+/// are left out. Each rule or condition of the others costs [`READING`]: with few groups, the standard error alone would accept a candidate that is far worse.
 pub(crate) fn choice(candidates: &[(usize, &FoldCounts)]) -> Option<usize> {
     let best =
         candidates.iter().map(|(_, it)| *it).reduce(|best, it| if it.all.f1() > best.all.f1() { it } else { best })?;

@@ -112,7 +112,7 @@ fn hover_on_a_learned_line_shows_its_evidence() {
         ]
         .join(end);
         editor.open("throw.rules", &text);
-        assert_eq!(editor.codes("throw.rules"), Vec::<String>::new(), "the comments are no findings");
+        assert_eq!(editor.codes("throw.rules"), Vec::<String>::new(), "comments cause no findings");
         let evidence = "learned: 3 intervals of 3 recordings, median 0.3 s late";
         // A word of the comment is not a unit.
         for place in ["0.3 |s late", "// lear|ned: 3", "/|/ learned: 3"] {

@@ -141,7 +141,7 @@ hands: {right: {fingers: [thumb, palm]}}
     let of_left: [Signal; 3] =
         [("left.palm.force.x", &|_| 0.0), ("left.palm.force.y", &|_| 0.0), ("left.palm.force.z", &|_| 0.1)];
     assert_eq!(outcome("", &[]), ("unknown", true));
-    // The force on the other hand tells nothing of the peg.
+    // The force on the left hand does not show whether the peg is in the hole.
     assert_eq!(outcome("", &of_left), ("unknown", true));
     assert_eq!(outcome("", &forces), ("success", false));
     assert_eq!(outcome("position: [0 mm, 0 mm, 70 mm],", &[]), ("success", false));

@@ -98,7 +98,7 @@ pub struct Window<'a> {
 /// An object that the log does not show, and the hands around it, at a frame.
 #[derive(Clone, Debug, Default)]
 pub struct Hold {
-    /// Where the object is, if that is known, reference frame, m.
+    /// The position of the object, reference frame, m; `None` if it is unknown.
     pub place: Option<Vector3<f64>>,
     /// The hand that moves it.
     pub holder: Option<usize>,

@@ -1,4 +1,4 @@
-//! Insertions that only the place of a gripper shows: the object has no place, and neither a force nor a contact tells whether it is in a hole or stands beside it.
+//! Insertions that only the position of a gripper shows: the object has no position, and neither a force nor a contact distinguishes the hole from its surroundings.
 
 use super::sockets::{SEARCH_BELOW, logged};
 use super::targets::Derivation;

@@ -159,7 +159,7 @@ fn a_log_with_held_poses_has_to_be_in_memory() {
     let mut log =
         teach(&shipped::scene("pick_and_place").unwrap(), &shipped::operator("pick_and_place").unwrap(), 1).unwrap();
     assert_eq!(in_windows(&log), Ok(true));
-    // 125 Hz: its jumps are no spikes.
+    // 125 Hz: its jumps are not spikes.
     hold(&mut log, "box.position", |row| row % 8 == 0);
     let refused = in_windows(&log).unwrap_err();
     assert!(refused.contains("has to be in memory"), "{refused}");
