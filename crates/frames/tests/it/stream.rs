@@ -18,7 +18,6 @@ mod formats;
 mod frames;
 mod hand_models;
 mod held_forces;
-mod held_poses;
 mod implausible;
 mod jumps;
 mod learned;
