@@ -80,9 +80,10 @@ fn params(survey: &Survey) -> String {
     let grippers = || survey.grippers.values();
     let reaches: Option<Vec<f64>> = grippers().map(|gripper| gripper.reach_m).collect();
     let reach_m = reaches.and_then(|reaches| reaches.into_iter().reduce(f64::max));
-    // One value is for all grippers.
+    // One value is for all grippers. Rules that read contacts of fingers have no such param.
     let holds_more = |shut_m: &f64| grippers().all(|gripper| gripper.held_m.is_none_or(|held_m| held_m > *shut_m));
     let shut_m = grippers().filter_map(|gripper| gripper.shut_m).reduce(f64::max).filter(holds_more);
+    let shut_m = shut_m.filter(|_| survey.contacts.lines.is_empty());
     let reach = reach_m.map(|reach_m| {
         let value = format!("grip_reach: {} mm", (reach_m * 1e3).round());
         (value, "fingers farther from an object hold nothing: a relaxed hand is narrow too")

@@ -2,7 +2,7 @@
 
 use super::Survey;
 use super::bodies::Body;
-use super::scene_text::{boxed, numbers, point_mm};
+use super::rounded_yaml::{boxed, numbers, point_mm};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// A fingertip holds this much of an object below and above itself, m.

@@ -22,6 +22,7 @@ mod marker_sets;
 mod parts;
 mod relative_positions;
 mod rests;
+mod rounded_yaml;
 mod scene_text;
 mod sockets;
 mod strokes;

@@ -4,6 +4,7 @@ use super::Survey;
 use super::bearings::FoundBearing;
 use super::bodies::{Body, edge};
 use super::body_shapes;
+use super::rounded_yaml::{boxed, edges, numbers, plain, point_mm};
 use super::sockets::{Evidence, FoundSocket};
 use super::supports::{Supports, THICK_M};
 use super::words::is_support;
@@ -125,11 +126,6 @@ fn of_bearing(bearing: &FoundBearing) -> String {
     )
 }
 
-/// Numbers with four digits.
-pub fn numbers<const COUNT: usize>(vector: [f64; COUNT]) -> String {
-    vector.map(|part| (plain(part * 1e4) / 1e4).to_string()).join(", ")
-}
-
 /// Why there is a socket, and what to correct.
 fn reason(socket: &FoundSocket) -> String {
     let object = &socket.object;
@@ -156,17 +152,6 @@ fn holes(sockets: &[&FoundSocket]) -> String {
         format!("{name}: {{rim: {rim}, axis: [{axis}], radius: {radius} mm, depth: {depth} mm}}")
     };
     sockets.iter().enumerate().map(entry).collect::<Vec<_>>().join(", ")
-}
-
-/// A point in mm.
-pub fn point_mm(point: [f64; 3]) -> String {
-    let parts = point.map(|part| format!("{} mm", plain(part * 1e3)));
-    format!("[{}]", parts.join(", "))
-}
-
-/// A whole number; zero has no sign.
-fn plain(value: f64) -> f64 {
-    value.round() + 0.0
 }
 
 /// What is known of the shapes of bodies.
@@ -259,20 +244,6 @@ fn radius(survey: &Survey, body: &Body) -> (f64, &'static str) {
     let distances = starts.iter().flat_map(|one| starts.iter().map(|other| super::parts::distance(*one, *other)));
     let largest = distances.fold(0.0, f64::max);
     (if largest > 0.0 { in_cm(largest * 0.55) } else { 0.05 }, "its size is not in the log")
-}
-
-/// A box with these edges, m.
-pub fn boxed(edges_m: [f64; 3]) -> String {
-    format!("{{box: {}}}", edges(edges_m))
-}
-
-/// Lengths with units.
-fn edges(lengths_m: [f64; 3]) -> String {
-    let length = |length_m: f64| {
-        let length_mm = plain(length_m * 1e3);
-        if length_mm < 1e3 { format!("{length_mm} mm") } else { format!("{} m", length_mm / 1e3) }
-    };
-    format!("[{}]", lengths_m.map(length).join(", "))
 }
 
 /// A table below what rests lowest, and what else things rest on that the log lacks.
