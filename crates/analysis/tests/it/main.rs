@@ -13,7 +13,6 @@ mod grippers;
 mod kinds;
 mod lifted_objects;
 mod lost_bodies;
-mod noisy_jams;
 #[path = "../../../engine/tests/it/numbers.rs"]
 #[allow(dead_code, reason = "the tests of `engine` use all of it")]
 mod numbers;
