@@ -18,7 +18,7 @@ fn analyzed(folder: &Path, log: &str, options: &[&str]) -> Value {
 fn failures(found: &Value) -> Vec<&str> {
     let segments = found["tracks"].as_array().unwrap().iter().flat_map(|track| track["relabeled"].as_array().unwrap());
     let names = segments.map(|segment| segment["primitive"].as_str().unwrap());
-    names.filter(|name| ["Jam", "Slip", "Drop", "Topple", "Miss", "Collision", "Bump"].contains(name)).collect()
+    names.filter(|name| ["Jam", "Slip", "Drop", "Miss", "Collision", "Bump"].contains(name)).collect()
 }
 
 /// The tasks of a hand, with their attempts and whether they are failures.
