@@ -25,7 +25,7 @@ pub fn issues(derivation: &Derivation, objects: &[usize]) -> Vec<Issue> {
         };
         let mut frames = (0..measured.len()).filter(is_in);
         let first = frames.next()?;
-        let last = frames.last().unwrap_or(first);
+        let last = frames.next_back().unwrap_or(first);
         let socket = derivation
             .socket(first, Some(plugged))
             .filter(|socket| logged(measured, name, "depth", socket).is_none())?;

@@ -51,7 +51,8 @@ fn noise_of_a_gripper_at_rest_is_not_its_opening() {
 /// It begins shut, opens, holds an object and opens; the same without the beginning; and the same, shut again at the end.
 #[test]
 fn a_gripper_that_only_begins_narrow_is_empty_there() {
-    let cases: [(fn(f64) -> f64, bool); 3] = [
+    type Width = fn(f64) -> f64;
+    let cases: [(Width, bool); 3] = [
         (|passed| if passed < 0.1 { 0.01 } else { held_width(passed) }, true),
         (held_width, false),
         (|passed| if (0.1..0.9).contains(&passed) { held_width(passed) } else { 0.01 }, false),
