@@ -1,6 +1,7 @@
 //! The distance between two limbs. Bounding spheres and bars exclude pairs of shapes that cannot be nearer than the nearest pair so far.
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use std::ops::Deref;
 use teachtree_description::shape::CollisionShape;
 use teachtree_description::tree::KinematicTree;
 
@@ -14,6 +15,33 @@ pub(crate) struct PlacedShape {
     shape: CollisionShape,
     ball: (Point3<f64>, f64),
     bar: Option<CollisionShape>,
+}
+
+/// The placed shapes of a limb or an object.
+#[derive(Clone, Debug)]
+pub(crate) struct PlacedShapes {
+    shapes: Vec<PlacedShape>,
+    /// Center and radius of a ball that holds the bounding spheres of all shapes, m.
+    ball: (Point3<f64>, f64),
+}
+
+impl FromIterator<PlacedShape> for PlacedShapes {
+    fn from_iter<I: IntoIterator<Item = PlacedShape>>(shapes: I) -> Self {
+        let shapes: Vec<PlacedShape> = shapes.into_iter().collect();
+        let sum: Vector3<f64> = shapes.iter().map(|shape| shape.ball.0.coords).sum();
+        let middle = Point3::from(sum / shapes.len().max(1) as f64);
+        let reach = |shape: &PlacedShape| (shape.ball.0 - middle).norm() + shape.ball.1 + ROUNDING_M;
+        let radius = shapes.iter().map(reach).fold(0.0, f64::max);
+        Self { shapes, ball: (middle, radius) }
+    }
+}
+
+impl Deref for PlacedShapes {
+    type Target = [PlacedShape];
+
+    fn deref(&self) -> &[PlacedShape] {
+        &self.shapes
+    }
 }
 
 /// The nearest shapes of two limbs.
@@ -69,7 +97,7 @@ impl PlacedShape {
 }
 
 /// Returns the shapes of a limb whose links have these poses, without the first link, which both limbs share.
-pub(crate) fn placed(tree: &KinematicTree, poses: &[Isometry3<f64>]) -> Vec<PlacedShape> {
+pub(crate) fn placed(tree: &KinematicTree, poses: &[Isometry3<f64>]) -> PlacedShapes {
     let links = tree.links.iter().zip(poses).enumerate().skip(1);
     let moved = links.flat_map(|(index, (link, pose))| link.solids.iter().map(move |solid| (index, solid.moved(pose))));
     moved.map(|(link, shape)| PlacedShape::new(link, shape)).collect()
@@ -81,24 +109,26 @@ pub(crate) fn nearer(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -
 }
 
 /// Returns the distance between two limbs if it is less than `below`, m.
-pub(crate) fn arm_distance(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -> Option<ArmDistance> {
+pub(crate) fn arm_distance(ours: &PlacedShapes, theirs: &PlacedShapes, below: f64) -> Option<ArmDistance> {
     arm_distance_until(ours, theirs, below, f64::NEG_INFINITY)
 }
 
 /// The same; as soon as it is less than `enough`, m, that is the answer.
 pub(crate) fn arm_distance_until(
-    ours: &[PlacedShape],
-    theirs: &[PlacedShape],
+    ours: &PlacedShapes,
+    theirs: &PlacedShapes,
     below: f64,
     enough: f64,
 ) -> Option<ArmDistance> {
     let mut nearest: Option<ArmDistance> = None;
-    let (middle, radius) = ball_about(theirs);
-    for one in ours {
-        if (one.ball.0 - middle).norm() - one.ball.1 - radius >= below {
-            continue;
-        }
-        for other in theirs {
+    let is_far = |(one, one_m): (Point3<f64>, f64), (other, other_m): (Point3<f64>, f64)| {
+        (one - other).norm() - one_m - other_m >= below
+    };
+    if is_far(ours.ball, theirs.ball) {
+        return None;
+    }
+    for one in ours.iter().filter(|one| !is_far(one.ball, theirs.ball)) {
+        for other in theirs.iter() {
             let so_far = nearest.as_ref().map_or(below, |nearest| nearest.gap);
             if let Some(gap) = one.gap_to(other, so_far) {
                 nearest = Some(ArmDistance { gap, links: [one.link, other.link] });
@@ -109,12 +139,4 @@ pub(crate) fn arm_distance_until(
         }
     }
     nearest
-}
-
-/// Returns center and radius of a ball that holds the bounding spheres of all shapes, m.
-fn ball_about(shapes: &[PlacedShape]) -> (Point3<f64>, f64) {
-    let sum: Vector3<f64> = shapes.iter().map(|shape| shape.ball.0.coords).sum();
-    let middle = Point3::from(sum / shapes.len().max(1) as f64);
-    let reach = |shape: &PlacedShape| (shape.ball.0 - middle).norm() + shape.ball.1 + ROUNDING_M;
-    (middle, shapes.iter().map(reach).fold(0.0, f64::max))
 }

@@ -15,6 +15,9 @@ const EXACT: f64 = 1e-7;
 const AT_LIMIT: f64 = 1e-3;
 /// Postures that differ by less are the same, rad or m.
 const SAME: f64 = 1e-4;
+/// The search for a pose ends after this many iterations without a decrease of the error to the share `PROGRESS`: a joint is at its limit.
+const STALLED: usize = 15;
+const PROGRESS: f64 = 0.99;
 /// Irrational increments distribute the start postures evenly.
 const STEPS: [f64; 6] = [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044];
 /// Number of iterations from one pose of a path to the next.
@@ -83,13 +86,17 @@ impl Arm<'_> {
         let chain = self.tree.chain(self.palm);
         let mut missing = PoseError { m: f64::INFINITY, rad: f64::INFINITY };
         let mut poses = Vec::with_capacity(chain.len());
+        let (mut least, mut stalled) = (f64::INFINITY, 0);
         for _ in 0..=iterations {
             self.tree.chain_poses(&chain, q, &mut poses);
             let Some(pose) = poses.last() else { break };
             let way = root_from_palm.translation.vector - pose.translation.vector;
             let turn = (root_from_palm.rotation * pose.rotation.inverse()).scaled_axis();
             missing = PoseError { m: way.norm(), rad: turn.norm() };
-            if missing.m < EXACT && missing.rad < EXACT {
+            let error = missing.m.hypot(missing.rad);
+            stalled = if error < PROGRESS * least { 0 } else { stalled + 1 };
+            least = least.min(error);
+            if missing.m < EXACT && missing.rad < EXACT || stalled == STALLED {
                 break;
             }
             let jacobian = self.tree.chain_jacobian(&chain, &poses, self.dofs);

@@ -7,20 +7,19 @@
 //! axis of the hole. The best pairs are checked on their whole paths, with the same changes of paths. The best change is taken, and the next pair of grasps is
 //! selected, until nothing is too near or no change is better.
 
-use super::axial_retreat::{Leg, turn};
+mod paths;
+
 use super::change::Change;
-use super::delayed_start::begun_late;
-use super::detour::{Aside, Passing};
 use super::grasp_pair::{Candidate, GraspPair, LimbSteps, best_pairs, of_many_kinds};
 use super::hand_planner::{HandPlanner, tip_radius};
 use super::insertion_yaw;
 use super::lift_over::{goes_through, lift};
 use super::moving::{FollowedPath, Moving};
-use super::precedence::{belong_together, orders};
 use super::resolved_grasp::ResolvedGrasp;
-use super::rollout::{Conflicts, HandledObject, Near, Occupied, Rollout, Unreachable, place_of, too_near, total};
+use super::rollout::{
+    Conflicts, HandledObject, Near, Occupied, Rollout, Unreachable, are_apart, place_of, too_near, total,
+};
 use super::schedule::{HandPlans, groups};
-use crate::grasp::opening::NARROWER_M;
 use crate::grasp::task_grasps::{Alternatives, TaskGrasp};
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::robot::Robot;
@@ -56,12 +55,6 @@ const AS_GOOD_M: f64 = 0.01;
 const WHOLE_PATHS: usize = 6;
 const WHOLE_PATHS_AT_ONCE: usize = 2;
 const WHOLE_PATHS_PER_GRASP: usize = 2;
-/// Missing distance below which a pair counts as clear, m: the sum over steps of 20 ms, each of which adds 5 mm where hands just touch.
-const CLEAR_M: f64 = 0.05;
-/// Number of parts in which the first path of a hand is shortened.
-const LATE: u32 = 4;
-/// Maximum number of paths that are followed before or after the simultaneous motion of the other hand.
-const WAITS: usize = 4;
 /// Largest share of the missing distance that a change may leave to be accepted.
 const BETTER: f64 = 0.9;
 
@@ -189,7 +182,7 @@ impl<'a> Pair<'a> {
             let tried = tries.entry(grasps).or_default();
             *tried += 1;
             let anew = *tried == 2;
-            if anew && before < CLEAR_M {
+            if anew && are_apart(&self.near) {
                 *tried = TRIES;
                 continue;
             }
@@ -246,21 +239,23 @@ impl<'a> Pair<'a> {
                     best = Some(change);
                 }
             }
-            if best.as_ref().is_some_and(|best| best.cost() < CLEAR_M) {
+            if best.as_ref().is_some_and(Change::is_clear) {
                 break;
             }
         }
         Ok(best)
     }
 
-    /// Returns some of the steps at which both hands hold with these grasps; steps at which they are too near come first.
+    /// Returns some of the steps at which both hands hold, one of them at least with its grasp of these; steps at which they are too near come first.
     fn steps(&self, grasps: Grasps) -> Option<Vec<[usize; 2]>> {
         let plans = self.both_plans(&self.tasks, &self.rollouts)?;
         let holds = |hand: usize, step: usize| {
             plans[hand].at(self.rollouts[hand].own_s(step)).is_some_and(|(_, plan, own_s)| plan.holds(own_s))
         };
         let both_hold = |steps: &[usize; 2]| {
-            (0..2).all(|hand| holds(hand, steps[hand])) && self.grasps_at(&plans, *steps) == Some(grasps)
+            let at = self.grasps_at(&plans, *steps);
+            (0..2).all(|hand| holds(hand, steps[hand]))
+                && at.is_some_and(|at| (0..2).any(|hand| at[hand] == grasps[hand]))
         };
         let held: Vec<[usize; 2]> =
             self.rollouts[0].together(&self.rollouts[1]).into_iter().filter(both_hold).collect();
@@ -331,7 +326,7 @@ impl<'a> Pair<'a> {
         let fixed = Surroundings::sunk(self.scene, SUNK_M);
         let through = [0, 1].map(|hand| {
             let counts = parallel::each(&choices[hand], |it| {
-                let meets = it.stands.iter().filter(|stand| fixed.meet_any(&stand.limb)).count();
+                let meets = it.stands.iter().filter(|stand| fixed.meet_any(stand.limb.iter())).count();
                 self.goes_through(hand, &it.task, grasps[hand].1).saturating_add(meets)
             });
             let allowed = counts.first().copied().unwrap_or(0);
@@ -372,127 +367,12 @@ impl<'a> Pair<'a> {
                 let [Some(ours), Some(theirs)] = own else { continue };
                 reached.extend(grasp_pair.in_best_postures(ours, theirs));
             }
-            let apart = reached.iter().filter(|grasp_pair| grasp_pair.left <= AS_GOOD_M).count();
-            if apart >= ENOUGH || limbs.len() >= WITH_ARMS {
+            let apart = reached.iter().filter(|grasp_pair| grasp_pair.left <= AS_GOOD_M).copied().collect();
+            if of_many_kinds(apart, WHOLE_PATHS_PER_GRASP).len() >= ENOUGH || limbs.len() >= WITH_ARMS {
                 break;
             }
         }
         reached
-    }
-
-    /// Returns the change when both hands follow their whole paths with these tasks, from these postures, and are led past each other; `None` if an arm cannot follow.
-    fn gone(&self, grasps: Grasps, tasks: [Task; 2], grasp_pair: &GraspPair) -> Option<Change> {
-        let all = |tasks: &[Task; 2]| self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
-        let rollout = |hand: usize| {
-            let begun = self.begun(hand, &all(&tasks)).into_iter().nth(grasp_pair.postures[hand])?;
-            Rollout::of(begun, &all(&tasks), self.scene, self.followed[hand]).ok()
-        };
-        let rollouts = [rollout(0)?, rollout(1)?];
-        let near = rollouts[0].near(&rollouts[1]);
-        let mut change = Change { tasks, rollouts, near, through: grasp_pair.through };
-        let beginning = [1, 0].into_iter().filter(|hand| self.is_first(grasps[*hand].0));
-        for (hand, part) in beginning.flat_map(|hand| (1..=LATE).map(move |part| (hand, part))) {
-            if change.near.is_empty() {
-                return Some(change);
-            }
-            if let Some(late) = begun_late(&change.tasks[hand], f64::from(part) / f64::from(LATE)) {
-                self.take(grasps, hand, late, &mut change);
-            }
-        }
-        for hand in [1, 0] {
-            for aside in [Aside::Level, Aside::Upward] {
-                let allowed = self.goes_through(hand, &change.tasks[hand], grasps[hand].1);
-                let led = self.led_past(hand, grasps[hand], &all(&change.tasks), &change.rollouts, aside);
-                let led = led.filter(|task| self.goes_through(hand, task, grasps[hand].1) <= allowed);
-                let turned = self.turned(&change.tasks[hand], grasps[hand].1, hand);
-                for task in led.into_iter().chain(turned.into_iter().filter(|_| aside == Aside::Upward)) {
-                    if change.near.is_empty() {
-                        return Some(change);
-                    }
-                    self.take(grasps, hand, task, &mut change);
-                }
-            }
-        }
-        self.let_wait(grasps, &mut change);
-        for (hand, opens) in [1, 0].into_iter().flat_map(|hand| NARROWER_M.map(|opens| (hand, opens))) {
-            if change.near.is_empty() {
-                return Some(change);
-            }
-            // The object of the other hand is not exactly where it is expected.
-            let mut task = change.tasks[hand].clone();
-            if self.others(&task).any(|other| other.object == task.object) {
-                continue;
-            }
-            let allowed = self.goes_through(hand, &task, grasps[hand].1);
-            let Some(mapped) = task.grasps[grasps[hand].1].mapped.as_mut() else { continue };
-            mapped.opens = Some(opens);
-            if self.goes_through(hand, &task, grasps[hand].1) <= allowed {
-                self.take(grasps, hand, task, &mut change);
-            }
-        }
-        for hand in [1, 0] {
-            if !change.near.is_empty() {
-                let tasks = change.tasks.clone();
-                change.take_nearest(
-                    hand,
-                    self.begun(hand, &all(&tasks)),
-                    &tasks,
-                    &all(&tasks),
-                    self.scene,
-                    self.followed[hand],
-                );
-            }
-        }
-        Some(change)
-    }
-
-    /// Takes a task of a hand that begins as at present, if that reduces the missing distance.
-    fn take(&self, grasps: Grasps, hand: usize, task: Task, change: &mut Change) {
-        let mut tasks = change.tasks.clone();
-        tasks[hand] = task;
-        let all = self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
-        let as_now = self.begun_like(hand, &all, &change.rollouts[hand]);
-        change.take_nearest(hand, as_now, &tasks, &all, self.scene, self.followed[hand]);
-    }
-
-    /// Lets one hand wait for the other on paths without the object, if that reduces the missing distance.
-    fn let_wait(&self, grasps: Grasps, change: &mut Change) {
-        for _ in 0..WAITS {
-            let before = total(&change.near);
-            let mut best: Option<(usize, Task, Rollout, Vec<Near>)> = None;
-            for (hand, task) in change.tasks.iter().enumerate().filter(|_| before > 0.0) {
-                let shared = self.others(task).any(|other| belong_together(self.scene, &task.object, &other.object));
-                let mut tasks = self.with(&[(grasps[1 - hand].0, &change.tasks[1 - hand]), (grasps[hand].0, task)]);
-                for (way, precedence) in orders(task, shared) {
-                    let own = &mut tasks[grasps[hand].0].segments[way.clone()];
-                    own.iter_mut().for_each(|segment| segment.precedence = Some(precedence));
-                    if let Some(plans) = self.plans(hand, &tasks, &change.rollouts[hand]) {
-                        let rollout = change.rollouts[hand].at_times_of(&plans);
-                        let least = best.as_ref().map_or(BETTER * before, |best| total(&best.3));
-                        if let Some(near) = rollout.near_to(&change.rollouts[1 - hand], hand, least) {
-                            best = Some((hand, tasks[grasps[hand].0].clone(), rollout, near));
-                        }
-                    }
-                    tasks[grasps[hand].0].segments[way.clone()].clone_from_slice(&task.segments[way]);
-                }
-            }
-            let Some((hand, task, rollout, near)) = best else { return };
-            (change.tasks[hand], change.rollouts[hand], change.near) = (task, rollout, near);
-        }
-    }
-
-    /// Returns the task of a grasp with its paths led past the other hand.
-    fn led_past(
-        &self,
-        hand: usize,
-        at: (usize, usize),
-        tasks: &[Task],
-        rollouts: &[Rollout; 2],
-        aside: Aside,
-    ) -> Option<Task> {
-        let plans = self.both_plans(tasks, rollouts)?;
-        let passing = Passing { rollouts: rollouts.each_ref(), plans: plans.each_ref(), up: self.scene.up() };
-        passing.led_past(hand, &tasks[at.0], at, aside)
     }
 
     /// Returns all tasks, with replacements for some of them.
@@ -553,21 +433,6 @@ impl<'a> Pair<'a> {
     fn grip(&self, hand: usize, task: &Task, grasp: usize) -> Option<ResolvedGrasp> {
         let radius = tip_radius(self.scene, task.track);
         ResolvedGrasp::new(&task.grasps[grasp], &self.limbs[hand], &self.rollouts[hand].planner.hand, radius).ok()
-    }
-
-    /// Returns the task with the approach, the retreat, or both along the hand's own axis, if that adds no penetration.
-    fn turned(&self, task: &Task, grasp: usize, hand: usize) -> Vec<Task> {
-        let Some(grip) = self.grip(hand, task, grasp) else { return Vec::new() };
-        let mut made = vec![task.clone()];
-        for way in [Leg::Approach, Leg::Retreat] {
-            for mut task in made.clone() {
-                if turn(&mut task, grasp, &grip, way) {
-                    made.push(task);
-                }
-            }
-        }
-        let allowed = self.goes_through(hand, task, grasp);
-        made.into_iter().skip(1).filter(|task| self.goes_through(hand, task, grasp) <= allowed).collect()
     }
 
     /// The plans of both hands.

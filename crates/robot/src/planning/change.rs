@@ -1,7 +1,7 @@
 //! A change for two hands: tasks and rollouts with a new pair of grasps, and its cost.
 
 use super::moving::{FollowedPath, Moving};
-use super::rollout::{Near, Rollout, total};
+use super::rollout::{Near, Rollout, are_apart, total};
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
 
@@ -18,6 +18,11 @@ impl Change {
     /// The cost of the change, m; smaller is better.
     pub(super) fn cost(&self) -> f64 {
         total(&self.near) + self.through
+    }
+
+    /// Whether the hands count as apart and no path penetrates more than before.
+    pub(super) fn is_clear(&self) -> bool {
+        self.through == 0.0 && are_apart(&self.near)
     }
 
     /// Takes tasks and a rollout of a hand from one of these postures, if that reduces the missing distance.

@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 const PAIRS: usize = 256;
 const PAIRS_PER_GRASP: usize = 16;
 const AT_ONCE: usize = 8;
-/// All pairs are compared at every fourth step; this is the number of pairs with the same grasp that are compared at all steps.
-const EVERY: usize = 4;
-const SHORTLIST: usize = 64;
+/// All pairs are compared at every tenth step, and the best of them at more steps: the intervals, and the numbers of pairs with the same grasp that are kept.
+const EVERY: [usize; 3] = [10, 4, 1];
+const SHORTLIST: [usize; 3] = [256, 64, 64];
 /// Missing distance that is added for each step at which a hand with its arm penetrates a fixed body, m.
 const THROUGH_M: f64 = 0.01;
 
@@ -39,7 +39,7 @@ pub(super) fn best_pairs(candidates: &[Vec<Candidate<'_>>; 2], present: f64) -> 
 }
 
 /// Returns the best pairs with one candidate of the first hand, with a missing distance of at most `most`, m. All pairs are compared at some of the steps, and the
-/// best of them at all steps.
+/// best of them at more and at all steps.
 fn pairs_of(candidates: &[Vec<Candidate<'_>>; 2], one: usize, most: f64) -> Vec<GraspPair> {
     let ours = &candidates[0][one];
     let pair = |other: usize, every: usize, most: f64| {
@@ -49,18 +49,24 @@ fn pairs_of(candidates: &[Vec<Candidate<'_>>; 2], one: usize, most: f64) -> Vec<
         let left = too_near(stands, most - through)? + through;
         Some(GraspPair { choices: [one, other], left, through, measure, postures: [0; 2] })
     };
-    let (mut shortlist, mut worst): (Vec<GraspPair>, f64) = (Vec::new(), most);
-    for other in 0..candidates[1].len() {
-        shortlist.extend(pair(other, EVERY, worst));
-        if shortlist.len() == 2 * SHORTLIST {
-            shortlist.sort_by(GraspPair::order);
-            shortlist.truncate(SHORTLIST);
-            worst = shortlist.last().map_or(worst, |last| last.left);
+    let mut others: Vec<usize> = (0..candidates[1].len()).collect();
+    let mut shortlist: Vec<GraspPair> = Vec::new();
+    for (every, kept) in EVERY.into_iter().zip(SHORTLIST) {
+        shortlist.clear();
+        let mut worst = most;
+        for other in others.drain(..) {
+            shortlist.extend(pair(other, every, worst));
+            if shortlist.len() == 2 * kept {
+                shortlist.sort_by(GraspPair::order);
+                shortlist.truncate(kept);
+                worst = shortlist.last().map_or(worst, |last| last.left);
+            }
         }
+        shortlist.sort_by(GraspPair::order);
+        shortlist.truncate(kept);
+        others.extend(shortlist.iter().map(|short| short.choices[1]));
     }
-    shortlist.sort_by(GraspPair::order);
-    shortlist.truncate(SHORTLIST);
-    shortlist.iter().filter_map(|short| pair(short.choices[1], 1, most)).collect()
+    shortlist
 }
 
 /// A hand with its arm in one posture at the steps at which pairs are compared.
@@ -73,7 +79,7 @@ pub(super) struct LimbSteps {
 impl LimbSteps {
     /// Returns the steps of a limb among fixed bodies.
     pub(super) fn new(steps: Vec<Occupied>, fixed: &Surroundings) -> Self {
-        let through = steps.iter().filter(|step| fixed.meet_any(&step.limb)).count() as f64 * THROUGH_M;
+        let through = steps.iter().filter(|step| fixed.meet_any(step.limb.iter())).count() as f64 * THROUGH_M;
         Self { steps, through }
     }
 }

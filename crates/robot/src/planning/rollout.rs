@@ -5,7 +5,7 @@ use super::moving::{FollowedPath, Moving};
 use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
-use crate::kinematics::arm_distance::{PlacedShape, arm_distance, arm_distance_until, nearer, placed};
+use crate::kinematics::arm_distance::{PlacedShape, PlacedShapes, arm_distance, arm_distance_until, nearer, placed};
 use crate::kinematics::surroundings::Surroundings;
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
@@ -36,15 +36,18 @@ const ROUNDING_M: f64 = 1e-9;
 /// Additional weight of a millimeter of penetration over a millimeter of missing distance.
 const DEEPER: f64 = 4.0;
 
+/// Summed missing distance up to which hands count as apart, m: each step at which they just touch adds [`ROOM_M`].
+const CLEAR_M: f64 = 0.05;
+
 /// Penetrations of hands up to this depth, m, are not reported: the controllers deviate from their paths by as much.
 const REPORTED_M: f64 = 0.001;
 
 /// A hand, with or without its arm, and its object at a step; reference frame.
 #[derive(Clone, Debug)]
 pub(super) struct Occupied {
-    pub(super) limb: Vec<PlacedShape>,
+    pub(super) limb: PlacedShapes,
     /// The shapes of the object; empty for an object of both hands while this hand is on a path without it.
-    pub(super) object: Vec<PlacedShape>,
+    pub(super) object: PlacedShapes,
     /// Whether the hand may touch the object of the other hand: both handle the same object, and this hand is at it.
     shares: bool,
 }
@@ -59,23 +62,21 @@ impl Occupied {
 
     /// Returns a hand without its arm, and its object, at a time of its plan, s.
     pub(super) fn of_hand(hand: &HandModel, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
-        Self::new(plan.at(own_s).shapes(hand), plan, own_s, object)
+        Self::new(plan.at(own_s).shapes(hand).into_iter().collect(), plan, own_s, object)
     }
 
-    fn new(limb: Vec<PlacedShape>, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
+    fn new(limb: PlacedShapes, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
         let shares = object.is_shared && !plan.is_away(own_s);
-        if object.is_shared && !shares {
-            return Self { limb, object: Vec::new(), shares };
-        }
         let pose = plan.at(own_s).object;
-        let object = object.solids.iter().map(|solid| PlacedShape::new(0, solid.moved(&pose))).collect();
+        let solids = object.solids.iter().filter(|_| shares || !object.is_shared);
+        let object = solids.map(|solid| PlacedShape::new(0, solid.moved(&pose))).collect();
         Self { limb, object, shares }
     }
 
     /// Returns the missing distance between two limbs, or a limb and the object of the other one, m; a penetration has a larger weight. If it exceeds `most`, the
     /// result is any value above `most`.
     pub(super) fn too_near(&self, other: &Self, most: f64) -> f64 {
-        let by = |ours: &[PlacedShape], theirs: &[PlacedShape], room: f64| {
+        let by = |ours: &PlacedShapes, theirs: &PlacedShapes, room: f64| {
             // The gap at which it is `most`.
             let least = if most < room { room - most } else { (room - most) / (1.0 + DEEPER) };
             let found = arm_distance_until(ours, theirs, room, least - ROUNDING_M);
@@ -336,7 +337,7 @@ impl Rollout {
 
     /// Returns the number of steps at which the hand or its arm penetrates a fixed body.
     pub(super) fn meets(&self, fixed: &Surroundings) -> usize {
-        self.steps.iter().filter(|step| fixed.meet_any(&step.limb)).count()
+        self.steps.iter().filter(|step| fixed.meet_any(step.limb.iter())).count()
     }
 
     /// Returns the smallest gap to the hand of another rollout, m, or the first gap of at most `least`.
@@ -428,4 +429,9 @@ pub(super) fn too_near<'a>(steps: impl Iterator<Item = (&'a Occupied, &'a Occupi
 /// Returns the summed missing distance, m, by [`Occupied::too_near`].
 pub(super) fn total(near: &[Near]) -> f64 {
     near.iter().map(|near| near.by).sum()
+}
+
+/// Whether hands count as apart: they are too near to each other for a few steps at most, and never penetrate each other.
+pub(super) fn are_apart(near: &[Near]) -> bool {
+    total(near) < CLEAR_M && near.iter().all(|near| near.by <= ROOM_M)
 }

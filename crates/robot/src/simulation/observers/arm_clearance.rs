@@ -2,7 +2,7 @@
 //! reported.
 
 use crate::control::executor::Executor;
-use crate::kinematics::arm_distance::{PlacedShape, arm_distance, placed};
+use crate::kinematics::arm_distance::{PlacedShape, PlacedShapes, arm_distance, placed};
 use crate::kinematics::surroundings::{ArmLinks, own_meetings};
 use crate::simulation::hand_agent::HandAgent;
 use crate::simulation::observer::{Observer, Step};
@@ -196,6 +196,6 @@ impl Observer for ArmClearance {
     }
 }
 
-fn shapes(limb: &Executor) -> Vec<PlacedShape> {
+fn shapes(limb: &Executor) -> PlacedShapes {
     placed(&limb.robot().tree, limb.poses())
 }

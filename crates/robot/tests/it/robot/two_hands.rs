@@ -98,8 +98,7 @@ fn a_retreat_out_of_reach_does_not_prevent_that_hands_are_kept_apart() {
     let mut commands = commanded("push_together", 4);
     let conflicts = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
     assert!(conflicts.unreachable.is_empty(), "{conflicts:?}");
-    let [crossing] = &conflicts.crossings[..] else { panic!("{conflicts:?}") };
-    assert!(crossing.depth_m < 0.025, "arms that are not kept apart cross by 0.11 m: {crossing:?}");
+    assert!(conflicts.crossings.is_empty(), "arms that are not kept apart cross by 0.11 m: {conflicts:?}");
 }
 
 #[test]
