@@ -1,6 +1,6 @@
 //! Bearings of a bound log: bodies that turn and stay where they are in another body or in the room, such as the lever of a door or a valve.
 
-use super::sockets::vector;
+use super::recorded::vector;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use teachtree_base::recording::Recording;
 

@@ -1,6 +1,7 @@
 //! The bodies of a log: what has a position and is not a hand, with a size and a table that make contacts plausible.
 
-use super::parts::{Part, Quantity, distance};
+use super::parts::{Part, Quantity, distances};
+use super::quantiles::quantile;
 use super::words;
 use crate::inspect::Inspection;
 use std::collections::{BTreeMap, BTreeSet};
@@ -129,11 +130,8 @@ impl Body<'_> {
     pub fn is_fixed_to(&self, tool: &Part) -> bool {
         const VARIES_M: f64 = 0.005;
         let Some(part) = self.positions.first().filter(|part| part.extent() > CARRIED_M) else { return false };
-        let mut distances: Vec<f64> = (0..part.rows())
-            .filter_map(|row| Some(distance(part.position(row)?, tool.position(part.row_in(row, tool))?)))
-            .collect();
-        distances.sort_by(f64::total_cmp);
-        let at = |share: f64| distances.get((distances.len() as f64 * share) as usize).copied();
+        let distances = distances(part, tool);
+        let at = |share: f64| quantile(distances.clone(), share);
         at(0.05).zip(at(0.95)).is_some_and(|(least, most)| most - least < VARIES_M)
     }
 

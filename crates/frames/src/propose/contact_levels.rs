@@ -1,16 +1,16 @@
 //! The force at a wrist from which on it is that of contact: a hand without a gripper moves objects, and its force is above this level nearly all of that time. A log
 //! without contact has two groups of forces too, of rest and of motion, so a level that no object shows is not written.
 
-use super::sockets::vector;
+use super::motion::{ways, windows};
+use super::recorded::{has_part, paths, tool, vector};
 use crate::clean::contact_level::two_groups;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
-/// What moves by more than this, m, in this time, s, is moved.
+/// What moves by more than this in a window is moved, m.
 const WAY_M: f64 = 0.004;
-const WAY_S: f64 = 0.2;
 /// What is moved less in the whole log stands still, m.
 const MOVES_M: f64 = 0.02;
 /// An object is moved for at least this long, s.
@@ -30,17 +30,14 @@ pub struct FoundLevel {
 
 /// The levels of the forces at the wrists of hands without gripper and fingertips in a bound log.
 pub fn levels(recording: &Recording) -> BTreeMap<Side, FoundLevel> {
-    let has = |side: Side, part: &str| {
-        let begin = format!("{side}.{part}");
-        recording.columns.keys().any(|name| name.starts_with(&begin))
-    };
-    let hands = Side::BOTH.into_iter().filter(|side| !has(*side, "gripper.") && !has(*side, "index."));
+    let is_bare = |side: &Side| !["gripper", "index"].iter().any(|part| has_part(recording, *side, part));
+    let hands = Side::BOTH.into_iter().filter(is_bare);
     hands.filter_map(|side| Some((side, level(recording, side)?))).collect()
 }
 
 fn level(recording: &Recording, side: Side) -> Option<FoundLevel> {
     let forces = vector(recording, &format!("{side}.palm.force"))?;
-    let tool = ["thumb", "palm"].iter().find_map(|part| vector(recording, &format!("{side}.{part}.position")))?;
+    let tool = tool(recording, side)?;
     let readings: Vec<Vector3<f64>> = forces.iter().flatten().copied().collect();
     let level = two_groups(&readings)?.level;
     let is_above = |row: usize| Some((forces[row]? - level.rest).norm() > level.begins);
@@ -49,32 +46,23 @@ fn level(recording: &Recording, side: Side) -> Option<FoundLevel> {
         let count = above.iter().filter(|above| **above).count();
         (above.len(), count as f64 / above.len().max(1) as f64)
     };
-    let paths = recording.scene.bodies.keys().filter_map(|name| {
-        let path = vector(recording, &format!("{name}.position"))?;
-        let first = path.iter().flatten().next().copied()?;
-        let is_moved = path.iter().flatten().any(|at| (at - first).norm() > MOVES_M);
-        is_moved.then(|| (name, moved(&recording.time, &path)))
-    });
-    let objects: Vec<(&String, Vec<bool>)> = paths.collect();
+    let windows = windows(&recording.time);
+    let moved = |path: &[Option<Vector3<f64>>]| -> Vec<bool> {
+        ways(path, &windows).iter().map(|way| way.is_some_and(|way| way.norm() > WAY_M)).collect()
+    };
+    let is_moved = |path: &[Option<Vector3<f64>>]| {
+        let first = path.iter().flatten().next();
+        first.is_some_and(|first| path.iter().flatten().any(|at| (at - first).norm() > MOVES_M))
+    };
+    let objects: Vec<(&str, Vec<bool>)> =
+        paths(recording).filter(|(_, path)| is_moved(path)).map(|(name, path)| (name, moved(&path))).collect();
     let (pushed, of_pushed) = share(&mut (0..forces.len()).filter(|row| objects.iter().any(|(_, moves)| moves[*row])));
-    let hand = moved(&recording.time, &tool);
+    let hand = moved(&tool);
     let is_free = |row: &usize| hand[*row] && objects.iter().all(|(_, moves)| !moves[*row]);
     let (free, of_free) = share(&mut (0..forces.len()).filter(is_free));
     let step_s = (recording.time.last()? - recording.time.first()?) / forces.len() as f64;
     let is_long = |rows: usize| rows as f64 * step_s > LEAST_S;
     let (object, _) = objects.iter().max_by_key(|(_, moves)| moves.iter().filter(|moves| **moves).count())?;
     (is_long(pushed) && is_long(free) && of_pushed > PUSHED && of_free < FREE)
-        .then(|| FoundLevel { begins_n: level.begins, object: (*object).clone() })
-}
-
-/// The rows in which a point is moved.
-fn moved(time: &[f64], path: &[Option<Vector3<f64>>]) -> Vec<bool> {
-    let mut from = 0;
-    let is_moved = |row: usize| {
-        while time[row] - time[from] > WAY_S {
-            from += 1;
-        }
-        path[row].zip(path[from]).is_some_and(|(at, was)| (at - was).norm() > WAY_M)
-    };
-    (0..path.len()).map(is_moved).collect()
+        .then(|| FoundLevel { begins_n: level.begins, object: (*object).to_string() })
 }

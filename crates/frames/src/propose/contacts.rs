@@ -3,6 +3,7 @@
 use super::bodies::Body;
 use super::hands::{Hand, side_of};
 use super::parts::{Part, Quantity, distance};
+use super::quantiles::median;
 use super::words;
 use crate::inspect::ValueKind;
 use std::collections::{BTreeMap, BTreeSet};
@@ -238,11 +239,7 @@ fn touched_at_m(flags: &[(Touch, Part)], bodies: &[Body], hands: &BTreeMap<Side,
         });
         all.entry(object.clone()).or_default().extend(distances);
     }
-    let median = |(object, mut distances): (String, Vec<f64>)| {
-        distances.sort_by(f64::total_cmp);
-        Some((object, *distances.get(distances.len() / 2)?))
-    };
-    all.into_iter().filter_map(median).collect()
+    all.into_iter().filter_map(|(object, distances)| Some((object, median(distances)?))).collect()
 }
 
 /// The usual distance of the tips of thumb and index while the flags of both are set, m.
@@ -258,10 +255,8 @@ fn width_m(side: Side, hand: &Hand, flags: &[(Side, Finger, Part)]) -> Option<f6
         flag.at(one.row_in(row, flag)).first().is_some_and(|value| *value > limit)
     };
     let held = (0..one.rows()).filter(|row| is_set(first, least, *row) && is_set(second, lowest, *row));
-    let mut widths: Vec<f64> =
-        held.filter_map(|row| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?))).collect();
-    widths.sort_by(f64::total_cmp);
-    widths.get(widths.len() / 2).copied()
+    let width = |row: usize| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?));
+    median(held.filter_map(width).collect())
 }
 
 /// Whether the forces of fingertips are there in most frames in which their flags are set, and there are such frames.

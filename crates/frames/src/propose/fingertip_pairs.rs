@@ -5,6 +5,7 @@ use super::bodies::{Body, edge};
 use super::grippers::Gripper;
 use super::hands::Hand;
 use super::parts::{Part, distance};
+use super::quantiles::quantile;
 use crate::otsu;
 use teachtree_base::hands::{Finger, Side};
 
@@ -64,8 +65,7 @@ fn reach_m([thumb, index]: [&Part; 2], closed: &[usize], bodies: &[Body], edge_m
             }
         }
     }
-    distances.sort_by(f64::total_cmp);
-    let farthest = distances.get(distances.len() * 19 / 20)?;
+    let farthest = quantile(distances, 0.95)?;
     let ball_m = edge_m * 0.75_f64.sqrt();
     let reach_m = (((farthest - ball_m + MARGIN_M) * 100.0).ceil() / 100.0).max(REACH_M[0]);
     (reach_m < REACH_M[1]).then_some(reach_m)

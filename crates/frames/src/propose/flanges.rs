@@ -1,8 +1,11 @@
 //! Tool points that are flanges by their names, and how far in front of them the gripper holds objects.
 
 use super::hands::Hand;
-use super::sockets::{turns, vector};
+use super::motion::{goes_with, ways, windows};
+use super::quantiles::median;
+use super::recorded::{paths, turns, vector};
 use super::words;
+use crate::clean::contact_level::median_vector;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
@@ -10,10 +13,8 @@ use teachtree_base::recording::Recording;
 
 /// Names of flanges and last links.
 const FLANGES: [&str; 8] = ["flange", "tool0", "wrist3", "wrist_3", "link6", "link7", "link8", "ee_link"];
-/// An object moves with the hand if it moves by more than this, m, in this time, s, and the hand differs from that by at most this share of it …
+/// An object moves with the hand if it moves by more than this in a window, m, …
 const WAY_M: f64 = 0.01;
-const WAY_S: f64 = 0.2;
-const SLIPS: f64 = 0.5;
 /// … for at least this long, s.
 const LEAST_S: f64 = 0.3;
 /// Lengths of grippers with their mountings, m.
@@ -43,30 +44,22 @@ fn length_m(recording: &Recording, side: Side) -> Option<f64> {
     let turns = turns(recording, &format!("{side}.palm"), tool.len());
     let closed = &recording.columns.get(&format!("{side}.gripper.closed"))?.values;
     let time = &recording.time;
+    let windows = windows(time);
+    let of_tool = ways(&tool, &windows);
+    let is_closed = |row: usize| closed[row] > 0.5 && closed[windows[row]] > 0.5;
     let mut held: Vec<Vector3<f64>> = vec![];
-    for path in recording.scene.bodies.keys().filter_map(|name| vector(recording, &format!("{name}.position"))) {
-        let mut from = 0;
-        for (row, turn) in turns.iter().enumerate() {
-            while time[row] - time[from] > WAY_S {
-                from += 1;
-            }
-            let ways = || Some((path[row]? - path[from]?, tool[row]? - tool[from]?, path[row]? - tool[row]?));
-            let Some((of_body, of_tool, there)) = ways().filter(|_| closed[row] > 0.5 && closed[from] > 0.5) else {
-                continue;
-            };
-            if of_body.norm() > WAY_M && (of_tool - of_body).norm() < SLIPS * of_body.norm() {
-                held.push(turn.inverse() * there);
-            }
-        }
+    for (_, path) in paths(recording) {
+        let ways = ways(&path, &windows);
+        let carried = (0..time.len()).filter(|row| is_closed(*row));
+        held.extend(carried.filter_map(|row| {
+            let (of_body, of_tool) = (ways[row]?, of_tool[row]?);
+            let is_carried = of_body.norm() > WAY_M && goes_with(&of_body, &of_tool);
+            Some(turns[row].inverse() * (path[row]? - tool[row]?)).filter(|_| is_carried)
+        }));
     }
     let step_s = (time.last()? - time.first()?) / time.len() as f64;
-    let median = |part: &dyn Fn(&Vector3<f64>) -> f64| {
-        let mut parts: Vec<f64> = held.iter().map(part).collect();
-        parts.sort_by(f64::total_cmp);
-        parts.get(parts.len() / 2).copied()
-    };
-    let usual = Vector3::new(median(&|at| at.x)?, median(&|at| at.y)?, median(&|at| at.z)?);
-    let varies = median(&|at| (at - usual).norm())?;
+    let usual = median_vector(held.iter())?;
+    let varies = median(held.iter().map(|at| (at - usual).norm()).collect())?;
     let is_ahead = usual.xy().norm() < BESIDE * usual.z && LENGTHS_M.contains(&usual.z);
     (held.len() as f64 * step_s > LEAST_S && varies < VARIES_M && is_ahead).then_some(usual.z)
 }

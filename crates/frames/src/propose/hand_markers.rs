@@ -1,6 +1,7 @@
 //! Markers on a hand beside its fingertips, by their subject or by their motion: they are not objects.
 
-use super::parts::{Part, Quantity, distance};
+use super::parts::{Part, Quantity, distances};
+use super::quantiles::quantile;
 use std::collections::BTreeMap;
 use teachtree_base::hands::Finger;
 
@@ -43,9 +44,6 @@ pub fn is_near(one: &Part, other: &Part) -> bool {
 
 /// Within what two points mostly stay from each other, m.
 fn spread(one: &Part, other: &Part) -> Option<[f64; 2]> {
-    let mut distances: Vec<f64> = (0..one.rows())
-        .filter_map(|row| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?)))
-        .collect();
-    distances.sort_by(f64::total_cmp);
-    Some([*distances.get(distances.len() / 10)?, *distances.get(distances.len() * 9 / 10)?])
+    let distances = distances(one, other);
+    Some([quantile(distances.clone(), 0.1)?, quantile(distances, 0.9)?])
 }

@@ -1,15 +1,16 @@
 //! The shapes of objects that fingertips carry, in logs without contacts and grippers: as wide as the thumb and the opposite finger hold them.
 
-use super::sockets::{turns, vector};
+use super::motion::{Positions, goes_with, ways, windows};
+use super::quantiles::median;
+use super::recorded::{has_part, paths, turns, vector};
+use crate::clean::contact_level::median_vector;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
 
-/// What moves by more than this, m, in this time, s, is carried, if the fingertips differ from its way by at most this share of it …
+/// What moves by more than this in a window, m, is carried, if the fingertips move with it …
 const WAY_M: f64 = 0.01;
-const WAY_S: f64 = 0.2;
-const SLIPS: f64 = 0.5;
 /// … for at least this long, s.
 const LEAST_S: f64 = 0.3;
 /// What is tracked of a fingertip is this far from its skin, m.
@@ -36,22 +37,19 @@ pub struct HeldShape {
 
 /// The shapes of the bodies that fingertips carry in a bound log.
 pub fn held_shapes(recording: &Recording) -> BTreeMap<String, HeldShape> {
-    let has = |side: Side, part: &str| {
-        let begin = format!("{side}.{part}");
-        recording.columns.keys().any(|name| name.starts_with(&begin))
-    };
+    let windows = windows(&recording.time);
     let mut found = BTreeMap::new();
-    for side in Side::BOTH.into_iter().filter(|side| !has(*side, "gripper.")) {
+    for side in Side::BOTH.into_iter().filter(|side| !has_part(recording, *side, "gripper")) {
         let tip = |finger: Finger| vector(recording, &format!("{side}.{finger}.position"));
         let Some(thumb) = tip(Finger::Thumb) else { continue };
         let others = [Finger::Index, Finger::Middle, Finger::Ring, Finger::Little].into_iter();
         let others: Vec<Vec<Option<Vector3<f64>>>> = others.filter_map(tip).collect();
-        let hold = |name: &String| -> Option<(String, Hold)> {
-            let body = BodyPath::new(recording, name)?;
-            let holds = others.iter().filter_map(|other| body.held(&recording.time, &thumb, other));
-            Some((name.clone(), holds.min_by(|one, other| one.shape.radius_m.total_cmp(&other.shape.radius_m))?))
+        let hold = |(name, at): (&str, Vec<Option<Vector3<f64>>>)| -> Option<(String, Hold)> {
+            let body = BodyPath { turns: turns(recording, name, at.len()), at };
+            let holds = others.iter().filter_map(|other| body.held(&recording.time, &windows, &thumb, other));
+            Some((name.to_string(), holds.min_by(|one, other| one.shape.radius_m.total_cmp(&other.shape.radius_m))?))
         };
-        let holds: Vec<(String, Hold)> = recording.scene.bodies.keys().filter_map(hold).collect();
+        let holds: Vec<(String, Hold)> = paths(recording).filter_map(hold).collect();
         // Of bodies that move together, the fingertips hold the one between them; others rest on it, or bear it.
         let is_held = |hold: &Hold| {
             let nearer = |(_, other): &(String, Hold)| other.off_m() < hold.off_m() && other.is_with(hold);
@@ -87,29 +85,16 @@ struct BodyPath {
 }
 
 impl BodyPath {
-    fn new(recording: &Recording, name: &str) -> Option<Self> {
-        let at = vector(recording, &format!("{name}.position"))?;
-        let turns = turns(recording, name, at.len());
-        Some(Self { at, turns })
-    }
-
     /// The shape that a thumb and another finger hold.
-    fn held(&self, time: &[f64], thumb: &[Option<Vector3<f64>>], other: &[Option<Vector3<f64>>]) -> Option<Hold> {
+    fn held(&self, time: &[f64], windows: &[usize], thumb: &Positions, other: &Positions) -> Option<Hold> {
         let up = self.turns.first()?.inverse() * Vector3::z();
         let (mut widths, mut beside, mut lows, mut highs) = (vec![], vec![], vec![], vec![]);
-        let mut middles: [Vec<f64>; 3] = Default::default();
-        let (mut from, mut carried_s, mut rows) = (0, 0.0, BTreeSet::new());
+        let (mut middles, mut carried_s, mut rows) = (vec![], 0.0, BTreeSet::new());
+        let of_all = [&self.at[..], thumb, other].map(|path| ways(path, windows));
         for row in 1..time.len() {
-            while time[row] - time[from] > WAY_S {
-                from += 1;
-            }
-            let way = |path: &[Option<Vector3<f64>>]| Some(path[row]? - path[from]?);
-            let (Some(of_body), Some(of_thumb), Some(of_other)) = (way(&self.at), way(thumb), way(other)) else {
-                continue;
-            };
-            let slips = (of_thumb - of_body).norm().max((of_other - of_body).norm());
+            let [Some(of_body), Some(of_thumb), Some(of_other)] = [0, 1, 2].map(|of| of_all[of][row]) else { continue };
             let (Some(at), Some(one), Some(two)) = (self.at[row], thumb[row], other[row]) else { continue };
-            if of_body.norm() < WAY_M || slips > SLIPS * of_body.norm() {
+            if of_body.norm() < WAY_M || !goes_with(&of_body, &of_thumb) || !goes_with(&of_body, &of_other) {
                 continue;
             }
             carried_s += time[row] - time[row - 1];
@@ -122,19 +107,12 @@ impl BodyPath {
             beside.push(level / across.norm().max(f64::MIN_POSITIVE));
             lows.push(heights[0].min(heights[1]));
             highs.push(heights[0].max(heights[1]));
-            let middle = (one + two) / 2.0;
-            middles.iter_mut().zip(middle.iter()).for_each(|(all, part)| all.push(*part));
+            middles.push((one + two) / 2.0);
         }
-        let middle = middles.map(median);
-        let is_held = carried_s > LEAST_S && median(beside) > BESIDE;
-        let radius_m = (median(widths) / 2.0 - SKIN_M).max(THIN_M);
-        let shape = HeldShape { up: up.into(), middle, radius_m, heights_m: [median(lows), median(highs)] };
+        let middle = median_vector(middles.iter())?.into();
+        let is_held = carried_s > LEAST_S && median(beside)? > BESIDE;
+        let radius_m = (median(widths)? / 2.0 - SKIN_M).max(THIN_M);
+        let shape = HeldShape { up: up.into(), middle, radius_m, heights_m: [median(lows)?, median(highs)?] };
         is_held.then_some(Hold { shape, rows })
     }
-}
-
-/// The median; 0 of nothing.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or_default()
 }

@@ -2,6 +2,7 @@
 
 use super::bodies::Body;
 use super::parts::{Part, Quantity, distance};
+use super::quantiles::{median, quantile};
 use super::words;
 use std::collections::BTreeSet;
 
@@ -166,17 +167,10 @@ pub fn is_rigid(one: &Part, other: &Part) -> bool {
     let distances: Vec<f64> = (0..one.rows())
         .filter_map(|row| Some(distance(seen(one, row)?, seen(other, one.row_in(row, other))?)))
         .collect();
-    let at = |share: f64| quantile(&distances, share).unwrap_or_default();
+    let at = |share: f64| quantile(distances.clone(), share).unwrap_or_default();
     let varies_m = (VARIES * at(0.5)).max(VARIES_M);
     let end = (distances.len() as f64 * END).ceil() as usize;
     let ends = [distances.get(..end), distances.get(distances.len() - end..)];
-    let is_usual = |end: &[f64]| quantile(end, 0.5).is_some_and(|there| (there - at(0.5)).abs() < varies_m);
+    let is_usual = |end: &[f64]| median(end.to_vec()).is_some_and(|there| (there - at(0.5)).abs() < varies_m);
     at(0.9) - at(0.1) < varies_m && at(0.5) < WIDEST_M && ends.into_iter().flatten().all(is_usual)
-}
-
-/// A quantile; `None` of nothing.
-fn quantile(values: &[f64], share: f64) -> Option<f64> {
-    let mut values = values.to_vec();
-    values.sort_by(f64::total_cmp);
-    values.get((values.len() as f64 * share) as usize).copied()
 }

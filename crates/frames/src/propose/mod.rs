@@ -19,7 +19,10 @@ mod held_shapes;
 mod holds;
 mod insertions;
 mod marker_sets;
+mod motion;
 mod parts;
+mod quantiles;
+mod recorded;
 mod relative_positions;
 mod rests;
 mod rounded_yaml;
@@ -228,7 +231,7 @@ impl<'a> Survey<'a> {
     /// Adds guesses from the bound log.
     fn place(&mut self, recording: &Recording) {
         for body in &self.bodies {
-            let start = sockets::start(recording, &body.name);
+            let start = recorded::start(recording, &body.name);
             self.starts.extend(start.map(|start| (body.name.clone(), start)));
         }
         self.rests = rests::rests(recording);

@@ -1,6 +1,7 @@
 //! What a log measures: each group of columns as a quantity, with its words and its values.
 
 use super::column_groups::{self, Form, Group};
+use super::quantiles::quantile;
 use super::words;
 use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
 use std::collections::BTreeSet;
@@ -171,6 +172,12 @@ pub fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
     one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
 }
 
+/// The distances of two points in the rows of the first one, m.
+pub fn distances(one: &Part, other: &Part) -> Vec<f64> {
+    let apart = |row: usize| Some(distance(one.position(row)?, other.position(one.row_in(row, other))?));
+    (0..one.rows()).filter_map(apart).collect()
+}
+
 /// The groups of columns of a log.
 pub fn parts(log: &Inspection) -> Vec<Part<'_>> {
     let mut parts: Vec<Part> = log.sheets.iter().flat_map(of_sheet).collect();
@@ -190,11 +197,7 @@ fn usual_unit(parts: &[Part]) -> &'static str {
         let steps = (1..part.rows()).filter_map(|row| Some(distance(part.position(row - 1)?, part.position(row)?)));
         speeds.extend(steps.map(|step| step / step_s).filter(|speed| speed.is_finite() && *speed > 0.0));
     }
-    let usual = |mut values: Vec<f64>, share: f64| {
-        values.sort_by(f64::total_cmp);
-        values.get((values.len() as f64 * share) as usize).copied().unwrap_or_default()
-    };
-    let (far, fast) = (usual(norms, USUAL), usual(speeds, USUALLY));
+    let [far, fast] = [quantile(norms, USUAL), quantile(speeds, USUALLY)].map(Option::unwrap_or_default);
     match () {
         () if far <= FARTHEST_M && fast <= FASTEST_M => "m",
         () if far <= FARTHEST_CM && extent <= EXTENT_CM && fast <= FASTEST_CM => "cm",

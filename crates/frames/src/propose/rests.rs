@@ -1,6 +1,7 @@
 //! Where the bodies of a bound log rest: at the beginning, and where a hand left them.
 
-use super::sockets::vector;
+use super::quantiles::median;
+use super::recorded::{paths, tool, vector};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use teachtree_base::hands::{Finger, Side};
@@ -30,12 +31,7 @@ pub struct Rest {
 
 /// The rests of all bodies that move. Where nothing shows when a hand holds them, those at the beginning and at the end of the log.
 pub fn rests(recording: &Recording) -> Vec<Rest> {
-    let paths: BTreeMap<&str, Vec<Option<Vector3<f64>>>> = recording
-        .scene
-        .bodies
-        .keys()
-        .filter_map(|name| Some((name.as_str(), vector(recording, &format!("{name}.position"))?)))
-        .collect();
+    let paths: BTreeMap<&str, Vec<Option<Vector3<f64>>>> = paths(recording).collect();
     let holders: Vec<Holder> = Side::BOTH.into_iter().filter_map(|side| Holder::of(recording, side)).collect();
     let mut rests = vec![];
     for (name, path) in &paths {
@@ -59,16 +55,14 @@ pub fn rests(recording: &Recording) -> Vec<Rest> {
 /// How far beside the middle of its fingers a hand usually holds each body that it carries, horizontally, m.
 pub fn held_beside_m(recording: &Recording) -> BTreeMap<String, f64> {
     let holders: Vec<Holder> = Side::BOTH.into_iter().filter_map(|side| Holder::of(recording, side)).collect();
-    let beside = |name: &String| {
-        let path = vector(recording, &format!("{name}.position"))?;
+    let beside = |(name, path): (&str, Vec<Option<Vector3<f64>>>)| {
         let start = path.iter().flatten().next().copied()?;
         let carried = path.iter().enumerate().filter(|(_, at)| at.is_some_and(|at| (at - start).norm() > STILL_M));
-        let mut distances: Vec<f64> =
-            carried.flat_map(|(row, at)| holders.iter().filter_map(move |holder| holder.beside_m(row, *at))).collect();
-        distances.sort_by(f64::total_cmp);
-        Some((name.clone(), *distances.get(distances.len() / 2)?))
+        let distances =
+            carried.flat_map(|(row, at)| holders.iter().filter_map(move |holder| holder.beside_m(row, *at)));
+        Some((name.to_string(), median(distances.collect())?))
     };
-    recording.scene.bodies.keys().filter_map(beside).collect()
+    paths(recording).filter_map(beside).collect()
 }
 
 /// The ranges of rows in which a body is at rest and no hand holds it.
@@ -114,7 +108,7 @@ impl Holder {
         let flags = recording.columns.iter().filter(|(name, _)| name.starts_with(&begin)).map(|(_, column)| column);
         let columns: Vec<&[f64]> = gripper.into_iter().chain(flags).map(|column| column.values.as_slice()).collect();
         let is_closed = (0..recording.time.len()).map(|row| columns.iter().any(|values| values[row] > 0.5)).collect();
-        let at = ["thumb", "palm"].iter().find_map(|part| vector(recording, &format!("{side}.{part}.position")));
+        let at = tool(recording, side);
         let index = vector(recording, &format!("{side}.{}.position", Finger::Index));
         (!columns.is_empty()).then_some(Self { is_closed, at, index })
     }

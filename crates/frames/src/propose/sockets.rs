@@ -2,8 +2,11 @@
 //! its name or by its place.
 
 use super::insertions::{Insertion, Path};
+use super::quantiles::median;
+use super::recorded::{tool, turns, vector};
 use super::words;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use crate::clean::contact_level::median_vector;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::BTreeSet;
 use teachtree_base::hands::Side;
 use teachtree_base::log_channel::{ContactPart, LogChannel};
@@ -133,29 +136,6 @@ fn straight(direction: Vector3<f64>) -> Vector3<f64> {
     if direction.dot(&straight) > COSINE { straight } else { direction }
 }
 
-/// Where a body is first, m.
-pub fn start(recording: &Recording, body: &str) -> Option<[f64; 3]> {
-    vector(recording, &format!("{body}.position"))?.into_iter().flatten().next().map(Into::into)
-}
-
-/// The rows of a vector; none where a component is missing.
-pub fn vector(recording: &Recording, channel: &str) -> Option<Vec<Option<Vector3<f64>>>> {
-    let column = |axis: &str| recording.columns.get(&format!("{channel}.{axis}")).map(|column| &column.values);
-    let (x, y, z) = (column("x")?, column("y")?, column("z")?);
-    let rows = x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z));
-    Some(rows.map(|at| at.iter().all(|part| part.is_finite()).then_some(at)).collect())
-}
-
-/// The rows of the rotation of a body; none is turned where the log lacks it.
-pub fn turns(recording: &Recording, body: &str, rows: usize) -> Vec<UnitQuaternion<f64>> {
-    let parts = ["w", "x", "y", "z"].map(|part| recording.columns.get(&format!("{body}.rotation.{part}")));
-    let turn = |row: usize| {
-        let [w, x, y, z] = parts.map(|part| part.and_then(|part| part.values.get(row).copied()).unwrap_or(f64::NAN));
-        UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9).unwrap_or_default()
-    };
-    (0..rows).map(turn).collect()
-}
-
 /// A body with a position.
 struct Body<'a> {
     name: &'a str,
@@ -234,7 +214,7 @@ impl<'a> Body<'a> {
         let mut meets = vec![false; recording.time.len()];
         for side in Side::BOTH {
             let Some(forces) = vector(recording, &format!("{side}.palm.force")) else { continue };
-            let tools = ["thumb", "palm"].iter().find_map(|part| vector(recording, &format!("{side}.{part}.position")));
+            let tools = tool(recording, side);
             let closed = recording.columns.get(&format!("{side}.gripper.closed")).map(|column| &column.values);
             let is_held = |row: usize| {
                 let is_near = match (tools.as_ref().and_then(|tools| tools[row]), self.positions[row]) {
@@ -270,7 +250,7 @@ impl<'a> Body<'a> {
         let is_taken = hold.start > 0;
         let level = self.weight(time, forces, off..hold.end, Some(taken).filter(|_| is_taken));
         let change = |row: usize| forces[row].map_or(Vector3::zeros(), |force| force - level);
-        let usual = median((off..hold.end).map(|row| change(row).norm()).collect());
+        let usual = median((off..hold.end).map(|row| change(row).norm()).collect()).unwrap_or_default();
         let threshold = MEETS.0.max(MEETS.1 * usual);
         // At the end of the log nothing is let go.
         let end_s = if hold.end < time.len() { time[hold.end] - RELEASE_S } else { f64::INFINITY };
@@ -302,7 +282,7 @@ impl<'a> Body<'a> {
         let begin_s = hanging.first().map_or(f64::NAN, |row| time[*row]);
         let hanging = hanging.into_iter().take_while(|row| time[*row] - begin_s <= HANGS_S);
         let weight: Vec<Vector3<f64>> = hanging.filter_map(|row| forces[row]).collect();
-        Vector3::from([0, 1, 2].map(|axis| median(weight.iter().map(|force| force[axis]).collect())))
+        median_vector(weight.iter()).unwrap_or_default()
     }
 
     /// The end of this body's way as an insertion into another one, if it goes straight to a rest there; the beginning of the way if `is_end` is false.
@@ -341,10 +321,4 @@ impl<'a> Body<'a> {
         let insertion = Insertion { rim: end + axis * depth, axis, depth, beside: BESIDE_M };
         (beside < widest && depth > 0.005).then_some((insertion, evidence))
     }
-}
-
-/// The median; 0 of nothing.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or_default()
 }

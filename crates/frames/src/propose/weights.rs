@@ -4,6 +4,7 @@
 use super::grippers::Gripper;
 use super::hands::Hand;
 use super::parts::distance;
+use super::quantiles::median;
 use teachtree_base::units::symbol;
 
 /// The least weight, N.
@@ -33,9 +34,9 @@ pub fn gripper(hand: &Hand) -> Option<Gripper> {
         .filter(|row| !is_loaded(column.samples[*row]))
         .filter_map(|row| force.position(row))
         .collect();
-    let rest = [0, 1, 2].map(|axis| median(at_rest.iter().map(|force| force[axis]).collect()));
+    let rest = |axis: usize| median(at_rest.iter().map(|force| force[axis]).collect()).unwrap_or_default();
     let sign = if is_low_loaded { -1.0 } else { 1.0 };
-    let hanging = [rest[0], rest[1], rest[2] + sign * weight];
+    let hanging = [rest(0), rest(1), rest(2) + sign * weight];
     let is_steady =
         |row: &&usize| force.position(**row).is_some_and(|force| distance(force, hanging) < VARIES * weight);
     let steady = rows.iter().filter(is_steady).count();
@@ -65,10 +66,4 @@ pub fn gripper(hand: &Hand) -> Option<Gripper> {
         is_guess: false,
         sheet: force.sheet.name.clone(),
     })
-}
-
-/// The median; 0 of nothing.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or_default()
 }

@@ -4,7 +4,8 @@ use super::Survey;
 use super::contacts::Line;
 use super::hands::Hand;
 use super::parts::{Part, distance};
-use super::sockets::vector;
+use super::quantiles::{median, quantile};
+use super::recorded::{paths, vector};
 use super::yaml_scalar::scalar;
 use crate::inspect::ColumnReport;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -120,7 +121,7 @@ pub fn rises(recording: &Recording) -> BTreeMap<Side, f64> {
     let start_s = recording.time.first().copied().unwrap_or_default();
     let before = |row: usize| recording.time.partition_point(|time| *time < recording.time[row] - SPEED_S);
     let mut carried: Vec<usize> = vec![];
-    for path in recording.scene.bodies.keys().filter_map(|name| vector(recording, &format!("{name}.position"))) {
+    for (_, path) in paths(recording) {
         let Some(start) = path.iter().flatten().next() else { continue };
         let way = |row: usize| path[before(row)].zip(path[row]).map_or(0.0, |(from, to)| (to - from).norm());
         let is_up = |row: &usize| path[*row].is_some_and(|at| at.z > start.z + LIFTED_M);
@@ -136,18 +137,16 @@ pub fn rises(recording: &Recording) -> BTreeMap<Side, f64> {
     Side::BOTH.into_iter().filter_map(rise).collect()
 }
 
-/// Those of these rows in which a point moves at least half as fast as it mostly does at most. What is inserted, pressed or at rest moves slower.
+/// Those of these rows in which a point is at least half as fast as in the fastest tenth. What is inserted, pressed or at rest moves slower.
 fn fast(part: &Part, rows: Vec<usize>) -> Vec<usize> {
     let step = part.rows_in(SPEED_S);
     let way = |row: usize| Some(distance(part.position(row.checked_sub(step)?)?, part.position(row)?));
     fastest(rows, |row| way(row).unwrap_or_default())
 }
 
-/// Those of these rows whose way is at least half as long as it mostly is at most.
+/// Those of these rows whose way is at least half of the 90th percentile of their ways.
 fn fastest(rows: Vec<usize>, way: impl Fn(usize) -> f64) -> Vec<usize> {
-    let mut ways: Vec<f64> = rows.iter().map(|row| way(*row)).collect();
-    ways.sort_by(f64::total_cmp);
-    let top = ways.get(ways.len() * 9 / 10).copied().unwrap_or_default();
+    let top = quantile(rows.iter().map(|row| way(*row)).collect(), 0.9).unwrap_or_default();
     rows.into_iter().filter(|row| way(*row) >= top / 2.0).collect()
 }
 
@@ -165,9 +164,8 @@ fn is_along_motion(force: &Force, hand: &Hand) -> Option<bool> {
     force.rest?;
     let rows: Vec<Option<[f64; 3]>> = (0..force.part.rows()).map(|row| force.change(row)).collect();
     let norm = |vector: &[f64; 3]| distance(*vector, [0.0; 3]);
-    let mut norms: Vec<f64> = rows.iter().flatten().map(norm).collect();
-    norms.sort_by(f64::total_cmp);
-    let limit = (norms.get(norms.len() * 49 / 50)? * CONTACT.1).max(CONTACT.0);
+    let most = quantile(rows.iter().flatten().map(norm).collect(), 0.98)?;
+    let limit = (most * CONTACT.1).max(CONTACT.0);
     let is_above = |row: usize| rows[row].as_ref().is_some_and(|it| norm(it) > limit);
     let before = force.part.rows_in(BEFORE_S);
     let lasts = force.part.rows_in(LASTS_S);
@@ -210,12 +208,6 @@ fn rise_with_hand(force: &Force, side: Side, hand: &Hand, survey: &Survey) -> Op
         median(rows.into_iter().filter_map(|row| force.change(place.row_in(row, force.part))).map(height).collect())
     };
     Some(level(fast(place, lifted))? - level(free)?)
-}
-
-/// The median; `None` of nothing.
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 /// Columns with the other sign.
