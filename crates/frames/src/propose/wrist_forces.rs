@@ -1,6 +1,7 @@
 //! Forces at wrists: whether a log has the force on the object or on the hand, and their level at rest.
 
 use super::Survey;
+use super::bodies::Body;
 use super::contacts::Line;
 use super::hands::Hand;
 use super::parts::{Part, distance};
@@ -26,8 +27,8 @@ const REST_S: f64 = 0.3;
 /// Speeds are measured over this time, s.
 const SPEED_S: f64 = 0.1;
 
-/// Turns a force at the wrist that is that on the hand: it points down, from its level without a load, while an object is carried, or against the motion with
-/// which the hand meets something.
+/// Turns a force at the wrist that is that on the hand: it points down, from its level without a load, while an object is carried, or against the motion of what
+/// the hand pushes, or with which the hand meets something.
 pub fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
     let Some(force) = &hand.force else { return };
     let force = Force { part: force, rest: rest_level(survey, force), turn: sensor_rotation(hand) };
@@ -38,20 +39,23 @@ pub fn turn(line: &mut Line, side: Side, hand: &Hand, survey: &Survey) {
         false => rise_with_objects(&force, survey).or_else(|| rise_with_hand(&force, side, hand, survey)),
     };
     let rise = rise.filter(is_clear);
-    let (is_on_hand, reason) = match (rise, is_along_motion(&force, hand)) {
-        (Some(rise), _) if rise < 0.0 => {
-            (true, "the log has the force on the hand: it points down while an object is lifted")
-        }
-        (Some(_), _) => (false, "on the object: it points up while the object is lifted"),
-        (None, Some(false)) => {
-            (true, "the log has the force on the hand: it points against the motion that ends in a contact")
-        }
-        (None, Some(true)) => (false, "on the object: it points along the motion that ends in a contact"),
-        (None, None) => return,
+    let pushed = || is_along_push(&force, side, hand, survey);
+    let (is_on_hand, why) = match rise {
+        Some(rise) if rise < 0.0 => (true, "it points down while an object is lifted".to_string()),
+        Some(_) => (false, "it points up while the object is lifted".to_string()),
+        None => match pushed().or_else(|| Some((is_along_motion(&force, hand)?, None))) {
+            Some((false, Some(object))) => (true, format!("the hand pushes {object}, which moves against it")),
+            Some((true, Some(object))) => (false, format!("the hand pushes {object}, which moves along it")),
+            Some((false, None)) => (true, "it points against the motion that ends in a contact".to_string()),
+            Some((true, None)) => (false, "it points along the motion that ends in a contact".to_string()),
+            None => return,
+        },
     };
+    let reason = if is_on_hand { "the log has the force on the hand" } else { "on the object" };
+    let reason = format!("{reason}: {why}");
     let other = negated(&line.columns);
     let other = if is_on_hand { std::mem::replace(&mut line.columns, other) } else { other };
-    line.reason = line.reason.replacen(UNKNOWN_SIGN, reason, 1)
+    line.reason = line.reason.replacen(UNKNOWN_SIGN, &reason, 1)
         + &format!(
             ". If yours has the other sign{}, bind `{}`",
             if force.turn.is_some() { "" } else { ", or the sensor turns with a hand that points down" },
@@ -148,6 +152,46 @@ fn fast(part: &Part, rows: Vec<usize>) -> Vec<usize> {
 fn fastest(rows: Vec<usize>, way: impl Fn(usize) -> f64) -> Vec<usize> {
     let top = quantile(rows.iter().map(|row| way(*row)).collect(), 0.9).unwrap_or_default();
     rows.into_iter().filter(|row| way(*row) >= top / 2.0).collect()
+}
+
+/// Whether the force points along the motion of an object that the hand moves without holding it, as that on the object does, and the object; `None` if the log does
+/// not show it.
+fn is_along_push<'a>(force: &Force, side: Side, hand: &Hand, survey: &'a Survey) -> Option<(bool, Option<&'a str>)> {
+    /// An object is moved by more than this, m, in this time, s, …
+    const WAY_M: f64 = 0.004;
+    const WAY_S: f64 = 0.2;
+    /// … the hand differs from its way by less than this share of it, and the force is larger than this, N, …
+    const SLIPS: f64 = 0.5;
+    const FEELS_N: f64 = 0.5;
+    /// … for at least this long, s.
+    const LEAST_S: f64 = 0.3;
+    /// The least cosine of the angle between them.
+    const ALONG: f64 = 0.5;
+    let tool = hand.tool.as_ref().filter(|tool| hand.tips.is_empty() && tool.carried_in.is_none())?;
+    force.rest?;
+    let gripper = survey.grippers.get(&side);
+    let way = |part: &Part, from: usize, to: usize| {
+        Some(Vector3::from(part.position(to)?) - Vector3::from(part.position(from)?))
+    };
+    let of_body = |body: &'a Body| {
+        let (part, start) = (body.positions.first()?, body.start()?);
+        let step = part.rows_in(WAY_S);
+        let cosine = |row: usize| {
+            let (from, middle) = (row - step, row - step / 2);
+            let moved = way(part, from, row).filter(|moved| moved.norm() > WAY_M)?;
+            let of_tool = way(tool, part.row_in(from, tool), part.row_in(row, tool))?;
+            let lifted_m = survey.upright(part.position(row)?)[2] - survey.upright(start)[2];
+            let is_held = gripper.is_some_and(|gripper| gripper.is_closed(part.time_s(middle)));
+            let is_pushed = !is_held && lifted_m < LIFTED_M && (of_tool - moved).norm() < SLIPS * moved.norm();
+            let pushes = Vector3::from(force.change(part.row_in(middle, force.part))?);
+            (is_pushed && pushes.norm() > FEELS_N).then(|| pushes.dot(&moved) / (pushes.norm() * moved.norm()))
+        };
+        let cosines: Vec<f64> = (step..part.rows()).filter_map(cosine).collect();
+        (cosines.len() >= part.rows_in(LEAST_S)).then(|| Some((median(cosines)?, body.name.as_str())))?
+    };
+    let shown = survey.bodies.iter().filter(|body| body.moves()).filter_map(of_body);
+    let (cosine, object) = shown.max_by(|(one, _), (other, _)| one.abs().total_cmp(&other.abs()))?;
+    (cosine.abs() > ALONG).then_some((cosine > 0.0, Some(object)))
 }
 
 /// Whether the force points along the motion with which the hand meets something, as that on the object does; `None` if the log does not show it.
