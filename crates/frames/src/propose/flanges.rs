@@ -11,8 +11,6 @@ use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
-/// Names of flanges and last links.
-const FLANGES: [&str; 8] = ["flange", "tool0", "wrist3", "wrist_3", "link6", "link7", "link8", "ee_link"];
 /// An object moves with the hand if it moves by more than this in a window, m, …
 const WAY_M: f64 = 0.01;
 /// … for at least this long, s.
@@ -25,13 +23,8 @@ const BESIDE: f64 = 0.5;
 
 /// Whether the name of a hand's tool point is that of a flange.
 pub fn is_flange(hand: &Hand) -> bool {
-    let Some(tool) = hand.tool.as_ref().filter(|_| hand.rotation.is_some() && hand.tips.is_empty()) else {
-        return false;
-    };
-    let name = tool.words.join("_");
-    // `link6_tcp` is in front of the last link.
-    let is_of_tool = words::has(&tool.words, &["tcp", "eef", "ee", "endpoint"]);
-    FLANGES.iter().any(|flange| name.ends_with(flange) || !is_of_tool && words::has(&tool.words, &[flange]))
+    let tool = hand.tool.as_ref().filter(|_| hand.rotation.is_some() && hand.tips.is_empty());
+    tool.is_some_and(|tool| words::flange_rank(&tool.words).is_some())
 }
 
 /// How far in front of its tool point each gripper of a bound log holds what moves with it, along z of the tool, m.

@@ -6,6 +6,8 @@ use super::{hand_markers, marker_sets, words};
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::hands::{Finger, Side};
 
+/// The rank of the last link of an arm.
+const LINK: usize = 50;
 /// The rank of a position without any name.
 const UNNAMED: usize = 99;
 
@@ -77,7 +79,13 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
         let unused = match candidates.next() {
             Some(tool) if is_marker(&tool) => std::iter::once(tool).chain(candidates).collect(),
             Some(tool) => {
-                let stem = |part: &Part| words::numbered_body(&part.name).and_then(|name| marker_sets::stem(&name));
+                // Two links of an arm keep their distance too.
+                let is_point = |part: &Part| words::flange_rank(&part.words).is_none();
+                let stem = |part: &Part| {
+                    words::numbered_body(&part.name)
+                        .filter(|_| is_point(part))
+                        .and_then(|name| marker_sets::stem(&name))
+                };
                 let of_tool = stem(&tool);
                 let is_beside =
                     |part: &Part| of_tool.is_some() && stem(part) == of_tool && marker_sets::is_rigid(&tool, part);
@@ -97,7 +105,10 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
                 && key(&part.name) == key(&tool.name)
                 && side_of(part).unwrap_or(only) == *side
         };
-        hand.rotation = take(&mut rest, is_of);
+        // The links of an arm may differ in a number only.
+        let number = words::numbered_body(&tool.name);
+        let is_same = |part: &Part| is_of(part) && words::numbered_body(&part.name) == number;
+        hand.rotation = take(&mut rest, is_same).or_else(|| take(&mut rest, is_of));
     }
     (hands, rest)
 }
@@ -171,11 +182,13 @@ fn is_tip(part: &Part) -> bool {
 
 /// How good a position is as a tool point; none of other places.
 fn rank(part: &Part) -> Option<usize> {
+    // `gripper0_eef` and `arm/tool` are better than `robot0_hand`; parts of a person are neither.
+    let of_tool = words::tool_rank(&part.words).filter(|rank| !words::is_part(&part.words) || *rank < 6);
+    let of_link = || words::flange_rank(&part.words).map(|rank| LINK + rank);
+    // Numbers without a name count things.
+    let is_unnamed = || key(&part.name).is_empty() && !words::has_number(&part.name);
     match words::tool_rank(&part.words) {
-        // `gripper0_eef` and `arm/tool` are better than `robot0_hand`; parts of a person are neither.
-        Some(rank) if !words::is_part(&part.words) || rank < 6 => Some(rank),
-        Some(_) => None,
-        // Numbers without a name count things.
-        None => (key(&part.name).is_empty() && !words::has_number(&part.name)).then_some(UNNAMED),
+        Some(_) => of_tool.or_else(of_link),
+        None => of_link().or_else(|| is_unnamed().then_some(UNNAMED)),
     }
 }

@@ -3,9 +3,14 @@
 use teachtree_base::hands::{Finger, Side};
 
 /// Words for the tool of a robot, the best one first.
-const TOOL: [&str; 14] = [
-    "tcp", "eef", "ee", "effector", "endpoint", "tool", "gripper", "hand", "palm", "flange", "wrist", "agent", "robot",
-    "limb",
+const TOOL: [&str; 15] = [
+    "tcp", "eef", "ee", "effector", "endpoint", "tool", "gripper", "hand", "palm", "glove", "flange", "wrist", "agent",
+    "robot", "limb",
+];
+/// Names of the flange of an arm and of its last link, which bears the flange; the best one first.
+const FLANGES: [&str; 12] = [
+    "flange", "tool0", "ee_link", "wrist_3", "wrist3", "bracelet", "link_8", "link8", "link_7", "link7", "link_6",
+    "link6",
 ];
 /// Words for commands to a robot, which are not measurements.
 const COMMANDS: [&str; 11] =
@@ -203,6 +208,18 @@ pub fn tool_rank(words: &[String]) -> Option<usize> {
     TOOL.iter().position(|tool| {
         words.iter().any(|word| word == tool || word.trim_end_matches(|c: char| c.is_ascii_digit()) == *tool)
     })
+}
+
+/// The rank of the name of a flange or of a last link, 0 for the best; none of a tool point in front of it, such as `link6_tcp`.
+pub fn flange_rank(words: &[String]) -> Option<usize> {
+    let name = format!("_{}_", words.join("_"));
+    let is_it = |flange: &&str| {
+        name.split_once(&format!("_{flange}_")).is_some_and(|(before, after)| {
+            let mut others = before.split('_').chain(after.split('_'));
+            !others.any(|word| ["tcp", "eef", "ee", "endpoint"].contains(&word))
+        })
+    };
+    FLANGES.iter().position(is_it)
 }
 
 /// Whether a place is a part of a person, of a robot or of the room.

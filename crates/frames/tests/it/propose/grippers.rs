@@ -426,12 +426,18 @@ fn a_flange_is_bound_as_the_palm_behind_the_point_where_the_gripper_holds() {
         ]);
         placed(&columns).binding
     };
-    let found = binding_of("flange");
-    assert_eq!(channel(&found, "right.palm.position"), Some("flange_<xyz>"), "{found}");
-    assert_eq!(channel(&found, "right.palm.rotation"), Some("flange_q<wxyz>"), "{found}");
-    assert_eq!(channel(&found, "right.tcp.position"), Some("{at: [0 mm, 0 mm, 150 mm], of: right.palm}"), "{found}");
+    // Links of arms have numbers, and no word for a tool.
+    let links = ["panda_link8", "wrist_3_link", "lbr_link_7", "robot_link7", "link6", "tool0", "ee_link"];
+    for name in [&["flange", "iiwa_flange"][..], &links].concat() {
+        let found = binding_of(name);
+        let position = format!("{name}_<xyz>");
+        assert_eq!(channel(&found, "right.palm.position"), Some(position.as_str()), "{found}");
+        assert_eq!(channel(&found, "right.palm.rotation"), Some(format!("{name}_q<wxyz>").as_str()), "{found}");
+        let point = Some("{at: [0 mm, 0 mm, 150 mm], of: right.palm}");
+        assert_eq!(channel(&found, "right.tcp.position"), point, "{found}");
+    }
     // What is 150 mm from a tool point may be a long object.
-    for name in ["tcp", "flange_tcp", "link6_tcp", "panda_link8_ee"] {
+    for name in ["tcp", "flange_tcp", "link6_tcp", "panda_link8_ee", "tool0_tcp", "ee_link_tcp"] {
         let found = binding_of(name);
         assert_eq!(channel(&found, "right.tcp.position"), Some(format!("{name}_<xyz>").as_str()), "{found}");
     }
