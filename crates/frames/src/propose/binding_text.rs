@@ -3,7 +3,9 @@
 use super::contacts::Line;
 use super::grippers;
 use super::hands::Hand;
+use super::hold_points::HoldPoint;
 use super::parts::{Part, Quantity};
+use super::rounded_yaml::{plain, point_mm};
 use super::timing::Timing;
 use super::words;
 use super::wrist_forces::{self, UNKNOWN_SIGN};
@@ -14,6 +16,8 @@ use teachtree_base::hands::Side;
 
 /// Why the other end of a gripper is a comment.
 const OTHER_END: &str = "if it is closed at the other end";
+/// The flag of a hand that never holds anything.
+const NEVER: &str = "= 0";
 /// The most columns that are listed as unused.
 const MAX_UNUSED: usize = 40;
 
@@ -92,7 +96,11 @@ fn params(survey: &Survey) -> String {
         let value = format!("shut: {} mm", (shut_m * 1e4).round() / 10.0);
         (value, "a narrower gripper is empty: it is so only at the beginning of the log")
     });
-    let (values, reasons): (Vec<String>, Vec<&str>) = reach.into_iter().chain(shut).unzip();
+    let turns_it = survey.hold_points.values().any(|hold| hold.turns_it);
+    let again = turns_it.then(|| {
+        ("miss_again: 5 s".to_string(), "a hand that turns an object, leaves it and comes back has not missed it")
+    });
+    let (values, reasons): (Vec<String>, Vec<&str>) = reach.into_iter().chain(shut).chain(again).unzip();
     if values.is_empty() {
         return String::new();
     }
@@ -273,8 +281,17 @@ fn of_hand(
             }
             () if has_tips || !is_pair => {
                 let markers: Vec<&Part> = std::iter::once(tool).chain(&hand.markers).collect();
-                let part = if has_tips { "palm" } else { "tcp" };
+                let hold = survey.hold_points.get(&side);
+                let part = if has_tips || hold.is_some() { "palm" } else { "tcp" };
                 lines.extend(point(survey, format!("{side}.{part}.position"), &markers, line));
+                lines.extend(hold.into_iter().flat_map(|hold| of_hold(side, hold)));
+                if hold.is_none() && !survey.hold_points.is_empty() {
+                    lines.push(Line {
+                        channel: format!("{side}.gripper.closed"),
+                        columns: NEVER.into(),
+                        reason: "the log does not show when this hand holds something".into(),
+                    });
+                }
             }
             // Each gripper of a pair is its two fingers.
             () => {
@@ -284,7 +301,8 @@ fn of_hand(
         }
     }
     if let Some(rotation) = &hand.rotation {
-        let is_of_palm = has_tips || is_fixed || is_pair || survey.flange_lengths_m.contains_key(&side);
+        let has_palm = survey.flange_lengths_m.contains_key(&side) || survey.hold_points.contains_key(&side);
+        let is_of_palm = has_tips || is_fixed || is_pair || has_palm;
         let part = if is_of_palm { "palm" } else { "tcp" };
         lines.push(line(
             if is_fixed { "tool.rotation".into() } else { format!("{side}.{part}.rotation") },
@@ -299,6 +317,29 @@ fn of_hand(
     if let Some(torque) = hand.torque.as_ref().filter(|_| !is_fixed) {
         lines.push(line(format!("{side}.wrist.torque"), torque, ""));
     }
+}
+
+/// The tool point of a hand at the place where it holds an object, and the flag that it is there.
+fn of_hold(side: Side, hold: &HoldPoint) -> [Line; 2] {
+    let HoldPoint { object, at, near_m, is_carried, .. } = hold;
+    let does = if *is_carried { "carries" } else { "keeps" };
+    let is_there = format!("{{between: [{side}.tcp, {object}], below: {} mm}}", plain((near_m * 1e3).ceil()));
+    let (columns, reason) = match is_carried {
+        true => (is_there, format!("the hand holds {object} while it does not move against it")),
+        // A hold that moves nothing would end in a Miss.
+        false => (
+            NEVER.to_string(),
+            format!("the hand moves nothing; if it holds {object} while it stays there, `{}`", scalar(&is_there)),
+        ),
+    };
+    [
+        Line {
+            channel: format!("{side}.tcp.position"),
+            columns: format!("{{at: {}, of: {side}.palm}}", point_mm(*at)),
+            reason: format!("where {object} is while the hand {does} it: the log has no fingertips and no gripper"),
+        },
+        Line { channel: format!("{side}.gripper.closed"), columns, reason },
+    ]
 }
 
 /// How sensors that turn with their hands are bound; as a comment where the log does not name their frames.

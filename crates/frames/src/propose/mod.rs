@@ -16,6 +16,7 @@ mod grippers;
 mod hand_markers;
 mod hands;
 mod held_shapes;
+mod hold_points;
 mod holds;
 mod insertions;
 mod marker_sets;
@@ -51,6 +52,7 @@ use contacts::Contacts;
 use grippers::Gripper;
 use hands::Hand;
 use held_shapes::HeldShape;
+use hold_points::HoldPoint;
 use parts::Part;
 use rests::Rest;
 use sockets::{Evidence, FoundSocket};
@@ -114,6 +116,8 @@ struct Survey<'a> {
     held_beside_m: BTreeMap<String, f64>,
     /// How far in front of flanges grippers hold objects in the bound log, m.
     flange_lengths_m: BTreeMap<Side, f64>,
+    /// Where hands without fingertips and grippers hold objects in the bound log.
+    hold_points: BTreeMap<Side, HoldPoint>,
     /// How far the vertical forces at wrists rise while objects are carried in the bound log, N.
     force_rises: BTreeMap<Side, f64>,
     /// The shapes of bodies that fingertips carry in the bound log.
@@ -213,6 +217,7 @@ impl<'a> Survey<'a> {
             rests: vec![],
             held_beside_m: BTreeMap::new(),
             flange_lengths_m: BTreeMap::new(),
+            hold_points: BTreeMap::new(),
             force_rises: BTreeMap::new(),
             held_shapes: BTreeMap::new(),
             levels: BTreeMap::new(),
@@ -238,6 +243,8 @@ impl<'a> Survey<'a> {
         self.held_beside_m = rests::held_beside_m(recording);
         self.flange_lengths_m = flanges::lengths_m(recording);
         self.flange_lengths_m.retain(|side, _| self.hands.get(side).is_some_and(flanges::is_flange));
+        self.hold_points = hold_points::hold_points(recording);
+        self.hold_points.retain(|side, _| self.hands.get(side).is_some_and(|hand| hand.rotation.is_some()));
         self.force_rises = wrist_forces::rises(recording);
         self.held_shapes = held_shapes::held_shapes(recording);
         self.levels = contact_levels::levels(recording);
@@ -351,6 +358,7 @@ fn shows_closing(survey: &Survey) -> bool {
         || survey.hands.values().any(|hand| hand.tips.len() > 1 || hand.force.is_some())
         || survey.contacts.are_of_fingers()
         || !survey.fixed.is_empty()
+        || !survey.hold_points.is_empty()
 }
 
 /// What an analysis needs and the log lacks.

@@ -192,7 +192,11 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
         let size = boxed([0.3, 0.3, THICK_M]);
         return format!("{{role: support, parts: [{size}]}}    # it never moves; its size is not in the log");
     }
-    let still = if body.moves() { "" } else { "; it never moves: `role: support`, `wall` or `socket`, if it is one" };
+    let still = match () {
+        () if body.moves() => "",
+        () if survey.hold_points.values().any(|hold| hold.object == body.name) => "; a hand keeps it in place",
+        () => "; it never moves: `role: support`, `wall` or `socket`, if it is one",
+    };
     let below_m = shape.supports.below_m.get(&body.name);
     let higher = if below_m.is_some() { "; as high as it stands above the table" } else { "" };
     if let Some(heights_m) = heights(body, shape).filter(|_| has_shape) {

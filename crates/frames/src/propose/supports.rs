@@ -179,7 +179,9 @@ fn on<'a>(survey: &'a Survey, rest: &Rest, edge_m: f64) -> On<'a> {
         // As far above as two bodies of one size are.
         let is_stacked = (above - edge_m).abs() < 0.1 * edge_m;
         let is_carrier = words::is_support(&body.name) && !body.moves();
-        if !is_carrier && beside < STACKED_M && (is_stacked || body.moves() && above > edge_m / 2.0) {
+        // What a hand keeps in place is an object too.
+        let is_handled = body.moves() || survey.hold_points.values().any(|hold| hold.object == body.name);
+        if !is_carrier && beside < STACKED_M && (is_stacked || is_handled && above > edge_m / 2.0) {
             return On::Thing;
         }
         let reach = match () {
@@ -190,7 +192,7 @@ fn on<'a>(survey: &'a Survey, rest: &Rest, edge_m: f64) -> On<'a> {
         let is_on = beside < reach && above > -ON_M && (reach > WIDTH_M || above < WIDTH_M);
         // A table is what is left.
         let far = if reach > WIDTH_M { reach } else { beside };
-        if !body.moves() && !is_fixed && is_on && nearest.is_none_or(|(known, _)| far < known) {
+        if !is_handled && !is_fixed && is_on && nearest.is_none_or(|(known, _)| far < known) {
             nearest = Some((far, &body.name));
         }
     }

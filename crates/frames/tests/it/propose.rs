@@ -1,6 +1,7 @@
 //! Proposed bindings: what columns are taken for by their names, units and values.
 
 mod grippers;
+mod hold_points;
 mod lacking;
 mod levels;
 mod markers;
