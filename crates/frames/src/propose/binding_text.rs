@@ -96,11 +96,17 @@ fn params(survey: &Survey) -> String {
         let value = format!("shut: {} mm", (shut_m * 1e4).round() / 10.0);
         (value, "a narrower gripper is empty: it is so only at the beginning of the log")
     });
+    let approach_s = survey.approach_s.filter(|_| survey.contacts.lines.is_empty());
+    let approach = approach_s.map(|approach_s| {
+        let value = format!("approach_time: {} s", (approach_s * 10.0).round().clamp(2.0, 100.0) / 10.0);
+        (value, "the tool is near the place of a grasp for so long before; the log has no position of the object")
+    });
     let turns_it = survey.hold_points.values().any(|hold| hold.turns_it);
     let again = turns_it.then(|| {
         ("miss_again: 5 s".to_string(), "a hand that turns an object, leaves it and comes back has not missed it")
     });
-    let (values, reasons): (Vec<String>, Vec<&str>) = reach.into_iter().chain(shut).chain(again).unzip();
+    let (values, reasons): (Vec<String>, Vec<&str>) =
+        reach.into_iter().chain(shut).chain(approach).chain(again).unzip();
     if values.is_empty() {
         return String::new();
     }

@@ -1,6 +1,7 @@
 //! A binding and a scene for a log with unknown columns: each guess from names, units and values has its reason as a comment, and
 //! where another one is likely, that as a comment too.
 
+mod approaches;
 mod arms;
 mod bearings;
 mod binding_text;
@@ -114,6 +115,8 @@ struct Survey<'a> {
     rests: Vec<Rest>,
     /// How far beside their origins bodies are held in the bound log, m.
     held_beside_m: BTreeMap<String, f64>,
+    /// How long grippers approach objects without a position in the bound log, s.
+    approach_s: Option<f64>,
     /// How far in front of flanges grippers hold objects in the bound log, m.
     flange_lengths_m: BTreeMap<Side, f64>,
     /// Where hands without fingertips and grippers hold objects in the bound log.
@@ -216,6 +219,7 @@ impl<'a> Survey<'a> {
             starts: BTreeMap::new(),
             rests: vec![],
             held_beside_m: BTreeMap::new(),
+            approach_s: None,
             flange_lengths_m: BTreeMap::new(),
             hold_points: BTreeMap::new(),
             force_rises: BTreeMap::new(),
@@ -241,6 +245,7 @@ impl<'a> Survey<'a> {
         }
         self.rests = rests::rests(recording);
         self.held_beside_m = rests::held_beside_m(recording);
+        self.approach_s = approaches::approach_s(recording).filter(|_| self.bodies.is_empty());
         self.flange_lengths_m = flanges::lengths_m(recording);
         self.flange_lengths_m.retain(|side, _| self.hands.get(side).is_some_and(flanges::is_flange));
         self.hold_points = hold_points::hold_points(recording);

@@ -75,6 +75,30 @@ fn a_gripper_that_only_begins_narrow_is_empty_there() {
     }
 }
 
+/// The tool comes down from 200 mm between 0.2 and 0.3 of the log, and grasps at 0.35. The log is 10 s long, and the last 60 mm take 0.3 s.
+#[test]
+fn the_way_to_a_grasp_shows_how_long_the_gripper_approaches() {
+    let with = |height: fn(f64) -> f64| {
+        let columns: [Column; 4] = [
+            ("tcp_x", still),
+            ("tcp_y", still),
+            ("tcp_z", height),
+            ("gripper_width", |passed| if (0.35..0.8).contains(&passed) { 0.03 } else { 0.08 }),
+        ];
+        placed(&columns).binding
+    };
+    let time = |binding: &str| {
+        let line = binding.lines().find_map(|line| line.strip_prefix("params: {approach_time: "))?;
+        line.split(' ').next()?.parse::<f64>().ok()
+    };
+    let found =
+        with(|passed| 0.2 * ((0.3 - passed) / 0.1).clamp(0.0, 1.0) + 0.1 * ((passed - 0.4) / 0.1).clamp(0.0, 1.0));
+    assert!(time(&found).is_some_and(|time_s| (0.7..1.0).contains(&time_s)), "{found}");
+    // A gripper that stays where it closes carries nothing.
+    let found = with(|passed| 0.2 * ((0.3 - passed) / 0.1).clamp(0.0, 1.0));
+    assert_eq!(time(&found), None, "{found}");
+}
+
 /// 30 mm while the object is carried, else 80 mm.
 fn held_width(passed: f64) -> f64 {
     if lift(passed) > 0.1 { 0.03 } else { 0.08 }
