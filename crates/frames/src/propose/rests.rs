@@ -11,6 +11,8 @@ use teachtree_base::recording::Recording;
 const REST_M: f64 = 0.003;
 /// … for this long, s.
 const REST_S: f64 = 0.3;
+/// What is lower by more than this is below a place, m.
+const LOWER_M: f64 = 0.004;
 /// What moves less than this never moves, m.
 const STILL_M: f64 = 0.01;
 /// The maximum distance of a held body from the hand, m.
@@ -25,6 +27,8 @@ pub struct Rest {
     pub body: String,
     /// Where it is, m, z up.
     pub at: [f64; 3],
+    /// How far beside this place the body is at least while it is lower, m.
+    pub clear_m: f64,
     /// Where all other bodies are then, m.
     pub others: BTreeMap<String, [f64; 3]>,
 }
@@ -46,7 +50,9 @@ pub fn rests(recording: &Recording) -> Vec<Rest> {
             let others = paths.iter().filter(|(other, _)| *other != name);
             let place = |path: &[Option<Vector3<f64>>]| path[..=row].iter().rev().flatten().next().copied();
             let others = others.filter_map(|(other, path)| Some(((*other).to_string(), place(path)?.into())));
-            rests.push(Rest { body: (*name).to_string(), at: at.into(), others: others.collect() });
+            let lower = path.iter().flatten().filter(|there| there.z < at.z - LOWER_M);
+            let clear_m = lower.map(|there| (there - at).xy().norm()).fold(f64::INFINITY, f64::min);
+            rests.push(Rest { body: (*name).to_string(), at: at.into(), clear_m, others: others.collect() });
         }
     }
     rests

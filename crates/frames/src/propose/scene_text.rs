@@ -184,8 +184,9 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
             }
         };
         return format!(
-            "{{role: support, parts: [{{box: {size}, at: {at}}}]}}    # it never moves, and {} rests on it: its top is at {top} mm from its origin; the width of {width} mm is a guess{else_object}",
-            surface.carries
+            "{{role: support, parts: [{{box: {size}, at: {at}}}]}}    # it never moves, and {0} rests on it: its top is at {top} mm from its origin, if {0} reaches {1} mm below its own; the width of {width} mm is a guess{else_object}",
+            surface.carries,
+            plain(surface.below_m * 1e3)
         );
     }
     if is_support(&body.name) && !body.moves() {
@@ -233,7 +234,8 @@ fn width<'a>(survey: &Survey, body: &Body, shape: &Shape<'a>) -> (f64, &'a str) 
     let far = |beside_m: &f64| (shape.edge_m / 2.0 + CENTERED_M..FARTHEST_M).contains(beside_m);
     match survey.held_beside_m.get(&body.name).copied().filter(far) {
         Some(beside_m) => (2.0 * beside_m, "twice the distance from its origin at which the gripper holds it"),
-        None => (shape.edge_m, shape.why),
+        None if body.moves() => (shape.edge_m, shape.why),
+        None => (shape.edge_m, "its size is not in the log"),
     }
 }
 

@@ -32,6 +32,8 @@ pub struct Surface {
     pub width_m: f64,
     /// What rests on it.
     pub carries: String,
+    /// How far that is taken to reach below its origin, m.
+    pub below_m: f64,
 }
 
 /// What carries the objects of a log.
@@ -103,12 +105,13 @@ impl Supports {
             let farthest = carried.iter().map(|rest| beside(rest.at, origin)).fold(0.0, f64::max);
             let usual = if is_table(body) { TABLE_M } else { WIDTH_M.min(2.0 * room) };
             let width_m = usual.max(2.0 * farthest + edge_m);
-            let top = [0.0, 0.0, height - origin[2]];
-            of_bodies.insert(body.to_string(), Surface { top, width_m, carries: first.body.clone() });
+            let (top, below_m) = ([0.0, 0.0, height - origin[2]], first.at[2] - bottom(first));
+            of_bodies.insert(body.to_string(), Surface { top, width_m, carries: first.body.clone(), below_m });
         }
         for rest in &free {
             let height = bottom(rest);
-            let surface = |width_m: f64, top: [f64; 3]| Surface { top, width_m, carries: rest.body.clone() };
+            let below_m = rest.at[2] - height;
+            let surface = |width_m: f64, top: [f64; 3]| Surface { top, width_m, carries: rest.body.clone(), below_m };
             if height - top <= LEVEL_M {
                 table.get_or_insert_with(|| surface(TABLE_M, [0.0, 0.0, top]));
                 continue;
@@ -119,7 +122,9 @@ impl Supports {
             if !others.iter().any(is_known) {
                 let below = rests.iter().filter(|other| bottom(other) < height - LEVEL_M);
                 let room = below.map(|other| beside(other.at, rest.at)).fold(f64::INFINITY, f64::min) - edge_m;
-                let width_m = (WIDTH_M / 2.0).min(2.0 * room).max(edge_m);
+                // Where its object passes lower, it is not.
+                let clear_m = rest.clear_m - edge_m / 2.0 - LEVEL_M;
+                let width_m = (WIDTH_M / 2.0).min(2.0 * room).min(2.0 * clear_m).max(edge_m);
                 others.push(surface(width_m, [rest.at[0], rest.at[1], height]));
             }
         }
@@ -137,8 +142,14 @@ fn rests(survey: &Survey) -> Vec<Rest> {
         let others = survey.bodies.iter().filter(|other| other.name != name);
         others.filter_map(|other| Some((other.name.clone(), survey.at(&other.name)?))).collect()
     };
-    let rest =
-        |body: &Body| Some(Rest { body: body.name.clone(), at: survey.at(&body.name)?, others: others(&body.name) });
+    let rest = |body: &Body| {
+        Some(Rest {
+            body: body.name.clone(),
+            at: survey.at(&body.name)?,
+            clear_m: f64::INFINITY,
+            others: others(&body.name),
+        })
+    };
     moving.filter_map(rest).collect()
 }
 

@@ -69,6 +69,23 @@ fn what_carries_an_object_and_is_not_in_the_log_is_added() {
     assert!(support.contains("cube rests here, 20 mm above the table"), "{support}");
 }
 
+/// The cube rises beside its shelf while it goes there.
+#[test]
+fn a_shelf_is_not_where_its_object_passes_lower() {
+    let columns: [Column; 7] = [
+        ("tcp_x", |passed| 0.1 + 0.5 * (passed - 0.3).clamp(0.0, 0.4)),
+        ("tcp_y", still),
+        ("tcp_z", |passed| 0.02 + 0.6 * (passed - 0.2).clamp(0.0, 0.4)),
+        ("gripper_width", width),
+        ("cube_x", |passed| 0.1 + 0.5 * (passed - 0.3).clamp(0.0, 0.4)),
+        ("cube_y", still),
+        ("cube_z", |passed| 0.02 + 0.6 * (passed - 0.2).clamp(0.0, 0.4)),
+    ];
+    let scene = placed_scene(&columns);
+    // It comes to the height of the shelf 50 mm before its place.
+    assert!(line(&scene, "support").contains("parts: [{box: [5"), "{scene}");
+}
+
 #[test]
 fn a_body_is_as_high_as_it_stands_above_the_table() {
     // A bottle that is pushed over, after the cube has moved.
