@@ -53,6 +53,10 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
                 Some(rank) => tools.entry(side).or_default().push((rank, part)),
                 None => rest.push(part),
             },
+            // A hand at rest is no object.
+            (Quantity::Position, None) if words::is_only_tool(&part.words) => {
+                rest.push(Part { quantity: Quantity::Other, ..part });
+            }
             _ => rest.push(part),
         }
     }

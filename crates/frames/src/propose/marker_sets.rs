@@ -1,7 +1,7 @@
 //! Markers of one body: points whose names share a stem, and that keep their distances.
 
 use super::bodies::Body;
-use super::parts::{Part, Quantity, distance};
+use super::parts::{Part, Quantity, distance, distances};
 use super::quantiles::{median, quantile};
 use super::words;
 use std::collections::BTreeSet;
@@ -83,6 +83,43 @@ pub fn without_markers_of_rigid_bodies(bodies: Vec<Body<'_>>) -> (Vec<Body<'_>>,
         }));
     }
     (kept, markers)
+}
+
+/// Returns the bodies without second measurements of one body, and these: names that differ in their source only, of points that stay together while they move.
+pub fn without_second_sources(bodies: Vec<Body<'_>>) -> (Vec<Body<'_>>, Vec<Part<'_>>) {
+    let known = bodies.clone();
+    let first = |at: usize, body: &Body| {
+        let is_twin = |other: &Body| {
+            let is_same = words::without_source(&other.name) == words::without_source(&body.name);
+            is_same && other.moves() && body.moves() && are_together(body, other)
+        };
+        let is_before = |(place, other): &(usize, &Body)| (other.name.len(), *place) < (body.name.len(), at);
+        known
+            .iter()
+            .enumerate()
+            .filter(is_before)
+            .find(|(_, other)| is_twin(other))
+            .map(|(_, other)| other.name.clone())
+    };
+    let (mut kept, mut others) = (vec![], vec![]);
+    for (at, body) in bodies.into_iter().enumerate() {
+        match first(at, &body) {
+            None => kept.push(body),
+            Some(name) => {
+                let left_out = Some(format!("another measurement of {name}"));
+                let parts = body.positions.into_iter().chain(body.rotation);
+                others.extend(parts.map(|part| Part { quantity: Quantity::Other, left_out: left_out.clone(), ..part }));
+            }
+        }
+    }
+    (kept, others)
+}
+
+/// Whether two bodies mostly stay within a small distance.
+fn are_together(one: &Body, other: &Body) -> bool {
+    const APART_M: f64 = 0.05;
+    let firsts = one.positions.first().zip(other.positions.first());
+    firsts.is_some_and(|(one, other)| quantile(distances(one, other), 0.95).is_some_and(|most| most < APART_M))
 }
 
 /// Bodies that may be one.

@@ -159,7 +159,8 @@ impl<'a> Survey<'a> {
         let (mut hands, rest) = hands::hands(parts);
         let (bodies, mut rest) = bodies::bodies(rest, subject.as_deref());
         let (bodies, markers) = marker_sets::without_markers_of_rigid_bodies(bodies);
-        rest.extend(markers);
+        let (bodies, others) = marker_sets::without_second_sources(bodies);
+        rest.extend(markers.into_iter().chain(others));
         let mut bodies = marker_sets::merged(bodies, are_markers);
         let (contacts, mut rest) = contacts::contacts(rest, &bodies, &hands);
         hands::wrists(&mut hands, &mut rest, contacts.lines.is_empty());

@@ -244,6 +244,7 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
         .collect();
     let sheet_words = words::words(&sheet.name);
     let groups = column_groups::groups(&numbers);
+    let names: Vec<Vec<String>> = groups.iter().map(|group| words::words(&group.name)).collect();
     let mut parts: Vec<Part> = groups
         .into_iter()
         .map(|group| {
@@ -257,7 +258,8 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
             let words: Vec<String> = sheet_words.iter().chain(&own).cloned().collect();
             // A topic of commands has the columns of what it commands.
             let is_other = words::is_command(&words) || words::is_relative(&words);
-            let quantity = if is_other { Quantity::Other } else { quantity(group.form, unit, &own, &members) };
+            let measured = without_letter(&own, &names);
+            let quantity = if is_other { Quantity::Other } else { quantity(group.form, unit, measured, &members) };
             let unit = if unit.is_empty() { group.unit } else { unit };
             // A list names its columns in full.
             let pattern =
@@ -281,6 +283,13 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
         .collect();
     torques_beside_forces(&mut parts);
     parts
+}
+
+/// The words of a name without the letter of the first of several things: `cube_a` beside `cube_b` is no acceleration.
+fn without_letter<'a>(words: &'a [String], names: &[Vec<String>]) -> &'a [String] {
+    let Some((letter, stem)) = words.split_last() else { return words };
+    let is_next = |name: &Vec<String>| name.split_last().is_some_and(|(last, others)| last == "b" && others == stem);
+    if letter == "a" && !stem.is_empty() && names.iter().any(is_next) { stem } else { words }
 }
 
 /// Vectors whose names differ from that of a force in a letter of torques, such as `Tx_ext` beside `Fx_ext`, are its torques.

@@ -222,6 +222,15 @@ pub fn flange_rank(words: &[String]) -> Option<usize> {
     FLANGES.iter().position(is_it)
 }
 
+/// Whether all words of a name are for a hand or a tool, its side, or a quantity: no object has this name.
+pub fn is_only_tool(words: &[String]) -> bool {
+    let is_of = |word: &String| {
+        let word = std::slice::from_ref(word);
+        tool_rank(word).is_some() || side(word).is_some() || has(word, &GENERIC)
+    };
+    tool_rank(words).is_some() && words.iter().all(is_of)
+}
+
 /// Whether a place is a part of a person, of a robot or of the room.
 pub fn is_part(words: &[String]) -> bool {
     words.iter().any(|word| PARTS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
@@ -318,12 +327,12 @@ fn named<'a>(tokens: impl Iterator<Item = &'a str>) -> Option<String> {
     as_name(&left)
 }
 
-/// The name of a body without the program or the sensor that found it.
+/// The name of a body without the program or the sensor that found it; `object_a` keeps it.
 pub fn without_source(name: &str) -> String {
     let words: Vec<&str> = name.split('_').collect();
     let is_own = |word: &&str| !SOURCES.contains(&word.to_lowercase().as_str());
     let own = words.iter().position(is_own).and_then(|first| words.get(first..));
-    own.and_then(as_name).unwrap_or_else(|| name.to_string())
+    own.and_then(as_name).filter(|own| own.len() > 1).unwrap_or_else(|| name.to_string())
 }
 
 fn as_name(words: &[&str]) -> Option<String> {

@@ -32,3 +32,52 @@ fn bodies_of_several_sources_keep_their_names() {
         }
     }
 }
+
+/// A tracker and the simulation measure one cube, which moves.
+#[test]
+fn two_measurements_of_one_body_are_one_body() {
+    let with = |x: fn(f64) -> f64| {
+        let titles: Vec<String> = ["perception_cube", "cube"]
+            .iter()
+            .flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}_{axis}")))
+            .collect();
+        let ways: [fn(f64) -> f64; 6] = [x, still, lift, along, still, lift];
+        let columns: Vec<Column> = titles.iter().map(String::as_str).zip(ways).collect();
+        binding(&columns)
+    };
+    let found = with(|passed| along(passed) + 0.02);
+    assert_eq!(channel(&found, "cube.position"), Some("cube_<xyz>"), "{found}");
+    assert_eq!(channel(&found, "perception_cube.position"), None, "{found}");
+    assert!(found.contains("#   perception_cube_<xyz>    (another measurement of cube)"), "{found}");
+    let found = with(|passed| along(passed) + 0.2);
+    assert!(channel(&found, "perception_cube.position").is_some(), "{found}");
+}
+
+/// `a` after a name is an acceleration, unless `b` is there too.
+#[test]
+fn letters_of_several_bodies_are_in_their_names() {
+    let titles: Vec<String> = ["box_a", "box_b", "hand_a"]
+        .iter()
+        .flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}_{axis}")))
+        .collect();
+    let ways: [fn(f64) -> f64; 9] = [along, still, lift, still, still, still, along, along, lift];
+    let columns: Vec<Column> = titles.iter().map(String::as_str).zip(ways).collect();
+    let found = binding(&columns);
+    for name in ["box_a", "box_b"] {
+        assert_eq!(channel(&found, &format!("{name}.position")), Some(format!("{name}_<xyz>").as_str()), "{found}");
+    }
+    assert_eq!(channel(&found, "right.tcp.position"), None, "{found}");
+}
+
+#[test]
+fn a_hand_that_does_not_move_is_no_object() {
+    let titles: Vec<String> = ["right_palm", "left_palm", "tool_rack"]
+        .iter()
+        .flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}_{axis}")))
+        .collect();
+    let ways: [fn(f64) -> f64; 9] = [along, still, lift, still, still, still, still, still, still];
+    let columns: Vec<Column> = titles.iter().map(String::as_str).zip(ways).collect();
+    let found = binding(&columns);
+    assert_eq!(channel(&found, "left_palm.position"), None, "{found}");
+    assert!(channel(&found, "tool_rack.position").is_some(), "{found}");
+}
