@@ -377,7 +377,8 @@ fn lacking(survey: &Survey) -> Vec<String> {
     }
     if !shows_closing(survey) && survey.mechanism.is_none() {
         lacking.push(format!(
-            "no column shows when a hand holds something: neither an opening nor a flag, forces or several fingertips{}",
+            "no column shows when a hand holds something: neither an opening nor a flag, forces or several fingertips{}{}",
+            late_grasps(survey),
             fingertips_of(survey)
         ));
     }
@@ -385,6 +386,16 @@ fn lacking(survey: &Survey) -> Vec<String> {
         lacking.push("no column is the position of an object: a held object moves with the hand, and its position is otherwise unknown".into());
     }
     lacking
+}
+
+/// What the rules find without a hold; empty where no hand or no object is tracked.
+fn late_grasps(survey: &Survey) -> &'static str {
+    let is_tracked = !survey.bodies.is_empty() && survey.has_point();
+    if is_tracked {
+        "; Grasp begins after 10 mm of lift (`raised_by`), Release after 40 mm of distance (`left_by`)"
+    } else {
+        ""
+    }
 }
 
 /// The lines with which markers on a hand give the places of its fingertips; empty where the log lacks its rotation.

@@ -41,5 +41,6 @@ fn fingertips_of_a_tracked_hand_are_named_with_their_lines() {
     // Points in the frame of a hand need its rotation.
     let of_position = lacking(&hand);
     assert!(of_position.contains("no column shows when a hand holds something"), "{of_position}");
+    assert!(of_position.contains("Grasp begins after 10 mm of lift (`raised_by`)"), "{of_position}");
     assert!(!of_position.contains(line), "{of_position}");
 }
