@@ -3,7 +3,7 @@
 use super::contacts::Line;
 use super::grippers;
 use super::hands::Hand;
-use super::hold_points::HoldPoint;
+use super::hold_points::{HoldPoint, Kind};
 use super::parts::{Part, Quantity};
 use super::rounded_yaml::{plain, point_mm};
 use super::timing::Timing;
@@ -11,11 +11,14 @@ use super::words;
 use super::wrist_forces::{self, UNKNOWN_SIGN};
 use super::yaml_scalar::{comment, quoted, scalar};
 use super::{Answers, Survey};
+use nalgebra::Vector3;
 use std::fmt::Write as _;
 use teachtree_base::hands::Side;
 
 /// Why the other end of a gripper is a comment.
 const OTHER_END: &str = "if it is closed at the other end";
+/// How far from the middle of a small object a hand touches it, m.
+const SURFACE_M: f64 = 0.025;
 /// The flag of a hand that never holds anything.
 const NEVER: &str = "= 0";
 /// The most columns that are listed as unused.
@@ -291,7 +294,7 @@ fn of_hand(
                 let part = if has_tips || hold.is_some() { "palm" } else { "tcp" };
                 lines.extend(point(survey, format!("{side}.{part}.position"), &markers, line));
                 lines.extend(hold.into_iter().flat_map(|hold| of_hold(side, hold)));
-                if hold.is_none() && !survey.hold_points.is_empty() {
+                if hold.is_none() && survey.hold_points.values().any(|hold| hold.kind == Kind::Carried) {
                     lines.push(Line {
                         channel: format!("{side}.gripper.closed"),
                         columns: NEVER.into(),
@@ -326,26 +329,38 @@ fn of_hand(
 }
 
 /// The tool point of a hand at the place where it holds an object, and the flag that it is there.
-fn of_hold(side: Side, hold: &HoldPoint) -> [Line; 2] {
-    let HoldPoint { object, at, near_m, is_carried, .. } = hold;
-    let does = if *is_carried { "carries" } else { "keeps" };
-    let is_there = format!("{{between: [{side}.tcp, {object}], below: {} mm}}", plain((near_m * 1e3).ceil()));
-    let (columns, reason) = match is_carried {
-        true => (is_there, format!("the hand holds {object} while it does not move against it")),
-        // A hold that moves nothing would end in a Miss.
-        false => (
-            NEVER.to_string(),
-            format!("the hand moves nothing; if it holds {object} while it stays there, `{}`", scalar(&is_there)),
-        ),
+fn of_hold(side: Side, hold: &HoldPoint) -> Vec<Line> {
+    let HoldPoint { object, at, near_m, kind, .. } = hold;
+    let point = |at: [f64; 3], reason: String| Line {
+        channel: format!("{side}.tcp.position"),
+        columns: format!("{{at: {}, of: {side}.palm}}", point_mm(at)),
+        reason: format!("{reason}: the log has no fingertips and no gripper"),
     };
-    [
-        Line {
-            channel: format!("{side}.tcp.position"),
-            columns: format!("{{at: {}, of: {side}.palm}}", point_mm(*at)),
-            reason: format!("where {object} is while the hand {does} it: the log has no fingertips and no gripper"),
-        },
-        Line { channel: format!("{side}.gripper.closed"), columns, reason },
-    ]
+    let is_there = format!("{{between: [{side}.tcp, {object}], below: {} mm}}", plain((near_m * 1e3).ceil()));
+    let flag = |columns: String, reason: String| Line { channel: format!("{side}.gripper.closed"), columns, reason };
+    match kind {
+        Kind::Carried => vec![
+            point(*at, format!("where {object} is while the hand carries it")),
+            flag(is_there, format!("the hand holds {object} while it does not move against it")),
+        ],
+        // A hold that moves nothing would end in a Miss.
+        Kind::Kept => vec![
+            point(*at, format!("where {object} is while the hand keeps it")),
+            flag(
+                NEVER.into(),
+                format!("the hand moves nothing; if it holds {object} while it stays there, `{}`", scalar(&is_there)),
+            ),
+        ],
+        Kind::Moved => {
+            let at = Vector3::from(*at);
+            let surface = at * (1.0 - SURFACE_M / at.norm());
+            let surface_mm = plain(SURFACE_M * 1e3);
+            vec![point(
+                surface.into(),
+                format!("{surface_mm} mm before the place where {object} is while the hand moves it"),
+            )]
+        }
+    }
 }
 
 /// How sensors that turn with their hands are bound; as a comment where the log does not name their frames.

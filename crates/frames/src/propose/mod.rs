@@ -53,7 +53,7 @@ use contacts::Contacts;
 use grippers::Gripper;
 use hands::Hand;
 use held_shapes::HeldShape;
-use hold_points::HoldPoint;
+use hold_points::{HoldPoint, Kind};
 use parts::Part;
 use rests::Rest;
 use sockets::{Evidence, FoundSocket};
@@ -364,7 +364,7 @@ fn shows_closing(survey: &Survey) -> bool {
         || survey.hands.values().any(|hand| hand.tips.len() > 1 || hand.force.is_some())
         || survey.contacts.are_of_fingers()
         || !survey.fixed.is_empty()
-        || !survey.hold_points.is_empty()
+        || survey.hold_points.values().any(|hold| hold.kind == Kind::Carried)
 }
 
 /// What an analysis needs and the log lacks.

@@ -4,6 +4,7 @@ use super::Survey;
 use super::bearings::FoundBearing;
 use super::bodies::{Body, edge};
 use super::body_shapes;
+use super::hold_points::Kind;
 use super::rounded_yaml::{boxed, edges, numbers, plain, point_mm};
 use super::sockets::{Evidence, FoundSocket};
 use super::supports::{Supports, THICK_M};
@@ -195,7 +196,9 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
     }
     let still = match () {
         () if body.moves() => "",
-        () if survey.hold_points.values().any(|hold| hold.object == body.name) => "; a hand keeps it in place",
+        () if survey.hold_points.values().any(|hold| hold.object == body.name && hold.kind == Kind::Kept) => {
+            "; a hand keeps it in place"
+        }
         () => "; it never moves: `role: support`, `wall` or `socket`, if it is one",
     };
     let below_m = shape.supports.below_m.get(&body.name);
