@@ -10,6 +10,7 @@
 use crate::clean::closed_grippers;
 use crate::clean::dropouts;
 use crate::clean::gap_filling;
+use crate::clean::held_poses::HoldDetector;
 use crate::clean::preprocess::{CleanLog, Columns, Window, span, whole_vectors};
 use crate::clean::spikes::SpikeDetector;
 use crate::clean::stuck_sensors::RepeatDetector;
@@ -221,6 +222,7 @@ impl StreamedLog {
             levels: BTreeMap::new(),
             fingertips: BTreeMap::new(),
             positions: BTreeMap::new(),
+            held: BTreeMap::new(),
             span: [0.0; 2],
             window: None,
             columns,
@@ -334,6 +336,7 @@ impl FirstPass {
                     levels: BTreeMap::new(),
                     fingertips: BTreeMap::new(),
                     positions: BTreeMap::new(),
+                    held: BTreeMap::new(),
                     span: span(&self.time),
                     window: Some(window),
                     columns: held.columns(&self.flow, seen.len()),
@@ -401,6 +404,8 @@ struct FastPath {
     spikes: Vec<(Vec<usize>, SpikeDetector)>,
     /// The columns of each position.
     positions: Vec<([usize; 3], UntrackedBodyDetector)>,
+    /// The columns of each pose, which must not be held.
+    holds: Vec<(Vec<usize>, HoldDetector)>,
     /// The columns of each object's position, whose noise must not count.
     noises: Vec<([usize; 3], [pose_noise::NoiseEstimator; 3])>,
     rate_hz: f64,
@@ -435,6 +440,11 @@ impl FastPath {
                 Some(([x?, y?, z?], UntrackedBodyDetector::default()))
             });
         let positions = positions.collect();
+        let holds = channels.iter().filter_map(|channel| {
+            let parts: Option<_> = LogChannel::parse(channel)?.columns().into_iter().map(place).collect();
+            Some((parts?, HoldDetector::of(channel, rate_hz)?))
+        });
+        let holds = holds.collect();
         let noises = flow.scene.bodies.iter().filter_map(|(name, body)| {
             let has_velocity = place(format!("{name}.velocity.x")).is_some();
             let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{name}.position.{letter}")));
@@ -442,7 +452,8 @@ impl FastPath {
             pose_noise::counts(body.role, has_velocity).then(|| (columns, Default::default()))
         });
         let noises = noises.collect();
-        Self { bounds, rotations, repeats: repeated.collect(), spikes: spikes.collect(), positions, noises, rate_hz }
+        let (repeats, spikes) = (repeated.collect(), spikes.collect());
+        Self { bounds, rotations, repeats, spikes, positions, holds, noises, rate_hz }
     }
 
     /// Looks at a block; whether it is plain.
@@ -457,6 +468,9 @@ impl FastPath {
         for (columns, estimates) in &mut self.noises {
             columns.iter().zip(estimates).for_each(|(at, estimate)| estimate.take(column(*at)));
         }
+        for (parts, holds) in &mut self.holds {
+            holds.take(&parts.iter().map(|at| column(*at)).collect::<Vec<_>>());
+        }
         bounded
             && self.positions.iter_mut().all(|(parts, lost)| lost.look(parts.map(column)))
             && self.rotations.iter().all(|parts| dropouts::are_rotations(parts.map(column)))
@@ -470,6 +484,7 @@ impl FastPath {
         rows > 1
             && self.repeats.iter().all(|(_, repeats)| repeats.finish(rows))
             && self.spikes.iter().all(|(_, spikes)| spikes.finish())
+            && self.holds.iter().all(|(_, holds)| holds.rows().is_none())
             && self.noises.iter().all(|(_, of)| pose_noise::of_columns(of.clone(), self.rate_hz).is_none())
     }
 }

@@ -68,6 +68,7 @@ kinds! {
     DUPLICATE_STAMP "duplicate_stamp" "Rows repeat the stamp of the row before.",
     GAP "gap" "Rows are missing.",
     HANGING_OBJECT "hanging_object" "An object hangs in the air at rest.",
+    HELD_POSE "held_pose" "A pose is repeated from row to row, since it is measured less often.",
     IMPLAUSIBLE_FORCE "implausible_force" "The sign of a force contradicts the contact of the finger.",
     IMPLAUSIBLE_POSITION "implausible_position" "A finger touches and is far from every object.",
     IMPLAUSIBLE_ROTATION "implausible_rotation" "A rotation is not a unit quaternion, or its components are in another order.",

@@ -6,6 +6,7 @@ pub mod contact_level;
 pub mod dropouts;
 pub mod fingertip_level;
 pub mod gap_filling;
+pub mod held_poses;
 pub mod lost_bodies;
 pub mod preprocess;
 pub mod spikes;

@@ -7,6 +7,7 @@
 use crate::clean::contact_level::{LearnedLevel, vector_as_list};
 use crate::clean::dropouts;
 use crate::clean::fingertip_level::{FingertipLevel, RestLevel};
+use crate::clean::held_poses;
 use crate::clean::lost_bodies;
 use crate::clean::stuck_sensors;
 use crate::clean::timebase::{Timebase, timebase};
@@ -51,6 +52,8 @@ pub struct CleanLog<'a> {
     pub fingertips: BTreeMap<String, FingertipLevel>,
     /// The noise of the positions of bodies, by name, where it counts.
     pub positions: BTreeMap<String, PositionNoise>,
+    /// The rows over which the log holds a pose, by channel, where it does; they are interpolated.
+    pub held: BTreeMap<String, usize>,
     /// Start and end of the whole log, s.
     pub span: [f64; 2],
     /// The window of the log; `None` for the whole log.
@@ -238,6 +241,7 @@ impl<'a> CleanLog<'a> {
         }
         let unseen = lost_bodies::frames(&lost, &rows);
         let time: Vec<f64> = rows.iter().filter_map(|row| time.get(*row).copied()).collect();
+        let held = held_poses::interpolate(&time, rate_hz, &stretches, &mut columns, &mut issues);
         let (scene, noise, levels, span) = (&recording.scene, BTreeMap::new(), BTreeMap::new(), span(&time));
         let (fingertips, positions, window) = (BTreeMap::new(), BTreeMap::new(), None);
         Ok(Self {
@@ -251,6 +255,7 @@ impl<'a> CleanLog<'a> {
             levels,
             fingertips,
             positions,
+            held,
             span,
             window,
             columns,

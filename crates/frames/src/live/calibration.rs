@@ -2,6 +2,7 @@
 //! its grippers are closed.
 
 use crate::clean::closed_grippers::ClosingLimit;
+use crate::clean::held_poses;
 use crate::clean::preprocess::{CleanLog, Touches};
 use crate::derive::{self, Findings, fingertip_bias};
 use serde::{Deserialize, Serialize};
@@ -45,6 +46,9 @@ pub struct Calibration {
     /// By channel of an opening: the opening below which the gripper is closed, m. Rows with a flag of the gripper do not need it.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub closing_limits: BTreeMap<String, f64>,
+    /// By channel of a pose: the number of rows in which the recording repeats it; the rows between two changes are interpolated.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub held: BTreeMap<String, usize>,
 }
 
 impl Calibration {
@@ -84,8 +88,8 @@ impl Calibration {
         let bodies = recording.scene.bodies.keys().cloned().collect();
         let issues = issues.into_iter().map(|issue| issue.spelled(&recording.spelling)).collect();
         let closing_limits = closing_limits(recording);
-        let schema = Schema::One;
-        Ok((Self { schema, rate_hz: measured.rate_hz, sensors, columns, bodies, touches, closing_limits }, issues))
+        let (schema, rate_hz, held) = (Schema::One, measured.rate_hz, measured.held.clone());
+        Ok((Self { schema, rate_hz, sensors, columns, bodies, touches, closing_limits, held }, issues))
     }
 
     /// Reads a file; `file` is its name in errors.
@@ -94,12 +98,17 @@ impl Calibration {
     /// The file is not a calibration.
     pub fn parse(text: &str, file: &str) -> Result<Self, InputError> {
         let read: Self = json::read(text, file)?;
-        if RATES.contains(&read.rate_hz) {
-            return Ok(read);
+        if !RATES.contains(&read.rate_hz) {
+            let [from, to] = [RATES.start(), RATES.end()];
+            let message = format!("rate_hz: expected {from} to {to} frames per second, found {}", read.rate_hz);
+            return Err(InputError::new(file, message));
         }
-        let message =
-            format!("rate_hz: expected {} to {} frames per second, found {}", RATES.start(), RATES.end(), read.rate_hz);
-        Err(InputError::new(file, message))
+        let most = held_poses::most_rows(read.rate_hz);
+        if let Some((channel, rows)) = read.held.iter().find(|(_, rows)| !(2..=most).contains(*rows)) {
+            let message = format!("held.`{channel}`: expected 2 to {most} rows at {} Hz, found {rows}", read.rate_hz);
+            return Err(InputError::new(file, message));
+        }
+        Ok(read)
     }
 
     /// The text of a file.

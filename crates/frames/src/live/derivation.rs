@@ -3,6 +3,7 @@
 
 use super::Calibration;
 use crate::clean::closed_grippers::is_learned;
+use crate::clean::held_poses::HeldPose;
 use crate::clean::preprocess::{CleanLog, Hold, State, Window};
 use crate::derive::{self, ANCHOR, Findings, fingertip_bias};
 use crate::frames::Frames;
@@ -35,6 +36,16 @@ fn add_closed_flags(calibration: &Calibration, columns: &mut Vec<(String, Dimens
     limits
 }
 
+/// The poses that rows with these columns repeat, each with its columns.
+fn held_poses(calibration: &Calibration, columns: &[(String, Dimension)]) -> Vec<(Vec<usize>, HeldPose)> {
+    let place = |name: String| columns.iter().position(|(column, _)| *column == name);
+    let of_channel = |(channel, rows): (&String, &usize)| {
+        let parts: Option<_> = LogChannel::parse(channel)?.columns().into_iter().map(place).collect();
+        Some((parts?, HeldPose::new(*rows)))
+    };
+    calibration.held.iter().filter_map(of_channel).collect()
+}
+
 /// Derives the channels of rules.
 pub struct Derivation {
     scene: Scene,
@@ -43,6 +54,8 @@ pub struct Derivation {
     columns: Vec<(String, Dimension)>,
     /// Of each gripper whose flag the rows lack: the column of its opening, and the opening below which it is closed, m. Their flags are the last columns.
     closing_limits: Vec<(usize, f64)>,
+    /// The poses that the rows repeat, each with its columns.
+    held: Vec<(Vec<usize>, HeldPose)>,
     /// Frames on which later ones have a part in what is derived of a frame.
     ahead: usize,
     /// And earlier ones.
@@ -122,6 +135,7 @@ impl Derivation {
         let behind = ahead.next_multiple_of(ANCHOR);
         let margin = if from_shapes { derive::balanced(rate_hz) } else { 0 };
         let continues_paths = derive::continues_paths(&scene, |name| columns.iter().any(|(column, _)| column == name));
+        let held = held_poses(&calibration, &columns);
         let values = vec![vec![]; columns.len()];
         let (time, states, averaged) = (vec![], VecDeque::new(), BTreeMap::new());
         Self {
@@ -130,6 +144,7 @@ impl Derivation {
             calibration,
             columns,
             closing_limits,
+            held,
             ahead,
             behind,
             time,
@@ -147,8 +162,13 @@ impl Derivation {
     }
 
     /// By how many frames what is given out lags behind.
-    pub const fn lag(&self) -> usize {
-        self.ahead + self.margin
+    pub fn lag(&self) -> usize {
+        self.ahead + self.margin + self.held_lag()
+    }
+
+    /// How many of the newest frames have poses that may still be interpolated.
+    fn held_lag(&self) -> usize {
+        self.held.iter().map(|(_, pose)| pose.lag()).max().unwrap_or(0)
     }
 
     /// Takes a frame: its stamp, s, and its values, SI, of the columns of the rows.
@@ -161,6 +181,20 @@ impl Derivation {
         };
         let flags = self.closing_limits.iter().map(closed);
         self.values.iter_mut().zip(values.iter().copied().chain(flags)).for_each(|(column, value)| column.push(value));
+        let (row, at) = (self.first + self.time.len() - 1, self.time.len() - 1);
+        for (places, pose) in &mut self.held {
+            let parts: Vec<&[f64]> =
+                places.iter().map(|place| self.values.get(*place).map_or(&[][..], Vec::as_slice)).collect();
+            let Some(ramp) = pose.take(row, &parts, at) else { continue };
+            for (component, place) in places.iter().enumerate() {
+                for row in ramp.rows() {
+                    let at = row.saturating_sub(self.first);
+                    if let Some(value) = self.values.get_mut(*place).and_then(|column| column.get_mut(at)) {
+                        *value = ramp.value(row, component);
+                    }
+                }
+            }
+        }
     }
 
     /// How many frames were taken.
@@ -181,9 +215,11 @@ impl Derivation {
     ) -> Result<(), InputError> {
         let taken = self.taken();
         let end = if ends { taken } else { taken.saturating_sub(self.lag()).max(self.next) };
-        let last = if newest { taken } else { end };
+        // A pose that is still held looks as if its body had stopped.
+        let known = if ends { taken } else { taken.saturating_sub(self.held_lag()).max(self.next) };
+        let last = if newest { known } else { end };
         if last > self.next {
-            let CarriedState { frames, state, places, averaged } = self.derive(self.next..end, last, each)?;
+            let CarriedState { frames, state, places, averaged } = self.derive(self.next..end, last, known, each)?;
             if end > self.next {
                 for (object, places) in places {
                     let known = self.places.entry(object).or_default();
@@ -203,6 +239,7 @@ impl Derivation {
             self.time.clear();
             self.values.iter_mut().for_each(Vec::clear);
             self.places.clear();
+            self.held.iter_mut().for_each(|(_, pose)| pose.begin());
             if let Some((_, FollowedState { holds, .. })) = self.states.pop_back() {
                 self.at_stretch.holds = holds;
             }
@@ -228,27 +265,28 @@ impl Derivation {
         (self.stretch + before / ANCHOR * ANCHOR).max(self.first)
     }
 
-    /// Derives frames for good, and those after them up to `last` for now; follows what depends on the frame before.
+    /// Derives frames for good, and those after them up to `last` for now; follows what depends on the frame before. Nothing after `known` counts.
     fn derive(
         &self,
         core: Range<usize>,
         last: usize,
+        known: usize,
         each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
     ) -> Result<CarriedState, InputError> {
         let (from, before) = match self.states.front() {
             Some((from, state)) if from + self.margin <= core.start => (*from, state),
             _ => (self.stretch, &self.at_stretch),
         };
-        let kept = (core.end + self.margin).min(self.taken());
+        let kept = (core.end + self.margin).min(known);
         let until = last.max(kept);
-        let seen = self.seen_from(from)..(until + self.ahead).min(self.taken());
+        let seen = self.seen_from(from)..(until + self.ahead).min(known);
         let held = seen.start - self.first..seen.end - self.first;
         let [next, end, last] = [core.start, core.end, last].map(|frame| frame - seen.start);
         let (after, averaged_after) = (RefCell::new(BTreeMap::new()), RefCell::new(BTreeMap::new()));
         let (places_after, holds_after) = (RefCell::new(BTreeMap::new()), RefCell::new(BTreeMap::new()));
-        let known = held.start..from - self.first;
-        let known = |places: &Vec<Vector3<f64>>| places.get(known.clone()).unwrap_or_default().to_vec();
-        let places_before = self.places.iter().map(|(object, places)| (*object, known(places))).collect();
+        let past = held.start..from - self.first;
+        let past = |places: &Vec<Vector3<f64>>| places.get(past.clone()).unwrap_or_default().to_vec();
+        let places_before = self.places.iter().map(|(object, places)| (*object, past(places))).collect();
         // The velocity of a held object is an average of places after the frames that are given out.
         let followed = if self.continues_paths { seen.end } else { until };
         let window = Window {
@@ -282,6 +320,7 @@ impl Derivation {
             levels: BTreeMap::new(),
             fingertips: BTreeMap::new(),
             positions: BTreeMap::new(),
+            held: BTreeMap::new(),
             span: [0.0; 2],
             window: Some(window),
             columns: columns.collect(),

@@ -18,6 +18,7 @@ mod formats;
 mod frames;
 mod hand_models;
 mod held_forces;
+mod held_poses;
 mod implausible;
 mod jumps;
 mod learned;
