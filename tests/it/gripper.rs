@@ -183,7 +183,7 @@ fn a_carry_is_found_without_a_pose_of_the_object() {
     let issues = analysis["issues"].to_string();
     assert!(!issues.contains("implausible"), "{issues}");
     // The rotations count after the positions.
-    assert!(issues.contains("Slip cannot be detected: no position of `box` is bound"), "{issues}");
+    assert!(issues.contains("Slip, Topple cannot be detected: no position of `box` is bound"), "{issues}");
 }
 
 /// Without poses of the object and without a position of the hand nothing shows whether a grasp failed.

@@ -18,7 +18,7 @@ fn analyzed(folder: &Path, log: &str, options: &[&str]) -> Value {
 fn failures(found: &Value) -> Vec<&str> {
     let segments = found["tracks"].as_array().unwrap().iter().flat_map(|track| track["relabeled"].as_array().unwrap());
     let names = segments.map(|segment| segment["primitive"].as_str().unwrap());
-    names.filter(|name| ["Jam", "Slip", "Drop", "Miss", "Collision", "Bump"].contains(name)).collect()
+    names.filter(|name| ["Jam", "Slip", "Drop", "Topple", "Miss", "Collision", "Bump"].contains(name)).collect()
 }
 
 /// The tasks of a hand, with their attempts and whether they are failures.
@@ -237,4 +237,50 @@ fn a_live_log_is_final_after_a_kind_of_release() {
     let task = lines.iter().position(|line| line.starts_with("task    right push")).unwrap();
     let last = lines.iter().rposition(|line| line.starts_with("closed  right ")).unwrap();
     assert!(text.contains("LetGo") && task < last, "{text}");
+}
+
+/// A box falls off its support 0.2 s after its release, and the hand rests for 2 s. `live` finds the tasks that `analyze` finds, before the log ends.
+#[test]
+fn a_box_that_topples_after_its_release_is_a_failure_in_live_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    demonstrate("pick_and_place", &[], path.clone());
+    let log = analyzed(folder.path(), "log.csv", &[]);
+    let mut segments = log["tracks"][0]["relabeled"].as_array().unwrap().iter();
+    let release_s = segments.rfind(|it| it["primitive"] == "Release").unwrap()["start_s"].as_f64().unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (header, rows) = text.split_once('\n').unwrap();
+    let column = |title: &str| header.split(',').position(|found| found.starts_with(title)).unwrap();
+    let (z, speed) = (column("box.position.z"), column("box.velocity.z"));
+    let mut rows: Vec<Vec<String>> = rows.lines().map(|row| row.split(',').map(str::to_string).collect()).collect();
+    let time_s = |row: &[String]| row[0].parse::<f64>().unwrap();
+    let last = rows.last().unwrap().clone();
+    for after in 1..2000 {
+        let mut row = last.clone();
+        row[0] = format!("{:.3}", time_s(&last) + f64::from(after) / 1000.0);
+        rows.push(row);
+    }
+    for row in &mut rows {
+        let falls_s = (time_s(row) - release_s - 0.2).max(0.0);
+        let fallen_m = (4.9 * falls_s.powi(2)).min(0.1);
+        row[z] = format!("{:.6}", row[z].parse::<f64>().unwrap() - fallen_m);
+        if falls_s > 0.0 {
+            row[speed] = format!("{:.6}", if fallen_m < 0.1 { -9.8 * falls_s } else { 0.0 });
+        }
+    }
+    let rows: String = rows.iter().map(|row| row.join(",") + "\n").collect();
+    std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
+    let found = analyzed(folder.path(), "log.csv", &[]);
+    assert_eq!(found["outcome"]["result"], "failure", "{}", found["outcome"]);
+    let whole = tasks(&found, "right");
+    assert_eq!(whole.iter().map(|(task, ..)| *task).collect::<Vec<_>>(), ["pick_and_place", "toppled"]);
+    let text = run(folder.path(), &["live", "log.csv", "--calibration", "log.csv", "--no-labels"]);
+    let lines: Vec<&str> = text.lines().collect();
+    let last = lines.iter().rposition(|line| line.starts_with("closed  right Move")).unwrap();
+    for task in found["tracks"][0]["tasks"].as_array().unwrap() {
+        let [name, object] = ["task", "object"].map(|key| task[key].as_str().unwrap());
+        let [start_s, end_s] = ["start_s", "end_s"].map(|key| task[key].as_f64().unwrap());
+        let line = format!("task    right {name} {object}, {start_s:.3} – {end_s:.3} s");
+        assert!(lines[..last].iter().any(|found| found.starts_with(&line)), "{line}: {text}");
+    }
 }

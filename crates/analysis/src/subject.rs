@@ -100,7 +100,7 @@ impl<'a> HandledObjects<'a> {
     }
 
     /// What a task of a hand is about: the object of its key segments that last the longest, and the partner among those of them that have
-    /// one. Without key segments all segments count.
+    /// one. All segments count if there is no key segment, or if only others have a touch.
     pub fn of_task(
         &self,
         side: Side,
@@ -110,11 +110,16 @@ impl<'a> HandledObjects<'a> {
         stretch: &Range<usize>,
     ) -> Subject {
         let found = |piece: &LabeledSpan| (self.found(side, opens(piece), &piece.frames, stretch), piece.frames.len());
+        let is_touched = |all: &[(SubjectEvidence, usize)]| all.iter().any(|(found, _)| found.touched);
         let mut all: Vec<(SubjectEvidence, usize)> = pieces.iter().filter(|piece| is_key(piece)).map(found).collect();
-        if !all.iter().any(|(found, _)| found.touched) {
-            all = pieces.iter().map(found).collect();
+        if !is_touched(&all) {
+            let of_all: Vec<(SubjectEvidence, usize)> = pieces.iter().map(found).collect();
+            // What is missed, or falls by itself, is touched in none of them.
+            if all.is_empty() || is_touched(&of_all) {
+                all = of_all;
+            }
         }
-        if all.iter().any(|(found, _)| found.touched) {
+        if is_touched(&all) {
             all.retain(|(found, _)| found.touched);
         }
         let object =

@@ -17,7 +17,7 @@ const SHUT_M: f64 = 0.002;
 const SHUTS_S: f64 = 1.0;
 
 /// The primitives of failures.
-pub const PRIMITIVES: [&str; 6] = ["Jam", "Slip", "Drop", "Miss", "Collision", "Bump"];
+pub const PRIMITIVES: [&str; 7] = ["Jam", "Slip", "Drop", "Topple", "Miss", "Collision", "Bump"];
 
 /// One seed of an operator.
 pub struct Trial {

@@ -74,8 +74,8 @@ fn nothing_named_is_the_contact_rules_with_forces_and_failures() {
             "rules/hand_force.rules"
         ]
     );
-    assert_eq!(rules.primitives.len(), 20);
-    assert_eq!(rules.tasks.iter().filter(|task| task.failure).count(), 4);
+    assert_eq!(rules.primitives.len(), 21);
+    assert_eq!(rules.tasks.iter().filter(|task| task.failure).count(), 5);
     let force = rules.channels.iter().find(|channel| channel.name == "fingers.force").unwrap();
     assert_eq!(force.absent, Fallback::Refused, "a hand that trusts forces needs them");
     let contact = rules.channels.iter().find(|channel| channel.name == "fingers.contact").unwrap();
