@@ -7,7 +7,7 @@ use crate::clean::spikes;
 use crate::derive;
 use crate::frames::Frames;
 use crate::hand_models::{self, HandModel};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use teachtree_base::channels::ChannelSpec;
 use teachtree_base::error::{ErrorKind, InputError};
@@ -62,6 +62,8 @@ pub struct OpenedLog {
     pub resample_place: Option<String>,
     /// The columns of the flags in the binding, as written and with the opposite comparison, by channel.
     pub turned_flags: BTreeMap<String, [String; 2]>,
+    /// The flags that the binding sets to a constant, by channel.
+    pub constant_flags: BTreeSet<String>,
     /// Channels of the binding with nearly the names of known ones, and the error that each is when no rule reads it.
     pub suspicious_channels: Vec<(String, InputError)>,
 }
@@ -163,7 +165,8 @@ fn bound_log(
 ) -> OpenedLog {
     let csv::LoadedRecording { recording, issues, row_time, zero_stamp_s } = read;
     let expect = file.binding.expect.clone().map(|text| (text, file.place(&["expect"])));
-    let (turned_flags, param_places) = (file.turned_flags(), file.param_places());
+    let (turned_flags, constant_flags, param_places) =
+        (file.turned_flags(), file.constant_flags(), file.param_places());
     let resample_place = file.binding.resample.map(|_| file.place(&["resample"]));
     let Binding { hand_file, params, trust, time_offset, .. } = file.binding;
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
@@ -184,6 +187,7 @@ fn bound_log(
         expect,
         resample_place,
         turned_flags,
+        constant_flags,
         suspicious_channels,
     }
 }
@@ -223,6 +227,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
         expect: None,
         resample_place: None,
         turned_flags: BTreeMap::new(),
+        constant_flags: BTreeSet::new(),
         suspicious_channels,
     }
 }
@@ -262,6 +267,8 @@ impl OpenedLog {
         let mut frames = derive::frames_trusting(&self.recording, channels, &self.trust)
             .map_err(|error| in_log(&self.log, self.recording.spelling.of_error(error)))?;
         frames.row_time.clone_from(&self.row_time);
+        // A flag that the user sets is a statement.
+        frames.issues.retain(|it| it.kind != IssueKind::CONSTANT_FLAG || !self.constant_flags.contains(&it.channel));
         frames.issues = frames.issues.into_iter().map(|issue| self.spelled(self.with_turned_flag(issue))).collect();
         // A binding looks at sensors before it corrects them; what it has found is found again where nothing was corrected.
         frames.issues.retain(|issue| !self.issues.contains(issue));

@@ -313,6 +313,11 @@ scene: {bodies: {cube: {role: object, radius: 30 mm}}}
     // A flag that changes is none.
     let changing = binding.replace("50 mm", "75 mm").replace("contact: touch", "contact: opening [mm] > 74 mm");
     assert_eq!(told(&changing), Vec::<String>::new());
+    // A constant that the binding writes is a statement; one in a column is an issue with the line that says so.
+    let stated = binding.replace("contact: touch", "contact: \"= 1\"").replace("opening [mm] < 50 mm", "\"= 1\"");
+    assert_eq!(told(&stated), Vec::<String>::new());
+    let measured = told(&binding.replace("closed: opening [mm] < 50 mm", "closed: touch"));
+    assert!(measured.iter().any(|it| it.contains("closed throughout") && it.ends_with("bind `= 1`")), "{measured:?}");
 }
 
 #[test]

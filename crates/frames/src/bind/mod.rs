@@ -50,7 +50,7 @@ use robots::{BoundRobot, Robot};
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Deserializer, de};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 use teachtree_base::channels::Shape;
@@ -384,6 +384,14 @@ impl BindingFile {
             _ => None,
         });
         flags.collect()
+    }
+
+    /// The flags that it sets to a constant, by channel.
+    pub fn constant_flags(&self) -> BTreeSet<String> {
+        let is_flag = |key: &str| LogChannel::parse(key).is_some_and(|channel| channel.shape() == Shape::Bool);
+        let is_constant = |columns: &Columns| matches!(columns, Columns::Pattern(it) if it.constant.is_some());
+        let flags = self.binding.channels.iter().filter(|(key, columns)| is_flag(key) && is_constant(columns));
+        flags.map(|(key, _)| key.clone()).collect()
     }
 
     /// The places `file:line:column` of the params that it sets, by name.

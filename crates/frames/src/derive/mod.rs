@@ -151,7 +151,9 @@ fn never_changes(measured: &CleanLog, channel: &str, [off, on]: [bool; 2]) -> Op
         (false, true, false) => {
             "the contact lasts as long as the log: a sensor with a bias, or a threshold that is too low"
         }
-        (false, true, true) => "the gripper is closed throughout: check the threshold and the column",
+        (false, true, true) => {
+            "the gripper is closed throughout: check the threshold and the column; if it is to push while it is closed, bind `= 1`"
+        }
         (true, false, true) => "the gripper is never closed: check the threshold and the column",
         _ => return None,
     };
