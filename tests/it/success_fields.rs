@@ -113,6 +113,15 @@ fn a_column_of_the_set_is_kept_and_compared() {
     assert!(said(&replaced).contains(&format!("{line}replaced\n")), "{}", all_said(&replaced));
     assert!(said(&replaced).contains("`next.success`: 0 successes, 3 failures\n"), "{}", all_said(&replaced));
     assert!(flags(&path("replaced")).values().flatten().all(|flag| !flag));
+    let line = "`next.success` contradicts the outcome of this recording (failure)";
+    for (command, log, format, count) in [("analyze", "once#0", "json", 1), ("audit", "once", "csv", 2)] {
+        let found = |expected: &str| {
+            let args = [command, log, "--binding", "b.yaml", "--expect", expected, "--format", format];
+            said(&teachtree_in(folder.path(), &args)).matches(line).count()
+        };
+        assert_eq!(found("peg_in_hole x 9"), count, "{command}");
+        assert_eq!(found("peg_in_hole"), 0, "{command}");
+    }
 }
 
 /// A folder with robosuite's recordings, `lift.hdf5`, their binding, `b.yaml`, rules by which the recordings succeed where they end, `lift.rules`, and rules by
@@ -226,12 +235,48 @@ fn fields_of_a_file_are_kept_and_compared() {
     assert!(kept.status.success(), "{}", all_said(&kept));
     assert!(said(&kept).contains(&format!("{}kept, `--replace` replaces it\n", both[0])), "{}", said(&kept));
     assert!(said(&kept).contains(both[1]), "{}", said(&kept));
+    // `analyze` and `audit` say so too.
+    let lines =
+        ["`success`", "`rewards`"].map(|it| format!("{it} contradicts the outcome of this recording (failure)"));
+    for (command, format) in [("analyze", "json"), ("audit", "csv")] {
+        let found = |log: &str| {
+            let args = [command, log, "--binding", "b.yaml", "--rules", "slow.rules", "--format", format];
+            let text = said(&teachtree_in(folder.path(), &args));
+            lines.iter().map(|line| text.matches(line.as_str()).count()).collect::<Vec<_>>()
+        };
+        assert_eq!(found("lift.hdf5#demo_1"), [1, 1], "{command}");
+        assert_eq!(found("lift.hdf5#demo_3"), [0, 0], "{command}");
+    }
     let rewards = [sparse, dense];
     assert_eq!(fields("kept.hdf5"), ([Some(AttrValue::U8(1)), Some(AttrValue::I8(1))], rewards.clone()));
     let replaced = annotate_file(folder.path(), "replaced.hdf5", &[&SLOW[..], &["--replace"]].concat());
     assert!(said(&replaced).contains(&format!("{}replaced\n", both[0])), "{}", said(&replaced));
     assert!(said(&replaced).contains(both[1]), "{}", said(&replaced));
     assert_eq!(fields("replaced.hdf5"), ([Some(AttrValue::I8(0)), Some(AttrValue::I8(1))], rewards));
+}
+
+/// A recorder without rewards writes zeros; a success whose rewards are 0 contradicts only where another recording has a 1.
+#[test]
+fn rewards_that_are_zero_in_all_recordings_say_nothing() {
+    for (has_reward, count) in [(false, 0), (true, 1)] {
+        let folder = with_file();
+        let file = File::open_rw(folder.path().join("lift.hdf5")).unwrap();
+        for (name, rows) in [("demo_1", 482), ("demo_3", 392)] {
+            let is_one = |row: i32| has_reward && name == "demo_1" && row > 400;
+            let rewards: Vec<f64> = (0..rows).map(|row| f64::from(u8::from(is_one(row)))).collect();
+            let recording = file.group(&format!("data/{name}")).unwrap();
+            recording
+                .create_dataset("rewards", |data| {
+                    data.with_f64_data(&rewards);
+                })
+                .unwrap();
+        }
+        file.commit().unwrap();
+        file.close().unwrap();
+        let args = ["analyze", "lift.hdf5#demo_3", "--binding", "b.yaml", "--rules", "slow.rules", "--format", "json"];
+        let line = "`rewards` contradicts the outcome of this recording (success)";
+        assert_eq!(said(&teachtree_in(folder.path(), &args)).matches(line).count(), count, "{has_reward}");
+    }
 }
 
 /// `datasets` loads the column as truths, where it is installed, and all other values as they are in the set.

@@ -50,6 +50,8 @@ pub struct OpenedLog {
     pub zero_stamp_s: f64,
     /// The clock of the bag that the log is; `None` of other logs, and where the binding takes the stamps from a column.
     pub clock: Option<BagClock>,
+    /// Whether the recording is a success, by each field of the log that says so.
+    pub success_fields: Vec<(&'static str, bool)>,
     /// Rule parameters that the binding overrides, in its order: name, and value with unit.
     pub params: Vec<(String, String)>,
     /// The places of these params in the binding, by name.
@@ -124,10 +126,10 @@ pub fn open_source(source: Source, request: &OpenRequest) -> Result<OpenedLog, I
 
 fn opened(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputError> {
     let log = request.log.clone();
-    let clock = source.clock;
+    let (clock, success_fields) = (source.clock, std::mem::take(&mut source.success_fields));
     let Some(binding) = &request.binding else {
         let read = csv::read_source(source, &log, request.scene.as_deref(), &request.folders.beside)?;
-        return Ok(OpenedLog { clock, ..canonical(read, log) });
+        return Ok(OpenedLog { clock, success_fields, ..canonical(read, log) });
     };
     let in_binding = |error: InputError| error.or_kind(ErrorKind::Binding);
     let file = BindingFile::read(binding).map_err(in_binding)?;
@@ -152,7 +154,7 @@ fn opened(mut source: Source, request: &OpenRequest) -> Result<OpenedLog, InputE
         read.issues.extend(gap_filling::fill_gaps(&mut read.recording));
     }
     read.issues.extend(closed_grippers::learn(&mut read.recording));
-    Ok(OpenedLog { clock, ..bound_log(log, read, binding, file, suspicious_channels) })
+    Ok(OpenedLog { clock, success_fields, ..bound_log(log, read, binding, file, suspicious_channels) })
 }
 
 /// A recording with the other settings of its binding.
@@ -180,6 +182,7 @@ fn bound_log(
         row_time,
         zero_stamp_s,
         clock: None,
+        success_fields: vec![],
         hand_file,
         params,
         param_places,
@@ -220,6 +223,7 @@ fn canonical(read: csv::LoadedRecording, log: PathBuf) -> OpenedLog {
         row_time,
         zero_stamp_s,
         clock: None,
+        success_fields: vec![],
         hand_file: None,
         params,
         param_places: BTreeMap::new(),

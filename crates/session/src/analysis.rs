@@ -9,6 +9,7 @@ use super::rules::Rules;
 use super::run::Run;
 use super::score::{Labels, Score};
 use super::streaming;
+use super::success_fields;
 use super::table::FrameTable;
 use crate::{ErrorInternals, LogInternals, RulesInternals};
 use std::fmt;
@@ -55,7 +56,17 @@ impl Analysis {
         }
         let opened = log.opened()?;
         let (run, found) = Run::analyzed(rules.set(), opened, log.binding().is_some())?;
-        Ok(of(found, OnceLock::from(run), opened.zero_stamp_s))
+        let mut analysis = of(found, OnceLock::from(run), opened.zero_stamp_s);
+        analysis.compare_success_fields()?;
+        Ok(analysis)
+    }
+
+    /// Compares the outcome with the success fields of the log; one that is read in windows has none.
+    fn compare_success_fields(&mut self) -> Result<(), Error> {
+        if self.run.get().is_some() {
+            success_fields::compare(&mut self.found, &self.log.opened()?.success_fields);
+        }
+        Ok(())
     }
 
     /// Returns the analysis with the expected tasks of the log's binding.
@@ -74,6 +85,7 @@ impl Analysis {
 
     fn expecting_at(mut self, tasks: &str, place: String, kind: ErrorKind) -> Result<Self, Error> {
         self.found.expected = self.rules.expected_tasks(tasks, place, kind)?;
+        self.compare_success_fields()?;
         Ok(self)
     }
 
@@ -536,7 +548,8 @@ impl AnalysisInternals for Analysis {
         let log = &self.log;
         let (run, found) = self.run()?.again(rules.set(), log.opened()?, log.binding().is_some())?;
         let (meta, run) = (meta_of(rules, log, self.meta.zero_stamp_s), OnceLock::from(run));
-        let analysis = Self { found, meta, rules: rules.clone(), log: log.clone(), run };
+        let mut analysis = Self { found, meta, rules: rules.clone(), log: log.clone(), run };
+        analysis.compare_success_fields()?;
         analysis.with_binding_expectation()
     }
 

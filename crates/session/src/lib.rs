@@ -24,6 +24,7 @@ mod run;
 pub mod score;
 pub mod signals;
 mod streaming;
+mod success_fields;
 mod table;
 mod varied_logs;
 

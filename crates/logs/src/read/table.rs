@@ -82,6 +82,8 @@ pub struct Source {
     pub refused: Vec<(String, String)>,
     /// The clock of a bag, whose stamps count from its first one here.
     pub clock: Option<BagClock>,
+    /// Whether the recording is a success, by each field of the log that says so.
+    pub success_fields: Vec<(&'static str, bool)>,
 }
 
 /// How the times of a bag's log come from the clocks of the bag.
@@ -269,6 +271,7 @@ impl Source {
             issues: vec![],
             refused: vec![],
             clock: None,
+            success_fields: vec![],
         }
     }
 

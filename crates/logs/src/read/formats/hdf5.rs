@@ -24,6 +24,7 @@ use crate::read::table::{MAX_COLUMNS, Source};
 use ::hdf5_pure::{
     AttrValue, DType, Dataset, Datatype, Error, File, FormatError, Group, ReadSeekSource, VlenStringReadOptions,
 };
+use annotate::success;
 use floats::{FloatForm, NumberReader};
 use mujoco::Model;
 use serde_json::Value;
@@ -148,6 +149,9 @@ impl Container {
         let states = states.and_then(|states| Some((states.width(), states.numbers()?)));
         let rate_hz = described.iter().find_map(|attrs| attrs.rate_hz);
         let most = budget.whole;
+        let chosen = chosen.filter(|_| self.parent == success::PARENT);
+        let success_fields =
+            chosen.map(|name| success::known(self, name, rows)).transpose().map_err(failed)?.unwrap_or_default();
         let mut recording = Recording { place, arrays, rows, most, rate_hz, time: None, computed: None };
         if let Some((width, states)) = states
             && described.iter().any(|attrs| attrs.robosuite)
@@ -160,7 +164,7 @@ impl Container {
             let model = model.and_then(|text| Model::read(&text, width));
             recording.computed = model.map(|model| Box::new(Motion { model, states }) as Box<dyn ComputedColumns>);
         }
-        recording.source()
+        Ok(Source { success_fields, ..recording.source()? })
     }
 }
 

@@ -53,7 +53,11 @@ pub fn open(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> R
     for (title, cells) in read.header().iter().zip(read.columns().values()) {
         memory.push_column(set.title(title), cells.clone());
     }
-    Ok(Source::one(format!("{} episode {episode}", folder.display()), memory.header(), Box::new(memory)))
+    let successes = read.columns().get(annotate::success::COLUMN).and_then(Cells::numbers);
+    let is_success = |values: &[f64]| values.iter().any(|value| *value > 0.5);
+    let success_fields = successes.map(|values| (annotate::success::COLUMN, is_success(values)));
+    let source = Source::one(format!("{} episode {episode}", folder.display()), memory.header(), Box::new(memory));
+    Ok(Source { success_fields: success_fields.into_iter().collect(), ..source })
 }
 
 /// The files that an episode is read from.

@@ -4,7 +4,7 @@
 use super::super::Container;
 use super::{NewValues, Paths, Request, damaged};
 use crate::allowed_folders::AllowedFolders;
-use ::hdf5_pure::{AttrValue, Error};
+use ::hdf5_pure::{AttrValue, Error, Group};
 use std::collections::BTreeMap;
 use std::path::Path;
 use teachtree_base::error::InputError;
@@ -21,7 +21,11 @@ pub const REWARDS: &str = "rewards";
 /// The data set of a recording that says where its task is done.
 pub const DONES: &str = "dones";
 /// The group of recordings in the layout of robomimic and Isaac Lab.
-const PARENT: &str = "data/";
+pub(in super::super) const PARENT: &str = "data/";
+
+/// The number of recordings of a file in which a reward of 1 is looked for, and the maximum number of their rows.
+const LOOKED_AT: usize = 20;
+const LONGEST: u64 = 1 << 20;
 
 impl Paths {
     /// Adds the fields of the recordings whose outcome is known. An attribute that is there is replaced only if that is requested; `rewards` and `dones`
@@ -52,7 +56,7 @@ impl Paths {
 }
 
 /// The recordings whose fields contradict these successes, which have a value for each row; by the field: [`ATTRIBUTE`], and [`REWARDS`] where they are 0
-/// and 1.
+/// and 1, and not 0 in all recordings.
 ///
 /// # Errors
 /// When the file is damaged.
@@ -75,7 +79,11 @@ pub fn contradictions(
 }
 
 /// Whether a recording of this number of rows succeeded, by each of its fields.
-fn known(container: &Container, name: &str, rows: usize) -> Result<Vec<(&'static str, bool)>, Error> {
+pub(in super::super) fn known(
+    container: &Container,
+    name: &str,
+    rows: usize,
+) -> Result<Vec<(&'static str, bool)>, Error> {
     let group = container.file.group(&format!("{}{name}", container.parent))?;
     let mut known = Vec::new();
     if let Some(value) = group.attrs()?.get(ATTRIBUTE) {
@@ -83,12 +91,26 @@ fn known(container: &Container, name: &str, rows: usize) -> Result<Vec<(&'static
         known.extend(number.map(|number| (ATTRIBUTE, number != 0.0)));
     }
     // Only what has a value for each row is read, so that a damaged file cannot promise more than its recordings have.
-    if let Ok(rewards) = group.dataset(REWARDS)
-        && rewards.shape()? == [rows as u64]
-    {
-        let values = rewards.read_f64()?;
-        let is_sparse = values.iter().all(|value| *value == 0.0 || *value == 1.0);
-        known.extend(is_sparse.then(|| (REWARDS, values.contains(&1.0))));
+    if let Some(is_success) = rewarded(&group, |length| length == rows as u64)? {
+        // A recorder without rewards writes zeros into all recordings.
+        let mut others = container.names.iter().take(LOOKED_AT);
+        let is_filled = |other: &String| {
+            let group = container.file.group(&format!("{}{other}", container.parent));
+            let found = group.and_then(|group| rewarded(&group, |length| length <= LONGEST));
+            found.is_ok_and(|found| found == Some(true))
+        };
+        known.extend((is_success || others.any(is_filled)).then_some((REWARDS, is_success)));
     }
     Ok(known)
+}
+
+/// Whether a recording has a reward of 1; `None` if it has no rewards, others than 0 and 1, or a number of them that is not wanted.
+fn rewarded(group: &Group, is_wanted: impl Fn(u64) -> bool) -> Result<Option<bool>, Error> {
+    let Ok(rewards) = group.dataset(REWARDS) else { return Ok(None) };
+    if !matches!(rewards.shape()?[..], [length] if is_wanted(length)) {
+        return Ok(None);
+    }
+    let values = rewards.read_f64()?;
+    let is_sparse = values.iter().all(|value| *value == 0.0 || *value == 1.0);
+    Ok(is_sparse.then(|| values.contains(&1.0)))
 }
