@@ -69,7 +69,7 @@ fn in_rules(path: &Path, file: &BindingFile, error: Error) -> InputError {
 fn without_log(checked: BindingCheck) -> String {
     match checked {
         BindingCheck::Whole => String::new(),
-        BindingCheck::Form => "; `analyze LOG` checks its bodies and rules".into(),
+        BindingCheck::Form => "\n  `analyze LOG` checks its bodies and rules".into(),
     }
 }
 

@@ -355,6 +355,9 @@ fn check_refuses_a_binding_that_analyze_refuses() {
     // Properties of the log are not errors of the binding: names of columns, objects without columns, units that its header may have.
     std::fs::write(path, binding("  <object>.position: [a, b, c]\n  right.gripper.opening: \"o [mm]\"\n", "")).unwrap();
     assert_eq!(said(&teachtree(&["check", path])), format!("{path}: a binding, without errors\n"));
+    std::fs::write(path, "channels: {right.tcp.position: [x, y, z]}\n").unwrap();
+    let of_form = format!("{path}: a binding, without errors\n  `analyze LOG` checks its bodies and rules\n");
+    assert_eq!(said(&teachtree(&["check", path])), of_form);
     // Rules of one's own are named with the binding that is for them.
     let rules = file(&folder, "own.rules", "use \"contact.rules\"\nparam lift = 3 mm in 1 mm .. 10 mm\n");
     std::fs::write(path, binding("", "params: {lift: 4 mm}\n")).unwrap();
