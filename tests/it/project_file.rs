@@ -207,6 +207,32 @@ fn params_that_do_not_fit_the_rules_have_their_place() {
     assert!(checked.status.success(), "{}", all_said(&checked));
 }
 
+/// A binding is shared by all rules for its logs, also by learned ones, which have no params.
+#[test]
+fn rules_that_lack_a_shipped_param_ignore_its_value_in_a_file() {
+    let folder = project();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let with = |param: &str| BINDING.replacen("channels:", &format!("params: {{{param}}}\nchannels:"), 1);
+    write("own.yaml", &with("touch_on: 0.3 N"));
+    write(
+        "mine.rules",
+        "use \"stream.rules\"\n\nparam up = 100 mm\n\nfor each hand { signal height = mean(fingers.position).z }\n\n\
+         primitive Low, High\n\ntree skills for each hand {\n  height > up => High\n  else        => Low\n}\n",
+    );
+    let entry = "{binding: own.yaml, rules: [mine.rules], params: {jam_off: 3 N, up: 90 mm}}";
+    write("teachtree.yaml", &format!("logs: {{'*.csv': {entry}}}"));
+    assert_eq!(analyzed(folder.path(), &["a.csv"])["rules"]["params"], serde_json::json!({"up": "90 mm"}));
+    let checked = teachtree_in(folder.path(), &["check", "teachtree.yaml"]);
+    assert!(checked.status.success(), "{}", all_said(&checked));
+    // A param of no rules is a mistake, and so is one of the command line without effect.
+    let unknown = "there is no param";
+    let given = teachtree_in(folder.path(), &["analyze", "a.csv", "--set", "touch_on=0.3N"]);
+    assert!(complained(&given).contains(unknown), "{}", all_said(&given));
+    write("own.yaml", &with("tuch_on: 0.3 N"));
+    let mistyped = teachtree_in(folder.path(), &["analyze", "a.csv"]);
+    assert!(complained(&mistyped).contains(unknown), "{}", all_said(&mistyped));
+}
+
 #[test]
 fn patterns_that_never_fit_are_refused() {
     let folder = project();

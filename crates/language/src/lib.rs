@@ -63,7 +63,8 @@ pub struct Request {
     pub hand_file: Option<String>,
     /// Params to override, as `(name, value with unit)`.
     pub overrides: Vec<(String, String)>,
-    /// The places of overrides in files, by name: `teachtree.yaml:3:14`. Messages about an override state it.
+    /// The places of overrides in files, by name: `teachtree.yaml:3:14`. Messages about an override state it. Such an override has no effect if only shipped
+    /// rules that are not loaded declare the param.
     pub override_places: BTreeMap<String, String>,
     /// Whether rules without a tree are an error, since something is to be labeled; else they are only worth a warning.
     pub needs_tree: bool,
@@ -129,10 +130,9 @@ fn loader(request: &Request) -> Loader {
     loader
 }
 
-/// Whether the shipped `failures.rules` declares a param of this name.
-pub fn is_param_of_failures(name: &str) -> bool {
-    let file = shipped(DEFAULT_FAILURES).map(|(_, text)| parse::parse(text, 0).0);
-    let mut items = file.iter().flat_map(|file| &file.items);
+/// Whether a shipped file declares a param of this name.
+pub(crate) fn is_shipped_param(name: &str) -> bool {
+    let mut items = SHIPPED.iter().flat_map(|(_, text)| parse::parse(text, 0).0.items);
     items.any(|item| matches!(&item.kind, syntax::ItemKind::Param(param) if param.name.text == name))
 }
 

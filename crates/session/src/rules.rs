@@ -159,7 +159,9 @@ impl Rules {
             Some(rules) if errors.is_empty() => {
                 let warnings = Diagnostic::all(&loaded.diagnostics, &sources, Severity::Warning);
                 let hand_model = hand_model.filter(|model| is_loaded(&rules, &model.file));
-                Ok(Self(Arc::new(Inner { rules, request: request.clone(), warnings, hand_model })))
+                let mut request = request.clone();
+                request.overrides.retain(|(name, _)| rules.params.iter().any(|param| param.name == *name));
+                Ok(Self(Arc::new(Inner { rules, request, warnings, hand_model })))
             }
             _ => Err(Error::rules(errors)),
         }
@@ -369,10 +371,6 @@ impl RulesOptionsInternals for RulesOptions {
         self.hand_file = self.hand_model_for(log).map(|model| model.file);
         self.files = self.files_of(log.project_settings());
         self.add_places(log.param_places());
-        let mut params = log.params();
-        if self.without_failures && self.files.is_empty() && self.texts.is_empty() {
-            params.retain(|(name, _)| !language::is_param_of_failures(name));
-        }
-        Request { two_hands: log.hands().len() > 1, ..self.request(params) }
+        Request { two_hands: log.hands().len() > 1, ..self.request(log.params()) }
     }
 }

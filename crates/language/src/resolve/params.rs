@@ -111,7 +111,9 @@ impl Resolver {
     }
 
     fn unknown_override(&mut self, name: &str) {
-        if self.names.incomplete || self.names.broken.contains(name) {
+        // A binding is also used with rules that lack a param of the shipped ones.
+        let has_no_effect = self.override_places.contains_key(name) && crate::is_shipped_param(name);
+        if has_no_effect || self.names.incomplete || self.names.broken.contains(name) {
             return;
         }
         let known = self.rules.params.iter().map(|param| param.name.as_str());

@@ -90,10 +90,12 @@ fn check_params(file: &ProjectFile, pattern: &LogPattern, entry: &Entry) -> Resu
         let at = rules.iter().position(|rules| rules.as_ref().is_some_and(declares));
         // Mistakes of rules are those of their files.
         let Some(at) = at.or_else(|| rules.iter().position(|rules| rules.is_some())) else { continue };
-        let overrides = vec![(param.clone(), value.clone())];
-        let found = language::load(&Request { overrides, ..requests[at].clone() }).diagnostics;
+        let place = file.place(pattern, &["params", param]);
+        let (overrides, override_places) =
+            (vec![(param.clone(), value.clone())], [(param.clone(), place.clone())].into());
+        let found = language::load(&Request { overrides, override_places, ..requests[at].clone() }).diagnostics;
         if let Some(found) = found.into_iter().find(|found| found.code == codes::BAD_OVERRIDE) {
-            let error = InputError::new(file.place(pattern, &["params", param]), found.message);
+            let error = InputError::new(place, found.message);
             return Err(found.help.into_iter().fold(error, InputError::help));
         }
     }
