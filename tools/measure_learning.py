@@ -65,21 +65,9 @@ def desk_labels(log):
     return [(row["surgeme"], times[int(row["start_frame"])], times[min(int(row["end_frame"]), len(times) - 1)]) for row in rows]
 
 
-def joined(log, folder):
-    """A folder of tables of the same times as one table: `learn` takes a folder for several recordings."""
-    tables = {name: [line.split() for line in (log / f"{name}.dat").read_text().splitlines()] for name in ("R_Torques", "R_CartPos")}
-    path = folder / f"{log.name}.csv"
-    with path.open("w", newline="") as file:
-        rows = csv.writer(file)
-        rows.writerow([f"{name}.{at}" for name, table in tables.items() for at in range(1, len(table[0]) + 1)])
-        rows.writerows(sum(parts, []) for parts in zip(*tables.values()))
-    path.with_suffix(".states").write_text((log / "R_State.dat").read_text())
-    return path
-
-
 def state_labels(log):
-    starts = [float(line) for line in log.with_suffix(".states").read_text().split()]
-    last_s = float(log.read_text().rstrip().rpartition("\n")[2].split(",")[0])
+    starts = [float(line) for line in (log / "R_State.dat").read_text().split()]
+    last_s = float((log / "R_Torques.dat").read_text().rstrip().rpartition("\n")[2].split()[0])
     return [(str(at), start, end) for at, (start, end) in enumerate(zip(starts, [*starts[1:], last_s]), 1)]
 
 
@@ -293,15 +281,10 @@ def is_number(rows, key):
 class Measure:
     def __init__(self, args, folder):
         self.args, self.kind, self.folder = args, SETS[args.set], folder
-        binding = BINDINGS / f"{self.kind['binding']}.binding.yaml"
-        self.binding = folder / binding.name
-        # Learned rules lack the params that a binding sets.
-        text = re.sub(r"^params:\n(  .*\n)*", "", binding.read_text(), flags=re.MULTILINE)
-        self.binding.write_text(text.replace("\ntime: 1 [s]\n", "\ntime: R_Torques.1 [s]\n"))
+        self.binding = BINDINGS / f"{self.kind['binding']}.binding.yaml"
         self.names = dict(pair.split("=") for pair in self.kind["map"].split(","))
         logs = sorted(Path(args.data).glob(self.kind["logs"]))
         logs = [log for log in logs if not log.stem.endswith(("_segments", ".labels"))]
-        logs = [joined(log, folder) if log.is_dir() else log for log in logs]
         self.recordings = [Recording(self.program, self.kind, log, self.names, self.folder) for log in logs]
         self.label_files = {recording: self.table(recording) for recording in self.recordings}
 

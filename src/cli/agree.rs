@@ -15,7 +15,7 @@ use teachtree_base::error::InputError;
 use teachtree_logs::read::labels::LabelKind;
 use teachtree_report::agreement::text;
 use teachtree_session::Labels;
-use teachtree_session::files::{all_logs, label_file};
+use teachtree_session::files::label_file;
 use teachtree_session::score::{is_of_set, read_labels};
 use teachtree_session::{LabelsInternals, LogInternals, RulesInternals};
 
@@ -70,7 +70,7 @@ type Tracks = BTreeMap<(TrackId, LabelKind), Vec<Span>>;
 
 /// Runs `agree`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut logs = all_logs(&args.logs)?;
+    let mut logs = args.analysis.logs(&args.logs)?;
     args.analysis.source.check(logs.len())?;
     for labels in [&args.one, &args.other] {
         if !labels.exists() {

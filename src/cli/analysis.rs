@@ -66,6 +66,11 @@ impl AnalysisArgs {
         recordings(paths, self.source.binding.as_deref())
     }
 
+    /// The same as paths.
+    pub fn logs(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+        Ok(self.recordings(paths)?.into_iter().map(|found| found.log).collect())
+    }
+
     /// Whether a binding or rules are named for a log, by these options or by `teachtree.yaml`.
     ///
     /// # Errors

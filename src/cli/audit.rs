@@ -226,7 +226,7 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
         };
         paths.extend(found.unwrap_or_else(|| vec![path.clone()]));
     }
-    Ok(args.analysis.recordings(&paths)?.into_iter().map(|found| found.log).collect())
+    args.analysis.logs(&paths)
 }
 
 fn outputs(args: &Args) -> Vec<&Path> {

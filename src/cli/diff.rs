@@ -17,7 +17,6 @@ use teachtree_analysis::score::{ComparedResult, Comparison, KnownNames, NameMap,
 use teachtree_analysis::{Analysis, TaskSpan, TrackId};
 use teachtree_language::graph::compare::{Difference, TreeComparison, declarations, differences};
 use teachtree_session as session;
-use teachtree_session::files::all_logs;
 use teachtree_session::{AnalysisInternals, LabelsInternals, LogInternals, RulesInternals};
 
 /// Options of `diff`.
@@ -89,15 +88,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         declarations: declarations(one.set(), other.set()),
         trees: differences(one.set(), other.set()),
     };
-    let logs = all_logs(&args.logs)?;
-    args.source.check(logs.len())?;
-    args.truth.check(&logs)?;
-    let names = args.truth.names()?;
     let by = |file: &PathBuf| AnalysisArgs {
         rules: RuleArgs::of_files(std::slice::from_ref(file), args.hand.as_deref()),
         source: args.source.clone(),
     };
     let (by_one, by_other) = (by(&args.one), by(&args.other));
+    let logs = by_one.logs(&args.logs)?;
+    args.source.check(logs.len())?;
+    args.truth.check(&logs)?;
+    let names = args.truth.names()?;
     let LogResults { done, failed } = args.many.each_log("comparing", &logs, |log| {
         let opened = by_one.read(log)?;
         let (ours, theirs) = (by_one.analyze(&opened)?, by_other.analyze(&opened)?);

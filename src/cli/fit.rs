@@ -71,7 +71,7 @@ enum Format {
 
 /// Runs `fit`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let logs = args.truth.labeled_logs(&args.logs)?;
+    let logs = args.truth.labeled_logs(args.analysis.logs(&args.logs)?)?;
     let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     args.analysis.checked_inputs(&logs, &places)?;
     let groups = groups(args, &logs)?;

@@ -72,7 +72,7 @@ struct Recognition {
 
 /// Runs `inspect`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let logs: Vec<PathBuf> = args.analysis.recordings(&args.logs)?.into_iter().map(|found| found.log).collect();
+    let logs = args.analysis.logs(&args.logs)?;
     if args.skeleton.is_some() {
         let error = InputError::new("--skeleton", "is replaced by `teachtree init`, which also guesses the channels");
         return Err(error.help("`teachtree init LOG -o DIR` writes a binding, a scene and a project file").into());

@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(from) = &args.from {
         return relearned::run(args, from);
     }
-    let logs = args.truth.labeled_logs(&args.logs)?;
+    let logs = args.truth.labeled_logs(args.analysis.logs(&args.logs)?)?;
     let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     args.analysis.checked_inputs(&logs, &places)?;
     let groups = Groups::new(&logs, args.group_by.as_deref())?;

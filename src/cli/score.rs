@@ -75,7 +75,7 @@ fn percent(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs: Vec<&Path> = args.out.file.iter().chain(&args.picture).map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
-    let logs = args.truth.labeled_logs(&args.logs)?;
+    let logs = args.truth.labeled_logs(args.analysis.logs(&args.logs)?)?;
     args.analysis.checked_inputs(&logs, &outputs)?;
     let map = args.truth.names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;

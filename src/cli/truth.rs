@@ -8,7 +8,7 @@ use teachtree_analysis::score::NameMap;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_logs::read::{formats, text};
-use teachtree_session::files::{all_logs, label_file};
+use teachtree_session::files::label_file;
 use teachtree_session::project_file::ProjectSettings;
 use teachtree_session::score::{MAX_TEXT, is_of_several};
 use teachtree_session::{Labels, LabelsInternals};
@@ -82,13 +82,11 @@ impl TruthArgs {
         }
     }
 
-    /// The recordings that these paths stand for, without those that have no label file where `--labels` is a folder of them; how many have none is a
-    /// warning.
+    /// Those of some recordings that have a label file where `--labels` is a folder of them; how many have none is a warning.
     ///
     /// # Errors
-    /// When there are none, or none has a label file, or several recordings have only one.
-    pub fn labeled_logs(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
-        let logs = all_logs(paths)?;
+    /// When none has a label file, or several recordings have only one.
+    pub fn labeled_logs(&self, logs: Vec<PathBuf>) -> Result<Vec<PathBuf>, InputError> {
         self.check(&logs)?;
         let mut by_labels: BTreeMap<Option<PathBuf>, Vec<PathBuf>> = BTreeMap::new();
         for log in &logs {

@@ -219,6 +219,56 @@ fn few_groups_are_a_warning() {
     assert!(said(&output).contains("by the beginnings of names"), "{}", said(&output));
 }
 
+/// Writes a recording as some robots do: a folder of tables of the same times; its labels are a file of another folder.
+fn write_tables(folder: &Path, name: &str) {
+    let text = std::fs::read_to_string(folder.join(format!("logs/{name}.csv"))).unwrap();
+    let (mut hand, mut gripper) = (String::from("time,x,y,z\n"), String::from("time,closed\n"));
+    let mut labels: Vec<(&str, f64)> = Vec::new();
+    let mut end_s = 0.0;
+    for row in text.lines().skip(1) {
+        let [time, x, y, z, closed, label] = row.split(',').collect::<Vec<_>>()[..] else { panic!("{row}") };
+        let _ = writeln!(hand, "{time},{x},{y},{z}");
+        let _ = writeln!(gripper, "{time},{closed}");
+        end_s = time.parse::<f64>().unwrap();
+        if labels.last().is_none_or(|last| last.0 != label) {
+            labels.push((label, end_s));
+        }
+    }
+    let ends = labels.iter().skip(1).map(|(_, start_s)| *start_s).chain([end_s]);
+    let rows = labels.iter().zip(ends).map(|((label, start_s), end_s)| format!("{label},{start_s},{end_s}\n"));
+    std::fs::create_dir_all(folder.join(name)).unwrap();
+    std::fs::create_dir_all(folder.join("labels")).unwrap();
+    std::fs::write(folder.join(name).join("hand.csv"), hand).unwrap();
+    std::fs::write(folder.join(name).join("gripper.csv"), gripper).unwrap();
+    let table = format!("label,start_s,end_s\n{}", rows.collect::<String>());
+    std::fs::write(folder.join(format!("labels/{name}.labels.csv")), table).unwrap();
+}
+
+/// What `analyze` reads as one recording is one for all commands that compare recordings with labels.
+#[test]
+fn recordings_may_be_folders_of_tables() {
+    let folder = folder();
+    let names = ["ann_1", "bob_1", "eve_1", "kim_1"];
+    names.iter().for_each(|name| write_tables(folder.path(), name));
+    let binding = "time: time [s]\nresample: 20 Hz\nchannels:\n  right.thumb.position: hand.<xyz>\n  \
+                   right.gripper.closed: gripper.closed\nscene: {bodies: {cube: {role: object, radius: 60 mm}}}\n";
+    std::fs::write(folder.path().join("arm.yaml"), binding).unwrap();
+    let run = |command: &str, more: &[&str]| {
+        let inputs = [&["--binding", "arm.yaml", "--labels", "labels"], &names[..]].concat();
+        teachtree_in(folder.path(), &[&[command], &inputs[..], more].concat())
+    };
+    let learned = run("learn", &["-o", "mine.rules"]);
+    assert_eq!(learned.status.code(), Some(0), "{}", all_said(&learned));
+    assert!(said(&learned).contains("4 recordings in 4 groups"), "{}", said(&learned));
+    let scored = run("score", &["--rules", "mine.rules", "--min-f1", "99"]);
+    assert_eq!(scored.status.code(), Some(0), "{}", all_said(&scored));
+    let relearned = run("learn", &["--from", "wrong.rules"]);
+    assert_eq!(relearned.status.code(), Some(0), "{}", all_said(&relearned));
+    let compared =
+        teachtree_in(folder.path(), &[&["agree", "labels", "labels", "--binding", "arm.yaml"], &names[..]].concat());
+    assert_eq!(compared.status.code(), Some(0), "{}", all_said(&compared));
+}
+
 /// The rules of [`present`] without one of their primitives.
 const TWO: &str = "use \"stream.rules\"
 

@@ -92,7 +92,7 @@ impl Report {
 
 /// Runs `export lerobot`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let bags = args.how.analysis.recordings(&args.bags)?.into_iter().map(|found| found.log).collect();
+    let bags = args.how.analysis.logs(&args.bags)?;
     let args = &Args { bags, ..args.clone() };
     args.check()?;
     let words = phrasing(&args.how.words)?.texts();

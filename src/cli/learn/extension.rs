@@ -14,7 +14,6 @@ use teachtree_analysis::json::printed;
 use teachtree_analysis::score::{NameMap, Truth};
 use teachtree_learn::Declaration;
 use teachtree_new_primitive::{BaseRules, MarkedRecording, NewPrimitive, learn_primitive, marks};
-use teachtree_session::files::all_logs;
 use teachtree_session::{LabelsInternals, LogInternals};
 
 /// Intervals that are listed, at most.
@@ -22,7 +21,7 @@ const LISTED: usize = 12;
 
 /// Runs `learn --new`.
 pub fn run(args: &Args, new: &Declaration) -> Result<(), Failure> {
-    let logs = all_logs(&args.logs)?;
+    let logs = args.analysis.logs(&args.logs)?;
     args.truth.check(&logs)?;
     let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     args.analysis.checked_inputs(&logs, &places)?;

@@ -22,7 +22,7 @@ use teachtree_session::{RulesInternals, RulesOptionsInternals};
 pub fn run(args: &Args, from: &Path) -> Result<(), Failure> {
     let rules = RuleArgs { rules: vec![from.to_path_buf()], ..args.analysis.rules.clone() };
     let analysis = AnalysisArgs { rules, source: args.analysis.source.clone() };
-    let logs = args.truth.labeled_logs(&args.logs)?;
+    let logs = args.truth.labeled_logs(args.analysis.logs(&args.logs)?)?;
     let places: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     analysis.checked_inputs(&logs, &places)?;
     let groups = Groups::new(&logs, args.group_by.as_deref())?;
