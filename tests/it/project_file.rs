@@ -213,7 +213,7 @@ fn rules_that_lack_a_shipped_param_ignore_its_value_in_a_file() {
     let folder = project();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     let with = |param: &str| BINDING.replacen("channels:", &format!("params: {{{param}}}\nchannels:"), 1);
-    write("own.yaml", &with("touch_on: 0.3 N"));
+    write("own.yaml", &with("near_on: 40 mm"));
     write(
         "mine.rules",
         "use \"stream.rules\"\n\nparam up = 100 mm\n\nfor each hand { signal height = mean(fingers.position).z }\n\n\
@@ -226,9 +226,9 @@ fn rules_that_lack_a_shipped_param_ignore_its_value_in_a_file() {
     assert!(checked.status.success(), "{}", all_said(&checked));
     // A param of no rules is a mistake, and so is one of the command line without effect.
     let unknown = "there is no param";
-    let given = teachtree_in(folder.path(), &["analyze", "a.csv", "--set", "touch_on=0.3N"]);
+    let given = teachtree_in(folder.path(), &["analyze", "a.csv", "--set", "near_on=40mm"]);
     assert!(complained(&given).contains(unknown), "{}", all_said(&given));
-    write("own.yaml", &with("tuch_on: 0.3 N"));
+    write("own.yaml", &with("neer_on: 40 mm"));
     let mistyped = teachtree_in(folder.path(), &["analyze", "a.csv"]);
     assert!(complained(&mistyped).contains(unknown), "{}", all_said(&mistyped));
 }
