@@ -146,7 +146,7 @@ fn left_out(survey: &Survey) -> String {
 
 /// Whether it is a force of a contact in a log with y up.
 fn is_unturned(survey: &Survey, line: &Line) -> bool {
-    survey.is_y_up && line.channel.ends_with(".force")
+    survey.is_y_up() && line.channel.ends_with(".force")
 }
 
 /// The arms.
@@ -185,7 +185,7 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
         let reasons = [reason, part.reason.as_deref().unwrap_or_default(), unit_reason(part)];
         let reason = reasons.iter().filter(|reason| !reason.is_empty()).copied().collect::<Vec<_>>().join("; ");
         let line = Line { channel, columns: part.columns(), reason };
-        if survey.is_y_up { upright(line, part) } else { line }
+        if survey.is_y_up() { upright(line, part) } else { line }
     };
     let is_fixed = survey.is_fixed_tool();
     for (side, hand) in &survey.hands {
@@ -249,7 +249,7 @@ fn point(
         [] => None,
         [one] => Some(line(channel, one, "")),
         // A mean of turned columns has no form.
-        [first, ..] if survey.is_y_up => Some(line(channel, first, "the first of several markers")),
+        [first, ..] if survey.is_y_up() => Some(line(channel, first, "the first of several markers")),
         several => {
             let columns: Vec<String> = several.iter().map(|part| quoted(&part.columns())).collect();
             let columns = format!("{{mean: [{}]}}", columns.join(", "));
@@ -271,27 +271,21 @@ fn of_hand(
     for (finger, part) in &hand.tips {
         lines.push(line(format!("{side}.{}.position", finger.name()), part, ""));
     }
+    let length_m = survey.flange_lengths_m.get(&side).copied();
     if let Some(tool) = &hand.tool {
         match () {
             () if is_fixed => {
                 lines.push(line(format!("{side}.palm.position"), tool, ""));
                 lines.push(line("tool.position".into(), tool, "the tool is fixed to the hand"));
             }
-            () if survey.flange_lengths_m.contains_key(&side) => {
-                let length_mm = (survey.flange_lengths_m.get(&side).copied().unwrap_or_default() * 1e3).round();
+            () if length_m.is_some() => {
                 lines.push(line(format!("{side}.palm.position"), tool, "by its name the flange of the arm"));
-                lines.push(Line {
-                    channel: format!("{side}.tcp.position"),
-                    columns: format!("{{at: [0 mm, 0 mm, {length_mm} mm], of: {side}.palm}}"),
-                    reason:
-                        "as far in front of the flange as the gripper holds objects: give the length of the gripper"
-                            .into(),
-                });
+                lines.extend(length_m.map(|length_m| of_flange(side, length_m)));
             }
             () if has_tips || !is_pair => {
                 let markers: Vec<&Part> = std::iter::once(tool).chain(&hand.markers).collect();
                 let hold = survey.hold_points.get(&side);
-                let part = if has_tips || hold.is_some() { "palm" } else { "tcp" };
+                let part = if has_tips || hold.is_some_and(|hold| !hold.is_at_pose()) { "palm" } else { "tcp" };
                 lines.extend(point(survey, format!("{side}.{part}.position"), &markers, line));
                 lines.extend(hold.into_iter().flat_map(|hold| of_hold(side, hold)));
                 if hold.is_none() && survey.hold_points.values().any(|hold| hold.kind == Kind::Carried) {
@@ -310,7 +304,7 @@ fn of_hand(
         }
     }
     if let Some(rotation) = &hand.rotation {
-        let has_palm = survey.flange_lengths_m.contains_key(&side) || survey.hold_points.contains_key(&side);
+        let has_palm = length_m.is_some() || survey.hold_points.get(&side).is_some_and(|hold| !hold.is_at_pose());
         let is_of_palm = has_tips || is_fixed || is_pair || has_palm;
         let part = if is_of_palm { "palm" } else { "tcp" };
         lines.push(line(
@@ -328,6 +322,15 @@ fn of_hand(
     }
 }
 
+/// The tool point of a flange, this far in front of it, m.
+fn of_flange(side: Side, length_m: f64) -> Line {
+    Line {
+        channel: format!("{side}.tcp.position"),
+        columns: format!("{{at: {}, of: {side}.palm}}", point_mm([0.0, 0.0, length_m])),
+        reason: "as far in front of the flange as the gripper holds objects: give the length of the gripper".into(),
+    }
+}
+
 /// The tool point of a hand at the place where it holds an object, and the flag that it is there.
 fn of_hold(side: Side, hold: &HoldPoint) -> Vec<Line> {
     let HoldPoint { object, at, near_m, kind, .. } = hold;
@@ -337,30 +340,35 @@ fn of_hold(side: Side, hold: &HoldPoint) -> Vec<Line> {
         reason: format!("{reason}: the log has no fingertips and no gripper"),
     };
     let is_there = format!("{{between: [{side}.tcp, {object}], below: {} mm}}", plain((near_m * 1e3).ceil()));
+    let point = |at: [f64; 3], reason: String| (!hold.is_at_pose()).then(|| point(at, reason));
     let flag = |columns: String, reason: String| Line { channel: format!("{side}.gripper.closed"), columns, reason };
-    match kind {
-        Kind::Carried => vec![
+    let surface = || {
+        let at = Vector3::from(*at);
+        at * (1.0 - SURFACE_M / at.norm())
+    };
+    let surface_mm = plain(SURFACE_M * 1e3);
+    let (point, flag) = match kind {
+        Kind::Carried => (
             point(*at, format!("where {object} is while the hand carries it")),
-            flag(is_there, format!("the hand holds {object} while it does not move against it")),
-        ],
+            Some(flag(is_there, format!("the hand holds {object} while it does not move against it"))),
+        ),
         // A hold that moves nothing would end in a Miss.
-        Kind::Kept => vec![
+        Kind::Kept => (
             point(*at, format!("where {object} is while the hand keeps it")),
-            flag(
+            Some(flag(
                 NEVER.into(),
                 format!("the hand moves nothing; if it holds {object} while it stays there, `{}`", scalar(&is_there)),
-            ),
-        ],
-        Kind::Moved => {
-            let at = Vector3::from(*at);
-            let surface = at * (1.0 - SURFACE_M / at.norm());
-            let surface_mm = plain(SURFACE_M * 1e3);
-            vec![point(
-                surface.into(),
+            )),
+        ),
+        Kind::Moved => (
+            point(
+                surface().into(),
                 format!("{surface_mm} mm before the place where {object} is while the hand moves it"),
-            )]
-        }
-    }
+            ),
+            None,
+        ),
+    };
+    point.into_iter().chain(flag).collect()
 }
 
 /// How sensors that turn with their hands are bound; as a comment where the log does not name their frames.

@@ -21,7 +21,7 @@ fn extents(survey: &Survey, body: &Body) -> Option<[[f64; 2]; 3]> {
         .map(|at| Vector3::from(survey.upright(at)))
         .collect();
     // A log with y up has the first marker as the origin.
-    let origin = match survey.is_y_up {
+    let origin = match survey.is_y_up() {
         true => points.first().copied()?,
         false => points.iter().sum::<Vector3<f64>>() / points.len() as f64,
     };

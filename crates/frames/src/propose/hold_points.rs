@@ -64,6 +64,13 @@ pub struct HoldPoint {
     pub turns_it: bool,
 }
 
+impl HoldPoint {
+    /// Whether the pose of the hand is that of its tool point: the object is there.
+    pub fn is_at_pose(&self) -> bool {
+        Vector3::from(self.at).norm() < LEAST_M
+    }
+}
+
 /// A body of the log.
 struct Body<'a> {
     name: &'a str,

@@ -198,7 +198,8 @@ fn are_rigid(one: &Body, other: &Body) -> bool {
     one.positions.iter().all(|one| other.positions.iter().all(|other| is_rigid(one, other)))
 }
 
-/// Whether two markers keep their distance: mostly, and at both ends of the log, as one of two things may be moved alone there. A marker in the origin is lost.
+/// Whether the distance of two markers is the same in most rows, and in the first and the last ones: one of two things may move alone there. A marker in the origin
+/// is lost.
 pub fn is_rigid(one: &Part, other: &Part) -> bool {
     let seen = |part: &Part, row: usize| part.position(row).filter(|at| *at != [0.0; 3]);
     let distances: Vec<f64> = (0..one.rows())

@@ -135,9 +135,7 @@ struct Survey<'a> {
     bearings: Vec<FoundBearing>,
     /// The column of labels, with its sheet.
     labels: Option<String>,
-    /// Whether y points up in the log, …
-    is_y_up: bool,
-    /// … and why.
+    /// Why y points up in the log; none where z does.
     y_up_reason: Option<&'static str>,
     /// Rotations that cannot be turned to z up, as a binding writes them.
     unturned: Vec<String>,
@@ -197,9 +195,8 @@ impl<'a> Survey<'a> {
         };
         let mechanism = rest.iter().position(is_angle).map(|at| rest.remove(at));
         let y_up_reason = bodies::y_up_reason(&bodies, log);
-        let is_y_up = y_up_reason.is_some();
         let mut unturned = vec![];
-        if is_y_up {
+        if y_up_reason.is_some() {
             let of_hands = hands.values_mut().map(|hand| &mut hand.rotation);
             for rotation in of_hands.chain(bodies.iter_mut().map(|body| &mut body.rotation)) {
                 // What three columns turn has no form in a binding with another axis up.
@@ -230,7 +227,6 @@ impl<'a> Survey<'a> {
             maybe_sockets: vec![],
             bearings: vec![],
             labels,
-            is_y_up,
             y_up_reason,
             unturned,
             guessed_unit,
@@ -250,7 +246,8 @@ impl<'a> Survey<'a> {
         self.flange_lengths_m = flanges::lengths_m(recording);
         self.flange_lengths_m.retain(|side, _| self.hands.get(side).is_some_and(flanges::is_flange));
         self.hold_points = hold_points::hold_points(recording);
-        self.hold_points.retain(|side, _| self.hands.get(side).is_some_and(|hand| hand.rotation.is_some()));
+        let is_bare = |hand: &Hand| hand.rotation.is_some() && hand.tips.is_empty();
+        self.hold_points.retain(|side, _| self.hands.get(side).is_some_and(is_bare));
         self.force_rises = wrist_forces::rises(recording);
         self.held_shapes = held_shapes::held_shapes(recording);
         self.levels = contact_levels::levels(recording);
@@ -282,9 +279,13 @@ impl<'a> Survey<'a> {
         name
     }
 
+    fn is_y_up(&self) -> bool {
+        self.y_up_reason.is_some()
+    }
+
     /// A point with z up.
     fn upright(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        if self.is_y_up { [x, -z, y] } else { [x, y, z] }
+        if self.is_y_up() { [x, -z, y] } else { [x, y, z] }
     }
 
     /// Whether a point of a hand is known: measured, or by the joints of an arm.

@@ -19,11 +19,11 @@ pub fn scene(survey: &Survey) -> String {
         String::from("# Guessed by `teachtree init`: objects and their supports (docs/scenes.md).\nbodies:\n");
     let is_measured = survey.contacts.are_of_bodies();
     let has_gripper = !survey.grippers.is_empty() || survey.contacts.are_of_fingers();
-    let is_free = !is_measured && !has_gripper && is_free(survey);
-    let has_shape = is_free || !is_measured && has_gripper;
+    let shows_shapes = !is_measured && !has_gripper && shows_shapes(survey);
+    let has_shape = shows_shapes || !is_measured && has_gripper;
     let held_m = survey.grippers.values().find_map(|gripper| gripper.held_m).or(survey.contacts.held_m);
     let (edge_m, why) = edge(held_m);
-    let heights: BTreeMap<String, [f64; 2]> = match is_free {
+    let heights: BTreeMap<String, [f64; 2]> = match shows_shapes {
         true => survey
             .bodies
             .iter()
@@ -33,7 +33,7 @@ pub fn scene(survey: &Survey) -> String {
     };
     let below = heights.iter().map(|(body, [low, _])| (body.clone(), -low)).collect();
     let supports = Supports::new(survey, edge_m, &below);
-    let shape = Shape { edge_m, why, supports: &supports, is_free, heights_m: &heights };
+    let shape = Shape { edge_m, why, supports: &supports, shows_shapes, heights_m: &heights };
     for body in &survey.bodies {
         let is_own = |of: &Option<String>| of.as_ref() == Some(&body.name);
         let own: Vec<&FoundSocket> = survey.sockets.iter().filter(|socket| is_own(&socket.of)).collect();
@@ -91,9 +91,9 @@ pub fn scene(survey: &Survey) -> String {
     text
 }
 
-/// Whether hands without grippers handle bodies whose shapes are known: fingertips show them, and a tool pushes a box. Neither has a hand its body all the time, nor
-/// does one turn in its place.
-fn is_free(survey: &Survey) -> bool {
+/// Whether hands without grippers show the shapes of bodies: fingertips that hold them, or a tool that pushes a box. A body that is fixed to a hand or turns in its
+/// place shows none.
+fn shows_shapes(survey: &Survey) -> bool {
     let has_fingers = survey.hands.values().any(|hand| hand.tips.len() > 1);
     let is_shown = if has_fingers { !survey.held_shapes.is_empty() } else { survey.has_point() };
     is_shown && survey.fixed.is_empty() && survey.bearings.is_empty() && survey.mechanism.is_none()
@@ -160,8 +160,8 @@ struct Shape<'a> {
     edge_m: f64,
     why: &'a str,
     supports: &'a Supports,
-    /// Whether hands without grippers handle the bodies.
-    is_free: bool,
+    /// Whether hands without grippers show the shapes of bodies.
+    shows_shapes: bool,
     /// The lowest and the highest point of their bodies above their origins, m, where fingertips or markers show them.
     heights_m: &'a BTreeMap<String, [f64; 2]>,
 }
@@ -220,7 +220,7 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
 /// The lowest and the highest point of a body of hands without grippers above its origin, m: what never moves stands on the table.
 fn heights(body: &Body, shape: &Shape) -> Option<[f64; 2]> {
     let shown = shape.heights_m.get(&body.name);
-    let on_table = shape.supports.standing_m.get(&body.name).filter(|_| shape.is_free && !body.moves());
+    let on_table = shape.supports.standing_m.get(&body.name).filter(|_| shape.shows_shapes && !body.moves());
     let below_m = on_table.or_else(|| shape.supports.below_m.get(&body.name));
     match (shown, below_m) {
         (Some([low, high]), _) => Some([below_m.map_or(*low, |below_m| -below_m), *high]),

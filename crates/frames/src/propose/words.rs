@@ -40,7 +40,7 @@ const COMMANDED: [&str; 22] = [
     "width",
     "twist",
 ];
-/// Words before the name of a body for the program or the sensor that found it.
+/// Words before the name of a body that do not name it: the program or the sensor that found it, `object` and `info`.
 const SOURCES: [&str; 12] = [
     "perception",
     "vrpn",

@@ -51,6 +51,7 @@ fn a_body_that_never_moves_is_as_high_as_what_rests_on_it_shows() {
             support.contains("{role: support, parts: [{box: [300 mm, 300 mm, 20 mm], at: [0 mm, 0 mm, 5 mm]}]}"),
             "{support}"
         );
+        assert!(support.contains("if cube reaches 20 mm below its own"), "{support}");
         assert_eq!(support.contains("else `role: object`"), name == "coaster", "{support}");
         assert!(scene.contains(TABLE), "{scene}");
         assert!(!scene.contains("  support: "), "{scene}");
@@ -100,7 +101,9 @@ fn a_body_is_as_high_as_it_stands_above_the_table() {
 fn an_object_that_stands_on_one_of_its_size_is_stacked() {
     let columns: [Column; 3] = [("block_x", |_| 0.3), ("block_y", still), ("block_z", |_| 0.0)];
     let scene = scene_with(&columns);
+    // The gripper never holds the block.
     assert!(line(&scene, "block").contains("role: object"), "{scene}");
+    assert!(line(&scene, "block").contains("# its size is not in the log"), "{scene}");
     assert!(!scene.contains("  support: "), "{scene}");
 }
 
