@@ -248,10 +248,11 @@ fn warn_of_few(groups: &Groups) {
 fn table(args: &Args, logs: usize, groups: &Groups, learned: &LearningResult, is_written: bool) -> String {
     let (boundaries, kinds) = learned.boundaries;
     let mut text = format!(
-        "{logs} recordings in {} groups ({}); {boundaries} boundaries of {kinds} kinds; {} conditions\n\n",
+        "{logs} recordings in {} groups ({}); {boundaries} boundaries of {kinds} kinds; {} conditions; {}\n\n",
         groups.names.len(),
         groups.origin,
-        learned.conditions
+        learned.conditions,
+        learned.extent.text("the rules")
     );
     let _ = writeln!(text, "{:<20}{:>16}{:>9}{:>7}", "candidate", "held out: F1@50", "frames", "lines");
     for (at, candidate) in learned.candidates.iter().enumerate() {

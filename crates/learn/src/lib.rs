@@ -17,6 +17,7 @@ mod quantities;
 mod relearning;
 mod rule_file;
 mod search;
+mod search_extent;
 mod tree;
 mod validation;
 
@@ -26,6 +27,7 @@ pub use extension::{
 };
 
 pub use relearning::{LineChange, MOST_RUNS, RelearnedRules, RunText, relearn};
+pub use search_extent::SearchExtent;
 
 use bank::Bank;
 use model::{MOST_LABELS, labels};
@@ -120,6 +122,8 @@ pub struct LearningResult {
     pub boundaries: (usize, usize),
     /// How many conditions were tried.
     pub conditions: usize,
+    /// What the searches of all candidates have tried, also without each group.
+    pub extent: SearchExtent,
 }
 
 impl LearningResult {
@@ -163,7 +167,7 @@ pub fn learn(
     let mut candidates: Vec<Candidate> = present.into_iter().chain(refitted).collect();
     let mut files = Vec::new();
     let groups = bank.tracks.iter().map(|track| track.group).collect::<BTreeSet<_>>().len();
-    let fitted = fitted(&bank, shown);
+    let (fitted, extent) = fitted(&bank, shown);
     for MethodResult { method, model, held_out } in &fitted {
         let measured = measured(&bank, held_out);
         let [f1, frames] = [measured.all.f1(), measured.all.accuracy()].map(|part| part * 100.0);
@@ -190,6 +194,7 @@ pub fn learn(
         candidates,
         boundaries: (boundaries().count(), kinds.len()),
         conditions: bank.atoms.len(),
+        extent,
     })
 }
 

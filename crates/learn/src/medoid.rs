@@ -12,8 +12,8 @@ const MODELS: u64 = 5;
 const SHARE: usize = 60;
 
 /// The medoid of the models that `learn` gives for parts of some tracks.
-pub(crate) fn medoid(bank: &Bank, tracks: &[usize], learn: impl Fn(&[usize]) -> Model) -> Option<Model> {
-    let models: Vec<Model> = (0..MODELS).map(|seed| learn(&part(tracks, seed))).collect();
+pub(crate) fn medoid(bank: &Bank, tracks: &[usize], mut learn: impl FnMut(&[usize]) -> Model) -> Option<Model> {
+    let models: Vec<Model> = (0..MODELS).map(|seed| part(tracks, seed)).map(|part| learn(&part)).collect();
     let found: Vec<Vec<Vec<Run>>> = models.iter().map(|model| labels(bank, model, tracks)).collect();
     let majority: Vec<Truth> = (0..tracks.len()).map(|at| majority(bank, &found, at)).collect();
     let agreement = |found: &Vec<Vec<Run>>| {

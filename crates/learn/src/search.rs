@@ -5,6 +5,7 @@ use super::bank::Bank;
 use super::guards::{MOST_ATOMS, Window, Windows, suiting, windows};
 use super::model::{Model, Rule, guard};
 use super::objective::Counts;
+use super::search_extent::SearchExtent;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -67,16 +68,18 @@ pub(crate) struct Search<'a> {
     groups: Vec<f64>,
     most_rules: usize,
     left: usize,
+    extent: SearchExtent,
 }
 
 impl<'a> Search<'a> {
-    /// Improves a model.
-    pub fn run(bank: &'a Bank, tracks: &'a [usize], model: Model, most_rules: usize) -> Model {
+    /// Improves a model; returns what was tried, too.
+    pub fn run(bank: &'a Bank, tracks: &'a [usize], model: Model, most_rules: usize) -> (Model, SearchExtent) {
         let guards = model.rules.iter().map(|rule| Arc::from(guard(bank, &rule.atoms, tracks))).collect();
         let now = ModelBits { model, guards };
         let left = MOST_WORK / bank.words.max(64);
         let windows = windows(bank, tracks);
-        let mut search = Self { bank, tracks, windows, now, value: 0.0, groups: Vec::new(), most_rules, left };
+        let (value, groups, extent) = (0.0, Vec::new(), SearchExtent::default());
+        let mut search = Self { bank, tracks, windows, now, value, groups, most_rules, left, extent };
         (search.value, search.groups) = search.worth(&search.now);
         for _ in 0..ROUNDS {
             let before = search.value;
@@ -87,7 +90,7 @@ impl<'a> Search<'a> {
         }
         search.recover();
         search.center();
-        search.now.model
+        (search.now.model, search.extent)
     }
 
     /// The value of a model, and the objective of each group.
@@ -108,9 +111,11 @@ impl<'a> Search<'a> {
         let mut best: Option<(f64, Vec<f64>, ModelBits)> = None;
         for candidate in candidates {
             if self.left == 0 {
+                self.extent.is_cut = true;
                 break;
             }
             self.left -= 1;
+            self.extent.versions += 1;
             let (value, groups) = self.worth(&candidate);
             let is_better = best.as_ref().map_or(value >= self.value + gain, |best| value > best.0);
             if is_better && !self.is_vetoed(&groups) {

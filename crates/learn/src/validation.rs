@@ -7,6 +7,7 @@ use super::medoid::medoid;
 use super::model::{Model, labels};
 use super::objective::Counts;
 use super::search::Search;
+use super::search_extent::SearchExtent;
 use super::tree::tree;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -50,21 +51,25 @@ impl Method {
     }
 }
 
-/// The models of all methods, in their order.
-fn fit(bank: &Bank, tracks: &[usize]) -> Vec<Model> {
+/// The models of all methods, in their order, and what the searches have tried.
+fn fit(bank: &Bank, tracks: &[usize]) -> (Vec<Model>, SearchExtent) {
     let mut models: Vec<Model> = Vec::new();
+    let mut extent = SearchExtent::default();
     for method in Method::all(bank) {
-        let search = |tracks: &[usize], model| Search::run(bank, tracks, model, MOST_RULES);
-        let searched = || models.last().cloned().map(|model| search(tracks, model));
+        let mut search = |tracks: &[usize], model| {
+            let (model, tried) = Search::run(bank, tracks, model, MOST_RULES);
+            extent += tried;
+            model
+        };
         let model = match method {
             Method::Guards => Some(guards(bank, tracks, MOST_RULES)),
             Method::Tree => Some(tree(bank, tracks, MOST_RULES)),
-            Method::GuardsSearched | Method::TreeSearched => searched(),
+            Method::GuardsSearched | Method::TreeSearched => models.last().cloned().map(|it| search(tracks, it)),
             Method::GuardsMedoid => medoid(bank, tracks, |part| search(part, guards(bank, part, MOST_RULES))),
         };
         models.extend(model);
     }
-    models
+    (models, extent)
 }
 
 /// A method with what it has learned from all tracks, and what it gives those that are held out.
@@ -80,21 +85,21 @@ fn fold(bank: &Bank, track: usize) -> usize {
     fold_of(bank.tracks[track].group)
 }
 
-/// Learns by each method, from all tracks and without each fold. `shown` receives the share that is done, 0 to 1.
-pub(crate) fn fitted(bank: &Bank, shown: &(dyn Fn(f64) + Sync)) -> Vec<MethodResult> {
+/// Learns by each method, from all tracks and without each fold; returns what the searches have tried, too. `shown` receives the share that is done, 0 to 1.
+pub(crate) fn fitted(bank: &Bank, shown: &(dyn Fn(f64) + Sync)) -> (Vec<MethodResult>, SearchExtent) {
     let all: Vec<usize> = (0..bank.tracks.len()).collect();
     let folds = bank.tracks.iter().map(|track| track.group + 1).max().unwrap_or(0).min(FOLDS);
     let done = AtomicUsize::new(0);
-    let learned: Vec<Vec<Model>> = (0..=folds)
+    let (learned, extents): (Vec<Vec<Model>>, Vec<SearchExtent>) = (0..=folds)
         .into_par_iter()
         .map(|held| {
             // No track has the last number: that is the model of all.
             let others: Vec<usize> = all.iter().copied().filter(|track| fold(bank, *track) != held).collect();
-            let models = fit(bank, &others);
+            let found = fit(bank, &others);
             shown((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / (folds + 1) as f64);
-            models
+            found
         })
-        .collect();
+        .unzip();
     let of_method = |(at, method): (usize, &Method)| {
         let model = learned.last()?.get(at)?.clone();
         let mut held_out = vec![Vec::new(); all.len()];
@@ -106,7 +111,9 @@ pub(crate) fn fitted(bank: &Bank, shown: &(dyn Fn(f64) + Sync)) -> Vec<MethodRes
         }
         Some(MethodResult { method: *method, model, held_out })
     };
-    Method::all(bank).iter().enumerate().filter_map(of_method).collect()
+    let mut extent = SearchExtent::default();
+    extents.into_iter().for_each(|tried| extent += tried);
+    (Method::all(bank).iter().enumerate().filter_map(of_method).collect(), extent)
 }
 
 /// How right the labels of all tracks are: together, and by fold.

@@ -34,6 +34,8 @@ pub fn of_file(written: &RuleOutput, learned: &LearningResult, recordings: usize
     document["groups"] = json!(groups);
     document["boundaries"] = json!(learned.boundaries.0);
     document["candidates"] = candidates(&learned.candidates, learned.chosen);
+    document["versions"] = json!(learned.extent.versions);
+    document["complete"] = json!(!learned.extent.is_cut);
     document
 }
 

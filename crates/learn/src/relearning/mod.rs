@@ -11,6 +11,7 @@ mod written_file;
 
 use super::bank::{Bank, runs, spans};
 use super::objective::{Counts, Truth};
+use super::search_extent::SearchExtent;
 use super::{Candidate, Demonstration, LabeledSpan, PRESENT, checked, fold_of};
 use candidates::Candidates;
 use search::{Groups, TextScores};
@@ -48,12 +49,7 @@ pub struct RelearnedRules {
 impl RelearnedRules {
     /// How much of the file was searched: `tried 812 versions of mine.rules`.
     pub fn extent(&self, file: &str) -> String {
-        let Self { runs, is_cut, .. } = self;
-        if *is_cut {
-            format!("the search stopped after {runs} versions of {file}; some changes were not tried")
-        } else {
-            format!("tried {runs} versions of {file}")
-        }
+        SearchExtent { versions: self.runs, is_cut: self.is_cut }.text(file)
     }
 
     /// Why nothing changes; `None` if something does.
