@@ -119,6 +119,49 @@ hands: {right: {fingers: [thumb, palm]}}
     assert!(places.len() == 1 && (places[0] - 10.0).abs() < 0.15, "{found:?}");
 }
 
+/// A sponge without a pose is pressed on a table from 5 s to 12 s. From 5.5 s it wipes to and fro by 40 mm, with constant, viscous or both kinds of
+/// friction, which lessens at each turn.
+#[test]
+fn a_wipe_without_a_pose_does_not_leave_a_hole() {
+    const SCENE: &str = "
+bodies: {sponge: {role: object, parts: [{box: [50 mm, 50 mm, 50 mm]}]}}
+hands: {right: {fingers: [thumb, palm]}}
+";
+    for (constant, viscous, normal) in [(6.0, 0.0, 12.0), (2.0, 90.0, 12.0), (0.0, 150.0, 12.0), (3.0, 50.0, 8.0)] {
+        let wipes = |t: f64| (5.5..11.5).contains(&t);
+        let angle = |t: f64| std::f64::consts::TAU * (t - 5.5) / 3.0;
+        let x = |t: f64| if wipes(t) { 0.04 * angle(t).sin() } else { 0.0 };
+        let points = [(1.5, 0.03), (3.0, 0.03), (3.6, 0.06), (4.2, 0.06), (4.8, 0.03), (12.0, 0.03), (12.8, 0.2)];
+        let z = |t: f64| if t < 1.5 { along(t, &[(0.0, 0.3), (1.5, 0.03)]) } else { along(t, &points) };
+        let across = |t: f64| {
+            let speed = 0.04 * std::f64::consts::TAU / 3.0 * angle(t).cos();
+            if wipes(t) { constant * (speed / 0.002).tanh() + viscous * speed } else { 0.0 }
+        };
+        let down = |t: f64| match t {
+            t if (4.8..12.0).contains(&t) => -along(t, &[(4.8, 0.0), (5.0, normal), (11.8, normal), (12.0, 0.0)]),
+            t if (3.0..14.0).contains(&t) => 2.0,
+            _ => 0.0,
+        };
+        let signals: [Signal; 7] = [
+            ("right.thumb.position.x", &x),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &z),
+            ("right.gripper.closed", &|t| f64::from(u8::from((2.0..14.0).contains(&t)))),
+            ("right.palm.force.x", &across),
+            ("right.palm.force.y", &|_| 0.0),
+            ("right.palm.force.z", &down),
+        ];
+        let found = segments(&log(SCENE, 16, &signals), &["contact.rules"], "hand_gripper_wrist.rules");
+        let is_wiped = |it: &Segment| it.primitive == "Follow" || it.primitive == "Place";
+        let of_wipe: Vec<&Segment> = found.iter().filter(|it| it.start_s < 11.5 && it.end_s > 5.5).collect();
+        assert!(of_wipe.iter().all(|it| is_wiped(it)), "{constant} {viscous} {normal}: {found:?}");
+        let follows: f64 = of_wipe.iter().filter(|it| it.primitive == "Follow").map(|it| it.end_s - it.start_s).sum();
+        assert!(follows > 4.0, "{constant} {viscous} {normal}: {found:?}");
+        let ends = starts(&found, "Translate").last().copied();
+        assert!(ends.is_some_and(|end_s| (end_s - 12.0).abs() < 0.2), "{constant} {viscous} {normal}: {found:?}");
+    }
+}
+
 /// A box of 2.5 kg without a pose is lifted by 50 mm within 0.5 s, moved by 50 mm, lowered from 6 s to 6.5 s, and pressed. It weighs less where it slows down.
 #[test]
 fn a_heavy_load_that_slows_down_does_not_leave_a_hole() {
