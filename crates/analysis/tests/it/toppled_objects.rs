@@ -177,7 +177,7 @@ fn an_object_that_is_lowered_or_measured_anew_does_not_topple() {
     }
 }
 
-/// The right hand puts a cup on a tray that the left hand holds in the air. 0.6 s later the left hand lowers the tray fast, or the cup falls off it.
+/// The right hand puts a cup on a tray that the left hand holds in the air. 0.4 s later the left hand lowers the tray fast, or the cup falls off it.
 #[test]
 fn what_sinks_with_the_tray_of_the_other_hand_does_not_topple() {
     const SCENE: &str = "
@@ -187,7 +187,7 @@ bodies:
   table: {role: support, position: [0 m, 0 m, -10 mm], parts: [{box: [3 m, 3 m, 20 mm]}]}
 hands: {right: {fingers: [thumb]}, left: {fingers: [thumb]}}
 ";
-    const SINKS_S: f64 = LETS_GO_S + 0.6;
+    const SINKS_S: f64 = LETS_GO_S + 0.4;
     for speed in [Some(0.5), Some(0.8), None] {
         let right_x = |t: f64| along(t, &[(3.2, 0.0), (4.4, 0.4)]);
         let right_z = |t: f64| {
