@@ -75,6 +75,31 @@ fn a_wrong_check_sum_is_told_as_damage() {
     assert!(error.contains("is damaged: a checksum of its structure is wrong"), "{error}");
 }
 
+/// Rewards that are no numbers do not say whether a recording succeeded.
+#[test]
+fn rewards_of_texts_or_records_say_nothing() {
+    type Write = fn(&mut hdf5_pure::DatasetBuilder);
+    let writers: [(Write, usize); 4] = [
+        (|data| _ = data.with_strings(&["no", "no", "yes"]).unwrap(), 0),
+        (|data| _ = data.with_vlen_strings(&["no", "no", "yes"]), 0),
+        (|data| _ = data.with_complex64_data(&[(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)]), 0),
+        (|data| _ = data.with_f64_data(&[0.0, 0.0, 1.0]), 1),
+    ];
+    for (write, known) in writers {
+        let folder = tempfile::tempdir().unwrap();
+        let mut builder = hdf5_pure::FileBuilder::new();
+        let mut data = builder.create_group("data");
+        let mut demo = data.create_group("demo_0");
+        demo.create_dataset("width").with_f64_data(&[0.08, 0.04, 0.02]);
+        write(demo.create_dataset("rewards"));
+        data.add_group(demo.finish());
+        builder.add_group(data.finish());
+        let path = folder.path().join("log.hdf5");
+        std::fs::write(&path, builder.finish().unwrap()).unwrap();
+        assert_eq!(formats::open(&folder.path().join("log.hdf5#demo_0")).unwrap().success_fields.len(), known);
+    }
+}
+
 /// The recordings that come with robosuite 1.4.1, 5 MB, where the folder `robosuite_hdf5` of `TEACHTREE_DATA` has them as `lift.hdf5`,
 /// `wipe.hdf5` and `handover.hdf5`.
 #[test]

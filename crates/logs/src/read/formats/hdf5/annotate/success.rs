@@ -4,7 +4,7 @@
 use super::super::Container;
 use super::{NewValues, Paths, Request, damaged};
 use crate::allowed_folders::AllowedFolders;
-use ::hdf5_pure::{AttrValue, Error, Group};
+use ::hdf5_pure::{AttrValue, Error, FormatError, Group};
 use std::collections::BTreeMap;
 use std::path::Path;
 use teachtree_base::error::InputError;
@@ -104,13 +104,17 @@ pub(in super::super) fn known(
     Ok(known)
 }
 
-/// Whether a recording has a reward of 1; `None` if it has no rewards, others than 0 and 1, or a number of them that is not wanted.
+/// Whether a recording has a reward of 1; `None` if it has no rewards, others than 0 and 1 or than numbers, or a number of them that is not wanted.
 fn rewarded(group: &Group, is_wanted: impl Fn(u64) -> bool) -> Result<Option<bool>, Error> {
     let Ok(rewards) = group.dataset(REWARDS) else { return Ok(None) };
     if !matches!(rewards.shape()?[..], [length] if is_wanted(length)) {
         return Ok(None);
     }
-    let values = rewards.read_f64()?;
+    // Strings and records say nothing; damaged values are an error.
+    let values = match rewards.read_f64() {
+        Err(Error::Format(FormatError::TypeMismatch { .. })) => return Ok(None),
+        values => values?,
+    };
     let is_sparse = values.iter().all(|value| *value == 0.0 || *value == 1.0);
     Ok(is_sparse.then(|| values.contains(&1.0)))
 }
