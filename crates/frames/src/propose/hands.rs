@@ -54,7 +54,7 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
                 None => rest.push(part),
             },
             // A hand at rest is no object.
-            (Quantity::Position, None) if words::is_only_tool(&part.words) => {
+            (Quantity::Position, None) if words::is_only_tool(&part.words) && !words::is_worn(&part.words) => {
                 rest.push(Part { quantity: Quantity::Other, ..part });
             }
             _ => rest.push(part),
@@ -69,10 +69,10 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
     }
     hand_markers::leave_out(&mut rest, hands.values().map(|hand| &hand.tips));
     // A place without a name is the tool where nothing else is.
-    let is_named =
-        tools.values().flatten().any(|(rank, _)| *rank < UNNAMED) || hands.values().any(|hand| !hand.tips.is_empty());
+    let is_name = |(rank, part): &(usize, Part)| *rank < UNNAMED && !words::is_worn(&part.words);
+    let is_named = tools.values().flatten().any(is_name) || hands.values().any(|hand| !hand.tips.is_empty());
     for (side, mut candidates) in tools {
-        candidates.sort_by_key(|(rank, _)| *rank);
+        candidates.sort_by_key(|(rank, part)| (words::is_worn(&part.words), *rank));
         let mut candidates =
             candidates.into_iter().filter(|(rank, _)| !is_named || *rank < UNNAMED).map(|(_, part)| part);
         // `hand_left` may be a marker on the only hand with fingers.
@@ -100,7 +100,10 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
             }
             None => vec![],
         };
-        rest.extend(unused.into_iter().map(|part| Part { quantity: Quantity::Other, ..part }));
+        rest.extend(unused.into_iter().map(|part| match words::is_worn(&part.words) {
+            true => part,
+            false => Part { quantity: Quantity::Other, ..part },
+        }));
     }
     for (side, hand) in &mut hands {
         let Some(tool) = &hand.tool else { continue };

@@ -222,6 +222,13 @@ pub fn flange_rank(words: &[String]) -> Option<usize> {
     FLANGES.iter().position(is_it)
 }
 
+/// Whether a name is that of a thing worn at a hand, which is an object where the hand has a better tool point.
+pub fn is_worn(words: &[String]) -> bool {
+    words.iter().any(|word| matches!(word.as_str(), "glove" | "bracelet"))
+        && side(words).is_none()
+        && !has(words, &["link"])
+}
+
 /// Whether all words of a name are for a hand or a tool, its side, or a quantity: no object has this name.
 pub fn is_only_tool(words: &[String]) -> bool {
     let is_of = |word: &String| {

@@ -81,3 +81,24 @@ fn a_hand_that_does_not_move_is_no_object() {
     assert_eq!(channel(&found, "left_palm.position"), None, "{found}");
     assert!(channel(&found, "tool_rack.position").is_some(), "{found}");
 }
+
+/// Beside a tool point, what is worn at a hand is an object; alone, it is the tool point.
+#[test]
+fn a_glove_beside_a_tool_is_an_object() {
+    let bound = |names: &[&str]| {
+        let titles: Vec<String> =
+            names.iter().flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}_{axis}"))).collect();
+        let ways: [fn(f64) -> f64; 6] = [along, still, lift, lift, still, along];
+        binding(&titles.iter().map(String::as_str).zip(ways).collect::<Vec<Column>>())
+    };
+    for [tool, object] in [["tcp", "glove"], ["palm", "oven_glove"], ["tcp", "bracelet"], ["flange", "glove"]] {
+        let found = bound(&[tool, object]);
+        let position = format!("{object}_<xyz>");
+        assert_eq!(channel(&found, &format!("{object}.position")), Some(position.as_str()), "{found}");
+    }
+    for [tool, object] in [["glove", "cup"], ["bracelet_link", "cup"], ["left_glove", "cup"]] {
+        let found = bound(&[tool, object]);
+        assert_eq!(channel(&found, &format!("{tool}.position")), None, "{found}");
+        assert!(found.contains(&format!(": {tool}_<xyz>")), "{found}");
+    }
+}
