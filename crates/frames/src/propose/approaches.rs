@@ -1,4 +1,4 @@
-//! How long grippers approach objects that the log has no position of, in a bound log: for so long before they grasp, they are near the place where they grasp.
+//! How long grippers approach objects that the log has no position of, in a bound log: the time before a grasp in which they are near its place.
 
 use super::quantiles::median;
 use super::recorded::tool;

@@ -93,22 +93,27 @@ fn params(survey: &Survey) -> String {
     let shut_m = shut_m.filter(|_| survey.contacts.lines.is_empty());
     let reach = reach_m.map(|reach_m| {
         let value = format!("grip_reach: {} mm", (reach_m * 1e3).round());
-        (value, "fingers farther from an object hold nothing: a relaxed hand is narrow too")
+        (value, "fingers farther from an object hold nothing: a relaxed hand is narrow too".to_string())
     });
     let shut = shut_m.map(|shut_m| {
         let value = format!("shut: {} mm", (shut_m * 1e4).round() / 10.0);
-        (value, "a narrower gripper is empty: it is so only at the beginning of the log")
+        (value, "a narrower gripper is empty: it is so only at the beginning of the log".to_string())
     });
     let approach_s = survey.approach_s.filter(|_| survey.contacts.lines.is_empty());
     let approach = approach_s.map(|approach_s| {
         let value = format!("approach_time: {} s", (approach_s * 10.0).round().clamp(2.0, 100.0) / 10.0);
-        (value, "the tool is near the place of a grasp for so long before; the log has no position of the object")
+        let time = if approach_s > 10.0 { "for 10 s or longer" } else { "for this time" };
+        let reason =
+            format!("the tool is near the place of a grasp {time} before; the log has no position of the object");
+        (value, format!("{reason}; `live` waits for this time"))
     });
     let turns_it = survey.hold_points.values().any(|hold| hold.turns_it);
     let again = turns_it.then(|| {
-        ("miss_again: 5 s".to_string(), "a hand that turns an object, leaves it and comes back has not missed it")
+        let reason =
+            "a hand that turns an object, leaves it and comes back has not missed it; `live` waits for this time";
+        ("miss_again: 5 s".to_string(), reason.to_string())
     });
-    let (values, reasons): (Vec<String>, Vec<&str>) =
+    let (values, reasons): (Vec<String>, Vec<String>) =
         reach.into_iter().chain(shut).chain(approach).chain(again).unzip();
     if values.is_empty() {
         return String::new();
@@ -333,7 +338,8 @@ fn of_flange(side: Side, length_m: f64) -> Line {
 
 /// The tool point of a hand at the place where it holds an object, and the flag that it is there.
 fn of_hold(side: Side, hold: &HoldPoint) -> Vec<Line> {
-    let HoldPoint { object, at, near_m, kind, .. } = hold;
+    let HoldPoint { at, near_m, kind, .. } = hold;
+    let object = hold.object.as_deref().unwrap_or("an object");
     let point = |at: [f64; 3], reason: String| Line {
         channel: format!("{side}.tcp.position"),
         columns: format!("{{at: {}, of: {side}.palm}}", point_mm(at)),

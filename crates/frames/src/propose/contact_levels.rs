@@ -1,7 +1,7 @@
 //! The force at a wrist from which on it is that of contact: a hand without a gripper moves objects, and its force is above this level nearly all of that time. A log
 //! without contact has two groups of forces too, of rest and of motion, so a level that no object shows is not written.
 
-use super::motion::{ways, windows};
+use super::motion::{LEAST_S, lasts_s, ways, windows};
 use super::recorded::{has_part, paths, tool, vector};
 use crate::clean::contact_level::two_groups;
 use nalgebra::Vector3;
@@ -13,8 +13,6 @@ use teachtree_base::recording::Recording;
 const WAY_M: f64 = 0.004;
 /// What is moved less in the whole log stands still, m.
 const MOVES_M: f64 = 0.02;
-/// An object is moved for at least this long, s.
-const LEAST_S: f64 = 0.3;
 /// The share of the time of these motions in which the force is above the level, and of the time in which only the hand moves.
 const PUSHED: f64 = 0.9;
 const FREE: f64 = 0.2;
@@ -60,8 +58,7 @@ fn level(recording: &Recording, side: Side) -> Option<FoundLevel> {
     let hand = moved(&tool);
     let is_free = |row: &usize| hand[*row] && objects.iter().all(|(_, moves)| !moves[*row]);
     let (free, of_free) = share(&mut (0..forces.len()).filter(is_free));
-    let step_s = (recording.time.last()? - recording.time.first()?) / forces.len() as f64;
-    let is_long = |rows: usize| rows as f64 * step_s > LEAST_S;
+    let is_long = |rows: usize| lasts_s(rows, &recording.time) > LEAST_S;
     let (object, _) = objects.iter().max_by_key(|(_, moves)| moves.iter().filter(|moves| **moves).count())?;
     (is_long(pushed) && is_long(free) && of_pushed > PUSHED && of_free < FREE)
         .then(|| FoundLevel { begins_n: level.begins, object: (*object).to_string() })

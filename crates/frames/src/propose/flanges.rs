@@ -1,7 +1,7 @@
 //! Tool points that are flanges by their names, and how far in front of them the gripper holds objects.
 
 use super::hands::Hand;
-use super::motion::{goes_with, ways, windows};
+use super::motion::{LEAST_S, goes_with, lasts_s, ways, windows};
 use super::quantiles::median;
 use super::recorded::{paths, turns, vector};
 use super::words;
@@ -11,10 +11,8 @@ use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
-/// An object moves with the hand if it moves by more than this in a window, m, …
+/// An object moves with the hand if it moves by more than this in a window, m.
 const WAY_M: f64 = 0.01;
-/// … for at least this long, s.
-const LEAST_S: f64 = 0.3;
 /// Lengths of grippers with their mountings, m.
 const LENGTHS_M: std::ops::RangeInclusive<f64> = 0.08..=0.35;
 /// The place of what is held varies by at most this, m, and is at most this far from the axis, as a share of its distance along it.
@@ -50,9 +48,8 @@ fn length_m(recording: &Recording, side: Side) -> Option<f64> {
             Some(turns[row].inverse() * (path[row]? - tool[row]?)).filter(|_| is_carried)
         }));
     }
-    let step_s = (time.last()? - time.first()?) / time.len() as f64;
     let usual = median_vector(held.iter())?;
     let varies = median(held.iter().map(|at| (at - usual).norm()).collect())?;
     let is_ahead = usual.xy().norm() < BESIDE * usual.z && LENGTHS_M.contains(&usual.z);
-    (held.len() as f64 * step_s > LEAST_S && varies < VARIES_M && is_ahead).then_some(usual.z)
+    (lasts_s(held.len(), time) > LEAST_S && varies < VARIES_M && is_ahead).then_some(usual.z)
 }

@@ -1,7 +1,7 @@
 //! Where hands hold and move objects in a bound log without fingertips and grippers, such as rigid bodies of a motion capture on the backs of hands. An object stays at one place
 //! in the frame of the hand that carries it, or that keeps it while the other hand takes something off it: the hand holds the object from when it is there.
 
-use super::motion::{goes_with, ways, windows};
+use super::motion::{LEAST_S, goes_with, lasts_s, ways, windows};
 use super::quantiles::quantile;
 use super::recorded::{has_part, paths, tool, turns};
 use crate::clean::contact_level::median_vector;
@@ -12,15 +12,13 @@ use teachtree_base::recording::Recording;
 
 /// An object that moves by more than this in a window, m, together with the hand, …
 const WAY_M: f64 = 0.01;
-/// … and is this far above or below its first place, m, is carried, …
+/// … and is this far above or below its first place, m, is carried.
 const LIFTED_M: f64 = 0.02;
-/// … if this lasts at least so long, s.
-const LEAST_S: f64 = 0.3;
 /// An object that moves by more than this in a window, m, with the hand is moved by it.
 const MOVED_M: f64 = 0.004;
 /// An object that moves less in the whole log stands still, m.
 const STILL_M: f64 = 0.02;
-/// A hand that keeps an object moves by less than this in a window, m, is at most this far from it, m, and stays at least so long, s.
+/// A hand that keeps an object moves by less than this in a window, m, is at most this far from it, m, and stays for at least this time, s.
 const RESTS_M: f64 = 0.005;
 const REACH_M: f64 = 0.2;
 const KEEPS_S: f64 = 1.0;
@@ -33,7 +31,7 @@ const SLIDES_M: f64 = 0.03;
 /// The hand holds the object up to this multiple of the scatter from its place, and at least up to this distance, m.
 const SCATTERS: f64 = 3.0;
 const LEAST_M: f64 = 0.003;
-/// A hand that is so much farther away has left, m.
+/// A hand that is farther away by this distance has left, m.
 const LEFT_M: f64 = 0.05;
 /// An object that turns by more than this without being carried is turned in its place, rad.
 const TURNS_RAD: f64 = 0.1;
@@ -52,11 +50,11 @@ pub enum Kind {
 /// A place at which a hand holds or moves an object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HoldPoint {
-    /// The object.
-    pub object: String,
+    /// The object; `None` if there are several.
+    pub object: Option<String>,
     /// The origin of the object in the frame of the hand while it is held, m.
     pub at: [f64; 3],
-    /// How far from there it is held too, m.
+    /// The maximum distance from there at which it is held, m.
     pub near_m: f64,
     /// What the hand does with it.
     pub kind: Kind,
@@ -199,11 +197,10 @@ impl Hand {
                 (KEEPS_S, SCATTER_M, ends.is_some_and(|(first, last)| is_away(first) && is_away(last)))
             }
         };
-        let step_s = (recording.time.last()? - recording.time.first()?) / recording.time.len() as f64;
-        if rows.len() as f64 * step_s <= least_s || scatter_m >= most_m || !is_new {
+        if lasts_s(rows.len(), &recording.time) <= least_s || scatter_m >= most_m || !is_new {
             return None;
         }
-        let object = if of.len() > 1 { "an object".into() } else { body.name.to_string() };
+        let object = (of.len() == 1).then(|| body.name.to_string());
         let mut point = HoldPoint { object, at: usual.into(), near_m, kind, turns_it: false };
         let rows: Vec<usize> = rows.into_iter().map(|(_, row)| row).collect();
         point.turns_it = kind == Kind::Carried && self.turns(first, body, &point, &rows);

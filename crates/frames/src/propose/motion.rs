@@ -5,8 +5,10 @@ use nalgebra::Vector3;
 /// The positions of a point, m; none in rows that lack it.
 pub type Positions = [Option<Vector3<f64>>];
 
+/// A motion for at most this time is an accident, s.
+pub const LEAST_S: f64 = 0.3;
 /// The duration of a window, s.
-const WINDOW_S: f64 = 0.2;
+pub const WINDOW_S: f64 = 0.2;
 /// What moves with a point differs from its way by at most this share of it.
 const SLIPS: f64 = 0.5;
 
@@ -20,6 +22,12 @@ pub fn windows(time: &[f64]) -> Vec<usize> {
         from
     };
     (0..time.len()).map(start).collect()
+}
+
+/// The total duration of some rows of a log, s; 0 of an empty log.
+pub fn lasts_s(rows: usize, time: &[f64]) -> f64 {
+    let span = time.first().zip(time.last()).map_or(0.0, |(first, last)| last - first);
+    rows as f64 * (span / time.len().max(1) as f64)
 }
 
 /// The way of a point in the window that ends in each row, m.

@@ -168,7 +168,8 @@ struct Shape<'a> {
 
 fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> String {
     if let Some(surface) = shape.supports.of_bodies.get(&body.name).filter(|_| has_shape || is_support(&body.name)) {
-        let [width, top] = [surface.width_m, surface.top[2]].map(|length| plain(length * 1e3));
+        let [width, top] = [surface.width_m, surface.top[2].abs()].map(|length| plain(length * 1e3));
+        let side = if surface.top[2] < 0.0 { "below" } else { "above" };
         let at = point_mm([0.0, 0.0, surface.top[2] - THICK_M / 2.0]);
         let size = edges([surface.width_m, surface.width_m, THICK_M]);
         let maybe: Vec<&FoundSocket> =
@@ -185,7 +186,7 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
             }
         };
         return format!(
-            "{{role: support, parts: [{{box: {size}, at: {at}}}]}}    # it never moves, and {0} rests on it: its top is at {top} mm from its origin, if {0} reaches {1} mm below its own; the width of {width} mm is a guess{else_object}",
+            "{{role: support, parts: [{{box: {size}, at: {at}}}]}}    # it never moves, and {0} rests on it: its top is {top} mm {side} its origin if the lowest point of {0} is {1} mm below the origin of {0}; the width of {width} mm is a guess{else_object}",
             surface.carries,
             plain(surface.below_m * 1e3)
         );
@@ -196,7 +197,11 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
     }
     let still = match () {
         () if body.moves() => "",
-        () if survey.hold_points.values().any(|hold| hold.object == body.name && hold.kind == Kind::Kept) => {
+        () if survey
+            .hold_points
+            .values()
+            .any(|hold| hold.object.as_ref() == Some(&body.name) && hold.kind == Kind::Kept) =>
+        {
             "; a hand keeps it in place"
         }
         () => "; it never moves: `role: support`, `wall` or `socket`, if it is one",

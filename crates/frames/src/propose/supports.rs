@@ -191,7 +191,8 @@ fn on<'a>(survey: &'a Survey, rest: &Rest, edge_m: f64) -> On<'a> {
         let is_stacked = (above - edge_m).abs() < 0.1 * edge_m;
         let is_carrier = words::is_support(&body.name) && !body.moves();
         // What a hand keeps in place is an object too.
-        let is_handled = body.moves() || survey.hold_points.values().any(|hold| hold.object == body.name);
+        let is_handled =
+            body.moves() || survey.hold_points.values().any(|hold| hold.object.as_ref() == Some(&body.name));
         if !is_carrier && beside < STACKED_M && (is_stacked || is_handled && above > edge_m / 2.0) {
             return On::Thing;
         }

@@ -4,6 +4,7 @@ use super::Survey;
 use super::bodies::Body;
 use super::contacts::Line;
 use super::hands::Hand;
+use super::motion::{LEAST_S, WINDOW_S, goes_with};
 use super::parts::{Part, distance};
 use super::quantiles::{median, quantile};
 use super::recorded::{paths, vector};
@@ -17,7 +18,7 @@ use teachtree_base::recording::Recording;
 /// The sign of a force that nothing shows.
 pub const UNKNOWN_SIGN: &str = "taken for the force on the object, as nothing in the log shows the sign; if it is the force on the hand, write `-` before it";
 
-/// An object that is so much higher than before is off its table, m.
+/// An object that is higher than before by this distance is off its table, m.
 const LIFTED_M: f64 = 0.03;
 
 /// The least change of a vertical force that is a weight, N.
@@ -157,14 +158,9 @@ fn fastest(rows: Vec<usize>, way: impl Fn(usize) -> f64) -> Vec<usize> {
 /// Whether the force points along the motion of an object that the hand moves without holding it, as that on the object does, and the object; `None` if the log does
 /// not show it.
 fn is_along_push<'a>(force: &Force, side: Side, hand: &Hand, survey: &'a Survey) -> Option<(bool, Option<&'a str>)> {
-    /// An object is moved by more than this, m, in this time, s, …
+    /// An object is moved by more than this in a window, m, and the force is larger than this, N.
     const WAY_M: f64 = 0.004;
-    const WAY_S: f64 = 0.2;
-    /// … the hand differs from its way by less than this share of it, and the force is larger than this, N, …
-    const SLIPS: f64 = 0.5;
     const FEELS_N: f64 = 0.5;
-    /// … for at least this long, s.
-    const LEAST_S: f64 = 0.3;
     /// The least cosine of the angle between them.
     const ALONG: f64 = 0.5;
     let tool = hand.tool.as_ref().filter(|tool| hand.tips.is_empty() && tool.carried_in.is_none())?;
@@ -175,14 +171,14 @@ fn is_along_push<'a>(force: &Force, side: Side, hand: &Hand, survey: &'a Survey)
     };
     let of_body = |body: &'a Body| {
         let (part, start) = (body.positions.first()?, body.start()?);
-        let step = part.rows_in(WAY_S);
+        let step = part.rows_in(WINDOW_S);
         let cosine = |row: usize| {
             let (from, middle) = (row - step, row - step / 2);
             let moved = way(part, from, row).filter(|moved| moved.norm() > WAY_M)?;
             let of_tool = way(tool, part.row_in(from, tool), part.row_in(row, tool))?;
             let lifted_m = survey.upright(part.position(row)?)[2] - survey.upright(start)[2];
             let is_held = gripper.is_some_and(|gripper| gripper.is_closed(part.time_s(middle)));
-            let is_pushed = !is_held && lifted_m < LIFTED_M && (of_tool - moved).norm() < SLIPS * moved.norm();
+            let is_pushed = !is_held && lifted_m < LIFTED_M && goes_with(&moved, &of_tool);
             let pushes = Vector3::from(force.change(part.row_in(middle, force.part))?);
             (is_pushed && pushes.norm() > FEELS_N).then(|| pushes.dot(&moved) / (pushes.norm() * moved.norm()))
         };

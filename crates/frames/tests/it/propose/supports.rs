@@ -51,7 +51,7 @@ fn a_body_that_never_moves_is_as_high_as_what_rests_on_it_shows() {
             support.contains("{role: support, parts: [{box: [300 mm, 300 mm, 20 mm], at: [0 mm, 0 mm, 5 mm]}]}"),
             "{support}"
         );
-        assert!(support.contains("if cube reaches 20 mm below its own"), "{support}");
+        assert!(support.contains("if the lowest point of cube is 20 mm below the origin of cube"), "{support}");
         assert_eq!(support.contains("else `role: object`"), name == "coaster", "{support}");
         assert!(scene.contains(TABLE), "{scene}");
         assert!(!scene.contains("  support: "), "{scene}");
@@ -114,7 +114,7 @@ fn a_named_support_does_not_replace_the_table_beside_it() {
     let scene = scene_with(&columns);
     let tray = line(&scene, "tray");
     assert!(tray.contains("at: [0 mm, 0 mm, 0 mm]"), "{tray}");
-    assert!(tray.contains("cube rests on it: its top is at 10 mm from its origin"), "{tray}");
+    assert!(tray.contains("cube rests on it: its top is 10 mm above its origin"), "{tray}");
     assert!(scene.contains("its top at 20 mm"), "{scene}");
 }
 
