@@ -485,6 +485,6 @@ impl FastPath {
             && self.repeats.iter().all(|(_, repeats)| repeats.finish(rows))
             && self.spikes.iter().all(|(_, spikes)| spikes.finish())
             && self.holds.iter().all(|(_, holds)| holds.rows().is_none())
-            && self.noises.iter().all(|(_, of)| pose_noise::of_columns(of.clone(), self.rate_hz).is_none())
+            && self.noises.iter().all(|(_, of)| pose_noise::of_columns(of.clone(), self.rate_hz, 1).is_none())
     }
 }

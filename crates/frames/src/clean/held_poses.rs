@@ -1,7 +1,8 @@
 //! Poses that are repeated: a log of 60 Hz has each pose of a camera of 15 Hz in four rows. The body seems to stand and to jump, which is not its motion, so
 //! that the rows between two measured poses are interpolated.
 //!
-//! Whether a log repeats poses shows in its jumps: those of a body that moves in every row do not follow equal rows.
+//! Whether a log repeats poses shows in its jumps: those of a body that moves in every row do not follow equal rows. A slow body whose position is
+//! rounded repeats its pose too, but goes on by one step.
 
 use crate::clean::preprocess::{Columns, channel_of, over_all};
 use crate::clean::untracked_bodies::is_position;
@@ -19,6 +20,10 @@ const REST_S: f64 = 0.25;
 const JUMP_M: f64 = 1e-3;
 /// … and one of a quaternion, about twice this in rad.
 const JUMP_TURN: f64 = 5e-3;
+/// A jump is longer than this multiple of the least change of a component as well: the step of rounded values.
+const STEPS: f64 = 2.0;
+/// Changes below this share of a jump are errors of arithmetic.
+const EXACT: f64 = 1e-3;
 /// Minimum number of jumps after equal rows.
 const FEWEST: usize = 10;
 /// Their minimum share of all jumps.
@@ -35,6 +40,8 @@ pub struct HoldDetector {
     jump: f64,
     /// The maximum number of equal rows of a body that moves.
     most: usize,
+    /// The least change of a component.
+    least: f64,
     last: Option<Pose>,
     equal: usize,
     jumps: usize,
@@ -54,17 +61,18 @@ impl HoldDetector {
             return None;
         };
         let most = most_rows(rate_hz);
-        Some(Self { jump, most, last: None, equal: 0, jumps: 0, held: BTreeMap::new() })
+        Some(Self { jump, most, least: f64::INFINITY, last: None, equal: 0, jumps: 0, held: BTreeMap::new() })
     }
 
     /// Takes the next rows, by component.
     pub fn take(&mut self, columns: &[&[f64]]) {
         for row in 0..columns.first().map_or(0, |column| column.len()) {
             let pose = pose(columns, row);
-            let moved = self
-                .last
-                .map_or(0.0, |last| if columns.len() == 4 { turned(&last, &pose) } else { distance(&last, &pose) });
-            if moved > self.jump {
+            let last = self.last.unwrap_or(pose);
+            let changes = last.iter().zip(&pose).map(|(last, new)| (new - last).abs());
+            self.least = changes.filter(|change| *change > EXACT * self.jump).fold(self.least, f64::min);
+            let moved = if columns.len() == 4 { turned(&last, &pose) } else { distance(&last, &pose) };
+            if moved > self.jump.max(STEPS * self.least) {
                 self.jumps += 1;
                 if (2..=self.most).contains(&self.equal) {
                     *self.held.entry(self.equal).or_default() += 1;
@@ -88,6 +96,14 @@ impl HoldDetector {
         };
         self.held.iter().find(is_whole).map(|(rows, _)| *rows)
     }
+}
+
+/// A channel whose poses the log repeats.
+pub struct HeldChannel {
+    /// The rows over which a pose is held.
+    pub rows: usize,
+    /// The rows that begin with a new pose: the measured ones.
+    pub measured: Vec<usize>,
 }
 
 /// The interpolation of a channel whose poses are held, row by row.
@@ -156,14 +172,14 @@ pub fn most_rows(rate_hz: f64) -> usize {
     (REST_S * rate_hz) as usize
 }
 
-/// Interpolates the poses that a log with these stretches repeats; the channels with the rows over which it holds a pose.
+/// Interpolates the poses that a log with these stretches repeats; returns the channels.
 pub fn interpolate(
     time: &[f64],
     rate_hz: f64,
     stretches: &[Range<usize>],
     columns: &mut Columns,
     issues: &mut Vec<Issue>,
-) -> BTreeMap<String, usize> {
+) -> BTreeMap<String, HeldChannel> {
     let channels: BTreeSet<String> = columns.keys().map(|name| channel_of(name).to_string()).collect();
     let mut held = BTreeMap::new();
     for channel in channels {
@@ -175,10 +191,13 @@ pub fn interpolate(
         let parts: Vec<&[f64]> = taken.iter().map(|values| values.as_ref()).collect();
         detector.take(&parts);
         let Some(rows) = detector.rows() else { continue };
-        let mut pose = HeldPose::new(rows);
+        let (mut pose, mut measured) = (HeldPose::new(rows), vec![]);
         for stretch in stretches {
             pose.begin();
-            for ramp in stretch.clone().filter_map(|row| pose.take(row, &parts, row)) {
+            for row in stretch.clone() {
+                let ramp = pose.take(row, &parts, row);
+                measured.extend(pose.newest.filter(|(since, _)| *since == row).map(|_| row));
+                let Some(ramp) = ramp else { continue };
                 for (component, name) in names.iter().enumerate() {
                     let Some((_, values)) = columns.get_mut(name.as_str()) else { continue };
                     let values = values.to_mut().get_mut(ramp.rows()).unwrap_or_default();
@@ -191,7 +210,7 @@ pub fn interpolate(
             rate_hz / rows as f64
         );
         issues.push(over_all(time, IssueKind::HELD_POSE, &channel, message));
-        held.insert(channel, rows);
+        held.insert(channel, HeldChannel { rows, measured });
     }
     held
 }

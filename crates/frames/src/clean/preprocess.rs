@@ -7,7 +7,7 @@
 use crate::clean::contact_level::{LearnedLevel, vector_as_list};
 use crate::clean::dropouts;
 use crate::clean::fingertip_level::{FingertipLevel, RestLevel};
-use crate::clean::held_poses;
+use crate::clean::held_poses::{self, HeldChannel};
 use crate::clean::lost_bodies;
 use crate::clean::stuck_sensors;
 use crate::clean::timebase::{Timebase, timebase};
@@ -52,8 +52,8 @@ pub struct CleanLog<'a> {
     pub fingertips: BTreeMap<String, FingertipLevel>,
     /// The noise of the positions of bodies, by name, where it counts.
     pub positions: BTreeMap<String, PositionNoise>,
-    /// The rows over which the log holds a pose, by channel, where it does; they are interpolated.
-    pub held: BTreeMap<String, usize>,
+    /// The channels whose poses the log repeats, by name; they are interpolated.
+    pub held: BTreeMap<String, HeldChannel>,
     /// Start and end of the whole log, s.
     pub span: [f64; 2],
     /// The window of the log; `None` for the whole log.

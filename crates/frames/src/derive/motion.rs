@@ -225,8 +225,9 @@ fn above(mut columns: [Vec<f64>; 3], least: f64) -> [Vec<f64>; 3] {
     columns
 }
 
-/// Returns the ratio of the noise of a column's [`slope`], in its unit per second, to the noise of the column, in its unit.
-pub fn slope_gain(rate_hz: f64) -> f64 {
+/// Returns the ratio of the noise of a column's [`slope`], in its unit per second, to the noise of the column, in its unit. One value in `rows` rows is
+/// measured, the others are interpolated: the ratio is the largest of any row.
+pub fn slope_gain(rate_hz: f64, rows: usize) -> f64 {
     let reach = (TREMOR_SECS * rate_hz / 2.0).round() as usize;
     let width = 2 * reach + 1;
     let mut weights = vec![rate_hz / 2.0, 0.0, -rate_hz / 2.0];
@@ -237,7 +238,16 @@ pub fn slope_gain(rate_hz: f64) -> f64 {
         }
         weights = averaged;
     }
-    weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
+    let gain = |phase: usize| {
+        let mut measured = vec![0.0; (weights.len() + phase) / rows + 2];
+        for (at, weight) in weights.iter().enumerate() {
+            let (before, share) = ((at + phase) / rows, ((at + phase) % rows) as f64 / rows as f64);
+            let parts = measured.iter_mut().skip(before).zip([1.0 - share, share]);
+            parts.for_each(|(value, share)| *value += weight * share);
+        }
+        measured.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
+    };
+    (0..rows).map(gain).fold(0.0, f64::max)
 }
 
 /// Angular velocity in the reference frame at each frame, rad/s, without tremor.

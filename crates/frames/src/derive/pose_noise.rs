@@ -3,6 +3,8 @@
 //! Neighboring second differences of such noise have the covariance `-4 s²`, with its standard deviation `s`. Motion bends the same way for several
 //! samples, so its covariance is not negative; the median over short blocks leaves out jerks. A velocity that is differentiated from noisy
 //! positions is not zero at rest: up to [`PositionNoise::limit`] it is not motion.
+//!
+//! Where the log repeats poses, only the measured samples count: repeated or interpolated ones hide the noise.
 
 use super::motion;
 use crate::clean::preprocess::{CleanLog, PositionNoise};
@@ -60,10 +62,10 @@ impl NoiseEstimator {
     }
 }
 
-/// The noise of three columns, where it makes a speed that counts.
-pub fn of_columns(estimates: [NoiseEstimator; 3], rate_hz: f64) -> Option<PositionNoise> {
+/// The noise of three columns with a measured value every `rows` rows, where it makes a speed that counts.
+pub fn of_columns(estimates: [NoiseEstimator; 3], rate_hz: f64, rows: usize) -> Option<PositionNoise> {
     let deviation = (estimates.map(NoiseEstimator::variance).iter().sum::<f64>() / 3.0).sqrt();
-    let limit = ABOVE_NOISE * deviation * motion::slope_gain(rate_hz);
+    let limit = ABOVE_NOISE * deviation * motion::slope_gain(rate_hz, rows);
     (limit > NEGLIGIBLE).then_some(PositionNoise { deviation, limit })
 }
 
@@ -76,14 +78,21 @@ pub fn counts(role: Role, has_velocity: bool) -> bool {
 pub fn of_objects<'a>(measured: &'a CleanLog) -> impl Iterator<Item = (String, PositionNoise)> + 'a {
     measured.scene.bodies.iter().filter_map(|(name, body)| {
         let has_velocity = measured.vec3(&format!("{name}.velocity")).is_some();
-        let columns = measured.vec3(&format!("{name}.position")).filter(|_| counts(body.role, has_velocity))?;
+        let channel = format!("{name}.position");
+        let columns = measured.vec3(&channel).filter(|_| counts(body.role, has_velocity))?;
+        let held = measured.held.get(&channel);
         let estimates = columns.map(|column| {
             let mut estimate = NoiseEstimator::default();
+            if let Some(held) = held {
+                let values = held.measured.iter().filter_map(|row| column.get(*row).copied());
+                estimate.take(&values.collect::<Vec<f64>>());
+                return estimate;
+            }
             for stretch in &measured.stretches {
                 estimate.take(column.get(stretch.clone()).unwrap_or_default());
             }
             estimate
         });
-        Some((name.clone(), of_columns(estimates, measured.rate_hz)?))
+        Some((name.clone(), of_columns(estimates, measured.rate_hz, held.map_or(1, |held| held.rows))?))
     })
 }

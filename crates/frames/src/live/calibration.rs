@@ -88,7 +88,8 @@ impl Calibration {
         let bodies = recording.scene.bodies.keys().cloned().collect();
         let issues = issues.into_iter().map(|issue| issue.spelled(&recording.spelling)).collect();
         let closing_limits = closing_limits(recording);
-        let (schema, rate_hz, held) = (Schema::One, measured.rate_hz, measured.held.clone());
+        let (schema, rate_hz, held) = (Schema::One, measured.rate_hz, measured.held.iter());
+        let held = held.map(|(channel, held)| (channel.clone(), held.rows)).collect();
         Ok((Self { schema, rate_hz, sensors, columns, bodies, touches, closing_limits, held }, issues))
     }
 

@@ -101,17 +101,19 @@ fn poses_that_are_held_are_interpolated() {
 fn other_poses_are_used_unchanged() {
     let exact = log();
     assert_eq!(reported(&exact), vec![]);
-    // In steps of half a millimeter a slow body repeats its pose too.
-    let mut stepped = exact.clone();
-    for (name, column) in &mut stepped.columns {
-        if name.starts_with("cube.position") {
-            column.values.iter_mut().for_each(|value| *value = (*value / 5e-4).round() * 5e-4);
+    // A slow body whose position is rounded repeats its pose too.
+    let rounded = [5e-4, 1e-3, 2e-3].map(|step| {
+        let mut log = exact.clone();
+        let places = log.columns.iter_mut().filter(|(name, _)| name.starts_with("cube.position"));
+        for value in places.flat_map(|(_, column)| &mut column.values) {
+            *value = (*value / 5.0 / step).round() * step;
         }
-    }
-    assert_eq!(reported(&stepped), vec![]);
+        assert_eq!(reported(&log), vec![], "{step}");
+        log
+    });
     // A camera that lost a pose now and then.
     assert_eq!(reported(&held(|row| row % 40 != 0)), vec![]);
-    for log in [exact, stepped] {
+    for log in [exact].into_iter().chain(rounded) {
         let found = frames(&log, &[ask("target.position")]).unwrap();
         assert_eq!(column(&found, "target.position", 0, 0), log.columns["cube.position.x"].values);
     }
@@ -163,6 +165,39 @@ fn a_log_with_held_poses_has_to_be_in_memory() {
     hold(&mut log, "box.position", |row| row % 8 == 0);
     let refused = in_windows(&log).unwrap_err();
     assert!(refused.contains("has to be in memory"), "{refused}");
+}
+
+/// A camera of 15 Hz sees a cube at rest, and scatters by this deviation along each axis.
+#[test]
+fn the_noise_of_held_poses_is_that_of_their_measured_samples() {
+    // The sum of twelve evenly distributed numbers has the deviation 1.
+    let scatter = |t: f64, axis: usize| {
+        let sample = (t * 15.0 + 1e-6) as usize;
+        let even = |part: usize| {
+            let hash = ((sample * 3 + axis) * 12 + part).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            (hash ^ (hash >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) as f64 / u64::MAX as f64 - 0.5
+        };
+        8e-4 * (0..12).map(even).sum::<f64>()
+    };
+    let log = recording(
+        SCENE,
+        60.0,
+        1800,
+        &[
+            ("right.thumb.position.x", &|_| 0.3),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &|t| 0.2 + way(t)),
+            ("cube.position.x", &|t| scatter(t, 0)),
+            ("cube.position.y", &|t| scatter(t, 1)),
+            ("cube.position.z", &|t| 0.02 + scatter(t, 2)),
+        ],
+    );
+    let found = frames(&log, &[ask("target.velocity")]).unwrap();
+    assert!(found.issues.iter().any(|issue| issue.kind == "held_pose"), "{:?}", found.issues);
+    let noisy = found.issues.iter().find(|issue| issue.kind == "noisy_position").map(|issue| issue.message.as_str());
+    assert!(noisy.is_some_and(|message| message.contains("scatter by 0.8 mm")), "{noisy:?}");
+    let still = column(&found, "target.velocity", 0, 0).iter().filter(|speed| **speed == 0.0).count();
+    assert!(still > 1780, "{still}");
 }
 
 proptest! {
