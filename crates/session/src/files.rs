@@ -6,6 +6,7 @@ use super::error::Error;
 use super::project_file::ProjectSettings;
 use crate::ErrorInternals;
 use std::collections::BTreeSet;
+use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 use teachtree_base::error::{ErrorKind, InputError};
 use teachtree_base::hands::Side;
@@ -78,6 +79,12 @@ pub fn is_companion(file: &Path) -> bool {
     LABEL_ENDINGS.iter().chain(&[".events.csv"]).any(|ending| name.ends_with(ending))
 }
 
+/// Whether all files of a folder belong to logs, which are elsewhere.
+fn holds_companions_only(folder: &Path) -> bool {
+    let is_companion = |entry: std::io::Result<DirEntry>| entry.is_ok_and(|entry| is_companion(&entry.path()));
+    std::fs::read_dir(folder).is_ok_and(|mut entries| entries.all(is_companion))
+}
+
 /// The logs of a list: with `people/*.csv` a shell also names what stands beside them. A file that is named alone is meant.
 pub fn without_companions(paths: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
     paths.iter().filter(|path| paths.len() == 1 || !is_companion(path))
@@ -126,6 +133,9 @@ pub fn recordings_within(
     let mut logs = Vec::new();
     for path in without_companions(paths) {
         let found = logs_of(path, folders)?;
+        if found.is_empty() && path.is_dir() && holds_companions_only(path) {
+            return Err(nothing(path));
+        }
         if !path.is_dir() || is_store(path) || holds_recordings(path, &found, binding, folders)? {
             if found.is_empty() {
                 return Err(nothing(path));

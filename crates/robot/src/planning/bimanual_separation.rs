@@ -44,7 +44,7 @@ const MOST_SAMPLES: usize = 1_500_000;
 /// Largest increase of the summed missing distance of hands with which a pair is accepted, m.
 const SLIGHT_M: f64 = 0.02;
 /// Missing distance that is added for each place on its paths, and each step, at which a grasp penetrates more than the present one, m.
-const THROUGH_M: f64 = 0.002;
+const THROUGH_M: f64 = 0.02;
 /// Pairs of grasps are checked with their arms, several at a time, until `ENOUGH` pairs have a summed missing distance of at most `AS_GOOD_M`, m, or
 /// `WITH_ARMS` grasps were checked.
 const WITH_ARMS: usize = 80;
