@@ -53,7 +53,7 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
                 Some(rank) => tools.entry(side).or_default().push((rank, part)),
                 None => rest.push(part),
             },
-            // A hand at rest is no object.
+            // A hand at rest is not an object.
             (Quantity::Position, None) if words::is_only_tool(&part.words) && !words::is_worn(&part.words) => {
                 rest.push(Part { quantity: Quantity::Other, ..part });
             }

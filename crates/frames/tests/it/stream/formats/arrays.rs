@@ -75,7 +75,7 @@ fn a_wrong_check_sum_is_told_as_damage() {
     assert!(error.contains("is damaged: a checksum of its structure is wrong"), "{error}");
 }
 
-/// Rewards that are no numbers do not say whether a recording succeeded.
+/// Rewards that are not numbers do not say whether a recording succeeded.
 #[test]
 fn rewards_of_texts_or_records_say_nothing() {
     type Write = fn(&mut hdf5_pure::DatasetBuilder);
