@@ -100,7 +100,7 @@ impl<'a> HandledObjects<'a> {
     }
 
     /// What a task of a hand is about: the object of its key segments that last the longest, and the partner among those of them that have
-    /// one. All segments count if there is no key segment, or if only others have a touch.
+    /// one. Without a key segment, or with a touch in other segments only, all segments count.
     pub fn of_task(
         &self,
         side: Side,

@@ -285,7 +285,7 @@ fn of_sheet(sheet: &SheetReport) -> Vec<Part<'_>> {
     parts
 }
 
-/// The words of a name without the letter of the first of several things: `cube_a` beside `cube_b` is no acceleration.
+/// The words of a name without the letter of the first of several things: `cube_a` beside `cube_b` is not an acceleration.
 fn without_letter<'a>(words: &'a [String], names: &[Vec<String>]) -> &'a [String] {
     let Some((letter, stem)) = words.split_last() else { return words };
     let is_next = |name: &Vec<String>| name.split_last().is_some_and(|(last, others)| last == "b" && others == stem);
