@@ -108,6 +108,9 @@ pub struct ObjectOffset {
     pub off: Isometry3<f64>,
     /// The time at which another task has brought it onto the demonstrated path, s of the recording; infinite without one.
     pub until_s: f64,
+    /// The demonstrated pose in which a hand first touches it, reference frame, and the time of that touch, s of the recording; minus infinity without one. Until then
+    /// it stands there: the robot does not nudge the object on the way to it, as an operator may.
+    pub stands: (Isometry3<f64>, f64),
 }
 
 /// The plan of a task.
@@ -135,8 +138,8 @@ struct Phase<'a> {
     faded: [f64; 2],
     /// Start and end in the recording, s; equal for a part that was not demonstrated.
     demonstrated: [f64; 2],
-    /// The demonstrated pose of the object before its first touch: the robot does not repeat nudges on the path.
-    stands: Option<Isometry3<f64>>,
+    /// The pose of the object before its first touch, and the share of the segment at which that touch begins.
+    stands: Option<(Isometry3<f64>, f64)>,
     /// Displacement of the middle of a path that was not demonstrated, reference frame, m.
     lifted: Vector3<f64>,
 }
@@ -200,7 +203,6 @@ impl<'a> Plan<'a> {
         let mut anchor = found.off;
         // The time for which the hand has held the object since it began to bring it onto the demonstrated path, and the time that this takes, s.
         let mut fading: Option<(f64, f64)> = None;
-        let touched = task.segments.iter().position(|segment| segment.touching).unwrap_or(0);
         for (index, segment) in task.segments.iter().enumerate() {
             let begins = segment.demonstrated_start_s;
             let ends = ends_s(&task.segments, index);
@@ -263,7 +265,8 @@ impl<'a> Plan<'a> {
                 faded = [since_s, since_s + duration].map(|time| time / whole_s);
                 fading = (faded[1] < 1.0).then_some((since_s + duration, whole_s));
             }
-            let stands = (index < touched && found.until_s.is_infinite()).then(|| task.grasp_pose());
+            let (stands, touched_s) = found.stands;
+            let stands = (begins < touched_s).then(|| (stands, (touched_s - begins) / (ends - begins)));
             let phase = Phase::new(segment, role, clock, duration, demonstrated);
             plan.phases.push(Phase { anchor, faded, stands, ..phase });
             clock += duration;
@@ -511,7 +514,8 @@ impl<'a> Plan<'a> {
         let at = if falls || matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
         let faded = phase.faded[0] + (phase.faded[1] - phase.faded[0]) * share;
         let anchor = share_of(&phase.anchor, 1.0 - minimum_jerk(faded));
-        let object = anchor * phase.stands.unwrap_or_else(|| pose_at(&segment.object, at));
+        let stands = phase.stands.filter(|(_, until)| at < *until).map(|(pose, _)| pose);
+        let object = anchor * stands.unwrap_or_else(|| pose_at(&segment.object, at));
         let closing = phase.duration / 2.0;
         let (mut offset, opened, force): (Vector3<f64>, f64, f64) = match phase.role {
             Role::Free => {

@@ -54,7 +54,11 @@ pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Iso
     let first = first_to_touch(same().map(|other| &tasks[*other]));
     let off = first.map_or_else(Isometry3::identity, |first| object * first.grasp_pose().inverse());
     let until_s = same().filter(|other| **other != number).filter_map(|other| tasks[*other].first_moved_s());
-    ObjectOffset { off, until_s: until_s.fold(f64::INFINITY, f64::min) }
+    let touch = first.and_then(|first| Some((first, first.segments.iter().find(|segment| segment.touching)?)));
+    let stands = touch.map_or((Isometry3::identity(), f64::NEG_INFINITY), |(first, touch)| {
+        (first.grasp_pose(), touch.demonstrated_start_s)
+    });
+    ObjectOffset { off, until_s: until_s.fold(f64::INFINITY, f64::min), stands }
 }
 
 /// The plans of one hand in a group.

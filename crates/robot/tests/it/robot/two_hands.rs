@@ -101,6 +101,21 @@ fn a_retreat_out_of_reach_does_not_prevent_that_hands_are_kept_apart() {
     assert!(conflicts.crossings.is_empty(), "arms that are not kept apart cross by 0.11 m: {conflicts:?}");
 }
 
+/// This person nudges the cube by 22 mm on the way to it. The robot's hands reach the cube where it is, without a nudge and not through it.
+#[test]
+fn paths_lead_to_an_object_that_is_not_nudged() {
+    let (robot, scene) = (shipped("both_hands"), world::scene("follow_together").unwrap());
+    let mut commands = commanded("follow_together", 9);
+    let [first, .., touch] = &commands.tasks[0].segments[..3] else { unreachable!("three segments") };
+    let way = touch.object[0][1] - first.object[0][1];
+    assert!(touch.touching && way > 0.02, "the cube is nudged by {way} m before the touch");
+    teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
+    let done = simulate(&commands, &robot, &scene, &mut |_| {}).unwrap();
+    for outcome in &done.outcomes {
+        assert!(outcome.done && outcome.collision_m < 0.003, "{outcome:?}");
+    }
+}
+
 #[test]
 fn a_later_task_that_an_arm_cannot_follow_is_named() {
     let (robot, scene) = (shipped("both_hands"), world::scene("push_together").unwrap());
