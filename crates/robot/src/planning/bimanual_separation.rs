@@ -3,22 +3,20 @@
 //!
 //! Both hands follow their tasks by inverse kinematics alone ([`Rollout`]). Where they are too near, the paths of both are first led past each other or begun later;
 //! then one hand waits for the other one, and fingers open less. If that is not enough, other grasps of both hands are compared at some of the steps at which
-//! both hold an object, first with the hands alone, then with their arms in every posture. An object that is inserted into a hole may also be turned about the
+//! they are too near or both hold an object, first with the hands alone, then with their arms in every posture. An object that is inserted into a hole may also be turned about the
 //! axis of the hole. The best pairs are checked on their whole paths, with the same changes of paths. The best change is taken, and the next pair of grasps is
 //! selected, until nothing is too near or no change is better.
 
 mod paths;
 
-use super::change::Change;
+use super::change::{Change, THROUGH_M, cost};
 use super::grasp_pair::{Candidate, GraspPair, LimbSteps, best_pairs, of_many_kinds};
 use super::hand_planner::{HandPlanner, tip_radius};
 use super::insertion_yaw;
 use super::lift_over::{goes_through, lift};
 use super::moving::{FollowedPath, Moving};
 use super::resolved_grasp::ResolvedGrasp;
-use super::rollout::{
-    Conflicts, HandledObject, Near, Occupied, Rollout, Unreachable, are_apart, place_of, too_near, total,
-};
+use super::rollout::{Conflicts, HandledObject, Near, Occupied, Rollout, Unreachable, are_apart, place_of, too_near};
 use super::schedule::{HandPlans, groups};
 use crate::grasp::task_grasps::{Alternatives, TaskGrasp};
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
@@ -34,7 +32,7 @@ use teachtree_command::{Commands, Task};
 /// Maximum number of changes in a group of tasks, and of attempts for one pair of grasps.
 const CHANGES: usize = 8;
 const TRIES: usize = 3;
-/// Numbers of sampled steps at which pairs of grasps are compared: steps at which both hands hold, and those of them at which the hands are too near.
+/// Numbers of sampled steps at which pairs of grasps are compared: steps at which both hands hold, and those at which the limbs are too near.
 const HELD_STEPS: usize = 8;
 const NEAR_STEPS: usize = 12;
 /// Number of turns that are tried for an object in a hole: multiples of this part of a full turn.
@@ -43,16 +41,14 @@ const TURNS: u32 = 12;
 const MOST_SAMPLES: usize = 1_500_000;
 /// Largest increase of the summed missing distance of hands with which a pair is accepted, m.
 const SLIGHT_M: f64 = 0.02;
-/// Missing distance that is added for each place on its paths, and each step, at which a grasp penetrates more than the present one, m.
-const THROUGH_M: f64 = 0.02;
 /// Pairs of grasps are checked with their arms, several at a time, until `ENOUGH` pairs have a summed missing distance of at most `AS_GOOD_M`, m, or
-/// `WITH_ARMS` grasps were checked.
-const WITH_ARMS: usize = 80;
+/// `WITH_ARMS` grasps were checked: in `push_together`, arms reach only half of the grasps.
+const WITH_ARMS: usize = 160;
 const AT_ONCE: usize = 8;
 const ENOUGH: usize = 4;
 const AS_GOOD_M: f64 = 0.01;
 /// Pairs that are checked on their whole paths: their maximum number, the number in parallel, and the maximum number with the same grasp.
-const WHOLE_PATHS: usize = 6;
+const WHOLE_PATHS: usize = 8;
 const WHOLE_PATHS_AT_ONCE: usize = 2;
 const WHOLE_PATHS_PER_GRASP: usize = 2;
 /// Largest share of the missing distance that a change may leave to be accepted.
@@ -60,6 +56,10 @@ const BETTER: f64 = 0.9;
 
 /// A grasp of each hand: the index of its task, and of the grasp in the task.
 type Grasps = [(usize, usize); 2];
+
+/// For the choices of grasps that were checked with their arms, by hand and index: the hand with its arm at the steps, in each posture; `None` for a posture that
+/// cannot follow.
+type LimbsOfChoices = BTreeMap<(usize, usize), Vec<Option<LimbSteps>>>;
 
 /// Chooses grasps of commands anew where both hands would be too near to each other. Returns where they still go through each other, and the arms that
 /// cannot follow their tasks. `progress` receives the part that is done, 0 to 1.
@@ -177,7 +177,7 @@ impl<'a> Pair<'a> {
         for step in 0..CHANGES {
             progress(step as f64 / CHANGES as f64);
             let Some(grasps) = self.nearest(&tries) else { break };
-            let before = total(&self.near);
+            let before = cost(&self.near, &self.rollouts);
             // First the paths are led past each other. If that is not enough, grasps are chosen anew and led past each other again.
             let tried = tries.entry(grasps).or_default();
             *tried += 1;
@@ -246,25 +246,24 @@ impl<'a> Pair<'a> {
         Ok(best)
     }
 
-    /// Returns some of the steps at which both hands hold, one of them at least with its grasp of these; steps at which they are too near come first.
+    /// Returns some of the steps at which one hand at least has its grasp of these: those at which the limbs are too near, then those at which both hands hold.
     fn steps(&self, grasps: Grasps) -> Option<Vec<[usize; 2]>> {
         let plans = self.both_plans(&self.tasks, &self.rollouts)?;
         let holds = |hand: usize, step: usize| {
             plans[hand].at(self.rollouts[hand].own_s(step)).is_some_and(|(_, plan, own_s)| plan.holds(own_s))
         };
-        let both_hold = |steps: &[usize; 2]| {
-            let at = self.grasps_at(&plans, *steps);
-            (0..2).all(|hand| holds(hand, steps[hand]))
-                && at.is_some_and(|at| (0..2).any(|hand| at[hand] == grasps[hand]))
+        let of_these = |steps: &[usize; 2]| {
+            self.grasps_at(&plans, *steps).is_some_and(|at| (0..2).any(|hand| at[hand] == grasps[hand]))
         };
+        let both_hold = |steps: &[usize; 2]| (0..2).all(|hand| holds(hand, steps[hand])) && of_these(steps);
         let held: Vec<[usize; 2]> =
             self.rollouts[0].together(&self.rollouts[1]).into_iter().filter(both_hold).collect();
         let near: BTreeSet<[usize; 2]> = self.near.iter().map(|near| near.steps).collect();
-        let tight: Vec<[usize; 2]> = held.iter().filter(|steps| near.contains(*steps)).copied().collect();
+        let near: Vec<[usize; 2]> = near.into_iter().filter(of_these).collect();
         let some = |steps: &[[usize; 2]], most: usize| -> Vec<[usize; 2]> {
             steps.iter().step_by(steps.len().div_ceil(most).max(1)).copied().collect()
         };
-        Some([some(&tight, NEAR_STEPS), some(&held, HELD_STEPS)].concat())
+        Some([some(&near, NEAR_STEPS), some(&held, HELD_STEPS)].concat())
     }
 
     /// Returns the present grasp of a task and, with `anew`, other grasps, each also with the object turned about the axis of its hole.
@@ -315,8 +314,14 @@ impl<'a> Pair<'a> {
     }
 
     /// Returns the best pairs of choices by their hands alone, no nearer than the present hands with arms; each choice is in few of them. A choice whose path
-    /// penetrates more than that of the present grasp would drag the object along, and is ranked lower.
-    fn grasp_pairs(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>]) -> Vec<GraspPair> {
+    /// penetrates more than that of the present grasp would drag the object along, and is ranked lower. Choices whose limbs are known to reach nothing are left out.
+    fn grasp_pairs(
+        &self,
+        grasps: Grasps,
+        steps: &[[usize; 2]],
+        choices: &[Vec<Choice>],
+        known: &LimbsOfChoices,
+    ) -> Vec<GraspPair> {
         let [Some(one), Some(other)] = [0, 1].map(|hand| choices[hand].first()) else { return Vec::new() };
         // If only the arms are too near, hands may come nearer than at present.
         let hands = too_near(one.stands.iter().zip(&other.stands), f64::INFINITY).unwrap_or(f64::INFINITY);
@@ -330,7 +335,12 @@ impl<'a> Pair<'a> {
                 self.goes_through(hand, &it.task, grasps[hand].1).saturating_add(meets)
             });
             let allowed = counts.first().copied().unwrap_or(0);
-            counts.into_iter().map(|count| count.saturating_sub(allowed) as f64 * THROUGH_M).collect::<Vec<f64>>()
+            let is_out_of_reach =
+                |choice: usize| known.get(&(hand, choice)).is_some_and(|it| it.iter().all(Option::is_none));
+            let through = |(choice, count): (usize, usize)| {
+                if is_out_of_reach(choice) { f64::INFINITY } else { count.saturating_sub(allowed) as f64 * THROUGH_M }
+            };
+            counts.into_iter().enumerate().map(through).collect::<Vec<f64>>()
         });
         let candidates = [0, 1].map(|hand| {
             let all = choices[hand].iter().zip(&through[hand]);
@@ -346,11 +356,31 @@ impl<'a> Pair<'a> {
 
     /// Returns the pairs of choices that both arms can follow, with the missing distance in their best postures.
     fn with_arms(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>]) -> Vec<GraspPair> {
-        // For each choice, the hand with its arm at the steps, in every posture.
-        let mut limbs: BTreeMap<(usize, usize), Vec<Option<LimbSteps>>> = BTreeMap::new();
+        let mut limbs = LimbsOfChoices::new();
+        loop {
+            let known = limbs.len();
+            let pairs = self.grasp_pairs(grasps, steps, choices, &limbs);
+            let (reached, is_enough) = self.reached(grasps, steps, choices, &pairs, &mut limbs);
+            // Choices that an arm does not reach make room for others.
+            if is_enough || limbs.len() == known {
+                return reached;
+            }
+        }
+    }
+
+    /// Returns those of the pairs that both arms can follow, with the missing distance in their best postures, and whether they are enough. Adds the limbs of their
+    /// choices.
+    fn reached(
+        &self,
+        grasps: Grasps,
+        steps: &[[usize; 2]],
+        choices: &[Vec<Choice>],
+        pairs: &[GraspPair],
+        limbs: &mut LimbsOfChoices,
+    ) -> (Vec<GraspPair>, bool) {
         let fixed = Surroundings::sunk(self.scene, SUNK_M);
         let mut reached: Vec<GraspPair> = Vec::new();
-        for grasp_pairs in self.grasp_pairs(grasps, steps, choices).chunks(AT_ONCE) {
+        for grasp_pairs in pairs.chunks(AT_ONCE) {
             let new = grasp_pairs.iter().flat_map(|grasp_pair| [0, 1].map(|hand| (hand, grasp_pair.choices[hand])));
             let new: BTreeSet<(usize, usize)> = new.filter(|choice| !limbs.contains_key(choice)).collect();
             let new: Vec<(usize, usize)> = new.into_iter().take(WITH_ARMS.saturating_sub(limbs.len())).collect();
@@ -369,10 +399,10 @@ impl<'a> Pair<'a> {
             }
             let apart = reached.iter().filter(|grasp_pair| grasp_pair.left <= AS_GOOD_M).copied().collect();
             if of_many_kinds(apart, WHOLE_PATHS_PER_GRASP).len() >= ENOUGH || limbs.len() >= WITH_ARMS {
-                break;
+                return (reached, true);
             }
         }
-        reached
+        (reached, false)
     }
 
     /// Returns all tasks, with replacements for some of them.

@@ -16,7 +16,7 @@ use super::schedule::groups;
 use crate::grasp::held_path::held;
 use crate::grasp::task_grasps::{self, Alternatives, BlockedGrasp, TaskGrasp, meetings};
 use crate::kinematics::arm_distance::{PlacedShape, nearer};
-use crate::kinematics::surroundings::{SUNK_M, Surroundings};
+
 use crate::model::robot::Robot;
 use crate::parallel;
 use nalgebra::Vector3;
@@ -116,7 +116,6 @@ struct Meeting<'a> {
     first_gives: bool,
     robot: &'a Robot,
     scene: &'a Scene,
-    fixed: Surroundings,
 }
 
 /// A grasp with the hand at the object, closed and opened, frame of the object, and its paths.
@@ -167,8 +166,7 @@ impl<'a> Meeting<'a> {
         let place = |(number, grasp)| Some((numbers.iter().position(|it| *it == number)?, grasp));
         let places = [place(pair[0])?, place(pair[1])?];
         let tasks = numbers.iter().map(|number| &tasks[*number]).collect();
-        let fixed = Surroundings::sunk(scene, SUNK_M);
-        Some(Self { tasks, places, pair, first_gives, robot, scene, fixed })
+        Some(Self { tasks, places, pair, first_gives, robot, scene })
     }
 
     /// Returns the tasks with grasps that leave room; `None` if the mapped grasps do, or if no others are better.
@@ -292,7 +290,7 @@ impl<'a> Meeting<'a> {
             let mut tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
             tasks[number] = ways.task.clone();
             let all = Rollout::all(&tasks, number, self.robot, self.scene).unwrap_or_default().into_iter();
-            all.map(|rollout| ArmMotion { through: rollout.meets(&self.fixed) as f64 * THROUGH_M, rollout }).collect()
+            all.map(|rollout| ArmMotion { through: rollout.meets as f64 * THROUGH_M, rollout }).collect()
         })
     }
 }

@@ -6,7 +6,7 @@ use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
 use crate::kinematics::arm_distance::{PlacedShape, PlacedShapes, arm_distance, arm_distance_until, nearer, placed};
-use crate::kinematics::surroundings::Surroundings;
+use crate::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
@@ -130,6 +130,8 @@ pub(super) struct Rollout {
     planned_s: Vec<f64>,
     begins_s: f64,
     steps: Arc<[Occupied]>,
+    /// The number of steps at which the hand or its arm penetrates a fixed body.
+    pub(super) meets: usize,
 }
 
 /// Hands or arms that go through each other in tasks that are done at the same time.
@@ -257,7 +259,9 @@ impl Rollout {
         if steps.is_empty() {
             Err("its plans have no steps".into())
         } else {
-            Ok(Self { arm, planner, parts, planned_s, begins_s, steps })
+            let fixed = Surroundings::sunk(scene, SUNK_M);
+            let meets = steps.iter().filter(|step| fixed.meet_any(step.limb.iter())).count();
+            Ok(Self { arm, planner, parts, planned_s, begins_s, steps, meets })
         }
     }
 
@@ -333,11 +337,6 @@ impl Rollout {
     /// Returns the time of its plans at a step, s.
     pub(super) fn own_s(&self, step: usize) -> f64 {
         self.begins_s + step as f64 * STEP_S
-    }
-
-    /// Returns the number of steps at which the hand or its arm penetrates a fixed body.
-    pub(super) fn meets(&self, fixed: &Surroundings) -> usize {
-        self.steps.iter().filter(|step| fixed.meet_any(step.limb.iter())).count()
     }
 
     /// Returns the smallest gap to the hand of another rollout, m, or the first gap of at most `least`.

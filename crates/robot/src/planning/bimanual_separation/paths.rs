@@ -4,7 +4,7 @@
 use super::{BETTER, Grasps, Pair};
 use crate::grasp::opening::NARROWER_M;
 use crate::planning::axial_retreat::{Leg, turn};
-use crate::planning::change::Change;
+use crate::planning::change::{Change, THROUGH_M};
 use crate::planning::delayed_start::begun_late;
 use crate::planning::detour::{Aside, Passing};
 use crate::planning::grasp_pair::GraspPair;
@@ -18,8 +18,22 @@ const LATE: u32 = 4;
 const WAITS: usize = 4;
 
 impl Pair<'_> {
-    /// Returns the change when both hands follow their whole paths with these tasks, from these postures, and are led past each other; `None` if an arm cannot follow.
+    /// Returns the change when both hands follow their whole paths with these tasks, from these postures, and are led past each other, over the object and fixed
+    /// bodies; `None` if an arm cannot follow.
     pub(super) fn gone(&self, grasps: Grasps, tasks: [Task; 2], grasp_pair: &GraspPair) -> Option<Change> {
+        let mut change = self.led_apart(grasps, tasks, grasp_pair)?;
+        for hand in [1, 0] {
+            let lifted = self.lifted(hand, change.tasks[hand].clone());
+            let met = [&change.tasks[hand], &lifted].map(|task| self.goes_through(hand, task, grasps[hand].1));
+            if met[1] < met[0] {
+                self.take(grasps, hand, lifted, (met[0] - met[1]) as f64 * THROUGH_M, &mut change);
+            }
+        }
+        Some(change)
+    }
+
+    /// Returns the change when both hands follow their whole paths with these tasks, from these postures, and are led past each other.
+    fn led_apart(&self, grasps: Grasps, tasks: [Task; 2], grasp_pair: &GraspPair) -> Option<Change> {
         let all = |tasks: &[Task; 2]| self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
         let rollout = |hand: usize| {
             let begun = self.begun(hand, &all(&tasks)).into_iter().nth(grasp_pair.postures[hand])?;
@@ -34,7 +48,7 @@ impl Pair<'_> {
                 return Some(change);
             }
             if let Some(late) = begun_late(&change.tasks[hand], f64::from(part) / f64::from(LATE)) {
-                self.take(grasps, hand, late, &mut change);
+                self.take(grasps, hand, late, 0.0, &mut change);
             }
         }
         for hand in [1, 0] {
@@ -47,7 +61,7 @@ impl Pair<'_> {
                     if change.near.is_empty() {
                         return Some(change);
                     }
-                    self.take(grasps, hand, task, &mut change);
+                    self.take(grasps, hand, task, 0.0, &mut change);
                 }
             }
         }
@@ -65,7 +79,7 @@ impl Pair<'_> {
             let Some(mapped) = task.grasps[grasps[hand].1].mapped.as_mut() else { continue };
             mapped.opens = Some(opens);
             if self.goes_through(hand, &task, grasps[hand].1) <= allowed {
-                self.take(grasps, hand, task, &mut change);
+                self.take(grasps, hand, task, 0.0, &mut change);
             }
         }
         for hand in [1, 0] {
@@ -74,7 +88,7 @@ impl Pair<'_> {
                 change.take_nearest(
                     hand,
                     self.begun(hand, &all(&tasks)),
-                    &tasks,
+                    (&tasks, 0.0),
                     &all(&tasks),
                     self.scene,
                     self.followed[hand],
@@ -84,13 +98,13 @@ impl Pair<'_> {
         Some(change)
     }
 
-    /// Takes a task of a hand that begins as at present, if that reduces the missing distance.
-    fn take(&self, grasps: Grasps, hand: usize, task: Task, change: &mut Change) {
+    /// Takes a task of a hand that begins as at present, if that reduces the cost; `gain` is what it gains on its path, m.
+    fn take(&self, grasps: Grasps, hand: usize, task: Task, gain: f64, change: &mut Change) {
         let mut tasks = change.tasks.clone();
         tasks[hand] = task;
         let all = self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
         let as_now = self.begun_like(hand, &all, &change.rollouts[hand]);
-        change.take_nearest(hand, as_now, &tasks, &all, self.scene, self.followed[hand]);
+        change.take_nearest(hand, as_now, (&tasks, gain), &all, self.scene, self.followed[hand]);
     }
 
     /// Lets one hand wait for the other on paths without the object, if that reduces the missing distance.

@@ -116,6 +116,22 @@ fn paths_lead_to_an_object_that_is_not_nudged() {
     }
 }
 
+/// In `push_together` 15 the arms reach few of the pairs of grasps that leave most room for the hands. In `hand_over_right_to_left` 10 a wrist would go through
+/// the body `base`, and in `hand_over_left_to_right` 17 a finger through the box on a path that is led past the other hand.
+#[test]
+fn hands_that_are_kept_apart_reach_their_objects_and_penetrate_nothing() {
+    for (name, person) in [("push_together", 15), ("hand_over_right_to_left", 10), ("hand_over_left_to_right", 17)] {
+        let (robot, scene) = (shipped("both_hands"), world::scene(name).unwrap());
+        let mut commands = commanded(name, person);
+        let conflicts = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
+        assert!(conflicts.crossings.is_empty() && conflicts.unreachable.is_empty(), "{name} {person}: {conflicts:?}");
+        let done = simulate(&commands, &robot, &scene, &mut |_| {}).unwrap();
+        for outcome in &done.outcomes {
+            assert!(outcome.done && outcome.collision_m < 0.004, "{name} {person}: {outcome:?}");
+        }
+    }
+}
+
 #[test]
 fn a_later_task_that_an_arm_cannot_follow_is_named() {
     let (robot, scene) = (shipped("both_hands"), world::scene("push_together").unwrap());
